@@ -1,0 +1,191 @@
+// Layered splatting per screen pixel: each pixel gathers the voxels whose footprints cover it. Used where no lattice
+// reaches, with the paper's set of footprints, and as the lattice's oracle.
+//
+// One work-item per pixel, row by row; VW is 1. FOOTPRINT_SET: weights are read bilinearly from the image of the nearest
+// direction (footprint_set.cl); |s| <= 1. What is splatted is the voxels' difference from the background, which stays
+// exact though the set's lattice sum is only near 1. Otherwise the footprints are exact: the integral over the kernel's depth is
+// moved out of the sum, S = integral of f(z) g(u + s_u z, v + s_v z) dz, where g interpolates the layer with f in u and v.
+// Between the knots this is a polynomial of degree 9 over one cell: five Gauss nodes, four voxels.
+
+// Mirrors `DirectParams` in src/device/launch/params.rs. Axes are x, y, z.
+typedef struct {
+    long stride[4];         // of the voxels along x, y, z
+    float origin[3][4];     // origin[0] + x origin[1] + y origin[2], in voxels
+    float direction[3][4];
+    float start;            // rays start at origin + start*direction
+    float spacing[3];       // world size of a voxel step / (unit distance x samples per layer)
+    float gradient[3];      // see SampleParams, per axis
+    float light[3], half_way[3];
+    int dims[3];
+    int blocks[3][2];       // of `visible_*`, along u and v
+    int axis;               // layer axis of all rays, or -1: each ray's own
+    int culling;
+    float background;
+} DirectParams;
+CHECK_SIZE(DirectParams, DIRECT_PARAMS_BYTES);
+
+#ifdef FOOTPRINT_SET
+// Mirrors layers/footprint_set.rs: 28 rows of equal angle in v; 30 columns, 31 in the 16 middle rows.
+inline int nearest_image(float s_u, float s_v) {
+    const int row = clamp((int)((atanpi(s_v) * 2.0f + 0.5f) * 28.0f), 0, 27);
+    const int columns = row >= 6 && row < 22 ? 31 : 30;
+    return row * 30 + clamp(row - 6, 0, 16) + clamp((int)((atanpi(s_u) * 2.0f + 0.5f) * columns), 0, columns - 1);
+}
+
+inline float texel(__global const uchar *image, int column, int row) {
+    return column < 0 || column > 63 || row < 0 || row > 63 ? 0.0f : convert_float(image[row * 64 + column]);
+}
+
+inline float footprint_from_set(__global const uchar *image, float2 shear, float x, float y) {
+    const float column = (x / (1.0f + fabs(shear.x)) + 1.0f) * 32.0f - 0.5f;
+    const float row = (y / (1.0f + fabs(shear.y)) + 1.0f) * 32.0f - 0.5f;
+    const float i = floor(column), j = floor(row), a = column - i, b = row - j;
+    const float top = mix(texel(image, i, j), texel(image, i + 1, j), a);
+    return mix(top, mix(texel(image, i, j + 1), texel(image, i + 1, j + 1), a), b) * (1.0f / 255.0f);
+}
+
+inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *images,
+                       __global const float2 *shears, int k, float u, float v, float s_u, float s_v) {
+    if (k < 0 || k >= view->dims_a)
+        return view->background;
+    const int index = nearest_image(s_u, s_v), i0 = floor(u), j0 = floor(v);
+    __global const uchar *image = images + index * 64 * 64;
+    float sum = 0.0f;
+    for (int j = j0 - 1; j <= j0 + 2; j++)
+        for (int i = i0 - 1; i <= i0 + 2; i++)
+            sum += (voxel_at(voxels, view, i, j, k) - view->background) *
+                   footprint_from_set(image, shears[index], u - i, v - j);
+    return view->background + sum;
+}
+#else
+// Distance along z to where p + s z next crosses a whole number.
+inline float next_cell(float p, float s, float z) {
+    const float at = p + s * z;
+    float knot = ((s > 0.0f ? floor(at) + 1.0f : ceil(at) - 1.0f) - p) / s;
+    if (knot < z + 1e-6f)
+        knot += 1.0f / fabs(s);
+    return knot;
+}
+
+inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *images,
+                       __global const float2 *shears, int k, float u, float v, float s_u, float s_v) {
+    if (k < 0 || k >= view->dims_a)
+        return view->background;
+    float sum = 0.0f;
+    for (float z = -1.0f; z < 1.0f;) {
+        float end = z < 0.0f ? 0.0f : 1.0f;
+        if (s_u != 0.0f)
+            end = fmin(end, next_cell(u, s_u, z));
+        if (s_v != 0.0f)
+            end = fmin(end, next_cell(v, s_v, z));
+        const float centre = 0.5f * (z + end), half_length = 0.5f * (end - z);
+        const int i = floor(u + s_u * centre), j = floor(v + s_v * centre);
+        const float v00 = voxel_at(voxels, view, i, j, k), v10 = voxel_at(voxels, view, i + 1, j, k);
+        const float v01 = voxel_at(voxels, view, i, j + 1, k), v11 = voxel_at(voxels, view, i + 1, j + 1, k);
+        float piece = 0.0f;
+        for (int n = 0; n < 5; n++) {
+            const float node = centre + half_length * GAUSS_NODE[n];
+            const float x = u + s_u * node - i, y = v + s_v * node - j;
+            const float value = mix(mix(v00, v10, RISE(x)), mix(v01, v11, RISE(x)), RISE(y));
+            piece += GAUSS_WEIGHT[n] * kernel_function(node) * value;
+        }
+        sum += half_length * piece;
+        z = end;
+    }
+    return sum;
+}
+#endif
+
+struct GradientSource {
+    __global const VOXEL *voxels;
+    const VolumeView *view;
+    __global const uchar *images;
+    __global const float2 *shears;
+    int k;
+    float layer_step, u, v, s_u, s_v, before, after;
+};
+
+inline float shifted_sum(const struct GradientSource *s, float du, float dv) {
+    return splat_sum(s->voxels, s->view, s->images, s->shears, s->k, s->u + du, s->v + dv, s->s_u, s->s_v);
+}
+
+inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+    *u = 0.5f * (shifted_sum(s, 1.0f, 0.0f) - shifted_sum(s, -1.0f, 0.0f));
+    *v = 0.5f * (shifted_sum(s, 0.0f, 1.0f) - shifted_sum(s, 0.0f, -1.0f));
+    *a = 0.5f * s->layer_step * (s->after - s->before) - s->s_u * *u - s->s_v * *v;
+}
+
+// The layer axis by the 45 degree rule: the largest component; on a tie the lowest index.
+inline int most_parallel(const float *d) {
+    const float x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
+    return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+}
+
+__kernel void direct(__global const VOXEL *voxels, __global const uchar *visible_x, __global const uchar *visible_y,
+                     __global const uchar *visible_z, __global const float4 *table, __global const float4 *slabs,
+                     __global const uchar *images, __global const float2 *shears, DirectParams p, SampleParams sample,
+                     int width, int height, __global float4 *frame, __global uint *active_samples) {
+    const size_t pixel = get_global_id(0);
+    if (pixel >= (size_t)width * height)
+        return;
+    const float x = pixel % width + 0.5f, y = pixel / width + 0.5f;
+    float o[3], d[3];
+    for (int i = 0; i < 3; i++) {
+        o[i] = p.origin[0][i] + x * p.origin[1][i] + y * p.origin[2][i];
+        d[i] = p.direction[0][i] + x * p.direction[1][i] + y * p.direction[2][i];
+    }
+    const int a = p.axis < 0 ? most_parallel(d) : p.axis;
+    const int iu = a == 0 ? 1 : 0, iv = a == 2 ? 1 : 2;
+    __global const uchar *visible = a == 0 ? visible_x : a == 1 ? visible_y : visible_z;
+    const VolumeView view = {p.stride[iu], p.stride[iv], p.stride[a], p.dims[iu], p.dims[iv], p.dims[a], p.background};
+    sample.gradient_u = p.gradient[iu], sample.gradient_v = p.gradient[iv], sample.gradient_a = p.gradient[a];
+    sample.light_u = p.light[iu], sample.light_v = p.light[iv], sample.light_a = p.light[a];
+    sample.half_u = p.half_way[iu], sample.half_v = p.half_way[iv], sample.half_a = p.half_way[a];
+    const float s_u = d[iu] / d[a], s_v = d[iv] / d[a];
+    const float step_u = s_u * p.spacing[iu], step_v = s_v * p.spacing[iv], step_a = p.spacing[a];
+    const float dt = sqrt(step_u * step_u + step_v * step_v + step_a * step_a);
+    const int layer_step = d[a] > 0.0f ? 1 : -1;
+    const int layers = view.dims_a + 2;
+    // A sample mixes splat sums of three layers, each of reach 1 + |s| around its own crossing.
+    const float reach_u = 1.0f + 2.0f * fabs(s_u), reach_v = 1.0f + 2.0f * fabs(s_v);
+    const float lean = fmax(fabs(s_u), fabs(s_v));
+    const int bit = lean <= 1.0f ? NEAR : FAR;
+    const bool culling = p.culling && lean <= 3.0f;
+
+    Light light = {0.0f, 0.0f, 0.0f, 1.0f};
+    int active = 0;
+    float sums[3];
+    int held[3] = {INT_MIN, INT_MIN, INT_MIN};
+    for (int n = 0; n < layers; n++) {
+        const int k = layer_step > 0 ? n - 1 : view.dims_a - n;
+        const float depth = k - o[a];
+        // Only what lies in front of the eye counts.
+        if (depth / d[a] <= p.start)
+            continue;
+        const float u = o[iu] + depth * s_u, v = o[iv] + depth * s_v;
+        if (u < -reach_u || u > view.dims_u - 1 + reach_u || v < -reach_v || v > view.dims_v - 1 + reach_v)
+            continue;
+        const int i = floor(u), j = floor(v);
+        if (culling && !block_visible(visible, bit, p.blocks[a][0], p.blocks[a][1], i, i, j, j, k))
+            continue;
+        for (int l = k - 1; l <= k + 1; l++) {
+            const int slot = (l + 3) % 3;
+            if (held[slot] == l)
+                continue;
+            held[slot] = l;
+            sums[slot] = splat_sum(voxels, &view, images, shears, l, u + (l - k) * s_u, v + (l - k) * s_v, s_u, s_v);
+        }
+        int first, count;
+        layer_slabs(&sample, n, layers, &first, &count);
+        const float before = sums[(k - layer_step + 3) % 3], own = sums[(k + 3) % 3], after = sums[(k + layer_step + 3) % 3];
+        const bool beside = u < -1.0f || u > view.dims_u || v < -1.0f || v > view.dims_v;
+        const struct GradientSource source = {voxels, &view, images, shears, k,   layer_step,
+                                              u,      v,     s_u,    s_v,    before, after};
+        composite_layer(&sample, slabs, first, count, table, before, own, after, dt,
+                        sample.background_visible && beside ? 0.0f : 1.0f, &source, &light, &active);
+        if (light.t <= sample.opaque)
+            break;
+    }
+    frame[pixel] = (float4)(light.r, light.g, light.b, 1.0f - light.t);
+    active_samples[pixel] = active;
+}

@@ -1,0 +1,192 @@
+// Layered splatting on the sheared lattice of a parallel view: splat, correct, classify, shade, composite.
+//
+// One work-item per tile: TILE_COLUMNS x TILE_ROWS lattice samples of one phase (p, q), one sample per voxel column and
+// row, from the first layer to the last. Inside a layer all samples of a phase have the same offset from the voxels, so
+// the splat sum is one small stencil (weights, from footprints.cl) over unit-stride rows. The tile keeps the splat sums
+// of the three layers it is between, with a border of one sample where gradients are wanted.
+// Work-item id: ((q*m_u + p)*tiles_v + tile_v)*tiles_u + tile_u. lattice[(j*m_v + q)*width + i*m_u + p] = RGBA.
+
+#ifndef TILE_VECTORS
+#define TILE_VECTORS 2 // vectors of VW samples along u
+#endif
+#ifndef TILE_ROWS
+#define TILE_ROWS 8 // samples along v
+#endif
+
+#define TILE_COLUMNS (TILE_VECTORS * VW)
+// Splat sums with a border of one on each side; the patch of voxels under them with up to three taps more.
+#define SUM_VECTORS ((TILE_COLUMNS + 2 + VW - 1) / VW)
+#define SUM_STRIDE (SUM_VECTORS * VW)
+#define SUM_ROWS (TILE_ROWS + 2)
+#define PATCH_VECTORS ((TILE_COLUMNS + 5 + VW - 1) / VW)
+#define PATCH_STRIDE (PATCH_VECTORS * VW)
+#define PATCH_ROWS (SUM_ROWS + 3)
+
+// Mirrors `LatticeParams` in src/device/launch/params.rs.
+typedef struct {
+    int m_u, m_v;             // samples per voxel
+    int columns_u, columns_v; // lattice extent in voxels
+    int tiles_u, tiles_v;     // per phase
+    int blocks_u, blocks_v;   // of `visible`
+    int layer_step;           // +1 or -1
+    int culling;              // 0: visit every layer, to test that culling changes nothing
+    float shear_u, shear_v;
+} LatticeParams;
+CHECK_SIZE(LatticeParams, LATTICE_PARAMS_BYTES);
+
+typedef struct {
+    int base;
+    float fraction;
+} LayerOffset;
+CHECK_SIZE(LayerOffset, LAYER_OFFSET_BYTES);
+
+// Splat sums of a layer, TAPS_U voxels wide. One function per width, so that the compiler unrolls it.
+#define SPLAT_SUMS(TAPS_U)                                                                                             \
+    inline void CAT(splat_sums_, TAPS_U)(const float *patch, __global const float *weights, int taps_v, int vectors,   \
+                                         int rows, float *sums) {                                                      \
+        for (int r = 0; r < rows; r++)                                                                                 \
+            for (int c = 0; c < vectors; c++) {                                                                        \
+                realv sum = 0.0f;                                                                                      \
+                for (int b = 0; b < taps_v; b++) {                                                                     \
+                    const float *row = patch + (r + b) * PATCH_STRIDE + c * VW;                                        \
+                    for (int a = 0; a < TAPS_U; a++)                                                                   \
+                        sum += weights[4 * b + a] * LOADV(row + a);                                                    \
+                }                                                                                                      \
+                STOREV(sums + r * SUM_STRIDE + c * VW, sum);                                                           \
+            }                                                                                                          \
+    }
+SPLAT_SUMS(2)
+SPLAT_SUMS(3)
+SPLAT_SUMS(4)
+
+// The splat sums of layer k for a tile whose first sample is (column, row), with `border` samples around it.
+inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, const LatticeParams *p, LayerOffset u,
+                        LayerOffset v, __global const float *weights, int column, int row, int k, int border,
+                        float *sums) {
+    const int rows = TILE_ROWS + 2 * border, vectors = border ? SUM_VECTORS : TILE_VECTORS;
+    if (k < 0 || k >= view->dims_a) {
+        for (int i = 0; i < SUM_ROWS * SUM_VECTORS; i++)
+            STOREV(sums + i * VW, (realv)(view->background));
+        return;
+    }
+    const int taps_u = tap_count(u.fraction, p->shear_u), taps_v = tap_count(v.fraction, p->shear_v);
+    const int u0 = u.base + column - border + first_tap(u.fraction, p->shear_u);
+    const int v0 = v.base + row - border + first_tap(v.fraction, p->shear_v);
+    float patch[PATCH_ROWS * PATCH_STRIDE + 4]; // 4: the last unaligned load of the last row
+    for (int r = 0; r < rows + taps_v - 1; r++)
+        load_row(voxels, view, u0, v0 + r, k, PATCH_VECTORS, patch + r * PATCH_STRIDE);
+    for (int i = 0; i < 4; i++)
+        patch[PATCH_ROWS * PATCH_STRIDE + i] = view->background;
+    if (taps_u == 2)
+        splat_sums_2(patch, weights, taps_v, vectors, rows, sums);
+    else if (taps_u == 3)
+        splat_sums_3(patch, weights, taps_v, vectors, rows, sums);
+    else
+        splat_sums_4(patch, weights, taps_v, vectors, rows, sums);
+}
+
+// Splat sums around the samples at hand; neighbours in a row are one voxel apart.
+struct GradientSource {
+    const float *before, *own, *after;
+    float layer_step, shear_u, shear_v;
+};
+
+// In the layer exactly the splatted central differences. Along the axis the difference at the ray's own crossings,
+// less what the ray's own shift contributes: exact for s = 0.
+inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+    *u = 0.5f * (LOADV(s->own + 1) - LOADV(s->own - 1));
+    *v = 0.5f * (LOADV(s->own + SUM_STRIDE) - LOADV(s->own - SUM_STRIDE));
+    *a = 0.5f * s->layer_step * (LOADV(s->after) - LOADV(s->before)) - s->shear_u * *u - s->shear_v * *v;
+}
+
+// Slot of layer k in a ring of three; k >= -2.
+inline int slot(int k) { return (k + 3) % 3; }
+
+__kernel void lattice(__global const VOXEL *voxels, VolumeView view, __global const LayerOffset *offsets_u,
+                      __global const LayerOffset *offsets_v, __global const float *weights,
+                      __global const uchar *visible, __global const float4 *table, __global const float4 *slabs,
+                      LatticeParams p, SampleParams sample, __global float4 *lattice, __global uint *active_samples) {
+    int id = get_global_id(0);
+    if (id >= p.m_u * p.m_v * p.tiles_u * p.tiles_v)
+        return;
+    const int tile = id;
+    const int column = id % p.tiles_u * TILE_COLUMNS;
+    id /= p.tiles_u;
+    const int row = id % p.tiles_v * TILE_ROWS;
+    id /= p.tiles_v;
+    const int phase_u = id % p.m_u, phase_v = id / p.m_u;
+    const int rows = min(TILE_ROWS, p.columns_v - row), columns = min(TILE_COLUMNS, p.columns_u - column);
+
+    float sums[3][SUM_ROWS * SUM_STRIDE];
+    int held[3] = {INT_MIN, INT_MIN, INT_MIN};
+    realv gathered[TILE_ROWS * TILE_VECTORS][4];
+    intv active[TILE_VECTORS];
+    for (int i = 0; i < TILE_ROWS * TILE_VECTORS; i++) {
+        gathered[i][0] = gathered[i][1] = gathered[i][2] = 0.0f;
+        gathered[i][3] = 1.0f;
+    }
+    for (int c = 0; c < TILE_VECTORS; c++)
+        active[c] = 0;
+
+    const int border = sample.shading ? 1 : 0, layers = view.dims_a + 2;
+    for (int n = 0; n < layers; n++) {
+        const int k = p.layer_step > 0 ? n - 1 : view.dims_a - n;
+        const LayerOffset u = offsets_u[(k + 1) * p.m_u + phase_u], v = offsets_v[(k + 1) * p.m_v + phase_v];
+        if (p.culling && !block_visible(visible, NEAR, p.blocks_u, p.blocks_v, u.base + column,
+                                        u.base + column + columns, v.base + row, v.base + row + rows, k))
+            continue;
+        for (int j = k - 1; j <= k + 1; j++) {
+            if (held[slot(j)] == j)
+                continue;
+            held[slot(j)] = j;
+            const int index = clamp(j, -1, view.dims_a) + 1;
+            splat_layer(voxels, &view, &p, offsets_u[index * p.m_u + phase_u], offsets_v[index * p.m_v + phase_v],
+                        weights + (((size_t)index * p.m_v + phase_v) * p.m_u + phase_u) * 16, column, row, j, border,
+                        sums[slot(j)]);
+        }
+        int first, count;
+        layer_slabs(&sample, n, layers, &first, &count);
+        for (int r = 0; r < rows; r++)
+            for (int c = 0; c < TILE_VECTORS; c++) {
+                const int at = (r + border) * SUM_STRIDE + c * VW + border;
+                realv *g = gathered[r * TILE_VECTORS + c];
+                Light light = {g[0], g[1], g[2], g[3]};
+                realv inside = 1.0f;
+                if (sample.background_visible) {
+                    const realv x = CONVERT_REALV(LANES + (u.base + column + c * VW)) + u.fraction;
+                    const float y = v.base + row + r + v.fraction;
+                    const bool beside = y < -1.0f || y > view.dims_v;
+                    inside = CONVERT_REALV(COUNT_IF(x >= -1.0f && x <= (realv)(view.dims_u))) *
+                             (beside ? 0.0f : 1.0f);
+                }
+                const struct GradientSource source = {sums[slot(k - p.layer_step)] + at, sums[slot(k)] + at,
+                                                      sums[slot(k + p.layer_step)] + at, p.layer_step, p.shear_u,
+                                                      p.shear_v};
+                composite_layer(&sample, slabs, first, count, table, LOADV(source.before), LOADV(source.own),
+                                LOADV(source.after), (realv)(0.0f), inside, &source, &light, &active[c]);
+                g[0] = light.r, g[1] = light.g, g[2] = light.b, g[3] = light.t;
+            }
+        if (sample.opaque > 0.0f) {
+            bool finished = true;
+            for (int i = 0; i < rows * TILE_VECTORS && finished; i++)
+                finished = !ANY(gathered[i][3] > sample.opaque);
+            if (finished)
+                break;
+        }
+    }
+
+    uint total = 0;
+    for (int c = 0; c < TILE_VECTORS; c++) {
+        for (int i = 0; i < VW && c * VW + i < columns; i++)
+            total += ((const int *)&active[c])[i];
+    }
+    active_samples[tile] = total;
+    const int width = p.columns_u * p.m_u;
+    for (int r = 0; r < rows; r++) {
+        __global float4 *out = lattice + ((size_t)(row + r) * p.m_v + phase_v) * width + (size_t)column * p.m_u + phase_u;
+        for (int i = 0; i < columns; i++) {
+            const float *g = (const float *)gathered[r * TILE_VECTORS + i / VW] + i % VW;
+            out[(size_t)i * p.m_u] = (float4)(g[0], g[VW], g[2 * VW], 1.0f - g[3 * VW]);
+        }
+    }
+}

@@ -1,0 +1,57 @@
+// Vectors of VW lanes, and what every kernel shares.
+//
+// Prepended to every program. Tuning values, set by device/tuning.rs:
+#ifndef VW
+#define VW 16 // lanes of realv: 16, 8, 4 or 1; the device's native width
+#endif
+#ifndef VOXEL
+#define VOXEL uchar // type of a voxel
+#endif
+
+#define CAT_(a, b) a##b
+#define CAT(a, b) CAT_(a, b)
+
+#if VW == 1
+typedef float realv;
+typedef int intv;
+typedef float realv_unaligned;
+#define ANY(mask) (mask)
+#define CONVERT_INTV(x) convert_int(x)
+#define CONVERT_REALV(x) convert_float(x)
+#define LOAD_VOXELS(p) convert_float(*(p))
+#define GATHER(p, i) ((p)[i])
+#define LANES 0
+#define COUNT_IF(mask) ((mask) ? 1 : 0)
+#else
+typedef CAT(float, VW) realv;
+typedef CAT(int, VW) intv;
+// Unaligned rows through a typedef: vload16 on private memory costs more on PoCL.
+typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
+#define ANY(mask) any(mask)
+#define CONVERT_INTV(x) CAT(convert_int, VW)(x)
+#define CONVERT_REALV(x) CAT(convert_float, VW)(x)
+#define LOAD_VOXELS(p) CONVERT_REALV(CAT(vload, VW)(0, p))
+#define COUNT_IF(mask) (-(mask))
+#if VW == 16
+#define LANES (intv)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
+#define GATHER(p, i) \
+    (realv)((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3], (p)[(i).s4], (p)[(i).s5], (p)[(i).s6], (p)[(i).s7], \
+            (p)[(i).s8], (p)[(i).s9], (p)[(i).sa], (p)[(i).sb], (p)[(i).sc], (p)[(i).sd], (p)[(i).se], (p)[(i).sf])
+#elif VW == 8
+#define LANES (intv)(0, 1, 2, 3, 4, 5, 6, 7)
+#define GATHER(p, i) \
+    (realv)((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3], (p)[(i).s4], (p)[(i).s5], (p)[(i).s6], (p)[(i).s7])
+#elif VW == 4
+#define LANES (intv)(0, 1, 2, 3)
+#define GATHER(p, i) (realv)((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3])
+#endif
+#endif
+
+#define LOADV(p) (*(const realv_unaligned *)(p))
+#define STOREV(p, x) (*(realv_unaligned *)(p) = (x))
+
+// Fails to compile unless the condition holds.
+#define CHECK_SIZE(type, bytes) typedef char type##_size_check[sizeof(type) == (bytes) ? 1 : -1]
+
+// The interpolation kernel of the paper (Eq. 2) on [0, 1], turned round: 3t^2 - 2t^3, so that f(t) = 1 - rise(t).
+#define RISE(t) ((t) * (t) * (3.0f - 2.0f * (t)))

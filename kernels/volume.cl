@@ -1,0 +1,53 @@
+// The voxels as kernels see them: a box of (u, v, a) in any of two layouts, and what lies around it.
+
+// Where the voxels of a layer axis lie. Mirrors `VolumeView` in src/device/launch/params.rs.
+typedef struct {
+    long stride_u, stride_v, stride_a; // in voxels; stride_u is 1 except for the direct method
+    int dims_u, dims_v, dims_a;
+    float background; // value of the voxels missing around the volume
+} VolumeView;
+CHECK_SIZE(VolumeView, VOLUME_VIEW_BYTES);
+
+// Any voxel, inside or around the volume.
+inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k) {
+    if (u < 0 || u >= view->dims_u || v < 0 || v >= view->dims_v || k < 0 || k >= view->dims_a)
+        return view->background;
+    return convert_float(voxels[u * view->stride_u + v * view->stride_v + k * view->stride_a]);
+}
+
+// `vectors` x VW voxels of row v, layer k, from u on, as floats. Needs stride_u = 1.
+inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, int vectors, float *row) {
+    const bool inside = v >= 0 && v < view->dims_v && k >= 0 && k < view->dims_a;
+    __global const VOXEL *start = voxels + v * view->stride_v + k * view->stride_a;
+    for (int c = 0; c < vectors; c++, u += VW, row += VW) {
+        if (inside && u >= 0 && u + VW <= view->dims_u) {
+            STOREV(row, LOAD_VOXELS(start + u));
+        } else if (!inside || u + VW <= 0 || u >= view->dims_u) {
+            STOREV(row, (realv)(view->background));
+        } else {
+            for (int i = 0; i < VW; i++)
+                row[i] = u + i >= 0 && u + i < view->dims_u ? convert_float(start[u + i]) : view->background;
+        }
+    }
+}
+
+// Occupancy: blocks of BLOCK x BLOCK voxels of one layer, one block of margin on each side.
+#define BLOCK 8
+// How far a sample reaches for voxels while |s| <= 1: 1 + |s| around its crossings of three layers, |s| to either side.
+#define REACH 3
+// Bits of a block's visibility: what is in reach of samples with |s| <= 1, and of those with |s| <= 3.
+#define NEAR 1
+#define FAR 2
+
+// Whether any block under samples in [u0, u1] x [v0, v1] of layer k (-1 ... n) can show anything; bit: NEAR or FAR.
+inline bool block_visible(__global const uchar *visible, int bit, int blocks_u, int blocks_v, int u0, int u1, int v0,
+                          int v1, int k) {
+    // Shifted by a block of margin; >> rounds down, also below 0.
+    const int b0 = max((u0 >> 3) + 1, 0), b1 = min((u1 >> 3) + 1, blocks_u - 1);
+    const int c0 = max((v0 >> 3) + 1, 0), c1 = min((v1 >> 3) + 1, blocks_v - 1);
+    for (int c = c0; c <= c1; c++)
+        for (int b = b0; b <= b1; b++)
+            if (visible[((size_t)(k + 1) * blocks_v + c) * blocks_u + b] & bit)
+                return true;
+    return false;
+}

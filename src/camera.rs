@@ -1,0 +1,180 @@
+//! The camera, in world coordinates. Position and axes equal those of a vtkCamera with the same settings.
+
+use crate::error::Error;
+use crate::layers::Viewport;
+use glam::DVec3;
+
+/// How a viewport sees the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Parallel rays; `scale` is half the viewport's height in world units.
+    Parallel {
+        /// Half the viewport's height, world units, > 0.
+        scale: f64,
+    },
+    /// Rays from the eye; the vertical field of view in degrees, between 0 and 180, exclusive.
+    Perspective {
+        /// Vertical field of view, degrees.
+        field_of_view: f64,
+    },
+}
+
+/// Position, focal point, view-up and projection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// The eye, world units. In a parallel projection only the direction to the focal point counts.
+    pub position: DVec3,
+    /// The point in the middle of the viewport.
+    pub focal_point: DVec3,
+    /// Any vector that is up on the screen; it need not be at right angles to the view.
+    pub view_up: DVec3,
+    /// Parallel or perspective.
+    pub projection: Projection,
+}
+
+/// Right, up and forward of a camera: orthonormal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Basis {
+    /// To the right on the screen.
+    pub right: DVec3,
+    /// Up on the screen.
+    pub up: DVec3,
+    /// From the eye to the focal point.
+    pub forward: DVec3,
+}
+
+/// Where an orbiting camera stands, in degrees: `azimuth` about y, `elevation` above the xz plane, `roll` about the view.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Orbit {
+    /// Degrees about the y axis; 0 looks along −z.
+    pub azimuth: f64,
+    /// Degrees above the xz plane, −90 … 90 and beyond.
+    pub elevation: f64,
+    /// Degrees about the view direction, as `vtkCamera::Roll`.
+    pub roll: f64,
+}
+
+impl Camera {
+    /// A camera at `distance` from `centre`, looking at it.
+    ///
+    /// The direction from the centre to the eye is c = (cosE·sinA, sinE, cosE·cosA), right = (cosA, 0, −sinA) and
+    /// up = c × right, also at E = ±90°; a roll φ turns up into up·cosφ + right·sinφ.
+    pub fn orbit(centre: DVec3, distance: f64, orbit: Orbit, projection: Projection) -> Self {
+        let (sin_a, cos_a) = exact_sin_cos(orbit.azimuth);
+        let (sin_e, cos_e) = exact_sin_cos(orbit.elevation);
+        let (sin_r, cos_r) = exact_sin_cos(orbit.roll);
+        let to_eye = DVec3::new(cos_e * sin_a, sin_e, cos_e * cos_a);
+        let right = DVec3::new(cos_a, 0.0, -sin_a);
+        let up = to_eye.cross(right);
+        Self {
+            position: centre + to_eye * distance,
+            focal_point: centre,
+            view_up: up * cos_r + right * sin_r,
+            projection,
+        }
+    }
+
+    /// A parallel view in which every rotation of an object fits: half the viewport's height is half the object's
+    /// `diagonal`, divided by width/height where the viewport is narrower than high.
+    pub fn fit_parallel(centre: DVec3, diagonal: f64, viewport: Viewport, orbit: Orbit) -> Self {
+        let aspect = f64::from(viewport.width) / f64::from(viewport.height);
+        let projection = Projection::Parallel { scale: diagonal / 2.0 / aspect.min(1.0) };
+        Self::orbit(centre, diagonal, orbit, projection)
+    }
+
+    /// A perspective in which every rotation of an object fits the field of view (degrees): the eye is half the object's
+    /// `diagonal` / sin(fov/2) away from its centre, as after vtkRenderer::ResetCamera.
+    pub fn fit_perspective(centre: DVec3, diagonal: f64, field_of_view: f64, orbit: Orbit) -> Self {
+        let distance = diagonal / 2.0 / (field_of_view.to_radians() / 2.0).sin();
+        Self::orbit(centre, distance, orbit, Projection::Perspective { field_of_view })
+    }
+
+    /// The camera's axes, or an error when the camera has none: eye on the focal point, view-up along the view, or a
+    /// projection that shows nothing.
+    pub fn basis(&self) -> Result<Basis, Error> {
+        self.projection.check()?;
+        let invalid = |problem: &'static str| Error::Camera { problem };
+        if !(self.position.is_finite() && self.focal_point.is_finite() && self.view_up.is_finite()) {
+            return Err(invalid("position, focal point and view-up must be finite"));
+        }
+        let to_eye = (self.position - self.focal_point)
+            .try_normalize()
+            .ok_or(invalid("position and focal point coincide: move one of them"))?;
+        let right = self
+            .view_up
+            .try_normalize()
+            .and_then(|up| up.cross(to_eye).try_normalize())
+            .ok_or(invalid("view-up is zero or parallel to the view: choose another"))?;
+        Ok(Basis { right, up: to_eye.cross(right), forward: -to_eye })
+    }
+}
+
+impl Projection {
+    fn check(self) -> Result<(), Error> {
+        let (name, value, good) = match self {
+            Projection::Parallel { scale } => ("parallel scale", scale, scale > 0.0 && scale.is_finite()),
+            Projection::Perspective { field_of_view: fov } => ("field of view", fov, fov > 0.0 && fov < 180.0),
+        };
+        if good {
+            return Ok(());
+        }
+        let expected = match self {
+            Projection::Parallel { .. } => "a finite number above 0",
+            Projection::Perspective { .. } => "degrees between 0 and 180, exclusive",
+        };
+        Err(Error::OutOfRange { name, value: value.to_string(), expected })
+    }
+}
+
+/// Sine and cosine of an angle in degrees, exact at multiples of 90°.
+fn exact_sin_cos(degrees: f64) -> (f64, f64) {
+    let turns = (degrees / 90.0).round();
+    let (s, c) = (degrees - turns * 90.0).to_radians().sin_cos();
+    match turns.rem_euclid(4.0) as u8 {
+        0 => (s, c),
+        1 => (c, -s),
+        2 => (-s, -c),
+        _ => (-c, s),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn basis(azimuth: f64, elevation: f64, roll: f64) -> Basis {
+        let orbit = Orbit { azimuth, elevation, roll };
+        Camera::orbit(DVec3::ONE, 5.0, orbit, Projection::Parallel { scale: 1.0 }).basis().unwrap()
+    }
+
+    #[test]
+    fn axes_are_those_of_a_vtk_camera() {
+        let b = basis(0.0, 0.0, 0.0);
+        assert_eq!((b.right, b.up, b.forward), (DVec3::X, DVec3::Y, DVec3::NEG_Z));
+        let b = basis(90.0, 0.0, 0.0);
+        assert_eq!((b.right, b.up, b.forward), (DVec3::NEG_Z, DVec3::Y, DVec3::NEG_X));
+        let b = basis(0.0, 0.0, 90.0);
+        assert!((b.up - DVec3::X).length() < 1e-15 && (b.right - DVec3::NEG_Y).length() < 1e-15);
+    }
+
+    #[test]
+    fn poles_have_an_up() {
+        let b = basis(30.0, 90.0, 0.0);
+        assert!((b.forward - DVec3::NEG_Y).length() < 1e-15);
+        assert!((b.right - DVec3::new(30f64.to_radians().cos(), 0.0, -0.5)).length() < 1e-15);
+    }
+
+    #[test]
+    fn cameras_without_a_view_are_refused() {
+        let good = Camera::orbit(DVec3::ZERO, 1.0, Orbit::default(), Projection::Parallel { scale: 1.0 });
+        assert!(Camera { position: good.focal_point, ..good }.basis().is_err());
+        assert!(Camera { view_up: DVec3::Z, ..good }.basis().is_err());
+        assert!(Camera { view_up: DVec3::ZERO, ..good }.basis().is_err());
+        for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(Camera { projection: Projection::Parallel { scale }, ..good }.basis().is_err());
+        }
+        for field_of_view in [0.0, 180.0, -3.0, f64::NAN] {
+            assert!(Camera { projection: Projection::Perspective { field_of_view }, ..good }.basis().is_err());
+        }
+    }
+}

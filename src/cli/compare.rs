@@ -1,0 +1,41 @@
+//! `layersplat compare`.
+
+use super::parse;
+use crate::error::Error;
+use crate::image::{Comparison, read_image};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// A .png or .npy picture
+    a: PathBuf,
+    /// Another of the same size
+    b: PathBuf,
+    /// Exit with 1 if any channel of any pixel differs by more (0 to 1)
+    #[arg(long, value_parser = parse::finite)]
+    max_difference: Option<f64>,
+    /// Exit with 1 if the PSNR over red, green and blue is lower, in dB
+    #[arg(long, value_parser = parse::finite)]
+    min_psnr: Option<f64>,
+    /// Print one line of JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let (a, b) = (read_image(&arguments.a)?, read_image(&arguments.b)?);
+    let comparison = a.compare(&b).ok_or_else(|| Error::Image {
+        path: arguments.b.clone(),
+        problem: format!("it has {}x{} pixels, {} has {}x{}", b.width(), b.height(), arguments.a.display(), a.width(), a.height()),
+    })?;
+    super::report(arguments.json, &comparison, || text(&comparison));
+    let too_far = arguments.max_difference.is_some_and(|limit| comparison.max_difference > limit)
+        || arguments.min_psnr.is_some_and(|limit| comparison.psnr.is_some_and(|psnr| psnr < limit));
+    Ok(ExitCode::from(u8::from(too_far)))
+}
+
+fn text(c: &Comparison) -> String {
+    let psnr = |p: Option<f64>| p.map_or("identical".into(), |p| format!("{p:.2} dB"));
+    format!("PSNR RGB        {}\nPSNR RGBA       {}\nmax difference  {:.6}", psnr(c.psnr), psnr(c.psnr_rgba), c.max_difference)
+}

@@ -1,0 +1,74 @@
+//! The command line: a thin skin over the library.
+
+mod bench;
+mod compare;
+mod devices;
+mod info;
+mod options;
+mod parse;
+mod render;
+mod rotate;
+mod scene;
+
+use crate::error::Error;
+use clap::{Parser, Subcommand};
+use serde::Serialize;
+use std::process::ExitCode;
+
+/// Volume rendering by layered splatting, on any OpenCL device.
+#[derive(Parser)]
+#[command(name = "layersplat", version, propagate_version = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a volume to a .png or .npy picture
+    Render(render::Arguments),
+    /// Render a full turn about the y axis to numbered PNGs
+    Rotate(rotate::Arguments),
+    /// Tell dimensions, type, range and histogram of a volume
+    Info(info::Arguments),
+    /// List platforms and devices, with the tuning that would be used
+    Devices(devices::Arguments),
+    /// Tell how far two pictures differ
+    Compare(compare::Arguments),
+    /// Time a full turn about the y axis
+    Bench(bench::Arguments),
+}
+
+/// Runs the command line of this process. Exit code 2 for a bad command line, 1 for anything else that fails.
+pub fn main() -> ExitCode {
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into());
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().with_target(false).init();
+    let done = match Cli::parse().command {
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Rotate(arguments) => rotate::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Devices(arguments) => devices::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+    };
+    done.unwrap_or_else(|error| {
+        eprintln!("layersplat: {error}");
+        ExitCode::from(exit_code(&error))
+    })
+}
+
+/// 2 where the command line itself is at fault.
+fn exit_code(error: &Error) -> u8 {
+    match error {
+        Error::OutOfRange { .. } | Error::UnknownName { .. } | Error::Settings { .. } | Error::Camera { .. } => 2,
+        _ => 1,
+    }
+}
+
+/// Prints a report: as one line of JSON, or as text.
+fn report(json: bool, value: &impl Serialize, text: impl FnOnce() -> String) {
+    use std::io::Write;
+    let line = if json { serde_json::to_string(value).expect("reports are plain data") } else { text() };
+    // A reader that went away (`| head`) is no error of ours.
+    let _ = writeln!(std::io::stdout(), "{}", line.trim_end());
+}

@@ -1,0 +1,211 @@
+//! Options that `render`, `rotate` and `bench` share.
+
+use super::parse;
+use crate::camera::Orbit;
+use crate::image::Background;
+use crate::layers::{Correction, Density, Viewport};
+use crate::renderer::{Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
+use crate::transfer::Extinction;
+use crate::volume::{Endian, RawOptions, VoxelType};
+use clap::{Args, ValueEnum};
+use glam::DVec3;
+
+/// Which volume, and what its name does not tell.
+#[derive(Args)]
+pub(super) struct VolumeOptions {
+    /// NAME_XxYxZ_TYPE.raw or .raw.gz, or builtin:marschner-lobb, builtin:hydrogen, builtin:cube with @N or @XxYxZ
+    #[arg(default_value = "builtin:hydrogen")]
+    pub volume: String,
+    /// Voxels along x, y, z, where the file's name does not tell them: XxYxZ
+    #[arg(long, value_parser = parse::dims, value_name = "XxYxZ", help_heading = "Volume")]
+    dims: Option<[usize; 3]>,
+    /// uint8, int8, uint16, int16, float32 or float64, where the file's name does not tell it
+    #[arg(long = "type", help_heading = "Volume")]
+    voxel_type: Option<VoxelType>,
+    /// Distance between voxels along x, y, z [default: 1,1,1]
+    #[arg(long, value_parser = parse::spacing, value_name = "X,Y,Z", allow_hyphen_values = true, help_heading = "Volume")]
+    spacing: Option<DVec3>,
+    /// Byte order of the file
+    #[arg(long, default_value = "little", help_heading = "Volume")]
+    endian: EndianName,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum EndianName {
+    Little,
+    Big,
+}
+
+impl VolumeOptions {
+    pub fn raw(&self) -> RawOptions {
+        let endian = match self.endian {
+            EndianName::Little => Endian::Little,
+            EndianName::Big => Endian::Big,
+        };
+        RawOptions { dims: self.dims, voxel_type: self.voxel_type, spacing: self.spacing, endian }
+    }
+}
+
+/// Which transfer function.
+#[derive(Args)]
+#[command(next_help_heading = "Transfer function")]
+pub(super) struct TransferOptions {
+    /// ParaView preset FILE or FILE#NAME, or grey, fire, viridis, cool-warm [default: from the histogram]
+    #[arg(long, value_name = "FILE|NAME")]
+    pub transfer: Option<String>,
+    /// Stretch the transfer function onto this range of data values
+    #[arg(long, value_parser = parse::range, value_name = "LO,HI", allow_hyphen_values = true)]
+    pub transfer_range: Option<(f64, f64)>,
+}
+
+/// Camera and picture.
+#[derive(Args)]
+#[command(next_help_heading = "Camera and picture")]
+pub(super) struct CameraOptions {
+    /// Degrees about the y axis
+    #[arg(long, default_value_t = 0.0, value_parser = parse::finite, allow_hyphen_values = true)]
+    pub azimuth: f64,
+    /// Degrees above the xz plane [default: 0; rotate and bench: 20]
+    #[arg(long, value_parser = parse::finite, allow_hyphen_values = true)]
+    pub elevation: Option<f64>,
+    /// Degrees about the view direction
+    #[arg(long, default_value_t = 0.0, value_parser = parse::finite, allow_hyphen_values = true)]
+    pub roll: f64,
+    /// Half the picture's height in world units [default: every rotation fits]
+    #[arg(long, value_parser = parse::positive, conflicts_with = "perspective", allow_hyphen_values = true)]
+    pub parallel_scale: Option<f64>,
+    /// Perspective with this vertical field of view in degrees [default: parallel]
+    #[arg(long, value_parser = parse::field_of_view, value_name = "FOV", allow_hyphen_values = true)]
+    pub perspective: Option<f64>,
+    /// Distance of the eye from the centre, in a perspective [default: every rotation fits]
+    #[arg(long, value_parser = parse::positive, requires = "perspective", allow_hyphen_values = true)]
+    pub distance: Option<f64>,
+    /// World point in the middle of the picture [default: the volume's centre]
+    #[arg(long, value_parser = parse::vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub center: Option<DVec3>,
+    /// Size of the picture in pixels
+    #[arg(long, default_value = "512x512", value_parser = parse::viewport, value_name = "WxH", allow_hyphen_values = true)]
+    pub size: Viewport,
+    /// black, white, grey, #rrggbb, R,G,B or transparent [default: .png on black, .npy bare]
+    #[arg(long)]
+    pub background: Option<Background>,
+}
+
+impl CameraOptions {
+    pub fn orbit(&self, default_elevation: f64) -> Orbit {
+        Orbit { azimuth: self.azimuth, elevation: self.elevation.unwrap_or(default_elevation), roll: self.roll }
+    }
+}
+
+/// Which device.
+#[derive(Args)]
+#[command(next_help_heading = "Device")]
+pub(super) struct DeviceOptions {
+    /// Index or part of a name, see `layersplat devices` [default: a GPU if there is one, else the CPU]
+    #[arg(long, env = "LAYERSPLAT_DEVICE")]
+    pub device: Option<String>,
+}
+
+/// How the picture is made. Each option overrides the quality's choice.
+#[derive(Args)]
+#[command(next_help_heading = "Quality")]
+pub(super) struct QualityOptions {
+    /// draft, standard, high or paper
+    #[arg(long, default_value = "standard")]
+    pub quality: Quality,
+    /// What makes up for kernels that reach into neighbouring layers
+    #[arg(long)]
+    correction: Option<CorrectionName>,
+    /// Samples per layer, 1 to 16; implies --correction sublayers
+    #[arg(long, value_parser = parse::sub_layers, value_name = "N", allow_hyphen_values = true)]
+    sublayers: Option<u32>,
+    /// How opacity becomes attenuation over a distance
+    #[arg(long)]
+    extinction: Option<ExtinctionName>,
+    /// on or off
+    #[arg(long, value_parser = parse::switch)]
+    shading: Option<bool>,
+    /// auto, direct (per pixel) or samples per voxel, 1 to 16
+    #[arg(long, value_parser = parse::lattice, value_name = "auto|direct|N", allow_hyphen_values = true)]
+    lattice: Option<Evaluation>,
+    /// Source of the footprints; the set goes with --lattice direct
+    #[arg(long)]
+    footprints: Option<FootprintsName>,
+    /// Whether opaque tiles stop: on or off
+    #[arg(long, value_parser = parse::switch)]
+    early_termination: Option<bool>,
+    /// auto (the 45° rule), x, y or z
+    #[arg(long, default_value = "auto", value_parser = parse::layer_axis)]
+    layer_axis: LayerAxis,
+    /// World distance that opacities are for [default: the smallest spacing]
+    #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
+    unit_distance: Option<f64>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum CorrectionName {
+    None,
+    Constant,
+    Sublayers,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ExtinctionName {
+    Exponential,
+    Linear,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum FootprintsName {
+    Exact,
+    Set,
+}
+
+impl QualityOptions {
+    /// The quality's settings with what was asked for otherwise, or what is contradictory.
+    pub fn settings(&self) -> Result<Settings, crate::Error> {
+        let mut settings = self.quality.settings();
+        settings.layer_axis = self.layer_axis;
+        settings.unit_distance = self.unit_distance;
+        settings.correction = match (self.correction, self.sublayers) {
+            (None, None) => settings.correction,
+            (None | Some(CorrectionName::Sublayers), Some(n)) => Correction::SubLayers(n),
+            (Some(CorrectionName::Sublayers), None) => Correction::SubLayers(settings.correction.samples_per_layer().max(2)),
+            (Some(CorrectionName::None), None) => Correction::None,
+            (Some(CorrectionName::Constant), None) => Correction::Constant,
+            (Some(_), Some(_)) => {
+                let problem = "--sublayers goes with --correction sublayers only: leave one of them out".into();
+                return Err(crate::Error::Settings { problem });
+            }
+        };
+        settings.extinction = match self.extinction {
+            None => settings.extinction,
+            Some(ExtinctionName::Exponential) => Extinction::Exponential,
+            Some(ExtinctionName::Linear) => Extinction::Linear,
+        };
+        if let Some(on) = self.shading {
+            settings.shading = on.then(Shading::default);
+        }
+        settings.footprints = match self.footprints {
+            None => settings.footprints,
+            Some(FootprintsName::Exact) => Footprints::Exact,
+            Some(FootprintsName::Set) => Footprints::Set,
+        };
+        if let Some(evaluation) = self.lattice {
+            let kept = match (evaluation, settings.evaluation) {
+                // `auto` leaves a quality its own least density.
+                (Evaluation::Lattice(Density::AtLeast(_)), Evaluation::Lattice(Density::AtLeast(m))) => Evaluation::Lattice(Density::AtLeast(m)),
+                _ => evaluation,
+            };
+            settings.evaluation = kept;
+            // The set comes with the paper's direct evaluation; on a lattice it has no meaning.
+            if self.footprints.is_none() && kept != Evaluation::Direct {
+                settings.footprints = Footprints::Exact;
+            }
+        }
+        if let Some(on) = self.early_termination {
+            settings.early_termination = on;
+        }
+        Ok(settings)
+    }
+}

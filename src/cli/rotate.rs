@@ -1,0 +1,69 @@
+//! `layersplat rotate`.
+
+use super::scene::{Scene, SceneOptions, camera};
+use crate::camera::Orbit;
+use crate::error::Error;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Elevation of `rotate` and `bench`, as in the paper's protocol.
+pub(super) const ELEVATION: f64 = 20.0;
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// Pictures of the turn
+    #[arg(long, default_value_t = 125, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+    /// Folder for frame_0000.png and so on; made if it is missing
+    #[arg(short, long, default_value = "frames")]
+    output: PathBuf,
+    /// Print one line of JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Rotated<'a> {
+    output: String,
+    frames: u32,
+    volume: &'a str,
+    device: &'a str,
+}
+
+/// The orbit of frame `n` of `frames`: a full turn about y.
+pub(super) fn turn(start: Orbit, n: u32, frames: u32) -> Orbit {
+    Orbit { azimuth: start.azimuth + 360.0 * f64::from(n) / f64::from(frames), ..start }
+}
+
+/// A progress bar on standard error; invisible where that is no terminal.
+pub(super) fn progress(steps: u32, what: &'static str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {elapsed} (about {eta} left)");
+    ProgressBar::new(steps.into()).with_style(style.expect("the template is valid")).with_message(what)
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let options = &arguments.scene.camera;
+    let scene = Scene::open(&arguments.scene)?;
+    let mut renderer = scene.renderer()?;
+    std::fs::create_dir_all(&arguments.output).map_err(|e| Error::write(&arguments.output, e))?;
+    let bar = progress(arguments.frames, "rendering");
+    for n in 0..arguments.frames {
+        let camera = camera(options, scene.volume.grid(), turn(options.orbit(ELEVATION), n, arguments.frames));
+        let (frame, _) = renderer.render(&camera, options.size, &scene.settings)?;
+        frame.save(arguments.output.join(format!("frame_{n:04}.png")), options.background)?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let rotated = Rotated {
+        output: arguments.output.display().to_string(),
+        frames: arguments.frames,
+        volume: scene.volume.name(),
+        device: &scene.device.info().name,
+    };
+    super::report(arguments.json, &rotated, || format!("{} pictures in {}", rotated.frames, rotated.output));
+    Ok(ExitCode::SUCCESS)
+}

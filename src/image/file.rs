@@ -1,0 +1,161 @@
+//! PNG and NPY files.
+
+use super::Frame;
+use crate::error::Error;
+use crate::layers::Viewport;
+use image::{ExtendedColorType, ImageEncoder, ImageReader, codecs::png::PngEncoder};
+use npyz::WriterBuilder;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// File formats of pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageFormat {
+    /// 8-bit RGBA.
+    Png,
+    /// NumPy array, float32, H×W×4, premultiplied.
+    Npy,
+}
+
+impl ImageFormat {
+    /// The format that a file name's ending asks for.
+    pub fn of(path: &Path) -> Result<Self, Error> {
+        match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("png") => Ok(ImageFormat::Png),
+            Some("npy") => Ok(ImageFormat::Npy),
+            _ => {
+                let name = path.display().to_string();
+                Err(Error::UnknownName { what: "picture format", name, known: "a name ending in .png or .npy".into() })
+            }
+        }
+    }
+}
+
+/// Writes a file under a temporary name beside it, then renames it: it appears whole or not at all.
+pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
+    let failed = |e| Error::write(path, e);
+    if path.is_dir() {
+        return Err(failed(io::Error::other("it is a directory")));
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".layersplat-");
+    #[cfg(unix)]
+    let builder = {
+        use std::os::unix::fs::PermissionsExt;
+        // As any new file: the umask takes away what it must.
+        builder.permissions(std::fs::Permissions::from_mode(0o666))
+    };
+    let mut file = builder.tempfile_in(folder).map_err(failed)?;
+    let mut buffered = io::BufWriter::new(file.as_file_mut());
+    write(&mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
+    drop(buffered);
+    file.persist(path).map_err(|e| failed(e.error))?;
+    Ok(())
+}
+
+pub(super) fn write_png(path: &Path, viewport: Viewport, rgba: &[u8]) -> Result<(), Error> {
+    write_whole(path, |out| {
+        PngEncoder::new(out)
+            .write_image(rgba, viewport.width, viewport.height, ExtendedColorType::Rgba8)
+            .map_err(io::Error::other)
+    })
+}
+
+pub(super) fn write_npy(path: &Path, frame: &Frame) -> Result<(), Error> {
+    write_whole(path, |out| {
+        let shape = [u64::from(frame.height()), u64::from(frame.width()), 4];
+        let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(out).begin_nd()?;
+        writer.extend(frame.pixels().iter().flatten())?;
+        writer.finish()
+    })
+}
+
+/// Reads a `.png` or `.npy` picture as premultiplied floats.
+pub fn read_image(path: &Path) -> Result<Frame, Error> {
+    match ImageFormat::of(path)? {
+        ImageFormat::Png => read_png(path),
+        ImageFormat::Npy => read_npy(path),
+    }
+}
+
+fn read_png(path: &Path) -> Result<Frame, Error> {
+    let damaged = |e: image::ImageError| match e {
+        image::ImageError::IoError(e) => Error::read(path, e),
+        e => Error::Image { path: path.into(), problem: e.to_string() },
+    };
+    let mut reader = ImageReader::open(path).map_err(|e| Error::read(path, e))?;
+    reader.set_format(image::ImageFormat::Png);
+    let picture = reader.decode().map_err(damaged)?.into_rgba32f();
+    let viewport = Viewport::new(picture.width(), picture.height())?;
+    let premultiplied = |p: &image::Rgba<f32>| [p[0] * p[3], p[1] * p[3], p[2] * p[3], p[3]];
+    Ok(Frame::new(viewport, picture.pixels().map(premultiplied).collect()))
+}
+
+fn read_npy(path: &Path) -> Result<Frame, Error> {
+    let damaged = |problem: String| Error::Image { path: path.into(), problem };
+    let file = std::fs::File::open(path).map_err(|e| Error::read(path, e))?;
+    let array = npyz::NpyFile::new(io::BufReader::new(file)).map_err(|e| damaged(e.to_string()))?;
+    let [height, width, 4] = *array.shape() else {
+        return Err(damaged(format!("its shape is {:?}: expected height, width, 4", array.shape())));
+    };
+    if array.order() != npyz::Order::C {
+        return Err(damaged("it is in Fortran order: save it in C order".into()));
+    }
+    let side = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
+    let viewport = Viewport::new(side(width), side(height))?;
+    let numbers = array.into_vec::<f32>().map_err(|e| damaged(e.to_string()))?;
+    let (pixels, _) = numbers.as_chunks::<4>();
+    Ok(Frame::new(viewport, pixels.to_vec()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Background;
+
+    fn frame() -> Frame {
+        let pixels = vec![[0.0; 4], [0.25, 0.0, 0.5, 0.5], [1.0, 1.0, 1.0, 1.0], [0.1, 0.2, 0.3, 0.4], [0.0, 0.0, 0.0, 1.0], [0.5, 0.5, 0.5, 0.75]];
+        Frame::new(Viewport::new(3, 2).unwrap(), pixels)
+    }
+
+    #[test]
+    fn files_come_back_as_they_were_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let npy = folder.path().join("a.npy");
+        frame().save(&npy, None).unwrap();
+        assert_eq!(read_image(&npy).unwrap(), frame());
+        let png = folder.path().join("a.png");
+        frame().save(&png, Some(Background::Transparent)).unwrap();
+        assert!(read_image(&png).unwrap().compare(&frame()).unwrap().max_difference < 1.0 / 255.0);
+        frame().save(&png, None).unwrap();
+        let over_black = read_image(&png).unwrap();
+        assert!(over_black.pixels().iter().all(|p| p[3] == 1.0));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "temporary files stay behind");
+    }
+
+    #[test]
+    fn truncated_files_are_refused_at_any_length() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.npy", "a.png"] {
+            let path = folder.path().join(name);
+            frame().save(&path, None).unwrap();
+            let whole = std::fs::read(&path).unwrap();
+            // The last 12 bytes of a PNG are an empty closing chunk, which decoders may do without.
+            for length in 0..whole.len() - 12 {
+                std::fs::write(&path, &whole[..length]).unwrap();
+                assert!(read_image(&path).is_err(), "{name} at {length} of {}", whole.len());
+            }
+        }
+    }
+
+    #[test]
+    fn unwritable_places_leave_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(frame().save(folder.path().join("missing/a.png"), None).is_err());
+        assert!(frame().save(folder.path().join("a.jpg"), None).is_err());
+        std::fs::create_dir(folder.path().join("b.png")).unwrap();
+        assert!(frame().save(folder.path().join("b.png"), None).is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}

@@ -1,0 +1,51 @@
+//! How far two pictures differ.
+
+use serde::Serialize;
+
+/// Differences of two pictures, in premultiplied values of 0 … 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Peak signal-to-noise ratio over red, green and blue, in dB; `None` when these are identical.
+    pub psnr: Option<f64>,
+    /// The same over red, green, blue and alpha.
+    pub psnr_rgba: Option<f64>,
+    /// Largest difference of any of the four channels.
+    pub max_difference: f64,
+}
+
+impl Comparison {
+    /// Compares pixels one by one. A value that is not a number differs by infinity.
+    pub(super) fn new(a: &[[f32; 4]], b: &[[f32; 4]]) -> Self {
+        let mut squares = [0.0; 4];
+        let mut max_difference: f64 = 0.0;
+        for (p, q) in a.iter().zip(b) {
+            for channel in 0..4 {
+                let difference = (f64::from(p[channel]) - f64::from(q[channel])).abs();
+                let difference = if difference.is_nan() { f64::INFINITY } else { difference };
+                squares[channel] += difference * difference;
+                max_difference = max_difference.max(difference);
+            }
+        }
+        let psnr = |channels: usize| {
+            let mean = squares[..channels].iter().sum::<f64>() / (a.len() * channels) as f64;
+            (mean > 0.0).then(|| -10.0 * mean.log10())
+        };
+        Self { psnr: psnr(3), psnr_rgba: psnr(4), max_difference }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_forms() {
+        let same = Comparison::new(&[[0.5; 4]; 3], &[[0.5; 4]; 3]);
+        assert_eq!(same, Comparison { psnr: None, psnr_rgba: None, max_difference: 0.0 });
+        let off = Comparison::new(&[[0.5, 0.5, 0.5, 1.0]; 4], &[[0.6, 0.6, 0.6, 1.0]; 4]);
+        assert!((off.psnr.unwrap() - 20.0).abs() < 1e-5);
+        assert!((off.psnr_rgba.unwrap() - 20.0 - 10.0 * (4.0f64 / 3.0).log10()).abs() < 1e-5);
+        assert!((off.max_difference - 0.1).abs() < 1e-7);
+        assert_eq!(Comparison::new(&[[f32::NAN; 4]], &[[0.0; 4]]).max_difference, f64::INFINITY);
+    }
+}

@@ -1,0 +1,96 @@
+//! Pictures: frames, files and how far two of them differ.
+
+mod background;
+mod file;
+mod metrics;
+
+pub use background::Background;
+pub use file::{ImageFormat, read_image, write_whole};
+pub use metrics::Comparison;
+
+use crate::error::Error;
+use crate::layers::Viewport;
+use std::path::Path;
+
+/// A picture: premultiplied red, green, blue and opacity, 0 … 1, row by row, row 0 on top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    viewport: Viewport,
+    pixels: Vec<[f32; 4]>,
+}
+
+impl Frame {
+    /// A frame of `viewport.pixels()` pixels.
+    ///
+    /// # Panics
+    /// If their number is another.
+    pub fn new(viewport: Viewport, pixels: Vec<[f32; 4]>) -> Self {
+        assert_eq!(pixels.len(), viewport.pixels());
+        Self { viewport, pixels }
+    }
+
+    /// Columns.
+    pub fn width(&self) -> u32 {
+        self.viewport.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.viewport.height
+    }
+
+    /// The pixels, row by row.
+    pub fn pixels(&self) -> &[[f32; 4]] {
+        &self.pixels
+    }
+
+    /// The pixel in a column and a row.
+    pub fn pixel(&self, column: u32, row: u32) -> [f32; 4] {
+        self.pixels[row as usize * self.viewport.width as usize + column as usize]
+    }
+
+    /// Puts the picture over an opaque colour; `Transparent` leaves it as it is.
+    pub fn over(mut self, background: Background) -> Self {
+        if let Background::Color(color) = background {
+            for [r, g, b, a] in &mut self.pixels {
+                let through = 1.0 - *a;
+                *r += through * color[0];
+                *g += through * color[1];
+                *b += through * color[2];
+                *a = 1.0;
+            }
+        }
+        self
+    }
+
+    /// 8-bit RGBA: over an opaque colour, or with straight alpha. The same bytes as the device's own.
+    pub fn to_rgba8(&self, background: Background) -> Vec<u8> {
+        let byte = |c: f32| (c * 255.0).round_ties_even() as u8;
+        self.pixels
+            .iter()
+            .flat_map(|&[r, g, b, a]| match background {
+                Background::Color(k) => [r + (1.0 - a) * k[0], g + (1.0 - a) * k[1], b + (1.0 - a) * k[2], 1.0].map(byte),
+                Background::Transparent if a > 0.0 => [r / a, g / a, b / a, a].map(byte),
+                Background::Transparent => [0; 4],
+            })
+            .collect()
+    }
+
+    /// Writes a `.png` (8 bit) or `.npy` (float32, H×W×4) file, whole or not at all. Without a background, `.npy` keeps
+    /// the bare picture and `.png` stands on opaque black.
+    pub fn save(&self, path: impl AsRef<Path>, background: Option<Background>) -> Result<(), Error> {
+        let path = path.as_ref();
+        match ImageFormat::of(path)? {
+            ImageFormat::Png => file::write_png(path, self.viewport, &self.to_rgba8(background.unwrap_or(Background::BLACK))),
+            ImageFormat::Npy => match background {
+                Some(background) => file::write_npy(path, &self.clone().over(background)),
+                None => file::write_npy(path, self),
+            },
+        }
+    }
+
+    /// Differences from another frame of the same size; `None` if the sizes differ.
+    pub fn compare(&self, other: &Frame) -> Option<Comparison> {
+        (self.viewport == other.viewport).then(|| Comparison::new(&self.pixels, &other.pixels))
+    }
+}

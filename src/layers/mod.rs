@@ -1,0 +1,23 @@
+//! The mathematics of layered volume splatting, in voxel units and `f64`. Nothing here knows OpenCL.
+//!
+//! *Voxel units*: voxel (i, j, k) sits at (i, j, k). The **layer axis** a is the one most parallel to the view; u and v
+//! are the other two, in ascending order. A ray crosses layer k at (u, v) and moves by its **shear** (s_u, s_v) =
+//! (d_u/d_a, d_v/d_a) from one layer to the next.
+
+mod axis;
+mod footprint;
+mod footprint_set;
+mod kernel_function;
+mod lattice;
+mod perspective;
+mod rays;
+mod sub_slabs;
+
+pub use axis::{Axis, AxisFrame};
+pub use footprint::footprint;
+pub use footprint_set::{FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, nearest_in_set, set_direction};
+pub use kernel_function::{kernel_function, kernel_integral};
+pub use lattice::{Density, Lattice, LayerOffset, MAX_SAMPLES_PER_VOXEL};
+pub use perspective::{GaussNode, MAX_LATTICE_SHEAR, PerspectiveLattice, quadrature_nodes};
+pub use rays::{Ray, Rays, Viewport};
+pub use sub_slabs::{Correction, LayerSlabs, SubSlab};

@@ -1,0 +1,132 @@
+//! The rays of a viewport, in voxel units.
+
+use super::axis::AxisFrame;
+use crate::camera::{Camera, Projection};
+use crate::error::Error;
+use crate::volume::Grid;
+use glam::{DMat3, DVec3};
+
+/// Size of a picture in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Viewport {
+    /// Columns.
+    pub width: u32,
+    /// Rows; row 0 is on top.
+    pub height: u32,
+}
+
+impl Viewport {
+    /// Longest side of a picture, in pixels.
+    pub const MAX_SIDE: u32 = 16_384;
+
+    /// A viewport of 1 … [`Viewport::MAX_SIDE`] pixels per side.
+    pub fn new(width: u32, height: u32) -> Result<Self, Error> {
+        let range = 1..=Self::MAX_SIDE;
+        if range.contains(&width) && range.contains(&height) {
+            Ok(Self { width, height })
+        } else {
+            let value = format!("{width}x{height}");
+            Err(Error::OutOfRange { name: "image size", value, expected: "1 to 16384 pixels per side" })
+        }
+    }
+
+    /// Number of pixels.
+    pub fn pixels(self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+/// One ray: points `origin + t·direction` for `t > start`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// A point of the ray, near the volume, in voxels.
+    pub origin: DVec3,
+    /// Direction, away from the eye, in voxels; of any length.
+    pub direction: DVec3,
+    /// Where the ray starts: −∞ in a parallel view, the eye in a perspective.
+    pub start: f64,
+}
+
+/// The rays of all pixels. Origins and directions are affine in the pixel coordinates (x, y), pixel centres at half
+/// integers: `origin[0] + x·origin[1] + y·origin[2]`, and `direction` likewise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rays {
+    /// Point of the ray on the plane of the volume's centre that is parallel to the screen (the eye, if that plane is
+    /// behind it), in voxels: small numbers, however far the eye is.
+    pub origin: [DVec3; 3],
+    /// Direction in voxels.
+    pub direction: [DVec3; 3],
+    /// See [`Ray::start`].
+    pub start: f64,
+    /// Side of a pixel in world units: everywhere in a parallel view, per unit of depth in a perspective.
+    pub pixel_size: f64,
+    /// From the volume to the eye, along the central ray, in the grid's own axes (world units, unit length).
+    pub to_eye: DVec3,
+    /// World size of a voxel step.
+    pub spacing: DVec3,
+}
+
+impl Rays {
+    /// The rays of `camera` through the pixels of `viewport`, in the voxel units of `grid`.
+    pub fn new(camera: &Camera, viewport: Viewport, grid: &Grid) -> Result<Self, Error> {
+        let basis = camera.basis()?;
+        let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
+        let to_voxels = grid.world_to_voxel_linear();
+        let depth = (grid.centre() - camera.position).dot(basis.forward);
+        let eye = grid.world_to_voxel(camera.position);
+        // World vectors from the middle of the screen to pixel (0, 0), one pixel right, one pixel down.
+        let plane = |half_height: f64| {
+            let pixel = 2.0 * half_height / h;
+            let corner = basis.right * (-pixel * w / 2.0) + basis.up * half_height;
+            ([corner, basis.right * pixel, basis.up * -pixel].map(|v| to_voxels * v), pixel)
+        };
+        let forward = to_voxels * basis.forward;
+        let (origin, direction, start, pixel_size) = match camera.projection {
+            Projection::Parallel { scale } => {
+                let (p, pixel) = plane(scale);
+                let origin = [eye + forward * depth + p[0], p[1], p[2]];
+                (origin, [forward, DVec3::ZERO, DVec3::ZERO], f64::NEG_INFINITY, pixel)
+            }
+            Projection::Perspective { field_of_view } => {
+                let (p, pixel) = plane((field_of_view.to_radians() / 2.0).tan());
+                let direction = [forward + p[0], p[1], p[2]];
+                let depth = depth.max(0.0);
+                let origin = [eye + direction[0] * depth, direction[1] * depth, direction[2] * depth];
+                (origin, direction, -depth, pixel)
+            }
+        };
+        let to_eye = grid.world_to_grid_axes() * -basis.forward;
+        Ok(Self { origin, direction, start, pixel_size, to_eye, spacing: grid.spacing() })
+    }
+
+    /// Whether all rays share one direction.
+    pub fn is_parallel(&self) -> bool {
+        self.start == f64::NEG_INFINITY
+    }
+
+    /// The ray through pixel coordinates (x, y): (½, ½) is the centre of the first pixel.
+    pub fn at(&self, x: f64, y: f64) -> Ray {
+        let along = |p: &[DVec3; 3]| p[0] + p[1] * x + p[2] * y;
+        Ray { origin: along(&self.origin), direction: along(&self.direction), start: self.start }
+    }
+
+    /// Direction of the central ray, in voxels.
+    pub fn central_direction(&self) -> DVec3 {
+        -self.to_eye / self.spacing
+    }
+
+    /// The eye of a perspective, in voxels.
+    pub fn eye(&self) -> Option<DVec3> {
+        (!self.is_parallel()).then(|| self.origin[0] + self.direction[0] * self.start)
+    }
+
+    /// Depth, world units along the central ray, of a point behind the eye; both as (u, v, a) of `frame`, in voxels.
+    pub(super) fn depth(&self, eye: DVec3, point: DVec3, frame: AxisFrame) -> f64 {
+        -(frame.global(point - eye) * self.spacing).dot(self.to_eye)
+    }
+}
+
+/// Matrix with the given rows.
+pub(super) fn from_rows(rows: [DVec3; 3]) -> DMat3 {
+    DMat3::from_cols(rows[0], rows[1], rows[2]).transpose()
+}

@@ -1,0 +1,130 @@
+//! How a layer's samples are made from the splat sums of three layers: κ, and its refinement by sub-slabs.
+
+use super::kernel_function::kernel_integral;
+
+/// What is added for the part of the kernels that spills over from the neighbouring layers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Correction {
+    /// Nothing: the splat sum of the layer alone (paper, Fig. 2 right).
+    None,
+    /// The paper's constant κ = 3/32, 13/16, 3/32 (§3.2): one sample per layer.
+    Constant,
+    /// The layer is cut into this many sub-slabs (1…16), each with its own weights: κ is the case of one.
+    SubLayers(u32),
+}
+
+impl Correction {
+    /// Most sub-slabs a layer may be cut into.
+    pub const MAX_SUB_LAYERS: u32 = 16;
+
+    /// Samples per layer.
+    pub fn samples_per_layer(self) -> u32 {
+        match self {
+            Correction::None | Correction::Constant => 1,
+            Correction::SubLayers(n) => n,
+        }
+    }
+}
+
+/// One sample of a layer: weights of the splat sums met before, in and after the layer along the ray (they sum to 1),
+/// and its share of the thickness 1/N that the opacity table is made for (1, or ½ where the support ends inside it).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SubSlab {
+    /// Weight of the layer that the ray met before.
+    pub before: f64,
+    /// Weight of the layer itself.
+    pub own: f64,
+    /// Weight of the layer that the ray meets next.
+    pub after: f64,
+    /// Thickness as a share of 1/N layers.
+    pub share: f64,
+}
+
+/// The sub-slabs of inner layers and of the two outer ones, front to back.
+///
+/// The reconstructed field ends one voxel beyond the first and the last voxel, in the middle of layers −1 and n: of
+/// these only the inner half counts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerSlabs {
+    /// Layers 0 … n−1.
+    pub inner: Vec<SubSlab>,
+    /// The outer layer that the ray meets first.
+    pub front: Vec<SubSlab>,
+    /// The outer layer that the ray meets last.
+    pub back: Vec<SubSlab>,
+}
+
+impl LayerSlabs {
+    /// The slabs for a kind of correction.
+    pub fn new(correction: Correction) -> Self {
+        Self {
+            inner: slabs(correction, -0.5, 0.5),
+            front: slabs(correction, 0.0, 0.5),
+            back: slabs(correction, -0.5, 0.0),
+        }
+    }
+}
+
+/// Sub-slabs of one layer, clipped to `[lo, hi]`, in the order in which a ray towards +z meets them.
+fn slabs(correction: Correction, lo: f64, hi: f64) -> Vec<SubSlab> {
+    let n = correction.samples_per_layer();
+    let edge = |i: u32| f64::from(i) / f64::from(n) - 0.5;
+    (0..n)
+        .map(|i| (edge(i).max(lo), edge(i + 1).min(hi)))
+        .filter(|(z0, z1)| z1 - z0 > 1e-9)
+        .map(|(z0, z1)| {
+            let share = (z1 - z0) * f64::from(n);
+            let mean = |shift: f64| (kernel_integral(z1 + shift) - kernel_integral(z0 + shift)) / (z1 - z0);
+            match correction {
+                Correction::None => SubSlab { before: 0.0, own: 1.0, after: 0.0, share },
+                _ => SubSlab { before: mean(1.0), own: mean(0.0), after: mean(-1.0), share },
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn one_slab_is_the_papers_kappa() {
+        let slab = LayerSlabs::new(Correction::Constant).inner[0];
+        assert_abs_diff_eq!(slab.before, 3.0 / 32.0, epsilon = 1e-15);
+        assert_abs_diff_eq!(slab.own, 13.0 / 16.0, epsilon = 1e-15);
+        assert_abs_diff_eq!(slab.after, 3.0 / 32.0, epsilon = 1e-15);
+        assert_eq!(LayerSlabs::new(Correction::SubLayers(1)), LayerSlabs::new(Correction::Constant));
+    }
+
+    #[test]
+    fn weights_of_two_and_four_slabs() {
+        let two = LayerSlabs::new(Correction::SubLayers(2)).inner;
+        assert_abs_diff_eq!(two[0].before, 0.1875, epsilon = 1e-12);
+        assert_abs_diff_eq!(two[0].own, 0.8125, epsilon = 1e-12);
+        let four = LayerSlabs::new(Correction::SubLayers(4)).inner;
+        for (slab, own) in four.iter().zip([0.6797, 0.9453, 0.9453, 0.6797]) {
+            assert_abs_diff_eq!(slab.own, own, epsilon = 5e-5);
+        }
+    }
+
+    #[test]
+    fn every_layer_spreads_its_splat_sum_with_total_weight_one() {
+        for n in 1..=Correction::MAX_SUB_LAYERS {
+            let slabs = LayerSlabs::new(Correction::SubLayers(n));
+            let thickness = |s: &SubSlab| s.share / f64::from(n);
+            for s in slabs.inner.iter().chain(&slabs.front).chain(&slabs.back) {
+                assert_abs_diff_eq!(s.before + s.own + s.after, 1.0, epsilon = 1e-12);
+            }
+            let own: f64 = slabs.inner.iter().map(|s| s.own * thickness(s)).sum();
+            let before: f64 = slabs.inner.iter().map(|s| s.before * thickness(s)).sum();
+            let after: f64 = slabs.inner.iter().map(|s| s.after * thickness(s)).sum();
+            assert_abs_diff_eq!(own + before + after, 1.0, epsilon = 1e-12);
+            // Voxel layer 0 also shows in the outer layer in front of it, as much as in any inner one.
+            let outer: f64 = slabs.front.iter().map(|s| s.after * thickness(s)).sum();
+            assert_abs_diff_eq!(outer, after, epsilon = 1e-12);
+            let total: f64 = slabs.back.iter().map(thickness).sum();
+            assert_abs_diff_eq!(total, 0.5, epsilon = 1e-12);
+        }
+    }
+}

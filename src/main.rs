@@ -1,0 +1,5 @@
+//! The command `layersplat`.
+
+fn main() -> std::process::ExitCode {
+    layersplat::cli::main()
+}

@@ -1,0 +1,125 @@
+//! From the lattice to the finished picture, and what is reported of a frame.
+
+use super::Renderer;
+use super::kept::{at_least, read_pixels};
+use super::plan::Plan;
+use crate::device::StageTimes;
+use crate::device::launch::params::{Float4, WarpParams};
+use crate::error::Error;
+use crate::image::Background;
+use crate::layers::{Ray, Rays, Viewport};
+use serde::Serialize;
+
+/// What a frame took.
+#[derive(Clone, Debug)]
+pub struct FrameReport {
+    /// Milliseconds per stage.
+    pub stages: StageTimes,
+    /// Composited samples whose opacity was above 0.
+    pub active_samples: u64,
+    /// The lattice, unless the frame was evaluated per pixel.
+    pub lattice: Option<LatticeReport>,
+}
+
+/// The lattice of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LatticeReport {
+    /// Samples per voxel along u and v; in a perspective, in the nearest layer.
+    pub m: [f64; 2],
+    /// Samples along u.
+    pub width: u32,
+    /// Samples along v.
+    pub height: u32,
+}
+
+/// A composited lattice, before the warp.
+#[derive(Clone, Debug)]
+pub struct LatticePicture {
+    plan: Plan,
+    /// Samples along u and v.
+    pub size: [u32; 2],
+    /// Premultiplied RGBA, row by row.
+    pub samples: Vec<[f32; 4]>,
+}
+
+impl LatticePicture {
+    /// The ray of a sample.
+    pub fn ray(&self, column: u32, row: u32) -> Ray {
+        match &self.plan {
+            Plan::Lattice(lattice) => lattice.ray(column, row),
+            Plan::Perspective(lattice) => lattice.ray(column, row),
+            Plan::Direct(_) => unreachable!("made for lattices only"),
+        }
+    }
+}
+
+impl FrameReport {
+    pub(super) fn new(plan: &Plan) -> Self {
+        let lattice = match plan {
+            Plan::Lattice(l) => Some((l.samples_per_voxel.map(f64::from), l.width(), l.height())),
+            Plan::Perspective(l) => Some((l.samples_per_voxel, l.width(), l.height())),
+            Plan::Direct(_) => None,
+        };
+        let lattice = lattice.map(|(m, width, height)| LatticeReport { m, width, height });
+        Self { stages: StageTimes::new(), active_samples: 0, lattice }
+    }
+}
+
+impl Renderer {
+    /// Warps the lattice in `scratch.lattice` into `scratch.frame`; a direct plan has drawn there already.
+    pub(super) fn warp(&mut self, plan: &Plan, rays: &Rays, viewport: Viewport) -> Result<(), Error> {
+        let (from_screen, size, forward) = match plan {
+            Plan::Lattice(l) => (l.from_screen(rays), [l.width(), l.height()], 1.0),
+            Plan::Perspective(l) => (l.from_screen(rays), [l.width(), l.height()], l.layer_step as f32),
+            Plan::Direct(_) => return Ok(()),
+        };
+        let params = WarpParams {
+            from_screen: from_screen.transpose().to_cols_array().map(|m| m as f32),
+            lattice: size.map(|n| n as i32),
+            frame: [viewport.width as i32, viewport.height as i32],
+            forward,
+        };
+        let Self { device, kernels, scratch, .. } = self;
+        let frame = at_least(&mut scratch.frame, device, viewport.pixels(), "the frame")?;
+        let lattice = scratch.lattice.as_ref().expect("the lattice was rendered");
+        kernels.warp(device)?.launch(device, lattice, &params, frame)
+    }
+
+    /// The 8-bit picture of `scratch.frame`, on the host.
+    pub(super) fn present(&mut self, viewport: Viewport, background: Background) -> Result<Vec<u8>, Error> {
+        let Self { device, kernels, scratch, .. } = self;
+        let pixels = viewport.pixels();
+        let rgba = at_least(&mut scratch.rgba, device, pixels, "the picture")?;
+        let background = match background {
+            Background::Color([r, g, b]) => Float4([r, g, b, 1.0]),
+            Background::Transparent => Float4([0.0; 4]),
+        };
+        let frame = scratch.frame.as_ref().expect("a frame was drawn");
+        kernels.present(device)?.launch(device, frame, background, pixels, rgba)?;
+        let mut picture = vec![[0u8; 4]; pixels];
+        rgba.read(device, &mut picture)?;
+        Ok(picture.into_flattened())
+    }
+
+    /// Waits for the frame and completes its report.
+    pub(super) fn finish(&mut self, mut report: FrameReport) -> Result<FrameReport, Error> {
+        report.stages = self.device.finish()?;
+        let mut counts = vec![0; self.scratch.active_count];
+        if let Some(buffer) = &self.scratch.active_samples {
+            buffer.read(&self.device, &mut counts)?;
+        }
+        report.active_samples = counts.iter().map(|&c| u64::from(c)).sum();
+        Ok(report)
+    }
+
+    /// The rendered lattice, on the host.
+    pub(super) fn read_lattice(&self, plan: Plan) -> Result<Option<LatticePicture>, Error> {
+        let size = match &plan {
+            Plan::Lattice(l) => [l.width(), l.height()],
+            Plan::Perspective(l) => [l.width(), l.height()],
+            Plan::Direct(_) => return Ok(None),
+        };
+        let count = size[0] as usize * size[1] as usize;
+        Ok(Some(LatticePicture { plan, size, samples: read_pixels(self.scratch.lattice.as_ref(), &self.device, count)? }))
+    }
+}

@@ -1,0 +1,220 @@
+//! What stays on the device from frame to frame.
+
+use super::kernels::Kernels;
+use crate::device::launch::params::{Float4, LayerOffset, VolumeView};
+use crate::device::launch::{Occupancy, VoxelBuffer};
+use crate::device::{Buffer, Device};
+use crate::error::Error;
+use crate::image::Frame;
+use crate::layers::{Axis, FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, Viewport, set_direction};
+use crate::transfer::{Extinction, TransferFunction, TransferTable};
+use crate::volume::{Grid, Volume};
+
+/// The volume, what is known of it per layer axis, and the tables of the transfer function.
+pub(super) struct Kept {
+    dims: [usize; 3],
+    background: f32,
+    field_range: (f64, f64),
+    voxels: VoxelBuffer,
+    transposed: Option<VoxelBuffer>,
+    occupancies: [Option<Occupancy>; 3],
+    table: Option<Table>,
+    footprint_set: Option<FootprintSet>,
+}
+
+/// A transfer table on the device, with the blocks that it can show per layer axis.
+pub(super) struct Table {
+    extinction: Extinction,
+    pub entries: Buffer<Float4>,
+    visible_before: Buffer<u32>,
+    /// Value of the first entry, entries per value, index of the last entry.
+    pub scale: (f32, f32, i32),
+    visible: [Option<Buffer<u8>>; 3],
+}
+
+/// The paper's footprint images.
+pub(super) struct FootprintSet {
+    pub images: Buffer<u8>,
+    pub shears: Buffer<[f32; 2]>,
+}
+
+impl Kept {
+    pub fn upload(device: &Device, volume: &Volume) -> Result<Self, Error> {
+        Ok(Self {
+            dims: volume.grid().dims(),
+            background: volume.background() as f32,
+            field_range: volume.field_range(),
+            voxels: VoxelBuffer::upload(device, volume.voxels(), volume.name())?,
+            transposed: None,
+            occupancies: [None, None, None],
+            table: None,
+            footprint_set: None,
+        })
+    }
+
+    pub fn forget_transfer(&mut self) {
+        self.table = None;
+    }
+
+    /// The voxels as they were uploaded, x fastest.
+    pub fn uploaded(&self) -> &VoxelBuffer {
+        &self.voxels
+    }
+
+    pub fn background(&self) -> f32 {
+        self.background
+    }
+
+    /// Voxels in which u has unit stride, and where they lie. Layer axes y and z read the upload; x has its own layout.
+    pub fn layout(&self, axis: Axis) -> (&VoxelBuffer, VolumeView) {
+        let [x, y, z] = self.dims.map(|n| n as i64);
+        let (stride, voxels) = match axis {
+            Axis::X => ([1, y, y * z], self.transposed.as_ref().expect("prepare() made it")),
+            Axis::Y => ([1, x * y, x], &self.voxels),
+            Axis::Z => ([1, x, x * y], &self.voxels),
+        };
+        (voxels, VolumeView { stride, dims: self.local_dims(axis).map(|n| n as i32), background: self.background })
+    }
+
+    /// The occupancy of a layer axis.
+    pub fn occupancy(&self, axis: Axis) -> &Occupancy {
+        self.occupancies[axis.index()].as_ref().expect("prepare() made it")
+    }
+
+    /// The table of the transfer function.
+    pub fn table(&self) -> &Table {
+        self.table.as_ref().expect("prepare() made it")
+    }
+
+    /// One byte per block and layer of a layer axis.
+    pub fn visible(&self, axis: Axis) -> &Buffer<u8> {
+        self.table().visible[axis.index()].as_ref().expect("prepare() made it")
+    }
+
+    /// Makes what the layer axes need and do not have yet: layout, occupancy, tables, visibility.
+    pub fn prepare(
+        &mut self,
+        device: &Device,
+        kernels: &Kernels,
+        axes: &[Axis],
+        transfer: &TransferFunction,
+        extinction: Extinction,
+    ) -> Result<(), Error> {
+        if self.table.as_ref().is_none_or(|t| t.extinction != extinction) {
+            self.table = Some(Table::upload(device, transfer, self.field_range, extinction)?);
+        }
+        for &axis in axes {
+            if axis == Axis::X && self.transposed.is_none() {
+                let layout = VoxelBuffer::new(device, self.dims.iter().product(), self.voxels.voxel_type(), "the layout of layer axis x")?;
+                kernels.transpose(device)?.launch(device, &self.voxels, self.dims.map(|n| n as i32), &layout)?;
+                self.transposed = Some(layout);
+            }
+            if self.occupancies[axis.index()].is_none() {
+                let occupancy = Occupancy::new(device, self.local_dims(axis), self.voxels.voxel_type())?;
+                let (voxels, view) = self.layout(axis);
+                kernels.occupancy(device)?.launch(device, voxels, &view, &occupancy)?;
+                self.occupancies[axis.index()] = Some(occupancy);
+            }
+            let occupancy = self.occupancies[axis.index()].as_ref().expect("made above");
+            let table = self.table.as_mut().expect("made above");
+            if table.visible[axis.index()].is_none() {
+                let visible = Buffer::new(device, occupancy.flags(), "the visibility of blocks")?;
+                let kernel = kernels.visibility(device)?;
+                kernel.launch(device, occupancy, self.background, table.scale, &table.visible_before, &visible)?;
+                table.visible[axis.index()] = Some(visible);
+            }
+        }
+        Ok(())
+    }
+
+    /// The paper's footprint set, if it was made.
+    pub fn footprint_set(&self) -> Option<&FootprintSet> {
+        self.footprint_set.as_ref()
+    }
+
+    /// Makes the paper's footprint set, once.
+    pub fn make_footprint_set(&mut self, device: &Device, kernels: &Kernels) -> Result<(), Error> {
+        if self.footprint_set.is_none() {
+            let shears: Vec<[f32; 2]> = (0..FOOTPRINT_SET_LEN).map(|i| set_direction(i).map(|s| s as f32)).collect();
+            let shears = Buffer::from_slice(device, &shears, "the footprint set")?;
+            let images = Buffer::new(device, FOOTPRINT_SET_LEN * FOOTPRINT_SET_SIZE * FOOTPRINT_SET_SIZE, "the footprint set")?;
+            kernels.footprint_set(device)?.launch(device, &shears, &images)?;
+            self.footprint_set = Some(FootprintSet { images, shears });
+        }
+        Ok(())
+    }
+
+    fn local_dims(&self, axis: Axis) -> [usize; 3] {
+        let frame = axis.frame();
+        [frame.u, frame.v, frame.a].map(|i| self.dims[i])
+    }
+}
+
+impl Table {
+    fn upload(device: &Device, transfer: &TransferFunction, field_range: (f64, f64), extinction: Extinction) -> Result<Self, Error> {
+        let table = TransferTable::new(transfer, field_range, extinction);
+        let entries: Vec<Float4> = table.entries.iter().map(|&e| Float4(e)).collect();
+        Ok(Self {
+            extinction,
+            entries: Buffer::from_slice(device, &entries, "the transfer table")?,
+            visible_before: Buffer::from_slice(device, &table.visible_before(), "the transfer table")?,
+            scale: (table.first as f32, table.per_value as f32, entries.len() as i32 - 1),
+            visible: [None, None, None],
+        })
+    }
+}
+
+/// Buffers that frames write and the next frame writes again. They only grow.
+#[derive(Default)]
+pub(super) struct Scratch {
+    pub offsets: [Option<Buffer<LayerOffset>>; 2],
+    pub crossings: [Option<Buffer<[f32; 2]>>; 2],
+    pub nodes: Option<Buffer<[f32; 2]>>,
+    pub weights: Option<Buffer<f32>>,
+    pub table: Option<Buffer<Float4>>,
+    pub slabs: Option<Buffer<Float4>>,
+    pub lattice: Option<Buffer<Float4>>,
+    pub frame: Option<Buffer<Float4>>,
+    pub rgba: Option<Buffer<[u8; 4]>>,
+    pub active_samples: Option<Buffer<u32>>,
+    /// How many of `active_samples` the last frame wrote.
+    pub active_count: usize,
+}
+
+/// The buffer in `slot`, made anew if it is shorter than `len`.
+pub(super) fn at_least<'a, T: Copy>(slot: &'a mut Option<Buffer<T>>, device: &Device, len: usize, what: &str) -> Result<&'a mut Buffer<T>, Error> {
+    if slot.as_ref().is_some_and(|b| b.len() < len) {
+        *slot = None;
+    }
+    match slot {
+        Some(buffer) => Ok(buffer),
+        None => Ok(slot.insert(Buffer::new(device, len, what)?)),
+    }
+}
+
+/// The buffer in `slot` with `values` in it.
+pub(super) fn filled<'a, T: Copy>(slot: &'a mut Option<Buffer<T>>, device: &Device, values: &[T], what: &str) -> Result<&'a Buffer<T>, Error> {
+    let buffer = at_least(slot, device, values.len(), what)?;
+    buffer.write(device, values)?;
+    Ok(buffer)
+}
+
+impl Scratch {
+    /// The finished frame, copied to the host.
+    pub fn read_frame(&self, device: &Device, viewport: Viewport) -> Result<Frame, Error> {
+        Ok(Frame::new(viewport, read_pixels(self.frame.as_ref(), device, viewport.pixels())?))
+    }
+}
+
+/// The first `count` pixels of a buffer that a frame has written.
+pub(super) fn read_pixels(buffer: Option<&Buffer<Float4>>, device: &Device, count: usize) -> Result<Vec<[f32; 4]>, Error> {
+    let mut pixels = vec![Float4([0.0; 4]); count];
+    buffer.expect("a frame was drawn").read(device, &mut pixels)?;
+    Ok(pixels.into_iter().map(|p| p.0).collect())
+}
+
+/// A view over the volume in its own axes, for kernels that take strides per axis.
+pub(super) fn upload_strides(grid: &Grid) -> [i64; 4] {
+    let [x, y, _] = grid.dims().map(|n| n as i64);
+    [1, x, x * y, 0]
+}

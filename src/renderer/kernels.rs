@@ -1,0 +1,87 @@
+//! Kernels, each built when first needed.
+
+use crate::device::Device;
+use crate::device::launch::{
+    DirectKernel, FootprintSetKernel, FootprintsKernel, LatticeKernel, OccupancyKernel, PerspectiveKernel, PresentKernel,
+    TableKernel, TransposeKernel, VisibilityKernel, WarpKernel,
+};
+use crate::error::Error;
+use crate::volume::VoxelType;
+use std::cell::OnceCell;
+
+/// All kernels for one voxel type.
+pub(super) struct Kernels {
+    voxel_type: VoxelType,
+    transpose: OnceCell<TransposeKernel>,
+    occupancy: OnceCell<OccupancyKernel>,
+    visibility: OnceCell<VisibilityKernel>,
+    table: OnceCell<TableKernel>,
+    footprints: OnceCell<FootprintsKernel>,
+    footprint_set: OnceCell<FootprintSetKernel>,
+    lattice: OnceCell<LatticeKernel>,
+    perspective: OnceCell<PerspectiveKernel>,
+    direct: OnceCell<DirectKernel>,
+    direct_set: OnceCell<DirectKernel>,
+    warp: OnceCell<WarpKernel>,
+    present: OnceCell<PresentKernel>,
+}
+
+fn built<T>(cell: &OnceCell<T>, build: impl FnOnce() -> Result<T, Error>) -> Result<&T, Error> {
+    match cell.get() {
+        Some(kernel) => Ok(kernel),
+        None => {
+            let kernel = build()?;
+            Ok(cell.get_or_init(|| kernel))
+        }
+    }
+}
+
+/// A getter that builds its kernel from the device alone, or from the device and the voxel type.
+macro_rules! getter {
+    ($name:ident, $kernel:ident) => {
+        pub fn $name(&self, device: &Device) -> Result<&$kernel, Error> {
+            built(&self.$name, || $kernel::new(device))
+        }
+    };
+    ($name:ident, $kernel:ident, voxels) => {
+        pub fn $name(&self, device: &Device) -> Result<&$kernel, Error> {
+            built(&self.$name, || $kernel::new(device, self.voxel_type))
+        }
+    };
+}
+
+impl Kernels {
+    pub fn new(voxel_type: VoxelType) -> Self {
+        Self {
+            voxel_type,
+            transpose: OnceCell::new(),
+            occupancy: OnceCell::new(),
+            visibility: OnceCell::new(),
+            table: OnceCell::new(),
+            footprints: OnceCell::new(),
+            footprint_set: OnceCell::new(),
+            lattice: OnceCell::new(),
+            perspective: OnceCell::new(),
+            direct: OnceCell::new(),
+            direct_set: OnceCell::new(),
+            warp: OnceCell::new(),
+            present: OnceCell::new(),
+        }
+    }
+
+    getter!(transpose, TransposeKernel, voxels);
+    getter!(occupancy, OccupancyKernel, voxels);
+    getter!(visibility, VisibilityKernel, voxels);
+    getter!(table, TableKernel);
+    getter!(footprints, FootprintsKernel);
+    getter!(footprint_set, FootprintSetKernel);
+    getter!(lattice, LatticeKernel, voxels);
+    getter!(perspective, PerspectiveKernel, voxels);
+    getter!(warp, WarpKernel);
+    getter!(present, PresentKernel);
+
+    pub fn direct(&self, device: &Device, footprint_set: bool) -> Result<&DirectKernel, Error> {
+        let cell = if footprint_set { &self.direct_set } else { &self.direct };
+        built(cell, || DirectKernel::new(device, self.voxel_type, footprint_set))
+    }
+}

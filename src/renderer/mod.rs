@@ -1,0 +1,120 @@
+//! Orchestrates a frame: what is kept between frames, what is planned, which kernels run in which order.
+
+mod direct;
+mod frame;
+mod kernels;
+mod kept;
+mod lattice;
+mod plan;
+mod sample;
+mod settings;
+
+pub use frame::{FrameReport, LatticePicture, LatticeReport};
+pub use plan::Plan;
+pub use settings::{Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
+
+use crate::camera::Camera;
+use crate::device::Device;
+use crate::error::Error;
+use crate::image::{Background, Frame};
+use crate::layers::{Rays, Viewport};
+use crate::transfer::TransferFunction;
+use crate::volume::{Grid, Volume};
+use kernels::Kernels;
+use kept::{Kept, Scratch};
+
+/// Renders one volume on one device.
+///
+/// The voxels live on the device, and what can be kept is kept: the layout and occupancy of each layer axis from its
+/// first use, tables from one transfer function to the next, buffers from frame to frame.
+pub struct Renderer {
+    device: Device,
+    grid: Grid,
+    value_range: (f64, f64),
+    field_range: (f64, f64),
+    transfer: TransferFunction,
+    kernels: Kernels,
+    kept: Kept,
+    scratch: Scratch,
+}
+
+impl Renderer {
+    /// Uploads a volume, to be seen through a transfer function.
+    pub fn new(device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Self, Error> {
+        Ok(Self {
+            device: device.clone(),
+            grid: volume.grid().clone(),
+            value_range: volume.range(),
+            field_range: volume.field_range(),
+            transfer: transfer.clone(),
+            kernels: Kernels::new(volume.voxels().voxel_type()),
+            kept: Kept::upload(device, volume)?,
+            scratch: Scratch::default(),
+        })
+    }
+
+    /// Takes another transfer function from the next frame on.
+    pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
+        self.transfer = transfer.clone();
+        self.kept.forget_transfer();
+    }
+
+    /// The transfer function in use.
+    pub fn transfer_function(&self) -> &TransferFunction {
+        &self.transfer
+    }
+
+    /// Where the volume's voxels lie.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Renders a picture: premultiplied floats, without a background.
+    pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+        let report = self.draw(camera, viewport, settings)?;
+        let frame = self.scratch.read_frame(&self.device, viewport)?;
+        Ok((frame, self.finish(report)?))
+    }
+
+    /// Renders a finished 8-bit RGBA picture, row by row, row 0 on top.
+    pub fn render_rgba8(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        background: Background,
+    ) -> Result<(Vec<u8>, FrameReport), Error> {
+        let report = self.draw(camera, viewport, settings)?;
+        let picture = self.present(viewport, background)?;
+        Ok((picture, self.finish(report)?))
+    }
+
+    /// The composited lattice before it is warped to the screen, with the ray of each sample; `None` where the view has
+    /// no lattice.
+    pub fn lattice_picture(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<LatticePicture>, Error> {
+        let rays = Rays::new(camera, viewport, &self.grid)?;
+        let plan = Plan::new(&rays, viewport, &self.grid, settings)?;
+        let report = self.run(&plan, &rays, viewport, settings)?;
+        let picture = self.read_lattice(plan)?;
+        self.finish(report)?;
+        Ok(picture)
+    }
+
+    fn draw(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<FrameReport, Error> {
+        let rays = Rays::new(camera, viewport, &self.grid)?;
+        let plan = Plan::new(&rays, viewport, &self.grid, settings)?;
+        tracing::debug!("{plan}");
+        let report = self.run(&plan, &rays, viewport, settings)?;
+        self.warp(&plan, &rays, viewport)?;
+        Ok(report)
+    }
+
+    fn run(&mut self, plan: &Plan, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<FrameReport, Error> {
+        match plan {
+            Plan::Lattice(lattice) => self.run_lattice(lattice, rays, settings)?,
+            Plan::Perspective(lattice) => self.run_perspective(lattice, rays, settings)?,
+            Plan::Direct(axis) => self.run_direct(*axis, rays, viewport, settings)?,
+        }
+        Ok(FrameReport::new(plan))
+    }
+}

@@ -1,0 +1,76 @@
+//! Which evaluation a view gets.
+
+use super::settings::{Evaluation, Footprints, LayerAxis, Settings};
+use crate::error::Error;
+use crate::layers::{Axis, Lattice, PerspectiveLattice, Rays, Viewport};
+use crate::volume::Grid;
+use std::fmt;
+
+/// Largest |s| of a forced layer axis: kernels/direct.cl culls up to here.
+const MAX_FORCED_SHEAR: f64 = 3.0;
+
+/// How a frame is evaluated.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Plan {
+    /// On the sheared lattice of a parallel view.
+    Lattice(Lattice),
+    /// On the lattice of a perspective.
+    Perspective(PerspectiveLattice),
+    /// Per pixel: with one layer axis, or with each ray's own.
+    Direct(Option<Axis>),
+}
+
+impl Plan {
+    /// Chooses layer axis and evaluation for a view.
+    ///
+    /// All rays share the central ray's axis as long as none leans too far from it; otherwise (wide angles, an eye
+    /// inside the volume) each ray takes its own, which only the direct evaluation can.
+    pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, settings: &Settings) -> Result<Self, Error> {
+        settings.check()?;
+        let axis = match settings.layer_axis {
+            LayerAxis::Auto => Axis::most_parallel(rays.central_direction()),
+            LayerAxis::Forced(axis) => axis,
+        };
+        let direct = Self::direct(rays, grid, axis, settings)?;
+        let Evaluation::Lattice(density) = settings.evaluation else { return Ok(direct) };
+        let lattice = if rays.is_parallel() {
+            Lattice::new(rays, viewport, grid, axis, density).map(Plan::Lattice)
+        } else {
+            PerspectiveLattice::new(rays, viewport, grid, axis, density).map(Plan::Perspective)
+        };
+        Ok(lattice.unwrap_or_else(|| {
+            tracing::info!("no lattice reaches this view: it is evaluated per pixel");
+            direct
+        }))
+    }
+
+    fn direct(rays: &Rays, grid: &Grid, axis: Axis, settings: &Settings) -> Result<Self, Error> {
+        // The footprint set ends at 45°, where the axis rule does.
+        let set = settings.footprints == Footprints::Set;
+        let limit = if set { 1.0 + 1e-6 } else { MAX_FORCED_SHEAR };
+        let reached = if rays.is_parallel() {
+            axis.frame().shear(rays.central_direction()).iter().all(|s| s.abs() <= limit)
+        } else {
+            !set && PerspectiveLattice::reaches(rays, grid, axis)
+        };
+        match (reached, settings.layer_axis) {
+            (true, _) => Ok(Plan::Direct(Some(axis))),
+            (false, LayerAxis::Auto) => Ok(Plan::Direct(None)),
+            (false, LayerAxis::Forced(_)) => {
+                let problem = format!("some rays lean too far from layer axis {axis:?}: choose another --layer-axis, or auto");
+                Err(Error::Settings { problem })
+            }
+        }
+    }
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Plan::Lattice(l) => write!(f, "lattice of {}x{} samples, {:?} per voxel", l.width(), l.height(), l.samples_per_voxel),
+            Plan::Perspective(l) => write!(f, "perspective lattice of {}x{} samples", l.width(), l.height()),
+            Plan::Direct(Some(axis)) => write!(f, "direct, layer axis {axis:?}"),
+            Plan::Direct(None) => write!(f, "direct, each ray with its own layer axis"),
+        }
+    }
+}

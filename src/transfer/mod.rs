@@ -1,0 +1,227 @@
+//! Transfer functions: colour and opacity of a data value, piecewise linear.
+
+mod automatic;
+mod builtin;
+mod paraview;
+mod table;
+
+pub use table::{Extinction, TransferTable};
+
+use crate::error::Error;
+use crate::volume::Volume;
+use std::path::Path;
+
+/// A control point: a data value and what it maps to.
+pub type ControlPoint<T> = (f64, T);
+
+/// Colour and opacity of a data value, each piecewise linear between its control points and constant beyond them. Two
+/// points at one value make a step; at the value itself the later one counts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransferFunction {
+    name: String,
+    colors: Vec<ControlPoint<[f64; 3]>>,
+    opacities: Vec<ControlPoint<f64>>,
+}
+
+impl TransferFunction {
+    /// A transfer function from control points: values finite and ascending, colours and opacities in 0 … 1, at least
+    /// one point each. Opacity α is per unit distance; the extinction is τ = −ln(1−α).
+    pub fn new(
+        name: impl Into<String>,
+        colors: Vec<ControlPoint<[f64; 3]>>,
+        opacities: Vec<ControlPoint<f64>>,
+    ) -> Result<Self, Error> {
+        let name = name.into();
+        let check = |what: &str, points: Vec<(f64, &[f64])>| {
+            let problem = if points.is_empty() {
+                "has no points"
+            } else if !points.iter().all(|(x, y)| x.is_finite() && y.iter().all(|v| (0.0..=1.0).contains(v))) {
+                "has values that are not finite, or entries outside 0 … 1"
+            } else if !points.is_sorted_by(|a, b| a.0 <= b.0) {
+                "is not sorted by value"
+            } else {
+                return Ok(());
+            };
+            Err(Error::Transfer { name: name.clone(), problem: format!("{what} {problem}") })
+        };
+        check("the colour function", colors.iter().map(|(x, c)| (*x, c.as_slice())).collect())?;
+        check("the opacity function", opacities.iter().map(|(x, a)| (*x, std::slice::from_ref(a))).collect())?;
+        Ok(Self { name, colors, opacities })
+    }
+
+    /// The first preset of a ParaView colour-map file, or the one called `preset`.
+    pub fn from_file(path: &Path, preset: Option<&str>) -> Result<Self, Error> {
+        paraview::read(path, preset)
+    }
+
+    /// A built-in transfer function, stretched onto the volume's range of values.
+    pub fn builtin(name: &str, volume: &Volume) -> Result<Self, Error> {
+        let (lo, hi) = visible_range(volume);
+        builtin::named(name)?.stretched(lo, hi)
+    }
+
+    /// A sensible first transfer function, from the volume's histogram.
+    pub fn automatic(volume: &Volume) -> Self {
+        automatic::from_statistics(&volume.statistics(), volume)
+    }
+
+    /// A built-in name, `FILE` or `FILE#PRESET`.
+    pub fn open(source: &str, volume: &Volume) -> Result<Self, Error> {
+        if builtin::NAMES.contains(&source) {
+            return Self::builtin(source, volume);
+        }
+        let path = Path::new(source);
+        if path.exists() {
+            return Self::from_file(path, None);
+        }
+        match source.rsplit_once('#') {
+            Some((file, preset)) => Self::from_file(Path::new(file), Some(preset)),
+            None if path.extension().is_none() && path.components().count() == 1 => Err(Error::UnknownName {
+                what: "transfer function",
+                name: source.into(),
+                known: format!("{}, or a ParaView .json file", builtin::NAMES.join(", ")),
+            }),
+            None => Self::from_file(path, None),
+        }
+    }
+
+    /// The same function with its range of values mapped linearly onto `lo … hi`.
+    pub fn stretched(&self, lo: f64, hi: f64) -> Result<Self, Error> {
+        if !(lo.is_finite() && hi.is_finite() && lo < hi) {
+            let value = format!("{lo},{hi}");
+            return Err(Error::OutOfRange { name: "transfer range", value, expected: "LO,HI with LO below HI" });
+        }
+        let (from, to) = self.range();
+        if from >= to {
+            let problem = "has a single value and cannot be stretched onto a range".into();
+            return Err(Error::Transfer { name: self.name.clone(), problem });
+        }
+        // The weighted sum hits both ends exactly.
+        let map = |x: f64| {
+            let t = (x - from) / (to - from);
+            lo * (1.0 - t) + hi * t
+        };
+        Ok(Self {
+            name: self.name.clone(),
+            colors: self.colors.iter().map(|&(x, c)| (map(x), c)).collect(),
+            opacities: self.opacities.iter().map(|&(x, a)| (map(x), a)).collect(),
+        })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// First and last value of a control point.
+    pub fn range(&self) -> (f64, f64) {
+        let (colors, opacities) = (&self.colors, &self.opacities);
+        let last = colors[colors.len() - 1].0.max(opacities[opacities.len() - 1].0);
+        (colors[0].0.min(opacities[0].0), last)
+    }
+
+    /// Opacity per unit distance at a value, 0 … 1.
+    pub fn opacity(&self, value: f64) -> f64 {
+        interpolate(&self.opacities, value, |a, b, t| a + (b - a) * t)
+    }
+
+    /// Colour (red, green, blue) at a value, 0 … 1.
+    pub fn color(&self, value: f64) -> [f64; 3] {
+        interpolate(&self.colors, value, |a, b, t| std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t))
+    }
+
+    /// Extinction τ = −ln(1−α) per unit distance: 0 … ∞.
+    pub fn extinction(&self, value: f64) -> f64 {
+        -(-self.opacity(value)).ln_1p()
+    }
+
+    /// The *effective splats* of the paper: voxels whose own value has an opacity above 0.
+    pub fn effective_splats(&self, volume: &Volume) -> u64 {
+        let mut count = 0;
+        volume.voxels().for_each(|v| count += u64::from(self.opacity(v) > 0.0));
+        count
+    }
+
+    /// Smallest distance between different values of control points.
+    fn smallest_gap(&self) -> Option<f64> {
+        let gap = |values: Vec<f64>| values.windows(2).map(|w| w[1] - w[0]).filter(|&g| g > 0.0).min_by(f64::total_cmp);
+        let colors = gap(self.colors.iter().map(|p| p.0).collect());
+        let opacities = gap(self.opacities.iter().map(|p| p.0).collect());
+        [colors, opacities].into_iter().flatten().min_by(f64::total_cmp)
+    }
+}
+
+/// The range onto which functions without values of their own are stretched: the data's, or, where all voxels are
+/// alike, from the background to them.
+fn visible_range(volume: &Volume) -> (f64, f64) {
+    let (lo, hi) = volume.range();
+    if lo < hi {
+        return (lo, hi);
+    }
+    let (lo, hi) = volume.field_range();
+    if lo < hi { (lo, hi) } else { (lo, lo + 1.0) }
+}
+
+fn interpolate<T: Copy>(points: &[ControlPoint<T>], value: f64, mix: impl Fn(T, T, f64) -> T) -> T {
+    let next = points.partition_point(|p| p.0 <= value);
+    match (next.checked_sub(1).map(|i| points[i]), points.get(next)) {
+        (Some((x0, y0)), Some(&(x1, y1))) => mix(y0, y1, (value - x0) / (x1 - x0)),
+        (Some((_, y)), None) | (None, Some(&(_, y))) => y,
+        (None, None) => unreachable!("a transfer function has at least one point"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    fn ramp() -> TransferFunction {
+        TransferFunction::new("t", vec![(0.0, [0.0; 3]), (10.0, [1.0, 0.5, 0.0])], vec![(2.0, 0.0), (6.0, 0.8)]).unwrap()
+    }
+
+    #[test]
+    fn linear_between_points_and_constant_beyond() {
+        let t = ramp();
+        assert_eq!(t.range(), (0.0, 10.0));
+        for (value, opacity) in [(-5.0, 0.0), (2.0, 0.0), (4.0, 0.4), (6.0, 0.8), (99.0, 0.8)] {
+            assert_abs_diff_eq!(t.opacity(value), opacity, epsilon = 1e-15);
+        }
+        assert_eq!(t.color(5.0), [0.5, 0.25, 0.0]);
+    }
+
+    #[test]
+    fn opacity_to_extinction_and_back() {
+        for i in 0..100 {
+            let opacity = f64::from(i) / 100.0;
+            let t = TransferFunction::new("t", vec![(0.0, [1.0; 3])], vec![(0.0, opacity)]).unwrap();
+            assert_abs_diff_eq!(1.0 - (-t.extinction(0.0)).exp(), opacity, epsilon = 1e-15);
+        }
+        let opaque = TransferFunction::new("t", vec![(0.0, [1.0; 3])], vec![(0.0, 1.0)]).unwrap();
+        assert_eq!(opaque.extinction(0.0), f64::INFINITY);
+    }
+
+    #[test]
+    fn a_repeated_value_is_a_step() {
+        let t = TransferFunction::new("t", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (5.0, 0.0), (5.0, 1.0)]).unwrap();
+        assert_eq!((t.opacity(4.999), t.opacity(5.0), t.opacity(6.0)), (0.0, 1.0, 1.0));
+    }
+
+    #[test]
+    fn stretching_hits_both_ends() {
+        let t = ramp().stretched(-1024.0, 2986.0).unwrap();
+        assert_eq!(t.range(), (-1024.0, 2986.0));
+        assert_abs_diff_eq!(t.opacity(-1024.0 + 0.4 * 4010.0), 0.4, epsilon = 1e-12);
+        assert!(ramp().stretched(1.0, 1.0).is_err());
+        assert!(ramp().stretched(f64::NAN, 1.0).is_err());
+    }
+
+    #[test]
+    fn bad_points_are_refused() {
+        let new = |opacities| TransferFunction::new("t", vec![(0.0, [1.0; 3])], opacities);
+        assert!(new(vec![]).is_err());
+        assert!(new(vec![(1.0, 0.5), (0.0, 0.5)]).is_err());
+        assert!(new(vec![(0.0, 1.5)]).is_err());
+        assert!(new(vec![(f64::NAN, 0.5)]).is_err());
+    }
+}
