@@ -38,9 +38,14 @@ impl Device {
     pub(super) fn kernel(&self, source: &Source, defines: &str) -> Result<Kernel, Error> {
         let text = source.files.concat();
         let options = format!("{OPTIONS} {} {defines}", params::size_defines());
-        let failed = |e, log: String| Error::Build { program: source.name, device: self.info().name.clone(), source: e, log };
-        let mut program =
-            Program::create_from_source(&self.inner.context, &text).map_err(|e| self.error("clCreateProgramWithSource", e))?;
+        let failed = |e, log: String| Error::Build {
+            program: source.name,
+            device: self.info().name.clone(),
+            source: e,
+            log,
+        };
+        let mut program = Program::create_from_source(&self.inner.context, &text)
+            .map_err(|e| self.error("clCreateProgramWithSource", e))?;
         let ids = self.inner.context.devices();
         if let Err(e) = program.build(ids, &options) {
             return Err(failed(e, program.get_build_log(ids[0]).unwrap_or_default()));

@@ -4,21 +4,43 @@ use super::Renderer;
 use super::kept::{at_least, filled, upload_strides};
 use super::sample::slab_table;
 use super::settings::{Footprints, Settings};
-use crate::device::launch::params::DirectParams;
 use crate::device::launch::DirectArguments;
+use crate::device::launch::params::DirectParams;
 use crate::error::Error;
 use crate::layers::{Axis, Rays, Viewport};
 use glam::DVec3;
 
 impl Renderer {
     /// Renders into `scratch.frame`, with one layer axis for all rays or each ray's own.
-    pub(super) fn run_direct(&mut self, axis: Option<Axis>, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
-        let Self { device, kernels, kept, scratch, .. } = self;
+    pub(super) fn run_direct(
+        &mut self,
+        axis: Option<Axis>,
+        rays: &Rays,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        let Self {
+            device,
+            kernels,
+            kept,
+            scratch,
+            ..
+        } = self;
         let axes = axis.map_or(Axis::ALL.to_vec(), |a| vec![a]);
         kept.prepare(device, kernels, &axes, &self.transfer, settings.extinction)?;
-        filled(&mut scratch.slabs, device, &slab_table(settings.correction), "the sub-slabs")?;
+        filled(
+            &mut scratch.slabs,
+            device,
+            &slab_table(settings.correction),
+            "the sub-slabs",
+        )?;
         at_least(&mut scratch.frame, device, viewport.pixels(), "the frame")?;
-        at_least(&mut scratch.active_samples, device, viewport.pixels(), "the sample counts")?;
+        at_least(
+            &mut scratch.active_samples,
+            device,
+            viewport.pixels(),
+            "the sample counts",
+        )?;
         // A kernel with exact footprints reads neither: any buffers do.
         let set = settings.footprints == Footprints::Set;
         at_least(&mut scratch.crossings[0], device, 1, "a placeholder")?;
@@ -47,7 +69,13 @@ impl Renderer {
             culling: i32::from(settings.culling),
             background: self.kept.background(),
         };
-        let Self { device, kernels, kept, scratch, .. } = self;
+        let Self {
+            device,
+            kernels,
+            kept,
+            scratch,
+            ..
+        } = self;
         let written = "written above";
         scratch.active_count = viewport.pixels();
         let visible = known.map(|a| kept.visible(a));

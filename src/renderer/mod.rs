@@ -2,8 +2,8 @@
 
 mod direct;
 mod frame;
-mod kernels;
 mod kept;
+mod kernels;
 mod lattice;
 mod plan;
 mod sample;
@@ -20,8 +20,8 @@ use crate::image::{Background, Frame};
 use crate::layers::{Rays, Viewport};
 use crate::transfer::TransferFunction;
 use crate::volume::{Grid, Volume};
-use kernels::Kernels;
 use kept::{Kept, Scratch};
+use kernels::Kernels;
 
 /// Renders one volume on one device.
 ///
@@ -40,7 +40,11 @@ pub struct Renderer {
 
 impl Renderer {
     /// Uploads a volume, to be seen through a transfer function.
-    pub fn new(device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Self, Error> {
+    pub fn new(
+        device: &Device,
+        volume: &Volume,
+        transfer: &TransferFunction,
+    ) -> Result<Self, Error> {
         Ok(Self {
             device: device.clone(),
             grid: volume.grid().clone(),
@@ -70,7 +74,12 @@ impl Renderer {
     }
 
     /// Renders a picture: premultiplied floats, without a background.
-    pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+    pub fn render(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(Frame, FrameReport), Error> {
         let report = self.draw(camera, viewport, settings)?;
         let frame = self.scratch.read_frame(&self.device, viewport)?;
         Ok((frame, self.finish(report)?))
@@ -91,7 +100,12 @@ impl Renderer {
 
     /// The composited lattice before it is warped to the screen, with the ray of each sample; `None` where the view has
     /// no lattice.
-    pub fn lattice_picture(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<LatticePicture>, Error> {
+    pub fn lattice_picture(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<Option<LatticePicture>, Error> {
         let rays = Rays::new(camera, viewport, &self.grid)?;
         let plan = Plan::new(&rays, viewport, &self.grid, settings)?;
         let report = self.run(&plan, &rays, viewport, settings)?;
@@ -100,7 +114,12 @@ impl Renderer {
         Ok(picture)
     }
 
-    fn draw(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<FrameReport, Error> {
+    fn draw(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<FrameReport, Error> {
         let rays = Rays::new(camera, viewport, &self.grid)?;
         let plan = Plan::new(&rays, viewport, &self.grid, settings)?;
         tracing::debug!("{plan}");
@@ -109,7 +128,13 @@ impl Renderer {
         Ok(report)
     }
 
-    fn run(&mut self, plan: &Plan, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<FrameReport, Error> {
+    fn run(
+        &mut self,
+        plan: &Plan,
+        rays: &Rays,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<FrameReport, Error> {
         match plan {
             Plan::Lattice(lattice) => self.run_lattice(lattice, rays, settings)?,
             Plan::Perspective(lattice) => self.run_perspective(lattice, rays, settings)?,

@@ -13,9 +13,22 @@ impl WarpKernel {
         Ok(Self(device.kernel(&source!("warp"), "")?))
     }
 
-    pub fn launch(&self, device: &Device, lattice: &Buffer<Float4>, params: &WarpParams, frame: &Buffer<Float4>) -> Result<(), Error> {
+    pub fn launch(
+        &self,
+        device: &Device,
+        lattice: &Buffer<Float4>,
+        params: &WarpParams,
+        frame: &Buffer<Float4>,
+    ) -> Result<(), Error> {
         let pixels = params.frame[0] as usize * params.frame[1] as usize;
-        launch(device, "warp", &self.0, pixels, device.tuning().pixel_group, &[lattice, params, frame])
+        launch(
+            device,
+            "warp",
+            &self.0,
+            pixels,
+            device.tuning().pixel_group,
+            &[lattice, params, frame],
+        )
     }
 }
 
@@ -28,8 +41,22 @@ impl PresentKernel {
     }
 
     /// `background` is red, green, blue and 1, or four zeros for a transparent picture.
-    pub fn launch(&self, device: &Device, frame: &Buffer<Float4>, background: Float4, pixels: usize, rgba: &Buffer<[u8; 4]>) -> Result<(), Error> {
+    pub fn launch(
+        &self,
+        device: &Device,
+        frame: &Buffer<Float4>,
+        background: Float4,
+        pixels: usize,
+        rgba: &Buffer<[u8; 4]>,
+    ) -> Result<(), Error> {
         let count = pixels as i32;
-        launch(device, "present", &self.0, pixels, device.tuning().pixel_group, &[frame, &background, &count, rgba])
+        launch(
+            device,
+            "present",
+            &self.0,
+            pixels,
+            device.tuning().pixel_group,
+            &[frame, &background, &count, rgba],
+        )
     }
 }

@@ -14,8 +14,22 @@ impl TableKernel {
     }
 
     /// `dt` is the length of a sample in unit distances.
-    pub fn launch(&self, device: &Device, base: &Buffer<Float4>, dt: f32, linear: bool, entries: &Buffer<Float4>) -> Result<(), Error> {
+    pub fn launch(
+        &self,
+        device: &Device,
+        base: &Buffer<Float4>,
+        dt: f32,
+        linear: bool,
+        entries: &Buffer<Float4>,
+    ) -> Result<(), Error> {
         let (linear, count) = (i32::from(linear), base.len() as i32);
-        launch(device, "table", &self.0, base.len(), device.tuning().pixel_group, &[base, &dt, &linear, &count, entries])
+        launch(
+            device,
+            "table",
+            &self.0,
+            base.len(),
+            device.tuning().pixel_group,
+            &[base, &dt, &linear, &count, entries],
+        )
     }
 }

@@ -1,0 +1,69 @@
+//! Voxels in floats, with the background around them.
+
+use crate::volume::Volume;
+use glam::DVec3;
+
+/// A volume's voxels and what surrounds them.
+pub(super) struct Field {
+    dims: [i64; 3],
+    background: f64,
+    voxels: Vec<f32>,
+}
+
+impl Field {
+    pub fn new(volume: &Volume) -> Self {
+        let mut voxels = Vec::with_capacity(volume.voxels().len());
+        volume.voxels().for_each(|v| voxels.push(v as f32));
+        Self {
+            dims: volume.grid().dims().map(|n| n as i64),
+            background: volume.background(),
+            voxels,
+        }
+    }
+
+    /// Voxels along x, y, z.
+    pub fn dims(&self) -> [i64; 3] {
+        self.dims
+    }
+
+    /// Value of the voxels missing around the volume.
+    pub fn background(&self) -> f64 {
+        self.background
+    }
+
+    /// Any voxel, inside or around the volume.
+    pub fn voxel(&self, p: [i64; 3]) -> f64 {
+        let [x, y, z] = self.dims;
+        if (0..x).contains(&p[0]) && (0..y).contains(&p[1]) && (0..z).contains(&p[2]) {
+            f64::from(self.voxels[(p[0] + x * (p[1] + y * p[2])) as usize])
+        } else {
+            self.background
+        }
+    }
+
+    /// The reconstructed field Σ ρ f(x−i) f(y−j) f(z−k) (paper, Eq. 1 and 2) at a point in voxels.
+    pub fn value(&self, p: DVec3) -> f64 {
+        let below = p.floor();
+        let [i, j, k] = below.to_array().map(|c| c as i64);
+        // f(1−t) = 3t² − 2t³ is the weight of the farther voxel.
+        let w = (p - below).map(|t| t * t * (3.0 - 2.0 * t));
+        let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
+        let [x, y, z] = self.dims;
+        let inside = i >= 0 && j >= 0 && k >= 0 && i + 1 < x && j + 1 < y && k + 1 < z;
+        let corner = |n: i64| {
+            let (di, dj, dk) = (n & 1, n >> 1 & 1, n >> 2);
+            match inside {
+                true => f64::from(self.voxels[(i + di + x * (j + dj + y * (k + dk))) as usize]),
+                false => self.voxel([i + di, j + dj, k + dk]),
+            }
+        };
+        let plane = |n: i64| {
+            mix(
+                mix(corner(n), corner(n + 1), w.x),
+                mix(corner(n + 2), corner(n + 3), w.x),
+                w.y,
+            )
+        };
+        mix(plane(0), plane(4), w.z)
+    }
+}

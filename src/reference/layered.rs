@@ -1,0 +1,226 @@
+//! Layered splatting from its definition.
+
+use super::field::Field;
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::image::Frame;
+use crate::layers::{Axis, LayerSlabs, Ray, Rays, Viewport, footprint};
+use crate::renderer::{Settings, Shading};
+use crate::transfer::{Extinction, TransferFunction};
+use crate::volume::Volume;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+/// How the gradient along the layer axis is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AxisGradient {
+    /// From the splat sums at the ray's own crossings, as the kernels do: exact for s = 0.
+    Crossings,
+    /// The splatted central difference: exact, one more stencil.
+    Splatted,
+}
+
+/// The layered renderer in `f64`: every footprint integrated, no lattice, no table, no culling, no early termination.
+pub struct Layered<'a> {
+    field: Field,
+    volume: &'a Volume,
+    transfer: &'a TransferFunction,
+    settings: &'a Settings,
+    /// Default: as the kernels do.
+    pub axis_gradient: AxisGradient,
+}
+
+/// A ray in the coordinates of its layer axis.
+struct Crossing {
+    axis: Axis,
+    origin: DVec3,
+    shear: DVec2,
+}
+
+impl<'a> Layered<'a> {
+    /// A renderer. Of the settings, those that decide where sums are evaluated and what is skipped are ignored.
+    pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
+        Self {
+            field: Field::new(volume),
+            volume,
+            transfer,
+            settings,
+            axis_gradient: AxisGradient::Crossings,
+        }
+    }
+
+    /// The picture of a camera, all rays with one layer axis, or each with its own.
+    pub fn render(
+        &self,
+        camera: &Camera,
+        viewport: Viewport,
+        axis: Option<Axis>,
+    ) -> Result<Frame, Error> {
+        let rays = Rays::new(camera, viewport, self.volume.grid())?;
+        let pixels = (0..viewport.pixels())
+            .into_par_iter()
+            .map(|i| {
+                let (x, y) = (i % viewport.width as usize, i / viewport.width as usize);
+                self.composite(&rays.at(x as f64 + 0.5, y as f64 + 0.5), axis, rays.to_eye)
+                    .map(|c| c as f32)
+            })
+            .collect();
+        Ok(Frame::new(viewport, pixels))
+    }
+
+    /// Premultiplied RGBA along one ray; `to_eye` is the central ray's direction back to the eye, in the grid's axes.
+    pub fn composite(&self, ray: &Ray, axis: Option<Axis>, to_eye: DVec3) -> [f64; 4] {
+        let axis = axis.unwrap_or_else(|| Axis::most_parallel(ray.direction));
+        let frame = axis.frame();
+        let shear = DVec2::from_array(frame.shear(ray.direction));
+        let crossing = Crossing {
+            axis,
+            origin: frame.local(ray.origin),
+            shear,
+        };
+        let dims = self.local_dims(axis);
+        let spacing = frame.local(self.volume.grid().spacing());
+        let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
+        let samples = f64::from(self.settings.correction.samples_per_layer());
+        let dt = (shear.extend(1.0) * spacing).length() / unit / samples;
+        let slabs = LayerSlabs::new(self.settings.correction);
+
+        let forward = ray.direction[frame.a] > 0.0;
+        let order: Vec<i64> = if forward {
+            (-1..=dims[2]).collect()
+        } else {
+            (-1..=dims[2]).rev().collect()
+        };
+        let step = if forward { 1 } else { -1 };
+        let mut color = [0.0; 3];
+        let mut transmittance = 1.0;
+        for (n, &k) in order.iter().enumerate() {
+            let t = (k as f64 - crossing.origin.z) / ray.direction[frame.a];
+            if t <= ray.start || !self.in_support(&crossing, k) {
+                continue;
+            }
+            let [before, own, after] =
+                [k - step, k, k + step].map(|j| self.splat_sum(&crossing, j, crossing.at(j)));
+            let samples = match n {
+                0 => &slabs.front,
+                _ if n + 1 == order.len() => &slabs.back,
+                _ => &slabs.inner,
+            };
+            for slab in samples {
+                let value = slab.before * before + slab.own * own + slab.after * after;
+                if self.transfer.opacity(value) == 0.0 {
+                    continue;
+                }
+                let opacity = match self.settings.extinction {
+                    Extinction::Exponential => {
+                        -(-self.transfer.extinction(value) * dt * slab.share).exp_m1()
+                    }
+                    Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0) * slab.share,
+                };
+                let mut c = self.transfer.color(value);
+                if let Some(shading) = self.settings.shading {
+                    let gradient = self.gradient(&crossing, k, step, before, after);
+                    c = self.shade(shading, c, gradient, to_eye);
+                }
+                for (sum, c) in color.iter_mut().zip(c) {
+                    *sum += transmittance * opacity * c;
+                }
+                transmittance *= 1.0 - opacity;
+            }
+        }
+        [color[0], color[1], color[2], 1.0 - transmittance]
+    }
+
+    fn local_dims(&self, axis: Axis) -> [i64; 3] {
+        let frame = axis.frame();
+        [frame.u, frame.v, frame.a].map(|i| self.field.dims()[i])
+    }
+
+    /// Whether a sample counts: always where the background is invisible; else only within the field's support.
+    fn in_support(&self, crossing: &Crossing, k: i64) -> bool {
+        let dims = self.local_dims(crossing.axis);
+        let p = crossing.at(k);
+        let inside = |p: f64, n: i64| (-1.0..=n as f64).contains(&p);
+        self.transfer.opacity(self.field.background()) == 0.0
+            || (inside(p.x, dims[0]) && inside(p.y, dims[1]))
+    }
+
+    /// S_k at (u, v): the sum of all footprints in layer k. Background beyond the layers.
+    fn splat_sum(&self, crossing: &Crossing, k: i64, p: DVec2) -> f64 {
+        self.splat(crossing, k, p, |field, voxel| field.voxel(voxel))
+    }
+
+    fn splat(
+        &self,
+        crossing: &Crossing,
+        k: i64,
+        p: DVec2,
+        density: impl Fn(&Field, [i64; 3]) -> f64,
+    ) -> f64 {
+        let frame = crossing.axis.frame();
+        let s = crossing.shear;
+        let taps =
+            |p: f64, s: f64| (p - 1.0 - s.abs()).ceil() as i64..=(p + 1.0 + s.abs()).floor() as i64;
+        let mut sum = 0.0;
+        for j in taps(p.y, s.y) {
+            for i in taps(p.x, s.x) {
+                let mut voxel = [0; 3];
+                (voxel[frame.u], voxel[frame.v], voxel[frame.a]) = (i, j, k);
+                sum += density(&self.field, voxel)
+                    * footprint(p.x - i as f64, p.y - j as f64, s.x, s.y);
+            }
+        }
+        sum
+    }
+
+    /// Gradient in voxel differences along u, v, a.
+    fn gradient(&self, crossing: &Crossing, k: i64, step: i64, before: f64, after: f64) -> DVec3 {
+        let p = crossing.at(k);
+        let difference = |shift: DVec2| {
+            (self.splat_sum(crossing, k, p + shift) - self.splat_sum(crossing, k, p - shift)) / 2.0
+        };
+        let (u, v) = (difference(DVec2::X), difference(DVec2::Y));
+        let a = match self.axis_gradient {
+            AxisGradient::Crossings => {
+                step as f64 * (after - before) / 2.0 - crossing.shear.x * u - crossing.shear.y * v
+            }
+            AxisGradient::Splatted => {
+                let along = crossing.axis.index();
+                self.splat(crossing, k, p, |field, voxel| {
+                    let (mut next, mut last) = (voxel, voxel);
+                    next[along] += 1;
+                    last[along] -= 1;
+                    (field.voxel(next) - field.voxel(last)) / 2.0
+                })
+            }
+        };
+        crossing.axis.frame().global(DVec3::new(u, v, a))
+    }
+
+    /// Blinn-Phong with the fade for weak gradients (math.md, "Conventions").
+    fn shade(&self, shading: Shading, color: [f64; 3], gradient: DVec3, to_eye: DVec3) -> [f64; 3] {
+        let grid = self.volume.grid();
+        let (lo, hi) = self.volume.range();
+        let range = if hi > lo { hi - lo } else { 1.0 };
+        let gradient = gradient * grid.spacing().min_element() / grid.spacing() / range;
+        let Some(normal) = gradient.try_normalize() else {
+            return color;
+        };
+        let light = shading
+            .light
+            .map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
+        let half_way = (light + to_eye).normalize_or(to_eye);
+        let fade = ((gradient.length() - 1e-3) * 1e3).clamp(0.0, 1.0);
+        let fade = fade * fade * (3.0 - 2.0 * fade);
+        let factor = shading.ambient + shading.diffuse * normal.dot(light).abs();
+        let highlight = shading.specular * normal.dot(half_way).abs().powf(shading.power);
+        color.map(|c| (c * (1.0 + fade * (factor - 1.0)) + fade * highlight).min(1.0))
+    }
+}
+
+impl Crossing {
+    /// Where the ray crosses layer k.
+    fn at(&self, k: i64) -> DVec2 {
+        self.origin.truncate() + self.shear * (k as f64 - self.origin.z)
+    }
+}
