@@ -66,21 +66,14 @@ impl Camera {
         let to_eye = DVec3::new(cos_e * sin_a, sin_e, cos_e * cos_a);
         let right = DVec3::new(cos_a, 0.0, -sin_a);
         let up = to_eye.cross(right);
-        Self {
-            position: centre + to_eye * distance,
-            focal_point: centre,
-            view_up: up * cos_r + right * sin_r,
-            projection,
-        }
+        Self { position: centre + to_eye * distance, focal_point: centre, view_up: up * cos_r + right * sin_r, projection }
     }
 
     /// A parallel view in which every rotation of an object fits: half the viewport's height is half the object's
     /// `diagonal`, divided by width/height where the viewport is narrower than high.
     pub fn fit_parallel(centre: DVec3, diagonal: f64, viewport: Viewport, orbit: Orbit) -> Self {
         let aspect = f64::from(viewport.width) / f64::from(viewport.height);
-        let projection = Projection::Parallel {
-            scale: diagonal / 2.0 / aspect.min(1.0),
-        };
+        let projection = Projection::Parallel { scale: diagonal / 2.0 / aspect.min(1.0) };
         Self::orbit(centre, diagonal, orbit, projection)
     }
 
@@ -88,12 +81,7 @@ impl Camera {
     /// `diagonal` / sin(fov/2) away from its centre, as after vtkRenderer::ResetCamera.
     pub fn fit_perspective(centre: DVec3, diagonal: f64, field_of_view: f64, orbit: Orbit) -> Self {
         let distance = diagonal / 2.0 / (field_of_view.to_radians() / 2.0).sin();
-        Self::orbit(
-            centre,
-            distance,
-            orbit,
-            Projection::Perspective { field_of_view },
-        )
+        Self::orbit(centre, distance, orbit, Projection::Perspective { field_of_view })
     }
 
     /// The camera's axes, or an error when the camera has none: eye on the focal point, view-up along the view, or a
@@ -101,39 +89,26 @@ impl Camera {
     pub fn basis(&self) -> Result<Basis, Error> {
         self.projection.check()?;
         let invalid = |problem: &'static str| Error::Camera { problem };
-        if !(self.position.is_finite() && self.focal_point.is_finite() && self.view_up.is_finite())
-        {
+        if !(self.position.is_finite() && self.focal_point.is_finite() && self.view_up.is_finite()) {
             return Err(invalid("position, focal point and view-up must be finite"));
         }
         let to_eye = (self.position - self.focal_point)
             .try_normalize()
-            .ok_or(invalid(
-                "position and focal point coincide: move one of them",
-            ))?;
+            .ok_or(invalid("position and focal point coincide: move one of them"))?;
         let right = self
             .view_up
             .try_normalize()
             .and_then(|up| up.cross(to_eye).try_normalize())
-            .ok_or(invalid(
-                "view-up is zero or parallel to the view: choose another",
-            ))?;
-        Ok(Basis {
-            right,
-            up: to_eye.cross(right),
-            forward: -to_eye,
-        })
+            .ok_or(invalid("view-up is zero or parallel to the view: choose another"))?;
+        Ok(Basis { right, up: to_eye.cross(right), forward: -to_eye })
     }
 }
 
 impl Projection {
     fn check(self) -> Result<(), Error> {
         let (name, value, good) = match self {
-            Projection::Parallel { scale } => {
-                ("parallel scale", scale, scale > 0.0 && scale.is_finite())
-            }
-            Projection::Perspective { field_of_view: fov } => {
-                ("field of view", fov, fov > 0.0 && fov < 180.0)
-            }
+            Projection::Parallel { scale } => ("parallel scale", scale, scale > 0.0 && scale.is_finite()),
+            Projection::Perspective { field_of_view: fov } => ("field of view", fov, fov > 0.0 && fov < 180.0),
         };
         if good {
             return Ok(());
@@ -142,11 +117,7 @@ impl Projection {
             Projection::Parallel { .. } => "a finite number above 0",
             Projection::Perspective { .. } => "degrees between 0 and 180, exclusive",
         };
-        Err(Error::OutOfRange {
-            name,
-            value: value.to_string(),
-            expected,
-        })
+        Err(Error::OutOfRange { name, value: value.to_string(), expected })
     }
 }
 
@@ -167,28 +138,16 @@ mod tests {
     use super::*;
 
     fn basis(azimuth: f64, elevation: f64, roll: f64) -> Basis {
-        let orbit = Orbit {
-            azimuth,
-            elevation,
-            roll,
-        };
-        Camera::orbit(DVec3::ONE, 5.0, orbit, Projection::Parallel { scale: 1.0 })
-            .basis()
-            .unwrap()
+        let orbit = Orbit { azimuth, elevation, roll };
+        Camera::orbit(DVec3::ONE, 5.0, orbit, Projection::Parallel { scale: 1.0 }).basis().unwrap()
     }
 
     #[test]
     fn axes_are_those_of_a_vtk_camera() {
         let b = basis(0.0, 0.0, 0.0);
-        assert_eq!(
-            (b.right, b.up, b.forward),
-            (DVec3::X, DVec3::Y, DVec3::NEG_Z)
-        );
+        assert_eq!((b.right, b.up, b.forward), (DVec3::X, DVec3::Y, DVec3::NEG_Z));
         let b = basis(90.0, 0.0, 0.0);
-        assert_eq!(
-            (b.right, b.up, b.forward),
-            (DVec3::NEG_Z, DVec3::Y, DVec3::NEG_X)
-        );
+        assert_eq!((b.right, b.up, b.forward), (DVec3::NEG_Z, DVec3::Y, DVec3::NEG_X));
         let b = basis(0.0, 0.0, 90.0);
         assert!((b.up - DVec3::X).length() < 1e-15 && (b.right - DVec3::NEG_Y).length() < 1e-15);
     }
@@ -202,55 +161,15 @@ mod tests {
 
     #[test]
     fn cameras_without_a_view_are_refused() {
-        let good = Camera::orbit(
-            DVec3::ZERO,
-            1.0,
-            Orbit::default(),
-            Projection::Parallel { scale: 1.0 },
-        );
-        assert!(
-            Camera {
-                position: good.focal_point,
-                ..good
-            }
-            .basis()
-            .is_err()
-        );
-        assert!(
-            Camera {
-                view_up: DVec3::Z,
-                ..good
-            }
-            .basis()
-            .is_err()
-        );
-        assert!(
-            Camera {
-                view_up: DVec3::ZERO,
-                ..good
-            }
-            .basis()
-            .is_err()
-        );
+        let good = Camera::orbit(DVec3::ZERO, 1.0, Orbit::default(), Projection::Parallel { scale: 1.0 });
+        assert!(Camera { position: good.focal_point, ..good }.basis().is_err());
+        assert!(Camera { view_up: DVec3::Z, ..good }.basis().is_err());
+        assert!(Camera { view_up: DVec3::ZERO, ..good }.basis().is_err());
         for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(
-                Camera {
-                    projection: Projection::Parallel { scale },
-                    ..good
-                }
-                .basis()
-                .is_err()
-            );
+            assert!(Camera { projection: Projection::Parallel { scale }, ..good }.basis().is_err());
         }
         for field_of_view in [0.0, 180.0, -3.0, f64::NAN] {
-            assert!(
-                Camera {
-                    projection: Projection::Perspective { field_of_view },
-                    ..good
-                }
-                .basis()
-                .is_err()
-            );
+            assert!(Camera { projection: Projection::Perspective { field_of_view }, ..good }.basis().is_err());
         }
     }
 }

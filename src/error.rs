@@ -116,9 +116,7 @@ pub enum Error {
         missing: &'static str,
     },
     /// The device does not have the memory.
-    #[error(
-        "{what} needs {needed} bytes, but {device} allows {available} in one buffer: use a smaller one or another --device"
-    )]
+    #[error("{what} needs {needed} bytes, but {device} allows {available} in one buffer: use a smaller one or another --device")]
     DeviceMemory {
         /// What was to be stored.
         what: String,
@@ -155,23 +153,14 @@ pub enum Error {
 
 impl Error {
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {
-        Error::Read {
-            path: path.into(),
-            source,
-        }
+        Error::Read { path: path.into(), source }
     }
 
     pub(crate) fn write(path: &Path, source: io::Error) -> Self {
-        Error::Write {
-            path: path.into(),
-            source,
-        }
+        Error::Write { path: path.into(), source }
     }
 
     pub(crate) fn volume(path: &Path, problem: impl Into<String>) -> Self {
-        Error::Volume {
-            path: path.into(),
-            problem: problem.into(),
-        }
+        Error::Volume { path: path.into(), problem: problem.into() }
     }
 }

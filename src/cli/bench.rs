@@ -48,13 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let scene = Scene::open(&arguments.scene)?;
     let background = options.background.unwrap_or(Background::BLACK);
     let frames = arguments.frames;
-    let view = |n: u32| {
-        camera(
-            options,
-            scene.volume.grid(),
-            turn(options.orbit(ELEVATION), n, frames),
-        )
-    };
+    let view = |n: u32| camera(options, scene.volume.grid(), turn(options.orbit(ELEVATION), n, frames));
 
     let started = Instant::now();
     let mut renderer = scene.renderer()?;
@@ -62,12 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let first_ms = milliseconds(started);
     // Layouts, occupancy and kernels of the other layer axes: the medians exclude them.
     for n in 0..frames.min(8) {
-        renderer.render_rgba8(
-            &view(n * frames / frames.min(8)),
-            options.size,
-            &scene.settings,
-            background,
-        )?;
+        renderer.render_rgba8(&view(n * frames / frames.min(8)), options.size, &scene.settings, background)?;
     }
 
     let bar = progress(frames, "measuring");
@@ -76,8 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let (mut cpu_ms, mut active_samples, mut lattice) = (0.0, 0, None);
     for n in 0..frames {
         let (started, cpu) = (Instant::now(), ProcessTime::now());
-        let (picture, report) =
-            renderer.render_rgba8(&view(n), options.size, &scene.settings, background)?;
+        let (picture, report) = renderer.render_rgba8(&view(n), options.size, &scene.settings, background)?;
         times.push(milliseconds(started));
         cpu_ms += cpu.elapsed().as_secs_f64() * 1e3;
         drop(picture);
@@ -120,47 +108,25 @@ fn milliseconds(since: Instant) -> f64 {
 /// Median of sorted values.
 fn median(sorted: &[f64]) -> f64 {
     let middle = sorted.len() / 2;
-    if sorted.len() % 2 == 1 {
-        sorted[middle]
-    } else {
-        (sorted[middle - 1] + sorted[middle]) / 2.0
-    }
+    if sorted.len() % 2 == 1 { sorted[middle] } else { (sorted[middle - 1] + sorted[middle]) / 2.0 }
 }
 
 fn text(b: &Bench) -> String {
     let quality = format!("{:?}", b.quality).to_lowercase();
-    let lattice = b.lattice.map_or("none: per pixel".into(), |l| {
-        format!(
-            "{}x{} samples, {:.2}x{:.2} per voxel",
-            l.width, l.height, l.m[0], l.m[1]
-        )
-    });
+    let lattice = b
+        .lattice
+        .map_or("none: per pixel".into(), |l| format!("{}x{} samples, {:.2}x{:.2} per voxel", l.width, l.height, l.m[0], l.m[1]));
     let mut lines = vec![
         format!("{}, {} {quality}, on {}", b.volume, b.algorithm, b.device),
-        format!(
-            "median    {:.2} ms of {} frames ({:.1} frames/s)",
-            b.median_ms,
-            b.frames,
-            1e3 / b.median_ms
-        ),
+        format!("median    {:.2} ms of {} frames ({:.1} frames/s)", b.median_ms, b.frames, 1e3 / b.median_ms),
         format!("range     {:.2} to {:.2} ms", b.min_ms, b.max_ms),
         format!("cpu       {:.2} ms per frame", b.cpu_ms),
         format!("first     {:.1} ms", b.first_ms),
-        format!(
-            "splats    {} effective; {} active samples per frame",
-            b.effective_splats, b.active_samples
-        ),
+        format!("splats    {} effective; {} active samples per frame", b.effective_splats, b.active_samples),
         format!("lattice   {lattice}"),
-        format!(
-            "memory    {:.1} MiB on the device",
-            b.device_bytes as f64 / (1 << 20) as f64
-        ),
+        format!("memory    {:.1} MiB on the device", b.device_bytes as f64 / (1 << 20) as f64),
     ];
-    lines.extend(
-        b.stages
-            .iter()
-            .map(|(stage, ms)| format!("  {stage:<12} {ms:.3} ms")),
-    );
+    lines.extend(b.stages.iter().map(|(stage, ms)| format!("  {stage:<12} {ms:.3} ms")));
     lines.join("\n")
 }
 
@@ -170,13 +136,6 @@ mod tests {
 
     #[test]
     fn medians() {
-        assert_eq!(
-            (
-                median(&[3.0]),
-                median(&[1.0, 2.0]),
-                median(&[1.0, 2.0, 9.0])
-            ),
-            (3.0, 1.5, 2.0)
-        );
+        assert_eq!((median(&[3.0]), median(&[1.0, 2.0]), median(&[1.0, 2.0, 9.0])), (3.0, 1.5, 2.0));
     }
 }

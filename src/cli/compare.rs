@@ -37,21 +37,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         ),
     })?;
     super::report(arguments.json, &comparison, || text(&comparison));
-    let too_far = arguments
-        .max_difference
-        .is_some_and(|limit| comparison.max_difference > limit)
-        || arguments
-            .min_psnr
-            .is_some_and(|limit| comparison.psnr.is_some_and(|psnr| psnr < limit));
+    let too_far = arguments.max_difference.is_some_and(|limit| comparison.max_difference > limit)
+        || arguments.min_psnr.is_some_and(|limit| comparison.psnr.is_some_and(|psnr| psnr < limit));
     Ok(ExitCode::from(u8::from(too_far)))
 }
 
 fn text(c: &Comparison) -> String {
     let psnr = |p: Option<f64>| p.map_or("identical".into(), |p| format!("{p:.2} dB"));
-    format!(
-        "PSNR RGB        {}\nPSNR RGBA       {}\nmax difference  {:.6}",
-        psnr(c.psnr),
-        psnr(c.psnr_rgba),
-        c.max_difference
-    )
+    format!("PSNR RGB        {}\nPSNR RGBA       {}\nmax difference  {:.6}", psnr(c.psnr), psnr(c.psnr_rgba), c.max_difference)
 }

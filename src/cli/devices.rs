@@ -18,17 +18,8 @@ struct Devices {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let devices = Devices {
-        devices: Device::list()?,
-    };
-    super::report(arguments.json, &devices, || {
-        devices
-            .devices
-            .iter()
-            .map(text)
-            .collect::<Vec<_>>()
-            .join("\n")
-    });
+    let devices = Devices { devices: Device::list()? };
+    super::report(arguments.json, &devices, || devices.devices.iter().map(text).collect::<Vec<_>>().join("\n"));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -51,10 +42,6 @@ fn text(d: &DeviceInfo) -> String {
         t.vector_width * t.tile_vectors,
         t.tile_rows,
         t.tile_group,
-        if t.event_times {
-            "events"
-        } else {
-            "the wall clock"
-        },
+        if t.event_times { "events" } else { "the wall clock" },
     )
 }

@@ -57,16 +57,10 @@ fn text(info: &Info, statistics: &Statistics, volume: &Volume) -> String {
     let [hx, hy, hz] = info.spacing;
     let mut lines = vec![
         volume.name().to_owned(),
-        format!(
-            "dims      {x}x{y}x{z}, {} voxels",
-            volume.grid().voxel_count()
-        ),
+        format!("dims      {x}x{y}x{z}, {} voxels", volume.grid().voxel_count()),
         format!("type      {}", info.voxel_type),
         format!("spacing   {hx},{hy},{hz}"),
-        format!(
-            "range     {} to {}, mean {:.3}",
-            info.min, info.max, info.mean
-        ),
+        format!("range     {} to {}, mean {:.3}", info.min, info.max, info.mean),
     ];
     if let Some(count) = info.effective_splats {
         let share = 100.0 * count as f64 / volume.grid().voxel_count() as f64;
@@ -81,26 +75,9 @@ fn histogram(statistics: &Statistics) -> Vec<String> {
     const ROWS: usize = 16;
     const WIDTH: f64 = 50.0;
     let per_row = statistics.histogram.len() / ROWS;
-    let rows: Vec<u64> = statistics
-        .histogram
-        .chunks(per_row)
-        .map(|bins| bins.iter().sum())
-        .collect();
-    let largest = rows
-        .iter()
-        .max()
-        .map_or(1.0, |&n| (n as f64).ln_1p())
-        .max(1.0);
+    let rows: Vec<u64> = statistics.histogram.chunks(per_row).map(|bins| bins.iter().sum()).collect();
+    let largest = rows.iter().max().map_or(1.0, |&n| (n as f64).ln_1p()).max(1.0);
     let step = (statistics.max - statistics.min) / ROWS as f64;
     let bar = |n: u64| "#".repeat(((n as f64).ln_1p() / largest * WIDTH).round() as usize);
-    rows.iter()
-        .enumerate()
-        .map(|(i, &n)| {
-            format!(
-                "{:>12.5} {n:>12} {}",
-                statistics.min + step * i as f64,
-                bar(n)
-            )
-        })
-        .collect()
+    rows.iter().enumerate().map(|(i, &n)| format!("{:>12.5} {n:>12} {}", statistics.min + step * i as f64, bar(n))).collect()
 }

@@ -41,14 +41,8 @@ enum Command {
 
 /// Runs the command line of this process. Exit code 2 for a bad command line, 1 for anything else that fails.
 pub fn main() -> ExitCode {
-    let filter =
-        tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into());
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .without_time()
-        .with_target(false)
-        .init();
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into());
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().with_target(false).init();
     let done = match Cli::parse().command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Rotate(arguments) => rotate::run(&arguments),
@@ -66,10 +60,7 @@ pub fn main() -> ExitCode {
 /// 2 where the command line itself is at fault.
 fn exit_code(error: &Error) -> u8 {
     match error {
-        Error::OutOfRange { .. }
-        | Error::UnknownName { .. }
-        | Error::Settings { .. }
-        | Error::Camera { .. } => 2,
+        Error::OutOfRange { .. } | Error::UnknownName { .. } | Error::Settings { .. } | Error::Camera { .. } => 2,
         _ => 1,
     }
 }
@@ -77,11 +68,7 @@ fn exit_code(error: &Error) -> u8 {
 /// Prints a report: as one line of JSON, or as text.
 fn report(json: bool, value: &impl Serialize, text: impl FnOnce() -> String) {
     use std::io::Write;
-    let line = if json {
-        serde_json::to_string(value).expect("reports are plain data")
-    } else {
-        text()
-    };
+    let line = if json { serde_json::to_string(value).expect("reports are plain data") } else { text() };
     // A reader that went away (`| head`) is no error of ours.
     let _ = writeln!(std::io::stdout(), "{}", line.trim_end());
 }

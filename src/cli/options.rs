@@ -42,12 +42,7 @@ impl VolumeOptions {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         };
-        RawOptions {
-            dims: self.dims,
-            voxel_type: self.voxel_type,
-            spacing: self.spacing,
-            endian,
-        }
+        RawOptions { dims: self.dims, voxel_type: self.voxel_type, spacing: self.spacing, endian }
     }
 }
 
@@ -98,11 +93,7 @@ pub(super) struct CameraOptions {
 
 impl CameraOptions {
     pub fn orbit(&self, default_elevation: f64) -> Orbit {
-        Orbit {
-            azimuth: self.azimuth,
-            elevation: self.elevation.unwrap_or(default_elevation),
-            roll: self.roll,
-        }
+        Orbit { azimuth: self.azimuth, elevation: self.elevation.unwrap_or(default_elevation), roll: self.roll }
     }
 }
 
@@ -179,15 +170,11 @@ impl QualityOptions {
         settings.correction = match (self.correction, self.sublayers) {
             (None, None) => settings.correction,
             (None | Some(CorrectionName::Sublayers), Some(n)) => Correction::SubLayers(n),
-            (Some(CorrectionName::Sublayers), None) => {
-                Correction::SubLayers(settings.correction.samples_per_layer().max(2))
-            }
+            (Some(CorrectionName::Sublayers), None) => Correction::SubLayers(settings.correction.samples_per_layer().max(2)),
             (Some(CorrectionName::None), None) => Correction::None,
             (Some(CorrectionName::Constant), None) => Correction::Constant,
             (Some(_), Some(_)) => {
-                let problem =
-                    "--sublayers goes with --correction sublayers only: leave one of them out"
-                        .into();
+                let problem = "--sublayers goes with --correction sublayers only: leave one of them out".into();
                 return Err(crate::Error::Settings { problem });
             }
         };
@@ -207,10 +194,9 @@ impl QualityOptions {
         if let Some(evaluation) = self.lattice {
             let kept = match (evaluation, settings.evaluation) {
                 // `auto` leaves a quality its own least density.
-                (
-                    Evaluation::Lattice(Density::AtLeast(_)),
-                    Evaluation::Lattice(Density::AtLeast(m)),
-                ) => Evaluation::Lattice(Density::AtLeast(m)),
+                (Evaluation::Lattice(Density::AtLeast(_)), Evaluation::Lattice(Density::AtLeast(m))) => {
+                    Evaluation::Lattice(Density::AtLeast(m))
+                }
                 _ => evaluation,
             };
             settings.evaluation = kept;

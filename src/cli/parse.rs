@@ -5,25 +5,17 @@ use crate::renderer::{Evaluation, LayerAxis};
 use glam::DVec3;
 
 fn numbers(text: &str) -> Option<Vec<f64>> {
-    text.split(',')
-        .map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite()))
-        .collect()
+    text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect()
 }
 
 /// A finite number.
 pub(super) fn finite(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|n: &f64| n.is_finite())
-        .ok_or_else(|| format!("'{text}' is no finite number"))
+    text.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| format!("'{text}' is no finite number"))
 }
 
 /// A finite number above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
-    finite(text)
-        .ok()
-        .filter(|n| *n > 0.0)
-        .ok_or_else(|| format!("'{text}' is not a finite number above 0"))
+    finite(text).ok().filter(|n| *n > 0.0).ok_or_else(|| format!("'{text}' is not a finite number above 0"))
 }
 
 /// Degrees between 0 and 180.
@@ -35,9 +27,7 @@ pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
 /// `X,Y,Z`.
 pub(super) fn vector(text: &str) -> Result<DVec3, String> {
     let vector = numbers(text).and_then(|n| <[f64; 3]>::try_from(n).ok());
-    vector
-        .map(DVec3::from_array)
-        .ok_or_else(|| format!("'{text}' is no vector: write X,Y,Z"))
+    vector.map(DVec3::from_array).ok_or_else(|| format!("'{text}' is no vector: write X,Y,Z"))
 }
 
 /// `X,Y,Z`, all above 0.
@@ -50,33 +40,21 @@ pub(super) fn spacing(text: &str) -> Result<DVec3, String> {
 pub(super) fn range(text: &str) -> Result<(f64, f64), String> {
     match numbers(text).as_deref() {
         Some(&[lo, hi]) if lo < hi => Ok((lo, hi)),
-        _ => Err(format!(
-            "'{text}' is no range: write LO,HI with LO below HI"
-        )),
+        _ => Err(format!("'{text}' is no range: write LO,HI with LO below HI")),
     }
 }
 
 /// `XxYxZ`, at least 1 each.
 pub(super) fn dims(text: &str) -> Result<[usize; 3], String> {
-    let sizes: Option<Vec<usize>> = text
-        .split('x')
-        .map(|n| n.parse().ok().filter(|&n| n > 0))
-        .collect();
+    let sizes: Option<Vec<usize>> = text.split('x').map(|n| n.parse().ok().filter(|&n| n > 0)).collect();
     let dims = sizes.and_then(|s| s.try_into().ok());
-    dims.ok_or_else(|| {
-        format!("'{text}' are no dimensions: write XxYxZ with whole numbers above 0")
-    })
+    dims.ok_or_else(|| format!("'{text}' are no dimensions: write XxYxZ with whole numbers above 0"))
 }
 
 /// `WxH`.
 pub(super) fn viewport(text: &str) -> Result<Viewport, String> {
-    let (w, h) = text
-        .split_once('x')
-        .ok_or_else(|| format!("'{text}' is no size: write WxH"))?;
-    let side = |n: &str| {
-        n.parse::<u32>()
-            .map_err(|_| format!("'{text}' is no size: write WxH with whole numbers"))
-    };
+    let (w, h) = text.split_once('x').ok_or_else(|| format!("'{text}' is no size: write WxH"))?;
+    let side = |n: &str| n.parse::<u32>().map_err(|_| format!("'{text}' is no size: write WxH with whole numbers"));
     Viewport::new(side(w)?, side(h)?).map_err(|e| e.to_string())
 }
 
@@ -105,27 +83,15 @@ pub(super) fn lattice(text: &str) -> Result<Evaluation, String> {
     match (text, text.parse::<u32>()) {
         ("auto", _) => Ok(Evaluation::Lattice(Density::AtLeast(1))),
         ("direct", _) => Ok(Evaluation::Direct),
-        (_, Ok(m)) if (1..=MAX_SAMPLES_PER_VOXEL).contains(&m) => {
-            Ok(Evaluation::Lattice(Density::Fixed(m)))
-        }
-        _ => Err(format!(
-            "'{text}' is no lattice: use auto, direct or 1 to {MAX_SAMPLES_PER_VOXEL} samples per voxel"
-        )),
+        (_, Ok(m)) if (1..=MAX_SAMPLES_PER_VOXEL).contains(&m) => Ok(Evaluation::Lattice(Density::Fixed(m))),
+        _ => Err(format!("'{text}' is no lattice: use auto, direct or 1 to {MAX_SAMPLES_PER_VOXEL} samples per voxel")),
     }
 }
 
 /// 1 to 16 sub-layers.
 pub(super) fn sub_layers(text: &str) -> Result<u32, String> {
-    let count = text
-        .parse()
-        .ok()
-        .filter(|n| (1..=Correction::MAX_SUB_LAYERS).contains(n));
-    count.ok_or_else(|| {
-        format!(
-            "'{text}' is not a number of sub-layers from 1 to {}",
-            Correction::MAX_SUB_LAYERS
-        )
-    })
+    let count = text.parse().ok().filter(|n| (1..=Correction::MAX_SUB_LAYERS).contains(n));
+    count.ok_or_else(|| format!("'{text}' is not a number of sub-layers from 1 to {}", Correction::MAX_SUB_LAYERS))
 }
 
 #[cfg(test)]
@@ -135,25 +101,13 @@ mod tests {
     #[test]
     fn bad_values_are_refused() {
         for bad in ["", "NaN", "inf", "1e999", "x"] {
-            assert!(
-                finite(bad).is_err() && positive(bad).is_err() && vector(bad).is_err(),
-                "{bad}"
-            );
+            assert!(finite(bad).is_err() && positive(bad).is_err() && vector(bad).is_err(), "{bad}");
         }
         assert!(positive("0").is_err() && positive("-1").is_err());
-        assert!(
-            field_of_view("0").is_err()
-                && field_of_view("180").is_err()
-                && field_of_view("30").is_ok()
-        );
+        assert!(field_of_view("0").is_err() && field_of_view("180").is_err() && field_of_view("30").is_ok());
         assert!(spacing("1,0,1").is_err() && spacing("1,1").is_err() && spacing("1,2,3").is_ok());
         assert!(range("2,1").is_err() && range("1,1").is_err() && range("-1,1").is_ok());
-        assert!(
-            dims("0x1x1").is_err()
-                && dims("1x1").is_err()
-                && dims("-1x1x1").is_err()
-                && dims("3x4x5").is_ok()
-        );
+        assert!(dims("0x1x1").is_err() && dims("1x1").is_err() && dims("-1x1x1").is_err() && dims("3x4x5").is_ok());
         assert!(viewport("0x5").is_err() && viewport("99999x5").is_err() && viewport("5").is_err());
         assert!(lattice("0").is_err() && lattice("17").is_err() && lattice("16").is_ok());
         assert!(sub_layers("0").is_err() && sub_layers("17").is_err());

@@ -36,19 +36,13 @@ struct Rotated<'a> {
 
 /// The orbit of frame `n` of `frames`: a full turn about y.
 pub(super) fn turn(start: Orbit, n: u32, frames: u32) -> Orbit {
-    Orbit {
-        azimuth: start.azimuth + 360.0 * f64::from(n) / f64::from(frames),
-        ..start
-    }
+    Orbit { azimuth: start.azimuth + 360.0 * f64::from(n) / f64::from(frames), ..start }
 }
 
 /// A progress bar on standard error; invisible where that is no terminal.
 pub(super) fn progress(steps: u32, what: &'static str) -> ProgressBar {
-    let style =
-        ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {elapsed} (about {eta} left)");
-    ProgressBar::new(steps.into())
-        .with_style(style.expect("the template is valid"))
-        .with_message(what)
+    let style = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {elapsed} (about {eta} left)");
+    ProgressBar::new(steps.into()).with_style(style.expect("the template is valid")).with_message(what)
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -58,16 +52,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     std::fs::create_dir_all(&arguments.output).map_err(|e| Error::write(&arguments.output, e))?;
     let bar = progress(arguments.frames, "rendering");
     for n in 0..arguments.frames {
-        let camera = camera(
-            options,
-            scene.volume.grid(),
-            turn(options.orbit(ELEVATION), n, arguments.frames),
-        );
+        let camera = camera(options, scene.volume.grid(), turn(options.orbit(ELEVATION), n, arguments.frames));
         let (frame, _) = renderer.render(&camera, options.size, &scene.settings)?;
-        frame.save(
-            arguments.output.join(format!("frame_{n:04}.png")),
-            options.background,
-        )?;
+        frame.save(arguments.output.join(format!("frame_{n:04}.png")), options.background)?;
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -77,8 +64,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         volume: scene.volume.name(),
         device: &scene.device.info().name,
     };
-    super::report(arguments.json, &rotated, || {
-        format!("{} pictures in {}", rotated.frames, rotated.output)
-    });
+    super::report(arguments.json, &rotated, || format!("{} pictures in {}", rotated.frames, rotated.output));
     Ok(ExitCode::SUCCESS)
 }

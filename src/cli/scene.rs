@@ -1,8 +1,6 @@
 //! Everything a picture needs, from the shared options.
 
-use super::options::{
-    CameraOptions, DeviceOptions, QualityOptions, TransferOptions, VolumeOptions,
-};
+use super::options::{CameraOptions, DeviceOptions, QualityOptions, TransferOptions, VolumeOptions};
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::{Device, DeviceChoice};
 use crate::error::Error;
@@ -40,18 +38,9 @@ impl Scene {
         let settings = options.quality.settings()?;
         let volume = Volume::open(&options.volume.volume, &options.volume.raw())?;
         let transfer = open_transfer(&options.transfer, &volume)?;
-        let choice = options
-            .device
-            .device
-            .clone()
-            .map_or(DeviceChoice::Default, DeviceChoice::Named);
+        let choice = options.device.device.clone().map_or(DeviceChoice::Default, DeviceChoice::Named);
         let device = Device::open(&choice)?;
-        Ok(Self {
-            volume,
-            transfer,
-            settings,
-            device,
-        })
+        Ok(Self { volume, transfer, settings, device })
     }
 
     pub fn renderer(&self) -> Result<Renderer, Error> {
@@ -60,10 +49,7 @@ impl Scene {
 }
 
 /// The wanted transfer function, or one from the histogram.
-pub(super) fn open_transfer(
-    options: &TransferOptions,
-    volume: &Volume,
-) -> Result<TransferFunction, Error> {
+pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume) -> Result<TransferFunction, Error> {
     let transfer = match &options.transfer {
         Some(source) => TransferFunction::open(source, volume)?,
         None => TransferFunction::automatic(volume),
@@ -77,26 +63,12 @@ pub(super) fn open_transfer(
 /// The camera that the options ask for, on an orbit.
 pub(super) fn camera(options: &CameraOptions, grid: &Grid, orbit: Orbit) -> Camera {
     let centre = options.center.unwrap_or_else(|| grid.centre());
-    match (
-        options.perspective,
-        options.parallel_scale,
-        options.distance,
-    ) {
-        (Some(field_of_view), _, Some(distance)) => Camera::orbit(
-            centre,
-            distance,
-            orbit,
-            Projection::Perspective { field_of_view },
-        ),
-        (Some(field_of_view), _, None) => {
-            Camera::fit_perspective(centre, grid.diagonal(), field_of_view, orbit)
+    match (options.perspective, options.parallel_scale, options.distance) {
+        (Some(field_of_view), _, Some(distance)) => {
+            Camera::orbit(centre, distance, orbit, Projection::Perspective { field_of_view })
         }
-        (None, Some(scale), _) => Camera::orbit(
-            centre,
-            grid.diagonal(),
-            orbit,
-            Projection::Parallel { scale },
-        ),
+        (Some(field_of_view), _, None) => Camera::fit_perspective(centre, grid.diagonal(), field_of_view, orbit),
+        (None, Some(scale), _) => Camera::orbit(centre, grid.diagonal(), orbit, Projection::Parallel { scale }),
         (None, None, _) => Camera::fit_parallel(centre, grid.diagonal(), options.size, orbit),
     }
 }

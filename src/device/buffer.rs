@@ -19,32 +19,16 @@ impl<T: Copy> Buffer<T> {
     pub fn new(device: &Device, len: usize, what: &str) -> Result<Self, Error> {
         let needed = len.max(1) as u64 * size_of::<T>() as u64;
         let info = device.info();
-        let refused = |available| Error::DeviceMemory {
-            what: what.into(),
-            device: info.name.clone(),
-            needed,
-            available,
-        };
+        let refused = |available| Error::DeviceMemory { what: what.into(), device: info.name.clone(), needed, available };
         if needed > info.largest_buffer_bytes {
             return Err(refused(info.largest_buffer_bytes));
         }
         // SAFETY: no host pointer is given.
-        let memory = unsafe {
-            ClBuffer::create(
-                &device.inner.context,
-                CL_MEM_READ_WRITE,
-                len.max(1),
-                std::ptr::null_mut(),
-            )
-        }
-        .map_err(|_| refused(info.memory_bytes.saturating_sub(device.allocated_bytes())))?;
+        let memory = unsafe { ClBuffer::create(&device.inner.context, CL_MEM_READ_WRITE, len.max(1), std::ptr::null_mut()) }
+            .map_err(|_| refused(info.memory_bytes.saturating_sub(device.allocated_bytes())))?;
         let allocated = device.inner.allocated.clone();
         allocated.fetch_add(needed, Ordering::Relaxed);
-        Ok(Self {
-            memory,
-            len,
-            allocated,
-        })
+        Ok(Self { memory, len, allocated })
     }
 
     /// A buffer with a copy of `values`.
@@ -56,45 +40,25 @@ impl<T: Copy> Buffer<T> {
 
     /// Overwrites the first values.
     pub fn write(&mut self, device: &Device, values: &[T]) -> Result<(), Error> {
-        assert!(
-            values.len() <= self.len,
-            "{} values do not fit {}",
-            values.len(),
-            self.len
-        );
+        assert!(values.len() <= self.len, "{} values do not fit {}", values.len(), self.len);
         if values.is_empty() {
             return Ok(());
         }
         // SAFETY: the write blocks, so `values` outlives it, and they fit.
-        unsafe {
-            device
-                .inner
-                .queue
-                .enqueue_write_buffer(&mut self.memory, CL_BLOCKING, 0, values, &[])
-        }
-        .map_err(|e| device.error("clEnqueueWriteBuffer", e))?;
+        unsafe { device.inner.queue.enqueue_write_buffer(&mut self.memory, CL_BLOCKING, 0, values, &[]) }
+            .map_err(|e| device.error("clEnqueueWriteBuffer", e))?;
         Ok(())
     }
 
     /// Copies the first values into `values`.
     pub fn read(&self, device: &Device, values: &mut [T]) -> Result<(), Error> {
-        assert!(
-            values.len() <= self.len,
-            "{} values are more than {}",
-            values.len(),
-            self.len
-        );
+        assert!(values.len() <= self.len, "{} values are more than {}", values.len(), self.len);
         if values.is_empty() {
             return Ok(());
         }
         // SAFETY: the read blocks, so `values` outlives it, and there are as many.
-        unsafe {
-            device
-                .inner
-                .queue
-                .enqueue_read_buffer(&self.memory, CL_BLOCKING, 0, values, &[])
-        }
-        .map_err(|e| device.error("clEnqueueReadBuffer", e))?;
+        unsafe { device.inner.queue.enqueue_read_buffer(&self.memory, CL_BLOCKING, 0, values, &[]) }
+            .map_err(|e| device.error("clEnqueueReadBuffer", e))?;
         Ok(())
     }
 
@@ -110,9 +74,6 @@ impl<T: Copy> Buffer<T> {
 
 impl<T> Drop for Buffer<T> {
     fn drop(&mut self) {
-        self.allocated.fetch_sub(
-            self.len.max(1) as u64 * size_of::<T>() as u64,
-            Ordering::Relaxed,
-        );
+        self.allocated.fetch_sub(self.len.max(1) as u64 * size_of::<T>() as u64, Ordering::Relaxed);
     }
 }

@@ -37,6 +37,7 @@ struct Inner {
     context: Context,
     allocated: Arc<AtomicU64>,
     running: RefCell<Vec<Launched>>,
+    programs: RefCell<program::Programs>,
 }
 
 /// A kernel on its way: its event, or its wall time where the device's events say nothing.
@@ -58,16 +59,11 @@ impl Device {
         let (device, info) = selection::choose(choice)?;
         let error = |call: &'static str| {
             let device = info.name.clone();
-            move |source| Error::OpenCl {
-                call,
-                device,
-                source,
-            }
+            move |source| Error::OpenCl { call, device, source }
         };
         let context = Context::from_device(&device).map_err(error("clCreateContext"))?;
         #[allow(deprecated)] // The replacement needs OpenCL 2.0.
-        let queue = CommandQueue::create_default(&context, CL_QUEUE_PROFILING_ENABLE)
-            .map_err(error("clCreateCommandQueue"))?;
+        let queue = CommandQueue::create_default(&context, CL_QUEUE_PROFILING_ENABLE).map_err(error("clCreateCommandQueue"))?;
         tracing::debug!("rendering on {} ({})", info.name, info.platform);
         let tuning = info.tuning;
         let inner = Inner {
@@ -77,10 +73,9 @@ impl Device {
             context,
             allocated: Arc::default(),
             running: RefCell::default(),
+            programs: RefCell::default(),
         };
-        Ok(Self {
-            inner: Rc::new(inner),
-        })
+        Ok(Self { inner: Rc::new(inner) })
     }
 
     /// What the device is.
@@ -99,20 +94,12 @@ impl Device {
 
     /// Waits for everything that was started, and tells how long each stage took.
     pub(crate) fn finish(&self) -> Result<StageTimes, Error> {
-        self.inner
-            .queue
-            .finish()
-            .map_err(|e| self.error("clFinish", e))?;
+        self.inner.queue.finish().map_err(|e| self.error("clFinish", e))?;
         let mut times = StageTimes::new();
         for launched in self.inner.running.borrow_mut().drain(..) {
             let ms = launched.wall_ms.unwrap_or_else(|| {
                 let start = launched.event.profiling_command_start().unwrap_or(0);
-                launched
-                    .event
-                    .profiling_command_end()
-                    .unwrap_or(0)
-                    .saturating_sub(start) as f64
-                    / 1e6
+                launched.event.profiling_command_end().unwrap_or(0).saturating_sub(start) as f64 / 1e6
             });
             match times.iter_mut().find(|(stage, _)| *stage == launched.stage) {
                 Some((_, total)) => *total += ms,
@@ -123,39 +110,23 @@ impl Device {
     }
 
     fn error(&self, call: &'static str, source: opencl3::error_codes::ClError) -> Error {
-        Error::OpenCl {
-            call,
-            device: self.inner.info.name.clone(),
-            source,
-        }
+        Error::OpenCl { call, device: self.inner.info.name.clone(), source }
     }
 
     /// Starts `kernel`, whose arguments are set, with at least `items` work-items in groups of `group`.
-    fn start(
-        &self,
-        stage: &'static str,
-        kernel: &Kernel,
-        items: usize,
-        group: usize,
-    ) -> Result<(), Error> {
+    fn start(&self, stage: &'static str, kernel: &Kernel, items: usize, group: usize) -> Result<(), Error> {
         let started = Instant::now();
         let global = items.div_ceil(group) * group;
         let queue = &self.inner.queue;
         // SAFETY: sizes live through the call, and the launchers have set every argument.
-        let event = unsafe {
-            queue.enqueue_nd_range_kernel(kernel.get(), 1, std::ptr::null(), &global, &group, &[])
-        }
-        .map_err(|e| self.error(stage, e))?;
+        let event = unsafe { queue.enqueue_nd_range_kernel(kernel.get(), 1, std::ptr::null(), &global, &group, &[]) }
+            .map_err(|e| self.error(stage, e))?;
         let mut wall_ms = None;
         if !self.inner.tuning.event_times {
             queue.finish().map_err(|e| self.error("clFinish", e))?;
             wall_ms = Some(started.elapsed().as_secs_f64() * 1e3);
         }
-        self.inner.running.borrow_mut().push(Launched {
-            stage,
-            event,
-            wall_ms,
-        });
+        self.inner.running.borrow_mut().push(Launched { stage, event, wall_ms });
         Ok(())
     }
 }

@@ -5,6 +5,11 @@ use super::launch::params;
 use crate::error::Error;
 use opencl3::kernel::Kernel;
 use opencl3::program::Program;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+/// Built programs by name and `-D` options.
+pub(super) type Programs = HashMap<(&'static str, String), Program>;
 
 /// A kernel file with the shared files it needs.
 pub(super) struct Source {
@@ -34,22 +39,31 @@ pub(super) use source;
 const OPTIONS: &str = "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable";
 
 impl Device {
-    /// Builds a kernel; `defines` are further `-D` options.
+    /// A kernel of its own; its program is built when first needed, and kept. `defines` are further `-D` options.
     pub(super) fn kernel(&self, source: &Source, defines: &str) -> Result<Kernel, Error> {
+        let key = (source.name, defines.to_owned());
+        let mut programs = self.inner.programs.borrow_mut();
+        let program = match programs.entry(key) {
+            Entry::Occupied(built) => built.into_mut(),
+            Entry::Vacant(place) => place.insert(self.build(source, defines)?),
+        };
+        Kernel::create(program, source.name).map_err(|e| self.error("clCreateKernel", e))
+    }
+
+    fn build(&self, source: &Source, defines: &str) -> Result<Program, Error> {
         let text = source.files.concat();
         let options = format!("{OPTIONS} {} {defines}", params::size_defines());
-        let failed = |e, log: String| Error::Build {
-            program: source.name,
-            device: self.info().name.clone(),
-            source: e,
-            log,
-        };
-        let mut program = Program::create_from_source(&self.inner.context, &text)
-            .map_err(|e| self.error("clCreateProgramWithSource", e))?;
+        let mut program =
+            Program::create_from_source(&self.inner.context, &text).map_err(|e| self.error("clCreateProgramWithSource", e))?;
         let ids = self.inner.context.devices();
-        if let Err(e) = program.build(ids, &options) {
-            return Err(failed(e, program.get_build_log(ids[0]).unwrap_or_default()));
+        match program.build(ids, &options) {
+            Ok(()) => Ok(program),
+            Err(e) => Err(Error::Build {
+                program: source.name,
+                device: self.info().name.clone(),
+                source: e,
+                log: program.get_build_log(ids[0]).unwrap_or_default(),
+            }),
         }
-        Kernel::create(&program, source.name).map_err(|e| self.error("clCreateKernel", e))
     }
 }

@@ -2,11 +2,10 @@
 
 use super::tuning::Tuning;
 use crate::error::Error;
-use opencl3::device::{
-    CL_DEVICE_TYPE_ALL, CL_DEVICE_TYPE_CPU, CL_DEVICE_TYPE_GPU, Device as ClDevice,
-};
+use opencl3::device::{CL_DEVICE_TYPE_ALL, CL_DEVICE_TYPE_CPU, CL_DEVICE_TYPE_GPU, Device as ClDevice};
 use opencl3::platform::get_platforms;
 use serde::Serialize;
+use std::sync::{Mutex, PoisonError};
 
 /// Kind of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -67,9 +66,7 @@ pub(super) fn choose(choice: &DeviceChoice) -> Result<(ClDevice, DeviceInfo), Er
     let position = match choice {
         DeviceChoice::Default => {
             let first = |kind| devices.iter().position(|(_, info)| info.kind == kind);
-            first(DeviceKind::Gpu)
-                .or(first(DeviceKind::Cpu))
-                .unwrap_or(0)
+            first(DeviceKind::Gpu).or(first(DeviceKind::Cpu)).unwrap_or(0)
         }
         DeviceChoice::Named(name) => find(name, &devices)?,
     };
@@ -78,42 +75,32 @@ pub(super) fn choose(choice: &DeviceChoice) -> Result<(ClDevice, DeviceInfo), Er
 
 fn find(name: &str, devices: &[(ClDevice, DeviceInfo)]) -> Result<usize, Error> {
     let wanted = name.to_lowercase();
-    let named = |info: &DeviceInfo| {
-        info.name.to_lowercase().contains(&wanted) || info.platform.to_lowercase().contains(&wanted)
-    };
+    let named = |info: &DeviceInfo| info.name.to_lowercase().contains(&wanted) || info.platform.to_lowercase().contains(&wanted);
     let found = match name.parse::<usize>() {
         Ok(index) => (index < devices.len()).then_some(index),
         Err(_) if wanted.is_empty() => None,
         Err(_) => devices.iter().position(|(_, info)| named(info)),
     };
     found.ok_or_else(|| {
-        let known = devices
-            .iter()
-            .map(|(_, info)| format!("{} ({})", info.index, info.name))
-            .collect::<Vec<_>>()
-            .join(", ");
-        Error::UnknownName {
-            what: "device",
-            name: name.into(),
-            known,
-        }
+        let known = devices.iter().map(|(_, info)| format!("{} ({})", info.index, info.name)).collect::<Vec<_>>().join(", ");
+        Error::UnknownName { what: "device", name: name.into(), known }
     })
 }
 
+/// PoCL makes its devices at the first query, and threads that ask at the same time may find none.
+static QUERY: Mutex<()> = Mutex::new(());
+
 fn all() -> Result<Vec<(ClDevice, DeviceInfo)>, Error> {
+    let _one_at_a_time = QUERY.lock().unwrap_or_else(PoisonError::into_inner);
     let platforms = match get_platforms() {
         Ok(platforms) => platforms,
         Err(e) if e.0 == NO_PLATFORM => Vec::new(),
         Err(_) => {
-            return Err(Error::NoOpenCl {
-                missing: "library (libOpenCL.so.1)",
-            });
+            return Err(Error::NoOpenCl { missing: "library (libOpenCL.so.1)" });
         }
     };
     if platforms.is_empty() {
-        return Err(Error::NoOpenCl {
-            missing: "platform",
-        });
+        return Err(Error::NoOpenCl { missing: "platform" });
     }
     let mut devices = Vec::new();
     for platform in platforms {
@@ -124,11 +111,7 @@ fn all() -> Result<Vec<(ClDevice, DeviceInfo)>, Error> {
             devices.push((device, info));
         }
     }
-    if devices.is_empty() {
-        Err(Error::NoOpenCl { missing: "device" })
-    } else {
-        Ok(devices)
-    }
+    if devices.is_empty() { Err(Error::NoOpenCl { missing: "device" }) } else { Ok(devices) }
 }
 
 fn describe(device: &ClDevice, index: usize, platform: &str) -> DeviceInfo {
@@ -148,10 +131,6 @@ fn describe(device: &ClDevice, index: usize, platform: &str) -> DeviceInfo {
         compute_units: device.max_compute_units().unwrap_or(0),
         memory_bytes: device.global_mem_size().unwrap_or(0),
         largest_buffer_bytes: device.max_mem_alloc_size().unwrap_or(0),
-        tuning: Tuning::new(
-            kind,
-            platform,
-            device.native_vector_width_float().unwrap_or(0),
-        ),
+        tuning: Tuning::new(kind, platform, device.native_vector_width_float().unwrap_or(0)),
     }
 }

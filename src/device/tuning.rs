@@ -29,11 +29,7 @@ impl Tuning {
             // float16 runs at 74 GFLOP/s per core on PoCL, a scalar loop at 6. Intel's runtime says it prefers a width
             // of 1 but wants 16, so narrower vectors are taken only where the device names a native width of 4 or 8.
             DeviceKind::Cpu | DeviceKind::Other => Self {
-                vector_width: if matches!(native_width, 4 | 8) {
-                    native_width
-                } else {
-                    16
-                },
+                vector_width: if matches!(native_width, 4 | 8) { native_width } else { 16 },
                 tile_vectors: if matches!(native_width, 4) { 4 } else { 2 },
                 tile_rows: 8,
                 tile_group: 1,
@@ -41,14 +37,9 @@ impl Tuning {
                 event_times,
             },
             // Small tiles keep enough work-items in flight.
-            DeviceKind::Gpu => Self {
-                vector_width: 4,
-                tile_vectors: 1,
-                tile_rows: 2,
-                tile_group: 32,
-                pixel_group: 64,
-                event_times,
-            },
+            DeviceKind::Gpu => {
+                Self { vector_width: 4, tile_vectors: 1, tile_rows: 2, tile_group: 32, pixel_group: 64, event_times }
+            }
         }
     }
 

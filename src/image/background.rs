@@ -35,23 +35,15 @@ impl FromStr for Background {
 }
 
 fn hexadecimal(text: &str) -> Option<[f32; 3]> {
-    let digits = text
-        .strip_prefix('#')
-        .filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
+    let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
     let value = u32::from_str_radix(digits, 16).ok()?;
     Some([16, 8, 0].map(|shift| (value >> shift & 255) as f32 / 255.0))
 }
 
 fn numbers(text: &str) -> Option<[f32; 3]> {
-    let parts: Vec<f32> = text
-        .split(',')
-        .map(|c| c.trim().parse().ok())
-        .collect::<Option<_>>()?;
+    let parts: Vec<f32> = text.split(',').map(|c| c.trim().parse().ok()).collect::<Option<_>>()?;
     let color: [f32; 3] = parts.try_into().ok()?;
-    color
-        .iter()
-        .all(|c| (0.0..=1.0).contains(c))
-        .then_some(color)
+    color.iter().all(|c| (0.0..=1.0).contains(c)).then_some(color)
 }
 
 #[cfg(test)]
@@ -63,16 +55,7 @@ mod tests {
         assert_eq!("transparent".parse(), Ok(Background::Transparent));
         assert_eq!("#ff0033".parse(), Ok(Background::Color([1.0, 0.0, 0.2])));
         assert_eq!("0,0.5,1".parse(), Ok(Background::Color([0.0, 0.5, 1.0])));
-        for bad in [
-            "",
-            "pink",
-            "#ff00",
-            "#ff00zz",
-            "1,2,3",
-            "0,0",
-            "NaN,0,0",
-            "#\u{e9}\u{e9}\u{e9}",
-        ] {
+        for bad in ["", "pink", "#ff00", "#ff00zz", "1,2,3", "0,0", "NaN,0,0", "#\u{e9}\u{e9}\u{e9}"] {
             assert!(bad.parse::<Background>().is_err(), "{bad}");
         }
     }

@@ -20,39 +20,24 @@ pub enum ImageFormat {
 impl ImageFormat {
     /// The format that a file name's ending asks for.
     pub fn of(path: &Path) -> Result<Self, Error> {
-        match path
-            .extension()
-            .and_then(|e| e.to_str())
-            .map(str::to_ascii_lowercase)
-            .as_deref()
-        {
+        match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("png") => Ok(ImageFormat::Png),
             Some("npy") => Ok(ImageFormat::Npy),
             _ => {
                 let name = path.display().to_string();
-                Err(Error::UnknownName {
-                    what: "picture format",
-                    name,
-                    known: "a name ending in .png or .npy".into(),
-                })
+                Err(Error::UnknownName { what: "picture format", name, known: "a name ending in .png or .npy".into() })
             }
         }
     }
 }
 
 /// Writes a file under a temporary name beside it, then renames it: it appears whole or not at all.
-pub fn write_whole(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), Error> {
+pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
     let failed = |e| Error::write(path, e);
     if path.is_dir() {
         return Err(failed(io::Error::other("it is a directory")));
     }
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     builder.prefix(".layersplat-");
     #[cfg(unix)]
@@ -63,9 +48,7 @@ pub fn write_whole(
     };
     let mut file = builder.tempfile_in(folder).map_err(failed)?;
     let mut buffered = io::BufWriter::new(file.as_file_mut());
-    write(&mut buffered)
-        .and_then(|()| buffered.flush())
-        .map_err(failed)?;
+    write(&mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
     drop(buffered);
     file.persist(path).map_err(|e| failed(e.error))?;
     Ok(())
@@ -74,12 +57,7 @@ pub fn write_whole(
 pub(super) fn write_png(path: &Path, viewport: Viewport, rgba: &[u8]) -> Result<(), Error> {
     write_whole(path, |out| {
         PngEncoder::new(out)
-            .write_image(
-                rgba,
-                viewport.width,
-                viewport.height,
-                ExtendedColorType::Rgba8,
-            )
+            .write_image(rgba, viewport.width, viewport.height, ExtendedColorType::Rgba8)
             .map_err(io::Error::other)
     })
 }
@@ -87,11 +65,7 @@ pub(super) fn write_png(path: &Path, viewport: Viewport, rgba: &[u8]) -> Result<
 pub(super) fn write_npy(path: &Path, frame: &Frame) -> Result<(), Error> {
     write_whole(path, |out| {
         let shape = [u64::from(frame.height()), u64::from(frame.width()), 4];
-        let mut writer = npyz::WriteOptions::new()
-            .default_dtype()
-            .shape(&shape)
-            .writer(out)
-            .begin_nd()?;
+        let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(out).begin_nd()?;
         writer.extend(frame.pixels().iter().flatten())?;
         writer.finish()
     })
@@ -108,43 +82,29 @@ pub fn read_image(path: &Path) -> Result<Frame, Error> {
 fn read_png(path: &Path) -> Result<Frame, Error> {
     let damaged = |e: image::ImageError| match e {
         image::ImageError::IoError(e) => Error::read(path, e),
-        e => Error::Image {
-            path: path.into(),
-            problem: e.to_string(),
-        },
+        e => Error::Image { path: path.into(), problem: e.to_string() },
     };
     let mut reader = ImageReader::open(path).map_err(|e| Error::read(path, e))?;
     reader.set_format(image::ImageFormat::Png);
     let picture = reader.decode().map_err(damaged)?.into_rgba32f();
     let viewport = Viewport::new(picture.width(), picture.height())?;
     let premultiplied = |p: &image::Rgba<f32>| [p[0] * p[3], p[1] * p[3], p[2] * p[3], p[3]];
-    Ok(Frame::new(
-        viewport,
-        picture.pixels().map(premultiplied).collect(),
-    ))
+    Ok(Frame::new(viewport, picture.pixels().map(premultiplied).collect()))
 }
 
 fn read_npy(path: &Path) -> Result<Frame, Error> {
-    let damaged = |problem: String| Error::Image {
-        path: path.into(),
-        problem,
-    };
+    let damaged = |problem: String| Error::Image { path: path.into(), problem };
     let file = std::fs::File::open(path).map_err(|e| Error::read(path, e))?;
     let array = npyz::NpyFile::new(io::BufReader::new(file)).map_err(|e| damaged(e.to_string()))?;
     let [height, width, 4] = *array.shape() else {
-        return Err(damaged(format!(
-            "its shape is {:?}: expected height, width, 4",
-            array.shape()
-        )));
+        return Err(damaged(format!("its shape is {:?}: expected height, width, 4", array.shape())));
     };
     if array.order() != npyz::Order::C {
         return Err(damaged("it is in Fortran order: save it in C order".into()));
     }
     let side = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
     let viewport = Viewport::new(side(width), side(height))?;
-    let numbers = array
-        .into_vec::<f32>()
-        .map_err(|e| damaged(e.to_string()))?;
+    let numbers = array.into_vec::<f32>().map_err(|e| damaged(e.to_string()))?;
     let (pixels, _) = numbers.as_chunks::<4>();
     Ok(Frame::new(viewport, pixels.to_vec()))
 }
@@ -174,22 +134,11 @@ mod tests {
         assert_eq!(read_image(&npy).unwrap(), frame());
         let png = folder.path().join("a.png");
         frame().save(&png, Some(Background::Transparent)).unwrap();
-        assert!(
-            read_image(&png)
-                .unwrap()
-                .compare(&frame())
-                .unwrap()
-                .max_difference
-                < 1.0 / 255.0
-        );
+        assert!(read_image(&png).unwrap().compare(&frame()).unwrap().max_difference < 1.0 / 255.0);
         frame().save(&png, None).unwrap();
         let over_black = read_image(&png).unwrap();
         assert!(over_black.pixels().iter().all(|p| p[3] == 1.0));
-        assert_eq!(
-            std::fs::read_dir(folder.path()).unwrap().count(),
-            2,
-            "temporary files stay behind"
-        );
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "temporary files stay behind");
     }
 
     #[test]
@@ -202,11 +151,7 @@ mod tests {
             // The last 12 bytes of a PNG are an empty closing chunk, which decoders may do without.
             for length in 0..whole.len() - 12 {
                 std::fs::write(&path, &whole[..length]).unwrap();
-                assert!(
-                    read_image(&path).is_err(),
-                    "{name} at {length} of {}",
-                    whole.len()
-                );
+                assert!(read_image(&path).is_err(), "{name} at {length} of {}", whole.len());
             }
         }
     }
@@ -214,11 +159,7 @@ mod tests {
     #[test]
     fn unwritable_places_leave_nothing() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(
-            frame()
-                .save(folder.path().join("missing/a.png"), None)
-                .is_err()
-        );
+        assert!(frame().save(folder.path().join("missing/a.png"), None).is_err());
         assert!(frame().save(folder.path().join("a.jpg"), None).is_err());
         std::fs::create_dir(folder.path().join("b.png")).unwrap();
         assert!(frame().save(folder.path().join("b.png"), None).is_err());

@@ -21,11 +21,7 @@ impl Comparison {
         for (p, q) in a.iter().zip(b) {
             for channel in 0..4 {
                 let difference = (f64::from(p[channel]) - f64::from(q[channel])).abs();
-                let difference = if difference.is_nan() {
-                    f64::INFINITY
-                } else {
-                    difference
-                };
+                let difference = if difference.is_nan() { f64::INFINITY } else { difference };
                 squares[channel] += difference * difference;
                 max_difference = max_difference.max(difference);
             }
@@ -34,11 +30,7 @@ impl Comparison {
             let mean = squares[..channels].iter().sum::<f64>() / (a.len() * channels) as f64;
             (mean > 0.0).then(|| -10.0 * mean.log10())
         };
-        Self {
-            psnr: psnr(3),
-            psnr_rgba: psnr(4),
-            max_difference,
-        }
+        Self { psnr: psnr(3), psnr_rgba: psnr(4), max_difference }
     }
 }
 
@@ -49,21 +41,11 @@ mod tests {
     #[test]
     fn closed_forms() {
         let same = Comparison::new(&[[0.5; 4]; 3], &[[0.5; 4]; 3]);
-        assert_eq!(
-            same,
-            Comparison {
-                psnr: None,
-                psnr_rgba: None,
-                max_difference: 0.0
-            }
-        );
+        assert_eq!(same, Comparison { psnr: None, psnr_rgba: None, max_difference: 0.0 });
         let off = Comparison::new(&[[0.5, 0.5, 0.5, 1.0]; 4], &[[0.6, 0.6, 0.6, 1.0]; 4]);
         assert!((off.psnr.unwrap() - 20.0).abs() < 1e-5);
         assert!((off.psnr_rgba.unwrap() - 20.0 - 10.0 * (4.0f64 / 3.0).log10()).abs() < 1e-5);
         assert!((off.max_difference - 0.1).abs() < 1e-7);
-        assert_eq!(
-            Comparison::new(&[[f32::NAN; 4]], &[[0.0; 4]]).max_difference,
-            f64::INFINITY
-        );
+        assert_eq!(Comparison::new(&[[f32::NAN; 4]], &[[0.0; 4]]).max_difference, f64::INFINITY);
     }
 }

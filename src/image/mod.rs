@@ -69,13 +69,7 @@ impl Frame {
         self.pixels
             .iter()
             .flat_map(|&[r, g, b, a]| match background {
-                Background::Color(k) => [
-                    r + (1.0 - a) * k[0],
-                    g + (1.0 - a) * k[1],
-                    b + (1.0 - a) * k[2],
-                    1.0,
-                ]
-                .map(byte),
+                Background::Color(k) => [r + (1.0 - a) * k[0], g + (1.0 - a) * k[1], b + (1.0 - a) * k[2], 1.0].map(byte),
                 Background::Transparent if a > 0.0 => [r / a, g / a, b / a, a].map(byte),
                 Background::Transparent => [0; 4],
             })
@@ -84,18 +78,10 @@ impl Frame {
 
     /// Writes a `.png` (8 bit) or `.npy` (float32, H×W×4) file, whole or not at all. Without a background, `.npy` keeps
     /// the bare picture and `.png` stands on opaque black.
-    pub fn save(
-        &self,
-        path: impl AsRef<Path>,
-        background: Option<Background>,
-    ) -> Result<(), Error> {
+    pub fn save(&self, path: impl AsRef<Path>, background: Option<Background>) -> Result<(), Error> {
         let path = path.as_ref();
         match ImageFormat::of(path)? {
-            ImageFormat::Png => file::write_png(
-                path,
-                self.viewport,
-                &self.to_rgba8(background.unwrap_or(Background::BLACK)),
-            ),
+            ImageFormat::Png => file::write_png(path, self.viewport, &self.to_rgba8(background.unwrap_or(Background::BLACK))),
             ImageFormat::Npy => match background {
                 Some(background) => file::write_npy(path, &self.clone().over(background)),
                 None => file::write_npy(path, self),

@@ -31,10 +31,7 @@ impl Axis {
     pub fn most_parallel(direction: DVec3) -> Axis {
         let d = direction.abs();
         let limit = d.max_element() * (1.0 - TIE);
-        Axis::ALL
-            .into_iter()
-            .find(|a| d[a.index()] >= limit)
-            .unwrap_or(Axis::X)
+        Axis::ALL.into_iter().find(|a| d[a.index()] >= limit).unwrap_or(Axis::X)
     }
 
     /// This axis with the other two.
@@ -74,10 +71,7 @@ impl AxisFrame {
     /// The shear (s_u, s_v) of a direction: how far a ray moves in u and v from one layer to the next. Infinite or NaN
     /// for a direction that lies in the layers.
     pub fn shear(self, direction: DVec3) -> [f64; 2] {
-        [
-            direction[self.u] / direction[self.a],
-            direction[self.v] / direction[self.a],
-        ]
+        [direction[self.u] / direction[self.a], direction[self.v] / direction[self.a]]
     }
 }
 

@@ -20,12 +20,7 @@ pub fn footprint(x: f64, y: f64, s_u: f64, s_v: f64) -> f64 {
     let mut knots = vec![-1.0, 0.0, 1.0];
     for (p, s) in [(x, s_u), (y, s_v)] {
         if s != 0.0 {
-            knots.extend(
-                [-1.0, 0.0, 1.0]
-                    .map(|k| (k - p) / s)
-                    .into_iter()
-                    .filter(|z| z.abs() < 1.0),
-            );
+            knots.extend([-1.0, 0.0, 1.0].map(|k| (k - p) / s).into_iter().filter(|z| z.abs() < 1.0));
         }
     }
     knots.sort_by(f64::total_cmp);
@@ -33,13 +28,8 @@ pub fn footprint(x: f64, y: f64, s_u: f64, s_v: f64) -> f64 {
         .windows(2)
         .map(|piece| {
             let (centre, half) = ((piece[0] + piece[1]) / 2.0, (piece[1] - piece[0]) / 2.0);
-            let integrand = |z: f64| {
-                kernel_function(x + s_u * z) * kernel_function(y + s_v * z) * kernel_function(z)
-            };
-            half * GAUSS_5
-                .iter()
-                .map(|(node, weight)| weight * integrand(centre + half * node))
-                .sum::<f64>()
+            let integrand = |z: f64| kernel_function(x + s_u * z) * kernel_function(y + s_v * z) * kernel_function(z);
+            half * GAUSS_5.iter().map(|(node, weight)| weight * integrand(centre + half * node)).sum::<f64>()
         })
         .sum()
 }
@@ -59,15 +49,7 @@ mod tests {
 
     #[test]
     fn lattice_sum_is_one_for_every_direction_and_offset() {
-        for (s_u, s_v) in [
-            (0.0, 0.0),
-            (0.3, -0.7),
-            (1.0, 1.0),
-            (-1.0, 0.2),
-            (0.5, 0.5),
-            (1e-9, 0.4),
-            (2.5, -1.7),
-        ] {
+        for (s_u, s_v) in [(0.0, 0.0), (0.3, -0.7), (1.0, 1.0), (-1.0, 0.2), (0.5, 0.5), (1e-9, 0.4), (2.5, -1.7)] {
             for (x, y) in [(0.0, 0.0), (0.5, 0.5), (0.13, 0.77), (0.999, 1e-7)] {
                 assert_abs_diff_eq!(lattice_sum(x, y, s_u, s_v), 1.0, epsilon = 1e-12);
             }
@@ -77,11 +59,7 @@ mod tests {
     #[test]
     fn straight_on_it_is_the_cross_section() {
         for (x, y) in [(0.0, 0.0), (0.25, -0.5), (0.9, 0.1)] {
-            assert_abs_diff_eq!(
-                footprint(x, y, 0.0, 0.0),
-                kernel_function(x) * kernel_function(y),
-                epsilon = 1e-14
-            );
+            assert_abs_diff_eq!(footprint(x, y, 0.0, 0.0), kernel_function(x) * kernel_function(y), epsilon = 1e-14);
         }
     }
 
@@ -89,16 +67,8 @@ mod tests {
     fn support_and_symmetry() {
         assert_abs_diff_eq!(footprint(1.6, 0.0, 0.6, 0.2), 0.0);
         assert!(footprint(1.5, 0.0, 0.6, 0.2) > 0.0);
-        assert_abs_diff_eq!(
-            footprint(0.3, 0.4, 0.6, 0.2),
-            footprint(-0.3, -0.4, 0.6, 0.2),
-            epsilon = 1e-15
-        );
-        assert_abs_diff_eq!(
-            footprint(0.3, 0.4, 0.6, 0.2),
-            footprint(0.4, 0.3, 0.2, 0.6),
-            epsilon = 1e-15
-        );
+        assert_abs_diff_eq!(footprint(0.3, 0.4, 0.6, 0.2), footprint(-0.3, -0.4, 0.6, 0.2), epsilon = 1e-15);
+        assert_abs_diff_eq!(footprint(0.3, 0.4, 0.6, 0.2), footprint(0.4, 0.3, 0.2, 0.6), epsilon = 1e-15);
     }
 
     #[test]

@@ -36,10 +36,7 @@ fn cell_of(shear: f64, cells: usize) -> usize {
 /// Shear (s_u, s_v) that image `index` < 856 is made for.
 pub fn set_direction(index: usize) -> [f64; 2] {
     let row = (0..ROWS).rfind(|&row| row_start(row) <= index).unwrap_or(0);
-    [
-        cell_centre(index - row_start(row), columns(row)),
-        cell_centre(row, ROWS),
-    ]
+    [cell_centre(index - row_start(row), columns(row)), cell_centre(row, ROWS)]
 }
 
 /// Index of the image for a shear, |s_u|, |s_v| ≤ 1: the nearest row, then the nearest column in it.
@@ -76,15 +73,7 @@ mod tests {
                 largest = largest.max(direction(shear).angle_between(direction(entry)));
             }
         }
-        assert!(
-            largest.to_degrees() < LARGEST_ANGLE_DEGREES,
-            "{}°",
-            largest.to_degrees()
-        );
-        assert!(
-            largest.to_degrees() > LARGEST_ANGLE_DEGREES - 0.2,
-            "the stated angle is loose: {}°",
-            largest.to_degrees()
-        );
+        assert!(largest.to_degrees() < LARGEST_ANGLE_DEGREES, "{}°", largest.to_degrees());
+        assert!(largest.to_degrees() > LARGEST_ANGLE_DEGREES - 0.2, "the stated angle is loose: {}°", largest.to_degrees());
     }
 }

@@ -5,11 +5,7 @@
 /// f(x) + f(1−x) = 1 on \[0, 1\], so the lattice sum Σ f(x−i) is one everywhere, and ∫f = 1.
 pub fn kernel_function(x: f64) -> f64 {
     let x = x.abs();
-    if x < 1.0 {
-        1.0 - x * x * (3.0 - 2.0 * x)
-    } else {
-        0.0
-    }
+    if x < 1.0 { 1.0 - x * x * (3.0 - 2.0 * x) } else { 0.0 }
 }
 
 /// ∫ f from −∞ to `x`: 0 below −1, ½ at 0, 1 above 1.

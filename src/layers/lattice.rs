@@ -56,13 +56,7 @@ pub struct Lattice {
 impl Lattice {
     /// The lattice for a parallel view, cropped to what the viewport shows, or `None` where none reaches: |s| > 1 (a
     /// forced axis), or closer than [`MAX_SAMPLES_PER_VOXEL`].
-    pub fn new(
-        rays: &Rays,
-        viewport: Viewport,
-        grid: &Grid,
-        axis: Axis,
-        density: Density,
-    ) -> Option<Self> {
+    pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, axis: Axis, density: Density) -> Option<Self> {
         let frame = axis.frame();
         let direction = rays.central_direction();
         let shear = frame.shear(direction);
@@ -70,9 +64,7 @@ impl Lattice {
             return None;
         }
         let samples_per_voxel = [frame.u, frame.v].map(|i| match density {
-            Density::AtLeast(m) => {
-                ((grid.spacing()[i] / rays.pixel_size - CEIL_SLACK).ceil() as u32).max(m)
-            }
+            Density::AtLeast(m) => ((grid.spacing()[i] / rays.pixel_size - CEIL_SLACK).ceil() as u32).max(m),
             Density::Fixed(m) => m,
         });
         if samples_per_voxel.iter().any(|&m| m > MAX_SAMPLES_PER_VOXEL) {
@@ -99,12 +91,10 @@ impl Lattice {
     /// and the viewport overlap.
     fn crop(&mut self, rays: &Rays, viewport: Viewport) {
         let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
-        let corners =
-            [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(x, y)| self.crossing(rays.at(x, y)));
+        let corners = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(x, y)| self.crossing(rays.at(x, y)));
         for i in 0..2 {
             let s = self.shear[i].abs();
-            let reach =
-                (self.dims[i] as f64 + 1.0) / 2.0 + 2.0 * s + s * (self.dims[2] as f64 + 1.0) / 2.0;
+            let reach = (self.dims[i] as f64 + 1.0) / 2.0 + 2.0 * s + s * (self.dims[2] as f64 + 1.0) / 2.0;
             let half = reach.ceil();
             let margin = MARGIN / f64::from(self.samples_per_voxel[i]);
             let seen = corners.map(|c| c[i]);
@@ -120,10 +110,7 @@ impl Lattice {
     /// Where a ray crosses the centre's plane, (u, v) from the centre, in voxels.
     fn crossing(&self, ray: Ray) -> [f64; 2] {
         let origin = self.frame.local(ray.origin) - self.centre;
-        [
-            origin.x - origin.z * self.shear[0],
-            origin.y - origin.z * self.shear[1],
-        ]
+        [origin.x - origin.z * self.shear[0], origin.y - origin.z * self.shear[1]]
     }
 
     /// Samples along u.
@@ -142,13 +129,9 @@ impl Lattice {
         (-1..=self.dims[2] as i64)
             .flat_map(|k| (0..m).map(move |p| (k, p)))
             .map(|(k, p)| {
-                let position =
-                    self.position(i, f64::from(p)) + (k as f64 - self.centre.z) * self.shear[i];
+                let position = self.position(i, f64::from(p)) + (k as f64 - self.centre.z) * self.shear[i];
                 let base = position.floor();
-                LayerOffset {
-                    base: base as i32,
-                    fraction: (position - base) as f32,
-                }
+                LayerOffset { base: base as i32, fraction: (position - base) as f32 }
             })
             .collect()
     }
@@ -160,16 +143,9 @@ impl Lattice {
 
     /// The ray of sample (I, J), in voxels (x, y, z).
     pub fn ray(&self, column: u32, row: u32) -> Ray {
-        let (u, v) = (
-            self.position(0, f64::from(column)),
-            self.position(1, f64::from(row)),
-        );
+        let (u, v) = (self.position(0, f64::from(column)), self.position(1, f64::from(row)));
         let origin = self.frame.global(DVec3::new(u, v, self.centre.z));
-        Ray {
-            origin,
-            direction: self.direction,
-            start: f64::NEG_INFINITY,
-        }
+        Ray { origin, direction: self.direction, start: f64::NEG_INFINITY }
     }
 
     /// Takes (x, y, 1) of the screen to (I, J, 1) of the lattice, sample centres at whole numbers.
@@ -196,28 +172,20 @@ mod tests {
         let camera = Camera::orbit(grid.centre(), 10.0, orbit, Projection::Parallel { scale });
         let rays = Rays::new(&camera, viewport, &grid).unwrap();
         let axis = Axis::most_parallel(rays.central_direction());
-        (
-            Lattice::new(&rays, viewport, &grid, axis, Density::AtLeast(1)).unwrap(),
-            rays,
-        )
+        (Lattice::new(&rays, viewport, &grid, axis, Density::AtLeast(1)).unwrap(), rays)
     }
 
     #[test]
     fn the_ray_of_a_pixel_is_the_ray_of_its_lattice_position() {
         for azimuth in [0.0, 30.0, 72.0, 200.0] {
-            let orbit = Orbit {
-                azimuth,
-                elevation: 20.0,
-                roll: 7.0,
-            };
+            let orbit = Orbit { azimuth, elevation: 20.0, roll: 7.0 };
             let (lattice, rays) = lattice([17, 33, 5], DVec3::new(1.0, 0.5, 3.0), orbit, 12.0);
             let sample = lattice.from_screen(&rays) * DVec3::new(20.5, 31.5, 1.0);
             let pixel = rays.at(20.5, 31.5);
             let first = lattice.ray(0, 0);
             let next = lattice.ray(1, 1);
             let f = lattice.frame;
-            let origin = f.local(first.origin)
-                + (f.local(next.origin) - f.local(first.origin)) * sample.truncate().extend(0.0);
+            let origin = f.local(first.origin) + (f.local(next.origin) - f.local(first.origin)) * sample.truncate().extend(0.0);
             let t = (origin.z - f.local(pixel.origin).z) / f.local(pixel.direction).z;
             let crossing = f.local(pixel.origin) + f.local(pixel.direction) * t;
             assert_abs_diff_eq!(crossing.x, origin.x, epsilon = 1e-9);
@@ -227,18 +195,12 @@ mod tests {
 
     #[test]
     fn offsets_follow_the_shear_and_are_never_coarser_than_the_screen() {
-        let orbit = Orbit {
-            azimuth: 30.0,
-            elevation: 20.0,
-            roll: 0.0,
-        };
+        let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
         let (lattice, rays) = lattice([16, 16, 16], DVec3::ONE, orbit, 16.0);
         assert_eq!(lattice.samples_per_voxel, [2, 2]);
         assert!(1.0 / 2.0 <= rays.pixel_size);
         let offsets = lattice.offsets(0);
-        let at = |k: usize, p: usize| {
-            f64::from(offsets[k * 2 + p].base) + f64::from(offsets[k * 2 + p].fraction)
-        };
+        let at = |k: usize, p: usize| f64::from(offsets[k * 2 + p].base) + f64::from(offsets[k * 2 + p].fraction);
         for k in 0..17 {
             assert_abs_diff_eq!(at(k + 1, 0) - at(k, 0), lattice.shear[0], epsilon = 1e-6);
             assert_abs_diff_eq!(at(k, 1) - at(k, 0), 0.5, epsilon = 1e-6);
@@ -251,12 +213,7 @@ mod tests {
         assert!(near.columns[0] < 12, "{:?}", near.columns);
         let grid = Grid::new([64; 3], DVec3::ONE).unwrap();
         let viewport = Viewport::new(64, 64).unwrap();
-        let camera = Camera::orbit(
-            grid.centre(),
-            1.0,
-            Orbit::default(),
-            Projection::Parallel { scale: 0.5 },
-        );
+        let camera = Camera::orbit(grid.centre(), 1.0, Orbit::default(), Projection::Parallel { scale: 0.5 });
         let rays = Rays::new(&camera, viewport, &grid).unwrap();
         assert!(Lattice::new(&rays, viewport, &grid, Axis::Z, Density::AtLeast(1)).is_none());
     }

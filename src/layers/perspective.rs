@@ -35,20 +35,14 @@ pub fn quadrature_nodes() -> [GaussNode; 8] {
         (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
         (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
     ];
-    let mut nodes = [GaussNode {
-        z: 0.0,
-        weight: 0.0,
-    }; 8];
+    let mut nodes = [GaussNode { z: 0.0, weight: 0.0 }; 8];
     for (i, node) in nodes.iter_mut().enumerate() {
         let (x, w) = HALF[i % 4];
         node.z = (x + if i < 4 { -1.0 } else { 1.0 }) / 2.0;
         node.weight = w * kernel_function(node.z);
     }
     let sum: f64 = nodes.iter().map(|n| n.weight).sum();
-    nodes.map(|n| GaussNode {
-        weight: n.weight / sum,
-        ..n
-    })
+    nodes.map(|n| GaussNode { weight: n.weight / sum, ..n })
 }
 
 /// A lattice of eye rays: column I holds the rays of shear s_u(I) = first_u + (I + ½)·step_u, rows J likewise in v.
@@ -79,13 +73,7 @@ impl PerspectiveLattice {
 
     /// The lattice for a perspective, or `None` where none reaches or the volume comes too close. `density` holds for the
     /// layer nearest to the eye.
-    pub fn new(
-        rays: &Rays,
-        viewport: Viewport,
-        grid: &Grid,
-        axis: Axis,
-        density: Density,
-    ) -> Option<Self> {
+    pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, axis: Axis, density: Density) -> Option<Self> {
         let mut lattice = Self::unsampled(rays, grid, axis)?;
         let screen = lattice.screen_shears(rays, viewport);
         let corners = lattice.support_corners();
@@ -96,8 +84,7 @@ impl PerspectiveLattice {
             let spacing = grid.spacing()[[lattice.frame.u, lattice.frame.v][i]];
             // Shear per pixel at a corner of the volume.
             let pixel = |c: &DVec3| {
-                rays.depth(lattice.eye, *c, lattice.frame) * rays.pixel_size
-                    / (spacing * (c.z - lattice.eye.z).abs())
+                rays.depth(lattice.eye, *c, lattice.frame) * rays.pixel_size / (spacing * (c.z - lattice.eye.z).abs())
             };
             let step = match density {
                 Density::Fixed(m) => coarsest(m),
@@ -110,10 +97,7 @@ impl PerspectiveLattice {
             let samples = ((hi - lo) / step).ceil().max(0.0);
             let samples_per_voxel = 1.0 / (step * near);
             let most = f64::from([viewport.width, viewport.height][i].max(64) * MAX_SIDES);
-            if samples > most
-                || samples_per_voxel > f64::from(MAX_SAMPLES_PER_VOXEL)
-                || far * step > MAX_VOXELS_PER_SAMPLE
-            {
+            if samples > most || samples_per_voxel > f64::from(MAX_SAMPLES_PER_VOXEL) || far * step > MAX_VOXELS_PER_SAMPLE {
                 return None;
             }
             lattice.size[i] = samples as u32;
@@ -142,10 +126,7 @@ impl PerspectiveLattice {
             centre_layer,
         };
         let (near, _) = lattice.layer_distances();
-        let ahead = lattice
-            .support_corners()
-            .iter()
-            .all(|c| rays.depth(eye, *c, frame) > 0.0);
+        let ahead = lattice.support_corners().iter().all(|c| rays.depth(eye, *c, frame) > 0.0);
         let upright = (0..2).all(|i| {
             let (lo, hi) = lattice.shear_bounds(i);
             lo.abs().max(hi.abs()) <= MAX_LATTICE_SHEAR
@@ -163,34 +144,21 @@ impl PerspectiveLattice {
 
     /// Shears of the rays to the corners of the support.
     fn shear_bounds(&self, i: usize) -> (f64, f64) {
-        bounds(
-            &self
-                .support_corners()
-                .map(|c| (c[i] - self.eye[i]) / (c.z - self.eye.z)),
-        )
+        bounds(&self.support_corners().map(|c| (c[i] - self.eye[i]) / (c.z - self.eye.z)))
     }
 
     /// The corners of the field's support, (u, v, a).
     fn support_corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|c| {
-            DVec3::from_array(std::array::from_fn(|i| {
-                if c >> i & 1 == 0 {
-                    -1.0
-                } else {
-                    self.dims[i] as f64
-                }
-            }))
+            DVec3::from_array(std::array::from_fn(|i| if c >> i & 1 == 0 { -1.0 } else { self.dims[i] as f64 }))
         })
     }
 
     /// Shears of the rays through the viewport's corners, unless one of them runs away from the layers.
     fn screen_shears(&self, rays: &Rays, viewport: Viewport) -> Option<[[f64; 2]; 4]> {
         let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
-        let directions =
-            [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(x, y)| rays.at(x, y).direction);
-        let ahead = directions
-            .iter()
-            .all(|d| d[self.frame.a] * f64::from(self.layer_step) > 0.0);
+        let directions = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(x, y)| rays.at(x, y).direction);
+        let ahead = directions.iter().all(|d| d[self.frame.a] * f64::from(self.layer_step) > 0.0);
         ahead.then(|| directions.map(|d| self.frame.shear(d)))
     }
 
@@ -210,10 +178,7 @@ impl PerspectiveLattice {
         (0..self.size[i])
             .map(|index| {
                 let shear = self.shear(i, f64::from(index));
-                [
-                    (self.eye[i] + (self.centre_layer - self.eye.z) * shear) as f32,
-                    shear as f32,
-                ]
+                [(self.eye[i] + (self.centre_layer - self.eye.z) * shear) as f32, shear as f32]
             })
             .collect()
     }
@@ -229,11 +194,7 @@ impl PerspectiveLattice {
 
     /// The ray of sample (I, J), in voxels (x, y, z).
     pub fn ray(&self, column: u32, row: u32) -> Ray {
-        let shear = DVec3::new(
-            self.shear(0, f64::from(column)),
-            self.shear(1, f64::from(row)),
-            1.0,
-        );
+        let shear = DVec3::new(self.shear(0, f64::from(column)), self.shear(1, f64::from(row)), 1.0);
         let to_centre = self.centre_layer - self.eye.z;
         let sign = f64::from(self.layer_step);
         Ray {
@@ -256,11 +217,7 @@ impl PerspectiveLattice {
 }
 
 fn bounds(values: &[f64]) -> (f64, f64) {
-    values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| {
-            (lo.min(v), hi.max(v))
-        })
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
 }
 
 #[cfg(test)]
@@ -276,20 +233,12 @@ mod tests {
     #[test]
     fn nodes_sum_to_one_and_approach_the_footprint() {
         let nodes = quadrature_nodes();
-        assert_abs_diff_eq!(
-            nodes.iter().map(|n| n.weight).sum::<f64>(),
-            1.0,
-            epsilon = 1e-15
-        );
+        assert_abs_diff_eq!(nodes.iter().map(|n| n.weight).sum::<f64>(), 1.0, epsilon = 1e-15);
         let mut largest: f64 = 0.0;
         for (s_u, s_v) in [(0.0, 0.0), (0.4, -0.9), (1.0, 1.0), (1.0, 0.3)] {
             for (x, y) in [(0.0, 0.0), (0.5, 0.25), (0.9, 0.1), (0.33, 1.2)] {
-                let sum: f64 = nodes
-                    .iter()
-                    .map(|n| {
-                        n.weight * kernel_function(x + s_u * n.z) * kernel_function(y + s_v * n.z)
-                    })
-                    .sum();
+                let sum: f64 =
+                    nodes.iter().map(|n| n.weight * kernel_function(x + s_u * n.z) * kernel_function(y + s_v * n.z)).sum();
                 largest = largest.max((sum - footprint(x, y, s_u, s_v)).abs());
             }
         }
@@ -301,23 +250,11 @@ mod tests {
         let grid = Grid::new([20, 30, 25], DVec3::ONE).unwrap();
         let viewport = Viewport::new(80, 60).unwrap();
         for azimuth in [0.0, 40.0, 95.0, 190.0] {
-            let orbit = Orbit {
-                azimuth,
-                elevation: 10.0,
-                roll: 3.0,
-            };
-            let camera = Camera::orbit(
-                grid.centre(),
-                100.0,
-                orbit,
-                Projection::Perspective {
-                    field_of_view: 25.0,
-                },
-            );
+            let orbit = Orbit { azimuth, elevation: 10.0, roll: 3.0 };
+            let camera = Camera::orbit(grid.centre(), 100.0, orbit, Projection::Perspective { field_of_view: 25.0 });
             let rays = Rays::new(&camera, viewport, &grid).unwrap();
             let axis = Axis::most_parallel(rays.central_direction());
-            let lattice =
-                PerspectiveLattice::new(&rays, viewport, &grid, axis, Density::AtLeast(1)).unwrap();
+            let lattice = PerspectiveLattice::new(&rays, viewport, &grid, axis, Density::AtLeast(1)).unwrap();
             let p = lattice.from_screen(&rays) * DVec3::new(30.5, 20.5, 1.0);
             assert!(p.z * f64::from(lattice.layer_step) > 0.0);
             let shear = lattice.frame.shear(rays.at(30.5, 20.5).direction);
@@ -331,17 +268,8 @@ mod tests {
         let grid = Grid::new([32; 3], DVec3::ONE).unwrap();
         let viewport = Viewport::new(64, 64).unwrap();
         let lattice = |azimuth: f64, distance: f64, field_of_view: f64| {
-            let orbit = Orbit {
-                azimuth,
-                elevation: 0.0,
-                roll: 0.0,
-            };
-            let camera = Camera::orbit(
-                grid.centre(),
-                distance,
-                orbit,
-                Projection::Perspective { field_of_view },
-            );
+            let orbit = Orbit { azimuth, elevation: 0.0, roll: 0.0 };
+            let camera = Camera::orbit(grid.centre(), distance, orbit, Projection::Perspective { field_of_view });
             let rays = Rays::new(&camera, viewport, &grid).unwrap();
             let axis = Axis::most_parallel(rays.central_direction());
             PerspectiveLattice::new(&rays, viewport, &grid, axis, Density::AtLeast(1))

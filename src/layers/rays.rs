@@ -26,11 +26,7 @@ impl Viewport {
             Ok(Self { width, height })
         } else {
             let value = format!("{width}x{height}");
-            Err(Error::OutOfRange {
-                name: "image size",
-                value,
-                expected: "1 to 16384 pixels per side",
-            })
+            Err(Error::OutOfRange { name: "image size", value, expected: "1 to 16384 pixels per side" })
         }
     }
 
@@ -82,44 +78,25 @@ impl Rays {
         let plane = |half_height: f64| {
             let pixel = 2.0 * half_height / h;
             let corner = basis.right * (-pixel * w / 2.0) + basis.up * half_height;
-            (
-                [corner, basis.right * pixel, basis.up * -pixel].map(|v| to_voxels * v),
-                pixel,
-            )
+            ([corner, basis.right * pixel, basis.up * -pixel].map(|v| to_voxels * v), pixel)
         };
         let forward = to_voxels * basis.forward;
         let (origin, direction, start, pixel_size) = match camera.projection {
             Projection::Parallel { scale } => {
                 let (p, pixel) = plane(scale);
                 let origin = [eye + forward * depth + p[0], p[1], p[2]];
-                (
-                    origin,
-                    [forward, DVec3::ZERO, DVec3::ZERO],
-                    f64::NEG_INFINITY,
-                    pixel,
-                )
+                (origin, [forward, DVec3::ZERO, DVec3::ZERO], f64::NEG_INFINITY, pixel)
             }
             Projection::Perspective { field_of_view } => {
                 let (p, pixel) = plane((field_of_view.to_radians() / 2.0).tan());
                 let direction = [forward + p[0], p[1], p[2]];
                 let depth = depth.max(0.0);
-                let origin = [
-                    eye + direction[0] * depth,
-                    direction[1] * depth,
-                    direction[2] * depth,
-                ];
+                let origin = [eye + direction[0] * depth, direction[1] * depth, direction[2] * depth];
                 (origin, direction, -depth, pixel)
             }
         };
         let to_eye = grid.world_to_grid_axes() * -basis.forward;
-        Ok(Self {
-            origin,
-            direction,
-            start,
-            pixel_size,
-            to_eye,
-            spacing: grid.spacing(),
-        })
+        Ok(Self { origin, direction, start, pixel_size, to_eye, spacing: grid.spacing() })
     }
 
     /// Whether all rays share one direction.
@@ -130,11 +107,7 @@ impl Rays {
     /// The ray through pixel coordinates (x, y): (½, ½) is the centre of the first pixel.
     pub fn at(&self, x: f64, y: f64) -> Ray {
         let along = |p: &[DVec3; 3]| p[0] + p[1] * x + p[2] * y;
-        Ray {
-            origin: along(&self.origin),
-            direction: along(&self.direction),
-            start: self.start,
-        }
+        Ray { origin: along(&self.origin), direction: along(&self.direction), start: self.start }
     }
 
     /// Direction of the central ray, in voxels.

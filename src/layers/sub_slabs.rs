@@ -57,11 +57,7 @@ pub struct LayerSlabs {
 impl LayerSlabs {
     /// The slabs for a kind of correction.
     pub fn new(correction: Correction) -> Self {
-        Self {
-            inner: slabs(correction, -0.5, 0.5),
-            front: slabs(correction, 0.0, 0.5),
-            back: slabs(correction, -0.5, 0.0),
-        }
+        Self { inner: slabs(correction, -0.5, 0.5), front: slabs(correction, 0.0, 0.5), back: slabs(correction, -0.5, 0.0) }
     }
 }
 
@@ -74,22 +70,10 @@ fn slabs(correction: Correction, lo: f64, hi: f64) -> Vec<SubSlab> {
         .filter(|(z0, z1)| z1 - z0 > 1e-9)
         .map(|(z0, z1)| {
             let share = (z1 - z0) * f64::from(n);
-            let mean = |shift: f64| {
-                (kernel_integral(z1 + shift) - kernel_integral(z0 + shift)) / (z1 - z0)
-            };
+            let mean = |shift: f64| (kernel_integral(z1 + shift) - kernel_integral(z0 + shift)) / (z1 - z0);
             match correction {
-                Correction::None => SubSlab {
-                    before: 0.0,
-                    own: 1.0,
-                    after: 0.0,
-                    share,
-                },
-                _ => SubSlab {
-                    before: mean(1.0),
-                    own: mean(0.0),
-                    after: mean(-1.0),
-                    share,
-                },
+                Correction::None => SubSlab { before: 0.0, own: 1.0, after: 0.0, share },
+                _ => SubSlab { before: mean(1.0), own: mean(0.0), after: mean(-1.0), share },
             }
         })
         .collect()
@@ -106,10 +90,7 @@ mod tests {
         assert_abs_diff_eq!(slab.before, 3.0 / 32.0, epsilon = 1e-15);
         assert_abs_diff_eq!(slab.own, 13.0 / 16.0, epsilon = 1e-15);
         assert_abs_diff_eq!(slab.after, 3.0 / 32.0, epsilon = 1e-15);
-        assert_eq!(
-            LayerSlabs::new(Correction::SubLayers(1)),
-            LayerSlabs::new(Correction::Constant)
-        );
+        assert_eq!(LayerSlabs::new(Correction::SubLayers(1)), LayerSlabs::new(Correction::Constant));
     }
 
     #[test]

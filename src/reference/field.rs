@@ -14,11 +14,7 @@ impl Field {
     pub fn new(volume: &Volume) -> Self {
         let mut voxels = Vec::with_capacity(volume.voxels().len());
         volume.voxels().for_each(|v| voxels.push(v as f32));
-        Self {
-            dims: volume.grid().dims().map(|n| n as i64),
-            background: volume.background(),
-            voxels,
-        }
+        Self { dims: volume.grid().dims().map(|n| n as i64), background: volume.background(), voxels }
     }
 
     /// Voxels along x, y, z.
@@ -57,13 +53,7 @@ impl Field {
                 false => self.voxel([i + di, j + dj, k + dk]),
             }
         };
-        let plane = |n: i64| {
-            mix(
-                mix(corner(n), corner(n + 1), w.x),
-                mix(corner(n + 2), corner(n + 3), w.x),
-                w.y,
-            )
-        };
+        let plane = |n: i64| mix(mix(corner(n), corner(n + 1), w.x), mix(corner(n + 2), corner(n + 3), w.x), w.y);
         mix(plane(0), plane(4), w.z)
     }
 }

@@ -24,18 +24,9 @@ pub struct Integral<'a> {
 
 impl<'a> Integral<'a> {
     /// The integral for opacities per `unit_distance` (world units; by default the smallest spacing).
-    pub fn new(
-        volume: &'a Volume,
-        transfer: &'a TransferFunction,
-        unit_distance: Option<f64>,
-    ) -> Self {
+    pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, unit_distance: Option<f64>) -> Self {
         let unit_distance = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
-        Self {
-            field: Field::new(volume),
-            transfer,
-            volume,
-            unit_distance,
-        }
+        Self { field: Field::new(volume), transfer, volume, unit_distance }
     }
 
     /// The picture of a camera.
@@ -45,8 +36,7 @@ impl<'a> Integral<'a> {
             .into_par_iter()
             .map(|i| {
                 let (x, y) = (i % viewport.width as usize, i / viewport.width as usize);
-                self.composite(&rays.at(x as f64 + 0.5, y as f64 + 0.5))
-                    .map(|c| c as f32)
+                self.composite(&rays.at(x as f64 + 0.5, y as f64 + 0.5)).map(|c| c as f32)
             })
             .collect();
         Ok(Frame::new(viewport, pixels))
@@ -66,9 +56,7 @@ impl<'a> Integral<'a> {
         let mut color = [0.0; 3];
         let mut transmittance = 1.0;
         for n in 0..steps as usize {
-            let value = self
-                .field
-                .value(ray.origin + ray.direction * (enter + (n as f64 + 0.5) * step));
+            let value = self.field.value(ray.origin + ray.direction * (enter + (n as f64 + 0.5) * step));
             if self.transfer.opacity(value) == 0.0 {
                 continue;
             }

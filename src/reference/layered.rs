@@ -40,29 +40,17 @@ struct Crossing {
 impl<'a> Layered<'a> {
     /// A renderer. Of the settings, those that decide where sums are evaluated and what is skipped are ignored.
     pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
-        Self {
-            field: Field::new(volume),
-            volume,
-            transfer,
-            settings,
-            axis_gradient: AxisGradient::Crossings,
-        }
+        Self { field: Field::new(volume), volume, transfer, settings, axis_gradient: AxisGradient::Crossings }
     }
 
     /// The picture of a camera, all rays with one layer axis, or each with its own.
-    pub fn render(
-        &self,
-        camera: &Camera,
-        viewport: Viewport,
-        axis: Option<Axis>,
-    ) -> Result<Frame, Error> {
+    pub fn render(&self, camera: &Camera, viewport: Viewport, axis: Option<Axis>) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
         let pixels = (0..viewport.pixels())
             .into_par_iter()
             .map(|i| {
                 let (x, y) = (i % viewport.width as usize, i / viewport.width as usize);
-                self.composite(&rays.at(x as f64 + 0.5, y as f64 + 0.5), axis, rays.to_eye)
-                    .map(|c| c as f32)
+                self.composite(&rays.at(x as f64 + 0.5, y as f64 + 0.5), axis, rays.to_eye).map(|c| c as f32)
             })
             .collect();
         Ok(Frame::new(viewport, pixels))
@@ -73,11 +61,7 @@ impl<'a> Layered<'a> {
         let axis = axis.unwrap_or_else(|| Axis::most_parallel(ray.direction));
         let frame = axis.frame();
         let shear = DVec2::from_array(frame.shear(ray.direction));
-        let crossing = Crossing {
-            axis,
-            origin: frame.local(ray.origin),
-            shear,
-        };
+        let crossing = Crossing { axis, origin: frame.local(ray.origin), shear };
         let dims = self.local_dims(axis);
         let spacing = frame.local(self.volume.grid().spacing());
         let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
@@ -86,11 +70,7 @@ impl<'a> Layered<'a> {
         let slabs = LayerSlabs::new(self.settings.correction);
 
         let forward = ray.direction[frame.a] > 0.0;
-        let order: Vec<i64> = if forward {
-            (-1..=dims[2]).collect()
-        } else {
-            (-1..=dims[2]).rev().collect()
-        };
+        let order: Vec<i64> = if forward { (-1..=dims[2]).collect() } else { (-1..=dims[2]).rev().collect() };
         let step = if forward { 1 } else { -1 };
         let mut color = [0.0; 3];
         let mut transmittance = 1.0;
@@ -99,8 +79,7 @@ impl<'a> Layered<'a> {
             if t <= ray.start || !self.in_support(&crossing, k) {
                 continue;
             }
-            let [before, own, after] =
-                [k - step, k, k + step].map(|j| self.splat_sum(&crossing, j, crossing.at(j)));
+            let [before, own, after] = [k - step, k, k + step].map(|j| self.splat_sum(&crossing, j, crossing.at(j)));
             let samples = match n {
                 0 => &slabs.front,
                 _ if n + 1 == order.len() => &slabs.back,
@@ -112,9 +91,7 @@ impl<'a> Layered<'a> {
                     continue;
                 }
                 let opacity = match self.settings.extinction {
-                    Extinction::Exponential => {
-                        -(-self.transfer.extinction(value) * dt * slab.share).exp_m1()
-                    }
+                    Extinction::Exponential => -(-self.transfer.extinction(value) * dt * slab.share).exp_m1(),
                     Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0) * slab.share,
                 };
                 let mut c = self.transfer.color(value);
@@ -141,8 +118,7 @@ impl<'a> Layered<'a> {
         let dims = self.local_dims(crossing.axis);
         let p = crossing.at(k);
         let inside = |p: f64, n: i64| (-1.0..=n as f64).contains(&p);
-        self.transfer.opacity(self.field.background()) == 0.0
-            || (inside(p.x, dims[0]) && inside(p.y, dims[1]))
+        self.transfer.opacity(self.field.background()) == 0.0 || (inside(p.x, dims[0]) && inside(p.y, dims[1]))
     }
 
     /// S_k at (u, v): the sum of all footprints in layer k. Background beyond the layers.
@@ -150,24 +126,16 @@ impl<'a> Layered<'a> {
         self.splat(crossing, k, p, |field, voxel| field.voxel(voxel))
     }
 
-    fn splat(
-        &self,
-        crossing: &Crossing,
-        k: i64,
-        p: DVec2,
-        density: impl Fn(&Field, [i64; 3]) -> f64,
-    ) -> f64 {
+    fn splat(&self, crossing: &Crossing, k: i64, p: DVec2, density: impl Fn(&Field, [i64; 3]) -> f64) -> f64 {
         let frame = crossing.axis.frame();
         let s = crossing.shear;
-        let taps =
-            |p: f64, s: f64| (p - 1.0 - s.abs()).ceil() as i64..=(p + 1.0 + s.abs()).floor() as i64;
+        let taps = |p: f64, s: f64| (p - 1.0 - s.abs()).ceil() as i64..=(p + 1.0 + s.abs()).floor() as i64;
         let mut sum = 0.0;
         for j in taps(p.y, s.y) {
             for i in taps(p.x, s.x) {
                 let mut voxel = [0; 3];
                 (voxel[frame.u], voxel[frame.v], voxel[frame.a]) = (i, j, k);
-                sum += density(&self.field, voxel)
-                    * footprint(p.x - i as f64, p.y - j as f64, s.x, s.y);
+                sum += density(&self.field, voxel) * footprint(p.x - i as f64, p.y - j as f64, s.x, s.y);
             }
         }
         sum
@@ -176,14 +144,10 @@ impl<'a> Layered<'a> {
     /// Gradient in voxel differences along u, v, a.
     fn gradient(&self, crossing: &Crossing, k: i64, step: i64, before: f64, after: f64) -> DVec3 {
         let p = crossing.at(k);
-        let difference = |shift: DVec2| {
-            (self.splat_sum(crossing, k, p + shift) - self.splat_sum(crossing, k, p - shift)) / 2.0
-        };
+        let difference = |shift: DVec2| (self.splat_sum(crossing, k, p + shift) - self.splat_sum(crossing, k, p - shift)) / 2.0;
         let (u, v) = (difference(DVec2::X), difference(DVec2::Y));
         let a = match self.axis_gradient {
-            AxisGradient::Crossings => {
-                step as f64 * (after - before) / 2.0 - crossing.shear.x * u - crossing.shear.y * v
-            }
+            AxisGradient::Crossings => step as f64 * (after - before) / 2.0 - crossing.shear.x * u - crossing.shear.y * v,
             AxisGradient::Splatted => {
                 let along = crossing.axis.index();
                 self.splat(crossing, k, p, |field, voxel| {
@@ -206,9 +170,7 @@ impl<'a> Layered<'a> {
         let Some(normal) = gradient.try_normalize() else {
             return color;
         };
-        let light = shading
-            .light
-            .map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
+        let light = shading.light.map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
         let half_way = (light + to_eye).normalize_or(to_eye);
         let fade = ((gradient.length() - 1e-3) * 1e3).clamp(0.0, 1.0);
         let fade = fade * fade * (3.0 - 2.0 * fade);

@@ -19,28 +19,12 @@ impl Renderer {
         viewport: Viewport,
         settings: &Settings,
     ) -> Result<(), Error> {
-        let Self {
-            device,
-            kernels,
-            kept,
-            scratch,
-            ..
-        } = self;
+        let Self { device, kernels, kept, scratch, .. } = self;
         let axes = axis.map_or(Axis::ALL.to_vec(), |a| vec![a]);
         kept.prepare(device, kernels, &axes, &self.transfer, settings.extinction)?;
-        filled(
-            &mut scratch.slabs,
-            device,
-            &slab_table(settings.correction),
-            "the sub-slabs",
-        )?;
+        filled(&mut scratch.slabs, device, &slab_table(settings.correction), "the sub-slabs")?;
         at_least(&mut scratch.frame, device, viewport.pixels(), "the frame")?;
-        at_least(
-            &mut scratch.active_samples,
-            device,
-            viewport.pixels(),
-            "the sample counts",
-        )?;
+        at_least(&mut scratch.active_samples, device, viewport.pixels(), "the sample counts")?;
         // A kernel with exact footprints reads neither: any buffers do.
         let set = settings.footprints == Footprints::Set;
         at_least(&mut scratch.crossings[0], device, 1, "a placeholder")?;
@@ -69,13 +53,7 @@ impl Renderer {
             culling: i32::from(settings.culling),
             background: self.kept.background(),
         };
-        let Self {
-            device,
-            kernels,
-            kept,
-            scratch,
-            ..
-        } = self;
+        let Self { device, kernels, kept, scratch, .. } = self;
         let written = "written above";
         scratch.active_count = viewport.pixels();
         let visible = known.map(|a| kept.visible(a));

@@ -61,29 +61,16 @@ impl FrameReport {
             Plan::Direct(_) => None,
         };
         let lattice = lattice.map(|(m, width, height)| LatticeReport { m, width, height });
-        Self {
-            stages: StageTimes::new(),
-            active_samples: 0,
-            lattice,
-        }
+        Self { stages: StageTimes::new(), active_samples: 0, lattice }
     }
 }
 
 impl Renderer {
     /// Warps the lattice in `scratch.lattice` into `scratch.frame`; a direct plan has drawn there already.
-    pub(super) fn warp(
-        &mut self,
-        plan: &Plan,
-        rays: &Rays,
-        viewport: Viewport,
-    ) -> Result<(), Error> {
+    pub(super) fn warp(&mut self, plan: &Plan, rays: &Rays, viewport: Viewport) -> Result<(), Error> {
         let (from_screen, size, forward) = match plan {
             Plan::Lattice(l) => (l.from_screen(rays), [l.width(), l.height()], 1.0),
-            Plan::Perspective(l) => (
-                l.from_screen(rays),
-                [l.width(), l.height()],
-                l.layer_step as f32,
-            ),
+            Plan::Perspective(l) => (l.from_screen(rays), [l.width(), l.height()], l.layer_step as f32),
             Plan::Direct(_) => return Ok(()),
         };
         let params = WarpParams {
@@ -92,31 +79,15 @@ impl Renderer {
             frame: [viewport.width as i32, viewport.height as i32],
             forward,
         };
-        let Self {
-            device,
-            kernels,
-            scratch,
-            ..
-        } = self;
+        let Self { device, kernels, scratch, .. } = self;
         let frame = at_least(&mut scratch.frame, device, viewport.pixels(), "the frame")?;
         let lattice = scratch.lattice.as_ref().expect("the lattice was rendered");
-        kernels
-            .warp(device)?
-            .launch(device, lattice, &params, frame)
+        kernels.warp(device)?.launch(device, lattice, &params, frame)
     }
 
     /// The 8-bit picture of `scratch.frame`, on the host.
-    pub(super) fn present(
-        &mut self,
-        viewport: Viewport,
-        background: Background,
-    ) -> Result<Vec<u8>, Error> {
-        let Self {
-            device,
-            kernels,
-            scratch,
-            ..
-        } = self;
+    pub(super) fn present(&mut self, viewport: Viewport, background: Background) -> Result<Vec<u8>, Error> {
+        let Self { device, kernels, scratch, .. } = self;
         let pixels = viewport.pixels();
         let rgba = at_least(&mut scratch.rgba, device, pixels, "the picture")?;
         let background = match background {
@@ -124,9 +95,7 @@ impl Renderer {
             Background::Transparent => Float4([0.0; 4]),
         };
         let frame = scratch.frame.as_ref().expect("a frame was drawn");
-        kernels
-            .present(device)?
-            .launch(device, frame, background, pixels, rgba)?;
+        kernels.present(device)?.launch(device, frame, background, pixels, rgba)?;
         let mut picture = vec![[0u8; 4]; pixels];
         rgba.read(device, &mut picture)?;
         Ok(picture.into_flattened())
@@ -151,10 +120,6 @@ impl Renderer {
             Plan::Direct(_) => return Ok(None),
         };
         let count = size[0] as usize * size[1] as usize;
-        Ok(Some(LatticePicture {
-            plan,
-            size,
-            samples: read_pixels(self.scratch.lattice.as_ref(), &self.device, count)?,
-        }))
+        Ok(Some(LatticePicture { plan, size, samples: read_pixels(self.scratch.lattice.as_ref(), &self.device, count)? }))
     }
 }

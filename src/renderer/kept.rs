@@ -69,28 +69,16 @@ impl Kept {
     pub fn layout(&self, axis: Axis) -> (&VoxelBuffer, VolumeView) {
         let [x, y, z] = self.dims.map(|n| n as i64);
         let (stride, voxels) = match axis {
-            Axis::X => (
-                [1, y, y * z],
-                self.transposed.as_ref().expect("prepare() made it"),
-            ),
+            Axis::X => ([1, y, y * z], self.transposed.as_ref().expect("prepare() made it")),
             Axis::Y => ([1, x * y, x], &self.voxels),
             Axis::Z => ([1, x, x * y], &self.voxels),
         };
-        (
-            voxels,
-            VolumeView {
-                stride,
-                dims: self.local_dims(axis).map(|n| n as i32),
-                background: self.background,
-            },
-        )
+        (voxels, VolumeView { stride, dims: self.local_dims(axis).map(|n| n as i32), background: self.background })
     }
 
     /// The occupancy of a layer axis.
     pub fn occupancy(&self, axis: Axis) -> &Occupancy {
-        self.occupancies[axis.index()]
-            .as_ref()
-            .expect("prepare() made it")
+        self.occupancies[axis.index()].as_ref().expect("prepare() made it")
     }
 
     /// The table of the transfer function.
@@ -100,9 +88,7 @@ impl Kept {
 
     /// One byte per block and layer of a layer axis.
     pub fn visible(&self, axis: Axis) -> &Buffer<u8> {
-        self.table().visible[axis.index()]
-            .as_ref()
-            .expect("prepare() made it")
+        self.table().visible[axis.index()].as_ref().expect("prepare() made it")
     }
 
     /// Makes what the layer axes need and do not have yet: layout, occupancy, tables, visibility.
@@ -114,41 +100,20 @@ impl Kept {
         transfer: &TransferFunction,
         extinction: Extinction,
     ) -> Result<(), Error> {
-        if self
-            .table
-            .as_ref()
-            .is_none_or(|t| t.extinction != extinction)
-        {
-            self.table = Some(Table::upload(
-                device,
-                transfer,
-                self.field_range,
-                extinction,
-            )?);
+        if self.table.as_ref().is_none_or(|t| t.extinction != extinction) {
+            self.table = Some(Table::upload(device, transfer, self.field_range, extinction)?);
         }
         for &axis in axes {
             if axis == Axis::X && self.transposed.is_none() {
-                let layout = VoxelBuffer::new(
-                    device,
-                    self.dims.iter().product(),
-                    self.voxels.voxel_type(),
-                    "the layout of layer axis x",
-                )?;
-                kernels.transpose(device)?.launch(
-                    device,
-                    &self.voxels,
-                    self.dims.map(|n| n as i32),
-                    &layout,
-                )?;
+                let layout =
+                    VoxelBuffer::new(device, self.dims.iter().product(), self.voxels.voxel_type(), "the layout of layer axis x")?;
+                kernels.transpose(device)?.launch(device, &self.voxels, self.dims.map(|n| n as i32), &layout)?;
                 self.transposed = Some(layout);
             }
             if self.occupancies[axis.index()].is_none() {
-                let occupancy =
-                    Occupancy::new(device, self.local_dims(axis), self.voxels.voxel_type())?;
+                let occupancy = Occupancy::new(device, self.local_dims(axis), self.voxels.voxel_type())?;
                 let (voxels, view) = self.layout(axis);
-                kernels
-                    .occupancy(device)?
-                    .launch(device, voxels, &view, &occupancy)?;
+                kernels.occupancy(device)?.launch(device, voxels, &view, &occupancy)?;
                 self.occupancies[axis.index()] = Some(occupancy);
             }
             let occupancy = self.occupancies[axis.index()].as_ref().expect("made above");
@@ -156,14 +121,7 @@ impl Kept {
             if table.visible[axis.index()].is_none() {
                 let visible = Buffer::new(device, occupancy.flags(), "the visibility of blocks")?;
                 let kernel = kernels.visibility(device)?;
-                kernel.launch(
-                    device,
-                    occupancy,
-                    self.background,
-                    table.scale,
-                    &table.visible_before,
-                    &visible,
-                )?;
+                kernel.launch(device, occupancy, self.background, table.scale, &table.visible_before, &visible)?;
                 table.visible[axis.index()] = Some(visible);
             }
         }
@@ -178,18 +136,10 @@ impl Kept {
     /// Makes the paper's footprint set, once.
     pub fn make_footprint_set(&mut self, device: &Device, kernels: &Kernels) -> Result<(), Error> {
         if self.footprint_set.is_none() {
-            let shears: Vec<[f32; 2]> = (0..FOOTPRINT_SET_LEN)
-                .map(|i| set_direction(i).map(|s| s as f32))
-                .collect();
+            let shears: Vec<[f32; 2]> = (0..FOOTPRINT_SET_LEN).map(|i| set_direction(i).map(|s| s as f32)).collect();
             let shears = Buffer::from_slice(device, &shears, "the footprint set")?;
-            let images = Buffer::new(
-                device,
-                FOOTPRINT_SET_LEN * FOOTPRINT_SET_SIZE * FOOTPRINT_SET_SIZE,
-                "the footprint set",
-            )?;
-            kernels
-                .footprint_set(device)?
-                .launch(device, &shears, &images)?;
+            let images = Buffer::new(device, FOOTPRINT_SET_LEN * FOOTPRINT_SET_SIZE * FOOTPRINT_SET_SIZE, "the footprint set")?;
+            kernels.footprint_set(device)?.launch(device, &shears, &images)?;
             self.footprint_set = Some(FootprintSet { images, shears });
         }
         Ok(())
@@ -213,16 +163,8 @@ impl Table {
         Ok(Self {
             extinction,
             entries: Buffer::from_slice(device, &entries, "the transfer table")?,
-            visible_before: Buffer::from_slice(
-                device,
-                &table.visible_before(),
-                "the transfer table",
-            )?,
-            scale: (
-                table.first as f32,
-                table.per_value as f32,
-                entries.len() as i32 - 1,
-            ),
+            visible_before: Buffer::from_slice(device, &table.visible_before(), "the transfer table")?,
+            scale: (table.first as f32, table.per_value as f32, entries.len() as i32 - 1),
             visible: [None, None, None],
         })
     }
@@ -276,23 +218,14 @@ pub(super) fn filled<'a, T: Copy>(
 impl Scratch {
     /// The finished frame, copied to the host.
     pub fn read_frame(&self, device: &Device, viewport: Viewport) -> Result<Frame, Error> {
-        Ok(Frame::new(
-            viewport,
-            read_pixels(self.frame.as_ref(), device, viewport.pixels())?,
-        ))
+        Ok(Frame::new(viewport, read_pixels(self.frame.as_ref(), device, viewport.pixels())?))
     }
 }
 
 /// The first `count` pixels of a buffer that a frame has written.
-pub(super) fn read_pixels(
-    buffer: Option<&Buffer<Float4>>,
-    device: &Device,
-    count: usize,
-) -> Result<Vec<[f32; 4]>, Error> {
+pub(super) fn read_pixels(buffer: Option<&Buffer<Float4>>, device: &Device, count: usize) -> Result<Vec<[f32; 4]>, Error> {
     let mut pixels = vec![Float4([0.0; 4]); count];
-    buffer
-        .expect("a frame was drawn")
-        .read(device, &mut pixels)?;
+    buffer.expect("a frame was drawn").read(device, &mut pixels)?;
     Ok(pixels.into_iter().map(|p| p.0).collect())
 }
 

@@ -2,8 +2,8 @@
 
 use crate::device::Device;
 use crate::device::launch::{
-    DirectKernel, FootprintSetKernel, FootprintsKernel, LatticeKernel, OccupancyKernel,
-    PerspectiveKernel, PresentKernel, TableKernel, TransposeKernel, VisibilityKernel, WarpKernel,
+    DirectKernel, FootprintSetKernel, FootprintsKernel, LatticeKernel, OccupancyKernel, PerspectiveKernel, PresentKernel,
+    TableKernel, TransposeKernel, VisibilityKernel, WarpKernel,
 };
 use crate::error::Error;
 use crate::volume::VoxelType;
@@ -81,13 +81,7 @@ impl Kernels {
     getter!(present, PresentKernel);
 
     pub fn direct(&self, device: &Device, footprint_set: bool) -> Result<&DirectKernel, Error> {
-        let cell = if footprint_set {
-            &self.direct_set
-        } else {
-            &self.direct
-        };
-        built(cell, || {
-            DirectKernel::new(device, self.voxel_type, footprint_set)
-        })
+        let cell = if footprint_set { &self.direct_set } else { &self.direct };
+        built(cell, || DirectKernel::new(device, self.voxel_type, footprint_set))
     }
 }

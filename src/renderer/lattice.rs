@@ -5,9 +5,7 @@ use super::kept::{at_least, filled};
 use super::sample::slab_table;
 use super::settings::Settings;
 use crate::device::launch::params::{LatticeParams, LayerOffset, PerspectiveParams};
-use crate::device::launch::{
-    FootprintsKernel, LatticeArguments, LatticeKernel, PerspectiveArguments,
-};
+use crate::device::launch::{FootprintsKernel, LatticeArguments, LatticeKernel, PerspectiveArguments};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, Lattice, PerspectiveLattice, Rays, quadrature_nodes};
 
@@ -17,27 +15,10 @@ fn axis_of(frame: AxisFrame) -> Axis {
 
 impl Renderer {
     /// Renders the lattice of a parallel view into `scratch.lattice`.
-    pub(super) fn run_lattice(
-        &mut self,
-        lattice: &Lattice,
-        rays: &Rays,
-        settings: &Settings,
-    ) -> Result<(), Error> {
-        let Self {
-            device,
-            kernels,
-            kept,
-            scratch,
-            ..
-        } = self;
+    pub(super) fn run_lattice(&mut self, lattice: &Lattice, rays: &Rays, settings: &Settings) -> Result<(), Error> {
+        let Self { device, kernels, kept, scratch, .. } = self;
         let (frame, axis) = (lattice.frame, axis_of(lattice.frame));
-        kept.prepare(
-            device,
-            kernels,
-            &[axis],
-            &self.transfer,
-            settings.extinction,
-        )?;
+        kept.prepare(device, kernels, &[axis], &self.transfer, settings.extinction)?;
         let samples = lattice.width() as usize * lattice.height() as usize;
         at_least(&mut scratch.lattice, device, samples, "the lattice")?;
         scratch.active_count = 0;
@@ -48,42 +29,17 @@ impl Renderer {
         let shear = lattice.shear.map(|s| s as f32);
         let layers = lattice.dims[2] + 2;
         let offsets = [0, 1].map(|i| -> Vec<LayerOffset> {
-            lattice
-                .offsets(i)
-                .iter()
-                .map(|o| LayerOffset {
-                    base: o.base,
-                    fraction: o.fraction,
-                })
-                .collect()
+            lattice.offsets(i).iter().map(|o| LayerOffset { base: o.base, fraction: o.fraction }).collect()
         });
         for (slot, offsets) in scratch.offsets.iter_mut().zip(&offsets) {
             filled(slot, device, offsets, "the lattice offsets")?;
         }
         let weights = layers * m[0] as usize * m[1] as usize * FootprintsKernel::WEIGHTS;
-        at_least(
-            &mut scratch.weights,
-            device,
-            weights,
-            "the footprint weights",
-        )?;
-        at_least(
-            &mut scratch.table,
-            device,
-            kept.table().entries.len(),
-            "the opacity table",
-        )?;
-        filled(
-            &mut scratch.slabs,
-            device,
-            &slab_table(settings.correction),
-            "the sub-slabs",
-        )?;
+        at_least(&mut scratch.weights, device, weights, "the footprint weights")?;
+        at_least(&mut scratch.table, device, kept.table().entries.len(), "the opacity table")?;
+        filled(&mut scratch.slabs, device, &slab_table(settings.correction), "the sub-slabs")?;
         let tuning = *device.tuning();
-        let tiles = [
-            lattice.columns[0].div_ceil(tuning.tile_columns()),
-            lattice.columns[1].div_ceil(tuning.tile_rows),
-        ];
+        let tiles = [lattice.columns[0].div_ceil(tuning.tile_columns()), lattice.columns[1].div_ceil(tuning.tile_rows)];
         let params = LatticeParams {
             samples_per_voxel: m,
             columns: lattice.columns.map(|c| c as i32),
@@ -94,37 +50,18 @@ impl Renderer {
             shear,
         };
         scratch.active_count = LatticeKernel::tiles(&params);
-        at_least(
-            &mut scratch.active_samples,
-            device,
-            scratch.active_count,
-            "the sample counts",
-        )?;
+        at_least(&mut scratch.active_samples, device, scratch.active_count, "the sample counts")?;
 
         let axes = self.sample_axes(rays, settings);
         let sample = self.sample_params(&axes, frame, settings);
-        let Self {
-            device,
-            kernels,
-            kept,
-            scratch,
-            ..
-        } = self;
+        let Self { device, kernels, kept, scratch, .. } = self;
         let written = "written above";
         let offsets = [0, 1].map(|i| scratch.offsets[i].as_ref().expect(written));
         let weights = scratch.weights.as_ref().expect(written);
         let table = scratch.table.as_ref().expect(written);
         let dt = axes.sample_length(frame, lattice.shear) as f32;
-        kernels.table(device)?.launch(
-            device,
-            &kept.table().entries,
-            dt,
-            sample.linear != 0,
-            table,
-        )?;
-        kernels
-            .footprints(device)?
-            .launch(device, offsets, shear, m, layers as i32, weights)?;
+        kernels.table(device)?.launch(device, &kept.table().entries, dt, sample.linear != 0, table)?;
+        kernels.footprints(device)?.launch(device, offsets, shear, m, layers as i32, weights)?;
         let (voxels, view) = kept.layout(axis);
         kernels.lattice(device)?.launch(
             device,
@@ -151,21 +88,9 @@ impl Renderer {
         rays: &Rays,
         settings: &Settings,
     ) -> Result<(), Error> {
-        let Self {
-            device,
-            kernels,
-            kept,
-            scratch,
-            ..
-        } = self;
+        let Self { device, kernels, kept, scratch, .. } = self;
         let (frame, axis) = (lattice.frame, axis_of(lattice.frame));
-        kept.prepare(
-            device,
-            kernels,
-            &[axis],
-            &self.transfer,
-            settings.extinction,
-        )?;
+        kept.prepare(device, kernels, &[axis], &self.transfer, settings.extinction)?;
         let samples = lattice.width() as usize * lattice.height() as usize;
         at_least(&mut scratch.lattice, device, samples, "the lattice")?;
         scratch.active_count = 0;
@@ -175,23 +100,10 @@ impl Renderer {
         for (i, slot) in scratch.crossings.iter_mut().enumerate() {
             filled(slot, device, &lattice.crossings(i), "the lattice rays")?;
         }
-        filled(
-            &mut scratch.nodes,
-            device,
-            &quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]),
-            "the quadrature",
-        )?;
-        filled(
-            &mut scratch.slabs,
-            device,
-            &slab_table(settings.correction),
-            "the sub-slabs",
-        )?;
+        filled(&mut scratch.nodes, device, &quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]), "the quadrature")?;
+        filled(&mut scratch.slabs, device, &slab_table(settings.correction), "the sub-slabs")?;
         let tuning = *device.tuning();
-        let tiles = [
-            lattice.width().div_ceil(tuning.vector_width),
-            lattice.height().div_ceil(tuning.tile_rows),
-        ];
+        let tiles = [lattice.width().div_ceil(tuning.vector_width), lattice.height().div_ceil(tuning.tile_rows)];
         let params = PerspectiveParams {
             size: lattice.size.map(|n| n as i32),
             tiles: tiles.map(|t| t as i32),
@@ -201,21 +113,10 @@ impl Renderer {
             centre_layer: lattice.centre_layer() as f32,
         };
         scratch.active_count = tiles[0] as usize * tiles[1] as usize;
-        at_least(
-            &mut scratch.active_samples,
-            device,
-            scratch.active_count,
-            "the sample counts",
-        )?;
+        at_least(&mut scratch.active_samples, device, scratch.active_count, "the sample counts")?;
 
         let sample = self.sample_params(&self.sample_axes(rays, settings), frame, settings);
-        let Self {
-            device,
-            kernels,
-            kept,
-            scratch,
-            ..
-        } = self;
+        let Self { device, kernels, kept, scratch, .. } = self;
         let written = "written above";
         let (voxels, view) = kept.layout(axis);
         kernels.perspective(device)?.launch(

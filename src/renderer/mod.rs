@@ -40,11 +40,7 @@ pub struct Renderer {
 
 impl Renderer {
     /// Uploads a volume, to be seen through a transfer function.
-    pub fn new(
-        device: &Device,
-        volume: &Volume,
-        transfer: &TransferFunction,
-    ) -> Result<Self, Error> {
+    pub fn new(device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Self, Error> {
         Ok(Self {
             device: device.clone(),
             grid: volume.grid().clone(),
@@ -74,12 +70,7 @@ impl Renderer {
     }
 
     /// Renders a picture: premultiplied floats, without a background.
-    pub fn render(
-        &mut self,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<(Frame, FrameReport), Error> {
+    pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
         let report = self.draw(camera, viewport, settings)?;
         let frame = self.scratch.read_frame(&self.device, viewport)?;
         Ok((frame, self.finish(report)?))
@@ -114,12 +105,7 @@ impl Renderer {
         Ok(picture)
     }
 
-    fn draw(
-        &mut self,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<FrameReport, Error> {
+    fn draw(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<FrameReport, Error> {
         let rays = Rays::new(camera, viewport, &self.grid)?;
         let plan = Plan::new(&rays, viewport, &self.grid, settings)?;
         tracing::debug!("{plan}");
@@ -128,13 +114,7 @@ impl Renderer {
         Ok(report)
     }
 
-    fn run(
-        &mut self,
-        plan: &Plan,
-        rays: &Rays,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<FrameReport, Error> {
+    fn run(&mut self, plan: &Plan, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<FrameReport, Error> {
         match plan {
             Plan::Lattice(lattice) => self.run_lattice(lattice, rays, settings)?,
             Plan::Perspective(lattice) => self.run_perspective(lattice, rays, settings)?,

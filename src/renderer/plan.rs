@@ -25,12 +25,7 @@ impl Plan {
     ///
     /// All rays share the central ray's axis as long as none leans too far from it; otherwise (wide angles, an eye
     /// inside the volume) each ray takes its own, which only the direct evaluation can.
-    pub fn new(
-        rays: &Rays,
-        viewport: Viewport,
-        grid: &Grid,
-        settings: &Settings,
-    ) -> Result<Self, Error> {
+    pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, settings: &Settings) -> Result<Self, Error> {
         settings.check()?;
         let axis = match settings.layer_axis {
             LayerAxis::Auto => Axis::most_parallel(rays.central_direction()),
@@ -56,10 +51,7 @@ impl Plan {
         let set = settings.footprints == Footprints::Set;
         let limit = if set { 1.0 + 1e-6 } else { MAX_FORCED_SHEAR };
         let reached = if rays.is_parallel() {
-            axis.frame()
-                .shear(rays.central_direction())
-                .iter()
-                .all(|s| s.abs() <= limit)
+            axis.frame().shear(rays.central_direction()).iter().all(|s| s.abs() <= limit)
         } else {
             !set && PerspectiveLattice::reaches(rays, grid, axis)
         };
@@ -67,9 +59,7 @@ impl Plan {
             (true, _) => Ok(Plan::Direct(Some(axis))),
             (false, LayerAxis::Auto) => Ok(Plan::Direct(None)),
             (false, LayerAxis::Forced(_)) => {
-                let problem = format!(
-                    "some rays lean too far from layer axis {axis:?}: choose another --layer-axis, or auto"
-                );
+                let problem = format!("some rays lean too far from layer axis {axis:?}: choose another --layer-axis, or auto");
                 Err(Error::Settings { problem })
             }
         }
@@ -79,19 +69,8 @@ impl Plan {
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Plan::Lattice(l) => write!(
-                f,
-                "lattice of {}x{} samples, {:?} per voxel",
-                l.width(),
-                l.height(),
-                l.samples_per_voxel
-            ),
-            Plan::Perspective(l) => write!(
-                f,
-                "perspective lattice of {}x{} samples",
-                l.width(),
-                l.height()
-            ),
+            Plan::Lattice(l) => write!(f, "lattice of {}x{} samples, {:?} per voxel", l.width(), l.height(), l.samples_per_voxel),
+            Plan::Perspective(l) => write!(f, "perspective lattice of {}x{} samples", l.width(), l.height()),
             Plan::Direct(Some(axis)) => write!(f, "direct, layer axis {axis:?}"),
             Plan::Direct(None) => write!(f, "direct, each ray with its own layer axis"),
         }

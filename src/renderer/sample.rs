@@ -32,14 +32,9 @@ impl Renderer {
         let smallest = spacing.min_element();
         let range = self.value_range.1 - self.value_range.0;
         let range = if range > 0.0 { range } else { 1.0 };
-        let light = settings
-            .shading
-            .and_then(|s| s.light)
-            .map_or(rays.to_eye, |l| {
-                self.grid.world_to_grid_axes() * l.normalize()
-            });
-        let unit = settings.unit_distance.unwrap_or(smallest)
-            * f64::from(settings.correction.samples_per_layer());
+        let light =
+            settings.shading.and_then(|s| s.light).map_or(rays.to_eye, |l| self.grid.world_to_grid_axes() * l.normalize());
+        let unit = settings.unit_distance.unwrap_or(smallest) * f64::from(settings.correction.samples_per_layer());
         SampleAxes {
             gradient: smallest / spacing / range,
             light,
@@ -49,12 +44,7 @@ impl Renderer {
     }
 
     /// Parameters for a layer axis; the direct kernel, whose rays may differ in theirs, sets the axes itself.
-    pub(super) fn sample_params(
-        &self,
-        axes: &SampleAxes,
-        frame: AxisFrame,
-        settings: &Settings,
-    ) -> SampleParams {
+    pub(super) fn sample_params(&self, axes: &SampleAxes, frame: AxisFrame, settings: &Settings) -> SampleParams {
         let (table_first, table_per_value, table_last) = self.kept.table().scale;
         let slabs = LayerSlabs::new(settings.correction);
         let shading = settings.shading.unwrap_or_default();
@@ -68,11 +58,7 @@ impl Renderer {
             front_slabs: slabs.front.len() as i32,
             back_slabs: slabs.back.len() as i32,
             background_visible: i32::from(self.transfer.opacity(self.field_range.0) > 0.0),
-            opaque: if settings.early_termination {
-                Settings::OPAQUE as f32
-            } else {
-                0.0
-            },
+            opaque: if settings.early_termination { Settings::OPAQUE as f32 } else { 0.0 },
             shading: i32::from(settings.shading.is_some()),
             gradient: local(axes.gradient),
             light: local(axes.light),
@@ -90,11 +76,5 @@ impl Renderer {
 pub(super) fn slab_table(correction: Correction) -> Vec<Float4> {
     let slabs = LayerSlabs::new(correction);
     let entry = |s: &SubSlab| Float4([s.before, s.own, s.after, s.share].map(|w| w as f32));
-    slabs
-        .inner
-        .iter()
-        .chain(&slabs.front)
-        .chain(&slabs.back)
-        .map(entry)
-        .collect()
+    slabs.inner.iter().chain(&slabs.front).chain(&slabs.back).map(entry).collect()
 }

@@ -53,13 +53,7 @@ pub struct Shading {
 
 impl Default for Shading {
     fn default() -> Self {
-        Self {
-            ambient: 0.2,
-            diffuse: 0.7,
-            specular: 0.3,
-            power: 20.0,
-            light: None,
-        }
+        Self { ambient: 0.2, diffuse: 0.7, specular: 0.3, power: 20.0, light: None }
     }
 }
 
@@ -112,8 +106,7 @@ pub enum Quality {
 impl Quality {
     /// The settings of the bundle.
     pub fn settings(self) -> Settings {
-        let lattice =
-            |density, correction| (Evaluation::Lattice(density), Footprints::Exact, correction);
+        let lattice = |density, correction| (Evaluation::Lattice(density), Footprints::Exact, correction);
         let (evaluation, footprints, correction) = match self {
             Quality::Draft => lattice(Density::Fixed(1), Correction::Constant),
             Quality::Standard => lattice(Density::AtLeast(1), Correction::SubLayers(2)),
@@ -143,9 +136,7 @@ impl FromStr for Quality {
             "standard" => Ok(Quality::Standard),
             "high" => Ok(Quality::High),
             "paper" => Ok(Quality::Paper),
-            _ => Err(format!(
-                "unknown quality '{name}': use draft, standard, high or paper"
-            )),
+            _ => Err(format!("unknown quality '{name}': use draft, standard, high or paper")),
         }
     }
 }
@@ -156,51 +147,30 @@ impl Settings {
 
     /// Checks every number.
     pub(super) fn check(&self) -> Result<(), Error> {
-        let refuse = |name, value: &dyn ToString, expected| {
-            Err(Error::OutOfRange {
-                name,
-                value: value.to_string(),
-                expected,
-            })
-        };
+        let refuse = |name, value: &dyn ToString, expected| Err(Error::OutOfRange { name, value: value.to_string(), expected });
         if let Evaluation::Lattice(Density::Fixed(m) | Density::AtLeast(m)) = self.evaluation
             && !(1..=MAX_SAMPLES_PER_VOXEL).contains(&m)
         {
             return refuse("lattice density", &m, "1 to 16 samples per voxel");
         }
         if !(1..=Correction::MAX_SUB_LAYERS).contains(&self.correction.samples_per_layer()) {
-            return refuse(
-                "number of sub-layers",
-                &self.correction.samples_per_layer(),
-                "1 to 16",
-            );
+            return refuse("number of sub-layers", &self.correction.samples_per_layer(), "1 to 16");
         }
         if let Some(d) = self.unit_distance.filter(|d| !(d.is_finite() && *d > 0.0)) {
             return refuse("unit distance", &d, "a finite number above 0");
         }
         if let Some(s) = self.shading {
-            let good = [s.ambient, s.diffuse, s.specular]
-                .iter()
-                .all(|c| (0.0..=100.0).contains(c));
+            let good = [s.ambient, s.diffuse, s.specular].iter().all(|c| (0.0..=100.0).contains(c));
             if !good || !(s.power > 0.0 && s.power <= 1e4) {
                 let value = format!("{},{},{},{}", s.ambient, s.diffuse, s.specular, s.power);
-                return refuse(
-                    "shading",
-                    &value,
-                    "ambient, diffuse and specular from 0 to 100, power above 0 and at most 10000",
-                );
+                return refuse("shading", &value, "ambient, diffuse and specular from 0 to 100, power above 0 and at most 10000");
             }
             if s.light.is_some_and(|l| l.try_normalize().is_none()) {
-                return refuse(
-                    "light direction",
-                    &s.light.unwrap_or_default(),
-                    "a finite vector other than 0",
-                );
+                return refuse("light direction", &s.light.unwrap_or_default(), "a finite vector other than 0");
             }
         }
         if self.footprints == Footprints::Set && self.evaluation != Evaluation::Direct {
-            let problem =
-                "the footprint set is for the direct evaluation: add --lattice direct".into();
+            let problem = "the footprint set is for the direct evaluation: add --lattice direct".into();
             return Err(Error::Settings { problem });
         }
         Ok(())

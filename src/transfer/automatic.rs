@@ -14,29 +14,13 @@ const OPACITY_LIMITS: (f64, f64) = (0.005, 0.6);
 pub(super) fn from_statistics(statistics: &Statistics, volume: &Volume) -> TransferFunction {
     let (lo, hi) = visible_range(volume);
     // Where many voxels share the largest values (a mask, say) the quantile alone would hide them too.
-    let start = if statistics.min < statistics.max {
-        statistics.quantile(HIDDEN_SHARE)
-    } else {
-        lo
-    }
-    .min((lo + hi) / 2.0);
-    let middle = statistics
-        .quantile(MIDDLE_SHARE)
-        .clamp(start + 0.1 * (hi - start), start + 0.9 * (hi - start));
+    let start = if statistics.min < statistics.max { statistics.quantile(HIDDEN_SHARE) } else { lo }.min((lo + hi) / 2.0);
+    let middle = statistics.quantile(MIDDLE_SHARE).clamp(start + 0.1 * (hi - start), start + 0.9 * (hi - start));
     let opacity = opacity_for(statistics, start, volume);
     let at = |t: f64| start + (hi - start) * t;
-    let colors = vec![
-        (start, [0.45, 0.20, 0.12]),
-        (at(0.33), [0.85, 0.52, 0.30]),
-        (at(0.67), [0.96, 0.86, 0.66]),
-        (hi, [1.0, 1.0, 1.0]),
-    ];
-    let opacities = vec![
-        (lo.min(start), 0.0),
-        (start, 0.0),
-        (middle, opacity),
-        (hi, (1.5 * opacity).min(0.9)),
-    ];
+    let colors =
+        vec![(start, [0.45, 0.20, 0.12]), (at(0.33), [0.85, 0.52, 0.30]), (at(0.67), [0.96, 0.86, 0.66]), (hi, [1.0, 1.0, 1.0])];
+    let opacities = vec![(lo.min(start), 0.0), (start, 0.0), (middle, opacity), (hi, (1.5 * opacity).min(0.9))];
     TransferFunction::new("automatic", colors, opacities).expect("ascending by construction")
 }
 
@@ -68,11 +52,7 @@ mod tests {
     fn something_is_visible_and_not_everything() {
         let ramp = automatic((0..1000).map(|i| i as f32).collect());
         assert!(ramp.opacity(400.0) == 0.0 && ramp.opacity(999.0) > 0.0);
-        let mask = automatic(
-            (0..1000)
-                .map(|i| if i % 2 == 0 { 0.0 } else { 1.0 })
-                .collect(),
-        );
+        let mask = automatic((0..1000).map(|i| if i % 2 == 0 { 0.0 } else { 1.0 }).collect());
         assert!(mask.opacity(0.0) == 0.0 && mask.opacity(1.0) > 0.0 && mask.opacity(1.0) < 1.0);
         let outlier = automatic((0..1000).map(|i| if i == 7 { 1e6 } else { 0.0 }).collect());
         assert!(outlier.opacity(0.0) == 0.0 && outlier.opacity(1e6) > 0.0);

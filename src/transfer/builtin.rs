@@ -11,12 +11,7 @@ const OPACITY: [(f64, f64); 4] = [(0.0, 0.0), (0.1, 0.0), (0.5, 0.05), (1.0, 0.5
 pub(super) fn named(name: &str) -> Result<TransferFunction, Error> {
     let colors: &[(f64, [f64; 3])] = match name {
         "grey" => &[(0.0, [0.0; 3]), (1.0, [1.0; 3])],
-        "fire" => &[
-            (0.0, [0.1, 0.0, 0.0]),
-            (0.4, [0.9, 0.1, 0.0]),
-            (0.75, [1.0, 0.75, 0.1]),
-            (1.0, [1.0; 3]),
-        ],
+        "fire" => &[(0.0, [0.1, 0.0, 0.0]), (0.4, [0.9, 0.1, 0.0]), (0.75, [1.0, 0.75, 0.1]), (1.0, [1.0; 3])],
         "viridis" => &[
             (0.0, [0.267, 0.005, 0.329]),
             (0.25, [0.230, 0.322, 0.546]),
@@ -24,17 +19,9 @@ pub(super) fn named(name: &str) -> Result<TransferFunction, Error> {
             (0.75, [0.369, 0.789, 0.383]),
             (1.0, [0.993, 0.906, 0.144]),
         ],
-        "cool-warm" => &[
-            (0.0, [0.23, 0.30, 0.75]),
-            (0.5, [0.87, 0.87, 0.87]),
-            (1.0, [0.71, 0.016, 0.15]),
-        ],
+        "cool-warm" => &[(0.0, [0.23, 0.30, 0.75]), (0.5, [0.87, 0.87, 0.87]), (1.0, [0.71, 0.016, 0.15])],
         _ => {
-            return Err(Error::UnknownName {
-                what: "transfer function",
-                name: name.into(),
-                known: NAMES.join(", "),
-            });
+            return Err(Error::UnknownName { what: "transfer function", name: name.into(), known: NAMES.join(", ") });
         }
     };
     TransferFunction::new(name, colors.to_vec(), OPACITY.to_vec())

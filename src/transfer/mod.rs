@@ -35,37 +35,18 @@ impl TransferFunction {
         let check = |what: &str, points: Vec<(f64, &[f64])>| {
             let problem = if points.is_empty() {
                 "has no points"
-            } else if !points
-                .iter()
-                .all(|(x, y)| x.is_finite() && y.iter().all(|v| (0.0..=1.0).contains(v)))
-            {
+            } else if !points.iter().all(|(x, y)| x.is_finite() && y.iter().all(|v| (0.0..=1.0).contains(v))) {
                 "has values that are not finite, or entries outside 0 … 1"
             } else if !points.is_sorted_by(|a, b| a.0 <= b.0) {
                 "is not sorted by value"
             } else {
                 return Ok(());
             };
-            Err(Error::Transfer {
-                name: name.clone(),
-                problem: format!("{what} {problem}"),
-            })
+            Err(Error::Transfer { name: name.clone(), problem: format!("{what} {problem}") })
         };
-        check(
-            "the colour function",
-            colors.iter().map(|(x, c)| (*x, c.as_slice())).collect(),
-        )?;
-        check(
-            "the opacity function",
-            opacities
-                .iter()
-                .map(|(x, a)| (*x, std::slice::from_ref(a)))
-                .collect(),
-        )?;
-        Ok(Self {
-            name,
-            colors,
-            opacities,
-        })
+        check("the colour function", colors.iter().map(|(x, c)| (*x, c.as_slice())).collect())?;
+        check("the opacity function", opacities.iter().map(|(x, a)| (*x, std::slice::from_ref(a))).collect())?;
+        Ok(Self { name, colors, opacities })
     }
 
     /// The first preset of a ParaView colour-map file, or the one called `preset`.
@@ -95,13 +76,11 @@ impl TransferFunction {
         }
         match source.rsplit_once('#') {
             Some((file, preset)) => Self::from_file(Path::new(file), Some(preset)),
-            None if path.extension().is_none() && path.components().count() == 1 => {
-                Err(Error::UnknownName {
-                    what: "transfer function",
-                    name: source.into(),
-                    known: format!("{}, or a ParaView .json file", builtin::NAMES.join(", ")),
-                })
-            }
+            None if path.extension().is_none() && path.components().count() == 1 => Err(Error::UnknownName {
+                what: "transfer function",
+                name: source.into(),
+                known: format!("{}, or a ParaView .json file", builtin::NAMES.join(", ")),
+            }),
             None => Self::from_file(path, None),
         }
     }
@@ -110,19 +89,12 @@ impl TransferFunction {
     pub fn stretched(&self, lo: f64, hi: f64) -> Result<Self, Error> {
         if !(lo.is_finite() && hi.is_finite() && lo < hi) {
             let value = format!("{lo},{hi}");
-            return Err(Error::OutOfRange {
-                name: "transfer range",
-                value,
-                expected: "LO,HI with LO below HI",
-            });
+            return Err(Error::OutOfRange { name: "transfer range", value, expected: "LO,HI with LO below HI" });
         }
         let (from, to) = self.range();
         if from >= to {
             let problem = "has a single value and cannot be stretched onto a range".into();
-            return Err(Error::Transfer {
-                name: self.name.clone(),
-                problem,
-            });
+            return Err(Error::Transfer { name: self.name.clone(), problem });
         }
         // The weighted sum hits both ends exactly.
         let map = |x: f64| {
@@ -144,9 +116,7 @@ impl TransferFunction {
     /// First and last value of a control point.
     pub fn range(&self) -> (f64, f64) {
         let (colors, opacities) = (&self.colors, &self.opacities);
-        let last = colors[colors.len() - 1]
-            .0
-            .max(opacities[opacities.len() - 1].0);
+        let last = colors[colors.len() - 1].0.max(opacities[opacities.len() - 1].0);
         (colors[0].0.min(opacities[0].0), last)
     }
 
@@ -157,9 +127,7 @@ impl TransferFunction {
 
     /// Colour (red, green, blue) at a value, 0 … 1.
     pub fn color(&self, value: f64) -> [f64; 3] {
-        interpolate(&self.colors, value, |a, b, t| {
-            std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t)
-        })
+        interpolate(&self.colors, value, |a, b, t| std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t))
     }
 
     /// Extinction τ = −ln(1−α) per unit distance: 0 … ∞.
@@ -170,27 +138,16 @@ impl TransferFunction {
     /// The *effective splats* of the paper: voxels whose own value has an opacity above 0.
     pub fn effective_splats(&self, volume: &Volume) -> u64 {
         let mut count = 0;
-        volume
-            .voxels()
-            .for_each(|v| count += u64::from(self.opacity(v) > 0.0));
+        volume.voxels().for_each(|v| count += u64::from(self.opacity(v) > 0.0));
         count
     }
 
     /// Smallest distance between different values of control points.
     fn smallest_gap(&self) -> Option<f64> {
-        let gap = |values: Vec<f64>| {
-            values
-                .windows(2)
-                .map(|w| w[1] - w[0])
-                .filter(|&g| g > 0.0)
-                .min_by(f64::total_cmp)
-        };
+        let gap = |values: Vec<f64>| values.windows(2).map(|w| w[1] - w[0]).filter(|&g| g > 0.0).min_by(f64::total_cmp);
         let colors = gap(self.colors.iter().map(|p| p.0).collect());
         let opacities = gap(self.opacities.iter().map(|p| p.0).collect());
-        [colors, opacities]
-            .into_iter()
-            .flatten()
-            .min_by(f64::total_cmp)
+        [colors, opacities].into_iter().flatten().min_by(f64::total_cmp)
     }
 }
 
@@ -220,12 +177,7 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     fn ramp() -> TransferFunction {
-        TransferFunction::new(
-            "t",
-            vec![(0.0, [0.0; 3]), (10.0, [1.0, 0.5, 0.0])],
-            vec![(2.0, 0.0), (6.0, 0.8)],
-        )
-        .unwrap()
+        TransferFunction::new("t", vec![(0.0, [0.0; 3]), (10.0, [1.0, 0.5, 0.0])], vec![(2.0, 0.0), (6.0, 0.8)]).unwrap()
     }
 
     #[test]
@@ -242,8 +194,7 @@ mod tests {
     fn opacity_to_extinction_and_back() {
         for i in 0..100 {
             let opacity = f64::from(i) / 100.0;
-            let t =
-                TransferFunction::new("t", vec![(0.0, [1.0; 3])], vec![(0.0, opacity)]).unwrap();
+            let t = TransferFunction::new("t", vec![(0.0, [1.0; 3])], vec![(0.0, opacity)]).unwrap();
             assert_abs_diff_eq!(1.0 - (-t.extinction(0.0)).exp(), opacity, epsilon = 1e-15);
         }
         let opaque = TransferFunction::new("t", vec![(0.0, [1.0; 3])], vec![(0.0, 1.0)]).unwrap();
@@ -252,16 +203,8 @@ mod tests {
 
     #[test]
     fn a_repeated_value_is_a_step() {
-        let t = TransferFunction::new(
-            "t",
-            vec![(0.0, [1.0; 3])],
-            vec![(0.0, 0.0), (5.0, 0.0), (5.0, 1.0)],
-        )
-        .unwrap();
-        assert_eq!(
-            (t.opacity(4.999), t.opacity(5.0), t.opacity(6.0)),
-            (0.0, 1.0, 1.0)
-        );
+        let t = TransferFunction::new("t", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (5.0, 0.0), (5.0, 1.0)]).unwrap();
+        assert_eq!((t.opacity(4.999), t.opacity(5.0), t.opacity(6.0)), (0.0, 1.0, 1.0));
     }
 
     #[test]

@@ -33,27 +33,15 @@ pub struct TransferTable {
 
 impl TransferTable {
     /// Samples `transfer` where its own control points and `field_range`, the range of interpolated values, overlap.
-    pub fn new(
-        transfer: &TransferFunction,
-        field_range: (f64, f64),
-        extinction: Extinction,
-    ) -> Self {
+    pub fn new(transfer: &TransferFunction, field_range: (f64, f64), extinction: Extinction) -> Self {
         let (from, to) = transfer.range();
         let lo = from.clamp(field_range.0, field_range.1);
         let hi = to.clamp(field_range.0, field_range.1);
-        let wanted = transfer
-            .smallest_gap()
-            .map_or(0.0, |gap| ENTRIES_PER_GAP * (hi - lo) / gap);
-        let count = (wanted.min(MAX_ENTRIES as f64) as usize)
-            .next_power_of_two()
-            .clamp(MIN_ENTRIES, MAX_ENTRIES);
+        let wanted = transfer.smallest_gap().map_or(0.0, |gap| ENTRIES_PER_GAP * (hi - lo) / gap);
+        let count = (wanted.min(MAX_ENTRIES as f64) as usize).next_power_of_two().clamp(MIN_ENTRIES, MAX_ENTRIES);
         let step = (hi - lo) / (count - 1) as f64;
         // A range too narrow for floats counts as a single value.
-        let per_value = if step > 0.0 && (1.0 / step) < f64::from(f32::MAX) / count as f64 {
-            1.0 / step
-        } else {
-            0.0
-        };
+        let per_value = if step > 0.0 && (1.0 / step) < f64::from(f32::MAX) / count as f64 { 1.0 / step } else { 0.0 };
         let entries = (0..count)
             .map(|i| {
                 let value = lo + i as f64 * step;
@@ -65,11 +53,7 @@ impl TransferTable {
                 [r, g, b, attenuation].map(|c| c as f32)
             })
             .collect();
-        Self {
-            entries,
-            first: lo,
-            per_value,
-        }
+        Self { entries, first: lo, per_value }
     }
 
     /// For each entry, how many before it are visible; one more at the end: entries a … b hold something visible if
@@ -96,11 +80,7 @@ mod tests {
 
     #[test]
     fn entries_are_samples_where_values_and_points_overlap() {
-        let table = TransferTable::new(
-            &transfer(vec![(0.0, 0.0), (100.0, 0.5)]),
-            (20.0, 300.0),
-            Extinction::Linear,
-        );
+        let table = TransferTable::new(&transfer(vec![(0.0, 0.0), (100.0, 0.5)]), (20.0, 300.0), Extinction::Linear);
         let n = table.entries.len();
         assert_eq!((table.first, table.entries[0][3]), (20.0, 0.1));
         assert_eq!(table.entries[n - 1][3], 0.5);
@@ -109,37 +89,20 @@ mod tests {
 
     #[test]
     fn opaque_is_finite_and_one_value_is_enough() {
-        let table = TransferTable::new(
-            &transfer(vec![(5.0, 1.0)]),
-            (0.0, 10.0),
-            Extinction::Exponential,
-        );
+        let table = TransferTable::new(&transfer(vec![(5.0, 1.0)]), (0.0, 10.0), Extinction::Exponential);
         assert_eq!((table.entries[0][3], table.per_value), (1e30, 0.0));
     }
 
     #[test]
     fn fine_functions_get_longer_tables() {
-        let fine = transfer(vec![
-            (0.0, 0.0),
-            (30_000.0, 0.0),
-            (30_020.0, 0.5),
-            (65_535.0, 0.5),
-        ]);
-        assert_eq!(
-            TransferTable::new(&fine, (0.0, 65_535.0), Extinction::Linear)
-                .entries
-                .len(),
-            MAX_ENTRIES
-        );
+        let fine = transfer(vec![(0.0, 0.0), (30_000.0, 0.0), (30_020.0, 0.5), (65_535.0, 0.5)]);
+        assert_eq!(TransferTable::new(&fine, (0.0, 65_535.0), Extinction::Linear).entries.len(), MAX_ENTRIES);
     }
 
     #[test]
     fn visible_entries_are_counted() {
-        let table = TransferTable::new(
-            &transfer(vec![(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0, 1.0)]),
-            (0.0, 2.0),
-            Extinction::Linear,
-        );
+        let table =
+            TransferTable::new(&transfer(vec![(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0, 1.0)]), (0.0, 2.0), Extinction::Linear);
         let before = table.visible_before();
         let n = table.entries.len();
         assert_eq!((before[n / 2], before[n]), (0, (n / 2) as u32));

@@ -21,11 +21,7 @@ pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume, Erro
         "hydrogen" => hydrogen,
         "cube" => |_| 1.0,
         _ => {
-            return Err(Error::UnknownName {
-                what: "built-in volume",
-                name: name.into(),
-                known: NAMES.into(),
-            });
+            return Err(Error::UnknownName { what: "built-in volume", name: name.into(), known: NAMES.into() });
         }
     };
     let dims = parse_size(size).ok_or_else(|| Error::OutOfRange {
@@ -38,9 +34,7 @@ pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume, Erro
     for k in 0..dims[2] {
         for j in 0..dims[1] {
             for i in 0..dims[0] {
-                let p = DVec3::from_array(std::array::from_fn(|a| {
-                    unit_coordinate([i, j, k][a], dims[a])
-                }));
+                let p = DVec3::from_array(std::array::from_fn(|a| unit_coordinate([i, j, k][a], dims[a])));
                 voxels.push((density(p).clamp(0.0, 1.0) * 255.0).round() as u8);
             }
         }
@@ -49,10 +43,7 @@ pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume, Erro
 }
 
 fn parse_size(text: &str) -> Option<[usize; 3]> {
-    let numbers: Vec<usize> = text
-        .split('x')
-        .map(|n| n.parse().ok())
-        .collect::<Option<_>>()?;
+    let numbers: Vec<usize> = text.split('x').map(|n| n.parse().ok()).collect::<Option<_>>()?;
     let dims = match numbers[..] {
         [n] => [n; 3],
         [x, y, z] => [x, y, z],
@@ -64,11 +55,7 @@ fn parse_size(text: &str) -> Option<[usize; 3]> {
 
 /// Position of voxel `i` of `n` in \[−1, 1\]; a single voxel sits in the middle.
 fn unit_coordinate(i: usize, n: usize) -> f64 {
-    if n == 1 {
-        0.0
-    } else {
-        2.0 * i as f64 / (n as f64 - 1.0) - 1.0
-    }
+    if n == 1 { 0.0 } else { 2.0 * i as f64 / (n as f64 - 1.0) - 1.0 }
 }
 
 fn marschner_lobb(p: DVec3) -> f64 {
@@ -94,9 +81,7 @@ mod tests {
 
     fn values(source: &str) -> (Volume, Vec<u8>) {
         let volume = builtin_volume(source, &RawOptions::default()).unwrap();
-        let Voxels::Uint8(values) = volume.voxels().clone() else {
-            panic!("built-in volumes are uint8")
-        };
+        let Voxels::Uint8(values) = volume.voxels().clone() else { panic!("built-in volumes are uint8") };
         (volume, values)
     }
 
@@ -106,18 +91,8 @@ mod tests {
         assert_eq!(values("cube@2").1, vec![255; 8]);
         assert_eq!(values("hydrogen").0.grid().dims(), [64; 3]);
         assert_eq!(values("marschner-lobb@1").1.len(), 1);
-        for bad in [
-            "cube@0",
-            "cube@2x2",
-            "cube@",
-            "cube@-1",
-            "cube@100000x100000x1",
-            "sphere",
-        ] {
-            assert!(
-                builtin_volume(bad, &RawOptions::default()).is_err(),
-                "{bad}"
-            );
+        for bad in ["cube@0", "cube@2x2", "cube@", "cube@-1", "cube@100000x100000x1", "sphere"] {
+            assert!(builtin_volume(bad, &RawOptions::default()).is_err(), "{bad}");
         }
     }
 
@@ -129,9 +104,6 @@ mod tests {
         assert_eq!(at(22, 22, 28), 255);
         assert_eq!(at(28, 22, 22), at(22, 16, 22));
         let (_, signal) = values("marschner-lobb@41");
-        assert_eq!(
-            signal[20 * 41 * 41 + 20 * 41 + 20],
-            (0.6f64 * 255.0).round() as u8
-        );
+        assert_eq!(signal[20 * 41 * 41 + 20 * 41 + 20], (0.6f64 * 255.0).round() as u8);
     }
 }

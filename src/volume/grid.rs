@@ -23,31 +23,15 @@ impl Grid {
 
     /// A grid with an origin (the position of voxel 0,0,0) and a direction matrix, whose columns are the world
     /// directions of the grid's axes: orthonormal, mirrored or not.
-    pub fn oriented(
-        dims: [usize; 3],
-        spacing: DVec3,
-        origin: DVec3,
-        direction: DMat3,
-    ) -> Result<Self, Error> {
-        let count = dims
-            .iter()
-            .try_fold(1usize, |n, &d| n.checked_mul(d))
-            .unwrap_or(usize::MAX);
+    pub fn oriented(dims: [usize; 3], spacing: DVec3, origin: DVec3, direction: DMat3) -> Result<Self, Error> {
+        let count = dims.iter().try_fold(1usize, |n, &d| n.checked_mul(d)).unwrap_or(usize::MAX);
         if !(1..=Self::MAX_VOXELS).contains(&count) {
             let value = format!("{}x{}x{}", dims[0], dims[1], dims[2]);
-            return Err(Error::OutOfRange {
-                name: "dims",
-                value,
-                expected: "at least 1 per axis and at most 2^40 voxels",
-            });
+            return Err(Error::OutOfRange { name: "dims", value, expected: "at least 1 per axis and at most 2^40 voxels" });
         }
         if !(spacing.is_finite() && spacing.min_element() > 0.0) {
             let value = format!("{},{},{}", spacing.x, spacing.y, spacing.z);
-            return Err(Error::OutOfRange {
-                name: "spacing",
-                value,
-                expected: "finite numbers above 0",
-            });
+            return Err(Error::OutOfRange { name: "spacing", value, expected: "finite numbers above 0" });
         }
         let deviation = direction.transpose() * direction - DMat3::IDENTITY;
         if !origin.is_finite() || !deviation.to_cols_array().iter().all(|d| d.abs() < 1e-4) {
@@ -58,12 +42,7 @@ impl Grid {
                 expected: "a finite origin and an orthonormal matrix",
             });
         }
-        Ok(Self {
-            dims,
-            spacing,
-            origin,
-            direction,
-        })
+        Ok(Self { dims, spacing, origin, direction })
     }
 
     /// Voxels along x, y, z.
@@ -133,13 +112,7 @@ mod tests {
     #[test]
     fn centre_and_orientation() {
         let turn = DMat3::from_cols(DVec3::Y, DVec3::NEG_X, DVec3::Z);
-        let grid = Grid::oriented(
-            [3, 5, 7],
-            DVec3::new(1.0, 2.0, 0.5),
-            DVec3::new(10.0, 0.0, 0.0),
-            turn,
-        )
-        .unwrap();
+        let grid = Grid::oriented([3, 5, 7], DVec3::new(1.0, 2.0, 0.5), DVec3::new(10.0, 0.0, 0.0), turn).unwrap();
         assert_eq!(grid.centre(), DVec3::new(6.0, 1.0, 1.5));
         assert_eq!(grid.world_to_voxel(grid.centre()), grid.centre_in_voxels());
     }

@@ -38,29 +38,16 @@ impl Volume {
         let name = name.into();
         if voxels.len() != grid.voxel_count() {
             let (expected, found) = (grid.voxel_count() as u64, voxels.len() as u64);
-            return Err(Error::VoxelCount {
-                name,
-                dims: grid.dims(),
-                expected,
-                found,
-            });
+            return Err(Error::VoxelCount { name, dims: grid.dims(), expected, found });
         }
         let usable = |v: f32| v.abs() <= LARGEST_MAGNITUDE;
         let mut range = voxels.range_where(usable).unwrap_or((0.0, 0.0));
         let replaced = voxels.replace_where_not(usable, range.0.min(0.0) as f32);
         if replaced > 0 {
             range.0 = range.0.min(0.0);
-            tracing::warn!(
-                "{name}: {replaced} voxels are NaN, infinite or beyond 1e30; they became the background value"
-            );
+            tracing::warn!("{name}: {replaced} voxels are NaN, infinite or beyond 1e30; they became the background value");
         }
-        Ok(Self {
-            name,
-            grid,
-            voxels,
-            range,
-            replaced,
-        })
+        Ok(Self { name, grid, voxels, range, replaced })
     }
 
     /// Opens `builtin:NAME[@SIZE]` or a file: `NAME_XxYxZ_TYPE.raw` or `.raw.gz`, with `options` for what the name
@@ -122,22 +109,11 @@ mod tests {
     #[test]
     fn voxels_that_are_not_finite_become_the_background() {
         let grid = Grid::new([2, 2, 1], DVec3::ONE).unwrap();
-        let volume = Volume::new(
-            "t",
-            grid,
-            Voxels::Float32(vec![f32::NAN, 5.0, f32::INFINITY, 7.0]),
-        )
-        .unwrap();
-        assert_eq!(
-            (volume.replaced(), volume.background(), volume.range()),
-            (2, 0.0, (0.0, 7.0))
-        );
+        let volume = Volume::new("t", grid, Voxels::Float32(vec![f32::NAN, 5.0, f32::INFINITY, 7.0])).unwrap();
+        assert_eq!((volume.replaced(), volume.background(), volume.range()), (2, 0.0, (0.0, 7.0)));
         let grid = Grid::new([2, 1, 1], DVec3::ONE).unwrap();
         let volume = Volume::new("t", grid, Voxels::Float32(vec![-2e31, -5.0])).unwrap();
-        assert_eq!(
-            (volume.replaced(), volume.background(), volume.range()),
-            (1, -5.0, (-5.0, -5.0))
-        );
+        assert_eq!((volume.replaced(), volume.background(), volume.range()), (1, -5.0, (-5.0, -5.0)));
     }
 
     #[test]

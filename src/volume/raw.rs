@@ -44,18 +44,11 @@ pub(super) fn read(path: &Path, options: &RawOptions) -> Result<Volume, Error> {
     if !metadata.is_file() {
         return Err(Error::read(path, io::Error::other("not a regular file")));
     }
-    let name = path
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let zipped = name.ends_with(".gz");
     let stem = name.strip_suffix(".gz").unwrap_or(&name);
     let Some(stem) = stem.strip_suffix(".raw") else {
-        return Err(Error::volume(
-            path,
-            "unknown format: volumes are .raw or .raw.gz files, or builtin:NAME",
-        ));
+        return Err(Error::volume(path, "unknown format: volumes are .raw or .raw.gz files, or builtin:NAME"));
     };
     let (named_dims, named_type) = parse_name(stem);
     let dims = options.dims.or(named_dims).ok_or_else(|| {
@@ -72,50 +65,26 @@ pub(super) fn read(path: &Path, options: &RawOptions) -> Result<Volume, Error> {
     };
     let grid = options.grid(dims)?;
     let expected = grid.voxel_count() as u64 * voxel_type.bytes() as u64;
-    let size = |found: String| Error::FileSize {
-        path: path.into(),
-        dims,
-        voxel_type,
-        expected,
-        found,
-    };
+    let size = |found: String| Error::FileSize { path: path.into(), dims, voxel_type, expected, found };
     if !zipped && metadata.len() != expected {
         return Err(size(metadata.len().to_string()));
     }
     // A gzip stream cannot pack better than 1032:1, so an absurd size is refused before anything is allocated.
     if zipped && expected / 1032 > metadata.len() {
-        return Err(size(format!(
-            "at most {}",
-            metadata.len().saturating_mul(1032)
-        )));
+        return Err(size(format!("at most {}", metadata.len().saturating_mul(1032))));
     }
     let file = File::open(path).map_err(|e| Error::read(path, e))?;
-    let reader: Box<dyn Read> = if zipped {
-        Box::new(MultiGzDecoder::new(file))
-    } else {
-        Box::new(file)
-    };
+    let reader: Box<dyn Read> = if zipped { Box::new(MultiGzDecoder::new(file)) } else { Box::new(file) };
     let mut bytes = Vec::new();
     // One byte more than expected tells a longer file from a fitting one.
-    let found = reader
-        .take(expected + 1)
-        .read_to_end(&mut bytes)
-        .map_err(|e| match e.kind() {
-            io::ErrorKind::UnexpectedEof => Error::volume(
-                path,
-                format!(
-                    "the gzip data is truncated after {} of {expected} bytes",
-                    bytes.len()
-                ),
-            ),
-            _ => Error::read(path, e),
-        })? as u64;
+    let found = reader.take(expected + 1).read_to_end(&mut bytes).map_err(|e| match e.kind() {
+        io::ErrorKind::UnexpectedEof => {
+            Error::volume(path, format!("the gzip data is truncated after {} of {expected} bytes", bytes.len()))
+        }
+        _ => Error::read(path, e),
+    })? as u64;
     if found != expected {
-        return Err(size(if found > expected {
-            format!("more than {expected}")
-        } else {
-            found.to_string()
-        }));
+        return Err(size(if found > expected { format!("more than {expected}") } else { found.to_string() }));
     }
     Volume::new(name, grid, decode(bytes, voxel_type, options.endian))
 }
@@ -132,19 +101,12 @@ fn parse_name(stem: &str) -> (Option<[usize; 3]>, Option<Result<VoxelType, Strin
 
 /// `XxYxZ`.
 fn parse_dims(text: &str) -> Option<[usize; 3]> {
-    let numbers: Vec<usize> = text
-        .split('x')
-        .map(|n| n.parse().ok())
-        .collect::<Option<_>>()?;
+    let numbers: Vec<usize> = text.split('x').map(|n| n.parse().ok()).collect::<Option<_>>()?;
     numbers.try_into().ok()
 }
 
 fn decode(bytes: Vec<u8>, voxel_type: VoxelType, endian: Endian) -> Voxels {
-    fn values<const N: usize, T>(
-        bytes: &[u8],
-        endian: Endian,
-        from_le: fn([u8; N]) -> T,
-    ) -> Vec<T> {
+    fn values<const N: usize, T>(bytes: &[u8], endian: Endian, from_le: fn([u8; N]) -> T) -> Vec<T> {
         let (words, _) = bytes.as_chunks::<N>();
         words
             .iter()
@@ -163,9 +125,7 @@ fn decode(bytes: Vec<u8>, voxel_type: VoxelType, endian: Endian) -> Voxels {
         VoxelType::Uint16 => Voxels::Uint16(values(&bytes, endian, u16::from_le_bytes)),
         VoxelType::Int16 => Voxels::Int16(values(&bytes, endian, i16::from_le_bytes)),
         VoxelType::Float32 => Voxels::Float32(values(&bytes, endian, f32::from_le_bytes)),
-        VoxelType::Float64 => {
-            Voxels::Float32(values(&bytes, endian, |b| f64::from_le_bytes(b) as f32))
-        }
+        VoxelType::Float64 => Voxels::Float32(values(&bytes, endian, |b| f64::from_le_bytes(b) as f32)),
     }
 }
 
@@ -175,14 +135,8 @@ mod tests {
 
     #[test]
     fn names_tell_dims_and_type() {
-        assert_eq!(
-            parse_name("engine_256x256x128_uint8"),
-            (Some([256, 256, 128]), Some(Ok(VoxelType::Uint8)))
-        );
-        assert_eq!(
-            parse_name("a_b_1x2x3_4x5x6_int16"),
-            (Some([4, 5, 6]), Some(Ok(VoxelType::Int16)))
-        );
+        assert_eq!(parse_name("engine_256x256x128_uint8"), (Some([256, 256, 128]), Some(Ok(VoxelType::Uint8))));
+        assert_eq!(parse_name("a_b_1x2x3_4x5x6_int16"), (Some([4, 5, 6]), Some(Ok(VoxelType::Int16))));
         assert_eq!(parse_name("a_4x5x6"), (Some([4, 5, 6]), None));
         assert!(matches!(parse_name("a_4x5x6_rgb"), (Some(_), Some(Err(_)))));
         assert_eq!(parse_name("4x5"), (None, None));
@@ -191,18 +145,9 @@ mod tests {
 
     #[test]
     fn byte_orders() {
-        assert_eq!(
-            decode(vec![1, 2, 3, 4], VoxelType::Uint16, Endian::Little),
-            Voxels::Uint16(vec![0x0201, 0x0403])
-        );
-        assert_eq!(
-            decode(vec![1, 2, 3, 4], VoxelType::Uint16, Endian::Big),
-            Voxels::Uint16(vec![0x0102, 0x0304])
-        );
+        assert_eq!(decode(vec![1, 2, 3, 4], VoxelType::Uint16, Endian::Little), Voxels::Uint16(vec![0x0201, 0x0403]));
+        assert_eq!(decode(vec![1, 2, 3, 4], VoxelType::Uint16, Endian::Big), Voxels::Uint16(vec![0x0102, 0x0304]));
         let bytes = 1.5f64.to_be_bytes().to_vec();
-        assert_eq!(
-            decode(bytes, VoxelType::Float64, Endian::Big),
-            Voxels::Float32(vec![1.5])
-        );
+        assert_eq!(decode(bytes, VoxelType::Float64, Endian::Big), Voxels::Float32(vec![1.5]));
     }
 }

@@ -22,21 +22,12 @@ impl Statistics {
     pub(super) fn new(voxels: &Voxels, (min, max): (f64, f64)) -> Self {
         let mut histogram = vec![0u64; HISTOGRAM_BINS];
         let mut sum = 0.0;
-        let scale = if max > min {
-            HISTOGRAM_BINS as f64 / (max - min)
-        } else {
-            0.0
-        };
+        let scale = if max > min { HISTOGRAM_BINS as f64 / (max - min) } else { 0.0 };
         voxels.for_each(|v| {
             sum += v;
             histogram[(((v - min) * scale) as usize).min(HISTOGRAM_BINS - 1)] += 1;
         });
-        Self {
-            min,
-            max,
-            mean: sum / voxels.len() as f64,
-            histogram,
-        }
+        Self { min, max, mean: sum / voxels.len() as f64, histogram }
     }
 
     /// Smallest value that a share `quantile` (0 … 1) of the voxels does not exceed, to a bin's width.
@@ -47,9 +38,7 @@ impl Statistics {
             below += count as f64;
             below >= wanted
         });
-        self.min
-            + (self.max - self.min) * (bin.unwrap_or(HISTOGRAM_BINS - 1) + 1) as f64
-                / HISTOGRAM_BINS as f64
+        self.min + (self.max - self.min) * (bin.unwrap_or(HISTOGRAM_BINS - 1) + 1) as f64 / HISTOGRAM_BINS as f64
     }
 }
 
@@ -59,9 +48,7 @@ mod tests {
 
     #[test]
     fn eight_bit_values_have_a_bin_each() {
-        let values: Vec<u8> = (0..=255)
-            .flat_map(|v| std::iter::repeat_n(v, 1 + usize::from(v) % 3))
-            .collect();
+        let values: Vec<u8> = (0..=255).flat_map(|v| std::iter::repeat_n(v, 1 + usize::from(v) % 3)).collect();
         let statistics = Statistics::new(&Voxels::Uint8(values.clone()), (0.0, 255.0));
         let expected: Vec<u64> = (0..256).map(|v| 1 + v % 3).collect();
         assert_eq!(statistics.histogram, expected);

@@ -43,10 +43,7 @@ impl VoxelType {
 
 impl fmt::Display for VoxelType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = Self::NAMES
-            .iter()
-            .find(|(t, _)| t == self)
-            .map_or("", |(_, name)| name);
+        let name = Self::NAMES.iter().find(|(t, _)| t == self).map_or("", |(_, name)| name);
         f.write_str(name)
     }
 }
@@ -56,11 +53,9 @@ impl FromStr for VoxelType {
 
     fn from_str(name: &str) -> Result<Self, String> {
         let found = Self::NAMES.iter().find(|(_, n)| *n == name);
-        found.map(|(t, _)| *t).ok_or_else(|| {
-            format!(
-                "unknown voxel type '{name}': use uint8, int8, uint16, int16, float32 or float64"
-            )
-        })
+        found
+            .map(|(t, _)| *t)
+            .ok_or_else(|| format!("unknown voxel type '{name}': use uint8, int8, uint16, int16, float32 or float64"))
     }
 }
 
@@ -123,9 +118,7 @@ impl Voxels {
 
     /// Smallest and largest value; of floats, those that are `usable`.
     pub(super) fn range_where(&self, usable: impl Fn(f32) -> bool) -> Option<(f64, f64)> {
-        fn range<T: Copy + PartialOrd + Into<f64>>(
-            values: impl Iterator<Item = T>,
-        ) -> Option<(f64, f64)> {
+        fn range<T: Copy + PartialOrd + Into<f64>>(values: impl Iterator<Item = T>) -> Option<(f64, f64)> {
             let bounds = values.fold(None, |bounds: Option<(T, T)>, v| {
                 let (lo, hi) = bounds.unwrap_or((v, v));
                 Some((if v < lo { v } else { lo }, if v > hi { v } else { hi }))

@@ -33,10 +33,7 @@ impl DirectKernel {
     pub fn new(device: &Device, voxel_type: VoxelType, footprint_set: bool) -> Result<Self, Error> {
         let set = if footprint_set { "-DFOOTPRINT_SET" } else { "" };
         let defines = format!("{} -DPER_RAY_STEP {set}", voxel_defines(voxel_type, 1));
-        Ok(Self(device.kernel(
-            &source!("direct", "volume", "footprint", "sample"),
-            &defines,
-        )?))
+        Ok(Self(device.kernel(&source!("direct", "volume", "footprint", "sample"), &defines)?))
     }
 
     pub fn launch(&self, device: &Device, a: &DirectArguments) -> Result<(), Error> {

@@ -1,8 +1,6 @@
 //! Launchers of lattice.cl and lattice_perspective.cl.
 
-use super::params::{
-    Float4, LatticeParams, LayerOffset, PerspectiveParams, SampleParams, VolumeView,
-};
+use super::params::{Float4, LatticeParams, LayerOffset, PerspectiveParams, SampleParams, VolumeView};
 use super::{VoxelBuffer, launch, voxel_defines};
 use crate::device::{Buffer, Device, program::source};
 use crate::error::Error;
@@ -12,10 +10,7 @@ use opencl3::kernel::Kernel;
 fn tile_defines(device: &Device, voxel_type: VoxelType) -> String {
     let tuning = device.tuning();
     let voxels = voxel_defines(voxel_type, tuning.vector_width);
-    format!(
-        "{voxels} -DTILE_VECTORS={} -DTILE_ROWS={}",
-        tuning.tile_vectors, tuning.tile_rows
-    )
+    format!("{voxels} -DTILE_VECTORS={} -DTILE_ROWS={}", tuning.tile_vectors, tuning.tile_rows)
 }
 
 /// Renders the lattice of a parallel view.
@@ -41,19 +36,12 @@ pub(crate) struct LatticeArguments<'a> {
 impl LatticeKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
         let source = source!("lattice", "volume", "footprint", "sample");
-        Ok(Self(
-            device.kernel(&source, &tile_defines(device, voxel_type))?,
-        ))
+        Ok(Self(device.kernel(&source, &tile_defines(device, voxel_type))?))
     }
 
     /// Number of tiles of a lattice.
     pub fn tiles(params: &LatticeParams) -> usize {
-        params
-            .samples_per_voxel
-            .iter()
-            .chain(&params.tiles)
-            .map(|&n| n as usize)
-            .product()
+        params.samples_per_voxel.iter().chain(&params.tiles).map(|&n| n as usize).product()
     }
 
     pub fn launch(&self, device: &Device, a: &LatticeArguments) -> Result<(), Error> {
@@ -106,10 +94,7 @@ pub(crate) struct PerspectiveArguments<'a> {
 impl PerspectiveKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
         let source = source!("lattice_perspective", "volume", "sample");
-        Ok(Self(device.kernel(
-            &source,
-            &format!("{} -DPER_RAY_STEP", tile_defines(device, voxel_type)),
-        )?))
+        Ok(Self(device.kernel(&source, &format!("{} -DPER_RAY_STEP", tile_defines(device, voxel_type)))?))
     }
 
     pub fn launch(&self, device: &Device, a: &PerspectiveArguments) -> Result<(), Error> {

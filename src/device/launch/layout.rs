@@ -11,30 +11,14 @@ pub(crate) struct TransposeKernel(Kernel);
 
 impl TransposeKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
-        Ok(Self(device.kernel(
-            &source!("transpose"),
-            &voxel_defines(voxel_type, 1),
-        )?))
+        Ok(Self(device.kernel(&source!("transpose"), &voxel_defines(voxel_type, 1))?))
     }
 
     /// `dims` are those of `voxels` along x, y, z; `transposed` is as long.
-    pub fn launch(
-        &self,
-        device: &Device,
-        voxels: &VoxelBuffer,
-        dims: [i32; 3],
-        transposed: &VoxelBuffer,
-    ) -> Result<(), Error> {
+    pub fn launch(&self, device: &Device, voxels: &VoxelBuffer, dims: [i32; 3], transposed: &VoxelBuffer) -> Result<(), Error> {
         let rows = dims[0] as usize * dims[2] as usize;
         let group = device.tuning().pixel_group;
-        launch(
-            device,
-            "transpose",
-            &self.0,
-            rows,
-            group,
-            &[voxels, &dims[0], &dims[1], &dims[2], transposed],
-        )
+        launch(device, "transpose", &self.0, rows, group, &[voxels, &dims[0], &dims[1], &dims[2], transposed])
     }
 }
 
@@ -55,17 +39,8 @@ impl Occupancy {
     /// An uninitialised occupancy for a volume of `dims` voxels along u, v, a.
     pub fn new(device: &Device, dims: [usize; 3], voxel_type: VoxelType) -> Result<Self, Error> {
         let blocks = [dims[0], dims[1]].map(|n| n.div_ceil(Self::BLOCK) + 2);
-        let limits = VoxelBuffer::new(
-            device,
-            2 * blocks[0] * blocks[1] * dims[2],
-            voxel_type,
-            "the occupancy",
-        )?;
-        Ok(Self {
-            limits,
-            blocks: blocks.map(|b| b as i32),
-            layers: dims[2] as i32,
-        })
+        let limits = VoxelBuffer::new(device, 2 * blocks[0] * blocks[1] * dims[2], voxel_type, "the occupancy")?;
+        Ok(Self { limits, blocks: blocks.map(|b| b as i32), layers: dims[2] as i32 })
     }
 
     /// Flags that [`VisibilityKernel`] writes: one per block and layer −1 … n.
@@ -79,30 +54,14 @@ pub(crate) struct OccupancyKernel(Kernel);
 
 impl OccupancyKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
-        Ok(Self(device.kernel(
-            &source!("occupancy", "volume"),
-            &voxel_defines(voxel_type, 1),
-        )?))
+        Ok(Self(device.kernel(&source!("occupancy", "volume"), &voxel_defines(voxel_type, 1))?))
     }
 
-    pub fn launch(
-        &self,
-        device: &Device,
-        voxels: &VoxelBuffer,
-        view: &VolumeView,
-        occupancy: &Occupancy,
-    ) -> Result<(), Error> {
+    pub fn launch(&self, device: &Device, voxels: &VoxelBuffer, view: &VolumeView, occupancy: &Occupancy) -> Result<(), Error> {
         let [blocks_u, blocks_v] = occupancy.blocks;
         let items = blocks_u as usize * blocks_v as usize * occupancy.layers as usize;
         let group = device.tuning().pixel_group;
-        launch(
-            device,
-            "occupancy",
-            &self.0,
-            items,
-            group,
-            &[voxels, view, &blocks_u, &blocks_v, &occupancy.limits],
-        )
+        launch(device, "occupancy", &self.0, items, group, &[voxels, view, &blocks_u, &blocks_v, &occupancy.limits])
     }
 }
 
@@ -111,10 +70,7 @@ pub(crate) struct VisibilityKernel(Kernel);
 
 impl VisibilityKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
-        Ok(Self(device.kernel(
-            &source!("visibility", "volume"),
-            &voxel_defines(voxel_type, 1),
-        )?))
+        Ok(Self(device.kernel(&source!("visibility", "volume"), &voxel_defines(voxel_type, 1))?))
     }
 
     /// `table` is (first, per_value, last); `visible_before` has last + 2 counts; `visible` takes

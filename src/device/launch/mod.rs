@@ -10,9 +10,7 @@ mod table;
 
 pub(crate) use direct::{DirectArguments, DirectKernel};
 pub(crate) use footprints::{FootprintSetKernel, FootprintsKernel};
-pub(crate) use lattice::{
-    LatticeArguments, LatticeKernel, PerspectiveArguments, PerspectiveKernel,
-};
+pub(crate) use lattice::{LatticeArguments, LatticeKernel, PerspectiveArguments, PerspectiveKernel};
 pub(crate) use layout::{Occupancy, OccupancyKernel, TransposeKernel, VisibilityKernel};
 pub(crate) use picture::{PresentKernel, WarpKernel};
 pub(crate) use table::TableKernel;
@@ -66,9 +64,7 @@ fn launch(
     arguments: &[&dyn Argument],
 ) -> Result<(), Error> {
     for (index, argument) in arguments.iter().enumerate() {
-        argument
-            .set(kernel, index as u32)
-            .map_err(|e| device.error("clSetKernelArg", e))?;
+        argument.set(kernel, index as u32).map_err(|e| device.error("clSetKernelArg", e))?;
     }
     device.start(stage, kernel, items, group)
 }
@@ -81,16 +77,8 @@ pub(crate) struct VoxelBuffer {
 
 impl VoxelBuffer {
     /// An uninitialised buffer of `len` voxels.
-    pub fn new(
-        device: &Device,
-        len: usize,
-        voxel_type: VoxelType,
-        what: &str,
-    ) -> Result<Self, Error> {
-        Ok(Self {
-            bytes: Buffer::new(device, len * voxel_type.bytes(), what)?,
-            voxel_type,
-        })
+    pub fn new(device: &Device, len: usize, voxel_type: VoxelType, what: &str) -> Result<Self, Error> {
+        Ok(Self { bytes: Buffer::new(device, len * voxel_type.bytes(), what)?, voxel_type })
     }
 
     /// A copy of a volume's voxels.
@@ -100,10 +88,7 @@ impl VoxelBuffer {
             let bytes = unsafe { std::slice::from_raw_parts(values.as_ptr().cast::<u8>(), size_of_val(values.as_slice())) };
             Buffer::from_slice(device, bytes, what)?
         });
-        Ok(Self {
-            bytes,
-            voxel_type: voxels.voxel_type(),
-        })
+        Ok(Self { bytes, voxel_type: voxels.voxel_type() })
     }
 
     /// Their type.

@@ -21,14 +21,7 @@ impl WarpKernel {
         frame: &Buffer<Float4>,
     ) -> Result<(), Error> {
         let pixels = params.frame[0] as usize * params.frame[1] as usize;
-        launch(
-            device,
-            "warp",
-            &self.0,
-            pixels,
-            device.tuning().pixel_group,
-            &[lattice, params, frame],
-        )
+        launch(device, "warp", &self.0, pixels, device.tuning().pixel_group, &[lattice, params, frame])
     }
 }
 
@@ -50,13 +43,6 @@ impl PresentKernel {
         rgba: &Buffer<[u8; 4]>,
     ) -> Result<(), Error> {
         let count = pixels as i32;
-        launch(
-            device,
-            "present",
-            &self.0,
-            pixels,
-            device.tuning().pixel_group,
-            &[frame, &background, &count, rgba],
-        )
+        launch(device, "present", &self.0, pixels, device.tuning().pixel_group, &[frame, &background, &count, rgba])
     }
 }

@@ -23,13 +23,6 @@ impl TableKernel {
         entries: &Buffer<Float4>,
     ) -> Result<(), Error> {
         let (linear, count) = (i32::from(linear), base.len() as i32);
-        launch(
-            device,
-            "table",
-            &self.0,
-            base.len(),
-            device.tuning().pixel_group,
-            &[base, &dt, &linear, &count, entries],
-        )
+        launch(device, "table", &self.0, base.len(), device.tuning().pixel_group, &[base, &dt, &linear, &count, entries])
     }
 }

@@ -1,0 +1,260 @@
+//! Closed forms on the device: Beer–Lambert, exact line integrals, one voxel's footprint, the footprint set.
+
+mod common;
+
+use common::*;
+use glam::DVec3;
+use layersplat::layers::{Axis, Correction, Density, Rays, footprint, nearest_in_set, set_direction};
+use layersplat::reference::Integral;
+use layersplat::renderer::{Evaluation, Footprints, LayerAxis};
+use layersplat::volume::Voxels;
+use layersplat::{Camera, Renderer, Settings, TransferFunction, Viewport, Volume};
+
+/// Opacities are stored and multiplied in floats, over up to 40 layers.
+const FLOAT_TOLERANCE: f64 = 2e-5;
+/// Bound of the integral's midpoint rule at 1/16 voxel, and of the piecewise-linear stand-in for 1 − e^{−cρ}.
+const INTEGRAL_TOLERANCE: f64 = 5e-4;
+/// The perspective lattice's quadrature: 0.25 % of the values, in an exponent of about 1.
+const QUADRATURE_TOLERANCE: f64 = 3e-3;
+
+fn unshaded() -> Settings {
+    Settings { shading: None, early_termination: false, ..Settings::default() }
+}
+
+fn cube(dims: [usize; 3], spacing: DVec3) -> Volume {
+    volume(dims, spacing, Voxels::Uint8(vec![200; dims.iter().product()]))
+}
+
+/// Transmittance of the picture's middle.
+fn middle(volume: &Volume, transfer: &TransferFunction, camera: &Camera, settings: &Settings) -> f64 {
+    let frame = render(volume, transfer, camera, viewport(33, 33), settings);
+    1.0 - f64::from(frame.pixel(16, 16)[3])
+}
+
+#[test]
+fn beer_lambert_through_both_faces_of_the_layer_axis() {
+    let mut cases = 0;
+    for dims in [[12, 12, 12], [20, 16, 9]] {
+        for spacing in [DVec3::ONE, DVec3::new(1.0, 2.0, 0.5), DVec3::new(0.3, 0.3, 0.9)] {
+            let volume = cube(dims, spacing);
+            for unit in [1.0, 0.4, 3.0] {
+                for (azimuth, elevation) in
+                    [(0.0, 0.0), (180.0, 0.0), (90.0, 0.0), (-90.0, 0.0), (0.0, 90.0), (12.0, 7.0), (100.0, -8.0), (5.0, 80.0)]
+                {
+                    for correction in [Correction::None, Correction::Constant, Correction::SubLayers(2), Correction::SubLayers(5)]
+                    {
+                        let camera = scaled(parallel(&volume, viewport(33, 33), azimuth, elevation), 1.0);
+                        let rays = Rays::new(&camera, viewport(33, 33), volume.grid()).unwrap();
+                        let axis = Axis::most_parallel(rays.central_direction());
+                        let frame = axis.frame();
+                        let [su, sv] = frame.shear(rays.central_direction());
+                        let n = frame.local(DVec3::from_array(dims.map(|n| n as f64)));
+                        // The ray through the centre must stay |s| inside the side faces over all n layers.
+                        if su.abs() * (n.z + 2.0) / 2.0 + su.abs() + 0.5 > n.x / 2.0
+                            || sv.abs() * (n.z + 2.0) / 2.0 + sv.abs() + 0.5 > n.y / 2.0
+                        {
+                            continue;
+                        }
+                        cases += 1;
+                        let step = (DVec3::new(su, sv, 1.0) * frame.local(spacing)).length() / unit;
+                        let tau = -(1.0f64 - 0.05).ln();
+                        let expected = (-tau * n.z * step).exp();
+                        for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
+                            let settings = Settings { correction, evaluation, unit_distance: Some(unit), ..unshaded() };
+                            let found = middle(&volume, &step_transfer(100.0, 0.05), &camera, &settings);
+                            assert!(
+                                (found - expected).abs() < FLOAT_TOLERANCE,
+                                "{dims:?} {spacing} {azimuth} {correction:?}: {found} for {expected}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(cases > 200, "{cases} cases");
+}
+
+#[test]
+fn beer_lambert_in_perspective() {
+    let volume = cube([24, 24, 12], DVec3::new(1.0, 1.0, 1.5));
+    let camera = perspective(&volume, 0.0, 0.0, 20.0);
+    for evaluation in [Evaluation::Lattice(Density::AtLeast(2)), Evaluation::Direct] {
+        let settings = Settings { evaluation, ..unshaded() };
+        let frame = render(&volume, &step_transfer(100.0, 0.05), &camera, viewport(65, 65), &settings);
+        for (x, y) in [(32, 32), (36, 32), (32, 27), (37, 36)] {
+            let rays = Rays::new(&camera, viewport(65, 65), volume.grid()).unwrap();
+            let direction = rays.at(f64::from(x) + 0.5, f64::from(y) + 0.5).direction;
+            let [su, sv] = Axis::Z.frame().shear(direction);
+            let expected = (-(-(1.0f64 - 0.05).ln()) * 12.0 * DVec3::new(su, sv, 1.5).length()).exp();
+            let found = 1.0 - f64::from(frame.pixel(x, y)[3]);
+            // The warp interpolates between rays of slightly different lengths.
+            assert!((found - expected).abs() < 5.0 * FLOAT_TOLERANCE, "{evaluation:?} at {x}, {y}: {found} for {expected}");
+        }
+    }
+}
+
+#[test]
+fn rays_through_side_faces_are_right_to_one_layer() {
+    let volume = cube([10, 10, 16], DVec3::ONE);
+    let size = viewport(48, 48);
+    let camera = parallel(&volume, size, 35.0, 15.0);
+    let settings = Settings { evaluation: Evaluation::Direct, ..unshaded() };
+    let frame = render(&volume, &step_transfer(100.0, 0.05), &camera, size, &settings);
+    let rays = Rays::new(&camera, size, volume.grid()).unwrap();
+    let tau = -(1.0f64 - 0.05).ln();
+    let mut seen = 0;
+    for y in 0..48 {
+        for x in 0..48 {
+            let ray = rays.at(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            // Chord of the box of half-value, [−½, n−½].
+            let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+            for (i, n) in [10.0, 10.0, 16.0].into_iter().enumerate() {
+                let (a, b) = ((-0.5 - ray.origin[i]) / ray.direction[i], (n - 0.5 - ray.origin[i]) / ray.direction[i]);
+                (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+            }
+            let chord = (leave - enter).max(0.0) * ray.direction.length();
+            let step = ray.direction.length() / ray.direction.z.abs();
+            let found = -(1.0 - f64::from(frame.pixel(x, y)[3])).ln() / tau;
+            // One layer, and another where edges and corners round two faces at once.
+            assert!((found - chord).abs() <= 2.0 * step, "{x}, {y}: {found} for {chord}");
+            seen += usize::from(chord > 5.0);
+        }
+    }
+    assert!(seen > 200);
+}
+
+/// α = 1 − e^{−cρ}, whose τ is linear in the value, by 512 control points.
+fn linear_extinction(c: f64) -> TransferFunction {
+    let opacities = (0..=512).map(|i| f64::from(i) * 255.0 / 512.0).map(|v| (v, 1.0 - (-c * v).exp())).collect();
+    TransferFunction::new("linear", vec![(0.0, [1.0; 3])], opacities).unwrap()
+}
+
+/// Largest difference in opacity between the lattice or pixels and the exact line integral, over all rays.
+fn line_integral_difference(volume: &Volume, camera: &Camera, size: Viewport, settings: &Settings) -> f64 {
+    let transfer = linear_extinction(4e-4);
+    let integral = Integral::new(volume, &transfer, settings.unit_distance);
+    let mut renderer = Renderer::new(&device(), volume, &transfer).unwrap();
+    let mut largest: f64 = 0.0;
+    if let Some(picture) = renderer.lattice_picture(camera, size, settings).unwrap() {
+        for (i, sample) in picture.samples.iter().enumerate() {
+            let ray = picture.ray(i as u32 % picture.size[0], i as u32 / picture.size[0]);
+            largest = largest.max((f64::from(sample[3]) - integral.composite(&ray)[3]).abs());
+        }
+    } else {
+        let (frame, _) = renderer.render(camera, size, settings).unwrap();
+        largest = compare(&frame, &integral.render(camera, size).unwrap()).max_difference;
+    }
+    largest
+}
+
+#[test]
+fn every_ray_is_the_line_integral_where_extinction_is_linear_in_the_value() {
+    let size = viewport(24, 24);
+    for volume in [random_volume([9, 13, 11], DVec3::new(1.0, 0.6, 1.4), 3), cube([8, 8, 8], DVec3::ONE)] {
+        for (azimuth, elevation) in [(0.0, 0.0), (45.0, 0.0), (30.0, 20.0), (100.0, -40.0), (0.0, 80.0)] {
+            for correction in [Correction::None, Correction::Constant, Correction::SubLayers(2), Correction::SubLayers(4)] {
+                for evaluation in [Evaluation::Lattice(Density::Fixed(1)), Evaluation::Direct] {
+                    let settings = Settings { correction, evaluation, ..unshaded() };
+                    let camera = parallel(&volume, size, azimuth, elevation);
+                    let difference = line_integral_difference(&volume, &camera, size, &settings);
+                    assert!(
+                        difference < INTEGRAL_TOLERANCE,
+                        "{azimuth}, {elevation}, {correction:?}, {evaluation:?}: {difference}"
+                    );
+                }
+            }
+        }
+        let camera = perspective(&volume, 20.0, 10.0, 30.0);
+        let direct = Settings { evaluation: Evaluation::Direct, ..unshaded() };
+        assert!(line_integral_difference(&volume, &camera, size, &direct) < INTEGRAL_TOLERANCE);
+        assert!(line_integral_difference(&volume, &camera, size, &unshaded()) < QUADRATURE_TOLERANCE);
+    }
+    let volume = cube([8, 8, 8], DVec3::ONE);
+    let wrong = Settings { unit_distance: Some(1.05), ..unshaded() };
+    let transfer = linear_extinction(4e-4);
+    let camera = parallel(&volume, size, 30.0, 20.0);
+    let found = render(&volume, &transfer, &camera, size, &Settings { evaluation: Evaluation::Direct, ..wrong });
+    let expected = Integral::new(&volume, &transfer, None).render(&camera, size).unwrap();
+    assert!(compare(&found, &expected).max_difference > 2.0 * INTEGRAL_TOLERANCE, "a wrong unit distance must be noticed");
+}
+
+#[test]
+fn one_voxel_shows_its_footprint() {
+    let volume = volume([1, 1, 1], DVec3::ONE, Voxels::Uint8(vec![255]));
+    let transfer = linear_extinction(4e-3);
+    let size = viewport(32, 32);
+    for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0), (80.0, -5.0)] {
+        for evaluation in [Evaluation::Lattice(Density::Fixed(8)), Evaluation::Direct] {
+            let settings = Settings { correction: Correction::None, evaluation, ..unshaded() };
+            let camera = scaled(parallel(&volume, size, azimuth, elevation), 2.0);
+            let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
+            let rays = Rays::new(&camera, size, volume.grid()).unwrap();
+            let frame = Axis::most_parallel(rays.central_direction()).frame();
+            let [su, sv] = frame.shear(rays.central_direction());
+            let dt = DVec3::new(su, sv, 1.0).length();
+            let samples: Vec<_> = match renderer.lattice_picture(&camera, size, &settings).unwrap() {
+                Some(p) => {
+                    (0..p.samples.len()).map(|i| (p.ray(i as u32 % p.size[0], i as u32 / p.size[0]), p.samples[i])).collect()
+                }
+                None => {
+                    let picture = renderer.render(&camera, size, &settings).unwrap().0;
+                    (0..1024)
+                        .map(|i| (rays.at(f64::from(i % 32) + 0.5, f64::from(i / 32) + 0.5), picture.pixel(i % 32, i / 32)))
+                        .collect()
+                }
+            };
+            let mut largest: f64 = 0.0;
+            for (ray, [_, _, _, alpha]) in samples {
+                let o = frame.local(ray.origin);
+                let expected = footprint(o.x - o.z * su, o.y - o.z * sv, su, sv);
+                largest = largest.max(expected);
+                let found = -(1.0 - f64::from(alpha)).ln() / (4e-3 * 255.0 * dt);
+                // Half a table entry is 1/8192 of the range.
+                assert!((found - expected).abs() < 5e-4, "{azimuth}: {found} for {expected}");
+            }
+            assert!(largest > 0.5);
+        }
+    }
+}
+
+/// Stated in `set_lattice_sum_is_near_one`: bilinear reading of 8-bit texels of the nearest direction.
+const SET_SUM_BOUND: f64 = 0.02;
+
+#[test]
+fn set_lattice_sum_is_near_one() {
+    // Deep inside a homogeneous cube whose extinction is linear in the value, ln T is proportional to the lattice sum.
+    let volume = cube([40, 40, 6], DVec3::ONE);
+    let transfer = linear_extinction(2e-4);
+    let size = viewport(16, 16);
+    let mut largest: f64 = 0.0;
+    for (azimuth, elevation) in [(0.0, 0.0), (3.0, 3.0), (10.0, 25.0), (30.0, 20.0), (44.0, 1.0), (40.0, 30.0), (-20.0, -33.0)] {
+        let camera = scaled(parallel(&volume, size, azimuth, elevation), 2.0);
+        let exact = Settings {
+            evaluation: Evaluation::Direct,
+            correction: Correction::None,
+            layer_axis: LayerAxis::Forced(Axis::Z),
+            ..unshaded()
+        };
+        let set = Settings { footprints: Footprints::Set, ..exact };
+        let [a, b] = [exact, set].map(|s| render(&volume, &transfer, &camera, size, &s));
+        for (p, q) in a.pixels().iter().zip(b.pixels()) {
+            largest = largest.max(((1.0 - f64::from(q[3])).ln() / (1.0 - f64::from(p[3])).ln() - 1.0).abs());
+        }
+    }
+    assert!(largest < SET_SUM_BOUND, "{largest}");
+    assert!(largest > 1e-4, "the set cannot be that exact: {largest}");
+}
+
+#[test]
+fn the_set_is_nearest_and_close() {
+    let size = viewport(40, 40);
+    let volume = random_volume([20, 20, 20], DVec3::ONE, 5);
+    let camera = parallel(&volume, size, 30.0, 20.0);
+    let direct = Settings { evaluation: Evaluation::Direct, ..Settings::default() };
+    let [exact, set] = [Footprints::Exact, Footprints::Set]
+        .map(|footprints| render(&volume, &smooth_transfer(), &camera, size, &Settings { footprints, ..direct }));
+    let psnr = compare(&exact, &set).psnr.expect("the set differs");
+    assert!((35.0..80.0).contains(&psnr), "{psnr}");
+    assert_eq!(nearest_in_set(set_direction(321)), 321);
+}

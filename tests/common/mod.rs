@@ -1,0 +1,165 @@
+//! What the tests share: the device, volumes, transfer functions, views and comparisons.
+#![allow(dead_code, reason = "each test crate uses its own part")]
+
+use glam::DVec3;
+use layersplat::image::Comparison;
+use layersplat::renderer::Plan;
+use layersplat::volume::{Grid, Voxels};
+use layersplat::{
+    Camera, Device, DeviceChoice, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume,
+};
+use std::path::PathBuf;
+
+thread_local! {
+    static DEVICE: Device = {
+        let choice = std::env::var("LAYERSPLAT_DEVICE").map_or(DeviceChoice::Default, DeviceChoice::Named);
+        Device::open(&choice).expect("the tests need an OpenCL device: scripts/test installs PoCL")
+    };
+}
+
+/// The device under test: `LAYERSPLAT_DEVICE`, or the default. One per thread, so that kernels are built once.
+pub fn device() -> Device {
+    DEVICE.with(Device::clone)
+}
+
+/// A small generator (SplitMix64): the same numbers everywhere.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// 0 … 1.
+    pub fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// Random bytes, smooth enough to have surfaces: noise plus a bump in the middle.
+pub fn random_bytes(dims: [usize; 3], seed: u64) -> Vec<u8> {
+    let mut random = Random(seed);
+    let mut values = Vec::new();
+    for k in 0..dims[2] {
+        for j in 0..dims[1] {
+            for i in 0..dims[0] {
+                let p = DVec3::from_array(std::array::from_fn(|a| (([i, j, k][a] as f64 + 0.5) / dims[a] as f64 - 0.5) * 2.0));
+                values.push(((1.0 - p.length() / 1.8) * 170.0 + random.unit() * 85.0).clamp(0.0, 255.0) as u8);
+            }
+        }
+    }
+    values
+}
+
+pub fn volume(dims: [usize; 3], spacing: DVec3, voxels: Voxels) -> Volume {
+    Volume::new("test", Grid::new(dims, spacing).unwrap(), voxels).unwrap()
+}
+
+pub fn random_volume(dims: [usize; 3], spacing: DVec3, seed: u64) -> Volume {
+    volume(dims, spacing, Voxels::Uint8(random_bytes(dims, seed)))
+}
+
+/// Colours and opacities without steps, for bytes: invisible below 20.
+pub fn smooth_transfer() -> TransferFunction {
+    let colors = vec![(0.0, [0.1, 0.2, 0.9]), (90.0, [0.2, 0.9, 0.3]), (255.0, [1.0, 0.6, 0.1])];
+    TransferFunction::new("smooth", colors, vec![(0.0, 0.0), (20.0, 0.0), (120.0, 0.15), (255.0, 0.5)]).unwrap()
+}
+
+/// White, with opacity `alpha` from `threshold` on and none below.
+pub fn step_transfer(threshold: f64, alpha: f64) -> TransferFunction {
+    let opacities = vec![(0.0, 0.0), (threshold, 0.0), (threshold, alpha), (2.0 * threshold, alpha)];
+    TransferFunction::new("step", vec![(0.0, [1.0; 3])], opacities).unwrap()
+}
+
+pub fn viewport(width: u32, height: u32) -> Viewport {
+    Viewport::new(width, height).unwrap()
+}
+
+/// A parallel view in which every rotation fits.
+pub fn parallel(volume: &Volume, size: Viewport, azimuth: f64, elevation: f64) -> Camera {
+    let orbit = Orbit { azimuth, elevation, roll: 0.0 };
+    Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), size, orbit)
+}
+
+/// A perspective in which every rotation fits.
+pub fn perspective(volume: &Volume, azimuth: f64, elevation: f64, field_of_view: f64) -> Camera {
+    let orbit = Orbit { azimuth, elevation, roll: 0.0 };
+    Camera::fit_perspective(volume.grid().centre(), volume.grid().diagonal(), field_of_view, orbit)
+}
+
+pub fn scaled(camera: Camera, scale: f64) -> Camera {
+    Camera { projection: Projection::Parallel { scale }, ..camera }
+}
+
+pub fn render(volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport, settings: &Settings) -> Frame {
+    Renderer::new(&device(), volume, transfer).unwrap().render(camera, size, settings).unwrap().0
+}
+
+/// The layer axis that the direct plan of a view has: one, or `None` for each ray's own.
+pub fn direct_axis(volume: &Volume, camera: &Camera, size: Viewport, settings: &Settings) -> Option<layersplat::layers::Axis> {
+    let rays = layersplat::layers::Rays::new(camera, size, volume.grid()).unwrap();
+    let direct = Settings { evaluation: layersplat::renderer::Evaluation::Direct, ..*settings };
+    match Plan::new(&rays, size, volume.grid(), &direct).unwrap() {
+        Plan::Direct(axis) => axis,
+        plan => panic!("{plan}"),
+    }
+}
+
+pub fn compare(a: &Frame, b: &Frame) -> Comparison {
+    a.compare(b).expect("pictures of one size")
+}
+
+/// Asserts that no channel, alpha included, differs by more than `tolerance`, and that there is something to see.
+#[track_caller]
+pub fn assert_close(what: &str, a: &Frame, b: &Frame, tolerance: f64) {
+    let difference = compare(a, b).max_difference;
+    assert!(difference <= tolerance, "{what}: differs by {difference}, more than {tolerance}");
+    assert!(largest_opacity(a) > 0.02, "{what}: the picture is empty");
+}
+
+pub fn largest_opacity(frame: &Frame) -> f32 {
+    frame.pixels().iter().map(|p| p[3]).fold(0.0, f32::max)
+}
+
+/// The frame moved by half a pixel to the right: what a comparison must notice.
+pub fn shifted_by_half_a_pixel(frame: &Frame) -> Frame {
+    let (w, h) = (frame.width(), frame.height());
+    let pixels = (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| {
+        let (a, b) = (frame.pixel(x.saturating_sub(1), y), frame.pixel(x, y));
+        std::array::from_fn(|c| (a[c] + b[c]) / 2.0)
+    });
+    Frame::new(viewport(w, h), pixels.collect())
+}
+
+/// A folder of real volumes, if there is one.
+fn shared(folder: &str) -> Option<PathBuf> {
+    let path = match std::env::var_os("LAYERSPLAT_VOLUMES") {
+        Some(volumes) if folder == "volumes" => PathBuf::from(volumes),
+        Some(volumes) => PathBuf::from(volumes).join("..").join(folder),
+        None => PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared").join(folder),
+    };
+    path.is_dir().then_some(path)
+}
+
+/// A real 8-bit data set with its transfer function; `None`, with a word about it, where it is missing.
+pub fn data_set(name: &str) -> Option<(Volume, TransferFunction)> {
+    let found = shared("volumes").zip(shared("transfer")).and_then(|(volumes, transfers)| {
+        let entries = std::fs::read_dir(volumes).ok()?;
+        let file = entries.flatten().map(|e| e.path()).find(|p| {
+            p.file_name()
+                .is_some_and(|n| n.to_string_lossy().starts_with(&format!("{name}_")) && n.to_string_lossy().contains("uint8"))
+        })?;
+        Some((file, transfers.join(format!("{name}.json"))))
+    });
+    let Some((file, transfer)) = found else {
+        eprintln!("SKIPPED: {name} is not in ../shared/volumes or LAYERSPLAT_VOLUMES");
+        return None;
+    };
+    let volume = Volume::open(file.to_str().unwrap(), &layersplat::RawOptions::default()).unwrap();
+    let transfer = TransferFunction::from_file(&transfer, None).unwrap();
+    Some((volume, transfer))
+}

@@ -1,0 +1,254 @@
+//! The device against the independent f64 reference: random volumes of odd sizes, every axis and sign of the view, both
+//! projections, every voxel type, shading on and off.
+
+mod common;
+
+use common::*;
+use glam::DVec3;
+use layersplat::layers::{Axis, Correction, Density, Rays};
+use layersplat::reference::Layered;
+use layersplat::renderer::{Evaluation, LayerAxis, Plan};
+use layersplat::transfer::Extinction;
+use layersplat::volume::Voxels;
+use layersplat::{Camera, Renderer, Settings, TransferFunction, Viewport, Volume};
+
+/// Per sample the table's nearest entry is off by half an entry of 4096, the highlight's logarithms by 1e-4; tens of
+/// samples add up. One step of an 8-bit picture is 4e-3.
+const DEVICE_TOLERANCE: f64 = 2e-3;
+/// Eight quadrature nodes stand for the footprint integral: up to 0.25 % of the value range per splat sum at |s| = 1,
+/// more at |s| = 2.
+const QUADRATURE_TOLERANCE: f64 = 1.5e-2;
+
+const SHAPES: [[usize; 3]; 6] = [[1, 1, 1], [1, 7, 4], [6, 1, 5], [5, 9, 1], [17, 33, 5], [11, 8, 13]];
+/// Each axis from both sides, exactly 45°, and views in between.
+const VIEWS: [(f64, f64); 12] = [
+    (0.0, 0.0),
+    (180.0, 0.0),
+    (90.0, 0.0),
+    (-90.0, 0.0),
+    (0.0, 90.0),
+    (0.0, -90.0),
+    (45.0, 0.0),
+    (135.0, 0.0),
+    (0.0, 45.0),
+    (30.0, 20.0),
+    (200.0, -35.0),
+    (72.0, 64.0),
+];
+
+fn settings(shading: bool) -> Settings {
+    let settings = Settings { early_termination: false, ..Settings::default() };
+    if shading { settings } else { Settings { shading: None, ..settings } }
+}
+
+fn direct(shading: bool) -> Settings {
+    Settings { evaluation: Evaluation::Direct, ..settings(shading) }
+}
+
+/// Compares the lattice, before its warp, with the reference on the same rays; returns the largest difference.
+fn lattice_difference(
+    volume: &Volume,
+    transfer: &TransferFunction,
+    camera: &Camera,
+    size: Viewport,
+    settings: &Settings,
+) -> Option<f64> {
+    let mut renderer = Renderer::new(&device(), volume, transfer).unwrap();
+    let picture = renderer.lattice_picture(camera, size, settings).unwrap()?;
+    let rays = Rays::new(camera, size, volume.grid()).unwrap();
+    let axis = match settings.layer_axis {
+        LayerAxis::Forced(axis) => axis,
+        LayerAxis::Auto => Axis::most_parallel(rays.central_direction()),
+    };
+    let reference = Layered::new(volume, transfer, settings);
+    let mut largest: f64 = 0.0;
+    let mut seen: f64 = 0.0;
+    // A prime stride visits all phases and tiles without visiting every sample.
+    let count = picture.size[0] * picture.size[1];
+    for sample in (0..count).step_by(if count > 2000 { 13 } else { 1 }) {
+        let (column, row) = (sample % picture.size[0], sample / picture.size[0]);
+        let expected = reference.composite(&picture.ray(column, row), Some(axis), rays.to_eye);
+        for (e, f) in expected.iter().zip(picture.samples[sample as usize]) {
+            largest = largest.max((e - f64::from(f)).abs());
+        }
+        seen = seen.max(expected[3]);
+    }
+    assert!(seen > 0.02, "nothing to see");
+    Some(largest)
+}
+
+#[test]
+fn lattice_of_parallel_views() {
+    let spacing = DVec3::new(1.0, 0.7, 1.3);
+    for (seed, dims) in SHAPES.into_iter().enumerate() {
+        let volume = random_volume(dims, spacing, seed as u64);
+        for (azimuth, elevation) in VIEWS {
+            for shading in [false, true] {
+                let size = viewport(24, 20);
+                let camera = parallel(&volume, size, azimuth, elevation);
+                let settings = Settings { evaluation: Evaluation::Lattice(Density::Fixed(2)), ..settings(shading) };
+                let difference = lattice_difference(&volume, &smooth_transfer(), &camera, size, &settings).expect("a lattice");
+                let what = format!("{dims:?} at {azimuth}, {elevation}, shading {shading}");
+                assert!(difference <= DEVICE_TOLERANCE, "{what}: differs by {difference}");
+            }
+        }
+    }
+}
+
+#[test]
+fn direct_in_parallel_views() {
+    let spacing = DVec3::new(0.8, 1.0, 2.5);
+    for (seed, dims) in SHAPES.into_iter().enumerate() {
+        let volume = random_volume(dims, spacing, 50 + seed as u64);
+        let size = viewport(21, 16);
+        for (azimuth, elevation) in VIEWS {
+            for shading in [false, true] {
+                let camera = parallel(&volume, size, azimuth, elevation);
+                let axis = direct_axis(&volume, &camera, size, &direct(shading));
+                let expected = Layered::new(&volume, &smooth_transfer(), &direct(shading)).render(&camera, size, axis).unwrap();
+                let found = render(&volume, &smooth_transfer(), &camera, size, &direct(shading));
+                assert_close(
+                    &format!("{dims:?} at {azimuth}, {elevation}, shading {shading}"),
+                    &found,
+                    &expected,
+                    DEVICE_TOLERANCE,
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn direct_in_perspectives_wide_and_from_inside() {
+    let volume = random_volume([17, 12, 14], DVec3::new(1.0, 1.2, 0.9), 7);
+    let size = viewport(24, 24);
+    let mut own_axes = 0;
+    for field_of_view in [30.0, 60.0, 90.0] {
+        for (azimuth, elevation) in [(0.0, 0.0), (45.0, 0.0), (45.0, 30.0), (160.0, -20.0), (0.0, 90.0)] {
+            let camera = perspective(&volume, azimuth, elevation, field_of_view);
+            let axis = direct_axis(&volume, &camera, size, &direct(true));
+            own_axes += usize::from(axis.is_none());
+            let expected = Layered::new(&volume, &smooth_transfer(), &direct(true)).render(&camera, size, axis).unwrap();
+            let found = render(&volume, &smooth_transfer(), &camera, size, &direct(true));
+            // Rays at exactly 45° may take either axis when float and f64 round differently: compare by PSNR there.
+            let comparison = compare(&found, &expected);
+            assert!(comparison.psnr_rgba.is_none_or(|p| p > 55.0), "{field_of_view}° at {azimuth}, {elevation}: {comparison:?}");
+            if axis.is_some() {
+                assert_close(&format!("{field_of_view}° at {azimuth}, {elevation}"), &found, &expected, DEVICE_TOLERANCE);
+            }
+        }
+    }
+    assert!(own_axes >= 4, "the wide views are there for rays with axes of their own: {own_axes}");
+    let inside = Camera { position: volume.grid().centre() + DVec3::new(0.3, 0.2, 2.2), ..perspective(&volume, 0.0, 0.0, 60.0) };
+    let axis = direct_axis(&volume, &inside, size, &direct(true));
+    assert_eq!(axis, None);
+    let expected = Layered::new(&volume, &smooth_transfer(), &direct(true)).render(&inside, size, axis).unwrap();
+    let found = render(&volume, &smooth_transfer(), &inside, size, &settings(true));
+    assert!(compare(&found, &expected).psnr_rgba.is_none_or(|p| p > 50.0), "{:?}", compare(&found, &expected));
+}
+
+#[test]
+fn lattice_of_perspectives() {
+    let volume = random_volume([17, 12, 14], DVec3::new(1.0, 1.2, 0.9), 8);
+    let size = viewport(32, 24);
+    let mut lattices = 0;
+    for (azimuth, elevation) in VIEWS {
+        for shading in [false, true] {
+            let camera = perspective(&volume, azimuth, elevation, 30.0);
+            if let Some(difference) = lattice_difference(&volume, &smooth_transfer(), &camera, size, &settings(shading)) {
+                lattices += 1;
+                assert!(difference <= QUADRATURE_TOLERANCE, "{azimuth}, {elevation}, shading {shading}: differs by {difference}");
+            }
+        }
+    }
+    assert!(lattices >= 18, "only {lattices} views of 24 had a lattice");
+    // 60° straight on has a lattice; 90° at 45° has none, and is drawn per pixel (above).
+    let wide = perspective(&volume, 0.0, 0.0, 60.0);
+    let difference = lattice_difference(&volume, &smooth_transfer(), &wide, size, &settings(true)).expect("a lattice");
+    assert!(difference <= QUADRATURE_TOLERANCE, "60°: differs by {difference}");
+    let rays = Rays::new(&perspective(&volume, 45.0, 0.0, 90.0), size, volume.grid()).unwrap();
+    assert_eq!(Plan::new(&rays, size, volume.grid(), &settings(true)).unwrap(), Plan::Direct(None));
+}
+
+#[test]
+fn every_correction_and_extinction() {
+    let volume = random_volume([9, 8, 7], DVec3::ONE, 9);
+    let size = viewport(20, 20);
+    let camera = parallel(&volume, size, 30.0, 20.0);
+    for correction in
+        [Correction::None, Correction::Constant, Correction::SubLayers(3), Correction::SubLayers(4), Correction::SubLayers(16)]
+    {
+        for extinction in [Extinction::Exponential, Extinction::Linear] {
+            let unit_distance = Some(0.8);
+            let settings = Settings { correction, extinction, unit_distance, ..settings(true) };
+            let difference = lattice_difference(&volume, &smooth_transfer(), &camera, size, &settings).expect("a lattice");
+            assert!(difference <= DEVICE_TOLERANCE, "{correction:?}, {extinction:?}: differs by {difference}");
+            let settings = Settings { evaluation: Evaluation::Direct, ..settings };
+            let expected = Layered::new(&volume, &smooth_transfer(), &settings).render(&camera, size, Some(Axis::Z)).unwrap();
+            let found = render(&volume, &smooth_transfer(), &camera, size, &settings);
+            assert_close(&format!("direct, {correction:?}, {extinction:?}"), &found, &expected, DEVICE_TOLERANCE);
+        }
+    }
+}
+
+#[test]
+fn every_voxel_type_with_its_background() {
+    let dims = [9, 10, 11];
+    let bytes = random_bytes(dims, 10);
+    let map = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { bytes.iter().map(|&b| f(f64::from(b))).collect() };
+    let signed = map(&|b| b - 128.0);
+    let hounsfield = map(&|b| (b * 15.7 - 1024.0).round());
+    let cases = [
+        (Voxels::Int8(signed.iter().map(|&v| v as i8).collect()), (-128.0, 127.0)),
+        (Voxels::Uint16(map(&|b| b * 257.0).iter().map(|&v| v as u16).collect()), (0.0, 65535.0)),
+        (Voxels::Int16(hounsfield.iter().map(|&v| v as i16).collect()), (-1024.0, 2979.5)),
+        (Voxels::Float32(map(&|b| b * 1e-6 - 5e-5).iter().map(|&v| v as f32).collect()), (-5e-5, 2.05e-4)),
+    ];
+    let size = viewport(20, 20);
+    for (voxels, (lo, hi)) in cases {
+        let kind = voxels.voxel_type();
+        let volume = volume(dims, DVec3::ONE, voxels);
+        let transfer = smooth_transfer().stretched(lo, hi).unwrap();
+        for (azimuth, elevation) in [(10.0, 5.0), (80.0, -10.0)] {
+            let camera = parallel(&volume, size, azimuth, elevation);
+            let difference = lattice_difference(&volume, &transfer, &camera, size, &settings(true)).expect("a lattice");
+            assert!(difference <= DEVICE_TOLERANCE, "{kind}: differs by {difference}");
+        }
+    }
+}
+
+#[test]
+fn a_visible_background_ends_with_the_support() {
+    let volume = random_volume([9, 8, 7], DVec3::ONE, 11);
+    let transfer = TransferFunction::new("fog", vec![(0.0, [1.0, 0.5, 0.2])], vec![(0.0, 0.1), (255.0, 0.4)]).unwrap();
+    let size = viewport(20, 20);
+    for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0), (80.0, 0.0)] {
+        let camera = parallel(&volume, size, azimuth, elevation);
+        let difference = lattice_difference(&volume, &transfer, &camera, size, &settings(true)).expect("a lattice");
+        // A sample that float and f64 place on different sides of the support's edge would differ by all its opacity.
+        assert!(difference <= DEVICE_TOLERANCE, "{azimuth}, {elevation}: differs by {difference}");
+        assert_eq!(render(&volume, &transfer, &camera, size, &settings(true)).pixel(0, 0), [0.0; 4]);
+    }
+    let camera = perspective(&volume, 20.0, 10.0, 30.0);
+    let difference = lattice_difference(&volume, &transfer, &camera, size, &settings(true)).expect("a lattice");
+    assert!(difference <= QUADRATURE_TOLERANCE, "perspective: differs by {difference}");
+}
+
+#[test]
+fn injected_errors_are_noticed() {
+    let volume = random_volume([17, 15, 13], DVec3::ONE, 12);
+    let size = viewport(24, 24);
+    let camera = parallel(&volume, size, 30.0, 20.0);
+    let found = render(&volume, &smooth_transfer(), &camera, size, &direct(true));
+    let reference = |settings: &Settings, axis| {
+        Layered::new(&volume, &smooth_transfer(), settings).render(&camera, size, Some(axis)).unwrap()
+    };
+    let good = reference(&direct(true), Axis::Z);
+    assert_close("unharmed", &found, &good, DEVICE_TOLERANCE);
+    let noticed = |wrong: &layersplat::Frame| compare(&found, wrong).max_difference > 2.0 * DEVICE_TOLERANCE;
+    assert!(noticed(&shifted_by_half_a_pixel(&good)), "half a pixel");
+    assert!(noticed(&reference(&direct(true), Axis::X)), "another layer axis");
+    assert!(noticed(&reference(&Settings { correction: Correction::None, ..direct(true) }, Axis::Z)), "without kappa");
+    assert!(noticed(&reference(&Settings { extinction: Extinction::Linear, ..direct(true) }, Axis::Z)), "linear extinction");
+    assert!(noticed(&reference(&direct(false), Axis::Z)), "no shading");
+}
