@@ -1,0 +1,263 @@
+//! The command: what it prints, what it writes, and how it refuses.
+
+mod common;
+
+use common::Random;
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn layersplat(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
+    command.current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let output = layersplat(folder, &[arguments, &["--json"]].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(text.trim_end().lines().count(), 1, "one line of JSON: {text}");
+    serde_json::from_str(&text).unwrap()
+}
+
+fn keys(value: &Value) -> Vec<&str> {
+    let mut keys: Vec<&str> = value.as_object().unwrap().keys().map(String::as_str).collect();
+    keys.sort_unstable();
+    keys
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// Runs a command that must fail: with this exit code, a message that holds every word, nothing on standard output, no
+/// panic, and no file more than before.
+#[track_caller]
+fn refused(folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
+    let before = names(folder);
+    let output = layersplat(folder, arguments);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
+    assert!(!message.contains("panicked") && output.stdout.is_empty(), "{arguments:?}: {message}");
+    for word in words {
+        assert!(message.contains(word), "{arguments:?} does not say '{word}': {message}");
+    }
+    assert_eq!(names(folder), before, "{arguments:?} left something behind");
+}
+
+#[test]
+fn render_writes_pictures_of_every_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let small = ["render", "builtin:hydrogen@24", "--size", "40x30", "--azimuth", "30", "--elevation", "-35"];
+    let with = |more: &[&'static str]| [&small[..], more].concat();
+    let rendered = json(f, &with(&["-o", "a.npy"]));
+    assert_eq!((rendered["width"].as_u64(), rendered["height"].as_u64()), (Some(40), Some(30)));
+    json(f, &with(&["-o", "a.png"]));
+    json(f, &with(&["-o", "clear.png", "--background", "transparent"]));
+    json(f, &with(&["-o", "white.npy", "--background", "white"]));
+    assert_eq!(names(f), ["a.npy", "a.png", "clear.png", "white.npy"]);
+    let bare = layersplat::image::read_image(&f.join("a.npy")).unwrap();
+    let black = layersplat::image::read_image(&f.join("a.png")).unwrap();
+    let clear = layersplat::image::read_image(&f.join("clear.png")).unwrap();
+    let white = layersplat::image::read_image(&f.join("white.npy")).unwrap();
+    assert!(bare.pixels().iter().any(|p| p[3] > 0.1 && p[3] < 0.9) && bare.pixel(0, 0) == [0.0; 4]);
+    assert!(black.pixels().iter().all(|p| p[3] == 1.0) && white.pixel(0, 0) == [1.0; 4]);
+    assert!(clear.compare(&bare).unwrap().max_difference < 1.01 / 255.0);
+    let comparison = json(f, &["compare", "a.npy", "clear.png"]);
+    assert_eq!(keys(&comparison), ["max_difference", "psnr", "psnr_rgba"]);
+    let same = json(f, &["compare", "a.npy", "a.npy"]);
+    assert!(same["psnr"].is_null() && same["psnr_rgba"].is_null() && same["max_difference"] == 0.0);
+    assert_eq!(layersplat(f, &["compare", "a.npy", "white.npy", "--max-difference", "0.5"]).status.code(), Some(1));
+    assert_eq!(layersplat(f, &["compare", "a.npy", "white.npy", "--min-psnr", "20"]).status.code(), Some(1));
+    assert_eq!(layersplat(f, &["compare", "a.npy", "clear.png", "--min-psnr", "40"]).status.code(), Some(0));
+}
+
+#[test]
+fn every_quality_and_switch_renders() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    for more in [
+        "--quality draft", "--quality standard", "--quality high", "--quality paper", "--lattice direct", "--lattice 3",
+        "--correction none", "--correction constant", "--sublayers 5", "--correction sublayers", "--extinction linear",
+        "--shading off", "--early-termination off", "--layer-axis z", "--lattice direct --footprints set",
+        "--quality paper --lattice auto", "--perspective 40", "--perspective 90 --distance 3", "--perspective 30 --quality paper",
+        "--parallel-scale 3", "--center -1,2,3", "--roll -20", "--unit-distance 2", "--spacing 1,2,5", "--transfer fire",
+        "--transfer viridis --transfer-range -5,200", "--transfer cool-warm --background #204060", "--transfer grey",
+    ] {
+        let base = ["render", "builtin:marschner-lobb@16x12x14", "--size", "24x24", "-o", "a.png", "--elevation", "10"];
+        json(f, &[&base[..], &more.split(' ').collect::<Vec<_>>()].concat());
+    }
+}
+
+#[test]
+fn info_rotate_devices_and_bench() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let info = json(f, &["info", "builtin:cube@3x4x5"]);
+    assert_eq!(keys(&info), ["dims", "effective_splats", "histogram", "max", "mean", "min", "spacing", "type"]);
+    assert_eq!(info["dims"], serde_json::json!([3, 4, 5]));
+    assert!(info["effective_splats"].is_null() && info["type"] == "uint8" && info["mean"] == 255.0);
+    assert_eq!(json(f, &["info", "builtin:cube@3x4x5", "--transfer", "grey"])["effective_splats"], 60);
+    json(f, &["rotate", "builtin:hydrogen@16", "--frames", "3", "--size", "16x16", "-o", "turn"]);
+    assert_eq!(names(&f.join("turn")), ["frame_0000.png", "frame_0001.png", "frame_0002.png"]);
+    assert!(!json(f, &["devices"])["devices"].as_array().unwrap().is_empty());
+    let bench = json(f, &["bench", "builtin:hydrogen@16", "--frames", "3", "--size", "32x32"]);
+    let expected = [
+        "active_samples", "algorithm", "cpu_ms", "device", "device_bytes", "effective_splats", "first_ms", "frames", "lattice",
+        "max_ms", "median_ms", "min_ms", "quality", "stages", "volume",
+    ];
+    assert_eq!(keys(&bench), expected);
+    assert!(bench["active_samples"].as_u64().unwrap() > 0 && bench["median_ms"].as_f64().unwrap() > 0.0);
+    assert!(bench["stages"]["lattice"].as_f64().unwrap() > 0.0);
+    assert_eq!(keys(&bench["lattice"]), ["height", "m", "width"]);
+}
+
+#[test]
+fn bad_command_lines_exit_with_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    for (more, words) in [
+        ("--size 0x5", "size"), ("--size 99999x99999", "16384"), ("--size 12", "WxH"), ("--azimuth NaN", "NaN"),
+        ("--elevation inf", "inf"), ("--parallel-scale 0", "above 0"), ("--parallel-scale -1", "above 0"),
+        ("--perspective 0", "180"), ("--perspective 180", "180"), ("--perspective NaN", "180"),
+        ("--perspective 30 --distance -1", "above 0"), ("--distance 4", "--perspective"),
+        ("--perspective 30 --parallel-scale 2", "cannot be used"), ("--spacing 1,0,1", "spacing"), ("--spacing 1,NaN,1", "spacing"),
+        ("--spacing -1,1,1", "spacing"), ("--center 1,2", "X,Y,Z"), ("--lattice 0", "lattice"), ("--lattice 99", "lattice"),
+        ("--sublayers 0", "1 to 16"), ("--sublayers 17", "1 to 16"), ("--correction none --sublayers 2", "--correction"),
+        ("--footprints set", "--lattice direct"), ("--quality best", "draft"), ("--device nonsense", "nonsense"),
+        ("--unit-distance 0", "above 0"), ("--transfer-range 5,5", "LO"), ("--transfer nonsense", "viridis"),
+        ("--layer-axis w", "auto"), ("--layer-axis x", "--layer-axis"), ("--background pink", "pink"), ("-o a.jpg", ".png"),
+        ("-o a", ".png"), ("--type int32", "int32"), ("--dims 0x1x1", "XxYxZ"), ("--endian middle", "little"),
+    ] {
+        let base = ["render", "builtin:cube@4"];
+        refused(f, &[&base[..], &more.split(' ').collect::<Vec<_>>()].concat(), 2, &[words]);
+    }
+    refused(f, &["render", "builtin:sphere"], 2, &["sphere", "hydrogen"]);
+    refused(f, &["render", "builtin:cube@0"], 2, &["0"]);
+    refused(f, &["render", "builtin:cube@99999"], 2, &["2^30"]);
+    refused(f, &["rotate", "builtin:cube@4", "--frames", "0"], 2, &["frames"]);
+    refused(f, &["nonsense"], 2, &["nonsense"]);
+}
+
+#[test]
+fn bad_files_exit_with_1_and_say_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(f.join(name), bytes).unwrap();
+    write("short_4x4x4_uint8.raw", &[0; 63]);
+    write("long_4x4x4_uint8.raw", &[0; 65]);
+    write("empty_4x4x4_uint8.raw", &[]);
+    write("nodims.raw", &[0; 64]);
+    write("notype_4x4x4.raw", &[0; 64]);
+    write("odd_4x4x4_complex64.raw", &[0; 64]);
+    write("huge_100000x100000x100_uint8.raw.gz", &[0; 64]);
+    write("over_99999999999x99999999999x9_uint8.raw", &[0; 64]);
+    write("zero_0x4x4_uint8.raw", &[0; 64]);
+    write("plain_4x4x4_uint8.raw.gz", &[7; 64]);
+    write("picture.txt", b"hello");
+    std::fs::create_dir(f.join("folder_4x4x4_uint8.raw")).unwrap();
+    for (volume, words) in [
+        ("missing_4x4x4_uint8.raw", &["missing_4x4x4"][..]),
+        ("short_4x4x4_uint8.raw", &["64", "63"]),
+        ("long_4x4x4_uint8.raw", &["64", "65"]),
+        ("empty_4x4x4_uint8.raw", &["64", "0"]),
+        ("nodims.raw", &["--dims"]),
+        ("notype_4x4x4.raw", &["--type"]),
+        ("odd_4x4x4_complex64.raw", &["complex64", "uint8"]),
+        ("huge_100000x100000x100_uint8.raw.gz", &["1000000000000"]),
+        ("plain_4x4x4_uint8.raw.gz", &["plain_4x4x4"]),
+        ("picture.txt", &[".raw"]),
+        ("folder_4x4x4_uint8.raw", &["regular"]),
+        ("/dev/null", &["regular"]),
+    ] {
+        refused(f, &["render", volume, "-o", "a.png"], 1, words);
+        refused(f, &["info", volume], 1, words);
+    }
+    for volume in ["over_99999999999x99999999999x9_uint8.raw", "zero_0x4x4_uint8.raw"] {
+        refused(f, &["info", volume], 2, &["dims"]);
+    }
+    refused(f, &["render", "builtin:cube@4", "-o", "nowhere/a.png"], 1, &["nowhere/a.png"]);
+    refused(f, &["render", "builtin:cube@4", "-o", "folder_4x4x4_uint8.raw/../missing/b.npy"], 1, &["cannot write"]);
+    refused(f, &["compare", "picture.txt", "picture.txt"], 2, &["picture.txt"]);
+    refused(f, &["compare", "a.png", "b.png"], 1, &["a.png"]);
+}
+
+#[test]
+fn gzip_truncated_at_any_length_is_refused() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("v_9x9x9_uint8.raw.gz");
+    let mut random = Random(1);
+    let bytes: Vec<u8> = (0..729).map(|_| random.next() as u8).collect();
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    encoder.write_all(&bytes).unwrap();
+    let whole = encoder.finish().unwrap();
+    let open = || layersplat::Volume::open(path.to_str().unwrap(), &layersplat::RawOptions::default());
+    std::fs::write(&path, &whole).unwrap();
+    assert!(open().is_ok());
+    for length in 0..whole.len() {
+        std::fs::write(&path, &whole[..length]).unwrap();
+        let message = open().expect_err("truncated").to_string();
+        assert!(message.contains("v_9x9x9"), "{length}: {message}");
+    }
+}
+
+#[test]
+fn bad_transfer_functions_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    for (name, text, word) in [
+        ("empty.json", r#"{"RGBPoints": [], "Points": []}"#, "no points"),
+        ("unsorted.json", r#"{"RGBPoints": [5,0,0,0, 1,0,0,0], "Points": [0,0,0.5,0]}"#, "sorted"),
+        ("ragged.json", r#"{"RGBPoints": [5,0,0], "Points": [0,0,0.5,0]}"#, "multiple of 4"),
+        ("curved.json", r#"{"RGBPoints": [5,0,0,0], "Points": [0,0,0.2,0]}"#, "midpoint"),
+        ("nothing.json", "", "JSON"),
+    ] {
+        std::fs::write(f.join(name), text).unwrap();
+        refused(f, &["render", "builtin:cube@4", "--transfer", name], 1, &[word, name]);
+    }
+    refused(f, &["render", "builtin:cube@4", "--transfer", "missing.json"], 1, &["missing.json"]);
+}
+
+#[test]
+fn no_opencl_names_the_package() {
+    let folder = tempfile::tempdir().unwrap();
+    let empty = folder.path().join("vendors");
+    std::fs::create_dir(&empty).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_layersplat")).arg("devices").env("OCL_ICD_VENDORS", &empty).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("pocl-opencl-icd"), "{message}");
+}
+
+#[test]
+fn odd_volumes_render_without_a_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let floats = [f32::NAN, 1.0, f32::INFINITY, 0.5, -3.0, 2.0, f32::NEG_INFINITY, 4.0];
+    std::fs::write(f.join("nan_2x2x2_float32.raw"), floats.map(f32::to_le_bytes).concat()).unwrap();
+    std::fs::write(f.join("allnan_2x2x2_float32.raw"), [f32::NAN.to_le_bytes(); 8].concat()).unwrap();
+    let output = layersplat(f, &["render", "nan_2x2x2_float32.raw", "-o", "a.png"]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && message.contains("3 voxels"), "{message}");
+    assert_eq!(json(f, &["info", "nan_2x2x2_float32.raw"])["min"], -3.0);
+    for volume in ["allnan_2x2x2_float32.raw", "builtin:cube@1", "builtin:cube@1x1x9", "builtin:hydrogen@300x2x1"] {
+        for view in ["--elevation 90", "--azimuth 45", "--azimuth 90 --perspective 150", "--size 1x1", "--size 3x700", "--parallel-scale 1e-6", "--parallel-scale 1e9", "--perspective 30 --distance 1e-6", "--perspective 0.001"] {
+            json(f, &[&["render", volume, "-o", "a.png"][..], &view.split(' ').collect::<Vec<_>>()].concat());
+        }
+    }
+}
+
+#[test]
+fn the_first_picture_is_neither_black_nor_solid() {
+    let folder = tempfile::tempdir().unwrap();
+    for volume in ["builtin:hydrogen@40", "builtin:marschner-lobb@40"] {
+        json(folder.path(), &["render", volume, "-o", "a.npy", "--size", "64x64", "--azimuth", "30", "--elevation", "20"]);
+        let frame = layersplat::image::read_image(&folder.path().join("a.npy")).unwrap();
+        let mean = frame.pixels().iter().map(|p| f64::from(p[3])).sum::<f64>() / 4096.0;
+        assert!((0.01..0.6).contains(&mean), "{volume}: mean opacity {mean}");
+    }
+}
