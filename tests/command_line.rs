@@ -27,7 +27,8 @@ fn keys(value: &Value) -> Vec<&str> {
 }
 
 fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    let mut names: Vec<String> =
+        std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
 }
@@ -80,12 +81,34 @@ fn every_quality_and_switch_renders() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
     for more in [
-        "--quality draft", "--quality standard", "--quality high", "--quality paper", "--lattice direct", "--lattice 3",
-        "--correction none", "--correction constant", "--sublayers 5", "--correction sublayers", "--extinction linear",
-        "--shading off", "--early-termination off", "--layer-axis z", "--lattice direct --footprints set",
-        "--quality paper --lattice auto", "--perspective 40", "--perspective 90 --distance 3", "--perspective 30 --quality paper",
-        "--parallel-scale 3", "--center -1,2,3", "--roll -20", "--unit-distance 2", "--spacing 1,2,5", "--transfer fire",
-        "--transfer viridis --transfer-range -5,200", "--transfer cool-warm --background #204060", "--transfer grey",
+        "--quality draft",
+        "--quality standard",
+        "--quality high",
+        "--quality paper",
+        "--lattice direct",
+        "--lattice 3",
+        "--correction none",
+        "--correction constant",
+        "--sublayers 5",
+        "--correction sublayers",
+        "--extinction linear",
+        "--shading off",
+        "--early-termination off",
+        "--layer-axis z",
+        "--lattice direct --footprints set",
+        "--quality paper --lattice auto",
+        "--perspective 40",
+        "--perspective 90 --distance 3",
+        "--perspective 30 --quality paper",
+        "--parallel-scale 3",
+        "--center -1,2,3",
+        "--roll -20",
+        "--unit-distance 2",
+        "--spacing 1,2,5",
+        "--transfer fire",
+        "--transfer viridis --transfer-range -5,200",
+        "--transfer cool-warm --background #204060",
+        "--transfer grey",
     ] {
         let base = ["render", "builtin:marschner-lobb@16x12x14", "--size", "24x24", "-o", "a.png", "--elevation", "10"];
         json(f, &[&base[..], &more.split(' ').collect::<Vec<_>>()].concat());
@@ -106,8 +129,21 @@ fn info_rotate_devices_and_bench() {
     assert!(!json(f, &["devices"])["devices"].as_array().unwrap().is_empty());
     let bench = json(f, &["bench", "builtin:hydrogen@16", "--frames", "3", "--size", "32x32"]);
     let expected = [
-        "active_samples", "algorithm", "cpu_ms", "device", "device_bytes", "effective_splats", "first_ms", "frames", "lattice",
-        "max_ms", "median_ms", "min_ms", "quality", "stages", "volume",
+        "active_samples",
+        "algorithm",
+        "cpu_ms",
+        "device",
+        "device_bytes",
+        "effective_splats",
+        "first_ms",
+        "frames",
+        "lattice",
+        "max_ms",
+        "median_ms",
+        "min_ms",
+        "quality",
+        "stages",
+        "volume",
     ];
     assert_eq!(keys(&bench), expected);
     assert!(bench["active_samples"].as_u64().unwrap() > 0 && bench["median_ms"].as_f64().unwrap() > 0.0);
@@ -120,17 +156,42 @@ fn bad_command_lines_exit_with_2() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
     for (more, words) in [
-        ("--size 0x5", "size"), ("--size 99999x99999", "16384"), ("--size 12", "WxH"), ("--azimuth NaN", "NaN"),
-        ("--elevation inf", "inf"), ("--parallel-scale 0", "above 0"), ("--parallel-scale -1", "above 0"),
-        ("--perspective 0", "180"), ("--perspective 180", "180"), ("--perspective NaN", "180"),
-        ("--perspective 30 --distance -1", "above 0"), ("--distance 4", "--perspective"),
-        ("--perspective 30 --parallel-scale 2", "cannot be used"), ("--spacing 1,0,1", "spacing"), ("--spacing 1,NaN,1", "spacing"),
-        ("--spacing -1,1,1", "spacing"), ("--center 1,2", "X,Y,Z"), ("--lattice 0", "lattice"), ("--lattice 99", "lattice"),
-        ("--sublayers 0", "1 to 16"), ("--sublayers 17", "1 to 16"), ("--correction none --sublayers 2", "--correction"),
-        ("--footprints set", "--lattice direct"), ("--quality best", "draft"), ("--device nonsense", "nonsense"),
-        ("--unit-distance 0", "above 0"), ("--transfer-range 5,5", "LO"), ("--transfer nonsense", "viridis"),
-        ("--layer-axis w", "auto"), ("--layer-axis x", "--layer-axis"), ("--background pink", "pink"), ("-o a.jpg", ".png"),
-        ("-o a", ".png"), ("--type int32", "int32"), ("--dims 0x1x1", "XxYxZ"), ("--endian middle", "little"),
+        ("--size 0x5", "size"),
+        ("--size 99999x99999", "16384"),
+        ("--size 12", "WxH"),
+        ("--azimuth NaN", "NaN"),
+        ("--elevation inf", "inf"),
+        ("--parallel-scale 0", "above 0"),
+        ("--parallel-scale -1", "above 0"),
+        ("--perspective 0", "180"),
+        ("--perspective 180", "180"),
+        ("--perspective NaN", "180"),
+        ("--perspective 30 --distance -1", "above 0"),
+        ("--distance 4", "--perspective"),
+        ("--perspective 30 --parallel-scale 2", "cannot be used"),
+        ("--spacing 1,0,1", "spacing"),
+        ("--spacing 1,NaN,1", "spacing"),
+        ("--spacing -1,1,1", "spacing"),
+        ("--center 1,2", "X,Y,Z"),
+        ("--lattice 0", "lattice"),
+        ("--lattice 99", "lattice"),
+        ("--sublayers 0", "1 to 16"),
+        ("--sublayers 17", "1 to 16"),
+        ("--correction none --sublayers 2", "--correction"),
+        ("--footprints set", "--lattice direct"),
+        ("--quality best", "draft"),
+        ("--device nonsense", "nonsense"),
+        ("--unit-distance 0", "above 0"),
+        ("--transfer-range 5,5", "LO"),
+        ("--transfer nonsense", "viridis"),
+        ("--layer-axis w", "auto"),
+        ("--layer-axis x", "--layer-axis"),
+        ("--background pink", "pink"),
+        ("-o a.jpg", ".png"),
+        ("-o a", ".png"),
+        ("--type int32", "int32"),
+        ("--dims 0x1x1", "XxYxZ"),
+        ("--endian middle", "little"),
     ] {
         let base = ["render", "builtin:cube@4"];
         refused(f, &[&base[..], &more.split(' ').collect::<Vec<_>>()].concat(), 2, &[words]);
@@ -245,7 +306,17 @@ fn odd_volumes_render_without_a_panic() {
     assert!(output.status.success() && message.contains("3 voxels"), "{message}");
     assert_eq!(json(f, &["info", "nan_2x2x2_float32.raw"])["min"], -3.0);
     for volume in ["allnan_2x2x2_float32.raw", "builtin:cube@1", "builtin:cube@1x1x9", "builtin:hydrogen@300x2x1"] {
-        for view in ["--elevation 90", "--azimuth 45", "--azimuth 90 --perspective 150", "--size 1x1", "--size 3x700", "--parallel-scale 1e-6", "--parallel-scale 1e9", "--perspective 30 --distance 1e-6", "--perspective 0.001"] {
+        for view in [
+            "--elevation 90",
+            "--azimuth 45",
+            "--azimuth 90 --perspective 150",
+            "--size 1x1",
+            "--size 3x700",
+            "--parallel-scale 1e-6",
+            "--parallel-scale 1e9",
+            "--perspective 30 --distance 1e-6",
+            "--perspective 0.001",
+        ] {
             json(f, &[&["render", volume, "-o", "a.png"][..], &view.split(' ').collect::<Vec<_>>()].concat());
         }
     }

@@ -161,7 +161,7 @@ impl Settings {
         }
         if let Some(s) = self.shading {
             let good = [s.ambient, s.diffuse, s.specular].iter().all(|c| (0.0..=100.0).contains(c));
-            if !good || !(s.power > 0.0 && s.power <= 1e4) {
+            if !(good && s.power > 0.0 && s.power <= 1e4) {
                 let value = format!("{},{},{},{}", s.ambient, s.diffuse, s.specular, s.power);
                 return refuse("shading", &value, "ambient, diffuse and specular from 0 to 100, power above 0 and at most 10000");
             }

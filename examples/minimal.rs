@@ -1,0 +1,18 @@
+//! The whole API in one picture: `cargo run --release --example minimal`.
+
+use layersplat::{Camera, Device, DeviceChoice, Orbit, RawOptions, Renderer, Settings, TransferFunction, Viewport, Volume};
+
+fn main() -> Result<(), layersplat::Error> {
+    let volume = Volume::open("builtin:hydrogen@96", &RawOptions::default())?;
+    let transfer = TransferFunction::automatic(&volume);
+    let device = Device::open(&DeviceChoice::Default)?;
+    let mut renderer = Renderer::new(&device, &volume, &transfer)?;
+
+    let viewport = Viewport::new(512, 512)?;
+    let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+    let camera = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+    let (frame, _) = renderer.render(&camera, viewport, &Settings::default())?;
+    frame.save("minimal.png", None)?;
+    println!("minimal.png");
+    Ok(())
+}
