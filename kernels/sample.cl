@@ -7,6 +7,7 @@
 typedef struct {
     float table_first, table_per_value; // value of table entry 0, entries per unit of value
     int table_last;                     // index of the last entry
+    int first_visible, last_visible;    // entries outside have no opacity
     int linear;                         // extinction: 1 = min(1, alpha dt), 0 = 1 - exp(-tau dt)
     int inner_slabs, front_slabs, back_slabs; // samples per layer: layers 0..n-1, first and last outer layer
     int background_visible;             // the background has opacity: mask what lies beside the field's support
@@ -105,8 +106,11 @@ inline realv opacity_of(const SampleParams *p, realv w, float share, realv dt) {
 inline void composite_sample(const SampleParams *p, __global const float4 *table, realv value, float share, realv dt,
                              realv inside, const struct GradientSource *source, bool *lit, Lighting *lighting,
                              Light *light, intv *active) {
+    const intv index = table_index(p, value);
+    if (!ANY(index >= p->first_visible && index <= p->last_visible))
+        return;
     realv r, g, b, w;
-    table_entries(table, table_index(p, value), &r, &g, &b, &w);
+    table_entries(table, index, &r, &g, &b, &w);
     if (!ANY(w > 0.0f))
         return;
     const realv opacity = opacity_of(p, w, share, dt) * inside;

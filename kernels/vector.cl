@@ -15,7 +15,7 @@
 typedef float realv;
 typedef int intv;
 typedef float realv_unaligned;
-#define ANY(mask) (mask)
+#define ANY(mask) ((mask) != 0)
 #define CONVERT_INTV(x) convert_int(x)
 #define CONVERT_REALV(x) convert_float(x)
 #define LOAD_VOXELS(p) convert_float(*(p))
@@ -27,7 +27,7 @@ typedef CAT(float, VW) realv;
 typedef CAT(int, VW) intv;
 // Unaligned rows through a typedef: vload16 on private memory costs more on PoCL.
 typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
-#define ANY(mask) any(mask)
+#define ANY(mask) (any_lane(mask))
 #define CONVERT_INTV(x) CAT(convert_int, VW)(x)
 #define CONVERT_REALV(x) CAT(convert_float, VW)(x)
 #define LOAD_VOXELS(p) CONVERT_REALV(CAT(vload, VW)(0, p))
@@ -49,6 +49,22 @@ typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
 
 #define LOADV(p) (*(const realv_unaligned *)(p))
 #define STOREV(p, x) (*(realv_unaligned *)(p) = (x))
+
+#if VW > 1
+// any() is a chain of branches on PoCL; this is one reduction.
+inline bool any_lane(intv mask) {
+#if VW == 16
+    const int8 m8 = mask.lo | mask.hi;
+    const int4 m4 = m8.lo | m8.hi;
+#elif VW == 8
+    const int4 m4 = mask.lo | mask.hi;
+#else
+    const int4 m4 = mask;
+#endif
+    const int2 m2 = m4.lo | m4.hi;
+    return (m2.x | m2.y) != 0;
+}
+#endif
 
 // Fails to compile unless the condition holds.
 #define CHECK_SIZE(type, bytes) typedef char type##_size_check[sizeof(type) == (bytes) ? 1 : -1]

@@ -17,10 +17,11 @@ fn psnr(a: &Frame, b: &Frame) -> (f64, f64) {
 }
 
 #[test]
+#[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
 fn standard_and_high_reach_their_psnr() {
     let size = viewport(512, 512);
     for (name, standard, high) in LEAST {
-        let Some((volume, transfer)) = data_set(name) else { continue };
+        let (volume, transfer) = data_set(name);
         let camera = parallel(&volume, size, 72.0, 20.0);
         let truth = Integral::new(&volume, &transfer, None).render(&camera, size).unwrap();
         let picture = |quality: Quality| {

@@ -30,7 +30,7 @@ impl Tuning {
             // of 1 but wants 16, so narrower vectors are taken only where the device names a native width of 4 or 8.
             DeviceKind::Cpu | DeviceKind::Other => Self {
                 vector_width: if matches!(native_width, 4 | 8) { native_width } else { 16 },
-                tile_vectors: if matches!(native_width, 4) { 4 } else { 2 },
+                tile_vectors: if matches!(native_width, 4) { 4 } else { 1 },
                 tile_rows: 8,
                 tile_group: 1,
                 pixel_group: 64,

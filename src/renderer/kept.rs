@@ -29,6 +29,8 @@ pub(super) struct Table {
     visible_before: Buffer<u32>,
     /// Value of the first entry, entries per value, index of the last entry.
     pub scale: (f32, f32, i32),
+    /// First and last entry with opacity; if there is none, the first is beyond the last.
+    pub visible_entries: [i32; 2],
     visible: [Option<Buffer<u8>>; 3],
 }
 
@@ -164,6 +166,7 @@ impl Table {
             extinction,
             entries: Buffer::from_slice(device, &entries, "the transfer table")?,
             visible_before: Buffer::from_slice(device, &table.visible_before(), "the transfer table")?,
+            visible_entries: table.visible_entries(),
             scale: (table.first as f32, table.per_value as f32, entries.len() as i32 - 1),
             visible: [None, None, None],
         })

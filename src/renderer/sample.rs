@@ -53,6 +53,7 @@ impl Renderer {
             table_first,
             table_per_value,
             table_last,
+            visible: self.kept.table().visible_entries,
             linear: i32::from(settings.extinction == Extinction::Linear),
             inner_slabs: slabs.inner.len() as i32,
             front_slabs: slabs.front.len() as i32,

@@ -56,6 +56,13 @@ impl TransferTable {
         Self { entries, first: lo, per_value }
     }
 
+    /// First and last entry with opacity; `[1, 0]` if there is none.
+    pub fn visible_entries(&self) -> [i32; 2] {
+        let visible = |entry: &[f32; 4]| entry[3] > 0.0;
+        let ends = self.entries.iter().position(visible).zip(self.entries.iter().rposition(visible));
+        ends.map_or([1, 0], |(first, last)| [first as i32, last as i32])
+    }
+
     /// For each entry, how many before it are visible; one more at the end: entries a … b hold something visible if
     /// `count[b+1] > count[a]`.
     pub fn visible_before(&self) -> Vec<u32> {
@@ -89,7 +96,7 @@ mod tests {
 
     #[test]
     fn opaque_is_finite_and_one_value_is_enough() {
-        let table = TransferTable::new(&transfer(vec![(5.0, 1.0)]), (0.0, 10.0), Extinction::Exponential);
+        let table = TransferTable::new(&transfer(vec![(0.0, 1.0)]), (0.0, 10.0), Extinction::Exponential);
         assert_eq!((table.entries[0][3], table.per_value), (1e30, 0.0));
     }
 
@@ -106,5 +113,6 @@ mod tests {
         let before = table.visible_before();
         let n = table.entries.len();
         assert_eq!((before[n / 2], before[n]), (0, (n / 2) as u32));
+        assert_eq!(table.visible_entries(), [(n / 2) as i32, n as i32 - 1]);
     }
 }

@@ -135,31 +135,22 @@ pub fn shifted_by_half_a_pixel(frame: &Frame) -> Frame {
     Frame::new(viewport(w, h), pixels.collect())
 }
 
-/// A folder of real volumes, if there is one.
-fn shared(folder: &str) -> Option<PathBuf> {
-    let path = match std::env::var_os("LAYERSPLAT_VOLUMES") {
-        Some(volumes) if folder == "volumes" => PathBuf::from(volumes),
-        Some(volumes) => PathBuf::from(volumes).join("..").join(folder),
-        None => PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared").join(folder),
-    };
-    path.is_dir().then_some(path)
+/// Where real volumes and their transfer functions are. Tests that need them carry
+/// `cfg_attr(not(real_volumes), ignore)`: build.rs sets `real_volumes` where the folder is.
+fn real_volumes() -> PathBuf {
+    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes");
+    std::env::var_os("LAYERSPLAT_VOLUMES").map_or(default.into(), PathBuf::from)
 }
 
-/// A real 8-bit data set with its transfer function; `None`, with a word about it, where it is missing.
-pub fn data_set(name: &str) -> Option<(Volume, TransferFunction)> {
-    let found = shared("volumes").zip(shared("transfer")).and_then(|(volumes, transfers)| {
-        let entries = std::fs::read_dir(volumes).ok()?;
-        let file = entries.flatten().map(|e| e.path()).find(|p| {
-            p.file_name()
-                .is_some_and(|n| n.to_string_lossy().starts_with(&format!("{name}_")) && n.to_string_lossy().contains("uint8"))
-        })?;
-        Some((file, transfers.join(format!("{name}.json"))))
-    });
-    let Some((file, transfer)) = found else {
-        eprintln!("SKIPPED: {name} is not in ../shared/volumes or LAYERSPLAT_VOLUMES");
-        return None;
-    };
+/// A real 8-bit data set with its transfer function, `../transfer/NAME.json` beside the volumes' folder.
+pub fn data_set(name: &str) -> (Volume, TransferFunction) {
+    let folder = real_volumes();
+    let is_it = |file: &str| file.starts_with(&format!("{name}_")) && file.contains("uint8");
+    let mut files = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path());
+    let file = files
+        .find(|p| p.file_name().and_then(|n| n.to_str()).is_some_and(is_it))
+        .unwrap_or_else(|| panic!("no {name} in {folder:?}"));
     let volume = Volume::open(file.to_str().unwrap(), &layersplat::RawOptions::default()).unwrap();
-    let transfer = TransferFunction::from_file(&transfer, None).unwrap();
-    Some((volume, transfer))
+    let transfer = TransferFunction::from_file(&folder.join("../transfer").join(format!("{name}.json")), None).unwrap();
+    (volume, transfer)
 }

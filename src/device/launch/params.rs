@@ -28,10 +28,11 @@ shared_struct! {
 
 shared_struct! {
     /// See `SampleParams` in kernels/sample.cl.
-    SampleParams, SAMPLE_PARAMS_BYTES, 104 {
+    SampleParams, SAMPLE_PARAMS_BYTES, 112 {
         table_first: f32,
         table_per_value: f32,
         table_last: i32,
+        visible: [i32; 2],
         linear: i32,
         inner_slabs: i32,
         front_slabs: i32,
