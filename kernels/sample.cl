@@ -103,7 +103,7 @@ inline realv opacity_of(const SampleParams *p, realv w, float share, realv dt) {
 
 // Classifies, shades and composites one sample (of VW rays) front to back. `inside` is 0 where the ray is beside the
 // field's support, else 1. The lighting of the layer is found when its first visible sample needs it.
-inline void composite_sample(const SampleParams *p, __global const float4 *table, realv value, float share, realv dt,
+ALWAYS_INLINE void composite_sample(const SampleParams *p, __global const float4 *table, realv value, float share, realv dt,
                              realv inside, const struct GradientSource *source, bool *lit, Lighting *lighting,
                              Light *light, intv *active) {
     const intv index = table_index(p, value);
@@ -135,9 +135,14 @@ inline void composite_sample(const SampleParams *p, __global const float4 *table
 
 // All samples of one layer, from the splat sums of the layer met before, the layer itself and the one met next. Slabs
 // are (weight before, own, after, share), front to back: inner, front and back ones after each other.
-inline void composite_layer(const SampleParams *p, __global const float4 *slabs, int first, int count,
+ALWAYS_INLINE void composite_layer(const SampleParams *p, __global const float4 *slabs, int first, int count,
                             __global const float4 *table, realv before, realv own, realv after, realv dt, realv inside,
                             const struct GradientSource *source, Light *light, intv *active) {
+    // Every sample lies between the three sums: one test for all.
+    const intv largest = table_index(p, fmax(fmax(before, after), own));
+    const intv smallest = table_index(p, fmin(fmin(before, after), own));
+    if (!ANY(largest >= p->first_visible && smallest <= p->last_visible))
+        return;
     bool lit = false;
     Lighting lighting;
     for (int i = first; i < first + count; i++) {

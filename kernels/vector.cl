@@ -66,6 +66,9 @@ inline bool any_lane(intv mask) {
 }
 #endif
 
+// PoCL calls larger functions, and passes vectors through memory.
+#define ALWAYS_INLINE inline __attribute__((always_inline))
+
 // Fails to compile unless the condition holds.
 #define CHECK_SIZE(type, bytes) typedef char type##_size_check[sizeof(type) == (bytes) ? 1 : -1]
 

@@ -24,6 +24,14 @@ inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u
             STOREV(row, LOAD_VOXELS(start + u));
         } else if (!inside || u + VW <= 0 || u >= view->dims_u) {
             STOREV(row, (realv)(view->background));
+        } else if (view->dims_u >= VW) {
+            // Across the edge: the last whole vector inside, between two of background.
+            const int nearest = clamp(u, 0, view->dims_u - VW);
+            float around[3 * VW];
+            STOREV(around, (realv)(view->background));
+            STOREV(around + VW, LOAD_VOXELS(start + nearest));
+            STOREV(around + 2 * VW, (realv)(view->background));
+            STOREV(row, LOADV(around + VW + (u - nearest)));
         } else {
             for (int i = 0; i < VW; i++)
                 row[i] = u + i >= 0 && u + i < view->dims_u ? convert_float(start[u + i]) : view->background;
