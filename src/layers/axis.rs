@@ -56,6 +56,11 @@ pub struct AxisFrame {
 }
 
 impl AxisFrame {
+    /// The layer axis.
+    pub fn layer_axis(self) -> Axis {
+        Axis::ALL[self.a]
+    }
+
     /// A vector (x, y, z) as (u, v, a).
     pub fn local(self, p: DVec3) -> DVec3 {
         DVec3::new(p[self.u], p[self.v], p[self.a])

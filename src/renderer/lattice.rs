@@ -7,24 +7,27 @@ use super::settings::Settings;
 use crate::device::launch::params::{LatticeParams, LayerOffset, PerspectiveParams};
 use crate::device::launch::{FootprintsKernel, LatticeArguments, LatticeKernel, PerspectiveArguments};
 use crate::error::Error;
-use crate::layers::{Axis, AxisFrame, Lattice, PerspectiveLattice, Rays, quadrature_nodes};
-
-fn axis_of(frame: AxisFrame) -> Axis {
-    Axis::ALL[frame.a]
-}
+use crate::layers::{Axis, Lattice, PerspectiveLattice, Rays, quadrature_nodes};
 
 impl Renderer {
-    /// Renders the lattice of a parallel view into `scratch.lattice`.
-    pub(super) fn run_lattice(&mut self, lattice: &Lattice, rays: &Rays, settings: &Settings) -> Result<(), Error> {
+    /// Makes what every lattice needs; `false` if the lattice has no samples, the volume being out of sight.
+    fn begin_lattice(&mut self, axis: Axis, size: [u32; 2], settings: &Settings) -> Result<bool, Error> {
         let Self { device, kernels, kept, scratch, .. } = self;
-        let (frame, axis) = (lattice.frame, axis_of(lattice.frame));
         kept.prepare(device, kernels, &[axis], &self.transfer, settings.extinction)?;
-        let samples = lattice.width() as usize * lattice.height() as usize;
+        filled(&mut scratch.slabs, device, &slab_table(settings.correction), "the sub-slabs")?;
+        let samples = size[0] as usize * size[1] as usize;
         at_least(&mut scratch.lattice, device, samples, "the lattice")?;
         scratch.active_count = 0;
-        if samples == 0 {
+        Ok(samples > 0)
+    }
+
+    /// Renders the lattice of a parallel view into `scratch.lattice`.
+    pub(super) fn run_lattice(&mut self, lattice: &Lattice, rays: &Rays, settings: &Settings) -> Result<(), Error> {
+        let (frame, axis) = (lattice.frame, lattice.frame.layer_axis());
+        if !self.begin_lattice(axis, [lattice.width(), lattice.height()], settings)? {
             return Ok(());
         }
+        let Self { device, kept, scratch, .. } = self;
         let m = lattice.samples_per_voxel.map(|m| m as i32);
         let shear = lattice.shear.map(|s| s as f32);
         let layers = lattice.dims[2] + 2;
@@ -37,7 +40,6 @@ impl Renderer {
         let weights = layers * m[0] as usize * m[1] as usize * FootprintsKernel::WEIGHTS;
         at_least(&mut scratch.weights, device, weights, "the footprint weights")?;
         at_least(&mut scratch.table, device, kept.table().entries.len(), "the opacity table")?;
-        filled(&mut scratch.slabs, device, &slab_table(settings.correction), "the sub-slabs")?;
         let tuning = *device.tuning();
         let tiles = [lattice.columns[0].div_ceil(tuning.tile_columns()), lattice.columns[1].div_ceil(tuning.tile_rows)];
         let params = LatticeParams {
@@ -88,20 +90,15 @@ impl Renderer {
         rays: &Rays,
         settings: &Settings,
     ) -> Result<(), Error> {
-        let Self { device, kernels, kept, scratch, .. } = self;
-        let (frame, axis) = (lattice.frame, axis_of(lattice.frame));
-        kept.prepare(device, kernels, &[axis], &self.transfer, settings.extinction)?;
-        let samples = lattice.width() as usize * lattice.height() as usize;
-        at_least(&mut scratch.lattice, device, samples, "the lattice")?;
-        scratch.active_count = 0;
-        if samples == 0 {
+        let (frame, axis) = (lattice.frame, lattice.frame.layer_axis());
+        if !self.begin_lattice(axis, [lattice.width(), lattice.height()], settings)? {
             return Ok(());
         }
+        let Self { device, kept, scratch, .. } = self;
         for (i, slot) in scratch.crossings.iter_mut().enumerate() {
             filled(slot, device, &lattice.crossings(i), "the lattice rays")?;
         }
         filled(&mut scratch.nodes, device, &quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]), "the quadrature")?;
-        filled(&mut scratch.slabs, device, &slab_table(settings.correction), "the sub-slabs")?;
         let tuning = *device.tuning();
         let tiles = [lattice.width().div_ceil(tuning.vector_width), lattice.height().div_ceil(tuning.tile_rows)];
         let params = PerspectiveParams {
