@@ -20,7 +20,7 @@ typedef struct {
     int blocks[3][2];       // of `visible_*`, along u and v
     int axis;               // layer axis of all rays, or -1: each ray's own
     int culling;
-    float background;
+    float background, offset; // see VolumeView
 } DirectParams;
 CHECK_SIZE(DirectParams, DIRECT_PARAMS_BYTES);
 
@@ -137,7 +137,7 @@ __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible
     const int a = p.axis < 0 ? most_parallel(d) : p.axis;
     const int iu = a == 0 ? 1 : 0, iv = a == 2 ? 1 : 2;
     __global const uchar *visible = a == 0 ? visible_x : a == 1 ? visible_y : visible_z;
-    const VolumeView view = {p.stride[iu], p.stride[iv], p.stride[a], p.dims[iu], p.dims[iv], p.dims[a], p.background};
+    const VolumeView view = {p.stride[iu], p.stride[iv], p.stride[a], p.dims[iu], p.dims[iv], p.dims[a], p.background, p.offset};
     sample.gradient_u = p.gradient[iu], sample.gradient_v = p.gradient[iv], sample.gradient_a = p.gradient[a];
     sample.light_u = p.light[iu], sample.light_v = p.light[iv], sample.light_a = p.light[a];
     sample.half_u = p.half_way[iu], sample.half_v = p.half_way[iv], sample.half_a = p.half_way[a];
@@ -149,7 +149,11 @@ __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible
     // A sample mixes splat sums of three layers, each of reach 1 + |s| around its own crossing.
     const float reach_u = 1.0f + 2.0f * fabs(s_u), reach_v = 1.0f + 2.0f * fabs(s_v);
     const float lean = fmax(fabs(s_u), fabs(s_v));
+#ifdef FOOTPRINT_SET
+    const int bit = SET;
+#else
     const int bit = lean <= 1.0f ? NEAR : FAR;
+#endif
     const bool culling = p.culling && lean <= 3.0f;
 
     Light light = {0.0f, 0.0f, 0.0f, 1.0f};
@@ -159,8 +163,9 @@ __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible
     for (int n = 0; n < layers; n++) {
         const int k = layer_step > 0 ? n - 1 : view.dims_a - n;
         const float depth = k - o[a];
-        // Only what lies in front of the eye counts.
-        if (depth / d[a] <= p.start)
+        // Only what lies in front of the eye counts: a layer around it is cut.
+        const float from_eye = isinf(p.start) ? INFINITY : layer_step * (depth - p.start * d[a]);
+        if (from_eye <= -0.5f)
             continue;
         const float u = o[iu] + depth * s_u, v = o[iv] + depth * s_v;
         if (u < -reach_u || u > view.dims_u - 1 + reach_u || v < -reach_v || v > view.dims_v - 1 + reach_v)
@@ -182,7 +187,7 @@ __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible
         const struct GradientSource source = {voxels, &view, images, shears, k,   layer_step,
                                               u,      v,     s_u,    s_v,    before, after};
         composite_layer(&sample, slabs, first, count, table, before, own, after, dt,
-                        sample.background_visible && beside ? 0.0f : 1.0f, &source, &light, &active);
+                        from_eye, sample.background_visible && beside ? 0.0f : 1.0f, &source, &light, &active);
         if (light.t <= sample.opaque)
             break;
     }

@@ -49,7 +49,7 @@ CHECK_SIZE(LayerOffset, LAYER_OFFSET_BYTES);
 #define ROWS_4(ROW) (ROWS_3(ROW) + ROW(3))
 
 // The stencil of TAPS_U x TAPS_V voxels over a tile. Spelled out, with the weights in registers: PoCL does not unroll
-// the loops over taps (lattice stage 1.5 times as long).
+// loops over taps.
 #define SPLAT_SUMS(TAPS_U, TAPS_V)                                                                                     \
     inline void CAT(CAT(splat_sums_, TAPS_U), TAPS_V)(const float *patch, __global const float *weights, int vectors,  \
                                                       int rows, float *sums) {                                         \
@@ -185,7 +185,7 @@ __kernel void lattice(__global const VOXEL *voxels, VolumeView view, __global co
                                                       sums[slot(k + p.layer_step)] + at, p.layer_step, p.shear_u,
                                                       p.shear_v};
                 composite_layer(&sample, slabs, first, count, table, LOADV(source.before), LOADV(source.own),
-                                LOADV(source.after), (realv)(0.0f), inside, &source, &light, &active[c]);
+                                LOADV(source.after), (realv)(0.0f), INFINITY, inside, &source, &light, &active[c]);
                 g[0] = light.r, g[1] = light.g, g[2] = light.b, g[3] = light.t;
             }
         if (sample.opaque > 0.0f) {

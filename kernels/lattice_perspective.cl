@@ -203,8 +203,8 @@ __kernel void lattice_perspective(__global const VOXEL *voxels, VolumeView view,
             }
             const struct GradientSource source = {before->sum[r], after->sum[r], own->u[r], own->v[r],
                                                   shear_u, crossing.y, p.layer_step};
-            composite_layer(&sample, slabs, first, count, table, before->sum[r], own->sum[r], after->sum[r], dt, inside,
-                            &source, &gathered[r], &active);
+            composite_layer(&sample, slabs, first, count, table, before->sum[r], own->sum[r], after->sum[r], dt,
+                            INFINITY, inside, &source, &gathered[r], &active);
             finished = finished && !ANY(gathered[r].t > sample.opaque);
         }
         if (finished)

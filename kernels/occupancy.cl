@@ -12,7 +12,7 @@ __kernel void occupancy(__global const VOXEL *voxels, VolumeView view, int block
     const int u0 = (b - 1) * BLOCK - REACH, u1 = b * BLOCK + REACH;
     const int v0 = (c - 1) * BLOCK - REACH, v1 = c * BLOCK + REACH;
     const bool whole = u0 >= 0 && u1 < view.dims_u && v0 >= 0 && v1 < view.dims_v;
-    const VOXEL background = (VOXEL)view.background;
+    const VOXEL background = (VOXEL)(view.background + view.offset);
     const int first_u = clamp(u0, 0, view.dims_u - 1), last_u = clamp(u1, 0, view.dims_u - 1);
     const int first_v = clamp(v0, 0, view.dims_v - 1), last_v = clamp(v1, 0, view.dims_v - 1);
     __global const VOXEL *start = voxels + k * view.stride_a;

@@ -134,21 +134,29 @@ ALWAYS_INLINE void composite_sample(const SampleParams *p, __global const float4
 }
 
 // All samples of one layer, from the splat sums of the layer met before, the layer itself and the one met next. Slabs
-// are (weight before, own, after, share), front to back: inner, front and back ones after each other.
+// are (weight before, own, after, share), front to back: inner, front and back ones after each other. `from_eye` is the
+// distance of the layer from the eye, in layers, or INFINITY: what lies behind the eye is cut off.
 ALWAYS_INLINE void composite_layer(const SampleParams *p, __global const float4 *slabs, int first, int count,
-                            __global const float4 *table, realv before, realv own, realv after, realv dt, realv inside,
-                            const struct GradientSource *source, Light *light, intv *active) {
+                            __global const float4 *table, realv before, realv own, realv after, realv dt, float from_eye,
+                            realv inside, const struct GradientSource *source, Light *light, intv *active) {
     // Every sample lies between the three sums: one test for all.
     const intv largest = table_index(p, fmax(fmax(before, after), own));
     const intv smallest = table_index(p, fmin(fmin(before, after), own));
     if (!ANY(largest >= p->first_visible && smallest <= p->last_visible))
         return;
+    // The front layer's slabs begin in its middle.
+    float start = from_eye - (first == p->inner_slabs ? 0.0f : 0.5f);
     bool lit = false;
     Lighting lighting;
     for (int i = first; i < first + count; i++) {
         const float4 slab = slabs[i];
+        const float end = start + slab.w / p->inner_slabs;
+        const float share = start >= 0.0f ? slab.w : slab.w * end / (end - start);
+        start = end;
+        if (end <= 0.0f)
+            continue;
         const realv value = slab.x * before + slab.y * own + slab.z * after;
-        composite_sample(p, table, value, slab.w, dt, inside, source, &lit, &lighting, light, active);
+        composite_sample(p, table, value, share, dt, inside, source, &lit, &lighting, light, active);
     }
 }
 

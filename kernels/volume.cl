@@ -4,7 +4,8 @@
 typedef struct {
     long stride_u, stride_v, stride_a; // in voxels; stride_u is 1 except for the direct method
     int dims_u, dims_v, dims_a;
-    float background; // value of the voxels missing around the volume
+    float background; // value of the voxels missing around the volume, less `offset`
+    float offset;     // taken from every voxel, so that float sums are as fine as the data's own range
 } VolumeView;
 CHECK_SIZE(VolumeView, VOLUME_VIEW_BYTES);
 
@@ -12,7 +13,7 @@ CHECK_SIZE(VolumeView, VOLUME_VIEW_BYTES);
 inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k) {
     if (u < 0 || u >= view->dims_u || v < 0 || v >= view->dims_v || k < 0 || k >= view->dims_a)
         return view->background;
-    return convert_float(voxels[u * view->stride_u + v * view->stride_v + k * view->stride_a]);
+    return convert_float(voxels[u * view->stride_u + v * view->stride_v + k * view->stride_a]) - view->offset;
 }
 
 // `vectors` x VW voxels of row v, layer k, from u on, as floats. Needs stride_u = 1.
@@ -21,7 +22,7 @@ inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u
     __global const VOXEL *start = voxels + v * view->stride_v + k * view->stride_a;
     for (int c = 0; c < vectors; c++, u += VW, row += VW) {
         if (inside && u >= 0 && u + VW <= view->dims_u) {
-            STOREV(row, LOAD_VOXELS(start + u));
+            STOREV(row, LOAD_VOXELS(start + u) - view->offset);
         } else if (!inside || u + VW <= 0 || u >= view->dims_u) {
             STOREV(row, (realv)(view->background));
         } else if (view->dims_u >= VW) {
@@ -29,12 +30,12 @@ inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u
             const int nearest = clamp(u, 0, view->dims_u - VW);
             float around[3 * VW];
             STOREV(around, (realv)(view->background));
-            STOREV(around + VW, LOAD_VOXELS(start + nearest));
+            STOREV(around + VW, LOAD_VOXELS(start + nearest) - view->offset);
             STOREV(around + 2 * VW, (realv)(view->background));
             STOREV(row, LOADV(around + VW + (u - nearest)));
         } else {
             for (int i = 0; i < VW; i++)
-                row[i] = u + i >= 0 && u + i < view->dims_u ? convert_float(start[u + i]) : view->background;
+                row[i] = u + i >= 0 && u + i < view->dims_u ? convert_float(start[u + i]) - view->offset : view->background;
         }
     }
 }
@@ -43,11 +44,14 @@ inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u
 #define BLOCK 8
 // How far a sample reaches for voxels while |s| <= 1: 1 + |s| around its crossings of three layers, |s| to either side.
 #define REACH 3
-// Bits of a block's visibility: what is in reach of samples with |s| <= 1, and of those with |s| <= 3.
+// Bits of a block's visibility: what is in reach of samples with |s| <= 1, of those with |s| <= 3, and of samples of
+// the footprint set, whose weights sum to 1 only within SET_SLACK.
 #define NEAR 1
 #define FAR 2
+#define SET 4
+#define SET_SLACK 0.04f
 
-// Whether any block under samples in [u0, u1] x [v0, v1] of layer k (-1 ... n) can show anything; bit: NEAR or FAR.
+// Whether any block under samples in [u0, u1] x [v0, v1] of layer k (-1 ... n) can show anything; bit: NEAR, FAR or SET.
 inline bool block_visible(__global const uchar *visible, int bit, int blocks_u, int blocks_v, int u0, int u1, int v0,
                           int v1, int k) {
     // Shifted by a block of margin; >> rounds down, also below 0.

@@ -95,6 +95,42 @@ fn beer_lambert_in_perspective() {
 }
 
 #[test]
+fn an_eye_inside_sees_what_is_before_it() {
+    // Homogeneous fog, seen from inside: each ray's depth is its length in the support, to one layer where it leaves
+    // through a side face, and without jumps as the eye moves.
+    let volume = cube([32, 32, 32], DVec3::ONE);
+    let size = viewport(24, 24);
+    let transfer = TransferFunction::new("fog", vec![(0.0, [1.0; 3])], vec![(0.0, 0.03)]).unwrap();
+    let tau = -(1.0f64 - 0.03).ln();
+    for distance in [0.3, 0.45, 0.6, 0.9, 5.0] {
+        for correction in [Correction::Constant, Correction::SubLayers(4)] {
+            let camera = perspective(&volume, 20.0, 10.0, 90.0);
+            let eye = camera.focal_point + (camera.position - camera.focal_point).normalize() * distance;
+            let camera = Camera { position: eye, ..camera };
+            let frame = render(&volume, &transfer, &camera, size, &Settings { correction, ..unshaded() });
+            let truth = Integral::new(&volume, &transfer, None).render(&camera, size).unwrap();
+            for (found, expected) in frame.pixels().iter().zip(truth.pixels()) {
+                let [found, expected] = [found, expected].map(|p| -(1.0 - f64::from(p[3])).ln() / tau);
+                assert!((found - expected).abs() < 0.9, "{distance}, {correction:?}: {found} for {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_step_at_the_first_point_hides_what_is_below() {
+    let mut values = vec![50; 16 * 16 * 16];
+    values[8 * 256 + 8 * 16 + 8] = 150;
+    let volume = volume([16; 3], DVec3::ONE, Voxels::Uint8(values));
+    let opacities = vec![(100.0, 0.0), (100.0, 1.0), (200.0, 1.0)];
+    let transfer = TransferFunction::new("step", vec![(100.0, [1.0; 3])], opacities).unwrap();
+    let camera = parallel(&volume, viewport(64, 64), 10.0, 5.0);
+    let frame = render(&volume, &transfer, &camera, viewport(64, 64), &Settings::default());
+    let opaque = frame.pixels().iter().filter(|p| p[3] > 0.5).count();
+    assert!((1..60).contains(&opaque), "{opaque} opaque pixels for one voxel");
+}
+
+#[test]
 fn rays_through_side_faces_are_right_to_one_layer() {
     let volume = cube([10, 10, 16], DVec3::ONE);
     let size = viewport(48, 48);

@@ -238,7 +238,13 @@ fn bad_files_exit_with_1_and_say_why() {
         refused(f, &["info", volume], 1, words);
     }
     for volume in ["over_99999999999x99999999999x9_uint8.raw", "zero_0x4x4_uint8.raw"] {
-        refused(f, &["info", volume], 2, &["dims"]);
+        refused(f, &["info", volume], 1, &["dims", volume]);
+    }
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
+    if let Ok(full) = full {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
+        let status = command.args(["info", "builtin:cube@4", "--json"]).stdout(full).output().unwrap().status;
+        assert_eq!(status.code(), Some(1), "a report that is lost must not look like success");
     }
     refused(f, &["render", "builtin:cube@4", "-o", "nowhere/a.png"], 1, &["nowhere/a.png"]);
     refused(f, &["render", "builtin:cube@4", "-o", "folder_4x4x4_uint8.raw/../missing/b.npy"], 1, &["cannot write"]);

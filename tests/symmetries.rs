@@ -187,6 +187,35 @@ fn culling_never_changes_a_bit() {
     }
 }
 
+/// A flat volume far from zero with one higher voxel, and edges of opacity just above the flat value.
+#[test]
+fn culling_survives_rounding_and_the_footprint_set() {
+    use layersplat::renderer::Footprints;
+    let size = viewport(64, 64);
+    let dims = [24; 3];
+    let mut seen: f32 = 0.0;
+    for (flat, peak) in [(100u16, 255u16), (60_000, 65_535)] {
+        let mut values = vec![flat; 24 * 24 * 24];
+        values[12 * 24 * 24 + 11 * 24 + 13] = peak;
+        let volume = volume(dims, DVec3::ONE, Voxels::Uint16(values));
+        for edge in [0.01, 0.1, 0.3, 0.5] {
+            let edge = f64::from(flat) + edge;
+            let opacities = vec![(0.0, 0.0), (edge, 0.0), (edge + 2.0, 0.5), (65_535.0, 0.5)];
+            let transfer = TransferFunction::new("edge", vec![(0.0, [1.0; 3])], opacities).unwrap();
+            let direct =
+                Settings { shading: None, early_termination: false, evaluation: Evaluation::Direct, ..Settings::default() };
+            for settings in [direct, Settings { footprints: Footprints::Set, ..direct }] {
+                let camera = parallel(&volume, size, 45.0, 35.0);
+                let culled = render(&volume, &transfer, &camera, size, &settings);
+                let whole = render(&volume, &transfer, &camera, size, &Settings { culling: false, ..settings });
+                assert!(culled == whole, "{flat}, {edge}, {:?}: {:?}", settings.footprints, compare(&culled, &whole));
+                seen = seen.max(largest_opacity(&whole));
+            }
+        }
+    }
+    assert!(seen > 0.1);
+}
+
 #[test]
 fn runs_are_the_same_bit_for_bit() {
     let volume = random_volume([33, 34, 35], DVec3::ONE, 7);

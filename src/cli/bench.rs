@@ -97,7 +97,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         lattice,
         device_bytes: scene.device.allocated_bytes(),
     };
-    super::report(arguments.json, &bench, || text(&bench));
+    super::report(arguments.json, &bench, || text(&bench))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -36,7 +36,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             a.height()
         ),
     })?;
-    super::report(arguments.json, &comparison, || text(&comparison));
+    super::report(arguments.json, &comparison, || text(&comparison))?;
     let too_far = arguments.max_difference.is_some_and(|limit| comparison.max_difference > limit)
         || arguments.min_psnr.is_some_and(|limit| comparison.psnr.is_some_and(|psnr| psnr < limit));
     Ok(ExitCode::from(u8::from(too_far)))

@@ -19,7 +19,7 @@ struct Devices {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let devices = Devices { devices: Device::list()? };
-    super::report(arguments.json, &devices, || devices.devices.iter().map(text).collect::<Vec<_>>().join("\n"));
+    super::report(arguments.json, &devices, || devices.devices.iter().map(text).collect::<Vec<_>>().join("\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -48,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         histogram: statistics.histogram.clone(),
         effective_splats,
     };
-    super::report(arguments.json, &info, || text(&info, &statistics, &volume));
+    super::report(arguments.json, &info, || text(&info, &statistics, &volume))?;
     Ok(ExitCode::SUCCESS)
 }
 

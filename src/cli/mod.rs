@@ -13,6 +13,7 @@ mod scene;
 use crate::error::Error;
 use clap::{Parser, Subcommand};
 use serde::Serialize;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Volume rendering by layered splatting, on any OpenCL device.
@@ -66,9 +67,13 @@ fn exit_code(error: &Error) -> u8 {
 }
 
 /// Prints a report: as one line of JSON, or as text.
-fn report(json: bool, value: &impl Serialize, text: impl FnOnce() -> String) {
-    use std::io::Write;
+fn report(json: bool, value: &impl Serialize, text: impl FnOnce() -> String) -> Result<(), Error> {
+    use std::io::{ErrorKind, Write};
     let line = if json { serde_json::to_string(value).expect("reports are plain data") } else { text() };
-    // A reader that went away (`| head`) is no error of ours.
-    let _ = writeln!(std::io::stdout(), "{}", line.trim_end());
+    let mut out = std::io::stdout();
+    match writeln!(out, "{}", line.trim_end()).and_then(|()| out.flush()) {
+        // A reader that went away (`| head`) is no error of ours.
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::write(Path::new("standard output"), e)),
+        _ => Ok(()),
+    }
 }

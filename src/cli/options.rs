@@ -2,6 +2,7 @@
 
 use super::parse;
 use crate::camera::Orbit;
+use crate::device::DeviceChoice;
 use crate::image::Background;
 use crate::layers::{Correction, Density, Viewport};
 use crate::renderer::{Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
@@ -104,6 +105,13 @@ pub(super) struct DeviceOptions {
     /// Index or part of a name, see `layersplat devices` [default: a GPU if there is one, else the CPU]
     #[arg(long, env = "LAYERSPLAT_DEVICE")]
     pub device: Option<String>,
+}
+
+impl DeviceOptions {
+    /// An empty name, as of an empty LAYERSPLAT_DEVICE, is none.
+    pub fn choice(&self) -> DeviceChoice {
+        self.device.clone().filter(|name| !name.is_empty()).map_or(DeviceChoice::Default, DeviceChoice::Named)
+    }
 }
 
 /// How the picture is made. Each option overrides the quality's choice.

@@ -54,6 +54,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         lattice: report.lattice,
         active_samples: report.active_samples,
     };
-    super::report(arguments.json, &rendered, || rendered.output.clone());
+    super::report(arguments.json, &rendered, || rendered.output.clone())?;
     Ok(ExitCode::SUCCESS)
 }

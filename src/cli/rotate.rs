@@ -64,6 +64,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         volume: scene.volume.name(),
         device: &scene.device.info().name,
     };
-    super::report(arguments.json, &rotated, || format!("{} pictures in {}", rotated.frames, rotated.output));
+    super::report(arguments.json, &rotated, || format!("{} pictures in {}", rotated.frames, rotated.output))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -2,7 +2,7 @@
 
 use super::options::{CameraOptions, DeviceOptions, QualityOptions, TransferOptions, VolumeOptions};
 use crate::camera::{Camera, Orbit, Projection};
-use crate::device::{Device, DeviceChoice};
+use crate::device::Device;
 use crate::error::Error;
 use crate::renderer::{Renderer, Settings};
 use crate::transfer::TransferFunction;
@@ -38,7 +38,7 @@ impl Scene {
         let settings = options.quality.settings()?;
         let volume = Volume::open(&options.volume.volume, &options.volume.raw())?;
         let transfer = open_transfer(&options.transfer, &volume)?;
-        let choice = options.device.device.clone().map_or(DeviceChoice::Default, DeviceChoice::Named);
+        let choice = options.device.choice();
         let device = Device::open(&choice)?;
         Ok(Self { volume, transfer, settings, device })
     }

@@ -34,10 +34,15 @@ impl ImageFormat {
 /// Writes a file under a temporary name beside it, then renames it: it appears whole or not at all.
 pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
     let failed = |e| Error::write(path, e);
-    if path.is_dir() {
-        return Err(failed(io::Error::other("it is a directory")));
+    // What a link leads to is written, not the link.
+    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
+    if target.exists() && !target.is_file() {
+        return Err(failed(io::Error::other("it exists and is no regular file")));
     }
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(failed(io::Error::other(format!("there is no folder {}", folder.display()))));
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".layersplat-");
     #[cfg(unix)]
@@ -50,7 +55,7 @@ pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result
     let mut buffered = io::BufWriter::new(file.as_file_mut());
     write(&mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
     drop(buffered);
-    file.persist(path).map_err(|e| failed(e.error))?;
+    file.persist(&target).map_err(|e| failed(e.error))?;
     Ok(())
 }
 
@@ -104,7 +109,11 @@ fn read_npy(path: &Path) -> Result<Frame, Error> {
     }
     let side = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
     let viewport = Viewport::new(side(width), side(height))?;
-    let numbers = array.into_vec::<f32>().map_err(|e| damaged(e.to_string()))?;
+    let numbers = array.into_vec::<f32>().map_err(|e| damaged(format!("{e}: it must hold float32")))?;
+    let lost = numbers.iter().filter(|n| !n.is_finite()).count();
+    if lost > 0 {
+        return Err(damaged(format!("{lost} of its numbers are NaN or infinite")));
+    }
     let (pixels, _) = numbers.as_chunks::<4>();
     Ok(Frame::new(viewport, pixels.to_vec()))
 }
@@ -156,11 +165,29 @@ mod tests {
         }
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn links_lead_to_what_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let (target, link) = (folder.path().join("a.npy"), folder.path().join("link.npy"));
+        frame().save(&target, Some(Background::BLACK)).unwrap();
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        frame().save(&link, None).unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(read_image(&target).unwrap(), frame());
+    }
+
     #[test]
     fn unwritable_places_leave_nothing() {
         let folder = tempfile::tempdir().unwrap();
         assert!(frame().save(folder.path().join("missing/a.png"), None).is_err());
         assert!(frame().save(folder.path().join("a.jpg"), None).is_err());
+        let lost =
+            Frame::new(Viewport::new(3, 2).unwrap(), frame().pixels().iter().map(|p| [f32::NAN, p[1], p[2], p[3]]).collect());
+        let unfinished = folder.path().join("nan.npy");
+        lost.save(&unfinished, None).unwrap();
+        assert!(read_image(&unfinished).unwrap_err().to_string().contains("6 of its numbers"));
+        std::fs::remove_file(unfinished).unwrap();
         std::fs::create_dir(folder.path().join("b.png")).unwrap();
         assert!(frame().save(folder.path().join("b.png"), None).is_err());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);

@@ -75,24 +75,30 @@ impl<'a> Layered<'a> {
         let mut color = [0.0; 3];
         let mut transmittance = 1.0;
         for (n, &k) in order.iter().enumerate() {
-            let t = (k as f64 - crossing.origin.z) / ray.direction[frame.a];
-            if t <= ray.start || !self.in_support(&crossing, k) {
+            // Distance from the eye, in layers: what lies behind it is cut off.
+            let from_eye = step as f64 * (k as f64 - crossing.origin.z - ray.start * ray.direction[frame.a]);
+            if from_eye <= -0.5 || !self.in_support(&crossing, k) {
                 continue;
             }
             let [before, own, after] = [k - step, k, k + step].map(|j| self.splat_sum(&crossing, j, crossing.at(j)));
-            let samples = match n {
+            let samples_of_layer = match n {
                 0 => &slabs.front,
                 _ if n + 1 == order.len() => &slabs.back,
                 _ => &slabs.inner,
             };
-            for slab in samples {
+            let mut start = from_eye - if n == 0 { 0.0 } else { 0.5 };
+            for slab in samples_of_layer {
+                let end = start + slab.share / samples;
+                let ahead = if start < 0.0 { (end / (end - start)).max(0.0) } else { 1.0 };
+                start = end;
+                let share = slab.share * ahead;
                 let value = slab.before * before + slab.own * own + slab.after * after;
                 if self.transfer.opacity(value) == 0.0 {
                     continue;
                 }
                 let opacity = match self.settings.extinction {
-                    Extinction::Exponential => -(-self.transfer.extinction(value) * dt * slab.share).exp_m1(),
-                    Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0) * slab.share,
+                    Extinction::Exponential => -(-self.transfer.extinction(value) * dt * share).exp_m1(),
+                    Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0) * share,
                 };
                 let mut c = self.transfer.color(value);
                 if let Some(shading) = self.settings.shading {

@@ -38,6 +38,7 @@ impl Renderer {
         let affine = |p: &[DVec3; 3]| p.map(|v| v.as_vec3().extend(0.0).to_array());
         // Blocks and flags of axes that no ray takes are not read.
         let known = Axis::ALL.map(|a| if axes.contains(&a) { a } else { axes[0] });
+        let (background, offset) = self.kept.background();
         let params = DirectParams {
             stride: upload_strides(&self.grid),
             origin: affine(&rays.origin),
@@ -51,7 +52,8 @@ impl Renderer {
             blocks: known.map(|a| self.kept.occupancy(a).blocks),
             axis: axis.map_or(-1, |a| a.index() as i32),
             culling: i32::from(settings.culling),
-            background: self.kept.background(),
+            background,
+            offset,
         };
         let Self { device, kernels, kept, scratch, .. } = self;
         let written = "written above";

@@ -13,7 +13,9 @@ use crate::volume::{Grid, Volume};
 /// The volume, what is known of it per layer axis, and the tables of the transfer function.
 pub(super) struct Kept {
     dims: [usize; 3],
-    background: f32,
+    /// Taken from every voxel by the kernels, so that float sums are as fine as the data's own range.
+    offset: f64,
+    background: f64,
     field_range: (f64, f64),
     voxels: VoxelBuffer,
     transposed: Option<VoxelBuffer>,
@@ -27,7 +29,7 @@ pub(super) struct Table {
     extinction: Extinction,
     pub entries: Buffer<Float4>,
     visible_before: Buffer<u32>,
-    /// Value of the first entry, entries per value, index of the last entry.
+    /// Value of the first entry, less the offset, entries per value, index of the last entry.
     pub scale: (f32, f32, i32),
     /// First and last entry with opacity; if there is none, the first is beyond the last.
     pub visible_entries: [i32; 2],
@@ -44,7 +46,8 @@ impl Kept {
     pub fn upload(device: &Device, volume: &Volume) -> Result<Self, Error> {
         Ok(Self {
             dims: volume.grid().dims(),
-            background: volume.background() as f32,
+            offset: volume.range().0,
+            background: volume.background(),
             field_range: volume.field_range(),
             voxels: VoxelBuffer::upload(device, volume.voxels(), volume.name())?,
             transposed: None,
@@ -63,8 +66,9 @@ impl Kept {
         &self.voxels
     }
 
-    pub fn background(&self) -> f32 {
-        self.background
+    /// The background as kernels see it, and what they take from every voxel.
+    pub fn background(&self) -> (f32, f32) {
+        ((self.background - self.offset) as f32, self.offset as f32)
     }
 
     /// Voxels in which u has unit stride, and where they lie. Layer axes y and z read the upload; x has its own layout.
@@ -75,7 +79,8 @@ impl Kept {
             Axis::Y => ([1, x * y, x], &self.voxels),
             Axis::Z => ([1, x, x * y], &self.voxels),
         };
-        (voxels, VolumeView { stride, dims: self.local_dims(axis).map(|n| n as i32), background: self.background })
+        let (background, offset) = self.background();
+        (voxels, VolumeView { stride, dims: self.local_dims(axis).map(|n| n as i32), background, offset, padding: 0 })
     }
 
     /// The occupancy of a layer axis.
@@ -103,8 +108,9 @@ impl Kept {
         extinction: Extinction,
     ) -> Result<(), Error> {
         if self.table.as_ref().is_none_or(|t| t.extinction != extinction) {
-            self.table = Some(Table::upload(device, transfer, self.field_range, extinction)?);
+            self.table = Some(Table::upload(device, transfer, self.field_range, self.offset, extinction)?);
         }
+        let (background, offset) = self.background();
         for &axis in axes {
             if axis == Axis::X && self.transposed.is_none() {
                 let layout =
@@ -123,7 +129,7 @@ impl Kept {
             if table.visible[axis.index()].is_none() {
                 let visible = Buffer::new(device, occupancy.flags(), "the visibility of blocks")?;
                 let kernel = kernels.visibility(device)?;
-                kernel.launch(device, occupancy, self.background, table.scale, &table.visible_before, &visible)?;
+                kernel.launch(device, occupancy, background, offset, table.scale, &table.visible_before, &visible)?;
                 table.visible[axis.index()] = Some(visible);
             }
         }
@@ -158,6 +164,7 @@ impl Table {
         device: &Device,
         transfer: &TransferFunction,
         field_range: (f64, f64),
+        offset: f64,
         extinction: Extinction,
     ) -> Result<Self, Error> {
         let table = TransferTable::new(transfer, field_range, extinction);
@@ -167,7 +174,7 @@ impl Table {
             entries: Buffer::from_slice(device, &entries, "the transfer table")?,
             visible_before: Buffer::from_slice(device, &table.visible_before(), "the transfer table")?,
             visible_entries: table.visible_entries(),
-            scale: (table.first as f32, table.per_value as f32, entries.len() as i32 - 1),
+            scale: ((table.first - offset) as f32, table.per_value as f32, entries.len() as i32 - 1),
             visible: [None, None, None],
         })
     }

@@ -67,7 +67,7 @@ pub struct Settings {
     /// Footprints of the direct evaluation. Default: exact.
     pub footprints: Footprints,
     /// What makes up for kernels that reach into the neighbouring layers. Default: two sub-layers, which gain 1.5 to 2 dB
-    /// over κ alone for a third more time.
+    /// over κ alone per pixel on real data.
     pub correction: Correction,
     /// Default: exponential, which is exact for homogeneous stretches at any spacing.
     pub extinction: Extinction,

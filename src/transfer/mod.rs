@@ -33,12 +33,13 @@ impl TransferFunction {
     ) -> Result<Self, Error> {
         let name = name.into();
         let check = |what: &str, points: Vec<(f64, &[f64])>| {
+            let bad = |(x, y): &&(f64, &[f64])| !x.is_finite() || !y.iter().all(|v| (0.0..=1.0).contains(v));
             let problem = if points.is_empty() {
-                "has no points"
-            } else if !points.iter().all(|(x, y)| x.is_finite() && y.iter().all(|v| (0.0..=1.0).contains(v))) {
-                "has values that are not finite, or entries outside 0 … 1"
-            } else if !points.is_sorted_by(|a, b| a.0 <= b.0) {
-                "is not sorted by value"
+                "has no points: give at least one".into()
+            } else if let Some((x, y)) = points.iter().find(bad) {
+                format!("maps {x} to {y:?}: values must be finite and entries from 0 to 1")
+            } else if let Some(pair) = points.windows(2).find(|p| p[1].0 < p[0].0) {
+                format!("has {} after {}: points must be sorted by value", pair[1].0, pair[0].0)
             } else {
                 return Ok(());
             };

@@ -101,7 +101,7 @@ mod tests {
             (r#"{"RGBPoints": [0,0,0,0], "Points": [0,0,0.3,0]}"#, "midpoint"),
             (r#"{"RGBPoints": [0,0,0,0], "Points": [0,0,0.5,1]}"#, "sharpness"),
             (r#"{"RGBPoints": [5,0,0,0, 1,0,0,0]}"#, "sorted"),
-            (r#"{"RGBPoints": [0,0,0,2]}"#, "outside"),
+            (r#"{"RGBPoints": [0,0,0,2]}"#, "from 0 to 1"),
         ] {
             let message = parse(text, "f.json", None).unwrap_err().to_string();
             assert!(message.contains(word) && message.contains("f.json"), "{text}: {message}");

@@ -24,6 +24,10 @@ pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume, Erro
             return Err(Error::UnknownName { what: "built-in volume", name: name.into(), known: NAMES.into() });
         }
     };
+    if options.dims.is_some() || options.voxel_type.is_some() {
+        let problem = format!("dimensions and types are for files: write builtin:{name}@N or builtin:{name}@XxYxZ");
+        return Err(Error::Settings { problem });
+    }
     let dims = parse_size(size).ok_or_else(|| Error::OutOfRange {
         name: "size of the built-in volume",
         value: size.into(),

@@ -29,9 +29,11 @@ impl Grid {
             let value = format!("{}x{}x{}", dims[0], dims[1], dims[2]);
             return Err(Error::OutOfRange { name: "dims", value, expected: "at least 1 per axis and at most 2^40 voxels" });
         }
-        if !(spacing.is_finite() && spacing.min_element() > 0.0) {
+        let (least, most) = (spacing.min_element(), spacing.max_element());
+        if !(spacing.is_finite() && least >= 1e-30 && most <= 1e30 && most <= 1e6 * least) {
             let value = format!("{},{},{}", spacing.x, spacing.y, spacing.z);
-            return Err(Error::OutOfRange { name: "spacing", value, expected: "finite numbers above 0" });
+            let expected = "numbers from 1e-30 to 1e30, none above a million times another";
+            return Err(Error::OutOfRange { name: "spacing", value, expected });
         }
         let deviation = direction.transpose() * direction - DMat3::IDENTITY;
         if !origin.is_finite() || !deviation.to_cols_array().iter().all(|d| d.abs() < 1e-4) {

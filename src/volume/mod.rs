@@ -16,6 +16,8 @@ pub use voxels::{VoxelType, Voxels};
 use crate::error::Error;
 use std::path::Path;
 
+/// A narrower range of float values would be lost in the device's floats, which have no denormals.
+const SMALLEST_RANGE: f64 = 1e-30;
 /// Beyond this magnitude a float voxel counts as not finite: sums of a few voxels must not overflow.
 const LARGEST_MAGNITUDE: f32 = 1e30;
 
@@ -46,6 +48,11 @@ impl Volume {
         if replaced > 0 {
             range.0 = range.0.min(0.0);
             tracing::warn!("{name}: {replaced} voxels are NaN, infinite or beyond 1e30; they became the background value");
+        }
+        if range.1 - range.0 > 0.0 && range.1 - range.0 < SMALLEST_RANGE {
+            let problem =
+                format!("all values lie within {:e}, too close together for a device: scale them up", range.1 - range.0);
+            return Err(Error::volume(Path::new(&name), problem));
         }
         Ok(Self { name, grid, voxels, range, replaced })
     }
@@ -117,8 +124,10 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_count_is_refused() {
+    fn a_wrong_count_or_a_lost_range_is_refused() {
         let grid = Grid::new([2, 2, 2], DVec3::ONE).unwrap();
-        assert!(Volume::new("t", grid, Voxels::Uint8(vec![0; 7])).is_err());
+        assert!(Volume::new("t", grid.clone(), Voxels::Uint8(vec![0; 7])).is_err());
+        let tiny = Voxels::Float32((0..8).map(|i| i as f32 * 1e-35).collect());
+        assert!(Volume::new("t", grid, tiny).unwrap_err().to_string().contains("scale them up"));
     }
 }

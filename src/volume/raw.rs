@@ -63,7 +63,10 @@ pub(super) fn read(path: &Path, options: &RawOptions) -> Result<Volume, Error> {
             return Err(Error::volume(path, problem));
         }
     };
-    let grid = options.grid(dims)?;
+    let grid = options.grid(dims).map_err(|e| match (options.dims, &e) {
+        (None, Error::OutOfRange { name: "dims", .. }) => Error::volume(path, format!("{e}: rename it, or give --dims")),
+        _ => e,
+    })?;
     let expected = grid.voxel_count() as u64 * voxel_type.bytes() as u64;
     let size = |found: String| Error::FileSize { path: path.into(), dims, voxel_type, expected, found };
     if !zipped && metadata.len() != expected {
@@ -79,7 +82,7 @@ pub(super) fn read(path: &Path, options: &RawOptions) -> Result<Volume, Error> {
     // One byte more than expected tells a longer file from a fitting one.
     let found = reader.take(expected + 1).read_to_end(&mut bytes).map_err(|e| match e.kind() {
         io::ErrorKind::UnexpectedEof => {
-            Error::volume(path, format!("the gzip data is truncated after {} of {expected} bytes", bytes.len()))
+            Error::volume(path, format!("the gzip data ends, truncated or damaged, after {} of {expected} bytes", bytes.len()))
         }
         _ => Error::read(path, e),
     })? as u64;

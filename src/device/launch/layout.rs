@@ -73,13 +73,14 @@ impl VisibilityKernel {
         Ok(Self(device.kernel(&source!("visibility", "volume"), &voxel_defines(voxel_type, 1))?))
     }
 
-    /// `table` is (first, per_value, last); `visible_before` has last + 2 counts; `visible` takes
+    /// `table` is (first, per_value, last); `background` and `table` are less `offset`; `visible_before` has last + 2 counts; `visible` takes
     /// [`Occupancy::flags`] bytes.
     pub fn launch(
         &self,
         device: &Device,
         occupancy: &Occupancy,
         background: f32,
+        offset: f32,
         table: (f32, f32, i32),
         visible_before: &Buffer<u32>,
         visible: &Buffer<u8>,
@@ -98,6 +99,7 @@ impl VisibilityKernel {
                 &blocks_v,
                 &occupancy.layers,
                 &background,
+                &offset,
                 &first,
                 &per_value,
                 &last,

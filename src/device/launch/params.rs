@@ -19,10 +19,12 @@ macro_rules! shared_struct {
 
 shared_struct! {
     /// See `VolumeView` in kernels/volume.cl.
-    VolumeView, VOLUME_VIEW_BYTES, 40 {
+    VolumeView, VOLUME_VIEW_BYTES, 48 {
         stride: [i64; 3],
         dims: [i32; 3],
         background: f32,
+        offset: f32,
+        padding: u32,
     }
 }
 
@@ -100,6 +102,7 @@ shared_struct! {
         axis: i32,
         culling: i32,
         background: f32,
+        offset: f32,
     }
 }
 
