@@ -110,7 +110,7 @@ impl Kept {
         if self.table.as_ref().is_none_or(|t| t.extinction != extinction) {
             self.table = Some(Table::upload(device, transfer, self.field_range, self.offset, extinction)?);
         }
-        let (background, offset) = self.background();
+        let background = self.background();
         for &axis in axes {
             if axis == Axis::X && self.transposed.is_none() {
                 let layout =
@@ -129,7 +129,7 @@ impl Kept {
             if table.visible[axis.index()].is_none() {
                 let visible = Buffer::new(device, occupancy.flags(), "the visibility of blocks")?;
                 let kernel = kernels.visibility(device)?;
-                kernel.launch(device, occupancy, background, offset, table.scale, &table.visible_before, &visible)?;
+                kernel.launch(device, occupancy, background, table.scale, &table.visible_before, &visible)?;
                 table.visible[axis.index()] = Some(visible);
             }
         }

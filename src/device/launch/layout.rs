@@ -73,14 +73,13 @@ impl VisibilityKernel {
         Ok(Self(device.kernel(&source!("visibility", "volume"), &voxel_defines(voxel_type, 1))?))
     }
 
-    /// `table` is (first, per_value, last); `background` and `table` are less `offset`; `visible_before` has last + 2 counts; `visible` takes
+    /// `table` is (first, per_value, last); background and table are less the offset; `visible_before` has last + 2 counts; `visible` takes
     /// [`Occupancy::flags`] bytes.
     pub fn launch(
         &self,
         device: &Device,
         occupancy: &Occupancy,
-        background: f32,
-        offset: f32,
+        (background, offset): (f32, f32),
         table: (f32, f32, i32),
         visible_before: &Buffer<u32>,
         visible: &Buffer<u8>,
