@@ -35,6 +35,30 @@ typedef struct {
     realv factor, highlight;
 } Lighting;
 
+// x^exponent for x in 0 ... 1 and exponent > 0, log2 (right to 1.2e-6 of itself) and exp2 (to 4e-6) by polynomials
+// fitted at Chebyshev nodes. PoCL's own cost 20 % of the lattice stage on engine.
+inline realv power(realv x, float exponent) {
+    const intv bits = AS_INTV(fmax(x, (realv)(1e-6f)));
+    const intv e = (bits - 0x3f400000) >> 23;
+    const realv t = AS_REALV(bits - (e << 23)) - 1.0f; // -0.25 ... 0.5: exact where x is 1
+    realv log2 = 0.1199838635f;
+    log2 = log2 * t - 0.2427637451f;
+    log2 = log2 * t + 0.2982907009f;
+    log2 = log2 * t - 0.3615473215f;
+    log2 = log2 * t + 0.4806241063f;
+    log2 = log2 * t - 0.7213282648f;
+    log2 = log2 * t + 1.4426963325f;
+    log2 = log2 * t + CONVERT_REALV(e);
+    const realv y = fmax(exponent * log2, (realv)(-126.0f));
+    const realv whole = floor(y), f = y - whole;
+    realv exp2 = 0.0136839829f;
+    exp2 = exp2 * f + 0.0517177355f;
+    exp2 = exp2 * f + 0.2416213227f;
+    exp2 = exp2 * f + 0.6929695509f;
+    exp2 = exp2 * f + 1.0000035971f;
+    return exp2 * AS_REALV((CONVERT_INTV(whole) + 127) << 23);
+}
+
 // Blinn-Phong, two-sided, one white light. Where the gradient is below 1e-3 of the value range per voxel the colour
 // stays as it is, with a smooth fade up to 2e-3: rounding must not flip it.
 inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a) {
@@ -49,8 +73,7 @@ inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a)
     const realv mirror = fabs(u * p->half_u + v * p->half_v + a * p->half_a) * inverse;
     Lighting lighting;
     lighting.factor = 1.0f + lit * (p->ambient + p->diffuse * facing - 1.0f);
-    // x^power through logarithms: 0 stays 0 because exp2 of a large negative number does.
-    lighting.highlight = lit * p->specular * native_exp2(p->power * native_log2(fmax(mirror, (realv)(1e-6f))));
+    lighting.highlight = lit * p->specular * power(mirror, p->power);
     return lighting;
 }
 

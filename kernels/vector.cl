@@ -19,6 +19,8 @@ typedef float realv_unaligned;
 #define CONVERT_INTV(x) convert_int(x)
 #define CONVERT_REALV(x) convert_float(x)
 #define LOAD_VOXELS(p) convert_float(*(p))
+#define AS_INTV(x) as_int(x)
+#define AS_REALV(x) as_float(x)
 #define GATHER(p, i) ((p)[i])
 #define LANES 0
 #define COUNT_IF(mask) ((mask) ? 1 : 0)
@@ -31,6 +33,8 @@ typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
 #define CONVERT_INTV(x) CAT(convert_int, VW)(x)
 #define CONVERT_REALV(x) CAT(convert_float, VW)(x)
 #define LOAD_VOXELS(p) CONVERT_REALV(CAT(vload, VW)(0, p))
+#define AS_INTV(x) CAT(as_int, VW)(x)
+#define AS_REALV(x) CAT(as_float, VW)(x)
 #define COUNT_IF(mask) (-(mask))
 #if VW == 16
 #define LANES (intv)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
