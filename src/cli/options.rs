@@ -201,9 +201,9 @@ impl QualityOptions {
         };
         if let Some(evaluation) = self.lattice {
             let kept = match (evaluation, settings.evaluation) {
-                // `auto` leaves a quality its own least density.
-                (Evaluation::Lattice(Density::AtLeast(_)), Evaluation::Lattice(Density::AtLeast(m))) => {
-                    Evaluation::Lattice(Density::AtLeast(m))
+                // `auto` leaves a quality its own density, unless that is a number or none.
+                (Evaluation::Lattice(Density::Relaxed), Evaluation::Lattice(own @ Density::AtLeast(_))) => {
+                    Evaluation::Lattice(own)
                 }
                 _ => evaluation,
             };

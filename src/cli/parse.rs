@@ -81,7 +81,7 @@ pub(super) fn layer_axis(text: &str) -> Result<LayerAxis, String> {
 /// `auto`, `direct` or samples per voxel.
 pub(super) fn lattice(text: &str) -> Result<Evaluation, String> {
     match (text, text.parse::<u32>()) {
-        ("auto", _) => Ok(Evaluation::Lattice(Density::AtLeast(1))),
+        ("auto", _) => Ok(Evaluation::Lattice(Density::Relaxed)),
         ("direct", _) => Ok(Evaluation::Direct),
         (_, Ok(m)) if (1..=MAX_SAMPLES_PER_VOXEL).contains(&m) => Ok(Evaluation::Lattice(Density::Fixed(m))),
         _ => Err(format!("'{text}' is no lattice: use auto, direct or 1 to {MAX_SAMPLES_PER_VOXEL} samples per voxel")),

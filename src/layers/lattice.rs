@@ -9,16 +9,32 @@ use glam::{DMat3, DVec3};
 pub const MAX_SAMPLES_PER_VOXEL: u32 = 16;
 /// Samples kept around the viewport: the warp's filter reaches two, and one more keeps rounding away.
 const MARGIN: f64 = 3.0;
-/// Pixels per voxel this close above a whole number round down to it.
+/// Pixels between samples in [`Density::Relaxed`].
+const RELAXED_PIXELS: f64 = 1.6;
+/// Samples per voxel this close above a whole number round down to it.
 const CEIL_SLACK: f64 = 1e-6;
 
 /// Samples per voxel of a lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Density {
-    /// The smallest whole number that is nowhere coarser than the screen, ceil(h/pixel), at least this.
+    /// Nowhere coarser than the screen, at least this many.
     AtLeast(u32),
+    /// As the screen, but where a voxel covers more than two pixels up to 1.6 pixels apart: the kernel has no finer detail
+    /// to show there, and the warp interpolates.
+    Relaxed,
     /// This many, 1 … 16.
     Fixed(u32),
+}
+
+impl Density {
+    /// Samples per voxel where a voxel covers `pixels` pixels; in general not whole.
+    pub(super) fn samples(self, pixels: f64) -> f64 {
+        match self {
+            Density::AtLeast(m) => pixels.max(f64::from(m)),
+            Density::Relaxed => pixels.min((pixels / RELAXED_PIXELS).max(2.0)),
+            Density::Fixed(m) => f64::from(m),
+        }
+    }
 }
 
 /// Where the samples of one phase sit in one layer: sample column i lies at `base + i + fraction` voxels.
@@ -63,10 +79,8 @@ impl Lattice {
         if !shear.iter().all(|s| s.abs() <= 1.0 + 1e-6) {
             return None;
         }
-        let samples_per_voxel = [frame.u, frame.v].map(|i| match density {
-            Density::AtLeast(m) => ((grid.spacing()[i] / rays.pixel_size - CEIL_SLACK).ceil() as u32).max(m),
-            Density::Fixed(m) => m,
-        });
+        let samples_per_voxel = [frame.u, frame.v]
+            .map(|i| (density.samples(grid.spacing()[i] / rays.pixel_size) - CEIL_SLACK).ceil().max(1.0) as u32);
         if samples_per_voxel.iter().any(|&m| m > MAX_SAMPLES_PER_VOXEL) {
             return None;
         }
@@ -204,6 +218,15 @@ mod tests {
         for k in 0..17 {
             assert_abs_diff_eq!(at(k + 1, 0) - at(k, 0), lattice.shear[0], epsilon = 1e-6);
             assert_abs_diff_eq!(at(k, 1) - at(k, 0), 0.5, epsilon = 1e-6);
+        }
+    }
+
+    #[test]
+    fn samples_per_voxel_follow_the_screen() {
+        for (pixels, relaxed) in [(0.3, 0.3), (1.34, 1.34), (2.0, 2.0), (3.0, 2.0), (4.8, 3.0), (16.0, 10.0)] {
+            assert_abs_diff_eq!(Density::Relaxed.samples(pixels), relaxed, epsilon = 1e-12);
+            assert_eq!(Density::AtLeast(3).samples(pixels), pixels.max(3.0));
+            assert_eq!(Density::Fixed(7).samples(pixels), 7.0);
         }
     }
 

@@ -80,22 +80,19 @@ impl PerspectiveLattice {
         for i in 0..2 {
             let (mut lo, mut hi) = lattice.shear_bounds(i);
             let (near, far) = lattice.layer_distances();
-            let coarsest = |m: u32| 1.0 / (f64::from(m) * near);
             let spacing = grid.spacing()[[lattice.frame.u, lattice.frame.v][i]];
-            // Shear per pixel at a corner of the volume.
-            let pixel = |c: &DVec3| {
-                rays.depth(lattice.eye, *c, lattice.frame) * rays.pixel_size / (spacing * (c.z - lattice.eye.z).abs())
+            // Pixels that a voxel of the nearest layer would cover, by the shear per pixel at a corner of the volume.
+            let pixels = |c: &DVec3| {
+                let depth = rays.depth(lattice.eye, *c, lattice.frame);
+                spacing * (c.z - lattice.eye.z).abs() / (depth * rays.pixel_size * near)
             };
-            let step = match density {
-                Density::Fixed(m) => coarsest(m),
-                Density::AtLeast(m) => corners.iter().map(pixel).fold(coarsest(m), f64::min),
-            };
+            let samples_per_voxel = density.samples(corners.iter().map(pixels).fold(0.0, f64::max));
+            let step = 1.0 / (samples_per_voxel * near);
             if let Some(screen) = screen {
                 let (seen_lo, seen_hi) = bounds(&screen.map(|s| s[i]));
                 (lo, hi) = (lo.max(seen_lo - 3.0 * step), hi.min(seen_hi + 3.0 * step));
             }
             let samples = ((hi - lo) / step).ceil().max(0.0);
-            let samples_per_voxel = 1.0 / (step * near);
             let most = f64::from([viewport.width, viewport.height][i].max(64) * MAX_SIDES);
             if samples > most || samples_per_voxel > f64::from(MAX_SAMPLES_PER_VOXEL) || far * step > MAX_VOXELS_PER_SAMPLE {
                 return None;

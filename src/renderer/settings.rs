@@ -62,7 +62,7 @@ impl Default for Shading {
 pub struct Settings {
     /// Which layer axis is taken. Default: the 45° rule.
     pub layer_axis: LayerAxis,
-    /// Where splat sums are evaluated. Default: on a lattice that is not coarser than the screen.
+    /// Where splat sums are evaluated. Default: on a lattice about as fine as the screen.
     pub evaluation: Evaluation,
     /// Footprints of the direct evaluation. Default: exact.
     pub footprints: Footprints,
@@ -94,7 +94,8 @@ impl Default for Settings {
 pub enum Quality {
     /// One sample per voxel, constant κ: the fastest.
     Draft,
-    /// Not coarser than the screen, two sub-layers: what is best for the time.
+    /// As fine as the screen (up to 1.6 pixels between samples of voxels that cover more than two), two sub-layers: what
+    /// is best for the time.
     #[default]
     Standard,
     /// At least three samples per voxel, four sub-layers.
@@ -109,7 +110,7 @@ impl Quality {
         let lattice = |density, correction| (Evaluation::Lattice(density), Footprints::Exact, correction);
         let (evaluation, footprints, correction) = match self {
             Quality::Draft => lattice(Density::Fixed(1), Correction::Constant),
-            Quality::Standard => lattice(Density::AtLeast(1), Correction::SubLayers(2)),
+            Quality::Standard => lattice(Density::Relaxed, Correction::SubLayers(2)),
             Quality::High => lattice(Density::AtLeast(3), Correction::SubLayers(4)),
             Quality::Paper => (Evaluation::Direct, Footprints::Set, Correction::Constant),
         };
