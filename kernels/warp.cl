@@ -18,22 +18,31 @@ inline float4 catmull_rom(float t) {
                     0.5f * t3 - 0.5f * t2);
 }
 
-inline float4 lattice_row(__global const float4 *row, int column, int width, float4 w) {
-    if (column >= 1 && column + 2 < width)
-        return w.x * row[column - 1] + w.y * row[column] + w.z * row[column + 1] + w.w * row[column + 2];
-    const float weight[4] = {w.x, w.y, w.z, w.w};
+inline float4 mix_row(__global const float4 *row, float4 w) {
+    return w.x * row[0] + w.y * row[1] + w.z * row[2] + w.w * row[3];
+}
+
+// The 4 x 4 samples from (column, row) on, all in the lattice.
+inline float4 mix_inside(__global const float4 *corner, int width, float4 wu, float4 wv) {
+    return wv.x * mix_row(corner, wu) + wv.y * mix_row(corner + width, wu) + wv.z * mix_row(corner + 2 * width, wu) +
+           wv.w * mix_row(corner + 3 * width, wu);
+}
+
+// The same where some of them are beyond it, and transparent.
+inline float4 mix_edge(__global const float4 *lattice, int width, int height, int column, int row, float4 wu, float4 wv) {
+    const float weight_u[4] = {wu.x, wu.y, wu.z, wu.w}, weight_v[4] = {wv.x, wv.y, wv.z, wv.w};
     float4 sum = 0.0f;
-    for (int i = 0; i < 4; i++)
-        if (column + i >= 1 && column + i <= width)
-            sum += weight[i] * row[column + i - 1];
+    for (int r = max(-row, 0); r < min(4, height - row); r++)
+        for (int c = max(-column, 0); c < min(4, width - column); c++)
+            sum += weight_v[r] * weight_u[c] * lattice[(size_t)(row + r) * width + column + c];
     return sum;
 }
 
 __kernel void warp(__global const float4 *lattice, WarpParams p, __global float4 *frame) {
-    const size_t pixel = get_global_id(0);
-    if (pixel >= (size_t)p.columns * p.rows)
+    const uint pixel = get_global_id(0), columns = p.columns, line = pixel / columns;
+    if (line >= (uint)p.rows)
         return;
-    const float x = pixel % p.columns + 0.5f, y = pixel / p.columns + 0.5f;
+    const float x = pixel - line * columns + 0.5f, y = line + 0.5f;
     const float *m = p.from_screen;
     const float w = m[6] * x + m[7] * y + m[8];
     float4 color = 0.0f;
@@ -41,13 +50,11 @@ __kernel void warp(__global const float4 *lattice, WarpParams p, __global float4
         const float column = (m[0] * x + m[1] * y + m[2]) / w, row = (m[3] * x + m[4] * y + m[5]) / w;
         if (column > -2.0f && column < p.width + 1.0f && row > -2.0f && row < p.height + 1.0f) {
             const float i = floor(column), j = floor(row);
-            const float4 weights_u = catmull_rom(column - i), weights_v = catmull_rom(row - j);
-            const float weight[4] = {weights_v.x, weights_v.y, weights_v.z, weights_v.w};
-            for (int r = 0; r < 4; r++) {
-                const int sample = (int)j - 1 + r;
-                if (sample >= 0 && sample < p.height)
-                    color += weight[r] * lattice_row(lattice + (size_t)sample * p.width, (int)i, p.width, weights_u);
-            }
+            const float4 wu = catmull_rom(column - i), wv = catmull_rom(row - j);
+            const int first = (int)i - 1, top = (int)j - 1;
+            color = first >= 0 && first + 4 <= p.width && top >= 0 && top + 4 <= p.height
+                        ? mix_inside(lattice + (size_t)top * p.width + first, p.width, wu, wv)
+                        : mix_edge(lattice, p.width, p.height, first, top, wu, wv);
             // The filter overshoots at edges: opacity stays in 0 ... 1, colours within the opacity.
             color.w = clamp(color.w, 0.0f, 1.0f);
             color.xyz = clamp(color.xyz, 0.0f, color.w);
