@@ -4,7 +4,8 @@
 // row, from the first layer to the last. Inside a layer all samples of a phase have the same offset from the voxels, so
 // the splat sum is one small stencil (weights, from footprints.cl) over unit-stride rows. The tile keeps the splat sums
 // of the three layers it is between, with a border of one sample where gradients are wanted.
-// Work-item id: ((q*m_u + p)*tiles_v + tile_v)*tiles_u + tile_u. lattice[(j*m_v + q)*width + i*m_u + p] = RGBA.
+// Work-item id: ((tile_v*tiles_u + tile_u)*m_v + q)*m_u + p: the phases of a tile follow each other and find its voxels
+// in the cache. lattice[(j*m_v + q)*width + i*m_u + p] = RGBA.
 
 #ifndef TILE_VECTORS
 #define TILE_VECTORS 2 // vectors of VW samples along u
@@ -132,11 +133,11 @@ __kernel void lattice(__global const VOXEL *voxels, VolumeView view, __global co
     if (id >= p.m_u * p.m_v * p.tiles_u * p.tiles_v)
         return;
     const int tile = id;
-    const int column = id % p.tiles_u * TILE_COLUMNS;
-    id /= p.tiles_u;
-    const int row = id % p.tiles_v * TILE_ROWS;
-    id /= p.tiles_v;
-    const int phase_u = id % p.m_u, phase_v = id / p.m_u;
+    const int phase_u = id % p.m_u;
+    id /= p.m_u;
+    const int phase_v = id % p.m_v;
+    id /= p.m_v;
+    const int column = id % p.tiles_u * TILE_COLUMNS, row = id / p.tiles_u * TILE_ROWS;
     const int rows = min(TILE_ROWS, p.columns_v - row), columns = min(TILE_COLUMNS, p.columns_u - column);
 
     float sums[3][SUM_ROWS * SUM_STRIDE];

@@ -134,8 +134,6 @@ ALWAYS_INLINE void composite_sample(const SampleParams *p, __global const float4
         return;
     realv r, g, b, w;
     table_entries(table, index, &r, &g, &b, &w);
-    if (!ANY(w > 0.0f))
-        return;
     const realv opacity = opacity_of(p, w, share, dt) * inside;
     *active += COUNT_IF(opacity > 0.0f);
     if (p->shading) {
