@@ -174,15 +174,14 @@ __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible
         if (culling && !block_visible(visible, bit, p.blocks[a][0], p.blocks[a][1], i, i, j, j, k))
             continue;
         for (int l = k - 1; l <= k + 1; l++) {
-            const int slot = (l + 3) % 3;
-            if (held[slot] == l)
+            if (held[slot(l)] == l)
                 continue;
-            held[slot] = l;
-            sums[slot] = splat_sum(voxels, &view, images, shears, l, u + (l - k) * s_u, v + (l - k) * s_v, s_u, s_v);
+            held[slot(l)] = l;
+            sums[slot(l)] = splat_sum(voxels, &view, images, shears, l, u + (l - k) * s_u, v + (l - k) * s_v, s_u, s_v);
         }
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
-        const float before = sums[(k - layer_step + 3) % 3], own = sums[(k + 3) % 3], after = sums[(k + layer_step + 3) % 3];
+        const float before = sums[slot(k - layer_step)], own = sums[slot(k)], after = sums[slot(k + layer_step)];
         const bool beside = u < -1.0f || u > view.dims_u || v < -1.0f || v > view.dims_v;
         const struct GradientSource source = {voxels, &view, images, shears, k,   layer_step,
                                               u,      v,     s_u,    s_v,    before, after};

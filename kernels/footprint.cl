@@ -41,6 +41,14 @@ inline float footprint(float x, float y, float s_u, float s_v) {
     return sum;
 }
 
+// Where the samples of one phase sit in one layer, along one axis: column i lies at base + i + fraction. Mirrors
+// `LayerOffset` in src/device/launch/params.rs.
+typedef struct {
+    int base;
+    float fraction;
+} LayerOffset;
+CHECK_SIZE(LayerOffset, LAYER_OFFSET_BYTES);
+
 // The voxels, counted from the one below a sample, whose footprints reach it along one axis: |fraction - tap| < 1+|s|.
 // 2 to 4 of -1 ... 2 while |s| <= 1.
 inline int first_tap(float fraction, float s) { return fraction < fabs(s) ? -1 : 0; }

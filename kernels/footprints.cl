@@ -1,13 +1,8 @@
 // Weights of the parallel lattice: the footprints of all voxels in reach of each phase of each layer.
 //
-// One work-item per (phase u, phase v, layer -1 ... n), phase u fastest; `layers` is n + 2. weights[((layer+1)*m_v + q)*m_u + p] is a float16: the weight
-// of tap (a, b) at a + 4*b, taps counted from first_tap. offsets_*: (voxel below as int, fraction) per layer and phase.
-
-typedef struct {
-    int base;
-    float fraction;
-} LayerOffset;
-CHECK_SIZE(LayerOffset, LAYER_OFFSET_BYTES);
+// One work-item per (phase u, phase v, layer -1 ... n), phase u fastest; `layers` is n + 2, offsets_* are per layer and
+// phase. weights[((layer+1)*m_v + q)*m_u + p] is a float16: the weight of tap (a, b) at a + 4*b, taps counted from
+// first_tap.
 
 __kernel void footprints(__global const LayerOffset *offsets_u, __global const LayerOffset *offsets_v, float shear_u,
                          float shear_v, int m_u, int m_v, int layers, __global float *weights) {

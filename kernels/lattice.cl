@@ -35,12 +35,6 @@ typedef struct {
 } LatticeParams;
 CHECK_SIZE(LatticeParams, LATTICE_PARAMS_BYTES);
 
-typedef struct {
-    int base;
-    float fraction;
-} LayerOffset;
-CHECK_SIZE(LayerOffset, LAYER_OFFSET_BYTES);
-
 // One voxel row's share of a splat sum.
 #define ROW_2(b) (w[4 * b] * LOADV(row + b * PATCH_STRIDE) + w[4 * b + 1] * LOADV(row + b * PATCH_STRIDE + 1))
 #define ROW_3(b) (ROW_2(b) + w[4 * b + 2] * LOADV(row + b * PATCH_STRIDE + 2))
@@ -121,9 +115,6 @@ inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, r
     *v = 0.5f * (LOADV(s->own + SUM_STRIDE) - LOADV(s->own - SUM_STRIDE));
     *a = 0.5f * s->layer_step * (LOADV(s->after) - LOADV(s->before)) - s->shear_u * *u - s->shear_v * *v;
 }
-
-// Slot of layer k in a ring of three; k >= -2.
-inline int slot(int k) { return (k + 3) % 3; }
 
 __kernel void lattice(__global const VOXEL *voxels, VolumeView view, __global const LayerOffset *offsets_u,
                       __global const LayerOffset *offsets_v, __global const float *weights,

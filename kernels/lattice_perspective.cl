@@ -58,10 +58,10 @@ inline Columns place_columns(realv u, realv shear, __global const float2 *nodes)
 
 inline void resample_row(__global const VOXEL *voxels, const VolumeView *view, const Columns *columns, int v, int k,
                          int shading, Rows *rows) {
-    const int slot = v & (RING - 1);
-    if (rows->held[slot] == v)
+    const int at = v & (RING - 1);
+    if (rows->held[at] == v)
         return;
-    rows->held[slot] = v;
+    rows->held[at] = v;
     float segment[SEGMENT_VECTORS * VW];
     load_row(voxels, view, columns->first, v, k, SEGMENT_VECTORS, segment);
     realv tap[TAPS];
@@ -71,12 +71,12 @@ inline void resample_row(__global const VOXEL *voxels, const VolumeView *view, c
         realv value = 0.0f;
         for (int a = 0; a < TAPS - 2; a++)
             value += columns->weight[q][a] * tap[a + 1];
-        rows->value[slot][q] = value;
+        rows->value[at][q] = value;
         if (shading) {
             realv difference = 0.0f;
             for (int a = 0; a < TAPS - 2; a++)
                 difference += columns->weight[q][a] * (tap[a + 2] - tap[a]);
-            rows->difference[slot][q] = 0.5f * difference;
+            rows->difference[at][q] = 0.5f * difference;
         }
     }
 }
@@ -135,8 +135,6 @@ inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, r
     *v = s->v;
     *a = 0.5f * s->layer_step * (s->after - s->before) - s->shear_u * s->u - s->shear_v * s->v;
 }
-
-inline int slot(int k) { return (k + 3) % 3; }
 
 __kernel void lattice_perspective(__global const VOXEL *voxels, VolumeView view, __global const float2 *crossings_u,
                                   __global const float2 *crossings_v, __global const float2 *nodes,

@@ -30,12 +30,12 @@ typedef struct {
 struct GradientSource;
 inline void layer_gradient(const struct GradientSource *source, realv *u, realv *v, realv *a);
 
-// Where a colour is multiplied by, and what highlight is added to it.
+// What a colour is multiplied by, and what highlight is added to it.
 typedef struct {
     realv factor, highlight;
 } Lighting;
 
-// x^exponent for x in 0 ... 1 and exponent > 0, log2 (right to 1.2e-6 of itself) and exp2 (to 4e-6) by polynomials
+// x^exponent for x in 0 ... 1 and exponent > 0, through log2 (right to 1.2e-6 of itself) and exp2 (to 4e-6), polynomials
 // fitted at Chebyshev nodes. PoCL's own cost 20 % of the lattice stage on engine.
 inline realv power(realv x, float exponent) {
     const intv bits = AS_INTV(fmax(x, (realv)(1e-6f)));

@@ -9,6 +9,9 @@ typedef struct {
 } VolumeView;
 CHECK_SIZE(VolumeView, VOLUME_VIEW_BYTES);
 
+// Place of layer k >= -2 in a ring of the three layers that a sample mixes.
+inline int slot(int k) { return (k + 3) % 3; }
+
 // Any voxel, inside or around the volume.
 inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k) {
     if (u < 0 || u >= view->dims_u || v < 0 || v >= view->dims_v || k < 0 || k >= view->dims_a)

@@ -73,8 +73,8 @@ impl VisibilityKernel {
         Ok(Self(device.kernel(&source!("visibility", "volume"), &voxel_defines(voxel_type, 1))?))
     }
 
-    /// `table` is (first, per_value, last); background and table are less the offset; `visible_before` has last + 2 counts; `visible` takes
-    /// [`Occupancy::flags`] bytes.
+    /// The first pair is (background, offset), `table` is (first, per_value, last); background and table are less the
+    /// offset. `visible_before` has last + 2 counts; `visible` takes [`Occupancy::flags`] bytes.
     pub fn launch(
         &self,
         device: &Device,

@@ -54,7 +54,7 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// See `LayerOffset` in kernels/lattice.cl and footprints.cl.
+    /// See `LayerOffset` in kernels/footprint.cl.
     LayerOffset, LAYER_OFFSET_BYTES, 8 {
         base: i32,
         fraction: f32,
