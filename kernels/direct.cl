@@ -7,23 +7,6 @@
 // moved out of the sum, S = integral of f(z) g(u + s_u z, v + s_v z) dz, where g interpolates the layer with f in u and v.
 // Between the knots this is a polynomial of degree 9 over one cell: five Gauss nodes, four voxels.
 
-// Mirrors `DirectParams` in src/device/launch/params.rs. Axes are x, y, z.
-typedef struct {
-    long stride[4];         // of the voxels along x, y, z
-    float origin[3][4];     // origin[0] + x origin[1] + y origin[2], in voxels
-    float direction[3][4];
-    float start;            // rays start at origin + start*direction
-    float spacing[3];       // world size of a voxel step / (unit distance x samples per layer)
-    float gradient[3];      // see SampleParams, per axis
-    float light[3], half_way[3];
-    int dims[3];
-    int blocks[3][2];       // of `visible_*`, along u and v
-    int axis;               // layer axis of all rays, or -1: each ray's own
-    int culling;
-    float background, offset; // see VolumeView
-} DirectParams;
-CHECK_SIZE(DirectParams, DIRECT_PARAMS_BYTES);
-
 #ifdef FOOTPRINT_SET
 // Mirrors layers/footprint_set.rs: 28 rows of equal angle in v; 30 columns, 31 in the 16 middle rows.
 inline int nearest_image(float s_u, float s_v) {
@@ -115,12 +98,6 @@ inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, r
     *a = 0.5f * s->layer_step * (s->after - s->before) - s->s_u * *u - s->s_v * *v;
 }
 
-// The layer axis by the 45 degree rule: the largest component; on a tie the lowest index.
-inline int most_parallel(const float *d) {
-    const float x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
-    return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
-}
-
 __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible_x, __global const uchar *visible_y,
                      __global const uchar *visible_z, __global const float4 *table, __global const float4 *slabs,
                      __global const uchar *images, __global const float2 *shears, DirectParams p, SampleParams sample,
@@ -128,23 +105,11 @@ __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible
     const size_t pixel = get_global_id(0);
     if (pixel >= (size_t)width * height)
         return;
-    const float x = pixel % width + 0.5f, y = pixel / width + 0.5f;
-    float o[3], d[3];
-    for (int i = 0; i < 3; i++) {
-        o[i] = p.origin[0][i] + x * p.origin[1][i] + y * p.origin[2][i];
-        d[i] = p.direction[0][i] + x * p.direction[1][i] + y * p.direction[2][i];
-    }
-    const int a = p.axis < 0 ? most_parallel(d) : p.axis;
-    const int iu = a == 0 ? 1 : 0, iv = a == 2 ? 1 : 2;
-    __global const uchar *visible = a == 0 ? visible_x : a == 1 ? visible_y : visible_z;
-    const VolumeView view = {p.stride[iu], p.stride[iv], p.stride[a], p.dims[iu], p.dims[iv], p.dims[a], p.background, p.offset};
-    sample.gradient_u = p.gradient[iu], sample.gradient_v = p.gradient[iv], sample.gradient_a = p.gradient[a];
-    sample.light_u = p.light[iu], sample.light_v = p.light[iv], sample.light_a = p.light[a];
-    sample.half_u = p.half_way[iu], sample.half_v = p.half_way[iv], sample.half_a = p.half_way[a];
-    const float s_u = d[iu] / d[a], s_v = d[iv] / d[a];
-    const float step_u = s_u * p.spacing[iu], step_v = s_v * p.spacing[iv], step_a = p.spacing[a];
-    const float dt = sqrt(step_u * step_u + step_v * step_v + step_a * step_a);
-    const int layer_step = d[a] > 0.0f ? 1 : -1;
+    const PixelRay ray = ray_of_pixel(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample);
+    const VolumeView view = ray.view;
+    __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
+    const float s_u = ray.s_u, s_v = ray.s_v;
+    const int layer_step = ray.layer_step;
     const int layers = view.dims_a + 2;
     // A sample mixes splat sums of three layers, each of reach 1 + |s| around its own crossing.
     const float reach_u = 1.0f + 2.0f * fabs(s_u), reach_v = 1.0f + 2.0f * fabs(s_v);
@@ -162,16 +127,16 @@ __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible
     int held[3] = {INT_MIN, INT_MIN, INT_MIN};
     for (int n = 0; n < layers; n++) {
         const int k = layer_step > 0 ? n - 1 : view.dims_a - n;
-        const float depth = k - o[a];
+        const float depth = k - ray.o_a;
         // Only what lies in front of the eye counts: a layer around it is cut.
-        const float from_eye = isinf(p.start) ? INFINITY : layer_step * (depth - p.start * d[a]);
+        const float from_eye = eye_distance(&p, &ray, k);
         if (from_eye <= -0.5f)
             continue;
-        const float u = o[iu] + depth * s_u, v = o[iv] + depth * s_v;
+        const float u = ray.o_u + depth * s_u, v = ray.o_v + depth * s_v;
         if (u < -reach_u || u > view.dims_u - 1 + reach_u || v < -reach_v || v > view.dims_v - 1 + reach_v)
             continue;
         const int i = floor(u), j = floor(v);
-        if (culling && !block_visible(visible, bit, p.blocks[a][0], p.blocks[a][1], i, i, j, j, k))
+        if (culling && !block_visible(visible, bit, p.blocks[ray.axis][0], p.blocks[ray.axis][1], i, i, j, j, k))
             continue;
         for (int l = k - 1; l <= k + 1; l++) {
             if (held[slot(l)] == l)
@@ -185,7 +150,7 @@ __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible
         const bool beside = u < -1.0f || u > view.dims_u || v < -1.0f || v > view.dims_v;
         const struct GradientSource source = {voxels, &view, images, shears, k,   layer_step,
                                               u,      v,     s_u,    s_v,    before, after};
-        composite_layer(&sample, slabs, first, count, table, before, own, after, dt,
+        composite_layer(&sample, slabs, first, count, table, before, own, after, ray.dt,
                         from_eye, sample.background_visible && beside ? 0.0f : 1.0f, &source, &light, &active);
         if (light.t <= sample.opaque)
             break;

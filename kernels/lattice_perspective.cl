@@ -18,17 +18,6 @@
 // Voxels under a tile's columns: 7 per sample at most (the plan sees to it), and the taps; a multiple of VW.
 #define SEGMENT_VECTORS ((7 * VW + 2 * TAPS + VW - 1) / VW)
 
-// Mirrors `PerspectiveParams` in src/device/launch/params.rs.
-typedef struct {
-    int width, height;      // of the lattice
-    int tiles_u, tiles_v;
-    int blocks_u, blocks_v; // of `visible`
-    int layer_step;         // +1 or -1
-    int culling;
-    float centre_layer;     // k_c
-} PerspectiveParams;
-CHECK_SIZE(PerspectiveParams, PERSPECTIVE_PARAMS_BYTES);
-
 // Resampled voxel rows of one layer: values at each node, and their central differences along u.
 typedef struct {
     int held[RING];
@@ -86,7 +75,7 @@ typedef struct {
     realv sum[TILE_ROWS], u[TILE_ROWS], v[TILE_ROWS];
 } Sums;
 
-inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, const PerspectiveParams *p,
+inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p,
                         __global const float2 *nodes, realv centre_u, realv shear_u, __global const float2 *crossings_v,
                         int tile_rows, int k, int shading, Rows *rows, Sums *sums) {
     if (k < 0 || k >= view->dims_a) {
@@ -139,7 +128,7 @@ inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, r
 __kernel void lattice_perspective(__global const VOXEL *voxels, VolumeView view, __global const float2 *crossings_u,
                                   __global const float2 *crossings_v, __global const float2 *nodes,
                                   __global const uchar *visible, __global const float4 *table,
-                                  __global const float4 *slabs, PerspectiveParams p, SampleParams sample,
+                                  __global const float4 *slabs, RayLatticeParams p, SampleParams sample,
                                   __global float4 *lattice, __global uint *active_samples) {
     const int tile = get_global_id(0);
     if (tile >= p.tiles_u * p.tiles_v)

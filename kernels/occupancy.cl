@@ -1,16 +1,16 @@
 // Smallest and largest voxel that any sample of a block can reach within its layer.
 //
 // One work-item per (block u, block v, layer 0 ... n-1), u fastest: limits[2*((layer*blocks_v + v)*blocks_u + u)] is the smallest,
-// the next one the largest of the BLOCK x BLOCK voxels and REACH around them. Block 0 is the margin before voxel 0.
+// the next one the largest of the BLOCK x BLOCK voxels, `below` more before and `above` more behind them along u and v. Block 0 is the margin before voxel 0.
 
 __kernel void occupancy(__global const VOXEL *voxels, VolumeView view, int blocks_u, int blocks_v,
-                        __global VOXEL *limits) {
+                        int below, int above, __global VOXEL *limits) {
     const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
     const int k = get_global_id(0) / (blocks_u * blocks_v);
     if (k >= view.dims_a)
         return;
-    const int u0 = (b - 1) * BLOCK - REACH, u1 = b * BLOCK + REACH;
-    const int v0 = (c - 1) * BLOCK - REACH, v1 = c * BLOCK + REACH;
+    const int u0 = (b - 1) * BLOCK - below, u1 = b * BLOCK - 1 + above;
+    const int v0 = (c - 1) * BLOCK - below, v1 = c * BLOCK - 1 + above;
     const bool whole = u0 >= 0 && u1 < view.dims_u && v0 >= 0 && v1 < view.dims_v;
     const VOXEL background = (VOXEL)(view.background + view.offset);
     const int first_u = clamp(u0, 0, view.dims_u - 1), last_u = clamp(u1, 0, view.dims_u - 1);

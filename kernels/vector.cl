@@ -70,6 +70,23 @@ inline bool any_lane(intv mask) {
 }
 #endif
 
+// AVX-512 picks any of 32 floats for each lane in one instruction, which no OpenCL function is compiled to.
+#if VW == 16 && defined(__AVX512F__)
+#define PERMUTE(a, b, index) __builtin_ia32_vpermi2varps512(a, index, b)
+#endif
+
+// Element index[i] of a row of `vectors` x VW floats to lane i.
+#ifdef PERMUTE
+inline realv pick(const float *row, int vectors, intv index) {
+    if (vectors <= 2)
+        return PERMUTE(LOADV(row), LOADV(row + (vectors - 1) * VW), index);
+    return GATHER(row, index);
+}
+#define PICK(row, vectors, index) pick(row, vectors, index)
+#else
+#define PICK(row, vectors, index) GATHER(row, index)
+#endif
+
 // PoCL calls larger functions, and passes vectors through memory.
 #define ALWAYS_INLINE inline __attribute__((always_inline))
 

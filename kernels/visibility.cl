@@ -5,24 +5,6 @@
 // layer and reach REACH voxels, bit FAR for others: it takes the blocks around into account. Bit SET
 // is for the footprint set.
 
-inline void reach(__global const VOXEL *limits, float offset, int blocks_u, int blocks_v, int layers, int b, int c,
-                  int k, float *lo, float *hi) {
-    for (int j = max(k - 1, 0); j <= min(k + 1, layers - 1); j++) {
-        __global const VOXEL *limit = limits + 2 * (((size_t)j * blocks_v + c) * blocks_u + b);
-        *lo = fmin(*lo, convert_float(limit[0]) - offset);
-        *hi = fmax(*hi, convert_float(limit[1]) - offset);
-    }
-}
-
-inline bool any_visible(float lo, float hi, float table_first, float table_per_value, int table_last,
-                        __global const uint *visible_before) {
-    // Weights sum to 1 only to rounding: a little more on either side, relative to the values and in entries.
-    const float slack = 2e-5f * fmax(fabs(lo), fabs(hi)), last = table_last;
-    const int first = clamp((lo - slack - table_first) * table_per_value + 0.5f, 0.0f, last);
-    const int end = clamp((hi + slack - table_first) * table_per_value + 0.5f, 0.0f, last);
-    return visible_before[min(end + 1, table_last) + 1] > visible_before[max(first - 1, 0)];
-}
-
 __kernel void visibility(__global const VOXEL *limits, int blocks_u, int blocks_v, int layers, float background,
                          float offset, float table_first, float table_per_value, int table_last,
                          __global const uint *visible_before, __global uchar *visible) {
@@ -32,7 +14,8 @@ __kernel void visibility(__global const VOXEL *limits, int blocks_u, int blocks_
         return;
     const bool outer = k <= 0 || k >= layers - 1;
     float lo = outer ? background : INFINITY, hi = outer ? background : -INFINITY;
-    reach(limits, offset, blocks_u, blocks_v, layers, b, c, k, &lo, &hi);
+    const int from = max(k - 1, 0), to = min(k + 1, layers - 1);
+    limits_of(limits, offset, blocks_u, blocks_v, from, to, b, c, &lo, &hi);
     const uchar near = any_visible(lo, hi, table_first, table_per_value, table_last, visible_before);
     // No voxel is below the background, from which the set splats differences.
     const float set_lo = background + (lo - background) * (1.0f - SET_SLACK);
@@ -40,7 +23,7 @@ __kernel void visibility(__global const VOXEL *limits, int blocks_u, int blocks_
     const uchar set = any_visible(set_lo, set_hi, table_first, table_per_value, table_last, visible_before);
     for (int y = max(c - 1, 0); y <= min(c + 1, blocks_v - 1); y++)
         for (int x = max(b - 1, 0); x <= min(b + 1, blocks_u - 1); x++)
-            reach(limits, offset, blocks_u, blocks_v, layers, x, y, k, &lo, &hi);
+            limits_of(limits, offset, blocks_u, blocks_v, from, to, x, y, &lo, &hi);
     const uchar far = any_visible(lo, hi, table_first, table_per_value, table_last, visible_before);
     visible[get_global_id(0)] = (near ? NEAR : 0) | (far ? FAR : 0) | (set ? SET : 0);
 }

@@ -45,8 +45,6 @@ inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u
 
 // Occupancy: blocks of BLOCK x BLOCK voxels of one layer, one block of margin on each side.
 #define BLOCK 8
-// How far a sample reaches for voxels while |s| <= 1: 1 + |s| around its crossings of three layers, |s| to either side.
-#define REACH 3
 // Bits of a block's visibility: what is in reach of samples with |s| <= 1, of those with |s| <= 3, and of samples of
 // the footprint set, whose weights sum to 1 only within SET_SLACK.
 #define NEAR 1

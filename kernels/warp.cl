@@ -1,7 +1,14 @@
 // The composited lattice onto the screen, by Catmull-Rom interpolation of premultiplied RGBA.
 //
-// One work-item per pixel, row by row. `from_screen` takes pixel coordinates (x, y, 1) to lattice positions (I w, J w, w), sample
+// One work-item per block of pixels, block by block in rows. `from_screen` takes pixel coordinates (x, y, 1) to lattice positions (I w, J w, w), sample
 // centres at whole numbers. Beyond the lattice all is transparent.
+
+#ifndef BLOCK_COLUMNS
+#define BLOCK_COLUMNS 16 // pixels of a block: about a tile of the lattice
+#endif
+#ifndef BLOCK_ROWS
+#define BLOCK_ROWS 8
+#endif
 
 // Mirrors `WarpParams` in src/device/launch/params.rs.
 typedef struct {
@@ -9,6 +16,7 @@ typedef struct {
     int width, height; // of the lattice
     int columns, rows; // of the frame
     float forward;     // sign of w in front of the eye
+    int tile_columns, tile_rows; // of `active_samples`, in samples; 0: not known, look everywhere
 } WarpParams;
 CHECK_SIZE(WarpParams, WARP_PARAMS_BYTES);
 
@@ -38,27 +46,78 @@ inline float4 mix_edge(__global const float4 *lattice, int width, int height, in
     return sum;
 }
 
-__kernel void warp(__global const float4 *lattice, WarpParams p, __global float4 *frame) {
-    const uint pixel = get_global_id(0), columns = p.columns, line = pixel / columns;
-    if (line >= (uint)p.rows)
-        return;
-    const float x = pixel - line * columns + 0.5f, y = line + 0.5f;
-    const float *m = p.from_screen;
+inline float4 warped(__global const float4 *lattice, const WarpParams *p, float x, float y) {
+    const float *m = p->from_screen;
     const float w = m[6] * x + m[7] * y + m[8];
-    float4 color = 0.0f;
-    if (w * p.forward > 0.0f) {
-        const float column = (m[0] * x + m[1] * y + m[2]) / w, row = (m[3] * x + m[4] * y + m[5]) / w;
-        if (column > -2.0f && column < p.width + 1.0f && row > -2.0f && row < p.height + 1.0f) {
-            const float i = floor(column), j = floor(row);
-            const float4 wu = catmull_rom(column - i), wv = catmull_rom(row - j);
-            const int first = (int)i - 1, top = (int)j - 1;
-            color = first >= 0 && first + 4 <= p.width && top >= 0 && top + 4 <= p.height
-                        ? mix_inside(lattice + (size_t)top * p.width + first, p.width, wu, wv)
-                        : mix_edge(lattice, p.width, p.height, first, top, wu, wv);
-            // The filter overshoots at edges: opacity stays in 0 ... 1, colours within the opacity.
-            color.w = clamp(color.w, 0.0f, 1.0f);
-            color.xyz = clamp(color.xyz, 0.0f, color.w);
+    if (w * p->forward <= 0.0f)
+        return 0.0f;
+    const float column = (m[0] * x + m[1] * y + m[2]) / w, row = (m[3] * x + m[4] * y + m[5]) / w;
+    if (column <= -2.0f || column >= p->width + 1.0f || row <= -2.0f || row >= p->height + 1.0f)
+        return 0.0f;
+    const float i = floor(column), j = floor(row);
+    const float4 wu = catmull_rom(column - i), wv = catmull_rom(row - j);
+    const int first = (int)i - 1, top = (int)j - 1;
+    float4 color = first >= 0 && first + 4 <= p->width && top >= 0 && top + 4 <= p->height
+                       ? mix_inside(lattice + (size_t)top * p->width + first, p->width, wu, wv)
+                       : mix_edge(lattice, p->width, p->height, first, top, wu, wv);
+    // The filter overshoots at edges: opacity stays in 0 ... 1, colours within the opacity.
+    color.w = clamp(color.w, 0.0f, 1.0f);
+    color.xyz = clamp(color.xyz, 0.0f, color.w);
+    return color;
+}
+
+// Whether the lattice shows nothing under the pixels [x0, x1] x [y0, y1]: none of its tiles in the filter's reach has an
+// active sample.
+inline bool nothing_under(__global const uint *active_samples, const WarpParams *p, float x0, float x1, float y0, float y1) {
+    if (p->width == 0 || p->height == 0)
+        return true;
+    const float *m = p->from_screen;
+    float u0 = INFINITY, u1 = -INFINITY, v0 = INFINITY, v1 = -INFINITY;
+    for (int corner = 0; corner < 4; corner++) {
+        const float x = corner & 1 ? x1 : x0, y = corner & 2 ? y1 : y0;
+        const float w = m[6] * x + m[7] * y + m[8];
+        if (w * p->forward <= 0.0f)
+            return false;
+        const float u = (m[0] * x + m[1] * y + m[2]) / w, v = (m[3] * x + m[4] * y + m[5]) / w;
+        u0 = fmin(u0, u), u1 = fmax(u1, u), v0 = fmin(v0, v), v1 = fmax(v1, v);
+    }
+    // Far beyond the lattice an int could not hold the positions; one sample more keeps rounding away.
+    const int first = clamp(u0 - 3.0f, -1.0f, (float)p->width), last = clamp(u1 + 4.0f, -1.0f, (float)p->width);
+    const int top = clamp(v0 - 3.0f, -1.0f, (float)p->height), bottom = clamp(v1 + 4.0f, -1.0f, (float)p->height);
+    const int tiles_u = (p->width + p->tile_columns - 1) / p->tile_columns;
+    for (int j = max(top, 0) / p->tile_rows; j <= min(bottom, p->height - 1) / p->tile_rows && bottom >= 0; j++)
+        for (int i = max(first, 0) / p->tile_columns; i <= min(last, p->width - 1) / p->tile_columns && last >= 0; i++)
+            if (active_samples[j * tiles_u + i])
+                return false;
+    return true;
+}
+
+// PRESENT: straight to the 8-bit picture. One pass over the frame's floats less: 0.5 ms of 2 at 512 x 512.
+#ifdef PRESENT
+#define PIXEL uchar4
+#define FINISHED(color) displayed(color, background)
+#else
+#define PIXEL float4
+#define FINISHED(color) (color)
+#endif
+
+__kernel void warp(__global const float4 *lattice, __global const uint *active_samples, WarpParams p, float4 background,
+                   __global PIXEL *picture) {
+    const int blocks = (p.columns + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS, block = get_global_id(0);
+    const int left = block % blocks * BLOCK_COLUMNS, top = block / blocks * BLOCK_ROWS;
+    if (top >= p.rows)
+        return;
+    const int right = min(left + BLOCK_COLUMNS, p.columns), bottom = min(top + BLOCK_ROWS, p.rows);
+    const bool nothing =
+        p.tile_columns && nothing_under(active_samples, &p, left + 0.5f, right - 0.5f, top + 0.5f, bottom - 0.5f);
+    for (int line = top; line < bottom; line++) {
+        __global PIXEL *out = picture + (size_t)line * p.columns;
+        if (nothing) {
+            for (int i = left; i < right; i++)
+                out[i] = FINISHED((float4)(0.0f));
+        } else {
+            for (int i = left; i < right; i++)
+                out[i] = FINISHED(warped(lattice, &p, i + 0.5f, line + 0.5f));
         }
     }
-    frame[pixel] = color;
 }

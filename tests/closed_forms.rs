@@ -6,7 +6,7 @@ use common::*;
 use glam::DVec3;
 use layersplat::layers::{Axis, Correction, Density, Rays, footprint, nearest_in_set, set_direction};
 use layersplat::reference::Integral;
-use layersplat::renderer::{Evaluation, Footprints, LayerAxis};
+use layersplat::renderer::{Classification, Evaluation, Footprints, LayerAxis};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Renderer, Settings, TransferFunction, Viewport, Volume};
 
@@ -41,8 +41,8 @@ fn beer_lambert_through_both_faces_of_the_layer_axis() {
                 for (azimuth, elevation) in
                     [(0.0, 0.0), (180.0, 0.0), (90.0, 0.0), (-90.0, 0.0), (0.0, 90.0), (12.0, 7.0), (100.0, -8.0), (5.0, 80.0)]
                 {
-                    for correction in [Correction::None, Correction::Constant, Correction::SubLayers(2), Correction::SubLayers(5)]
-                    {
+                    let corrections = [Correction::None, Correction::Constant, Correction::SubLayers(5)];
+                    for classification in corrections.map(Classification::Post).into_iter().chain(CLASSIFICATIONS) {
                         let camera = scaled(parallel(&volume, viewport(33, 33), azimuth, elevation), 1.0);
                         let rays = Rays::new(&camera, viewport(33, 33), volume.grid()).unwrap();
                         let axis = Axis::most_parallel(rays.central_direction());
@@ -60,11 +60,11 @@ fn beer_lambert_through_both_faces_of_the_layer_axis() {
                         let tau = -(1.0f64 - 0.05).ln();
                         let expected = (-tau * n.z * step).exp();
                         for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
-                            let settings = Settings { correction, evaluation, unit_distance: Some(unit), ..unshaded() };
+                            let settings = Settings { classification, evaluation, unit_distance: Some(unit), ..unshaded() };
                             let found = middle(&volume, &step_transfer(100.0, 0.05), &camera, &settings);
                             assert!(
                                 (found - expected).abs() < FLOAT_TOLERANCE,
-                                "{dims:?} {spacing} {azimuth} {correction:?}: {found} for {expected}"
+                                "{dims:?} {spacing} {azimuth} {classification:?}: {found} for {expected}"
                             );
                         }
                     }
@@ -79,8 +79,9 @@ fn beer_lambert_through_both_faces_of_the_layer_axis() {
 fn beer_lambert_in_perspective() {
     let volume = cube([24, 24, 12], DVec3::new(1.0, 1.0, 1.5));
     let camera = perspective(&volume, 0.0, 0.0, 20.0);
-    for evaluation in [Evaluation::Lattice(Density::AtLeast(2)), Evaluation::Direct] {
-        let settings = Settings { evaluation, ..unshaded() };
+    let evaluations = [Evaluation::Lattice(Density::AtLeast(2)), Evaluation::Direct];
+    for (classification, evaluation) in CLASSIFICATIONS.into_iter().flat_map(|c| evaluations.map(|e| (c, e))) {
+        let settings = Settings { classification, evaluation, ..unshaded() };
         let frame = render(&volume, &step_transfer(100.0, 0.05), &camera, viewport(65, 65), &settings);
         for (x, y) in [(32, 32), (36, 32), (32, 27), (37, 36)] {
             let rays = Rays::new(&camera, viewport(65, 65), volume.grid()).unwrap();
@@ -103,15 +104,15 @@ fn an_eye_inside_sees_what_is_before_it() {
     let transfer = TransferFunction::new("fog", vec![(0.0, [1.0; 3])], vec![(0.0, 0.03)]).unwrap();
     let tau = -(1.0f64 - 0.03).ln();
     for distance in [0.3, 0.45, 0.6, 0.9, 5.0] {
-        for correction in [Correction::Constant, Correction::SubLayers(4)] {
+        for classification in CLASSIFICATIONS {
             let camera = perspective(&volume, 20.0, 10.0, 90.0);
             let eye = camera.focal_point + (camera.position - camera.focal_point).normalize() * distance;
             let camera = Camera { position: eye, ..camera };
-            let frame = render(&volume, &transfer, &camera, size, &Settings { correction, ..unshaded() });
+            let frame = render(&volume, &transfer, &camera, size, &Settings { classification, ..unshaded() });
             let truth = Integral::new(&volume, &transfer, None).render(&camera, size).unwrap();
             for (found, expected) in frame.pixels().iter().zip(truth.pixels()) {
                 let [found, expected] = [found, expected].map(|p| -(1.0 - f64::from(p[3])).ln() / tau);
-                assert!((found - expected).abs() < 0.9, "{distance}, {correction:?}: {found} for {expected}");
+                assert!((found - expected).abs() < 0.9, "{distance}, {classification:?}: {found} for {expected}");
             }
         }
     }
@@ -125,9 +126,12 @@ fn a_step_at_the_first_point_hides_what_is_below() {
     let opacities = vec![(100.0, 0.0), (100.0, 1.0), (200.0, 1.0)];
     let transfer = TransferFunction::new("step", vec![(100.0, [1.0; 3])], opacities).unwrap();
     let camera = parallel(&volume, viewport(64, 64), 10.0, 5.0);
-    let frame = render(&volume, &transfer, &camera, viewport(64, 64), &Settings::default());
-    let opaque = frame.pixels().iter().filter(|p| p[3] > 0.5).count();
-    assert!((1..60).contains(&opaque), "{opaque} opaque pixels for one voxel");
+    for classification in CLASSIFICATIONS {
+        let settings = Settings { classification, ..Settings::default() };
+        let frame = render(&volume, &transfer, &camera, viewport(64, 64), &settings);
+        let opaque = frame.pixels().iter().filter(|p| p[3] > 0.5).count();
+        assert!((1..60).contains(&opaque), "{classification:?}: {opaque} opaque pixels for one voxel");
+    }
 }
 
 #[test]
@@ -135,7 +139,7 @@ fn rays_through_side_faces_are_right_to_one_layer() {
     let volume = cube([10, 10, 16], DVec3::ONE);
     let size = viewport(48, 48);
     let camera = parallel(&volume, size, 35.0, 15.0);
-    let settings = Settings { evaluation: Evaluation::Direct, ..unshaded() };
+    let settings = Settings { classification: SPLATTED, evaluation: Evaluation::Direct, ..unshaded() };
     let frame = render(&volume, &step_transfer(100.0, 0.05), &camera, size, &settings);
     let rays = Rays::new(&camera, size, volume.grid()).unwrap();
     let tau = -(1.0f64 - 0.05).ln();
@@ -191,7 +195,7 @@ fn every_ray_is_the_line_integral_where_extinction_is_linear_in_the_value() {
         for (azimuth, elevation) in [(0.0, 0.0), (45.0, 0.0), (30.0, 20.0), (100.0, -40.0), (0.0, 80.0)] {
             for correction in [Correction::None, Correction::Constant, Correction::SubLayers(2), Correction::SubLayers(4)] {
                 for evaluation in [Evaluation::Lattice(Density::Fixed(1)), Evaluation::Direct] {
-                    let settings = Settings { correction, evaluation, ..unshaded() };
+                    let settings = Settings { classification: Classification::Post(correction), evaluation, ..unshaded() };
                     let camera = parallel(&volume, size, azimuth, elevation);
                     let difference = line_integral_difference(&volume, &camera, size, &settings);
                     assert!(
@@ -202,9 +206,18 @@ fn every_ray_is_the_line_integral_where_extinction_is_linear_in_the_value() {
             }
         }
         let camera = perspective(&volume, 20.0, 10.0, 30.0);
-        let direct = Settings { evaluation: Evaluation::Direct, ..unshaded() };
+        let lattice = Settings { classification: SPLATTED, ..unshaded() };
+        let direct = Settings { evaluation: Evaluation::Direct, ..lattice };
         assert!(line_integral_difference(&volume, &camera, size, &direct) < INTEGRAL_TOLERANCE);
-        assert!(line_integral_difference(&volume, &camera, size, &unshaded()) < QUADRATURE_TOLERANCE);
+        assert!(line_integral_difference(&volume, &camera, size, &lattice) < QUADRATURE_TOLERANCE);
+        // Between point-sampled layers the values are taken to change evenly. Straight on the mean is that of the field.
+        for (azimuth, elevation) in [(0.0, 0.0), (90.0, 0.0), (0.0, -90.0)] {
+            for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
+                let settings = Settings { classification: POINTS, evaluation, ..unshaded() };
+                let difference = line_integral_difference(&volume, &parallel(&volume, size, azimuth, elevation), size, &settings);
+                assert!(difference < INTEGRAL_TOLERANCE, "points, {azimuth}, {elevation}, {evaluation:?}: {difference}");
+            }
+        }
     }
     let volume = cube([8, 8, 8], DVec3::ONE);
     let wrong = Settings { unit_distance: Some(1.05), ..unshaded() };
@@ -222,7 +235,7 @@ fn one_voxel_shows_its_footprint() {
     let size = viewport(32, 32);
     for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0), (80.0, -5.0)] {
         for evaluation in [Evaluation::Lattice(Density::Fixed(8)), Evaluation::Direct] {
-            let settings = Settings { correction: Correction::None, evaluation, ..unshaded() };
+            let settings = Settings { classification: Classification::Post(Correction::None), evaluation, ..unshaded() };
             let camera = scaled(parallel(&volume, size, azimuth, elevation), 2.0);
             let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
             let rays = Rays::new(&camera, size, volume.grid()).unwrap();
@@ -268,7 +281,7 @@ fn set_lattice_sum_is_near_one() {
         let camera = scaled(parallel(&volume, size, azimuth, elevation), 2.0);
         let exact = Settings {
             evaluation: Evaluation::Direct,
-            correction: Correction::None,
+            classification: Classification::Post(Correction::None),
             layer_axis: LayerAxis::Forced(Axis::Z),
             ..unshaded()
         };
@@ -287,7 +300,7 @@ fn the_set_is_nearest_and_close() {
     let size = viewport(40, 40);
     let volume = random_volume([20, 20, 20], DVec3::ONE, 5);
     let camera = parallel(&volume, size, 30.0, 20.0);
-    let direct = Settings { evaluation: Evaluation::Direct, ..Settings::default() };
+    let direct = Settings { classification: SPLATTED, evaluation: Evaluation::Direct, ..Settings::default() };
     let [exact, set] = [Footprints::Exact, Footprints::Set]
         .map(|footprints| render(&volume, &smooth_transfer(), &camera, size, &Settings { footprints, ..direct }));
     let psnr = compare(&exact, &set).psnr.expect("the set differs");

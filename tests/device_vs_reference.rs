@@ -7,7 +7,7 @@ use common::*;
 use glam::DVec3;
 use layersplat::layers::{Axis, Correction, Density, Rays};
 use layersplat::reference::Layered;
-use layersplat::renderer::{Evaluation, LayerAxis, Plan};
+use layersplat::renderer::{Classification, Evaluation, LayerAxis, Plan};
 use layersplat::transfer::Extinction;
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Renderer, Settings, TransferFunction, Viewport, Volume};
@@ -36,13 +36,23 @@ const VIEWS: [(f64, f64); 12] = [
     (72.0, 64.0),
 ];
 
-fn settings(shading: bool) -> Settings {
-    let settings = Settings { early_termination: false, ..Settings::default() };
+fn settings(classification: Classification, shading: bool) -> Settings {
+    let settings = Settings { classification, early_termination: false, ..Settings::default() };
     if shading { settings } else { Settings { shading: None, ..settings } }
 }
 
-fn direct(shading: bool) -> Settings {
-    Settings { evaluation: Evaluation::Direct, ..settings(shading) }
+fn direct(classification: Classification, shading: bool) -> Settings {
+    Settings { evaluation: Evaluation::Direct, ..settings(classification, shading) }
+}
+
+/// On the lattice of a perspective.
+fn perspective_tolerance(classification: Classification) -> f64 {
+    if classification == SPLATTED { QUADRATURE_TOLERANCE } else { DEVICE_TOLERANCE }
+}
+
+/// Each classification, unshaded and shaded.
+fn each() -> impl Iterator<Item = (Classification, bool)> {
+    CLASSIFICATIONS.into_iter().flat_map(|c| [(c, false), (c, true)])
 }
 
 /// Compares the lattice, before its warp, with the reference on the same rays; returns the largest difference.
@@ -83,12 +93,13 @@ fn lattice_of_parallel_views() {
     for (seed, dims) in SHAPES.into_iter().enumerate() {
         let volume = random_volume(dims, spacing, seed as u64);
         for (azimuth, elevation) in VIEWS {
-            for shading in [false, true] {
+            for (classification, shading) in each() {
                 let size = viewport(24, 20);
                 let camera = parallel(&volume, size, azimuth, elevation);
-                let settings = Settings { evaluation: Evaluation::Lattice(Density::Fixed(2)), ..settings(shading) };
+                let settings =
+                    Settings { evaluation: Evaluation::Lattice(Density::Fixed(2)), ..settings(classification, shading) };
                 let difference = lattice_difference(&volume, &smooth_transfer(), &camera, size, &settings).expect("a lattice");
-                let what = format!("{dims:?} at {azimuth}, {elevation}, shading {shading}");
+                let what = format!("{dims:?} at {azimuth}, {elevation}, {classification:?}, shading {shading}");
                 assert!(difference <= DEVICE_TOLERANCE, "{what}: differs by {difference}");
             }
         }
@@ -102,17 +113,12 @@ fn direct_in_parallel_views() {
         let volume = random_volume(dims, spacing, 50 + seed as u64);
         let size = viewport(21, 16);
         for (azimuth, elevation) in VIEWS {
-            for shading in [false, true] {
+            for settings in each().map(|(classification, shading)| direct(classification, shading)) {
                 let camera = parallel(&volume, size, azimuth, elevation);
-                let axis = direct_axis(&volume, &camera, size, &direct(shading));
-                let expected = Layered::new(&volume, &smooth_transfer(), &direct(shading)).render(&camera, size, axis).unwrap();
-                let found = render(&volume, &smooth_transfer(), &camera, size, &direct(shading));
-                assert_close(
-                    &format!("{dims:?} at {azimuth}, {elevation}, shading {shading}"),
-                    &found,
-                    &expected,
-                    DEVICE_TOLERANCE,
-                );
+                let axis = direct_axis(&volume, &camera, size, &settings);
+                let expected = Layered::new(&volume, &smooth_transfer(), &settings).render(&camera, size, axis).unwrap();
+                let found = render(&volume, &smooth_transfer(), &camera, size, &settings);
+                assert_close(&format!("{dims:?} at {azimuth}, {elevation}, {settings:?}"), &found, &expected, DEVICE_TOLERANCE);
             }
         }
     }
@@ -122,14 +128,20 @@ fn direct_in_parallel_views() {
 fn direct_in_perspectives_wide_and_from_inside() {
     let volume = random_volume([17, 12, 14], DVec3::new(1.0, 1.2, 0.9), 7);
     let size = viewport(24, 24);
+    for classification in CLASSIFICATIONS {
+        wide_and_from_inside(&volume, size, &direct(classification, true));
+    }
+}
+
+fn wide_and_from_inside(volume: &Volume, size: Viewport, direct: &Settings) {
     let mut own_axes = 0;
     for field_of_view in [30.0, 60.0, 90.0] {
         for (azimuth, elevation) in [(0.0, 0.0), (45.0, 0.0), (45.0, 30.0), (160.0, -20.0), (0.0, 90.0)] {
-            let camera = perspective(&volume, azimuth, elevation, field_of_view);
-            let axis = direct_axis(&volume, &camera, size, &direct(true));
+            let camera = perspective(volume, azimuth, elevation, field_of_view);
+            let axis = direct_axis(volume, &camera, size, direct);
             own_axes += usize::from(axis.is_none());
-            let expected = Layered::new(&volume, &smooth_transfer(), &direct(true)).render(&camera, size, axis).unwrap();
-            let found = render(&volume, &smooth_transfer(), &camera, size, &direct(true));
+            let expected = Layered::new(volume, &smooth_transfer(), direct).render(&camera, size, axis).unwrap();
+            let found = render(volume, &smooth_transfer(), &camera, size, direct);
             // Rays at exactly 45° may take either axis when float and f64 round differently: compare by PSNR there.
             let comparison = compare(&found, &expected);
             assert!(comparison.psnr_rgba.is_none_or(|p| p > 55.0), "{field_of_view}° at {azimuth}, {elevation}: {comparison:?}");
@@ -139,11 +151,12 @@ fn direct_in_perspectives_wide_and_from_inside() {
         }
     }
     assert!(own_axes >= 4, "the wide views are there for rays with axes of their own: {own_axes}");
-    let inside = Camera { position: volume.grid().centre() + DVec3::new(0.3, 0.2, 2.2), ..perspective(&volume, 0.0, 0.0, 60.0) };
-    let axis = direct_axis(&volume, &inside, size, &direct(true));
+    let inside = Camera { position: volume.grid().centre() + DVec3::new(0.3, 0.2, 2.2), ..perspective(volume, 0.0, 0.0, 60.0) };
+    let axis = direct_axis(volume, &inside, size, direct);
     assert_eq!(axis, None);
-    let expected = Layered::new(&volume, &smooth_transfer(), &direct(true)).render(&inside, size, axis).unwrap();
-    let found = render(&volume, &smooth_transfer(), &inside, size, &settings(true));
+    let expected = Layered::new(volume, &smooth_transfer(), direct).render(&inside, size, axis).unwrap();
+    let found =
+        render(volume, &smooth_transfer(), &inside, size, &Settings { evaluation: Settings::default().evaluation, ..*direct });
     assert!(compare(&found, &expected).psnr_rgba.is_none_or(|p| p > 50.0), "{:?}", compare(&found, &expected));
 }
 
@@ -153,21 +166,28 @@ fn lattice_of_perspectives() {
     let size = viewport(32, 24);
     let mut lattices = 0;
     for (azimuth, elevation) in VIEWS {
-        for shading in [false, true] {
+        for (classification, shading) in each() {
             let camera = perspective(&volume, azimuth, elevation, 30.0);
-            if let Some(difference) = lattice_difference(&volume, &smooth_transfer(), &camera, size, &settings(shading)) {
+            if let Some(difference) =
+                lattice_difference(&volume, &smooth_transfer(), &camera, size, &settings(classification, shading))
+            {
                 lattices += 1;
-                assert!(difference <= QUADRATURE_TOLERANCE, "{azimuth}, {elevation}, shading {shading}: differs by {difference}");
+                assert!(
+                    difference <= perspective_tolerance(classification),
+                    "{azimuth}, {elevation}, {classification:?}, shading {shading}: differs by {difference}"
+                );
             }
         }
     }
-    assert!(lattices >= 18, "only {lattices} views of 24 had a lattice");
+    assert!(lattices >= 54, "only {lattices} views of 72 had a lattice");
     // 60° straight on has a lattice; 90° at 45° has none, and is drawn per pixel (above).
     let wide = perspective(&volume, 0.0, 0.0, 60.0);
-    let difference = lattice_difference(&volume, &smooth_transfer(), &wide, size, &settings(true)).expect("a lattice");
-    assert!(difference <= QUADRATURE_TOLERANCE, "60°: differs by {difference}");
     let rays = Rays::new(&perspective(&volume, 45.0, 0.0, 90.0), size, volume.grid()).unwrap();
-    assert_eq!(Plan::new(&rays, size, volume.grid(), &settings(true)).unwrap(), Plan::Direct(None));
+    for settings in CLASSIFICATIONS.map(|c| settings(c, true)) {
+        let difference = lattice_difference(&volume, &smooth_transfer(), &wide, size, &settings).expect("a lattice");
+        assert!(difference <= perspective_tolerance(settings.classification), "60°: differs by {difference}");
+        assert_eq!(Plan::new(&rays, size, volume.grid(), &settings).unwrap(), Plan::Direct(None));
+    }
 }
 
 #[test]
@@ -175,18 +195,19 @@ fn every_correction_and_extinction() {
     let volume = random_volume([9, 8, 7], DVec3::ONE, 9);
     let size = viewport(20, 20);
     let camera = parallel(&volume, size, 30.0, 20.0);
-    for correction in
-        [Correction::None, Correction::Constant, Correction::SubLayers(3), Correction::SubLayers(4), Correction::SubLayers(16)]
-    {
+    let corrections =
+        [Correction::None, Correction::Constant, Correction::SubLayers(3), Correction::SubLayers(4), Correction::SubLayers(16)];
+    let points = [1, 2, 3].map(|samples_per_layer| Classification::Preintegrated { samples_per_layer });
+    for classification in corrections.map(Classification::Post).into_iter().chain(points) {
         for extinction in [Extinction::Exponential, Extinction::Linear] {
             let unit_distance = Some(0.8);
-            let settings = Settings { correction, extinction, unit_distance, ..settings(true) };
+            let settings = Settings { extinction, unit_distance, ..settings(classification, true) };
             let difference = lattice_difference(&volume, &smooth_transfer(), &camera, size, &settings).expect("a lattice");
-            assert!(difference <= DEVICE_TOLERANCE, "{correction:?}, {extinction:?}: differs by {difference}");
+            assert!(difference <= DEVICE_TOLERANCE, "{classification:?}, {extinction:?}: differs by {difference}");
             let settings = Settings { evaluation: Evaluation::Direct, ..settings };
             let expected = Layered::new(&volume, &smooth_transfer(), &settings).render(&camera, size, Some(Axis::Z)).unwrap();
             let found = render(&volume, &smooth_transfer(), &camera, size, &settings);
-            assert_close(&format!("direct, {correction:?}, {extinction:?}"), &found, &expected, DEVICE_TOLERANCE);
+            assert_close(&format!("direct, {classification:?}, {extinction:?}"), &found, &expected, DEVICE_TOLERANCE);
         }
     }
 }
@@ -211,8 +232,10 @@ fn every_voxel_type_with_its_background() {
         let transfer = smooth_transfer().stretched(lo, hi).unwrap();
         for (azimuth, elevation) in [(10.0, 5.0), (80.0, -10.0)] {
             let camera = parallel(&volume, size, azimuth, elevation);
-            let difference = lattice_difference(&volume, &transfer, &camera, size, &settings(true)).expect("a lattice");
-            assert!(difference <= DEVICE_TOLERANCE, "{kind}: differs by {difference}");
+            for settings in CLASSIFICATIONS.map(|c| settings(c, true)) {
+                let difference = lattice_difference(&volume, &transfer, &camera, size, &settings).expect("a lattice");
+                assert!(difference <= DEVICE_TOLERANCE, "{kind}: differs by {difference}");
+            }
         }
     }
 }
@@ -222,16 +245,18 @@ fn a_visible_background_ends_with_the_support() {
     let volume = random_volume([9, 8, 7], DVec3::ONE, 11);
     let transfer = TransferFunction::new("fog", vec![(0.0, [1.0, 0.5, 0.2])], vec![(0.0, 0.1), (255.0, 0.4)]).unwrap();
     let size = viewport(20, 20);
-    for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0), (80.0, 0.0)] {
-        let camera = parallel(&volume, size, azimuth, elevation);
-        let difference = lattice_difference(&volume, &transfer, &camera, size, &settings(true)).expect("a lattice");
-        // A sample that float and f64 place on different sides of the support's edge would differ by all its opacity.
-        assert!(difference <= DEVICE_TOLERANCE, "{azimuth}, {elevation}: differs by {difference}");
-        assert_eq!(render(&volume, &transfer, &camera, size, &settings(true)).pixel(0, 0), [0.0; 4]);
+    for settings in CLASSIFICATIONS.map(|c| settings(c, true)) {
+        for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0), (80.0, 0.0)] {
+            let camera = parallel(&volume, size, azimuth, elevation);
+            let difference = lattice_difference(&volume, &transfer, &camera, size, &settings).expect("a lattice");
+            // A sample that float and f64 place on different sides of the support's edge would differ by all its opacity.
+            assert!(difference <= DEVICE_TOLERANCE, "{azimuth}, {elevation}: differs by {difference}");
+            assert_eq!(render(&volume, &transfer, &camera, size, &settings).pixel(0, 0), [0.0; 4]);
+        }
+        let camera = perspective(&volume, 20.0, 10.0, 30.0);
+        let difference = lattice_difference(&volume, &transfer, &camera, size, &settings).expect("a lattice");
+        assert!(difference <= perspective_tolerance(settings.classification), "perspective: differs by {difference}");
     }
-    let camera = perspective(&volume, 20.0, 10.0, 30.0);
-    let difference = lattice_difference(&volume, &transfer, &camera, size, &settings(true)).expect("a lattice");
-    assert!(difference <= QUADRATURE_TOLERANCE, "perspective: differs by {difference}");
 }
 
 #[test]
@@ -239,18 +264,24 @@ fn injected_errors_are_noticed() {
     let volume = random_volume([17, 15, 13], DVec3::ONE, 12);
     let size = viewport(24, 24);
     let camera = parallel(&volume, size, 30.0, 20.0);
-    let found = render(&volume, &smooth_transfer(), &camera, size, &direct(true));
-    let reference = |settings: &Settings, axis| {
-        Layered::new(&volume, &smooth_transfer(), settings).render(&camera, size, Some(axis)).unwrap()
-    };
-    let good = reference(&direct(true), Axis::Z);
-    assert_close("unharmed", &found, &good, DEVICE_TOLERANCE);
-    let noticed = |wrong: &layersplat::Frame| compare(&found, wrong).max_difference > 2.0 * DEVICE_TOLERANCE;
-    assert!(noticed(&shifted_by_half_a_pixel(&good)), "half a pixel");
-    assert!(noticed(&reference(&direct(true), Axis::X)), "another layer axis");
-    assert!(noticed(&reference(&Settings { correction: Correction::None, ..direct(true) }, Axis::Z)), "without kappa");
-    assert!(noticed(&reference(&Settings { extinction: Extinction::Linear, ..direct(true) }, Axis::Z)), "linear extinction");
-    assert!(noticed(&reference(&direct(false), Axis::Z)), "no shading");
+    for classification in CLASSIFICATIONS {
+        let right = direct(classification, true);
+        let found = render(&volume, &smooth_transfer(), &camera, size, &right);
+        let reference = |settings: &Settings, axis| {
+            Layered::new(&volume, &smooth_transfer(), settings).render(&camera, size, Some(axis)).unwrap()
+        };
+        let good = reference(&right, Axis::Z);
+        assert_close("unharmed", &found, &good, DEVICE_TOLERANCE);
+        let noticed = |wrong: &layersplat::Frame| compare(&found, wrong).max_difference > 2.0 * DEVICE_TOLERANCE;
+        assert!(noticed(&shifted_by_half_a_pixel(&good)), "half a pixel");
+        assert!(noticed(&reference(&right, Axis::X)), "another layer axis");
+        for other in CLASSIFICATIONS.into_iter().chain([Classification::Post(Correction::None)]).filter(|c| *c != classification)
+        {
+            assert!(noticed(&reference(&direct(other, true), Axis::Z)), "{other:?} for {classification:?}");
+        }
+        assert!(noticed(&reference(&Settings { extinction: Extinction::Linear, ..right }, Axis::Z)), "linear extinction");
+        assert!(noticed(&reference(&direct(classification, false), Axis::Z)), "no shading");
+    }
 }
 
 /// The gradient along the layer axis from the ray's own crossings, and the exact splatted difference: how far the shaded
@@ -263,7 +294,7 @@ fn gradients_of_crossings_and_of_splats_show_the_same_surfaces() {
     for (volume, least) in [(hydrogen, 45.0), (noise, 28.0)] {
         let size = viewport(48, 48);
         let camera = parallel(&volume, size, 30.0, 20.0);
-        let settings = direct(true);
+        let settings = direct(SPLATTED, true);
         let transfer = smooth_transfer();
         let mut reference = Layered::new(&volume, &transfer, &settings);
         let crossings = reference.render(&camera, size, Some(Axis::Z)).unwrap();

@@ -5,6 +5,7 @@ mod common;
 use common::*;
 use layersplat::layers::Correction;
 use layersplat::reference::Integral;
+use layersplat::renderer::Classification;
 use layersplat::{Frame, Quality, Settings};
 
 /// Least PSNR over RGB, in dB, of `standard` and `high`.
@@ -43,7 +44,8 @@ fn standard_and_high_reach_their_psnr() {
             let settings = Settings { shading: None, ..wrong };
             psnr(&render(&volume, &transfer, &camera, size, &settings), &truth).0
         };
-        let without_kappa = high_without(Settings { correction: Correction::None, ..Quality::High.settings() });
+        let without_kappa =
+            high_without(Settings { classification: Classification::Post(Correction::None), ..Quality::High.settings() });
         assert!(without_kappa < psnr(&picture(Quality::High), &truth).0, "{name}: a missing kappa must cost, {without_kappa} dB");
         let wrong_unit = high_without(Settings { unit_distance: Some(1.1), ..Quality::High.settings() });
         assert!(wrong_unit < high, "{name}: a wrong unit distance must be noticed, {wrong_unit} dB");

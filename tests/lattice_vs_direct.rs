@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use glam::DVec3;
 use layersplat::layers::{Correction, Density, Rays};
-use layersplat::renderer::{Evaluation, Plan};
+use layersplat::renderer::{Classification, Evaluation, Plan};
 use layersplat::{Camera, RawOptions, Settings, TransferFunction, Volume};
 
 /// PSNR over RGBA of noise, the hardest case: its finest detail is two voxels, four to six samples.
@@ -76,8 +76,12 @@ fn popping(volume: &Volume, transfer: &TransferFunction, correction: Correction)
     use layersplat::renderer::LayerAxis;
     let size = viewport(256, 256);
     let camera = parallel(volume, size, 45.0, 0.0);
-    let settings =
-        Settings { correction, shading: None, evaluation: Evaluation::Lattice(Density::AtLeast(3)), ..Settings::default() };
+    let settings = Settings {
+        classification: Classification::Post(correction),
+        shading: None,
+        evaluation: Evaluation::Lattice(Density::AtLeast(3)),
+        ..Settings::default()
+    };
     let [x, z] = [Axis::X, Axis::Z]
         .map(|axis| render(volume, transfer, &camera, size, &Settings { layer_axis: LayerAxis::Forced(axis), ..settings }));
     compare(&x, &z).psnr.expect("the axes differ")

@@ -14,10 +14,17 @@ const REORDERED: f64 = 1e-3;
 
 const VIEWS: [(f64, f64); 4] = [(20.0, 10.0), (-70.0, 25.0), (130.0, -50.0), (10.0, 75.0)];
 
-fn evaluations() -> [Settings; 2] {
-    let lattice =
-        Settings { evaluation: Evaluation::Lattice(Density::AtLeast(2)), early_termination: false, ..Settings::default() };
-    [lattice, Settings { evaluation: Evaluation::Direct, ..lattice }]
+/// Each classification on its lattice and per pixel.
+fn evaluations() -> Vec<Settings> {
+    let evaluations = [Evaluation::Lattice(Density::AtLeast(2)), Evaluation::Direct];
+    let all = CLASSIFICATIONS.into_iter().flat_map(|c| evaluations.map(|e| (c, e)));
+    all.map(|(classification, evaluation)| Settings {
+        classification,
+        evaluation,
+        early_termination: false,
+        ..Settings::default()
+    })
+    .collect()
 }
 
 /// The volume with its axes turned x → y → z → x.
@@ -202,9 +209,10 @@ fn culling_survives_rounding_and_the_footprint_set() {
             let edge = f64::from(flat) + edge;
             let opacities = vec![(0.0, 0.0), (edge, 0.0), (edge + 2.0, 0.5), (65_535.0, 0.5)];
             let transfer = TransferFunction::new("edge", vec![(0.0, [1.0; 3])], opacities).unwrap();
-            let direct =
-                Settings { shading: None, early_termination: false, evaluation: Evaluation::Direct, ..Settings::default() };
-            for settings in [direct, Settings { footprints: Footprints::Set, ..direct }] {
+            let unshaded = Settings { shading: None, early_termination: false, ..Settings::default() };
+            let direct = Settings { classification: SPLATTED, evaluation: Evaluation::Direct, ..unshaded };
+            let set = Settings { footprints: Footprints::Set, ..direct };
+            for settings in [direct, set, unshaded, Settings { evaluation: Evaluation::Direct, ..unshaded }] {
                 let camera = parallel(&volume, size, 45.0, 35.0);
                 let culled = render(&volume, &transfer, &camera, size, &settings);
                 let whole = render(&volume, &transfer, &camera, size, &Settings { culling: false, ..settings });
@@ -241,7 +249,7 @@ fn runs_are_the_same_bit_for_bit() {
 fn early_termination_stays_below_its_threshold() {
     let volume = random_volume([40, 40, 40], DVec3::ONE, 8);
     let size = viewport(64, 64);
-    for on in evaluations().map(|s| Settings { early_termination: true, ..s }) {
+    for on in evaluations().into_iter().map(|s| Settings { early_termination: true, ..s }) {
         let camera = parallel(&volume, size, 30.0, 20.0);
         let off = Settings { early_termination: false, ..on };
         let [with, without] = [on, off].map(|s| render(&volume, &smooth_transfer(), &camera, size, &s));

@@ -5,7 +5,7 @@ use crate::camera::Orbit;
 use crate::device::DeviceChoice;
 use crate::image::Background;
 use crate::layers::{Correction, Density, Viewport};
-use crate::renderer::{Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
+use crate::renderer::{Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
 use crate::transfer::Extinction;
 use crate::volume::{Endian, RawOptions, VoxelType};
 use clap::{Args, ValueEnum};
@@ -121,10 +121,13 @@ pub(super) struct QualityOptions {
     /// draft, standard, high or paper
     #[arg(long, default_value = "standard")]
     pub quality: Quality,
-    /// What makes up for kernels that reach into neighbouring layers
+    /// When samples become colours: each after interpolation, or each stretch between two as a whole
+    #[arg(long)]
+    classification: Option<ClassificationName>,
+    /// What makes up for kernels that reach into neighbouring layers; implies --classification post
     #[arg(long)]
     correction: Option<CorrectionName>,
-    /// Samples per layer, 1 to 16; implies --correction sublayers
+    /// Samples per layer: 1 to 3; with --classification post 1 to 16
     #[arg(long, value_parser = parse::sub_layers, value_name = "N", allow_hyphen_values = true)]
     sublayers: Option<u32>,
     /// How opacity becomes attenuation over a distance
@@ -136,7 +139,7 @@ pub(super) struct QualityOptions {
     /// auto, direct (per pixel) or samples per voxel, 1 to 16
     #[arg(long, value_parser = parse::lattice, value_name = "auto|direct|N", allow_hyphen_values = true)]
     lattice: Option<Evaluation>,
-    /// Source of the footprints; the set goes with --lattice direct
+    /// Source of the footprints; the set goes with --lattice direct, and implies --classification post
     #[arg(long)]
     footprints: Option<FootprintsName>,
     /// Whether opaque tiles stop: on or off
@@ -148,6 +151,12 @@ pub(super) struct QualityOptions {
     /// World distance that opacities are for [default: the smallest spacing]
     #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
     unit_distance: Option<f64>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum ClassificationName {
+    Post,
+    Preintegrated,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -175,17 +184,7 @@ impl QualityOptions {
         let mut settings = self.quality.settings();
         settings.layer_axis = self.layer_axis;
         settings.unit_distance = self.unit_distance;
-        settings.correction = match (self.correction, self.sublayers) {
-            (None, None) => settings.correction,
-            (None | Some(CorrectionName::Sublayers), Some(n)) => Correction::SubLayers(n),
-            (Some(CorrectionName::Sublayers), None) => Correction::SubLayers(settings.correction.samples_per_layer().max(2)),
-            (Some(CorrectionName::None), None) => Correction::None,
-            (Some(CorrectionName::Constant), None) => Correction::Constant,
-            (Some(_), Some(_)) => {
-                let problem = "--sublayers goes with --correction sublayers only: leave one of them out".into();
-                return Err(crate::Error::Settings { problem });
-            }
-        };
+        settings.classification = self.classification(settings.classification)?;
         settings.extinction = match self.extinction {
             None => settings.extinction,
             Some(ExtinctionName::Exponential) => Extinction::Exponential,
@@ -217,5 +216,44 @@ impl QualityOptions {
             settings.early_termination = on;
         }
         Ok(settings)
+    }
+
+    /// Corrections and the footprint set are for classification after interpolation, and imply it.
+    fn classification(&self, own: Classification) -> Result<Classification, crate::Error> {
+        let conflict = |problem: &str| Err(crate::Error::Settings { problem: problem.into() });
+        let post = match (self.classification, own) {
+            (Some(ClassificationName::Post), _) => true,
+            (Some(ClassificationName::Preintegrated), _) => false,
+            (None, own) => {
+                let for_post = self.correction.is_some() || matches!(self.footprints, Some(FootprintsName::Set));
+                for_post || matches!(own, Classification::Post(_))
+            }
+        };
+        if !post {
+            if self.correction.is_some() {
+                return conflict("--correction has no meaning where classification is pre-integrated: leave one of them out");
+            }
+            let points = match own {
+                Classification::Preintegrated { samples_per_layer } => samples_per_layer,
+                Classification::Post(_) => 1,
+            };
+            return Ok(Classification::Preintegrated { samples_per_layer: self.sublayers.unwrap_or(points) });
+        }
+        Ok(Classification::Post(match (self.correction, self.sublayers) {
+            (None | Some(CorrectionName::Sublayers), Some(n)) => Correction::SubLayers(n),
+            (Some(CorrectionName::Sublayers), None) => Correction::SubLayers(own.samples_per_layer().max(2)),
+            (Some(CorrectionName::None), None) => Correction::None,
+            (Some(CorrectionName::Constant), None) => Correction::Constant,
+            (Some(_), Some(_)) => {
+                return conflict("--sublayers goes with --correction sublayers only: leave one of them out");
+            }
+            // The bundles' own corrections, from before they were pre-integrated: these are the best for the time.
+            (None, None) => match (own, self.quality) {
+                (Classification::Post(correction), _) => correction,
+                (_, Quality::Draft) => Correction::Constant,
+                (_, Quality::High) => Correction::SubLayers(4),
+                _ => Correction::SubLayers(2),
+            },
+        }))
     }
 }

@@ -12,6 +12,8 @@ pub struct Tuning {
     pub tile_vectors: u32,
     /// Lattice rows per tile.
     pub tile_rows: u32,
+    /// Pixels of a block in the warp, along x and y.
+    pub block: [u32; 2],
     /// Work-items per group of the tile kernels.
     pub tile_group: usize,
     /// Work-items per group of the loop-free and per-pixel kernels.
@@ -32,14 +34,21 @@ impl Tuning {
                 vector_width: if matches!(native_width, 4 | 8) { native_width } else { 16 },
                 tile_vectors: if matches!(native_width, 4) { 4 } else { 1 },
                 tile_rows: 8,
+                block: [16, 8],
                 tile_group: 1,
                 pixel_group: 64,
                 event_times,
             },
             // Small tiles keep enough work-items in flight.
-            DeviceKind::Gpu => {
-                Self { vector_width: 4, tile_vectors: 1, tile_rows: 2, tile_group: 32, pixel_group: 64, event_times }
-            }
+            DeviceKind::Gpu => Self {
+                vector_width: 4,
+                tile_vectors: 1,
+                tile_rows: 2,
+                block: [1, 1],
+                tile_group: 32,
+                pixel_group: 64,
+                event_times,
+            },
         }
     }
 

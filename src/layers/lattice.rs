@@ -1,16 +1,21 @@
-//! The sheared lattice of a parallel view: m_u × m_v samples per voxel, aligned with the grid, moving with the ray.
+//! The sheared lattice of a parallel view: m_u × m_v samples per voxel, moving with the ray.
 
 use super::axis::{Axis, AxisFrame};
 use super::rays::{Ray, Rays, Viewport, from_rows};
 use crate::volume::Grid;
 use glam::{DMat3, DVec3};
 
-/// Most samples per voxel and axis. Closer views are rendered per pixel.
+/// Most samples per voxel and axis of a lattice in phases. Closer views are rendered per pixel.
 pub const MAX_SAMPLES_PER_VOXEL: u32 = 16;
 /// Samples kept around the viewport: the warp's filter reaches two, and one more keeps rounding away.
 const MARGIN: f64 = 3.0;
-/// Pixels between samples in [`Density::Relaxed`].
-const RELAXED_PIXELS: f64 = 1.6;
+/// Samples per pixel in [`Density::Relaxed`] where voxels are about as large as pixels: hard edges need them (aneurism:
+/// 34.4 dB with 1, 38.5 with 1.6).
+const RELAXED_SAMPLES_PER_PIXEL: f64 = 1.6;
+/// Samples per voxel that are enough for what the kernel can show, until they are [`RELAXED_PIXELS`] apart.
+const RELAXED_SAMPLES_PER_VOXEL: f64 = 1.86;
+/// Pixels between samples where voxels cover many.
+const RELAXED_PIXELS: f64 = 2.0;
 /// Samples per voxel this close above a whole number round down to it.
 const CEIL_SLACK: f64 = 1e-6;
 
@@ -19,8 +24,8 @@ const CEIL_SLACK: f64 = 1e-6;
 pub enum Density {
     /// Nowhere coarser than the screen, at least this many.
     AtLeast(u32),
-    /// As the screen, but where a voxel covers more than two pixels up to 1.6 pixels apart: the kernel has no finer detail
-    /// to show there, and the warp interpolates.
+    /// Finer than the screen where voxels are small, coarser where they are large: up to 1.6 samples per pixel, up to 1.86
+    /// per voxel, at most 2 pixels apart. The kernel has no finer detail to show, and the warp interpolates.
     Relaxed,
     /// This many, 1 … 16.
     Fixed(u32),
@@ -31,7 +36,9 @@ impl Density {
     pub(super) fn samples(self, pixels: f64) -> f64 {
         match self {
             Density::AtLeast(m) => pixels.max(f64::from(m)),
-            Density::Relaxed => pixels.min((pixels / RELAXED_PIXELS).max(2.0)),
+            Density::Relaxed => {
+                (pixels * RELAXED_SAMPLES_PER_PIXEL).min((pixels / RELAXED_PIXELS).max(RELAXED_SAMPLES_PER_VOXEL))
+            }
             Density::Fixed(m) => f64::from(m),
         }
     }
@@ -49,19 +56,20 @@ pub struct LayerOffset {
 /// A sheared lattice. Column I holds the ray that crosses the plane of the volume's centre (a = centre_a) at
 /// u = centre_u + first_u + (I + ½)/m_u, and moves by the shear from layer to layer; rows J likewise in v.
 ///
-/// I = i·m + p has the **phase** p: in one layer all samples of a phase have the same offset from the voxels.
+/// Where m is whole, I = i·m + p has the **phase** p: in one layer all samples of a phase have the same offset from the
+/// voxels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
     /// Layer axis and in-layer axes.
     pub frame: AxisFrame,
     /// Voxels along u, v, a.
     pub dims: [usize; 3],
-    /// Shear per layer, |s| ≤ 1 unless the axis was forced.
+    /// Shear per layer, |s| ≤ 1.
     pub shear: [f64; 2],
-    /// Whole samples per voxel along u and v.
-    pub samples_per_voxel: [u32; 2],
-    /// Extent along u and v in voxels; each holds m samples.
-    pub columns: [u32; 2],
+    /// Samples per voxel along u and v.
+    pub samples_per_voxel: [f64; 2],
+    /// Samples along u and v.
+    pub size: [u32; 2],
     /// +1 when rays run towards higher layers, else −1.
     pub layer_step: i32,
     first: [f64; 2],
@@ -71,53 +79,65 @@ pub struct Lattice {
 
 impl Lattice {
     /// The lattice for a parallel view, cropped to what the viewport shows, or `None` where none reaches: |s| > 1 (a
-    /// forced axis), or closer than [`MAX_SAMPLES_PER_VOXEL`].
+    /// forced axis).
     pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, axis: Axis, density: Density) -> Option<Self> {
+        let mut lattice = Self::unsampled(rays, grid, axis, density)?;
+        lattice.crop(rays, viewport, [1.0; 2]);
+        Some(lattice)
+    }
+
+    /// The same with phases: whole samples per voxel, and whole voxels. `None` also where these are more than
+    /// [`MAX_SAMPLES_PER_VOXEL`].
+    pub fn in_phases(rays: &Rays, viewport: Viewport, grid: &Grid, axis: Axis, density: Density) -> Option<Self> {
+        let mut lattice = Self::unsampled(rays, grid, axis, density)?;
+        let m = lattice.samples_per_voxel.map(|m| (m - CEIL_SLACK).ceil());
+        if m.iter().any(|&m| m > f64::from(MAX_SAMPLES_PER_VOXEL)) {
+            return None;
+        }
+        lattice.samples_per_voxel = m;
+        lattice.crop(rays, viewport, m);
+        Some(lattice)
+    }
+
+    fn unsampled(rays: &Rays, grid: &Grid, axis: Axis, density: Density) -> Option<Self> {
         let frame = axis.frame();
         let direction = rays.central_direction();
         let shear = frame.shear(direction);
         if !shear.iter().all(|s| s.abs() <= 1.0 + 1e-6) {
             return None;
         }
-        let samples_per_voxel = [frame.u, frame.v]
-            .map(|i| (density.samples(grid.spacing()[i] / rays.pixel_size) - CEIL_SLACK).ceil().max(1.0) as u32);
-        if samples_per_voxel.iter().any(|&m| m > MAX_SAMPLES_PER_VOXEL) {
-            return None;
-        }
-        let dims = [frame.u, frame.v, frame.a].map(|i| grid.dims()[i]);
-        let centre = frame.local(grid.centre_in_voxels());
-        let mut lattice = Self {
+        let samples_per_voxel = [frame.u, frame.v].map(|i| density.samples(grid.spacing()[i] / rays.pixel_size).max(1.0));
+        Some(Self {
             frame,
-            dims,
+            dims: [frame.u, frame.v, frame.a].map(|i| grid.dims()[i]),
             shear,
             samples_per_voxel,
-            columns: [0; 2],
+            size: [0; 2],
             layer_step: if direction[frame.a] > 0.0 { 1 } else { -1 },
             first: [0.0; 2],
-            centre,
+            centre: frame.local(grid.centre_in_voxels()),
             direction,
-        };
-        lattice.crop(rays, viewport);
-        Some(lattice)
+        })
     }
 
-    /// Sets the extent: whole voxels, anchored symmetrically to the centre, where the volume's shadow along the rays
-    /// and the viewport overlap.
-    fn crop(&mut self, rays: &Rays, viewport: Viewport) {
+    /// Sets the extent: whole cells of so many samples, anchored symmetrically to the centre, where the volume's shadow
+    /// along the rays and the viewport overlap.
+    fn crop(&mut self, rays: &Rays, viewport: Viewport, samples_per_cell: [f64; 2]) {
         let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
         let corners = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(x, y)| self.crossing(rays.at(x, y)));
-        for i in 0..2 {
+        for (i, per_cell) in samples_per_cell.into_iter().enumerate() {
             let s = self.shear[i].abs();
+            let m = self.samples_per_voxel[i];
+            let cell = per_cell / m;
             let reach = (self.dims[i] as f64 + 1.0) / 2.0 + 2.0 * s + s * (self.dims[2] as f64 + 1.0) / 2.0;
-            let half = reach.ceil();
-            let margin = MARGIN / f64::from(self.samples_per_voxel[i]);
+            let half = (reach / cell).ceil();
             let seen = corners.map(|c| c[i]);
-            let lo = seen.iter().fold(f64::INFINITY, |a, &b| a.min(b)) - margin;
-            let hi = seen.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b)) + margin;
-            let first = (lo + half).floor().clamp(0.0, 2.0 * half);
-            let last = (hi + half).ceil().clamp(first, 2.0 * half);
-            self.first[i] = first - half;
-            self.columns[i] = (last - first) as u32;
+            let lo = seen.iter().fold(f64::INFINITY, |a, &b| a.min(b)) - MARGIN / m;
+            let hi = seen.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b)) + MARGIN / m;
+            let first = (lo / cell + half).floor().clamp(0.0, 2.0 * half);
+            let last = (hi / cell + half).ceil().clamp(first, 2.0 * half);
+            self.first[i] = (first - half) * cell;
+            self.size[i] = ((last - first) * per_cell) as u32;
         }
     }
 
@@ -127,19 +147,30 @@ impl Lattice {
         [origin.x - origin.z * self.shear[0], origin.y - origin.z * self.shear[1]]
     }
 
-    /// Samples along u.
-    pub fn width(&self) -> u32 {
-        self.columns[0] * self.samples_per_voxel[0]
+    /// Samples per voxel of a lattice in phases.
+    pub fn phases(&self) -> [u32; 2] {
+        self.samples_per_voxel.map(|m| m as u32)
     }
 
-    /// Samples along v.
-    pub fn height(&self) -> u32 {
-        self.columns[1] * self.samples_per_voxel[1]
+    /// Columns and rows of each phase.
+    pub fn columns(&self) -> [u32; 2] {
+        [0, 1].map(|i| self.size[i] / self.phases()[i])
+    }
+
+    /// For each column (`i` = 0) or row (1), and `padding` more: the voxel coordinate at which its rays cross the volume's
+    /// middle layer, and their shear.
+    pub fn crossings(&self, i: usize, padding: u32) -> Vec<[f32; 2]> {
+        (0..self.size[i] + padding).map(|index| [self.position(i, f64::from(index)) as f32, self.shear[i] as f32]).collect()
+    }
+
+    /// The layer, in general half-integer, at which [`Self::crossings`] are given.
+    pub fn centre_layer(&self) -> f64 {
+        self.centre.z
     }
 
     /// Offsets along u (`i` = 0) or v (1) of each layer −1 … n and each phase, layer by layer.
     pub fn offsets(&self, i: usize) -> Vec<LayerOffset> {
-        let m = self.samples_per_voxel[i];
+        let m = self.phases()[i];
         (-1..=self.dims[2] as i64)
             .flat_map(|k| (0..m).map(move |p| (k, p)))
             .map(|(k, p)| {
@@ -152,7 +183,7 @@ impl Lattice {
 
     /// Voxel coordinate along u or v, on the centre's plane, of column or row `index`.
     fn position(&self, i: usize, index: f64) -> f64 {
-        self.centre[i] + self.first[i] + (index + 0.5) / f64::from(self.samples_per_voxel[i])
+        self.centre[i] + self.first[i] + (index + 0.5) / self.samples_per_voxel[i]
     }
 
     /// The ray of sample (I, J), in voxels (x, y, z).
@@ -166,7 +197,7 @@ impl Lattice {
     pub fn from_screen(&self, rays: &Rays) -> DMat3 {
         let at = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(x, y)| self.crossing(rays.at(x, y)));
         let row = |i: usize| {
-            let m = f64::from(self.samples_per_voxel[i]);
+            let m = self.samples_per_voxel[i];
             let [p, px, py] = at.map(|c| (c[i] - self.first[i]) * m - 0.5);
             DVec3::new(px - p, py - p, p)
         };
@@ -186,7 +217,7 @@ mod tests {
         let camera = Camera::orbit(grid.centre(), 10.0, orbit, Projection::Parallel { scale });
         let rays = Rays::new(&camera, viewport, &grid).unwrap();
         let axis = Axis::most_parallel(rays.central_direction());
-        (Lattice::new(&rays, viewport, &grid, axis, Density::AtLeast(1)).unwrap(), rays)
+        (Lattice::in_phases(&rays, viewport, &grid, axis, Density::AtLeast(1)).unwrap(), rays)
     }
 
     #[test]
@@ -211,7 +242,7 @@ mod tests {
     fn offsets_follow_the_shear_and_are_never_coarser_than_the_screen() {
         let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
         let (lattice, rays) = lattice([16, 16, 16], DVec3::ONE, orbit, 16.0);
-        assert_eq!(lattice.samples_per_voxel, [2, 2]);
+        assert_eq!(lattice.phases(), [2, 2]);
         assert!(1.0 / 2.0 <= rays.pixel_size);
         let offsets = lattice.offsets(0);
         let at = |k: usize, p: usize| f64::from(offsets[k * 2 + p].base) + f64::from(offsets[k * 2 + p].fraction);
@@ -223,7 +254,7 @@ mod tests {
 
     #[test]
     fn samples_per_voxel_follow_the_screen() {
-        for (pixels, relaxed) in [(0.3, 0.3), (1.34, 1.34), (2.0, 2.0), (3.0, 2.0), (4.8, 3.0), (16.0, 10.0)] {
+        for (pixels, relaxed) in [(0.3, 0.48), (1.0, 1.6), (1.34, 1.86), (3.0, 1.86), (4.8, 2.4), (16.0, 8.0)] {
             assert_abs_diff_eq!(Density::Relaxed.samples(pixels), relaxed, epsilon = 1e-12);
             assert_eq!(Density::AtLeast(3).samples(pixels), pixels.max(3.0));
             assert_eq!(Density::Fixed(7).samples(pixels), 7.0);
@@ -233,11 +264,11 @@ mod tests {
     #[test]
     fn zooming_in_crops_and_then_leaves_the_lattice() {
         let (near, _) = lattice([64; 3], DVec3::ONE, Orbit::default(), 4.0);
-        assert!(near.columns[0] < 12, "{:?}", near.columns);
+        assert!(near.columns()[0] < 12, "{:?}", near.columns());
         let grid = Grid::new([64; 3], DVec3::ONE).unwrap();
         let viewport = Viewport::new(64, 64).unwrap();
         let camera = Camera::orbit(grid.centre(), 1.0, Orbit::default(), Projection::Parallel { scale: 0.5 });
         let rays = Rays::new(&camera, viewport, &grid).unwrap();
-        assert!(Lattice::new(&rays, viewport, &grid, Axis::Z, Density::AtLeast(1)).is_none());
+        assert!(Lattice::in_phases(&rays, viewport, &grid, Axis::Z, Density::AtLeast(1)).is_none());
     }
 }

@@ -13,6 +13,8 @@ pub const MAX_LATTICE_SHEAR: f64 = 2.0;
 const MIN_EYE_DISTANCE: f64 = 1.0;
 /// Voxels between neighbouring samples in the farthest layer: kernels/lattice_perspective.cl keeps 7 per sample.
 const MAX_VOXELS_PER_SAMPLE: f64 = 7.0;
+/// The same for kernels/point_lattice.cl: `VOXELS_PER_SAMPLE`.
+const MAX_VOXELS_PER_POINT: f64 = 2.0;
 /// Longest side of a lattice, in viewport sides: beyond it the near end of the volume is so close that the far end
 /// would be sampled many times too densely, and pixels are fewer than samples.
 const MAX_SIDES: u32 = 4;
@@ -74,6 +76,25 @@ impl PerspectiveLattice {
     /// The lattice for a perspective, or `None` where none reaches or the volume comes too close. `density` holds for the
     /// layer nearest to the eye.
     pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, axis: Axis, density: Density) -> Option<Self> {
+        let lattice = Self::sampled(rays, viewport, grid, axis, density, f64::INFINITY)?;
+        let far = lattice.layer_distances().1;
+        lattice.step.iter().all(|step| far * step <= MAX_VOXELS_PER_SAMPLE).then_some(lattice)
+    }
+
+    /// The same for point-sampled layers: finer where neighbouring rays would be more than two voxels apart in the farthest
+    /// layer.
+    pub fn of_points(rays: &Rays, viewport: Viewport, grid: &Grid, axis: Axis, density: Density) -> Option<Self> {
+        Self::sampled(rays, viewport, grid, axis, density, MAX_VOXELS_PER_POINT)
+    }
+
+    fn sampled(
+        rays: &Rays,
+        viewport: Viewport,
+        grid: &Grid,
+        axis: Axis,
+        density: Density,
+        voxels_per_sample: f64,
+    ) -> Option<Self> {
         let mut lattice = Self::unsampled(rays, grid, axis)?;
         let screen = lattice.screen_shears(rays, viewport);
         let corners = lattice.support_corners();
@@ -86,7 +107,8 @@ impl PerspectiveLattice {
                 let depth = rays.depth(lattice.eye, *c, lattice.frame);
                 spacing * (c.z - lattice.eye.z).abs() / (depth * rays.pixel_size * near)
             };
-            let samples_per_voxel = density.samples(corners.iter().map(pixels).fold(0.0, f64::max));
+            let samples_per_voxel =
+                density.samples(corners.iter().map(pixels).fold(0.0, f64::max)).max(far / near / voxels_per_sample);
             let step = 1.0 / (samples_per_voxel * near);
             if let Some(screen) = screen {
                 let (seen_lo, seen_hi) = bounds(&screen.map(|s| s[i]));
@@ -94,7 +116,7 @@ impl PerspectiveLattice {
             }
             let samples = ((hi - lo) / step).ceil().max(0.0);
             let most = f64::from([viewport.width, viewport.height][i].max(64) * MAX_SIDES);
-            if samples > most || samples_per_voxel > f64::from(MAX_SAMPLES_PER_VOXEL) || far * step > MAX_VOXELS_PER_SAMPLE {
+            if samples > most || samples_per_voxel > f64::from(MAX_SAMPLES_PER_VOXEL) {
                 return None;
             }
             lattice.size[i] = samples as u32;
@@ -159,20 +181,10 @@ impl PerspectiveLattice {
         ahead.then(|| directions.map(|d| self.frame.shear(d)))
     }
 
-    /// Samples along u.
-    pub fn width(&self) -> u32 {
-        self.size[0]
-    }
-
-    /// Samples along v.
-    pub fn height(&self) -> u32 {
-        self.size[1]
-    }
-
-    /// For each column (`i` = 0) or row (1): the voxel coordinate at which its rays cross the volume's middle layer, and
+    /// For each column (`i` = 0) or row (1), and `padding` more: the voxel coordinate at which its rays cross the volume's middle layer, and
     /// their shear.
-    pub fn crossings(&self, i: usize) -> Vec<[f32; 2]> {
-        (0..self.size[i])
+    pub fn crossings(&self, i: usize, padding: u32) -> Vec<[f32; 2]> {
+        (0..self.size[i] + padding)
             .map(|index| {
                 let shear = self.shear(i, f64::from(index));
                 [(self.eye[i] + (self.centre_layer - self.eye.z) * shear) as f32, shear as f32]

@@ -4,8 +4,8 @@ use super::field::Field;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Axis, LayerSlabs, Ray, Rays, Viewport, footprint};
-use crate::renderer::{Settings, Shading};
+use crate::layers::{Axis, Correction, LayerSlabs, Ray, Rays, Viewport, footprint};
+use crate::renderer::{Classification, Settings, Shading};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::volume::Volume;
 use glam::{DVec2, DVec3};
@@ -22,19 +22,19 @@ pub enum AxisGradient {
 
 /// The layered renderer in `f64`: every footprint integrated, no lattice, no table, no culling, no early termination.
 pub struct Layered<'a> {
-    field: Field,
+    pub(super) field: Field,
     volume: &'a Volume,
-    transfer: &'a TransferFunction,
-    settings: &'a Settings,
+    pub(super) transfer: &'a TransferFunction,
+    pub(super) settings: &'a Settings,
     /// Default: as the kernels do.
     pub axis_gradient: AxisGradient,
 }
 
 /// A ray in the coordinates of its layer axis.
-struct Crossing {
-    axis: Axis,
-    origin: DVec3,
-    shear: DVec2,
+pub(super) struct Crossing {
+    pub axis: Axis,
+    pub origin: DVec3,
+    pub shear: DVec2,
 }
 
 impl<'a> Layered<'a> {
@@ -62,12 +62,20 @@ impl<'a> Layered<'a> {
         let frame = axis.frame();
         let shear = DVec2::from_array(frame.shear(ray.direction));
         let crossing = Crossing { axis, origin: frame.local(ray.origin), shear };
-        let dims = self.local_dims(axis);
-        let spacing = frame.local(self.volume.grid().spacing());
-        let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
-        let samples = f64::from(self.settings.correction.samples_per_layer());
-        let dt = (shear.extend(1.0) * spacing).length() / unit / samples;
-        let slabs = LayerSlabs::new(self.settings.correction);
+        match self.settings.classification {
+            Classification::Post(correction) => self.composite_splats(ray, &crossing, correction, to_eye),
+            Classification::Preintegrated { samples_per_layer } => {
+                self.composite_points(ray, &crossing, samples_per_layer, to_eye)
+            }
+        }
+    }
+
+    fn composite_splats(&self, ray: &Ray, crossing: &Crossing, correction: Correction, to_eye: DVec3) -> [f64; 4] {
+        let frame = crossing.axis.frame();
+        let dims = self.local_dims(crossing.axis);
+        let samples = f64::from(correction.samples_per_layer());
+        let dt = self.sample_length(crossing);
+        let slabs = LayerSlabs::new(correction);
 
         let forward = ray.direction[frame.a] > 0.0;
         let order: Vec<i64> = if forward { (-1..=dims[2]).collect() } else { (-1..=dims[2]).rev().collect() };
@@ -77,10 +85,10 @@ impl<'a> Layered<'a> {
         for (n, &k) in order.iter().enumerate() {
             // Distance from the eye, in layers: what lies behind it is cut off.
             let from_eye = step as f64 * (k as f64 - crossing.origin.z - ray.start * ray.direction[frame.a]);
-            if from_eye <= -0.5 || !self.in_support(&crossing, k) {
+            if from_eye <= -0.5 || !self.in_support(crossing, k as f64) {
                 continue;
             }
-            let [before, own, after] = [k - step, k, k + step].map(|j| self.splat_sum(&crossing, j, crossing.at(j)));
+            let [before, own, after] = [k - step, k, k + step].map(|j| self.splat_sum(crossing, j, crossing.at(j as f64)));
             let samples_of_layer = match n {
                 0 => &slabs.front,
                 _ if n + 1 == order.len() => &slabs.back,
@@ -102,7 +110,7 @@ impl<'a> Layered<'a> {
                 };
                 let mut c = self.transfer.color(value);
                 if let Some(shading) = self.settings.shading {
-                    let gradient = self.gradient(&crossing, k, step, before, after);
+                    let gradient = self.gradient(crossing, k, step, before, after);
                     c = self.shade(shading, c, gradient, to_eye);
                 }
                 for (sum, c) in color.iter_mut().zip(c) {
@@ -114,13 +122,21 @@ impl<'a> Layered<'a> {
         [color[0], color[1], color[2], 1.0 - transmittance]
     }
 
-    fn local_dims(&self, axis: Axis) -> [i64; 3] {
+    /// Length of a sample, in unit distances.
+    pub(super) fn sample_length(&self, crossing: &Crossing) -> f64 {
+        let spacing = self.volume.grid().spacing();
+        let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
+        let samples = f64::from(self.settings.classification.samples_per_layer());
+        (crossing.shear.extend(1.0) * crossing.axis.frame().local(spacing)).length() / unit / samples
+    }
+
+    pub(super) fn local_dims(&self, axis: Axis) -> [i64; 3] {
         let frame = axis.frame();
         [frame.u, frame.v, frame.a].map(|i| self.field.dims()[i])
     }
 
-    /// Whether a sample counts: always where the background is invisible; else only within the field's support.
-    fn in_support(&self, crossing: &Crossing, k: i64) -> bool {
+    /// Whether a sample at layer k, not always whole, counts: always where the background is invisible; else only within the field's support.
+    pub(super) fn in_support(&self, crossing: &Crossing, k: f64) -> bool {
         let dims = self.local_dims(crossing.axis);
         let p = crossing.at(k);
         let inside = |p: f64, n: i64| (-1.0..=n as f64).contains(&p);
@@ -149,7 +165,7 @@ impl<'a> Layered<'a> {
 
     /// Gradient in voxel differences along u, v, a.
     fn gradient(&self, crossing: &Crossing, k: i64, step: i64, before: f64, after: f64) -> DVec3 {
-        let p = crossing.at(k);
+        let p = crossing.at(k as f64);
         let difference = |shift: DVec2| (self.splat_sum(crossing, k, p + shift) - self.splat_sum(crossing, k, p - shift)) / 2.0;
         let (u, v) = (difference(DVec2::X), difference(DVec2::Y));
         let a = match self.axis_gradient {
@@ -168,7 +184,7 @@ impl<'a> Layered<'a> {
     }
 
     /// Blinn-Phong with the fade for weak gradients (math.md, "Conventions").
-    fn shade(&self, shading: Shading, color: [f64; 3], gradient: DVec3, to_eye: DVec3) -> [f64; 3] {
+    pub(super) fn shade(&self, shading: Shading, color: [f64; 3], gradient: DVec3, to_eye: DVec3) -> [f64; 3] {
         let grid = self.volume.grid();
         let (lo, hi) = self.volume.range();
         let range = if hi > lo { hi - lo } else { 1.0 };
@@ -187,8 +203,8 @@ impl<'a> Layered<'a> {
 }
 
 impl Crossing {
-    /// Where the ray crosses layer k.
-    fn at(&self, k: i64) -> DVec2 {
-        self.origin.truncate() + self.shear * (k as f64 - self.origin.z)
+    /// Where the ray crosses layer k, or a plane between layers.
+    pub(super) fn at(&self, k: f64) -> DVec2 {
+        self.origin.truncate() + self.shear * (k - self.origin.z)
     }
 }

@@ -7,6 +7,7 @@
 mod field;
 mod integral;
 mod layered;
+mod points;
 
 pub use integral::Integral;
 pub use layered::{AxisGradient, Layered};

@@ -2,12 +2,13 @@
 
 use super::Renderer;
 use super::kept::{at_least, filled, upload_strides};
+use super::sample::SampleAxes;
 use super::sample::slab_table;
 use super::settings::{Footprints, Settings};
-use crate::device::launch::DirectArguments;
 use crate::device::launch::params::DirectParams;
+use crate::device::launch::{DirectArguments, PointDirectArguments};
 use crate::error::Error;
-use crate::layers::{Axis, Rays, Viewport};
+use crate::layers::{Axis, Correction, Rays, Viewport};
 use glam::DVec3;
 
 impl Renderer {
@@ -15,49 +16,31 @@ impl Renderer {
     pub(super) fn run_direct(
         &mut self,
         axis: Option<Axis>,
+        correction: Correction,
         rays: &Rays,
         viewport: Viewport,
         settings: &Settings,
     ) -> Result<(), Error> {
         let Self { device, kernels, kept, scratch, .. } = self;
-        let axes = axis.map_or(Axis::ALL.to_vec(), |a| vec![a]);
+        let axes = axes_of(axis);
         kept.prepare(device, kernels, &axes, &self.transfer, settings.extinction)?;
-        filled(&mut scratch.slabs, device, &slab_table(settings.correction), "the sub-slabs")?;
-        at_least(&mut scratch.frame, device, viewport.pixels(), "the frame")?;
-        at_least(&mut scratch.active_samples, device, viewport.pixels(), "the sample counts")?;
+        filled(&mut scratch.slabs, device, &slab_table(correction), "the sub-slabs")?;
         // A kernel with exact footprints reads neither: any buffers do.
         let set = settings.footprints == Footprints::Set;
         at_least(&mut scratch.crossings[0], device, 1, "a placeholder")?;
         if set {
             kept.make_footprint_set(device, kernels)?;
         }
+        self.make_frame(viewport)?;
 
-        let sample_axes = self.sample_axes(rays, settings);
-        let sample = self.sample_params(&sample_axes, Axis::Z.frame(), settings);
-        let narrow = |v: DVec3| v.as_vec3().to_array();
-        let affine = |p: &[DVec3; 3]| p.map(|v| v.as_vec3().extend(0.0).to_array());
         // Blocks and flags of axes that no ray takes are not read.
         let known = Axis::ALL.map(|a| if axes.contains(&a) { a } else { axes[0] });
-        let (background, offset) = self.kept.background();
-        let params = DirectParams {
-            stride: upload_strides(&self.grid),
-            origin: affine(&rays.origin),
-            direction: affine(&rays.direction),
-            start: rays.start as f32,
-            spacing: narrow(sample_axes.step),
-            gradient: narrow(sample_axes.gradient),
-            light: narrow(sample_axes.light),
-            half_way: narrow(sample_axes.half_way),
-            dims: self.grid.dims().map(|n| n as i32),
-            blocks: known.map(|a| self.kept.occupancy(a).blocks),
-            axis: axis.map_or(-1, |a| a.index() as i32),
-            culling: i32::from(settings.culling),
-            background,
-            offset,
-        };
+        let sample_axes = self.sample_axes(rays, settings);
+        let sample = self.sample_params(&sample_axes, Axis::Z.frame(), settings);
+        let blocks = known.map(|a| self.kept.occupancy(a).blocks);
+        let params = self.direct_params(axis, rays, &sample_axes, blocks, settings);
         let Self { device, kernels, kept, scratch, .. } = self;
         let written = "written above";
-        scratch.active_count = viewport.pixels();
         let visible = known.map(|a| kept.visible(a));
         let (images, shears) = match kept.footprint_set() {
             Some(set) => (&set.images, &set.shears),
@@ -80,4 +63,82 @@ impl Renderer {
             },
         )
     }
+
+    /// The same with point-sampled layers.
+    pub(super) fn run_point_direct(
+        &mut self,
+        axis: Option<Axis>,
+        rays: &Rays,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        let sample_axes = self.sample_axes(rays, settings);
+        let Self { device, kernels, kept, .. } = self;
+        let axes = axes_of(axis);
+        let thinnest = sample_axes.step.min_element();
+        kept.prepare_points(device, kernels, &axes, &self.transfer, settings.extinction, thinnest)?;
+        self.make_frame(viewport)?;
+
+        let known = Axis::ALL.map(|a| if axes.contains(&a) { a } else { axes[0] });
+        let sample = self.sample_params(&sample_axes, Axis::Z.frame(), settings);
+        let blocks = known.map(|a| self.kept.point_occupancy(a).blocks);
+        let params = self.direct_params(axis, rays, &sample_axes, blocks, settings);
+        let Self { device, kernels, kept, scratch, .. } = self;
+        let made = "made above";
+        kernels.point_direct(device)?.launch(
+            device,
+            &PointDirectArguments {
+                voxels: kept.uploaded(),
+                visible: known.map(|a| &kept.slabs_visible(a)[1]),
+                integrals: &kept.integrals().nodes,
+                params,
+                sample,
+                size: [viewport.width as i32, viewport.height as i32],
+                frame: scratch.frame.as_ref().expect(made),
+                active_samples: scratch.active_samples.as_ref().expect(made),
+            },
+        )
+    }
+
+    fn make_frame(&mut self, viewport: Viewport) -> Result<(), Error> {
+        let Self { device, scratch, .. } = self;
+        at_least(&mut scratch.frame, device, viewport.pixels(), "the frame")?;
+        at_least(&mut scratch.active_samples, device, viewport.pixels(), "the sample counts")?;
+        scratch.active_count = viewport.pixels();
+        Ok(())
+    }
+
+    fn direct_params(
+        &self,
+        axis: Option<Axis>,
+        rays: &Rays,
+        axes: &SampleAxes,
+        blocks: [[i32; 2]; 3],
+        settings: &Settings,
+    ) -> DirectParams {
+        let narrow = |v: DVec3| v.as_vec3().to_array();
+        let affine = |p: &[DVec3; 3]| p.map(|v| v.as_vec3().extend(0.0).to_array());
+        let (background, offset) = self.kept.background();
+        DirectParams {
+            stride: upload_strides(&self.grid),
+            origin: affine(&rays.origin),
+            direction: affine(&rays.direction),
+            start: rays.start as f32,
+            spacing: narrow(axes.step),
+            gradient: narrow(axes.gradient),
+            light: narrow(axes.light),
+            half_way: narrow(axes.half_way),
+            dims: self.grid.dims().map(|n| n as i32),
+            blocks,
+            axis: axis.map_or(-1, |a| a.index() as i32),
+            culling: i32::from(settings.culling),
+            background,
+            offset,
+        }
+    }
+}
+
+/// The layer axes that rays can have: one, or each ray's own.
+fn axes_of(axis: Option<Axis>) -> Vec<Axis> {
+    axis.map_or(Axis::ALL.to_vec(), |a| vec![a])
 }

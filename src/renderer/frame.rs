@@ -1,9 +1,12 @@
 //! From the lattice to the finished picture, and what is reported of a frame.
 
 use super::Renderer;
-use super::kept::{at_least, read_pixels};
+use super::kept::{Scratch, at_least, read_pixels};
 use super::plan::Plan;
+use super::settings::{Classification, Settings};
+use crate::camera::Camera;
 use crate::device::StageTimes;
+use crate::device::launch::WarpArguments;
 use crate::device::launch::params::{Float4, WarpParams};
 use crate::error::Error;
 use crate::image::Background;
@@ -53,49 +56,95 @@ impl LatticePicture {
     }
 }
 
+/// A frame that is drawn but for its way onto the screen.
+pub(super) struct Drawn {
+    pub report: FrameReport,
+    warp: Option<WarpParams>,
+}
+
 impl FrameReport {
     pub(super) fn new(plan: &Plan) -> Self {
         let lattice = match plan {
-            Plan::Lattice(l) => Some((l.samples_per_voxel.map(f64::from), l.width(), l.height())),
-            Plan::Perspective(l) => Some((l.samples_per_voxel, l.width(), l.height())),
+            Plan::Lattice(l) => Some((l.samples_per_voxel, l.size)),
+            Plan::Perspective(l) => Some((l.samples_per_voxel, l.size)),
             Plan::Direct(_) => None,
         };
-        let lattice = lattice.map(|(m, width, height)| LatticeReport { m, width, height });
+        let lattice = lattice.map(|(m, [width, height])| LatticeReport { m, width, height });
         Self { stages: StageTimes::new(), active_samples: 0, lattice }
     }
 }
 
+impl Scratch {
+    /// What a warp of the last lattice reads.
+    fn warped(&self, params: WarpParams, background: Float4) -> WarpArguments<'_> {
+        let rendered = "the lattice was rendered";
+        WarpArguments {
+            lattice: self.lattice.as_ref().expect(rendered),
+            active_samples: self.active_samples.as_ref().expect(rendered),
+            params,
+            background,
+        }
+    }
+}
+
 impl Renderer {
-    /// Warps the lattice in `scratch.lattice` into `scratch.frame`; a direct plan has drawn there already.
-    pub(super) fn warp(&mut self, plan: &Plan, rays: &Rays, viewport: Viewport) -> Result<(), Error> {
+    /// A frame, up to its lattice.
+    pub(super) fn draw(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Drawn, Error> {
+        let rays = Rays::new(camera, viewport, &self.grid)?;
+        let plan = Plan::new(&rays, viewport, &self.grid, settings)?;
+        tracing::debug!("{plan}");
+        let report = self.run(&plan, &rays, viewport, settings)?;
+        let warp = self.warp_params(&plan, &rays, viewport, settings.classification);
+        Ok(Drawn { report, warp })
+    }
+
+    /// How the lattice of a plan comes onto the screen; nothing for a direct plan, which draws there itself.
+    fn warp_params(&self, plan: &Plan, rays: &Rays, viewport: Viewport, classification: Classification) -> Option<WarpParams> {
         let (from_screen, size, forward) = match plan {
-            Plan::Lattice(l) => (l.from_screen(rays), [l.width(), l.height()], 1.0),
-            Plan::Perspective(l) => (l.from_screen(rays), [l.width(), l.height()], l.layer_step as f32),
-            Plan::Direct(_) => return Ok(()),
+            Plan::Lattice(l) => (l.from_screen(rays), l.size, 1.0),
+            Plan::Perspective(l) => (l.from_screen(rays), l.size, l.layer_step as f32),
+            Plan::Direct(_) => return None,
         };
-        let params = WarpParams {
+        let tuning = self.device.tuning();
+        let tile = match (plan, classification) {
+            // Tiles of one phase are spread over the lattice.
+            (Plan::Lattice(_), Classification::Post(_)) => [0; 2],
+            _ => [tuning.vector_width, tuning.tile_rows],
+        };
+        Some(WarpParams {
             from_screen: from_screen.transpose().to_cols_array().map(|m| m as f32),
             lattice: size.map(|n| n as i32),
             frame: [viewport.width as i32, viewport.height as i32],
             forward,
-        };
-        let Self { device, kernels, scratch, .. } = self;
-        let frame = at_least(&mut scratch.frame, device, viewport.pixels(), "the frame")?;
-        let lattice = scratch.lattice.as_ref().expect("the lattice was rendered");
-        kernels.warp(device)?.launch(device, lattice, &params, frame)
+            tile: tile.map(|n| n as i32),
+        })
     }
 
-    /// The 8-bit picture of `scratch.frame`, on the host.
-    pub(super) fn present(&mut self, viewport: Viewport, background: Background) -> Result<Vec<u8>, Error> {
+    /// Completes `scratch.frame`, in floats.
+    pub(super) fn draw_frame(&mut self, drawn: &Drawn, viewport: Viewport) -> Result<(), Error> {
+        let Self { device, kernels, scratch, .. } = self;
+        at_least(&mut scratch.frame, device, viewport.pixels(), "the frame")?;
+        let Some(params) = drawn.warp else { return Ok(()) };
+        let frame = scratch.frame.as_ref().expect("made above");
+        kernels.warp(device)?.launch(device, &scratch.warped(params, Float4([0.0; 4])), frame)
+    }
+
+    /// The 8-bit picture, on the host.
+    pub(super) fn draw_picture(&mut self, drawn: &Drawn, viewport: Viewport, background: Background) -> Result<Vec<u8>, Error> {
         let Self { device, kernels, scratch, .. } = self;
         let pixels = viewport.pixels();
-        let rgba = at_least(&mut scratch.rgba, device, pixels, "the picture")?;
+        at_least(&mut scratch.rgba, device, pixels, "the picture")?;
+        let rgba = scratch.rgba.as_ref().expect("made above");
         let background = match background {
             Background::Color([r, g, b]) => Float4([r, g, b, 1.0]),
             Background::Transparent => Float4([0.0; 4]),
         };
-        let frame = scratch.frame.as_ref().expect("a frame was drawn");
-        kernels.present(device)?.launch(device, frame, background, pixels, rgba)?;
+        if let Some(params) = drawn.warp {
+            kernels.warp_displayed(device)?.launch(device, &scratch.warped(params, background), rgba)?;
+        } else {
+            let frame = scratch.frame.as_ref().expect("a frame was drawn");
+            kernels.present(device)?.launch(device, frame, background, pixels, rgba)?;
+        }
         let mut picture = vec![[0u8; 4]; pixels];
         rgba.read(device, &mut picture)?;
         Ok(picture.into_flattened())
@@ -115,8 +164,8 @@ impl Renderer {
     /// The rendered lattice, on the host.
     pub(super) fn read_lattice(&self, plan: Plan) -> Result<Option<LatticePicture>, Error> {
         let size = match &plan {
-            Plan::Lattice(l) => [l.width(), l.height()],
-            Plan::Perspective(l) => [l.width(), l.height()],
+            Plan::Lattice(l) => l.size,
+            Plan::Perspective(l) => l.size,
             Plan::Direct(_) => return Ok(None),
         };
         let count = size[0] as usize * size[1] as usize;

@@ -2,12 +2,12 @@
 
 use super::kernels::Kernels;
 use crate::device::launch::params::{Float4, LayerOffset, VolumeView};
-use crate::device::launch::{Occupancy, VoxelBuffer};
+use crate::device::launch::{Occupancy, Reach, Visibility, VoxelBuffer};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Axis, FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, Viewport, set_direction};
-use crate::transfer::{Extinction, TransferFunction, TransferTable};
+use crate::transfer::{Extinction, IntegralTable, TransferFunction, TransferTable};
 use crate::volume::{Grid, Volume};
 
 /// The volume, what is known of it per layer axis, and the tables of the transfer function.
@@ -20,6 +20,7 @@ pub(super) struct Kept {
     voxels: VoxelBuffer,
     transposed: Option<VoxelBuffer>,
     occupancies: [Option<Occupancy>; 3],
+    point_occupancies: [Option<Occupancy>; 3],
     table: Option<Table>,
     footprint_set: Option<FootprintSet>,
 }
@@ -34,6 +35,21 @@ pub(super) struct Table {
     /// First and last entry with opacity; if there is none, the first is beyond the last.
     pub visible_entries: [i32; 2],
     visible: [Option<Buffer<u8>>; 3],
+    /// Bits for rays that lean up to one voxel per layer, and for others.
+    slabs_visible: [Option<[Buffer<u8>; 2]>; 3],
+    integrals: Option<Integrals>,
+}
+
+/// The integrals of a transfer table on the device.
+pub(super) struct Integrals {
+    thinnest: f64,
+    pub nodes: Buffer<[i32; 4]>,
+    /// See [`Table::scale`].
+    pub scale: (f32, f32, i32),
+    /// Values, less the offset, between which lies all opacity.
+    pub visible_values: [f32; 2],
+    /// Extinction of one unit.
+    pub unit: f32,
 }
 
 /// The paper's footprint images.
@@ -52,6 +68,7 @@ impl Kept {
             voxels: VoxelBuffer::upload(device, volume.voxels(), volume.name())?,
             transposed: None,
             occupancies: [None, None, None],
+            point_occupancies: [None, None, None],
             table: None,
             footprint_set: None,
         })
@@ -88,6 +105,21 @@ impl Kept {
         self.occupancies[axis.index()].as_ref().expect("prepare() made it")
     }
 
+    /// The occupancy of a layer axis for point-sampled layers.
+    pub fn point_occupancy(&self, axis: Axis) -> &Occupancy {
+        self.point_occupancies[axis.index()].as_ref().expect("prepare_points() made it")
+    }
+
+    /// Bits per block and slab of a layer axis, for rays that lean up to one voxel per layer and for others.
+    pub fn slabs_visible(&self, axis: Axis) -> &[Buffer<u8>; 2] {
+        self.table().slabs_visible[axis.index()].as_ref().expect("prepare_points() made it")
+    }
+
+    /// The integrals of the transfer function.
+    pub fn integrals(&self) -> &Integrals {
+        self.table().integrals.as_ref().expect("prepare_points() made it")
+    }
+
     /// The table of the transfer function.
     pub fn table(&self) -> &Table {
         self.table.as_ref().expect("prepare() made it")
@@ -98,7 +130,7 @@ impl Kept {
         self.table().visible[axis.index()].as_ref().expect("prepare() made it")
     }
 
-    /// Makes what the layer axes need and do not have yet: layout, occupancy, tables, visibility.
+    /// Makes what splatted layers need and do not have yet: layout, occupancy, table, visibility.
     pub fn prepare(
         &mut self,
         device: &Device,
@@ -107,33 +139,85 @@ impl Kept {
         transfer: &TransferFunction,
         extinction: Extinction,
     ) -> Result<(), Error> {
-        if self.table.as_ref().is_none_or(|t| t.extinction != extinction) {
-            self.table = Some(Table::upload(device, transfer, self.field_range, self.offset, extinction)?);
-        }
-        let background = self.background();
+        self.prepare_table(device, transfer, extinction)?;
         for &axis in axes {
-            if axis == Axis::X && self.transposed.is_none() {
-                let layout =
-                    VoxelBuffer::new(device, self.dims.iter().product(), self.voxels.voxel_type(), "the layout of layer axis x")?;
-                kernels.transpose(device)?.launch(device, &self.voxels, self.dims.map(|n| n as i32), &layout)?;
-                self.transposed = Some(layout);
+            self.prepare_layout(device, kernels, axis)?;
+            let i = axis.index();
+            if self.occupancies[i].is_none() {
+                self.occupancies[i] = Some(self.find_occupancy(device, kernels, axis, Reach::SPLATS)?);
             }
-            if self.occupancies[axis.index()].is_none() {
-                let occupancy = Occupancy::new(device, self.local_dims(axis), self.voxels.voxel_type())?;
-                let (voxels, view) = self.layout(axis);
-                kernels.occupancy(device)?.launch(device, voxels, &view, &occupancy)?;
-                self.occupancies[axis.index()] = Some(occupancy);
-            }
-            let occupancy = self.occupancies[axis.index()].as_ref().expect("made above");
-            let table = self.table.as_mut().expect("made above");
-            if table.visible[axis.index()].is_none() {
-                let visible = Buffer::new(device, occupancy.flags(), "the visibility of blocks")?;
-                let kernel = kernels.visibility(device)?;
-                kernel.launch(device, occupancy, background, table.scale, &table.visible_before, &visible)?;
-                table.visible[axis.index()] = Some(visible);
+            if self.table().visible[i].is_none() {
+                let visibility = self.visibility(self.occupancy(axis));
+                let visible = Buffer::new(device, visibility.occupancy.flags(), "the visibility of blocks")?;
+                kernels.visibility(device)?.launch(device, &visibility, &visible)?;
+                self.table.as_mut().expect("made above").visible[i] = Some(visible);
             }
         }
         Ok(())
+    }
+
+    /// The same for point-sampled layers, whose stretches are at least `thinnest` unit distances long.
+    pub fn prepare_points(
+        &mut self,
+        device: &Device,
+        kernels: &Kernels,
+        axes: &[Axis],
+        transfer: &TransferFunction,
+        extinction: Extinction,
+        thinnest: f64,
+    ) -> Result<(), Error> {
+        self.prepare_table(device, transfer, extinction)?;
+        for &axis in axes {
+            self.prepare_layout(device, kernels, axis)?;
+            let i = axis.index();
+            if self.point_occupancies[i].is_none() {
+                self.point_occupancies[i] = Some(self.find_occupancy(device, kernels, axis, Reach::POINTS)?);
+            }
+            if self.table().slabs_visible[i].is_none() {
+                let visibility = self.visibility(self.point_occupancy(axis));
+                let bits = || Buffer::new(device, visibility.occupancy.slab_bytes(), "the visibility of blocks");
+                let (near, far) = (bits()?, bits()?);
+                kernels.slab_visibility(device)?.launch(device, &visibility, &near, &far)?;
+                self.table.as_mut().expect("made above").slabs_visible[i] = Some([near, far]);
+            }
+        }
+        let (field_range, offset) = (self.field_range, self.offset);
+        let table = self.table.as_mut().expect("made above");
+        if table.integrals.as_ref().is_none_or(|i| i.thinnest != thinnest) {
+            let table_on_host = TransferTable::new(transfer, field_range, extinction);
+            table.integrals = Some(Integrals::upload(device, &table_on_host.integrals(thinnest), offset, thinnest)?);
+        }
+        Ok(())
+    }
+
+    fn prepare_table(&mut self, device: &Device, transfer: &TransferFunction, extinction: Extinction) -> Result<(), Error> {
+        if self.table.as_ref().is_none_or(|t| t.extinction != extinction) {
+            self.table = Some(Table::upload(device, transfer, self.field_range, self.offset, extinction)?);
+        }
+        Ok(())
+    }
+
+    fn prepare_layout(&mut self, device: &Device, kernels: &Kernels, axis: Axis) -> Result<(), Error> {
+        if axis == Axis::X && self.transposed.is_none() {
+            let layout =
+                VoxelBuffer::new(device, self.dims.iter().product(), self.voxels.voxel_type(), "the layout of layer axis x")?;
+            kernels.transpose(device)?.launch(device, &self.voxels, self.dims.map(|n| n as i32), &layout)?;
+            self.transposed = Some(layout);
+        }
+        Ok(())
+    }
+
+    fn find_occupancy(&self, device: &Device, kernels: &Kernels, axis: Axis, reach: Reach) -> Result<Occupancy, Error> {
+        let occupancy = Occupancy::new(device, self.local_dims(axis), self.voxels.voxel_type())?;
+        let (voxels, view) = self.layout(axis);
+        kernels.occupancy(device)?.launch(device, voxels, &view, reach, &occupancy)?;
+        Ok(occupancy)
+    }
+
+    fn visibility<'a>(&'a self, occupancy: &'a Occupancy) -> Visibility<'a> {
+        let (background, offset) = self.background();
+        let table = self.table();
+        Visibility { occupancy, background, offset, table: table.scale, visible_before: &table.visible_before }
     }
 
     /// The paper's footprint set, if it was made.
@@ -176,6 +260,20 @@ impl Table {
             visible_entries: table.visible_entries(),
             scale: ((table.first - offset) as f32, table.per_value as f32, entries.len() as i32 - 1),
             visible: [None, None, None],
+            slabs_visible: [None, None, None],
+            integrals: None,
+        })
+    }
+}
+
+impl Integrals {
+    fn upload(device: &Device, table: &IntegralTable, offset: f64, thinnest: f64) -> Result<Self, Error> {
+        Ok(Self {
+            thinnest,
+            nodes: Buffer::from_slice(device, &table.nodes, "the table of integrals")?,
+            scale: ((table.first - offset) as f32, table.per_value as f32, table.nodes.len() as i32 - 1),
+            visible_values: table.visible_values().map(|v| (v - offset) as f32),
+            unit: table.unit as f32,
         })
     }
 }

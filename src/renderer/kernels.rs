@@ -1,9 +1,10 @@
 //! Kernels, each built when first needed.
 
 use crate::device::Device;
+use crate::device::launch::params::Float4;
 use crate::device::launch::{
-    DirectKernel, FootprintSetKernel, FootprintsKernel, LatticeKernel, OccupancyKernel, PerspectiveKernel, PresentKernel,
-    TableKernel, TransposeKernel, VisibilityKernel, WarpKernel,
+    DirectKernel, FootprintSetKernel, FootprintsKernel, LatticeKernel, OccupancyKernel, PerspectiveKernel, PointDirectKernel,
+    PointLatticeKernel, PresentKernel, SlabVisibilityKernel, TableKernel, TransposeKernel, VisibilityKernel, WarpKernel,
 };
 use crate::error::Error;
 use crate::volume::VoxelType;
@@ -15,14 +16,18 @@ pub(super) struct Kernels {
     transpose: OnceCell<TransposeKernel>,
     occupancy: OnceCell<OccupancyKernel>,
     visibility: OnceCell<VisibilityKernel>,
+    slab_visibility: OnceCell<SlabVisibilityKernel>,
     table: OnceCell<TableKernel>,
     footprints: OnceCell<FootprintsKernel>,
     footprint_set: OnceCell<FootprintSetKernel>,
     lattice: OnceCell<LatticeKernel>,
     perspective: OnceCell<PerspectiveKernel>,
+    point_lattice: OnceCell<PointLatticeKernel>,
+    point_direct: OnceCell<PointDirectKernel>,
     direct: OnceCell<DirectKernel>,
     direct_set: OnceCell<DirectKernel>,
-    warp: OnceCell<WarpKernel>,
+    warp: OnceCell<WarpKernel<Float4>>,
+    warp_displayed: OnceCell<WarpKernel<[u8; 4]>>,
     present: OnceCell<PresentKernel>,
 }
 
@@ -38,9 +43,9 @@ fn built<T>(cell: &OnceCell<T>, build: impl FnOnce() -> Result<T, Error>) -> Res
 
 /// A getter that builds its kernel from the device alone, or from the device and the voxel type.
 macro_rules! getter {
-    ($name:ident, $kernel:ident) => {
+    ($name:ident, $kernel:ty) => {
         pub fn $name(&self, device: &Device) -> Result<&$kernel, Error> {
-            built(&self.$name, || $kernel::new(device))
+            built(&self.$name, || <$kernel>::new(device))
         }
     };
     ($name:ident, $kernel:ident, voxels) => {
@@ -57,14 +62,18 @@ impl Kernels {
             transpose: OnceCell::new(),
             occupancy: OnceCell::new(),
             visibility: OnceCell::new(),
+            slab_visibility: OnceCell::new(),
             table: OnceCell::new(),
             footprints: OnceCell::new(),
             footprint_set: OnceCell::new(),
             lattice: OnceCell::new(),
             perspective: OnceCell::new(),
+            point_lattice: OnceCell::new(),
+            point_direct: OnceCell::new(),
             direct: OnceCell::new(),
             direct_set: OnceCell::new(),
             warp: OnceCell::new(),
+            warp_displayed: OnceCell::new(),
             present: OnceCell::new(),
         }
     }
@@ -72,12 +81,16 @@ impl Kernels {
     getter!(transpose, TransposeKernel, voxels);
     getter!(occupancy, OccupancyKernel, voxels);
     getter!(visibility, VisibilityKernel, voxels);
+    getter!(slab_visibility, SlabVisibilityKernel, voxels);
     getter!(table, TableKernel);
     getter!(footprints, FootprintsKernel);
     getter!(footprint_set, FootprintSetKernel);
     getter!(lattice, LatticeKernel, voxels);
     getter!(perspective, PerspectiveKernel, voxels);
-    getter!(warp, WarpKernel);
+    getter!(point_lattice, PointLatticeKernel, voxels);
+    getter!(point_direct, PointDirectKernel, voxels);
+    getter!(warp, WarpKernel<Float4>);
+    getter!(warp_displayed, WarpKernel<[u8; 4]>);
     getter!(present, PresentKernel);
 
     pub fn direct(&self, device: &Device, footprint_set: bool) -> Result<&DirectKernel, Error> {

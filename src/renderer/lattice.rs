@@ -4,31 +4,38 @@ use super::Renderer;
 use super::kept::{at_least, filled};
 use super::sample::slab_table;
 use super::settings::Settings;
-use crate::device::launch::params::{LatticeParams, LayerOffset, PerspectiveParams};
+use crate::device::launch::params::{LatticeParams, LayerOffset, RayLatticeParams};
 use crate::device::launch::{FootprintsKernel, LatticeArguments, LatticeKernel, PerspectiveArguments};
 use crate::error::Error;
-use crate::layers::{Axis, Lattice, PerspectiveLattice, Rays, quadrature_nodes};
+use crate::layers::{Axis, Correction, Lattice, PerspectiveLattice, Rays, quadrature_nodes};
 
 impl Renderer {
     /// Makes what every lattice needs; `false` if the lattice has no samples, the volume being out of sight.
-    fn begin_lattice(&mut self, axis: Axis, size: [u32; 2], settings: &Settings) -> Result<bool, Error> {
+    fn begin_lattice(&mut self, axis: Axis, size: [u32; 2], correction: Correction, settings: &Settings) -> Result<bool, Error> {
         let Self { device, kernels, kept, scratch, .. } = self;
         kept.prepare(device, kernels, &[axis], &self.transfer, settings.extinction)?;
-        filled(&mut scratch.slabs, device, &slab_table(settings.correction), "the sub-slabs")?;
+        filled(&mut scratch.slabs, device, &slab_table(correction), "the sub-slabs")?;
         let samples = size[0] as usize * size[1] as usize;
         at_least(&mut scratch.lattice, device, samples, "the lattice")?;
+        at_least(&mut scratch.active_samples, device, 1, "the sample counts")?;
         scratch.active_count = 0;
         Ok(samples > 0)
     }
 
     /// Renders the lattice of a parallel view into `scratch.lattice`.
-    pub(super) fn run_lattice(&mut self, lattice: &Lattice, rays: &Rays, settings: &Settings) -> Result<(), Error> {
+    pub(super) fn run_lattice(
+        &mut self,
+        lattice: &Lattice,
+        correction: Correction,
+        rays: &Rays,
+        settings: &Settings,
+    ) -> Result<(), Error> {
         let (frame, axis) = (lattice.frame, lattice.frame.layer_axis());
-        if !self.begin_lattice(axis, [lattice.width(), lattice.height()], settings)? {
+        if !self.begin_lattice(axis, lattice.size, correction, settings)? {
             return Ok(());
         }
         let Self { device, kept, scratch, .. } = self;
-        let m = lattice.samples_per_voxel.map(|m| m as i32);
+        let m = lattice.phases().map(|m| m as i32);
         let shear = lattice.shear.map(|s| s as f32);
         let layers = lattice.dims[2] + 2;
         let offsets = [0, 1].map(|i| -> Vec<LayerOffset> {
@@ -41,10 +48,11 @@ impl Renderer {
         at_least(&mut scratch.weights, device, weights, "the footprint weights")?;
         at_least(&mut scratch.table, device, kept.table().entries.len(), "the opacity table")?;
         let tuning = *device.tuning();
-        let tiles = [lattice.columns[0].div_ceil(tuning.tile_columns()), lattice.columns[1].div_ceil(tuning.tile_rows)];
+        let columns = lattice.columns();
+        let tiles = [columns[0].div_ceil(tuning.tile_columns()), columns[1].div_ceil(tuning.tile_rows)];
         let params = LatticeParams {
             samples_per_voxel: m,
-            columns: lattice.columns.map(|c| c as i32),
+            columns: columns.map(|c| c as i32),
             tiles: tiles.map(|t| t as i32),
             blocks: kept.occupancy(axis).blocks,
             layer_step: lattice.layer_step,
@@ -87,27 +95,29 @@ impl Renderer {
     pub(super) fn run_perspective(
         &mut self,
         lattice: &PerspectiveLattice,
+        correction: Correction,
         rays: &Rays,
         settings: &Settings,
     ) -> Result<(), Error> {
         let (frame, axis) = (lattice.frame, lattice.frame.layer_axis());
-        if !self.begin_lattice(axis, [lattice.width(), lattice.height()], settings)? {
+        if !self.begin_lattice(axis, lattice.size, correction, settings)? {
             return Ok(());
         }
         let Self { device, kept, scratch, .. } = self;
         for (i, slot) in scratch.crossings.iter_mut().enumerate() {
-            filled(slot, device, &lattice.crossings(i), "the lattice rays")?;
+            filled(slot, device, &lattice.crossings(i, 0), "the lattice rays")?;
         }
         filled(&mut scratch.nodes, device, &quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]), "the quadrature")?;
         let tuning = *device.tuning();
-        let tiles = [lattice.width().div_ceil(tuning.vector_width), lattice.height().div_ceil(tuning.tile_rows)];
-        let params = PerspectiveParams {
+        let tiles = [lattice.size[0].div_ceil(tuning.vector_width), lattice.size[1].div_ceil(tuning.tile_rows)];
+        let params = RayLatticeParams {
             size: lattice.size.map(|n| n as i32),
             tiles: tiles.map(|t| t as i32),
             blocks: kept.occupancy(axis).blocks,
             layer_step: lattice.layer_step,
             culling: i32::from(settings.culling),
             centre_layer: lattice.centre_layer() as f32,
+            visible: [0.0; 2],
         };
         scratch.active_count = tiles[0] as usize * tiles[1] as usize;
         at_least(&mut scratch.active_samples, device, scratch.active_count, "the sample counts")?;

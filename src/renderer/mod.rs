@@ -6,12 +6,13 @@ mod kept;
 mod kernels;
 mod lattice;
 mod plan;
+mod points;
 mod sample;
 mod settings;
 
 pub use frame::{FrameReport, LatticePicture, LatticeReport};
 pub use plan::Plan;
-pub use settings::{Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
+pub use settings::{Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
 
 use crate::camera::Camera;
 use crate::device::Device;
@@ -71,9 +72,10 @@ impl Renderer {
 
     /// Renders a picture: premultiplied floats, without a background.
     pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
-        let report = self.draw(camera, viewport, settings)?;
+        let drawn = self.draw(camera, viewport, settings)?;
+        self.draw_frame(&drawn, viewport)?;
         let frame = self.scratch.read_frame(&self.device, viewport)?;
-        Ok((frame, self.finish(report)?))
+        Ok((frame, self.finish(drawn.report)?))
     }
 
     /// Renders a finished 8-bit RGBA picture, row by row, row 0 on top.
@@ -84,9 +86,9 @@ impl Renderer {
         settings: &Settings,
         background: Background,
     ) -> Result<(Vec<u8>, FrameReport), Error> {
-        let report = self.draw(camera, viewport, settings)?;
-        let picture = self.present(viewport, background)?;
-        Ok((picture, self.finish(report)?))
+        let drawn = self.draw(camera, viewport, settings)?;
+        let picture = self.draw_picture(&drawn, viewport, background)?;
+        Ok((picture, self.finish(drawn.report)?))
     }
 
     /// The composited lattice before it is warped to the screen, with the ray of each sample; `None` where the view has
@@ -105,20 +107,23 @@ impl Renderer {
         Ok(picture)
     }
 
-    fn draw(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<FrameReport, Error> {
-        let rays = Rays::new(camera, viewport, &self.grid)?;
-        let plan = Plan::new(&rays, viewport, &self.grid, settings)?;
-        tracing::debug!("{plan}");
-        let report = self.run(&plan, &rays, viewport, settings)?;
-        self.warp(&plan, &rays, viewport)?;
-        Ok(report)
-    }
-
     fn run(&mut self, plan: &Plan, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<FrameReport, Error> {
-        match plan {
-            Plan::Lattice(lattice) => self.run_lattice(lattice, rays, settings)?,
-            Plan::Perspective(lattice) => self.run_perspective(lattice, rays, settings)?,
-            Plan::Direct(axis) => self.run_direct(*axis, rays, viewport, settings)?,
+        match (plan, settings.classification) {
+            (Plan::Lattice(lattice), Classification::Post(correction)) => {
+                self.run_lattice(lattice, correction, rays, settings)?
+            }
+            (Plan::Perspective(lattice), Classification::Post(correction)) => {
+                self.run_perspective(lattice, correction, rays, settings)?;
+            }
+            (Plan::Lattice(_) | Plan::Perspective(_), Classification::Preintegrated { .. }) => {
+                self.run_points(plan, rays, settings)?;
+            }
+            (Plan::Direct(axis), Classification::Post(correction)) => {
+                self.run_direct(*axis, correction, rays, viewport, settings)?;
+            }
+            (Plan::Direct(axis), Classification::Preintegrated { .. }) => {
+                self.run_point_direct(*axis, rays, viewport, settings)?
+            }
         }
         Ok(FrameReport::new(plan))
     }

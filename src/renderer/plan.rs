@@ -1,6 +1,6 @@
 //! Which evaluation a view gets.
 
-use super::settings::{Evaluation, Footprints, LayerAxis, Settings};
+use super::settings::{Classification, Evaluation, Footprints, LayerAxis, Settings};
 use crate::error::Error;
 use crate::layers::{Axis, Lattice, PerspectiveLattice, Rays, Viewport};
 use crate::volume::Grid;
@@ -35,10 +35,15 @@ impl Plan {
         let Evaluation::Lattice(density) = settings.evaluation else {
             return Ok(direct);
         };
-        let lattice = if rays.is_parallel() {
-            Lattice::new(rays, viewport, grid, axis, density).map(Plan::Lattice)
-        } else {
-            PerspectiveLattice::new(rays, viewport, grid, axis, density).map(Plan::Perspective)
+        let lattice = match (rays.is_parallel(), settings.classification) {
+            (true, Classification::Post(_)) => Lattice::in_phases(rays, viewport, grid, axis, density).map(Plan::Lattice),
+            (true, Classification::Preintegrated { .. }) => Lattice::new(rays, viewport, grid, axis, density).map(Plan::Lattice),
+            (false, Classification::Post(_)) => {
+                PerspectiveLattice::new(rays, viewport, grid, axis, density).map(Plan::Perspective)
+            }
+            (false, Classification::Preintegrated { .. }) => {
+                PerspectiveLattice::of_points(rays, viewport, grid, axis, density).map(Plan::Perspective)
+            }
         };
         Ok(lattice.unwrap_or_else(|| {
             tracing::info!("no lattice reaches this view: it is evaluated per pixel");
@@ -69,8 +74,8 @@ impl Plan {
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Plan::Lattice(l) => write!(f, "lattice of {}x{} samples, {:?} per voxel", l.width(), l.height(), l.samples_per_voxel),
-            Plan::Perspective(l) => write!(f, "perspective lattice of {}x{} samples", l.width(), l.height()),
+            Plan::Lattice(l) => write!(f, "lattice of {}x{} samples, {:?} per voxel", l.size[0], l.size[1], l.samples_per_voxel),
+            Plan::Perspective(l) => write!(f, "perspective lattice of {}x{} samples", l.size[0], l.size[1]),
             Plan::Direct(Some(axis)) => write!(f, "direct, layer axis {axis:?}"),
             Plan::Direct(None) => write!(f, "direct, each ray with its own layer axis"),
         }

@@ -1,7 +1,7 @@
 //! Parameters of the step that classifies, shades and composites one sample.
 
 use super::Renderer;
-use super::settings::Settings;
+use super::settings::{Classification, Settings};
 use crate::device::launch::params::{Float4, SampleParams};
 use crate::layers::{AxisFrame, Correction, LayerSlabs, Rays, SubSlab};
 use crate::transfer::Extinction;
@@ -34,7 +34,7 @@ impl Renderer {
         let range = if range > 0.0 { range } else { 1.0 };
         let light =
             settings.shading.and_then(|s| s.light).map_or(rays.to_eye, |l| self.grid.world_to_grid_axes() * l.normalize());
-        let unit = settings.unit_distance.unwrap_or(smallest) * f64::from(settings.correction.samples_per_layer());
+        let unit = settings.unit_distance.unwrap_or(smallest) * f64::from(settings.classification.samples_per_layer());
         SampleAxes {
             gradient: smallest / spacing / range,
             light,
@@ -45,19 +45,26 @@ impl Renderer {
 
     /// Parameters for a layer axis; the direct kernel, whose rays may differ in theirs, sets the axes itself.
     pub(super) fn sample_params(&self, axes: &SampleAxes, frame: AxisFrame, settings: &Settings) -> SampleParams {
-        let (table_first, table_per_value, table_last) = self.kept.table().scale;
-        let slabs = LayerSlabs::new(settings.correction);
+        let kept = &self.kept;
+        let ((table_first, table_per_value, table_last), visible, table_unit, samples) = match settings.classification {
+            Classification::Post(correction) => {
+                let slabs = LayerSlabs::new(correction);
+                (kept.table().scale, kept.table().visible_entries, 0.0, [slabs.inner.len(), slabs.front.len(), slabs.back.len()])
+            }
+            Classification::Preintegrated { samples_per_layer } => {
+                let integrals = kept.integrals();
+                (integrals.scale, [0; 2], integrals.unit, [samples_per_layer as usize, 0, 0])
+            }
+        };
         let shading = settings.shading.unwrap_or_default();
         let local = |v: DVec3| frame.local(v).as_vec3().to_array();
         SampleParams {
             table_first,
             table_per_value,
             table_last,
-            visible: self.kept.table().visible_entries,
+            visible,
             linear: i32::from(settings.extinction == Extinction::Linear),
-            inner_slabs: slabs.inner.len() as i32,
-            front_slabs: slabs.front.len() as i32,
-            back_slabs: slabs.back.len() as i32,
+            samples_per_layer: samples.map(|n| n as i32),
             background_visible: i32::from(self.transfer.opacity(self.field_range.0) > 0.0),
             opaque: if settings.early_termination { Settings::OPAQUE as f32 } else { 0.0 },
             shading: i32::from(settings.shading.is_some()),
@@ -69,6 +76,7 @@ impl Renderer {
             specular: shading.specular as f32,
             power: shading.power as f32,
             step: local(axes.step),
+            table_unit,
         }
     }
 }

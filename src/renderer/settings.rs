@@ -26,6 +26,32 @@ pub enum Evaluation {
     Direct,
 }
 
+/// How samples become colour and opacity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Classification {
+    /// Each sample by itself, after interpolation (the paper): samples mix the splat sums of three layers.
+    Post(Correction),
+    /// The stretch between two samples, over all values between theirs. Layers are sampled where rays cross them, this many
+    /// times per layer (1 … [`Classification::MAX_POINTS`]).
+    Preintegrated {
+        /// Samples per layer.
+        samples_per_layer: u32,
+    },
+}
+
+impl Classification {
+    /// Most samples per layer of pre-integration.
+    pub const MAX_POINTS: u32 = 3;
+
+    /// Samples per layer.
+    pub fn samples_per_layer(self) -> u32 {
+        match self {
+            Classification::Post(correction) => correction.samples_per_layer(),
+            Classification::Preintegrated { samples_per_layer } => samples_per_layer,
+        }
+    }
+}
+
 /// Source of the footprints in [`Evaluation::Direct`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Footprints {
@@ -66,9 +92,8 @@ pub struct Settings {
     pub evaluation: Evaluation,
     /// Footprints of the direct evaluation. Default: exact.
     pub footprints: Footprints,
-    /// What makes up for kernels that reach into the neighbouring layers. Default: two sub-layers, which gain 1.5 to 2 dB
-    /// over κ alone per pixel on real data.
-    pub correction: Correction,
+    /// How samples become colour and opacity. Default: pre-integrated.
+    pub classification: Classification,
     /// Default: exponential, which is exact for homogeneous stretches at any spacing.
     pub extinction: Extinction,
     /// Default: on.
@@ -107,18 +132,20 @@ pub enum Quality {
 impl Quality {
     /// The settings of the bundle.
     pub fn settings(self) -> Settings {
-        let lattice = |density, correction| (Evaluation::Lattice(density), Footprints::Exact, correction);
-        let (evaluation, footprints, correction) = match self {
-            Quality::Draft => lattice(Density::Fixed(1), Correction::Constant),
-            Quality::Standard => lattice(Density::Relaxed, Correction::SubLayers(2)),
-            Quality::High => lattice(Density::AtLeast(3), Correction::SubLayers(4)),
-            Quality::Paper => (Evaluation::Direct, Footprints::Set, Correction::Constant),
+        let lattice = |density, samples_per_layer| {
+            (Evaluation::Lattice(density), Footprints::Exact, Classification::Preintegrated { samples_per_layer })
+        };
+        let (evaluation, footprints, classification) = match self {
+            Quality::Draft => lattice(Density::Fixed(1), 1),
+            Quality::Standard => lattice(Density::Relaxed, 1),
+            Quality::High => lattice(Density::AtLeast(3), 2),
+            Quality::Paper => (Evaluation::Direct, Footprints::Set, Classification::Post(Correction::Constant)),
         };
         Settings {
             layer_axis: LayerAxis::Auto,
             evaluation,
             footprints,
-            correction,
+            classification,
             extinction: Extinction::Exponential,
             shading: Some(Shading::default()),
             early_termination: true,
@@ -154,8 +181,13 @@ impl Settings {
         {
             return refuse("lattice density", &m, "1 to 16 samples per voxel");
         }
-        if !(1..=Correction::MAX_SUB_LAYERS).contains(&self.correction.samples_per_layer()) {
-            return refuse("number of sub-layers", &self.correction.samples_per_layer(), "1 to 16");
+        let samples = self.classification.samples_per_layer();
+        let (most, expected) = match self.classification {
+            Classification::Post(_) => (Correction::MAX_SUB_LAYERS, "1 to 16"),
+            Classification::Preintegrated { .. } => (Classification::MAX_POINTS, "1 to 3 where classification is pre-integrated"),
+        };
+        if !(1..=most).contains(&samples) {
+            return refuse("number of sub-layers", &samples, expected);
         }
         if let Some(d) = self.unit_distance.filter(|d| !(d.is_finite() && *d > 0.0)) {
             return refuse("unit distance", &d, "a finite number above 0");
@@ -169,6 +201,10 @@ impl Settings {
             if s.light.is_some_and(|l| l.try_normalize().is_none()) {
                 return refuse("light direction", &s.light.unwrap_or_default(), "a finite vector other than 0");
             }
+        }
+        if self.footprints == Footprints::Set && matches!(self.classification, Classification::Preintegrated { .. }) {
+            let problem = "the footprint set is for classification after interpolation: add --classification post".into();
+            return Err(Error::Settings { problem });
         }
         if self.footprints == Footprints::Set && self.evaluation != Evaluation::Direct {
             let problem = "the footprint set is for the direct evaluation: add --lattice direct".into();

@@ -2,9 +2,11 @@
 
 mod automatic;
 mod builtin;
+mod integrals;
 mod paraview;
 mod table;
 
+pub use integrals::IntegralTable;
 pub use table::{Extinction, TransferTable};
 
 use crate::error::Error;

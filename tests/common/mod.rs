@@ -3,12 +3,20 @@
 
 use glam::DVec3;
 use layersplat::image::Comparison;
-use layersplat::renderer::Plan;
+use layersplat::layers::Correction;
+use layersplat::renderer::{Classification, Plan};
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{
     Camera, Device, DeviceChoice, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume,
 };
 use std::path::PathBuf;
+
+/// Splatted layers with two sub-layers, classified after interpolation.
+pub const SPLATTED: Classification = Classification::Post(Correction::SubLayers(2));
+/// Point-sampled layers, pre-integrated.
+pub const POINTS: Classification = Classification::Preintegrated { samples_per_layer: 1 };
+/// Each way that layers are sampled and classified.
+pub const CLASSIFICATIONS: [Classification; 3] = [SPLATTED, POINTS, Classification::Preintegrated { samples_per_layer: 2 }];
 
 thread_local! {
     static DEVICE: Device = {

@@ -1,13 +1,13 @@
 //! Launchers of lattice.cl and lattice_perspective.cl.
 
-use super::params::{Float4, LatticeParams, LayerOffset, PerspectiveParams, SampleParams, VolumeView};
+use super::params::{Float4, LatticeParams, LayerOffset, RayLatticeParams, SampleParams, VolumeView};
 use super::{VoxelBuffer, launch, voxel_defines};
 use crate::device::{Buffer, Device, program::source};
 use crate::error::Error;
 use crate::volume::VoxelType;
 use opencl3::kernel::Kernel;
 
-fn tile_defines(device: &Device, voxel_type: VoxelType) -> String {
+pub(super) fn tile_defines(device: &Device, voxel_type: VoxelType) -> String {
     let tuning = device.tuning();
     let voxels = voxel_defines(voxel_type, tuning.vector_width);
     format!("{voxels} -DTILE_VECTORS={} -DTILE_ROWS={}", tuning.tile_vectors, tuning.tile_rows)
@@ -35,7 +35,7 @@ pub(crate) struct LatticeArguments<'a> {
 
 impl LatticeKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
-        let source = source!("lattice", "volume", "footprint", "sample");
+        let source = source!("lattice", "volume", "footprint", "elementary", "table_entries", "shading", "sample");
         Ok(Self(device.kernel(&source, &tile_defines(device, voxel_type))?))
     }
 
@@ -83,7 +83,7 @@ pub(crate) struct PerspectiveArguments<'a> {
     pub visible: &'a Buffer<u8>,
     pub table: &'a Buffer<Float4>,
     pub slabs: &'a Buffer<Float4>,
-    pub params: PerspectiveParams,
+    pub params: RayLatticeParams,
     pub sample: SampleParams,
     /// RGBA of width by height samples.
     pub lattice: &'a Buffer<Float4>,
@@ -93,7 +93,7 @@ pub(crate) struct PerspectiveArguments<'a> {
 
 impl PerspectiveKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
-        let source = source!("lattice_perspective", "volume", "sample");
+        let source = source!("lattice_perspective", "volume", "ray_lattice", "elementary", "table_entries", "shading", "sample");
         Ok(Self(device.kernel(&source, &format!("{} -DPER_RAY_STEP", tile_defines(device, voxel_type)))?))
     }
 

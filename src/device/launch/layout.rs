@@ -1,6 +1,6 @@
-//! Launchers of transpose.cl, occupancy.cl and visibility.cl.
+//! Launchers of transpose.cl, occupancy.cl, visibility.cl and slab_visibility.cl.
 
-use super::{VoxelBuffer, launch, params::VolumeView, voxel_defines};
+use super::{Argument, VoxelBuffer, launch, params::VolumeView, voxel_defines};
 use crate::device::{Buffer, Device, program::source};
 use crate::error::Error;
 use crate::volume::VoxelType;
@@ -20,6 +20,20 @@ impl TransposeKernel {
         let group = device.tuning().pixel_group;
         launch(device, "transpose", &self.0, rows, group, &[voxels, &dims[0], &dims[1], &dims[2], transposed])
     }
+}
+
+/// How far samples reach for voxels around their block, within a layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Reach {
+    pub below: i32,
+    pub above: i32,
+}
+
+impl Reach {
+    /// Splat sums of three layers, |s| ≤ 1: 1 + |s| around their crossings, |s| to either side.
+    pub const SPLATS: Reach = Reach { below: 3, above: 4 };
+    /// Point samples at either end of a slab, |s| ≤ 1.
+    pub const POINTS: Reach = Reach { below: 1, above: 2 };
 }
 
 /// Smallest and largest value in reach of each block of a layer axis.
@@ -47,6 +61,11 @@ impl Occupancy {
     pub fn flags(&self) -> usize {
         self.blocks[0] as usize * self.blocks[1] as usize * (self.layers as usize + 2)
     }
+
+    /// Bytes of each of the two planes that [`SlabVisibilityKernel`] writes: a bit per block and slab 0 … n.
+    pub fn slab_bytes(&self) -> usize {
+        self.blocks[0] as usize * self.blocks[1] as usize * (self.layers as usize / 8 + 1)
+    }
 }
 
 /// Fills an [`Occupancy`].
@@ -57,54 +76,83 @@ impl OccupancyKernel {
         Ok(Self(device.kernel(&source!("occupancy", "volume"), &voxel_defines(voxel_type, 1))?))
     }
 
-    pub fn launch(&self, device: &Device, voxels: &VoxelBuffer, view: &VolumeView, occupancy: &Occupancy) -> Result<(), Error> {
+    pub fn launch(
+        &self,
+        device: &Device,
+        voxels: &VoxelBuffer,
+        view: &VolumeView,
+        reach: Reach,
+        occupancy: &Occupancy,
+    ) -> Result<(), Error> {
         let [blocks_u, blocks_v] = occupancy.blocks;
         let items = blocks_u as usize * blocks_v as usize * occupancy.layers as usize;
         let group = device.tuning().pixel_group;
-        launch(device, "occupancy", &self.0, items, group, &[voxels, view, &blocks_u, &blocks_v, &occupancy.limits])
+        launch(
+            device,
+            "occupancy",
+            &self.0,
+            items,
+            group,
+            &[voxels, view, &blocks_u, &blocks_v, &reach.below, &reach.above, &occupancy.limits],
+        )
     }
 }
 
-/// Finds the blocks that can show anything with a transfer table.
+/// What decides which blocks are visible.
+pub(crate) struct Visibility<'a> {
+    pub occupancy: &'a Occupancy,
+    /// Less the offset.
+    pub background: f32,
+    /// Taken from every voxel.
+    pub offset: f32,
+    /// Value of the first table entry less the offset, entries per value, index of the last entry.
+    pub table: (f32, f32, i32),
+    /// How many entries before each one are visible; last + 2 counts.
+    pub visible_before: &'a Buffer<u32>,
+}
+
+impl Visibility<'_> {
+    fn launch(
+        &self,
+        device: &Device,
+        stage: &'static str,
+        kernel: &Kernel,
+        items: usize,
+        out: &[&dyn Argument],
+    ) -> Result<(), Error> {
+        let Self { occupancy, background, offset, table: (first, per_value, last), visible_before } = self;
+        let [blocks_u, blocks_v] = &occupancy.blocks;
+        let layers = &occupancy.layers;
+        let input: [&dyn Argument; 10] =
+            [&occupancy.limits, blocks_u, blocks_v, layers, background, offset, first, per_value, last, *visible_before];
+        launch(device, stage, kernel, items, device.tuning().pixel_group, &[&input as &[&dyn Argument], out].concat())
+    }
+}
+
+/// Finds the blocks that can show anything with splatted layers.
 pub(crate) struct VisibilityKernel(Kernel);
 
 impl VisibilityKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
-        Ok(Self(device.kernel(&source!("visibility", "volume"), &voxel_defines(voxel_type, 1))?))
+        Ok(Self(device.kernel(&source!("visibility", "volume", "opacity_range"), &voxel_defines(voxel_type, 1))?))
     }
 
-    /// The first pair is (background, offset), `table` is (first, per_value, last); background and table are less the
-    /// offset. `visible_before` has last + 2 counts; `visible` takes [`Occupancy::flags`] bytes.
-    pub fn launch(
-        &self,
-        device: &Device,
-        occupancy: &Occupancy,
-        (background, offset): (f32, f32),
-        table: (f32, f32, i32),
-        visible_before: &Buffer<u32>,
-        visible: &Buffer<u8>,
-    ) -> Result<(), Error> {
-        let [blocks_u, blocks_v] = occupancy.blocks;
-        let (first, per_value, last) = table;
-        launch(
-            device,
-            "visibility",
-            &self.0,
-            occupancy.flags(),
-            device.tuning().pixel_group,
-            &[
-                &occupancy.limits,
-                &blocks_u,
-                &blocks_v,
-                &occupancy.layers,
-                &background,
-                &offset,
-                &first,
-                &per_value,
-                &last,
-                visible_before,
-                visible,
-            ],
-        )
+    /// `flags` takes [`Occupancy::flags`] bytes.
+    pub fn launch(&self, device: &Device, visibility: &Visibility, flags: &Buffer<u8>) -> Result<(), Error> {
+        visibility.launch(device, "visibility", &self.0, visibility.occupancy.flags(), &[flags])
+    }
+}
+
+/// Finds the blocks that can show anything with point-sampled layers.
+pub(crate) struct SlabVisibilityKernel(Kernel);
+
+impl SlabVisibilityKernel {
+    pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
+        Ok(Self(device.kernel(&source!("slab_visibility", "volume", "opacity_range"), &voxel_defines(voxel_type, 1))?))
+    }
+
+    /// `near` is for rays that lean up to one voxel per layer, `far` for others; each takes [`Occupancy::slab_bytes`].
+    pub fn launch(&self, device: &Device, visibility: &Visibility, near: &Buffer<u8>, far: &Buffer<u8>) -> Result<(), Error> {
+        visibility.launch(device, "visibility", &self.0, visibility.occupancy.slab_bytes(), &[near, far])
     }
 }

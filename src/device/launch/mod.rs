@@ -6,13 +6,15 @@ mod lattice;
 mod layout;
 pub(crate) mod params;
 mod picture;
+mod points;
 mod table;
 
-pub(crate) use direct::{DirectArguments, DirectKernel};
+pub(crate) use direct::{DirectArguments, DirectKernel, PointDirectArguments, PointDirectKernel};
 pub(crate) use footprints::{FootprintSetKernel, FootprintsKernel};
 pub(crate) use lattice::{LatticeArguments, LatticeKernel, PerspectiveArguments, PerspectiveKernel};
-pub(crate) use layout::{Occupancy, OccupancyKernel, TransposeKernel, VisibilityKernel};
-pub(crate) use picture::{PresentKernel, WarpKernel};
+pub(crate) use layout::{Occupancy, OccupancyKernel, Reach, SlabVisibilityKernel, TransposeKernel, Visibility, VisibilityKernel};
+pub(crate) use picture::{PresentKernel, WarpArguments, WarpKernel};
+pub(crate) use points::{PointLatticeArguments, PointLatticeKernel};
 pub(crate) use table::TableKernel;
 
 use super::{Buffer, Device};
@@ -42,7 +44,7 @@ by_value!(
     params::VolumeView,
     params::SampleParams,
     params::LatticeParams,
-    params::PerspectiveParams,
+    params::RayLatticeParams,
     params::DirectParams,
     params::WarpParams
 );

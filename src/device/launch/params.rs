@@ -29,16 +29,14 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// See `SampleParams` in kernels/sample.cl.
-    SampleParams, SAMPLE_PARAMS_BYTES, 112 {
+    /// See `SampleParams` in kernels/shading.cl.
+    SampleParams, SAMPLE_PARAMS_BYTES, 116 {
         table_first: f32,
         table_per_value: f32,
         table_last: i32,
         visible: [i32; 2],
         linear: i32,
-        inner_slabs: i32,
-        front_slabs: i32,
-        back_slabs: i32,
+        samples_per_layer: [i32; 3],
         background_visible: i32,
         opaque: f32,
         shading: i32,
@@ -50,6 +48,7 @@ shared_struct! {
         specular: f32,
         power: f32,
         step: [f32; 3],
+        table_unit: f32,
     }
 }
 
@@ -75,14 +74,15 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// See `PerspectiveParams` in kernels/lattice_perspective.cl.
-    PerspectiveParams, PERSPECTIVE_PARAMS_BYTES, 36 {
+    /// See `RayLatticeParams` in kernels/ray_lattice.cl.
+    RayLatticeParams, RAY_LATTICE_PARAMS_BYTES, 44 {
         size: [i32; 2],
         tiles: [i32; 2],
         blocks: [i32; 2],
         layer_step: i32,
         culling: i32,
         centre_layer: f32,
+        visible: [f32; 2],
     }
 }
 
@@ -108,11 +108,12 @@ shared_struct! {
 
 shared_struct! {
     /// See `WarpParams` in kernels/warp.cl.
-    WarpParams, WARP_PARAMS_BYTES, 56 {
+    WarpParams, WARP_PARAMS_BYTES, 64 {
         from_screen: [f32; 9],
         lattice: [i32; 2],
         frame: [i32; 2],
         forward: f32,
+        tile: [i32; 2],
     }
 }
 
@@ -123,7 +124,7 @@ pub(crate) fn size_defines() -> String {
         ("SAMPLE_PARAMS_BYTES", SAMPLE_PARAMS_BYTES),
         ("LAYER_OFFSET_BYTES", LAYER_OFFSET_BYTES),
         ("LATTICE_PARAMS_BYTES", LATTICE_PARAMS_BYTES),
-        ("PERSPECTIVE_PARAMS_BYTES", PERSPECTIVE_PARAMS_BYTES),
+        ("RAY_LATTICE_PARAMS_BYTES", RAY_LATTICE_PARAMS_BYTES),
         ("DIRECT_PARAMS_BYTES", DIRECT_PARAMS_BYTES),
         ("WARP_PARAMS_BYTES", WARP_PARAMS_BYTES),
     ]

@@ -1,0 +1,85 @@
+// Layered rendering with point-sampled layers, per screen pixel: point_lattice.cl without a lattice. Used where none
+// reaches, and as its oracle.
+//
+// One work-item per pixel, row by row; VW is 1. `visible_*` are bits per slab, for rays of any lean.
+
+// The field of sub-layer `l` (see point_lattice.cl) at (u, v).
+inline float field_at(__global const VOXEL *voxels, const VolumeView *view, int samples_per_layer, int l, float u, float v) {
+    const int k = (l + samples_per_layer) / samples_per_layer - 2, between = l - (k + 1) * samples_per_layer;
+    const int i = whole_below(u), j = whole_below(v);
+    const float x = RISE(u - i), y = RISE(v - j);
+    float layer[2];
+    for (int n = 0; n < (between ? 2 : 1); n++) {
+        const float low = mix(voxel_at(voxels, view, i, j, k + n), voxel_at(voxels, view, i + 1, j, k + n), x);
+        const float high = mix(voxel_at(voxels, view, i, j + 1, k + n), voxel_at(voxels, view, i + 1, j + 1, k + n), x);
+        layer[n] = mix(low, high, y);
+    }
+    return between ? mix(layer[0], layer[1], RISE((float)between / samples_per_layer)) : layer[0];
+}
+
+__kernel void point_direct(__global const VOXEL *voxels, __global const uchar *visible_x,
+                           __global const uchar *visible_y, __global const uchar *visible_z,
+                           __global const int4 *integrals, DirectParams p, SampleParams sample, int width, int height,
+                           __global float4 *frame, __global uint *active_samples) {
+    const size_t pixel = get_global_id(0);
+    if (pixel >= (size_t)width * height)
+        return;
+    const PixelRay ray = ray_of_pixel(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample);
+    const VolumeView view = ray.view;
+    __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
+    const int blocks_u = p.blocks[ray.axis][0], blocks_v = p.blocks[ray.axis][1];
+    const int s = sample.inner_slabs, slabs = view.dims_a + 1, back = ray.layer_step > 0 ? 0 : 1;
+
+    Light light = {0.0f, 0.0f, 0.0f, 1.0f};
+    int active = 0;
+    for (int n = 0; n < slabs; n++) {
+        const int q = back ? slabs - 1 - n : n;
+        const float enters = q - 1 + back;
+        // Only what lies in front of the eye counts.
+        if (eye_distance(&p, &ray, enters) <= -1.0f)
+            continue;
+        const float u = ray.o_u + (enters - ray.o_a) * ray.s_u, v = ray.o_v + (enters - ray.o_a) * ray.s_v;
+        const float to_u = u + ray.layer_step * ray.s_u, to_v = v + ray.layer_step * ray.s_v;
+        if (fmax(u, to_u) < -1.0f || fmin(u, to_u) > view.dims_u || fmax(v, to_v) < -1.0f || fmin(v, to_v) > view.dims_v)
+            continue;
+        const int b = clamp((whole_below(u) >> 3) + 1, 0, blocks_u - 1), c = clamp((whole_below(v) >> 3) + 1, 0, blocks_v - 1);
+        if (p.culling && !(visible[((size_t)(q >> 3) * blocks_v + c) * blocks_u + b] >> (q & 7) & 1))
+            continue;
+        for (int i = 0; i < s; i++) {
+            const int l[2] = {back ? (q + 1) * s - i : q * s + i, back ? (q + 1) * s - i - 1 : q * s + i + 1};
+            float field[2], at_u[2], at_v[2], along_u = 0.0f, along_v = 0.0f, along_a = 0.0f;
+            for (int e = 0; e < 2; e++) {
+                const float depth = (float)l[e] / s - 1.0f - ray.o_a;
+                at_u[e] = ray.o_u + depth * ray.s_u, at_v[e] = ray.o_v + depth * ray.s_v;
+                field[e] = field_at(voxels, &view, s, l[e], at_u[e], at_v[e]);
+            }
+            const float start = eye_distance(&p, &ray, (float)l[0] / s - 1.0f);
+            const float cut = start < 0.0f ? fmin(-start * s, 1.0f) : 0.0f; // of the stretch, behind the eye
+            if (cut == 1.0f)
+                continue;
+            Lighting lighting = {1.0f, 0.0f};
+            if (sample.shading) {
+                for (int e = 0; e < 2; e++) {
+                    along_u += field_at(voxels, &view, s, l[e], at_u[e] + 1.0f, at_v[e]) -
+                               field_at(voxels, &view, s, l[e], at_u[e] - 1.0f, at_v[e]);
+                    along_v += field_at(voxels, &view, s, l[e], at_u[e], at_v[e] + 1.0f) -
+                               field_at(voxels, &view, s, l[e], at_u[e], at_v[e] - 1.0f);
+                    along_a += field_at(voxels, &view, s, l[e] + s, at_u[e] + ray.s_u, at_v[e] + ray.s_v) -
+                               field_at(voxels, &view, s, l[e] - s, at_u[e] - ray.s_u, at_v[e] - ray.s_v);
+                }
+                along_u *= 0.25f, along_v *= 0.25f;
+                lighting = light_gradient(&sample, along_u, along_v, 0.25f * along_a - ray.s_u * along_u - ray.s_v * along_v);
+            }
+            const float middle_u = 0.5f * (at_u[0] + at_u[1]), middle_v = 0.5f * (at_v[0] + at_v[1]);
+            const bool beside = middle_u < -1.0f || middle_u > view.dims_u || middle_v < -1.0f || middle_v > view.dims_v;
+            const Node from = node_of(&sample, integrals, field[0] + cut * (field[1] - field[0]), l[0] & 1);
+            const Node to = node_of(&sample, integrals, field[1], l[1] & 1);
+            composite_stretch(&sample, &from, &to, ray.dt * (1.0f - cut) * sample.table_unit,
+                              sample.background_visible && beside ? 0.0f : 1.0f, &lighting, &light, &active);
+        }
+        if (light.t <= sample.opaque)
+            break;
+    }
+    frame[pixel] = (float4)(light.r, light.g, light.b, 1.0f - light.t);
+    active_samples[pixel] = active;
+}

@@ -1,0 +1,48 @@
+// What a sample needs to know of its frame, and how it is lit.
+
+// Mirrors `SampleParams` in src/device/launch/params.rs.
+typedef struct {
+    float table_first, table_per_value; // value of table entry 0, entries per unit of value
+    int table_last;                     // index of the last entry
+    int first_visible, last_visible;    // entries outside have no opacity
+    int linear;                         // extinction: 1 = min(1, alpha dt), 0 = 1 - exp(-tau dt)
+    int inner_slabs, front_slabs, back_slabs; // samples per layer: all inner ones, and of splatted layers the outer two
+    int background_visible;             // the background has opacity: mask what lies beside the field's support
+    float opaque;                       // transmittance below which a tile is finished; 0: never
+    int shading;
+    float gradient_u, gradient_v, gradient_a; // voxel differences -> gradient in value ranges per voxel, world axes
+    float light_u, light_v, light_a;    // direction to the light, unit length
+    float half_u, half_v, half_a;       // between light and eye, unit length
+    float ambient, diffuse, specular, power;
+    float step_u, step_v, step_a;       // world size of a voxel step / (unit distance x samples per layer)
+    float table_unit;                   // extinction of one unit in the table of integrals
+} SampleParams;
+CHECK_SIZE(SampleParams, SAMPLE_PARAMS_BYTES);
+
+// What a ray has gathered: premultiplied colour and the transmittance left.
+typedef struct {
+    realv r, g, b, t;
+} Light;
+
+// What a colour is multiplied by, and what highlight is added to it.
+typedef struct {
+    realv factor, highlight;
+} Lighting;
+
+// Blinn-Phong, two-sided, one white light. Where the gradient is below 1e-3 of the value range per voxel the colour
+// stays as it is, with a smooth fade up to 2e-3: rounding must not flip it.
+inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a) {
+    u *= p->gradient_u;
+    v *= p->gradient_v;
+    a *= p->gradient_a;
+    const realv squared = u * u + v * v + a * a;
+    const realv inverse = inverse_sqrt(MAX(squared, (realv)(1e-20f)));
+    const realv faded = CLAMP((squared * inverse - 1e-3f) * 1e3f, (realv)(0.0f), (realv)(1.0f));
+    const realv lit = RISE(faded);
+    const realv facing = fabs(u * p->light_u + v * p->light_v + a * p->light_a) * inverse;
+    const realv mirror = fabs(u * p->half_u + v * p->half_v + a * p->half_a) * inverse;
+    Lighting lighting;
+    lighting.factor = 1.0f + lit * (p->ambient + p->diffuse * facing - 1.0f);
+    lighting.highlight = lit * p->specular * power(mirror, p->power);
+    return lighting;
+}

@@ -1,0 +1,59 @@
+//! Launcher of point_lattice.cl.
+
+use super::lattice::tile_defines;
+use super::params::{Float4, RayLatticeParams, SampleParams, VolumeView};
+use super::{VoxelBuffer, launch};
+use crate::device::{Buffer, Device, program::source};
+use crate::error::Error;
+use crate::volume::VoxelType;
+use opencl3::kernel::Kernel;
+
+/// Renders a lattice with point-sampled layers and pre-integrated classification.
+pub(crate) struct PointLatticeKernel(Kernel);
+
+/// What [`PointLatticeKernel`] reads and writes.
+pub(crate) struct PointLatticeArguments<'a> {
+    pub voxels: &'a VoxelBuffer,
+    pub view: VolumeView,
+    /// (crossing, shear) of each column, padded to whole tiles, and of each row.
+    pub crossings: [&'a Buffer<[f32; 2]>; 2],
+    /// One plane of bits: of rays that lean up to one voxel per layer, or of others.
+    pub visible: &'a Buffer<u8>,
+    pub integrals: &'a Buffer<[i32; 4]>,
+    pub params: RayLatticeParams,
+    pub sample: SampleParams,
+    /// RGBA of width by height samples.
+    pub lattice: &'a Buffer<Float4>,
+    /// One count per tile.
+    pub active_samples: &'a Buffer<u32>,
+}
+
+impl PointLatticeKernel {
+    pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
+        let source =
+            source!("point_lattice", "volume", "ray_lattice", "elementary", "table_entries", "shading", "preintegration");
+        Ok(Self(device.kernel(&source, &tile_defines(device, voxel_type))?))
+    }
+
+    pub fn launch(&self, device: &Device, a: &PointLatticeArguments) -> Result<(), Error> {
+        launch(
+            device,
+            "lattice",
+            &self.0,
+            a.params.tiles.iter().map(|&n| n as usize).product(),
+            device.tuning().tile_group,
+            &[
+                a.voxels,
+                &a.view,
+                a.crossings[0],
+                a.crossings[1],
+                a.visible,
+                a.integrals,
+                &a.params,
+                &a.sample,
+                a.lattice,
+                a.active_samples,
+            ],
+        )
+    }
+}
