@@ -19,12 +19,18 @@
 // Sub-layers held at a time: a power of two, at least 2 S + 2 for central differences along the axis.
 #define RING 8
 
+// Where a tile's rows cross the middle layer, padded to whole vectors.
+#define PADDED_ROWS ((TILE_ROWS + VW - 1) / VW * VW)
+typedef struct {
+    float centre[PADDED_ROWS], shear[PADDED_ROWS];
+} TileRows;
+
 // One sub-layer under a tile.
 typedef struct {
     int held;                           // which one
     realv field[TILE_ROWS];             // at the samples
-    int row[TILE_ROWS];                 // of `value`: the voxel row below the samples
-    float rise[TILE_ROWS];              // weight of the next
+    int row[PADDED_ROWS] __attribute__((aligned(64))); // of `value`: the voxel row below the samples
+    float rise[PADDED_ROWS];            // weight of the next
     realv value[ROWS], difference[ROWS]; // resampled voxel rows, and twice their central differences along u
 } Layer;
 
@@ -35,22 +41,40 @@ inline void voxels_below(float2 one, float2 other, float depth, int *lo, int *hi
     *hi = whole_below(MAX(a, b));
 }
 
-// Samples sub-layer l. `u`: the columns, `crossings_v`: the rows of the tile.
+// How voxel rows are resampled for a tile's columns.
+typedef struct {
+    intv offset;  // of the voxel below each column, in the segment
+    realv rise;   // weight of the next voxel
+    int vectors;  // of the segment
+    int shading;
+} Columns;
+
+ALWAYS_INLINE void resample_row(const float *segment, const Columns *c, realv *value, realv *difference) {
+    const realv v0 = PICK(segment, c->vectors, c->offset), v1 = PICK(segment, c->vectors, c->offset + 1);
+    *value = v0 + c->rise * (v1 - v0);
+    if (c->shading) {
+        const realv lo = v1 - PICK(segment, c->vectors, c->offset - 1), hi = PICK(segment, c->vectors, c->offset + 2) - v0;
+        *difference = lo + c->rise * (hi - lo);
+    }
+}
+
+// Samples sub-layer l. `u`: the columns, `tile_v`: the rows of the tile.
 inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p,
-                         int samples_per_layer, int l, realv u, __global const float2 *crossings_v, int rows,
-                         int shading, Layer *layer) {
+                         int samples_per_layer, int l, realv u, const TileRows *tile_v, int rows, int shading,
+                         Layer *layer) {
     layer->held = l;
     const int k = (l + samples_per_layer) / samples_per_layer - 2;
     const int between = l - (k + 1) * samples_per_layer;
     const float depth = k + (float)between / samples_per_layer - p->centre_layer;
     int first_row, last_row;
-    voxels_below(crossings_v[0], crossings_v[rows - 1], depth, &first_row, &last_row);
+    voxels_below((float2)(tile_v->centre[0], tile_v->shear[0]),
+                 (float2)(tile_v->centre[rows - 1], tile_v->shear[rows - 1]), depth, &first_row, &last_row);
     first_row -= 1, last_row += 2;
-    for (int r = 0; r < rows; r++) {
-        const float v = crossings_v[r].x + depth * crossings_v[r].y;
-        const int below = whole_below(v);
-        layer->row[r] = below - first_row;
-        layer->rise[r] = RISE(v - below);
+    for (int r = 0; r < TILE_ROWS; r += VW) {
+        const realv v = LOADV(tile_v->centre + r) + depth * LOADV(tile_v->shear + r);
+        const intv below = wholes_below(v);
+        *(intv *)(layer->row + r) = below - first_row;
+        STOREV(layer->rise + r, RISE(v - CONVERT_REALV(below)));
     }
     const intv below = wholes_below(u);
     const realv rise = RISE(u - CONVERT_REALV(below));
@@ -58,22 +82,25 @@ inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, c
     const int first = min(ends[0], ends[VW - 1]) - 1, span = max(ends[0], ends[VW - 1]) + 3 - first;
     const intv offset = below - first;
     const int vectors = (span + VW - 1) / VW;
+    const Columns columns = {offset, rise, vectors, shading};
     const float next = RISE((float)between / samples_per_layer);
+    const bool inside = !between && k >= 0 && k < view->dims_a && first >= 0 && first + vectors * VW <= view->dims_u;
+    __global const VOXEL *start = voxels + k * view->stride_a + first;
     for (int j = first_row; j <= last_row; j++) {
         float segment[SEGMENT_VECTORS * VW];
-        load_row(voxels, view, first, j, k, vectors, segment);
+        if (inside && j >= 0 && j < view->dims_v) {
+            for (int c = 0; c < vectors; c++)
+                STOREV(segment + c * VW, LOAD_VOXELS(start + j * view->stride_v + c * VW) - view->offset);
+        } else {
+            load_row(voxels, view, first, j, k, vectors, segment);
+        }
         if (between) {
             float after[SEGMENT_VECTORS * VW];
             load_row(voxels, view, first, j, k + 1, vectors, after);
             for (int c = 0; c < vectors * VW; c += VW)
                 STOREV(segment + c, LOADV(segment + c) + next * (LOADV(after + c) - LOADV(segment + c)));
         }
-        const realv v0 = PICK(segment, vectors, offset), v1 = PICK(segment, vectors, offset + 1);
-        layer->value[j - first_row] = v0 + rise * (v1 - v0);
-        if (shading) {
-            const realv lo = v1 - PICK(segment, vectors, offset - 1), hi = PICK(segment, vectors, offset + 2) - v0;
-            layer->difference[j - first_row] = lo + rise * (hi - lo);
-        }
+        resample_row(segment, &columns, layer->value + (j - first_row), layer->difference + (j - first_row));
     }
     for (int r = 0; r < rows; r++) {
         const realv *value = layer->value + layer->row[r];
@@ -90,22 +117,29 @@ inline void layer_differences(const Layer *layer, int r, realv *u, realv *v) {
     *v += lo + rise * (hi - lo);
 }
 
-// Whether a slab can show anything under a tile, for all slabs of a chunk: bit q % 8.
+// Whether the slabs of a chunk can show anything over voxels [u0, u1] x [v0, v1]: bit q % 8. A row of blocks is read
+// at once; more than eight are not looked at.
 inline int slabs_visible(__global const uchar *visible, const RayLatticeParams *p, int chunk, int u0, int u1, int v0,
                          int v1) {
-    const int b0 = max((u0 >> 3) + 1, 0), b1 = min((u1 >> 3) + 1, p->blocks_u - 1);
-    const int c0 = max((v0 >> 3) + 1, 0), c1 = min((v1 >> 3) + 1, p->blocks_v - 1);
-    int bits = 0;
-    for (int c = c0; c <= c1; c++)
-        for (int b = b0; b <= b1; b++)
-            bits |= visible[((size_t)chunk * p->blocks_v + c) * p->blocks_u + b];
-    return bits;
+    const int b0 = clamp((u0 >> 3) + 1, 0, p->blocks_u - 1), b1 = clamp((u1 >> 3) + 1, 0, p->blocks_u - 1);
+    const int c0 = clamp((v0 >> 3) + 1, 0, p->blocks_v - 1), c1 = clamp((v1 >> 3) + 1, 0, p->blocks_v - 1);
+    if (b1 - b0 > 7)
+        return 0xff;
+    __global const uchar *block = visible + ((size_t)chunk * p->blocks_v + c0) * p->blocks_u + b0;
+    ulong bits = 0;
+    for (int c = c0; c <= c1; c++, block += p->blocks_u)
+        bits |= as_ulong(vload8(0, block));
+    bits <<= 8 * (7 - (b1 - b0));
+    bits |= bits >> 32;
+    bits |= bits >> 16;
+    bits |= bits >> 8;
+    return bits & 0xff;
 }
 
 // Samples a sub-layer of the kernel below unless the ring holds it.
 #define HOLD(l)                                                                                                        \
     if (ring[(l) & (RING - 1)].held != (l))                                                                            \
-    sample_layer(voxels, &view, &p, s, l, centre_u + ((float)(l) / s - 1.0f - p.centre_layer) * shear_u, crossings_v,  \
+    sample_layer(voxels, &view, &p, s, l, centre_u + ((float)(l) / s - 1.0f - p.centre_layer) * shear_u, &tile_v,      \
                  rows, sample.shading, &ring[(l) & (RING - 1)])
 
 __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const float2 *crossings_u,
@@ -124,6 +158,12 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     const realv centre_u = LOADV(lanes), shear_u = LOADV(lanes + VW);
     const float2 first_u = crossings_u[0], last_u = crossings_u[columns - 1];
     const float2 first_v = crossings_v[0], last_v = crossings_v[rows - 1];
+
+    TileRows tile_v;
+    for (int r = 0; r < PADDED_ROWS; r++) {
+        const float2 crossing = crossings_v[min(r, rows - 1)];
+        tile_v.centre[r] = crossing.x, tile_v.shear[r] = crossing.y;
+    }
 
     Layer ring[RING];
     for (int i = 0; i < RING; i++)

@@ -75,14 +75,9 @@ inline bool any_lane(intv mask) {
 #define PERMUTE(a, b, index) __builtin_ia32_vpermi2varps512(a, index, b)
 #endif
 
-// Element index[i] of a row of `vectors` x VW floats to lane i.
+// Element index[i] of a row of `vectors` (1 or 2; more without PERMUTE) x VW floats to lane i.
 #ifdef PERMUTE
-inline realv pick(const float *row, int vectors, intv index) {
-    if (vectors <= 2)
-        return PERMUTE(LOADV(row), LOADV(row + (vectors - 1) * VW), index);
-    return GATHER(row, index);
-}
-#define PICK(row, vectors, index) pick(row, vectors, index)
+#define PICK(row, vectors, index) PERMUTE(LOADV(row), LOADV((row) + ((vectors) - 1) * VW), index)
 #else
 #define PICK(row, vectors, index) GATHER(row, index)
 #endif

@@ -46,50 +46,57 @@ inline float4 mix_edge(__global const float4 *lattice, int width, int height, in
     return sum;
 }
 
-inline float4 warped(__global const float4 *lattice, const WarpParams *p, float x, float y) {
+// Where a pixel lies in the lattice: (column, row, w), w > 0 where it is in front of the eye.
+inline float3 place(const WarpParams *p, float x, float y) {
     const float *m = p->from_screen;
-    const float w = m[6] * x + m[7] * y + m[8];
-    if (w * p->forward <= 0.0f)
+    const float w = (m[6] * x + m[7] * y + m[8]) * p->forward;
+    const float scale = p->forward / w;
+    return (float3)((m[0] * x + m[1] * y + m[2]) * scale, (m[3] * x + m[4] * y + m[5]) * scale, w);
+}
+
+inline float4 warped(__global const float4 *lattice, const WarpParams *p, float x, float y) {
+    const float3 at = place(p, x, y);
+    if (!(at.z > 0.0f && at.x > -2.0f && at.x < p->width + 1.0f && at.y > -2.0f && at.y < p->height + 1.0f))
         return 0.0f;
-    const float column = (m[0] * x + m[1] * y + m[2]) / w, row = (m[3] * x + m[4] * y + m[5]) / w;
-    if (column <= -2.0f || column >= p->width + 1.0f || row <= -2.0f || row >= p->height + 1.0f)
-        return 0.0f;
-    const float i = floor(column), j = floor(row);
-    const float4 wu = catmull_rom(column - i), wv = catmull_rom(row - j);
-    const int first = (int)i - 1, top = (int)j - 1;
+    const int i = whole_below(at.x), j = whole_below(at.y);
+    const float4 wu = catmull_rom(at.x - i), wv = catmull_rom(at.y - j);
+    const int first = i - 1, top = j - 1;
     float4 color = first >= 0 && first + 4 <= p->width && top >= 0 && top + 4 <= p->height
                        ? mix_inside(lattice + (size_t)top * p->width + first, p->width, wu, wv)
                        : mix_edge(lattice, p->width, p->height, first, top, wu, wv);
     // The filter overshoots at edges: opacity stays in 0 ... 1, colours within the opacity.
-    color.w = clamp(color.w, 0.0f, 1.0f);
-    color.xyz = clamp(color.xyz, 0.0f, color.w);
-    return color;
+    color.w = CLAMP(color.w, 0.0f, 1.0f);
+    return CLAMP(color, (float4)(0.0f), (float4)(color.w));
 }
 
-// Whether the lattice shows nothing under the pixels [x0, x1] x [y0, y1]: none of its tiles in the filter's reach has an
-// active sample.
-inline bool nothing_under(__global const uint *active_samples, const WarpParams *p, float x0, float x1, float y0, float y1) {
-    if (p->width == 0 || p->height == 0)
-        return true;
-    const float *m = p->from_screen;
+// Whether the lattice shows nothing under the pixels [x0, x1] x [y0, y1] and in the filter's reach.
+inline bool nothing_under(__global const float4 *lattice, __global const uint *active_samples, const WarpParams *p,
+                          float x0, float x1, float y0, float y1) {
     float u0 = INFINITY, u1 = -INFINITY, v0 = INFINITY, v1 = -INFINITY;
     for (int corner = 0; corner < 4; corner++) {
-        const float x = corner & 1 ? x1 : x0, y = corner & 2 ? y1 : y0;
-        const float w = m[6] * x + m[7] * y + m[8];
-        if (w * p->forward <= 0.0f)
+        const float3 at = place(p, corner & 1 ? x1 : x0, corner & 2 ? y1 : y0);
+        if (!(at.z > 0.0f))
             return false;
-        const float u = (m[0] * x + m[1] * y + m[2]) / w, v = (m[3] * x + m[4] * y + m[5]) / w;
-        u0 = fmin(u0, u), u1 = fmax(u1, u), v0 = fmin(v0, v), v1 = fmax(v1, v);
+        u0 = MIN(u0, at.x), u1 = MAX(u1, at.x), v0 = MIN(v0, at.y), v1 = MAX(v1, at.y);
     }
     // Far beyond the lattice an int could not hold the positions; one sample more keeps rounding away.
-    const int first = clamp(u0 - 3.0f, -1.0f, (float)p->width), last = clamp(u1 + 4.0f, -1.0f, (float)p->width);
-    const int top = clamp(v0 - 3.0f, -1.0f, (float)p->height), bottom = clamp(v1 + 4.0f, -1.0f, (float)p->height);
+    const int first = CLAMP(u0 - 3.0f, 0.0f, (float)p->width), last = CLAMP(u1 + 4.0f, -1.0f, p->width - 1.0f);
+    const int top = CLAMP(v0 - 3.0f, 0.0f, (float)p->height), bottom = CLAMP(v1 + 4.0f, -1.0f, p->height - 1.0f);
+    if (first > last || top > bottom)
+        return true;
     const int tiles_u = (p->width + p->tile_columns - 1) / p->tile_columns;
-    for (int j = max(top, 0) / p->tile_rows; j <= min(bottom, p->height - 1) / p->tile_rows && bottom >= 0; j++)
-        for (int i = max(first, 0) / p->tile_columns; i <= min(last, p->width - 1) / p->tile_columns && last >= 0; i++)
-            if (active_samples[j * tiles_u + i])
-                return false;
-    return true;
+    bool active = false;
+    for (int j = top / p->tile_rows; j <= bottom / p->tile_rows; j++)
+        for (int i = first / p->tile_columns; i <= last / p->tile_columns; i++)
+            active |= active_samples[j * tiles_u + i] != 0;
+    if (!active || (last - first) * (bottom - top) > BLOCK_COLUMNS * BLOCK_ROWS)
+        return !active;
+    // Fewer samples than pixels: tiles are large on the screen, and looking at each sample pays.
+    float opacity = 0.0f;
+    for (int j = top; j <= bottom; j++)
+        for (int i = first; i <= last; i++)
+            opacity += lattice[(size_t)j * p->width + i].w;
+    return opacity == 0.0f;
 }
 
 // PRESENT: straight to the 8-bit picture. One pass over the frame's floats less: 0.5 ms of 2 at 512 x 512.
@@ -109,7 +116,7 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
         return;
     const int right = min(left + BLOCK_COLUMNS, p.columns), bottom = min(top + BLOCK_ROWS, p.rows);
     const bool nothing =
-        p.tile_columns && nothing_under(active_samples, &p, left + 0.5f, right - 0.5f, top + 0.5f, bottom - 0.5f);
+        p.tile_columns && nothing_under(lattice, active_samples, &p, left + 0.5f, right - 0.5f, top + 0.5f, bottom - 0.5f);
     for (int line = top; line < bottom; line++) {
         __global PIXEL *out = picture + (size_t)line * p.columns;
         if (nothing) {

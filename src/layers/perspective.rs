@@ -13,8 +13,8 @@ pub const MAX_LATTICE_SHEAR: f64 = 2.0;
 const MIN_EYE_DISTANCE: f64 = 1.0;
 /// Voxels between neighbouring samples in the farthest layer: kernels/lattice_perspective.cl keeps 7 per sample.
 const MAX_VOXELS_PER_SAMPLE: f64 = 7.0;
-/// The same for kernels/point_lattice.cl: `VOXELS_PER_SAMPLE`.
-const MAX_VOXELS_PER_POINT: f64 = 2.0;
+/// The same for kernels/point_lattice.cl, which looks at two vectors of voxels for one of samples.
+const MAX_VOXELS_PER_POINT: f64 = 1.75;
 /// Longest side of a lattice, in viewport sides: beyond it the near end of the volume is so close that the far end
 /// would be sampled many times too densely, and pixels are fewer than samples.
 const MAX_SIDES: u32 = 4;

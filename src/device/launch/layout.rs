@@ -62,9 +62,10 @@ impl Occupancy {
         self.blocks[0] as usize * self.blocks[1] as usize * (self.layers as usize + 2)
     }
 
-    /// Bytes of each of the two planes that [`SlabVisibilityKernel`] writes: a bit per block and slab 0 … n.
+    /// Bytes of each of the two planes that [`SlabVisibilityKernel`] writes, a bit per block and slab 0 … n, and seven more:
+    /// kernels read eight blocks at once.
     pub fn slab_bytes(&self) -> usize {
-        self.blocks[0] as usize * self.blocks[1] as usize * (self.layers as usize / 8 + 1)
+        self.blocks[0] as usize * self.blocks[1] as usize * (self.layers as usize / 8 + 1) + 7
     }
 }
 

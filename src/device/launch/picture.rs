@@ -36,7 +36,7 @@ impl<T: WarpedPixel> WarpKernel<T> {
     pub fn new(device: &Device) -> Result<Self, Error> {
         let [columns, rows] = device.tuning().block;
         let defines = format!("-DBLOCK_COLUMNS={columns} -DBLOCK_ROWS={rows} {}", T::DEFINES);
-        Ok(Self(device.kernel(&source!("warp", "display"), &defines)?, PhantomData))
+        Ok(Self(device.kernel(&source!("warp", "elementary", "display"), &defines)?, PhantomData))
     }
 
     pub fn launch(&self, device: &Device, a: &WarpArguments, picture: &Buffer<T>) -> Result<(), Error> {
@@ -52,7 +52,7 @@ pub(crate) struct PresentKernel(Kernel);
 
 impl PresentKernel {
     pub fn new(device: &Device) -> Result<Self, Error> {
-        Ok(Self(device.kernel(&source!("present", "display"), "")?))
+        Ok(Self(device.kernel(&source!("present", "elementary", "display"), "")?))
     }
 
     /// `background` is red, green, blue and 1, or four zeros for a transparent picture.
