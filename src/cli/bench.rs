@@ -2,15 +2,19 @@
 
 use super::rotate::{ELEVATION, progress, turn};
 use super::scene::{Scene, SceneOptions, camera};
+use crate::camera::Orbit;
 use crate::device::StageTimes;
 use crate::error::Error;
 use crate::image::Background;
-use crate::renderer::{LatticeReport, Quality};
+use crate::renderer::{LatticeReport, Quality, Renderer};
 use cpu_time::ProcessTime;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::time::Instant;
+
+/// How often a change of transfer function or layer axis is timed.
+const CHANGES: usize = 9;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -36,11 +40,14 @@ struct Bench<'a> {
     max_ms: f64,
     cpu_ms: f64,
     first_ms: f64,
+    transfer_change_ms: f64,
+    axis_change_ms: f64,
     stages: BTreeMap<&'static str, f64>,
     effective_splats: u64,
     active_samples: u64,
     lattice: Option<LatticeReport>,
     device_bytes: u64,
+    peak_bytes: Option<u64>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -75,7 +82,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    times.sort_by(f64::total_cmp);
+    let timed = |renderer: &mut Renderer, azimuth: f64| -> Result<f64, Error> {
+        let started = Instant::now();
+        let turned = Orbit { azimuth, ..options.orbit(ELEVATION) };
+        let camera = camera(options, scene.volume.grid(), turned);
+        renderer.render_rgba8(&camera, options.size, &scene.settings, background)?;
+        Ok(milliseconds(started))
+    };
+    let mut transfer_changes = Vec::new();
+    let mut axis_changes = Vec::new();
+    for _ in 0..CHANGES {
+        let started = Instant::now();
+        renderer.set_transfer_function(&scene.transfer);
+        timed(&mut renderer, 0.0)?;
+        transfer_changes.push(milliseconds(started));
+        // Across the 45° line: the other layer axis.
+        timed(&mut renderer, 40.0)?;
+        axis_changes.push(timed(&mut renderer, 50.0)?);
+    }
     let mut per_stage = BTreeMap::new();
     for (stage, ms) in stages {
         *per_stage.entry(stage).or_insert(0.0) += ms / f64::from(frames);
@@ -86,16 +110,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         quality: arguments.scene.quality.quality,
         device: &scene.device.info().name,
         frames,
-        median_ms: median(&times),
-        min_ms: times[0],
-        max_ms: times[times.len() - 1],
+        min_ms: times.iter().copied().fold(f64::INFINITY, f64::min),
+        max_ms: times.iter().copied().fold(0.0, f64::max),
+        median_ms: median(times),
         cpu_ms: cpu_ms / f64::from(frames),
         first_ms,
+        transfer_change_ms: median(transfer_changes),
+        axis_change_ms: median(axis_changes),
         stages: per_stage,
         effective_splats: scene.transfer.effective_splats(&scene.volume),
         active_samples: active_samples / u64::from(frames),
         lattice,
         device_bytes: scene.device.allocated_bytes(),
+        peak_bytes: peak_bytes(),
     };
     super::report(arguments.json, &bench, || text(&bench))?;
     Ok(ExitCode::SUCCESS)
@@ -105,10 +132,21 @@ fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
 }
 
-/// Median of sorted values.
-fn median(sorted: &[f64]) -> f64 {
-    let middle = sorted.len() / 2;
-    if sorted.len() % 2 == 1 { sorted[middle] } else { (sorted[middle - 1] + sorted[middle]) / 2.0 }
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
+}
+
+/// Most memory that the process ever had, where the system tells (Linux).
+fn peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kb| kb * 1024)
+}
+
+fn mib(bytes: u64) -> f64 {
+    bytes as f64 / f64::from(1 << 20)
 }
 
 fn text(b: &Bench) -> String {
@@ -122,9 +160,17 @@ fn text(b: &Bench) -> String {
         format!("range     {:.2} to {:.2} ms", b.min_ms, b.max_ms),
         format!("cpu       {:.2} ms per frame", b.cpu_ms),
         format!("first     {:.1} ms", b.first_ms),
+        format!(
+            "changes   transfer function {:.2} ms, layer axis {:.2} ms, to the finished frame",
+            b.transfer_change_ms, b.axis_change_ms
+        ),
         format!("splats    {} effective; {} active samples per frame", b.effective_splats, b.active_samples),
         format!("lattice   {lattice}"),
-        format!("memory    {:.1} MiB on the device", b.device_bytes as f64 / (1 << 20) as f64),
+        format!(
+            "memory    {:.1} MiB on the device, {} of the process at most",
+            mib(b.device_bytes),
+            b.peak_bytes.map_or("?".into(), |p| format!("{:.1} MiB", mib(p)))
+        ),
     ];
     lines.extend(b.stages.iter().map(|(stage, ms)| format!("  {stage:<12} {ms:.3} ms")));
     lines.join("\n")
@@ -136,6 +182,6 @@ mod tests {
 
     #[test]
     fn medians() {
-        assert_eq!((median(&[3.0]), median(&[1.0, 2.0]), median(&[1.0, 2.0, 9.0])), (3.0, 1.5, 2.0));
+        assert_eq!((median(vec![3.0]), median(vec![2.0, 1.0]), median(vec![9.0, 1.0, 2.0])), (3.0, 1.5, 2.0));
     }
 }

@@ -201,9 +201,7 @@ impl QualityOptions {
         if let Some(evaluation) = self.lattice {
             let kept = match (evaluation, settings.evaluation) {
                 // `auto` leaves a quality its own density, unless that is a number or none.
-                (Evaluation::Lattice(Density::Relaxed), Evaluation::Lattice(own @ Density::AtLeast(_))) => {
-                    Evaluation::Lattice(own)
-                }
+                (Evaluation::Lattice(Density::Relaxed), Evaluation::Lattice(own @ Density::Fine)) => Evaluation::Lattice(own),
                 _ => evaluation,
             };
             settings.evaluation = kept;

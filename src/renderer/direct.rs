@@ -1,7 +1,7 @@
 //! Frames per screen pixel.
 
 use super::Renderer;
-use super::kept::{at_least, filled, upload_strides};
+use super::kept::{PointRays, at_least, filled, upload_strides};
 use super::sample::SampleAxes;
 use super::sample::slab_table;
 use super::settings::{Footprints, Settings};
@@ -75,8 +75,8 @@ impl Renderer {
         let sample_axes = self.sample_axes(rays, settings);
         let Self { device, kernels, kept, .. } = self;
         let axes = axes_of(axis);
-        let thinnest = sample_axes.step.min_element();
-        kept.prepare_points(device, kernels, &axes, &self.transfer, settings.extinction, thinnest)?;
+        let point_rays = PointRays { leaning: true, thinnest: sample_axes.step.min_element() };
+        kept.prepare_points(device, kernels, &axes, &self.transfer, settings.extinction, point_rays)?;
         self.make_frame(viewport)?;
 
         let known = Axis::ALL.map(|a| if axes.contains(&a) { a } else { axes[0] });
@@ -89,7 +89,7 @@ impl Renderer {
             device,
             &PointDirectArguments {
                 voxels: kept.uploaded(),
-                visible: known.map(|a| &kept.slabs_visible(a)[1]),
+                visible: known.map(|a| kept.slabs_visible(a, true)),
                 integrals: &kept.integrals().nodes,
                 params,
                 sample,

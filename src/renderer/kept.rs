@@ -25,9 +25,19 @@ pub(super) struct Kept {
     footprint_set: Option<FootprintSet>,
 }
 
+/// What tables for point-sampled layers depend on.
+#[derive(Clone, Copy)]
+pub(super) struct PointRays {
+    /// Whether any ray leans more than one voxel per layer.
+    pub leaning: bool,
+    /// Shortest stretch between two samples, in unit distances.
+    pub thinnest: f64,
+}
+
 /// A transfer table on the device, with the blocks that it can show per layer axis.
 pub(super) struct Table {
     extinction: Extinction,
+    on_host: TransferTable,
     pub entries: Buffer<Float4>,
     visible_before: Buffer<u32>,
     /// Value of the first entry, less the offset, entries per value, index of the last entry.
@@ -35,8 +45,8 @@ pub(super) struct Table {
     /// First and last entry with opacity; if there is none, the first is beyond the last.
     pub visible_entries: [i32; 2],
     visible: [Option<Buffer<u8>>; 3],
-    /// Bits for rays that lean up to one voxel per layer, and for others.
-    slabs_visible: [Option<[Buffer<u8>; 2]>; 3],
+    /// Bits for rays that lean up to one voxel per layer, and for others, per layer axis.
+    slabs_visible: [[Option<Buffer<u8>>; 3]; 2],
     integrals: Option<Integrals>,
 }
 
@@ -110,9 +120,9 @@ impl Kept {
         self.point_occupancies[axis.index()].as_ref().expect("prepare_points() made it")
     }
 
-    /// Bits per block and slab of a layer axis, for rays that lean up to one voxel per layer and for others.
-    pub fn slabs_visible(&self, axis: Axis) -> &[Buffer<u8>; 2] {
-        self.table().slabs_visible[axis.index()].as_ref().expect("prepare_points() made it")
+    /// Bits per block and slab of a layer axis, for rays that lean up to one voxel per layer or for others.
+    pub fn slabs_visible(&self, axis: Axis, leaning: bool) -> &Buffer<u8> {
+        self.table().slabs_visible[usize::from(leaning)][axis.index()].as_ref().expect("prepare_points() made it")
     }
 
     /// The integrals of the transfer function.
@@ -156,7 +166,7 @@ impl Kept {
         Ok(())
     }
 
-    /// The same for point-sampled layers, whose stretches are at least `thinnest` unit distances long.
+    /// The same for point-sampled layers.
     pub fn prepare_points(
         &mut self,
         device: &Device,
@@ -164,7 +174,7 @@ impl Kept {
         axes: &[Axis],
         transfer: &TransferFunction,
         extinction: Extinction,
-        thinnest: f64,
+        rays: PointRays,
     ) -> Result<(), Error> {
         self.prepare_table(device, transfer, extinction)?;
         for &axis in axes {
@@ -173,19 +183,17 @@ impl Kept {
             if self.point_occupancies[i].is_none() {
                 self.point_occupancies[i] = Some(self.find_occupancy(device, kernels, axis, Reach::POINTS)?);
             }
-            if self.table().slabs_visible[i].is_none() {
+            if self.table().slabs_visible[usize::from(rays.leaning)][i].is_none() {
                 let visibility = self.visibility(self.point_occupancy(axis));
-                let bits = || Buffer::new(device, visibility.occupancy.slab_bytes(), "the visibility of blocks");
-                let (near, far) = (bits()?, bits()?);
-                kernels.slab_visibility(device)?.launch(device, &visibility, &near, &far)?;
-                self.table.as_mut().expect("made above").slabs_visible[i] = Some([near, far]);
+                let bits = Buffer::new(device, visibility.occupancy.slab_bytes(), "the visibility of blocks")?;
+                kernels.slab_visibility(device)?.launch(device, &visibility, rays.leaning, &bits)?;
+                self.table.as_mut().expect("made above").slabs_visible[usize::from(rays.leaning)][i] = Some(bits);
             }
         }
-        let (field_range, offset) = (self.field_range, self.offset);
+        let offset = self.offset;
         let table = self.table.as_mut().expect("made above");
-        if table.integrals.as_ref().is_none_or(|i| i.thinnest != thinnest) {
-            let table_on_host = TransferTable::new(transfer, field_range, extinction);
-            table.integrals = Some(Integrals::upload(device, &table_on_host.integrals(thinnest), offset, thinnest)?);
+        if table.integrals.as_ref().is_none_or(|i| i.thinnest != rays.thinnest) {
+            table.integrals = Some(Integrals::upload(device, &table.on_host.integrals(rays.thinnest), offset, rays.thinnest)?);
         }
         Ok(())
     }
@@ -259,8 +267,9 @@ impl Table {
             visible_before: Buffer::from_slice(device, &table.visible_before(), "the transfer table")?,
             visible_entries: table.visible_entries(),
             scale: ((table.first - offset) as f32, table.per_value as f32, entries.len() as i32 - 1),
+            on_host: table,
             visible: [None, None, None],
-            slabs_visible: [None, None, None],
+            slabs_visible: Default::default(),
             integrals: None,
         })
     }

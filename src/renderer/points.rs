@@ -1,7 +1,7 @@
 //! Frames on a lattice with point-sampled layers, parallel and perspective.
 
 use super::Renderer;
-use super::kept::{at_least, filled};
+use super::kept::{PointRays, at_least, filled};
 use super::plan::Plan;
 use super::settings::Settings;
 use crate::device::launch::PointLatticeArguments;
@@ -49,8 +49,8 @@ impl Renderer {
         let axis = lattice.frame.layer_axis();
         let axes = self.sample_axes(rays, settings);
         let Self { device, kernels, kept, scratch, .. } = self;
-        let thinnest = axes.step.min_element();
-        kept.prepare_points(device, kernels, &[axis], &self.transfer, settings.extinction, thinnest)?;
+        let point_rays = PointRays { leaning: lattice.leaning, thinnest: axes.step.min_element() };
+        kept.prepare_points(device, kernels, &[axis], &self.transfer, settings.extinction, point_rays)?;
         let samples = lattice.size[0] as usize * lattice.size[1] as usize;
         at_least(&mut scratch.lattice, device, samples, "the lattice")?;
         at_least(&mut scratch.active_samples, device, 1, "the sample counts")?;
@@ -84,7 +84,7 @@ impl Renderer {
                 voxels,
                 view,
                 crossings: [0, 1].map(|i| scratch.crossings[i].as_ref().expect(written)),
-                visible: &kept.slabs_visible(axis)[usize::from(lattice.leaning)],
+                visible: kept.slabs_visible(axis, lattice.leaning),
                 integrals: &kept.integrals().nodes,
                 params,
                 sample,

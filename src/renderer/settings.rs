@@ -138,7 +138,7 @@ impl Quality {
         let (evaluation, footprints, classification) = match self {
             Quality::Draft => lattice(Density::Fixed(1), 1),
             Quality::Standard => lattice(Density::Relaxed, 1),
-            Quality::High => lattice(Density::AtLeast(3), 2),
+            Quality::High => lattice(Density::Fine, 2),
             Quality::Paper => (Evaluation::Direct, Footprints::Set, Classification::Post(Correction::Constant)),
         };
         Settings {

@@ -62,7 +62,7 @@ impl Occupancy {
         self.blocks[0] as usize * self.blocks[1] as usize * (self.layers as usize + 2)
     }
 
-    /// Bytes of each of the two planes that [`SlabVisibilityKernel`] writes, a bit per block and slab 0 … n, and seven more:
+    /// Bytes that [`SlabVisibilityKernel`] writes, a bit per block and slab 0 … n, and seven more:
     /// kernels read eight blocks at once.
     pub fn slab_bytes(&self) -> usize {
         self.blocks[0] as usize * self.blocks[1] as usize * (self.layers as usize / 8 + 1) + 7
@@ -152,8 +152,9 @@ impl SlabVisibilityKernel {
         Ok(Self(device.kernel(&source!("slab_visibility", "volume", "opacity_range"), &voxel_defines(voxel_type, 1))?))
     }
 
-    /// `near` is for rays that lean up to one voxel per layer, `far` for others; each takes [`Occupancy::slab_bytes`].
-    pub fn launch(&self, device: &Device, visibility: &Visibility, near: &Buffer<u8>, far: &Buffer<u8>) -> Result<(), Error> {
-        visibility.launch(device, "visibility", &self.0, visibility.occupancy.slab_bytes(), &[near, far])
+    /// `leaning`: for rays that lean more than one voxel per layer. `bits` takes [`Occupancy::slab_bytes`].
+    pub fn launch(&self, device: &Device, visibility: &Visibility, leaning: bool, bits: &Buffer<u8>) -> Result<(), Error> {
+        let around = i32::from(leaning);
+        visibility.launch(device, "visibility", &self.0, visibility.occupancy.slab_bytes(), &[&around, bits])
     }
 }

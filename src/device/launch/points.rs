@@ -17,7 +17,7 @@ pub(crate) struct PointLatticeArguments<'a> {
     pub view: VolumeView,
     /// (crossing, shear) of each column, padded to whole tiles, and of each row.
     pub crossings: [&'a Buffer<[f32; 2]>; 2],
-    /// One plane of bits: of rays that lean up to one voxel per layer, or of others.
+    /// Bits for rays that lean as these do.
     pub visible: &'a Buffer<u8>,
     pub integrals: &'a Buffer<[i32; 4]>,
     pub params: RayLatticeParams,
