@@ -4,13 +4,14 @@
 // the next one the largest of the BLOCK x BLOCK voxels, `below` more before and `above` more behind them along u and v. Block 0 is the margin before voxel 0.
 
 __kernel void occupancy(__global const VOXEL *voxels, VolumeView view, int blocks_u, int blocks_v,
-                        int below, int above, __global VOXEL *limits) {
+                        int block_rows, int below, int above,
+                        __global VOXEL *limits) {
     const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
     const int k = get_global_id(0) / (blocks_u * blocks_v);
     if (k >= view.dims_a)
         return;
     const int u0 = (b - 1) * BLOCK - below, u1 = b * BLOCK - 1 + above;
-    const int v0 = (c - 1) * BLOCK - below, v1 = c * BLOCK - 1 + above;
+    const int v0 = (c - 1) * block_rows - below, v1 = c * block_rows - 1 + above;
     const bool whole = u0 >= 0 && u1 < view.dims_u && v0 >= 0 && v1 < view.dims_v;
     const VOXEL background = (VOXEL)(view.background + view.offset);
     const int first_u = clamp(u0, 0, view.dims_u - 1), last_u = clamp(u1, 0, view.dims_u - 1);

@@ -42,7 +42,8 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
         const float to_u = u + ray.layer_step * ray.s_u, to_v = v + ray.layer_step * ray.s_v;
         if (fmax(u, to_u) < -1.0f || fmin(u, to_u) > view.dims_u || fmax(v, to_v) < -1.0f || fmin(v, to_v) > view.dims_v)
             continue;
-        const int b = clamp((whole_below(u) >> 3) + 1, 0, blocks_u - 1), c = clamp((whole_below(v) >> 3) + 1, 0, blocks_v - 1);
+        const int b = clamp(block_of(whole_below(u), BLOCK), 0, blocks_u - 1);
+        const int c = clamp(block_of(whole_below(v), POINT_BLOCK_ROWS), 0, blocks_v - 1);
         if (p.culling && !(visible[((size_t)(q >> 3) * blocks_v + c) * blocks_u + b] >> (q & 7) & 1))
             continue;
         for (int i = 0; i < s; i++) {

@@ -121,8 +121,9 @@ inline void layer_differences(const Layer *layer, int r, realv *u, realv *v) {
 // at once; more than eight are not looked at.
 inline int slabs_visible(__global const uchar *visible, const RayLatticeParams *p, int chunk, int u0, int u1, int v0,
                          int v1) {
-    const int b0 = clamp((u0 >> 3) + 1, 0, p->blocks_u - 1), b1 = clamp((u1 >> 3) + 1, 0, p->blocks_u - 1);
-    const int c0 = clamp((v0 >> 3) + 1, 0, p->blocks_v - 1), c1 = clamp((v1 >> 3) + 1, 0, p->blocks_v - 1);
+    const int b0 = clamp(block_of(u0, BLOCK), 0, p->blocks_u - 1), b1 = clamp(block_of(u1, BLOCK), 0, p->blocks_u - 1);
+    const int c0 = clamp(block_of(v0, POINT_BLOCK_ROWS), 0, p->blocks_v - 1);
+    const int c1 = clamp(block_of(v1, POINT_BLOCK_ROWS), 0, p->blocks_v - 1);
     if (b1 - b0 > 7)
         return 0xff;
     __global const uchar *block = visible + ((size_t)chunk * p->blocks_v + c0) * p->blocks_u + b0;

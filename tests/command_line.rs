@@ -137,6 +137,7 @@ fn info_rotate_devices_and_bench() {
     let expected = [
         "active_samples",
         "algorithm",
+        "axis_change_ms",
         "cpu_ms",
         "device",
         "device_bytes",
@@ -147,8 +148,10 @@ fn info_rotate_devices_and_bench() {
         "max_ms",
         "median_ms",
         "min_ms",
+        "peak_bytes",
         "quality",
         "stages",
+        "transfer_change_ms",
         "volume",
     ];
     assert_eq!(keys(&bench), expected);

@@ -109,7 +109,8 @@ impl Renderer {
         let tile = match (plan, classification) {
             // Tiles of one phase are spread over the lattice.
             (Plan::Lattice(_), Classification::Post(_)) => [0; 2],
-            _ => [tuning.vector_width, tuning.tile_rows],
+            (_, Classification::Post(_)) => [tuning.vector_width, tuning.tile_rows],
+            (_, Classification::Preintegrated { .. }) => [tuning.vector_width, tuning.point_tile_rows],
         };
         Some(WarpParams {
             from_screen: from_screen.transpose().to_cols_array().map(|m| m as f32),

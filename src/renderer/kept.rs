@@ -216,7 +216,7 @@ impl Kept {
     }
 
     fn find_occupancy(&self, device: &Device, kernels: &Kernels, axis: Axis, reach: Reach) -> Result<Occupancy, Error> {
-        let occupancy = Occupancy::new(device, self.local_dims(axis), self.voxels.voxel_type())?;
+        let occupancy = Occupancy::new(device, self.local_dims(axis), self.voxels.voxel_type(), reach)?;
         let (voxels, view) = self.layout(axis);
         kernels.occupancy(device)?.launch(device, voxels, &view, reach, &occupancy)?;
         Ok(occupancy)

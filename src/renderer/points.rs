@@ -61,7 +61,7 @@ impl Renderer {
         for (slot, crossings) in scratch.crossings.iter_mut().zip(&lattice.crossings) {
             filled(slot, device, crossings, "the lattice rays")?;
         }
-        let tiles = [lattice.size[0].div_ceil(tuning.vector_width), lattice.size[1].div_ceil(tuning.tile_rows)];
+        let tiles = [lattice.size[0].div_ceil(tuning.vector_width), lattice.size[1].div_ceil(tuning.point_tile_rows)];
         let params = RayLatticeParams {
             size: lattice.size.map(|n| n as i32),
             tiles: tiles.map(|t| t as i32),

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::volume::VoxelType;
 use opencl3::kernel::Kernel;
 
-pub(super) fn tile_defines(device: &Device, voxel_type: VoxelType) -> String {
+fn tile_defines(device: &Device, voxel_type: VoxelType) -> String {
     let tuning = device.tuning();
     let voxels = voxel_defines(voxel_type, tuning.vector_width);
     format!("{voxels} -DTILE_VECTORS={} -DTILE_ROWS={}", tuning.tile_vectors, tuning.tile_rows)

@@ -22,18 +22,20 @@ impl TransposeKernel {
     }
 }
 
-/// How far samples reach for voxels around their block, within a layer.
+/// Blocks of an occupancy, and how far samples reach for voxels around theirs, within a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reach {
     pub below: i32,
     pub above: i32,
+    /// Rows of a block.
+    pub rows: i32,
 }
 
 impl Reach {
     /// Splat sums of three layers, |s| ≤ 1: 1 + |s| around their crossings, |s| to either side.
-    pub const SPLATS: Reach = Reach { below: 3, above: 4 };
+    pub const SPLATS: Reach = Reach { below: 3, above: 4, rows: 8 };
     /// Point samples at either end of a slab, |s| ≤ 1.
-    pub const POINTS: Reach = Reach { below: 1, above: 2 };
+    pub const POINTS: Reach = Reach { below: 1, above: 2, rows: 4 };
 }
 
 /// Smallest and largest value in reach of each block of a layer axis.
@@ -51,8 +53,8 @@ impl Occupancy {
     const BLOCK: usize = 8;
 
     /// An uninitialised occupancy for a volume of `dims` voxels along u, v, a.
-    pub fn new(device: &Device, dims: [usize; 3], voxel_type: VoxelType) -> Result<Self, Error> {
-        let blocks = [dims[0], dims[1]].map(|n| n.div_ceil(Self::BLOCK) + 2);
+    pub fn new(device: &Device, dims: [usize; 3], voxel_type: VoxelType, reach: Reach) -> Result<Self, Error> {
+        let blocks = [dims[0].div_ceil(Self::BLOCK) + 2, dims[1].div_ceil(reach.rows as usize) + 2];
         let limits = VoxelBuffer::new(device, 2 * blocks[0] * blocks[1] * dims[2], voxel_type, "the occupancy")?;
         Ok(Self { limits, blocks: blocks.map(|b| b as i32), layers: dims[2] as i32 })
     }
@@ -94,7 +96,7 @@ impl OccupancyKernel {
             &self.0,
             items,
             group,
-            &[voxels, view, &blocks_u, &blocks_v, &reach.below, &reach.above, &occupancy.limits],
+            &[voxels, view, &blocks_u, &blocks_v, &reach.rows, &reach.below, &reach.above, &occupancy.limits],
         )
     }
 }

@@ -1,8 +1,7 @@
 //! Launcher of point_lattice.cl.
 
-use super::lattice::tile_defines;
 use super::params::{Float4, RayLatticeParams, SampleParams, VolumeView};
-use super::{VoxelBuffer, launch};
+use super::{VoxelBuffer, launch, voxel_defines};
 use crate::device::{Buffer, Device, program::source};
 use crate::error::Error;
 use crate::volume::VoxelType;
@@ -32,7 +31,9 @@ impl PointLatticeKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
         let source =
             source!("point_lattice", "volume", "ray_lattice", "elementary", "table_entries", "shading", "preintegration");
-        Ok(Self(device.kernel(&source, &tile_defines(device, voxel_type))?))
+        let tuning = device.tuning();
+        let voxels = voxel_defines(voxel_type, tuning.vector_width);
+        Ok(Self(device.kernel(&source, &format!("{voxels} -DTILE_ROWS={}", tuning.point_tile_rows))?))
     }
 
     pub fn launch(&self, device: &Device, a: &PointLatticeArguments) -> Result<(), Error> {
