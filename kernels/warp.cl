@@ -16,24 +16,28 @@ typedef struct {
     int width, height; // of the lattice
     int columns, rows; // of the frame
     float forward;     // sign of w in front of the eye
-    int tile_columns, tile_rows; // of `active_samples`, in samples; 0: not known, look everywhere
+    int tile_columns, tile_rows; // samples of a tile
+    int counts;        // of active samples, per tile
 } WarpParams;
 CHECK_SIZE(WarpParams, WARP_PARAMS_BYTES);
 
 inline float4 catmull_rom(float t) {
-    const float t2 = t * t, t3 = t2 * t;
-    return (float4)(-0.5f * t3 + t2 - 0.5f * t, 1.5f * t3 - 2.5f * t2 + 1.0f, -1.5f * t3 + 2.0f * t2 + 0.5f * t,
-                    0.5f * t3 - 0.5f * t2);
+    const float4 cubic = (float4)(-0.5f, 1.5f, -1.5f, 0.5f), square = (float4)(1.0f, -2.5f, 2.0f, -0.5f);
+    const float4 linear = (float4)(-0.5f, 0.0f, 0.5f, 0.0f), whole = (float4)(0.0f, 1.0f, 0.0f, 0.0f);
+    return ((cubic * t + square) * t + linear) * t + whole;
 }
 
-inline float4 mix_row(__global const float4 *row, float4 w) {
-    return w.x * row[0] + w.y * row[1] + w.z * row[2] + w.w * row[3];
-}
+// Four neighbouring samples at once: half the time of one after another.
+typedef float16 __attribute__((aligned(16))) Four;
+#define FOUR_AT(p) (*(__global const Four *)(p))
 
 // The 4 x 4 samples from (column, row) on, all in the lattice.
 inline float4 mix_inside(__global const float4 *corner, int width, float4 wu, float4 wv) {
-    return wv.x * mix_row(corner, wu) + wv.y * mix_row(corner + width, wu) + wv.z * mix_row(corner + 2 * width, wu) +
-           wv.w * mix_row(corner + 3 * width, wu);
+    const float16 rows = wv.x * FOUR_AT(corner) + wv.y * FOUR_AT(corner + width) + wv.z * FOUR_AT(corner + 2 * width) +
+                         wv.w * FOUR_AT(corner + 3 * width);
+    const float16 weighted = rows * (float16)(wu.xxxx, wu.yyyy, wu.zzzz, wu.wwww);
+    const float8 pairs = weighted.lo + weighted.hi;
+    return pairs.lo + pairs.hi;
 }
 
 // The same where some of them are beyond it, and transparent.
@@ -49,12 +53,15 @@ inline float4 mix_edge(__global const float4 *lattice, int width, int height, in
 // Where a pixel lies in the lattice: (column, row, w), w > 0 where it is in front of the eye.
 inline float3 place(const WarpParams *p, float x, float y) {
     const float *m = p->from_screen;
+    // Parallel views need no division.
+    if (m[6] == 0.0f && m[7] == 0.0f)
+        return (float3)(m[0] * x + m[1] * y + m[2], m[3] * x + m[4] * y + m[5], 1.0f);
     const float w = (m[6] * x + m[7] * y + m[8]) * p->forward;
     const float scale = p->forward / w;
     return (float3)((m[0] * x + m[1] * y + m[2]) * scale, (m[3] * x + m[4] * y + m[5]) * scale, w);
 }
 
-inline float4 warped(__global const float4 *lattice, const WarpParams *p, float x, float y) {
+ALWAYS_INLINE float4 warped(__global const float4 *lattice, const WarpParams *p, float x, float y) {
     const float3 at = place(p, x, y);
     if (!(at.z > 0.0f && at.x > -2.0f && at.x < p->width + 1.0f && at.y > -2.0f && at.y < p->height + 1.0f))
         return 0.0f;
@@ -88,7 +95,8 @@ inline bool nothing_under(__global const float4 *lattice, __global const uint *a
     bool active = false;
     for (int j = top / p->tile_rows; j <= bottom / p->tile_rows; j++)
         for (int i = first / p->tile_columns; i <= last / p->tile_columns; i++)
-            active |= active_samples[j * tiles_u + i] != 0;
+            for (int n = 0; n < p->counts; n++)
+                active |= active_samples[(j * tiles_u + i) * p->counts + n] != 0;
     if (!active || (last - first) * (bottom - top) > BLOCK_COLUMNS * BLOCK_ROWS)
         return !active;
     // Fewer samples than pixels: tiles are large on the screen, and looking at each sample pays.
@@ -116,7 +124,7 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
         return;
     const int right = min(left + BLOCK_COLUMNS, p.columns), bottom = min(top + BLOCK_ROWS, p.rows);
     const bool nothing =
-        p.tile_columns && nothing_under(lattice, active_samples, &p, left + 0.5f, right - 0.5f, top + 0.5f, bottom - 0.5f);
+        nothing_under(lattice, active_samples, &p, left + 0.5f, right - 0.5f, top + 0.5f, bottom - 0.5f);
     for (int line = top; line < bottom; line++) {
         __global PIXEL *out = picture + (size_t)line * p.columns;
         if (nothing) {

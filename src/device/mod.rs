@@ -2,11 +2,13 @@
 
 mod buffer;
 pub(crate) mod launch;
+mod pinning;
 mod program;
 mod selection;
 mod tuning;
 
 pub(crate) use buffer::Buffer;
+pub use pinning::pin_cpu_threads;
 pub use selection::{DeviceChoice, DeviceInfo, DeviceKind};
 pub use tuning::Tuning;
 

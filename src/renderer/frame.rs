@@ -106,11 +106,14 @@ impl Renderer {
             Plan::Direct(_) => return None,
         };
         let tuning = self.device.tuning();
-        let tile = match (plan, classification) {
-            // Tiles of one phase are spread over the lattice.
-            (Plan::Lattice(_), Classification::Post(_)) => [0; 2],
-            (_, Classification::Post(_)) => [tuning.vector_width, tuning.tile_rows],
-            (_, Classification::Preintegrated { .. }) => [tuning.vector_width, tuning.point_tile_rows],
+        let (tile, counts) = match (plan, classification) {
+            // The tiles of all phases lie between each other.
+            (Plan::Lattice(l), Classification::Post(_)) => {
+                let [m_u, m_v] = l.phases();
+                ([tuning.tile_columns() * m_u, tuning.tile_rows * m_v], m_u * m_v)
+            }
+            (_, Classification::Post(_)) => ([tuning.vector_width, tuning.tile_rows], 1),
+            (_, Classification::Preintegrated { .. }) => ([tuning.vector_width, tuning.point_tile_rows], 1),
         };
         Some(WarpParams {
             from_screen: from_screen.transpose().to_cols_array().map(|m| m as f32),
@@ -118,6 +121,7 @@ impl Renderer {
             frame: [viewport.width as i32, viewport.height as i32],
             forward,
             tile: tile.map(|n| n as i32),
+            counts: counts as i32,
         })
     }
 

@@ -25,7 +25,7 @@ impl WarpedPixel for [u8; 4] {
 /// What [`WarpKernel`] reads.
 pub(crate) struct WarpArguments<'a> {
     pub lattice: &'a Buffer<Float4>,
-    /// One count per tile; read only if the parameters tell the tile's size.
+    /// `params.counts` per tile.
     pub active_samples: &'a Buffer<u32>,
     pub params: WarpParams,
     /// See [`PresentKernel::launch`]; of no use to floats.
