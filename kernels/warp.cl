@@ -54,7 +54,7 @@ inline float4 mix_edge(__global const float4 *lattice, int width, int height, in
 inline float3 place(const WarpParams *p, float x, float y) {
     const float *m = p->from_screen;
     // Parallel views need no division.
-    if (m[6] == 0.0f && m[7] == 0.0f)
+    if (m[6] == 0.0f && m[7] == 0.0f && m[8] == 1.0f)
         return (float3)(m[0] * x + m[1] * y + m[2], m[3] * x + m[4] * y + m[5], 1.0f);
     const float w = (m[6] * x + m[7] * y + m[8]) * p->forward;
     const float scale = p->forward / w;

@@ -1,4 +1,5 @@
 //! What the benches render: built-in volumes, and the paper's data sets where they are at hand.
+#![allow(dead_code, reason = "each bench uses its own part")]
 
 use layersplat::{Camera, Device, DeviceChoice, Orbit, RawOptions, Renderer, TransferFunction, Viewport, Volume};
 use std::path::PathBuf;
