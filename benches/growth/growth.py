@@ -1,0 +1,113 @@
+"""Time against active samples, viewport and volume, and what empty space costs. growth.py WORK"""
+
+import json
+import pathlib
+import subprocess
+import sys
+
+import matplotlib
+import numpy
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+WORK = pathlib.Path(sys.argv[1])
+LAYERSPLAT = ROOT / "target/release/layersplat"
+FRAMES = 25
+VIEWPORTS = [256, 512, 1024, 2048]
+VOLUMES = [64, 128, 256, 512]
+THRESHOLDS = [200, 140, 100, 70, 50, 35, 25, 15, 8, 4, 2]
+# 0.5 % of 512 cubed are the voxels of a ball of this radius.
+SIDE, RADIUS = 512, 54
+
+
+def bench(volume, *options):
+    command = [LAYERSPLAT, "bench", volume, "--frames", FRAMES, "--json", *options]
+    result = subprocess.run([str(c) for c in command], capture_output=True, text=True)
+    if result.returncode:
+        sys.exit(f"{command}\n{result.stderr}")
+    return json.loads(result.stdout.splitlines()[-1])
+
+
+def thin_fog(threshold):
+    """Everything above a threshold, so thin that no ray ends early."""
+    path = WORK / f"fog_{threshold}.json"
+    points = [0, 0, threshold - 1, 0, threshold, 0.01, 255, 0.01]
+    opacities = [n for i in range(0, len(points), 2) for n in (points[i], points[i + 1], 0.5, 0)]
+    path.write_text(json.dumps([{"Name": "fog", "RGBPoints": [0, 0.2, 0.4, 1, 255, 1, 0.6, 0.2], "Points": opacities}]))
+    return path
+
+
+def ball(side):
+    """A ball in the middle of a cube of voxels, as a raw file."""
+    path = WORK / f"ball_{side}x{side}x{side}_uint8.raw"
+    if not path.exists():
+        x = numpy.arange(side, dtype=numpy.float32) - (side - 1) / 2
+        plane = x[:, None] ** 2 + x[None, :] ** 2
+        with open(path, "wb") as file:
+            for z in x:
+                distance = numpy.sqrt(plane + z * z)
+                file.write(numpy.clip(64 * (RADIUS + 2 - distance), 0, 255).astype(numpy.uint8).tobytes())
+    return path
+
+
+def row(label, b):
+    return [label, f"{b['active_samples']:,}", f"{b['median_ms']:.2f}", f"{b['cpu_ms']:.2f}"]
+
+
+def table(first, rows):
+    head = [first, "active samples", "median ms", "CPU ms"]
+    return "\n".join("| " + " | ".join(r) + " |" for r in [head, ["---"] * 4, *rows])
+
+
+def panel(axis, x, y, title, label, proportional):
+    """`proportional`: turns x into what the time should at most be proportional to."""
+    axis.loglog(x, y, "o-", color="#1f6f8b")
+    reference = numpy.array([proportional(v) for v in x], float)
+    axis.loglog(x, y[-1] * reference / reference[-1], "--", color="#999999", linewidth=1)
+    axis.set_title(title, fontsize=10)
+    axis.set_xlabel(label)
+    axis.set_ylabel("median ms per frame")
+    axis.grid(True, which="major", color="#dddddd")
+
+
+def main():
+    fog = [bench("builtin:hydrogen@128", "--transfer", thin_fog(t)) for t in THRESHOLDS]
+    sizes = [bench("builtin:hydrogen@128", "--size", f"{n}x{n}") for n in VIEWPORTS]
+    volumes = [bench(f"builtin:hydrogen@{n}") for n in VOLUMES]
+    box = 2 * (RADIUS + 4)
+    scale = ["--parallel-scale", SIDE * 3**0.5 / 2, "--transfer", thin_fog(128)]
+    whole, cropped = bench(ball(SIDE), *scale), bench(ball(box), *scale)
+
+    figure, axes = plt.subplots(1, 3, figsize=(12, 3.6), constrained_layout=True)
+    times = lambda results: [b["median_ms"] for b in results]  # noqa: E731
+    panel(axes[0], [b["active_samples"] for b in fog], times(fog), "active samples, 128³, 512²", "active samples", float)
+    panel(axes[1], VIEWPORTS, times(sizes), "viewport, 128³", "pixels per side", lambda n: n**2)
+    panel(axes[2], VOLUMES, times(volumes), "volume, 512²", "voxels per side", lambda n: n**3)
+    figure.savefig(ROOT / "docs/images/growth.png", dpi=110)
+
+    text = "\n\n".join(
+        [
+            f"Printed by `benches/growth/run`; `standard`, shaded, medians of {FRAMES} frames on {whole['device']}. Dashed: proportional to "
+            "active samples, pixels, voxels.",
+            "![Time against active samples, viewport and volume](images/growth.png)",
+            "**Active samples.** Built-in hydrogen, 128³, thin fog above a falling threshold:",
+            table("threshold", [row(str(t), b) for t, b in zip(THRESHOLDS, fog)]),
+            "**Viewport.** Built-in hydrogen, 128³:",
+            table("pixels", [row(f"{n}²", b) for n, b in zip(VIEWPORTS, sizes)]),
+            "**Volume.** Built-in hydrogen in 512² pixels:",
+            table("voxels", [row(f"{n}³", b) for n, b in zip(VOLUMES, volumes)]),
+            f"**Empty space.** A ball that is 0.5 % of 512³ voxels, and the same cropped to its box, at one scale: the whole takes "
+            f"{whole['median_ms'] / cropped['median_ms']:.2f} times as long.",
+            table("volume", [row(f"{SIDE}³", whole), row(f"{box}³", cropped)]),
+        ]
+    )
+    page = ROOT / "docs/performance.md"
+    begin, end = "<!-- growth -->\n", "\n<!-- /growth -->"
+    before, rest = page.read_text().split(begin)
+    page.write_text(before + begin + text + end + rest.split(end)[1])
+    print(text)
+
+
+main()
