@@ -5,8 +5,8 @@ inline void limits_of(__global const VOXEL *limits, float offset, int blocks_u, 
                       int c, float *lo, float *hi) {
     for (int j = from; j <= to; j++) {
         __global const VOXEL *limit = limits + 2 * (((size_t)j * blocks_v + c) * blocks_u + b);
-        *lo = fmin(*lo, convert_float(limit[0]) - offset);
-        *hi = fmax(*hi, convert_float(limit[1]) - offset);
+        *lo = MIN(*lo, convert_float(limit[0]) - offset);
+        *hi = MAX(*hi, convert_float(limit[1]) - offset);
     }
 }
 
@@ -14,8 +14,8 @@ inline bool any_visible(float lo, float hi, float table_first, float table_per_v
                         __global const uint *visible_before) {
     // Weights sum to 1 only to rounding: a little more on either side, relative to the values and in entries. No
     // more: a volume is full of its smallest value, which often is the last invisible one.
-    const float slack = 2e-5f * fmax(fabs(lo), fabs(hi)), last = table_last;
-    const int first = clamp((lo - slack - table_first) * table_per_value + 0.48f, 0.0f, last);
-    const int end = clamp((hi + slack - table_first) * table_per_value + 0.52f, 0.0f, last);
+    const float slack = 2e-5f * MAX(fabs(lo), fabs(hi)), last = table_last;
+    const int first = CLAMP((lo - slack - table_first) * table_per_value + 0.48f, 0.0f, last);
+    const int end = CLAMP((hi + slack - table_first) * table_per_value + 0.52f, 0.0f, last);
     return visible_before[end + 1] > visible_before[first];
 }

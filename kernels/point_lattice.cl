@@ -187,13 +187,14 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     const int back = p.layer_step > 0 ? 0 : 1; // a ray enters slab q at layer q-1+back
     int open = (1 << rows) - 1;                // rows that are not opaque yet
     int chunk = -1, chunk_bits = 0;
-    for (int n = 0; n < slabs && open; n++) {
-        const int q = back ? slabs - 1 - n : n;
+    const int first = p.culling ? p.first_slab : 0, last = p.culling ? p.last_slab : slabs - 1;
+    for (int n = 0; n <= last - first && open; n++) {
+        const int q = back ? last - n : first + n;
         if (p.culling) {
             int u0, u1, v0, v1;
             if (q >> 3 != chunk) {
                 chunk = q >> 3;
-                const int other = back ? q & ~7 : min(q | 7, slabs - 1);
+                const int other = back ? max(q & ~7, first) : min(q | 7, last);
                 int u2, u3, v2, v3;
                 voxels_below(first_u, last_u, q - 1 + back - p.centre_layer, &u0, &u1);
                 voxels_below(first_u, last_u, other - 1 + back - p.centre_layer, &u2, &u3);

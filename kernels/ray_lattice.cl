@@ -9,6 +9,8 @@ typedef struct {
     int layer_step;         // +1 or -1
     int culling;            // 0: visit every layer, to test that culling changes nothing
     float centre_layer;     // k_c
-    float visible_from, visible_to; // point-sampled layers: values between which lies all opacity
+    // Point-sampled layers: values between which lies all opacity, and slabs between which lies all that shows any.
+    float visible_from, visible_to;
+    int first_slab, last_slab;
 } RayLatticeParams;
 CHECK_SIZE(RayLatticeParams, RAY_LATTICE_PARAMS_BYTES);

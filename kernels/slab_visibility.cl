@@ -12,17 +12,18 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
     if (chunk > layers >> 3)
         return;
     int bits = 0;
-    for (int i = 0; i < 8; i++) {
-        const int q = 8 * chunk + i;
-        if (q > layers)
-            break;
-        const bool outer = q == 0 || q == layers;
-        float lo = outer ? background : INFINITY, hi = outer ? background : -INFINITY;
-        const int from = max(q - 1, 0), to = min(q, layers - 1);
-        for (int y = max(c - around, 0); y <= min(c + around, blocks_v - 1); y++)
-            for (int x = max(b - around, 0); x <= min(b + around, blocks_u - 1); x++)
-                limits_of(limits, offset, blocks_u, blocks_v, from, to, x, y, &lo, &hi);
-        bits |= any_visible(lo, hi, table_first, table_per_value, table_last, visible_before) << i;
+    float last_lo = 0.0f, last_hi = 0.0f; // of the layer before
+    for (int q = 8 * chunk - 1; q < min(8 * chunk + 8, layers + 1); q++) {
+        const bool outside = q < 0 || q >= layers;
+        float lo = outside ? background : INFINITY, hi = outside ? background : -INFINITY;
+        if (!outside)
+            for (int y = max(c - around, 0); y <= min(c + around, blocks_v - 1); y++)
+                for (int x = max(b - around, 0); x <= min(b + around, blocks_u - 1); x++)
+                    limits_of(limits, offset, blocks_u, blocks_v, q, q, x, y, &lo, &hi);
+        if (q >= 8 * chunk)
+            bits |= any_visible(MIN(lo, last_lo), MAX(hi, last_hi), table_first, table_per_value, table_last, visible_before)
+                    << (q & 7);
+        last_lo = lo, last_hi = hi;
     }
     visible[get_global_id(0)] = bits;
 }

@@ -96,7 +96,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         renderer.set_transfer_function(&scene.transfer);
         timed(&mut renderer, 0.0)?;
         transfer_changes.push(milliseconds(started));
-        // Across the 45° line: the other layer axis.
+    }
+    // Across the 45° line and back, once for all that the two layer axes need.
+    timed(&mut renderer, 50.0)?;
+    for _ in 0..CHANGES {
         timed(&mut renderer, 40.0)?;
         axis_changes.push(timed(&mut renderer, 50.0)?);
     }

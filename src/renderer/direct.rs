@@ -89,7 +89,7 @@ impl Renderer {
             device,
             &PointDirectArguments {
                 voxels: kept.uploaded(),
-                visible: known.map(|a| kept.slabs_visible(a, true)),
+                visible: known.map(|a| &kept.slabs_visible(a, true).bits),
                 integrals: &kept.integrals().nodes,
                 params,
                 sample,

@@ -46,8 +46,16 @@ pub(super) struct Table {
     pub visible_entries: [i32; 2],
     visible: [Option<Buffer<u8>>; 3],
     /// Bits for rays that lean up to one voxel per layer, and for others, per layer axis.
-    slabs_visible: [[Option<Buffer<u8>>; 3]; 2],
+    slabs_visible: [[Option<SlabsVisible>; 3]; 2],
     integrals: Option<Integrals>,
+}
+
+/// Which blocks of which slabs can show anything.
+pub(super) struct SlabsVisible {
+    /// See kernels/slab_visibility.cl.
+    pub bits: Buffer<u8>,
+    /// First and last slab of the chunks in which any block can; the first is beyond the last if there is none.
+    pub slabs: [i32; 2],
 }
 
 /// The integrals of a transfer table on the device.
@@ -120,8 +128,8 @@ impl Kept {
         self.point_occupancies[axis.index()].as_ref().expect("prepare_points() made it")
     }
 
-    /// Bits per block and slab of a layer axis, for rays that lean up to one voxel per layer or for others.
-    pub fn slabs_visible(&self, axis: Axis, leaning: bool) -> &Buffer<u8> {
+    /// The visible blocks of a layer axis, for rays that lean up to one voxel per layer or for others.
+    pub fn slabs_visible(&self, axis: Axis, leaning: bool) -> &SlabsVisible {
         self.table().slabs_visible[usize::from(leaning)][axis.index()].as_ref().expect("prepare_points() made it")
     }
 
@@ -187,7 +195,9 @@ impl Kept {
                 let visibility = self.visibility(self.point_occupancy(axis));
                 let bits = Buffer::new(device, visibility.occupancy.slab_bytes(), "the visibility of blocks")?;
                 kernels.slab_visibility(device)?.launch(device, &visibility, rays.leaning, &bits)?;
-                self.table.as_mut().expect("made above").slabs_visible[usize::from(rays.leaning)][i] = Some(bits);
+                let slabs = visible_slabs(device, &bits, visibility.occupancy)?;
+                let visible = SlabsVisible { bits, slabs };
+                self.table.as_mut().expect("made above").slabs_visible[usize::from(rays.leaning)][i] = Some(visible);
             }
         }
         let offset = self.offset;
@@ -249,6 +259,17 @@ impl Kept {
         let frame = axis.frame();
         [frame.u, frame.v, frame.a].map(|i| self.dims[i])
     }
+}
+
+/// First and last slab of the chunks that have any bit.
+fn visible_slabs(device: &Device, bits: &Buffer<u8>, occupancy: &Occupancy) -> Result<[i32; 2], Error> {
+    let per_chunk = occupancy.blocks[0] as usize * occupancy.blocks[1] as usize;
+    let chunks = occupancy.layers as usize / 8 + 1;
+    let mut bytes = vec![0; chunks * per_chunk];
+    bits.read(device, &mut bytes)?;
+    let any = |chunk: &[u8]| chunk.iter().any(|&b| b != 0);
+    let ends = bytes.chunks(per_chunk).position(any).zip(bytes.chunks(per_chunk).rposition(any));
+    Ok(ends.map_or([0, -1], |(first, last)| [8 * first as i32, (8 * last as i32 + 7).min(occupancy.layers)]))
 }
 
 impl Table {

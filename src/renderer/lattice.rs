@@ -118,6 +118,7 @@ impl Renderer {
             culling: i32::from(settings.culling),
             centre_layer: lattice.centre_layer() as f32,
             visible: [0.0; 2],
+            slabs: [0; 2],
         };
         scratch.active_count = tiles[0] as usize * tiles[1] as usize;
         at_least(&mut scratch.active_samples, device, scratch.active_count, "the sample counts")?;

@@ -70,6 +70,7 @@ impl Renderer {
             culling: i32::from(settings.culling),
             centre_layer: lattice.centre_layer as f32,
             visible: kept.integrals().visible_values,
+            slabs: kept.slabs_visible(axis, lattice.leaning).slabs,
         };
         scratch.active_count = tiles[0] as usize * tiles[1] as usize;
         at_least(&mut scratch.active_samples, device, scratch.active_count, "the sample counts")?;
@@ -84,7 +85,7 @@ impl Renderer {
                 voxels,
                 view,
                 crossings: [0, 1].map(|i| scratch.crossings[i].as_ref().expect(written)),
-                visible: kept.slabs_visible(axis, lattice.leaning),
+                visible: &kept.slabs_visible(axis, lattice.leaning).bits,
                 integrals: &kept.integrals().nodes,
                 params,
                 sample,

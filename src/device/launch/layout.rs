@@ -137,7 +137,7 @@ pub(crate) struct VisibilityKernel(Kernel);
 
 impl VisibilityKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
-        Ok(Self(device.kernel(&source!("visibility", "volume", "opacity_range"), &voxel_defines(voxel_type, 1))?))
+        Ok(Self(device.kernel(&source!("visibility", "volume", "elementary", "opacity_range"), &voxel_defines(voxel_type, 1))?))
     }
 
     /// `flags` takes [`Occupancy::flags`] bytes.
@@ -151,7 +151,9 @@ pub(crate) struct SlabVisibilityKernel(Kernel);
 
 impl SlabVisibilityKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
-        Ok(Self(device.kernel(&source!("slab_visibility", "volume", "opacity_range"), &voxel_defines(voxel_type, 1))?))
+        Ok(Self(
+            device.kernel(&source!("slab_visibility", "volume", "elementary", "opacity_range"), &voxel_defines(voxel_type, 1))?,
+        ))
     }
 
     /// `leaning`: for rays that lean more than one voxel per layer. `bits` takes [`Occupancy::slab_bytes`].

@@ -75,7 +75,7 @@ shared_struct! {
 
 shared_struct! {
     /// See `RayLatticeParams` in kernels/ray_lattice.cl.
-    RayLatticeParams, RAY_LATTICE_PARAMS_BYTES, 44 {
+    RayLatticeParams, RAY_LATTICE_PARAMS_BYTES, 52 {
         size: [i32; 2],
         tiles: [i32; 2],
         blocks: [i32; 2],
@@ -83,6 +83,7 @@ shared_struct! {
         culling: i32,
         centre_layer: f32,
         visible: [f32; 2],
+        slabs: [i32; 2],
     }
 }
 
