@@ -237,21 +237,20 @@ impl QualityOptions {
             };
             return Ok(Classification::Preintegrated { samples_per_layer: self.sublayers.unwrap_or(points) });
         }
-        Ok(Classification::Post(match (self.correction, self.sublayers) {
-            (None | Some(CorrectionName::Sublayers), Some(n)) => Correction::SubLayers(n),
-            (Some(CorrectionName::Sublayers), None) => Correction::SubLayers(own.samples_per_layer().max(2)),
-            (Some(CorrectionName::None), None) => Correction::None,
-            (Some(CorrectionName::Constant), None) => Correction::Constant,
+        Ok(match (self.correction, self.sublayers) {
+            (None, None) => match own {
+                Classification::Post(_) => own,
+                Classification::Preintegrated { .. } => self.quality.splatted(),
+            },
+            (None | Some(CorrectionName::Sublayers), Some(n)) => Classification::Post(Correction::SubLayers(n)),
+            (Some(CorrectionName::Sublayers), None) => {
+                Classification::Post(Correction::SubLayers(own.samples_per_layer().max(2)))
+            }
+            (Some(CorrectionName::None), None) => Classification::Post(Correction::None),
+            (Some(CorrectionName::Constant), None) => Classification::Post(Correction::Constant),
             (Some(_), Some(_)) => {
                 return conflict("--sublayers goes with --correction sublayers only: leave one of them out");
             }
-            // The bundles' own corrections, from before they were pre-integrated: these are the best for the time.
-            (None, None) => match (own, self.quality) {
-                (Classification::Post(correction), _) => correction,
-                (_, Quality::Draft) => Correction::Constant,
-                (_, Quality::High) => Correction::SubLayers(4),
-                _ => Correction::SubLayers(2),
-            },
-        }))
+        })
     }
 }

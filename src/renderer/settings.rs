@@ -114,22 +114,33 @@ impl Default for Settings {
 }
 
 /// Bundles of settings.
+///
+/// `draft`, `standard` and `high` are pre-integrated: nearer to the integral than splat sums with sub-layers, in a third
+/// of the time (docs/fidelity.md, docs/performance.md).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quality {
-    /// One sample per voxel, constant κ: the fastest.
+    /// One sample per voxel and layer: the fastest.
     Draft,
-    /// As fine as the screen (up to 1.6 pixels between samples of voxels that cover more than two), two sub-layers: what
-    /// is best for the time.
+    /// [`Density::Relaxed`], one sample per layer: what is best for the time.
     #[default]
     Standard,
-    /// At least three samples per voxel, four sub-layers.
+    /// [`Density::Fine`], two samples per layer.
     High,
     /// The paper to the letter: per pixel, its footprint set, constant κ.
     Paper,
 }
 
 impl Quality {
+    /// Classification after interpolation, with the correction that is best for the time of this bundle.
+    pub fn splatted(self) -> Classification {
+        Classification::Post(match self {
+            Quality::Draft | Quality::Paper => Correction::Constant,
+            Quality::Standard => Correction::SubLayers(2),
+            Quality::High => Correction::SubLayers(4),
+        })
+    }
+
     /// The settings of the bundle.
     pub fn settings(self) -> Settings {
         let lattice = |density, samples_per_layer| {
@@ -139,7 +150,7 @@ impl Quality {
             Quality::Draft => lattice(Density::Fixed(1), 1),
             Quality::Standard => lattice(Density::Relaxed, 1),
             Quality::High => lattice(Density::Fine, 2),
-            Quality::Paper => (Evaluation::Direct, Footprints::Set, Classification::Post(Correction::Constant)),
+            Quality::Paper => (Evaluation::Direct, Footprints::Set, self.splatted()),
         };
         Settings {
             layer_axis: LayerAxis::Auto,
