@@ -1,129 +1,53 @@
 // Layered rendering with point-sampled layers, on the lattice of any view.
 //
 // A layer is sampled where the rays cross it: P = sum of voxels x f(u) f(v), the reconstructed field itself, since of all
-// kernels only the layer's own reach its plane. Between two layers the classification is pre-integrated. Further
-// samples between the layers mix the two with f (paper, Eq. 1).
-// Both factors are small: per voxel row the u factor is applied to all columns of a tile at once (a resampled row), and
-// per lattice row the v factor mixes two of these. One work-item per tile of VW x TILE_ROWS samples, id =
-// tile_v*tiles_u + tile_u. Sub-layer l = 0 ... (n+1) S, S samples per layer, lies at k = l/S - 1.
-// lattice[J*width + I] = RGBA; crossings_u is padded to whole tiles.
+// kernels only the layer's own reach its plane (point_layer.cl). Between two samples the classification is pre-integrated.
+// One work-item per tile of VW x TILE_ROWS samples, id = tile_v*tiles_u + tile_u. lattice[J*width + I] = RGBA;
+// crossings_u is padded to whole tiles. visible: a bit per block and slab, from slab_visibility.cl.
 
-#ifndef TILE_ROWS
-#define TILE_ROWS 8 // samples along v
-#endif
-// Voxels between neighbouring samples, at most; the plan sees to it.
-#define VOXELS_PER_SAMPLE 2
-// Voxel rows and columns under a tile: the window of a sample is -1 ... 2 for central differences.
-#define ROWS (VOXELS_PER_SAMPLE * TILE_ROWS + 4)
-#define SEGMENT_VECTORS ((VOXELS_PER_SAMPLE * VW + 4 + VW - 1) / VW)
-// Sub-layers held at a time: a power of two, at least 2 S + 2 for central differences along the axis.
-#define RING 8
-
-// Where a tile's rows cross the middle layer, padded to whole vectors.
-#define PADDED_ROWS ((TILE_ROWS + VW - 1) / VW * VW)
+// The rays of a tile: its columns, its rows, and the outermost of both.
 typedef struct {
-    float centre[PADDED_ROWS], shear[PADDED_ROWS];
-} TileRows;
+    realv centre_u, shear_u;
+    TileRows v;
+    int rows, columns;
+    float2 first_u, last_u, first_v, last_v;
+} Tile;
 
-// One sub-layer under a tile.
+inline Tile tile_of(__global const float2 *crossings_u, __global const float2 *crossings_v, int rows, int columns) {
+    Tile tile;
+    tile.rows = rows, tile.columns = columns;
+    float lanes[2 * VW];
+    for (int i = 0; i < VW; i++)
+        lanes[i] = crossings_u[i].x, lanes[VW + i] = crossings_u[i].y;
+    tile.centre_u = LOADV(lanes), tile.shear_u = LOADV(lanes + VW);
+    for (int r = 0; r < PADDED_ROWS; r++) {
+        const float2 crossing = crossings_v[min(r, rows - 1)];
+        tile.v.centre[r] = crossing.x, tile.v.shear[r] = crossing.y;
+    }
+    tile.first_u = crossings_u[0], tile.last_u = crossings_u[columns - 1];
+    tile.first_v = crossings_v[0], tile.last_v = crossings_v[rows - 1];
+    return tile;
+}
+
+// Voxels [u0, u1] x [v0, v1].
 typedef struct {
-    int held;                           // which one
-    realv field[TILE_ROWS];             // at the samples
-    int row[PADDED_ROWS] __attribute__((aligned(64))); // of `value`: the voxel row below the samples
-    float rise[PADDED_ROWS];            // weight of the next
-    realv value[ROWS], difference[ROWS]; // resampled voxel rows, and twice their central differences along u
-} Layer;
+    int u0, u1, v0, v1;
+} Window;
 
-// First and last voxel below the rays between two crossings.
-inline void voxels_below(float2 one, float2 other, float depth, int *lo, int *hi) {
-    const float a = one.x + depth * one.y, b = other.x + depth * other.y;
-    *lo = whole_below(MIN(a, b));
-    *hi = whole_below(MAX(a, b));
+// The voxels below a tile's rays at a plane.
+inline Window window_at(const Tile *tile, float depth) {
+    Window w;
+    voxels_below(tile->first_u, tile->last_u, depth, &w.u0, &w.u1);
+    voxels_below(tile->first_v, tile->last_v, depth, &w.v0, &w.v1);
+    return w;
 }
 
-// How voxel rows are resampled for a tile's columns.
-typedef struct {
-    intv offset;  // of the voxel below each column, in the segment
-    realv rise;   // weight of the next voxel
-    int vectors;  // of the segment
-    int shading;
-} Columns;
-
-ALWAYS_INLINE void resample_row(const float *segment, const Columns *c, realv *value, realv *difference) {
-    const realv v0 = PICK(segment, c->vectors, c->offset), v1 = PICK(segment, c->vectors, c->offset + 1);
-    *value = v0 + c->rise * (v1 - v0);
-    if (c->shading) {
-        const realv lo = v1 - PICK(segment, c->vectors, c->offset - 1), hi = PICK(segment, c->vectors, c->offset + 2) - v0;
-        *difference = lo + c->rise * (hi - lo);
-    }
-}
-
-// Samples sub-layer l. `u`: the columns, `tile_v`: the rows of the tile.
-inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p,
-                         int samples_per_layer, int l, realv u, const TileRows *tile_v, int rows, int shading,
-                         Layer *layer) {
-    layer->held = l;
-    const int k = (l + samples_per_layer) / samples_per_layer - 2;
-    const int between = l - (k + 1) * samples_per_layer;
-    const float depth = k + (float)between / samples_per_layer - p->centre_layer;
-    int first_row, last_row;
-    voxels_below((float2)(tile_v->centre[0], tile_v->shear[0]),
-                 (float2)(tile_v->centre[rows - 1], tile_v->shear[rows - 1]), depth, &first_row, &last_row);
-    first_row -= 1, last_row += 2;
-    for (int r = 0; r < TILE_ROWS; r += VW) {
-        const realv v = LOADV(tile_v->centre + r) + depth * LOADV(tile_v->shear + r);
-        const intv below = wholes_below(v);
-        *(intv *)(layer->row + r) = below - first_row;
-        STOREV(layer->rise + r, RISE(v - CONVERT_REALV(below)));
-    }
-    const intv below = wholes_below(u);
-    const realv rise = RISE(u - CONVERT_REALV(below));
-    const int *ends = (const int *)&below;
-    const int first = min(ends[0], ends[VW - 1]) - 1, span = max(ends[0], ends[VW - 1]) + 3 - first;
-    const intv offset = below - first;
-    const int vectors = (span + VW - 1) / VW;
-    const Columns columns = {offset, rise, vectors, shading};
-    const float next = RISE((float)between / samples_per_layer);
-    const bool inside = !between && k >= 0 && k < view->dims_a && first >= 0 && first + vectors * VW <= view->dims_u;
-    __global const VOXEL *start = voxels + k * view->stride_a + first;
-    for (int j = first_row; j <= last_row; j++) {
-        float segment[SEGMENT_VECTORS * VW];
-        if (inside && j >= 0 && j < view->dims_v) {
-            for (int c = 0; c < vectors; c++)
-                STOREV(segment + c * VW, LOAD_VOXELS(start + j * view->stride_v + c * VW) - view->offset);
-        } else {
-            load_row(voxels, view, first, j, k, vectors, segment);
-        }
-        if (between) {
-            float after[SEGMENT_VECTORS * VW];
-            load_row(voxels, view, first, j, k + 1, vectors, after);
-            for (int c = 0; c < vectors * VW; c += VW)
-                STOREV(segment + c, LOADV(segment + c) + next * (LOADV(after + c) - LOADV(segment + c)));
-        }
-        resample_row(segment, &columns, layer->value + (j - first_row), layer->difference + (j - first_row));
-    }
-    for (int r = 0; r < rows; r++) {
-        const realv *value = layer->value + layer->row[r];
-        layer->field[r] = value[0] + layer->rise[r] * (value[1] - value[0]);
-    }
-}
-
-// Twice the central differences in a sub-layer.
-inline void layer_differences(const Layer *layer, int r, realv *u, realv *v) {
-    const realv *value = layer->value + layer->row[r], *difference = layer->difference + layer->row[r];
-    const float rise = layer->rise[r];
-    *u += difference[0] + rise * (difference[1] - difference[0]);
-    const realv lo = value[1] - value[-1], hi = value[2] - value[0];
-    *v += lo + rise * (hi - lo);
-}
-
-// Whether the slabs of a chunk can show anything over voxels [u0, u1] x [v0, v1]: bit q % 8. A row of blocks is read
-// at once; more than eight are not looked at.
-inline int slabs_visible(__global const uchar *visible, const RayLatticeParams *p, int chunk, int u0, int u1, int v0,
-                         int v1) {
-    const int b0 = clamp(block_of(u0, BLOCK), 0, p->blocks_u - 1), b1 = clamp(block_of(u1, BLOCK), 0, p->blocks_u - 1);
-    const int c0 = clamp(block_of(v0, POINT_BLOCK_ROWS), 0, p->blocks_v - 1);
-    const int c1 = clamp(block_of(v1, POINT_BLOCK_ROWS), 0, p->blocks_v - 1);
+// Whether the slabs of a chunk can show anything over a window: bit q % 8. A row of blocks is read at once; more than
+// eight are not looked at.
+inline int slabs_visible(__global const uchar *visible, const RayLatticeParams *p, int chunk, Window w) {
+    const int b0 = clamp(block_of(w.u0, BLOCK), 0, p->blocks_u - 1), b1 = clamp(block_of(w.u1, BLOCK), 0, p->blocks_u - 1);
+    const int c0 = clamp(block_of(w.v0, POINT_BLOCK_ROWS), 0, p->blocks_v - 1);
+    const int c1 = clamp(block_of(w.v1, POINT_BLOCK_ROWS), 0, p->blocks_v - 1);
     if (b1 - b0 > 7)
         return 0xff;
     __global const uchar *block = visible + ((size_t)chunk * p->blocks_v + c0) * p->blocks_u + b0;
@@ -137,35 +61,57 @@ inline int slabs_visible(__global const uchar *visible, const RayLatticeParams *
     return bits & 0xff;
 }
 
+// Bits of the chunk of slabs that a tile is in.
+typedef struct {
+    int index, bits;
+} Chunk;
+
+// How many slabs from q on, up to `last` of a ray's order, can show nothing under a tile, as far as that is known: whole
+// chunks first, then a slab of its own. `enters`: 0 or 1, a ray enters slab q at layer q-1+enters.
+ALWAYS_INLINE int slabs_to_skip(__global const uchar *visible, const RayLatticeParams *p, const Tile *tile, int q,
+                                int last, int enters, Chunk *chunk) {
+    const float to_plane = enters - 1 - p->centre_layer;
+    if (q >> 3 != chunk->index) {
+        chunk->index = q >> 3;
+        const int end = enters ? max(q & ~7, last) : min(q | 7, last);
+        const Window a = window_at(tile, q + to_plane), b = window_at(tile, end + to_plane);
+        const Window both = {min(a.u0, b.u0), max(a.u1, b.u1), min(a.v0, b.v0), max(a.v1, b.v1)};
+        chunk->bits = slabs_visible(visible, p, chunk->index, both);
+        if (!chunk->bits)
+            return abs(end - q) + 1;
+    }
+    if (!(chunk->bits >> (q & 7) & 1))
+        return 1;
+    return !(slabs_visible(visible, p, chunk->index, window_at(tile, q + to_plane)) >> (q & 7) & 1);
+}
+
+// 0 where a tile's rays are beside the field's support at a plane, else 1.
+inline realv inside_support(const VolumeView *view, const Tile *tile, int r, float depth) {
+    const realv u = tile->centre_u + depth * tile->shear_u;
+    const float v = tile->v.centre[r] + depth * tile->v.shear[r];
+    const bool beside = v < -1.0f || v > view->dims_v;
+    return CONVERT_REALV(COUNT_IF(u >= -1.0f && u <= (realv)(view->dims_u))) * (beside ? 0.0f : 1.0f);
+}
+
+// Sub-layers held at a time: a power of two, at least 2 S + 2 for central differences along the axis.
+#define RING 8
+#define HELD(l) (&ring[(l) & (RING - 1)])
 // Samples a sub-layer of the kernel below unless the ring holds it.
 #define HOLD(l)                                                                                                        \
-    if (ring[(l) & (RING - 1)].held != (l))                                                                            \
-    sample_layer(voxels, &view, &p, s, l, centre_u + ((float)(l) / s - 1.0f - p.centre_layer) * shear_u, &tile_v,      \
-                 rows, sample.shading, &ring[(l) & (RING - 1)])
+    if (HELD(l)->held != (l))                                                                                          \
+    sample_layer(voxels, &view, &p, s, l, tile.centre_u + ((float)(l) / s - 1.0f - p.centre_layer) * tile.shear_u,     \
+                 &tile.v, tile.rows, sample.shading, HELD(l))
 
 __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const float2 *crossings_u,
                             __global const float2 *crossings_v, __global const uchar *visible,
                             __global const int4 *integrals, RayLatticeParams p, SampleParams sample,
                             __global float4 *lattice, __global uint *active_samples) {
-    const int tile = get_global_id(0);
-    if (tile >= p.tiles_u * p.tiles_v)
+    const int id = get_global_id(0);
+    if (id >= p.tiles_u * p.tiles_v)
         return;
-    const int column = tile % p.tiles_u * VW, row = tile / p.tiles_u * TILE_ROWS;
-    const int rows = min(TILE_ROWS, p.height - row), columns = min(VW, p.width - column);
-    crossings_u += column, crossings_v += row;
-    float lanes[2 * VW];
-    for (int i = 0; i < VW; i++)
-        lanes[i] = crossings_u[i].x, lanes[VW + i] = crossings_u[i].y;
-    const realv centre_u = LOADV(lanes), shear_u = LOADV(lanes + VW);
-    const float2 first_u = crossings_u[0], last_u = crossings_u[columns - 1];
-    const float2 first_v = crossings_v[0], last_v = crossings_v[rows - 1];
-
-    TileRows tile_v;
-    for (int r = 0; r < PADDED_ROWS; r++) {
-        const float2 crossing = crossings_v[min(r, rows - 1)];
-        tile_v.centre[r] = crossing.x, tile_v.shear[r] = crossing.y;
-    }
-
+    const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
+    const Tile tile = tile_of(crossings_u + column, crossings_v + row, min(TILE_ROWS, p.height - row),
+                              min(VW, p.width - column));
     Layer ring[RING];
     for (int i = 0; i < RING; i++)
         ring[i].held = INT_MIN;
@@ -175,87 +121,64 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     Node ends[TILE_ROWS]; // where the last stretch ended
     int ends_at[TILE_ROWS];
     intv active = 0;
-    for (int r = 0; r < rows; r++) {
-        const realv step_u = shear_u * sample.step_u;
-        const float step_v = crossings_v[r].y * sample.step_v;
+    for (int r = 0; r < tile.rows; r++) {
+        const realv step_u = tile.shear_u * sample.step_u;
+        const float step_v = tile.v.shear[r] * sample.step_v;
         dt[r] = sqrt(step_u * step_u + (step_v * step_v + sample.step_a * sample.step_a)) * sample.table_unit;
         gathered[r].r = gathered[r].g = gathered[r].b = 0.0f;
         gathered[r].t = 1.0f;
         ends_at[r] = INT_MIN;
     }
-    const int s = sample.inner_slabs, slabs = view.dims_a + 1;
-    const int back = p.layer_step > 0 ? 0 : 1; // a ray enters slab q at layer q-1+back
-    int open = (1 << rows) - 1;                // rows that are not opaque yet
-    int chunk = -1, chunk_bits = 0;
-    const int first = p.culling ? p.first_slab : 0, last = p.culling ? p.last_slab : slabs - 1;
-    for (int n = 0; n <= last - first && open; n++) {
-        const int q = back ? last - n : first + n;
-        if (p.culling) {
-            int u0, u1, v0, v1;
-            if (q >> 3 != chunk) {
-                chunk = q >> 3;
-                const int other = back ? max(q & ~7, first) : min(q | 7, last);
-                int u2, u3, v2, v3;
-                voxels_below(first_u, last_u, q - 1 + back - p.centre_layer, &u0, &u1);
-                voxels_below(first_u, last_u, other - 1 + back - p.centre_layer, &u2, &u3);
-                voxels_below(first_v, last_v, q - 1 + back - p.centre_layer, &v0, &v1);
-                voxels_below(first_v, last_v, other - 1 + back - p.centre_layer, &v2, &v3);
-                chunk_bits = slabs_visible(visible, &p, chunk, min(u0, u2), max(u1, u3), min(v0, v2), max(v1, v3));
-                if (!chunk_bits) {
-                    n += back ? q - other : other - q;
-                    continue;
-                }
-            }
-            if (!(chunk_bits >> (q & 7) & 1))
-                continue;
-            voxels_below(first_u, last_u, q - 1 + back - p.centre_layer, &u0, &u1);
-            voxels_below(first_v, last_v, q - 1 + back - p.centre_layer, &v0, &v1);
-            if (!(slabs_visible(visible, &p, chunk, u0, u1, v0, v1) >> (q & 7) & 1))
-                continue;
+
+    const int s = sample.inner_slabs, enters = p.layer_step > 0 ? 0 : 1;
+    const int lowest = p.culling ? p.first_slab : 0, highest = p.culling ? p.last_slab : view.dims_a;
+    int open = (1 << tile.rows) - 1; // rows that are not opaque yet
+    Chunk chunk = {-1, 0};
+    for (int n = 0; n <= highest - lowest && open; n++) {
+        const int q = enters ? highest - n : lowest + n;
+        const int skip =
+            p.culling ? slabs_to_skip(visible, &p, &tile, q, enters ? lowest : highest, enters, &chunk) : 0;
+        if (skip) {
+            n += skip - 1;
+            continue;
         }
         for (int i = 0; i < s; i++) {
-            const int l0 = back ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;
-            for (int l = min(l0, l1); l <= max(l0, l1); l++)
-                HOLD(l);
-            const Layer *front = &ring[l0 & (RING - 1)], *behind = &ring[l1 & (RING - 1)];
+            const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;
+            HOLD(l0);
+            HOLD(l1);
+            const Layer *front = HELD(l0), *behind = HELD(l1);
             int shown = 0;
-            for (int r = 0; r < rows; r++) {
+            for (int r = 0; r < tile.rows; r++) {
                 const realv from = front->field[r], to = behind->field[r];
                 shown |= ANY(MAX(from, to) >= p.visible_from && MIN(from, to) <= p.visible_to) << r;
             }
             shown &= open;
             if (!shown)
                 continue;
+            // All gradients before all look-ups: shorter loops overlap better, 5 % on engine.
             if (sample.shading) {
                 const int lo = min(l0, l1), hi = max(l0, l1);
                 HOLD(lo - s);
                 HOLD(hi - s);
                 HOLD(lo + s);
                 HOLD(hi + s);
-                const Layer *before_lo = &ring[(lo - s) & (RING - 1)], *before_hi = &ring[(hi - s) & (RING - 1)];
-                const Layer *after_lo = &ring[(lo + s) & (RING - 1)], *after_hi = &ring[(hi + s) & (RING - 1)];
-                for (int r = 0; r < rows; r++) {
+                const Layer *before_lo = HELD(lo - s), *before_hi = HELD(hi - s);
+                const Layer *after_lo = HELD(lo + s), *after_hi = HELD(hi + s);
+                for (int r = 0; r < tile.rows; r++) {
                     if (!(shown >> r & 1))
                         continue;
-                    realv u = 0.0f, v = 0.0f;
-                    layer_differences(front, r, &u, &v);
-                    layer_differences(behind, r, &u, &v);
-                    u *= 0.25f, v *= 0.25f;
+                    realv u, v;
+                    stretch_differences(front, behind, r, &u, &v);
                     const realv a = 0.25f * (after_lo->field[r] + after_hi->field[r] - before_lo->field[r] - before_hi->field[r]);
-                    lighting[r] = light_gradient(&sample, u, v, a - shear_u * u - crossings_v[r].y * v);
+                    lighting[r] = light_gradient(&sample, u, v, a - tile.shear_u * u - tile.v.shear[r] * v);
                 }
             }
-            for (int r = 0; r < rows; r++) {
+            for (int r = 0; r < tile.rows; r++) {
                 if (!(shown >> r & 1))
                     continue;
                 realv inside = 1.0f;
-                if (sample.background_visible) {
-                    const float depth = 0.5f * (l0 + l1) / s - 1.0f - p.centre_layer;
-                    const realv u = centre_u + depth * shear_u;
-                    const float v = crossings_v[r].x + depth * crossings_v[r].y;
-                    const bool beside = v < -1.0f || v > view.dims_v;
-                    inside = CONVERT_REALV(COUNT_IF(u >= -1.0f && u <= (realv)(view.dims_u))) * (beside ? 0.0f : 1.0f);
-                }
+                if (sample.background_visible)
+                    inside = inside_support(&view, &tile, r, 0.5f * (l0 + l1) / s - 1.0f - p.centre_layer);
                 if (ends_at[r] != l0)
                     ends[r] = node_of(&sample, integrals, front->field[r], l0 & 1);
                 const Node node = node_of(&sample, integrals, behind->field[r], l1 & 1);
@@ -269,13 +192,13 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     }
 
     uint total = 0;
-    for (int i = 0; i < columns; i++)
+    for (int i = 0; i < tile.columns; i++)
         total += ((const int *)&active)[i];
-    active_samples[tile] = total;
-    for (int r = 0; r < rows; r++) {
+    active_samples[id] = total;
+    for (int r = 0; r < tile.rows; r++) {
         __global float4 *out = lattice + (size_t)(row + r) * p.width + column;
         const float *g = (const float *)&gathered[r];
-        for (int i = 0; i < columns; i++)
+        for (int i = 0; i < tile.columns; i++)
             out[i] = (float4)(g[i], g[VW + i], g[2 * VW + i], 1.0f - g[3 * VW + i]);
     }
 }

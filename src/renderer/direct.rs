@@ -1,10 +1,11 @@
 //! Frames per screen pixel.
 
 use super::Renderer;
-use super::kept::{PointRays, at_least, filled, upload_strides};
+use super::kept::{at_least, filled, upload_strides};
 use super::sample::SampleAxes;
 use super::sample::slab_table;
 use super::settings::{Footprints, Settings};
+use super::tables::PointRays;
 use crate::device::launch::params::DirectParams;
 use crate::device::launch::{DirectArguments, PointDirectArguments};
 use crate::error::Error;

@@ -1,13 +1,14 @@
 //! What stays on the device from frame to frame.
 
 use super::kernels::Kernels;
+use super::tables::{Integrals, PointRays, SlabsVisible, Table};
 use crate::device::launch::params::{Float4, LayerOffset, VolumeView};
 use crate::device::launch::{Occupancy, Reach, Visibility, VoxelBuffer};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Axis, FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, Viewport, set_direction};
-use crate::transfer::{Extinction, IntegralTable, TransferFunction, TransferTable};
+use crate::transfer::{Extinction, TransferFunction};
 use crate::volume::{Grid, Volume};
 
 /// The volume, what is known of it per layer axis, and the tables of the transfer function.
@@ -23,51 +24,6 @@ pub(super) struct Kept {
     point_occupancies: [Option<Occupancy>; 3],
     table: Option<Table>,
     footprint_set: Option<FootprintSet>,
-}
-
-/// What tables for point-sampled layers depend on.
-#[derive(Clone, Copy)]
-pub(super) struct PointRays {
-    /// Whether any ray leans more than one voxel per layer.
-    pub leaning: bool,
-    /// Shortest stretch between two samples, in unit distances.
-    pub thinnest: f64,
-}
-
-/// A transfer table on the device, with the blocks that it can show per layer axis.
-pub(super) struct Table {
-    extinction: Extinction,
-    on_host: TransferTable,
-    pub entries: Buffer<Float4>,
-    visible_before: Buffer<u32>,
-    /// Value of the first entry, less the offset, entries per value, index of the last entry.
-    pub scale: (f32, f32, i32),
-    /// First and last entry with opacity; if there is none, the first is beyond the last.
-    pub visible_entries: [i32; 2],
-    visible: [Option<Buffer<u8>>; 3],
-    /// Bits for rays that lean up to one voxel per layer, and for others, per layer axis.
-    slabs_visible: [[Option<SlabsVisible>; 3]; 2],
-    integrals: Option<Integrals>,
-}
-
-/// Which blocks of which slabs can show anything.
-pub(super) struct SlabsVisible {
-    /// See kernels/slab_visibility.cl.
-    pub bits: Buffer<u8>,
-    /// First and last slab of the chunks in which any block can; the first is beyond the last if there is none.
-    pub slabs: [i32; 2],
-}
-
-/// The integrals of a transfer table on the device.
-pub(super) struct Integrals {
-    thinnest: f64,
-    pub nodes: Buffer<[i32; 4]>,
-    /// See [`Table::scale`].
-    pub scale: (f32, f32, i32),
-    /// Values, less the offset, between which lies all opacity.
-    pub visible_values: [f32; 2],
-    /// Extinction of one unit.
-    pub unit: f32,
 }
 
 /// The paper's footprint images.
@@ -195,8 +151,7 @@ impl Kept {
                 let visibility = self.visibility(self.point_occupancy(axis));
                 let bits = Buffer::new(device, visibility.occupancy.slab_bytes(), "the visibility of blocks")?;
                 kernels.slab_visibility(device)?.launch(device, &visibility, rays.leaning, &bits)?;
-                let slabs = visible_slabs(device, &bits, visibility.occupancy)?;
-                let visible = SlabsVisible { bits, slabs };
+                let visible = SlabsVisible::new(device, bits, visibility.occupancy)?;
                 self.table.as_mut().expect("made above").slabs_visible[usize::from(rays.leaning)][i] = Some(visible);
             }
         }
@@ -258,53 +213,6 @@ impl Kept {
     fn local_dims(&self, axis: Axis) -> [usize; 3] {
         let frame = axis.frame();
         [frame.u, frame.v, frame.a].map(|i| self.dims[i])
-    }
-}
-
-/// First and last slab of the chunks that have any bit.
-fn visible_slabs(device: &Device, bits: &Buffer<u8>, occupancy: &Occupancy) -> Result<[i32; 2], Error> {
-    let per_chunk = occupancy.blocks[0] as usize * occupancy.blocks[1] as usize;
-    let chunks = occupancy.layers as usize / 8 + 1;
-    let mut bytes = vec![0; chunks * per_chunk];
-    bits.read(device, &mut bytes)?;
-    let any = |chunk: &[u8]| chunk.iter().any(|&b| b != 0);
-    let ends = bytes.chunks(per_chunk).position(any).zip(bytes.chunks(per_chunk).rposition(any));
-    Ok(ends.map_or([0, -1], |(first, last)| [8 * first as i32, (8 * last as i32 + 7).min(occupancy.layers)]))
-}
-
-impl Table {
-    fn upload(
-        device: &Device,
-        transfer: &TransferFunction,
-        field_range: (f64, f64),
-        offset: f64,
-        extinction: Extinction,
-    ) -> Result<Self, Error> {
-        let table = TransferTable::new(transfer, field_range, extinction);
-        let entries: Vec<Float4> = table.entries.iter().map(|&e| Float4(e)).collect();
-        Ok(Self {
-            extinction,
-            entries: Buffer::from_slice(device, &entries, "the transfer table")?,
-            visible_before: Buffer::from_slice(device, &table.visible_before(), "the transfer table")?,
-            visible_entries: table.visible_entries(),
-            scale: ((table.first - offset) as f32, table.per_value as f32, entries.len() as i32 - 1),
-            on_host: table,
-            visible: [None, None, None],
-            slabs_visible: Default::default(),
-            integrals: None,
-        })
-    }
-}
-
-impl Integrals {
-    fn upload(device: &Device, table: &IntegralTable, offset: f64, thinnest: f64) -> Result<Self, Error> {
-        Ok(Self {
-            thinnest,
-            nodes: Buffer::from_slice(device, &table.nodes, "the table of integrals")?,
-            scale: ((table.first - offset) as f32, table.per_value as f32, table.nodes.len() as i32 - 1),
-            visible_values: table.visible_values().map(|v| (v - offset) as f32),
-            unit: table.unit as f32,
-        })
     }
 }
 

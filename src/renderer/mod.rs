@@ -9,6 +9,7 @@ mod plan;
 mod points;
 mod sample;
 mod settings;
+mod tables;
 
 pub use frame::{FrameReport, LatticePicture, LatticeReport};
 pub use plan::Plan;

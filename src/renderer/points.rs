@@ -1,9 +1,10 @@
 //! Frames on a lattice with point-sampled layers, parallel and perspective.
 
 use super::Renderer;
-use super::kept::{PointRays, at_least, filled};
+use super::kept::{at_least, filled};
 use super::plan::Plan;
 use super::settings::Settings;
+use super::tables::PointRays;
 use crate::device::launch::PointLatticeArguments;
 use crate::device::launch::params::RayLatticeParams;
 use crate::error::Error;

@@ -29,8 +29,16 @@ pub(crate) struct PointLatticeArguments<'a> {
 
 impl PointLatticeKernel {
     pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
-        let source =
-            source!("point_lattice", "volume", "ray_lattice", "elementary", "table_entries", "shading", "preintegration");
+        let source = source!(
+            "point_lattice",
+            "volume",
+            "ray_lattice",
+            "elementary",
+            "table_entries",
+            "shading",
+            "preintegration",
+            "point_layer"
+        );
         let tuning = device.tuning();
         let voxels = voxel_defines(voxel_type, tuning.vector_width);
         Ok(Self(device.kernel(&source, &format!("{voxels} -DTILE_ROWS={}", tuning.point_tile_rows))?))

@@ -1,0 +1,101 @@
+//! What is kept on the device of a transfer function.
+
+use crate::device::launch::Occupancy;
+use crate::device::launch::params::Float4;
+use crate::device::{Buffer, Device};
+use crate::error::Error;
+use crate::transfer::{Extinction, IntegralTable, TransferFunction, TransferTable};
+
+/// What tables for point-sampled layers depend on.
+#[derive(Clone, Copy)]
+pub(super) struct PointRays {
+    /// Whether any ray leans more than one voxel per layer.
+    pub leaning: bool,
+    /// Shortest stretch between two samples, in unit distances.
+    pub thinnest: f64,
+}
+
+/// A transfer table on the device, with the blocks that it can show per layer axis.
+pub(super) struct Table {
+    pub extinction: Extinction,
+    pub on_host: TransferTable,
+    pub entries: Buffer<Float4>,
+    pub visible_before: Buffer<u32>,
+    /// Value of the first entry, less the offset, entries per value, index of the last entry.
+    pub scale: (f32, f32, i32),
+    /// First and last entry with opacity; if there is none, the first is beyond the last.
+    pub visible_entries: [i32; 2],
+    pub visible: [Option<Buffer<u8>>; 3],
+    /// Bits for rays that lean up to one voxel per layer, and for others, per layer axis.
+    pub slabs_visible: [[Option<SlabsVisible>; 3]; 2],
+    pub integrals: Option<Integrals>,
+}
+
+/// Which blocks of which slabs can show anything.
+pub(super) struct SlabsVisible {
+    /// See kernels/slab_visibility.cl.
+    pub bits: Buffer<u8>,
+    /// First and last slab of the chunks in which any block can; the first is beyond the last if there is none.
+    pub slabs: [i32; 2],
+}
+
+/// The integrals of a transfer table on the device.
+pub(super) struct Integrals {
+    pub thinnest: f64,
+    pub nodes: Buffer<[i32; 4]>,
+    /// See [`Table::scale`].
+    pub scale: (f32, f32, i32),
+    /// Values, less the offset, between which lies all opacity.
+    pub visible_values: [f32; 2],
+    /// Extinction of one unit.
+    pub unit: f32,
+}
+
+impl Table {
+    pub fn upload(
+        device: &Device,
+        transfer: &TransferFunction,
+        field_range: (f64, f64),
+        offset: f64,
+        extinction: Extinction,
+    ) -> Result<Self, Error> {
+        let table = TransferTable::new(transfer, field_range, extinction);
+        let entries: Vec<Float4> = table.entries.iter().map(|&e| Float4(e)).collect();
+        Ok(Self {
+            extinction,
+            entries: Buffer::from_slice(device, &entries, "the transfer table")?,
+            visible_before: Buffer::from_slice(device, &table.visible_before(), "the transfer table")?,
+            visible_entries: table.visible_entries(),
+            scale: ((table.first - offset) as f32, table.per_value as f32, entries.len() as i32 - 1),
+            on_host: table,
+            visible: [None, None, None],
+            slabs_visible: Default::default(),
+            integrals: None,
+        })
+    }
+}
+
+impl SlabsVisible {
+    pub fn new(device: &Device, bits: Buffer<u8>, occupancy: &Occupancy) -> Result<Self, Error> {
+        let per_chunk = occupancy.blocks[0] as usize * occupancy.blocks[1] as usize;
+        let chunks = occupancy.layers as usize / 8 + 1;
+        let mut bytes = vec![0; chunks * per_chunk];
+        bits.read(device, &mut bytes)?;
+        let any = |chunk: &[u8]| chunk.iter().any(|&b| b != 0);
+        let ends = bytes.chunks(per_chunk).position(any).zip(bytes.chunks(per_chunk).rposition(any));
+        let slabs = ends.map_or([0, -1], |(first, last)| [8 * first as i32, (8 * last as i32 + 7).min(occupancy.layers)]);
+        Ok(Self { bits, slabs })
+    }
+}
+
+impl Integrals {
+    pub fn upload(device: &Device, table: &IntegralTable, offset: f64, thinnest: f64) -> Result<Self, Error> {
+        Ok(Self {
+            thinnest,
+            nodes: Buffer::from_slice(device, &table.nodes, "the table of integrals")?,
+            scale: ((table.first - offset) as f32, table.per_value as f32, table.nodes.len() as i32 - 1),
+            visible_values: table.visible_values().map(|v| (v - offset) as f32),
+            unit: table.unit as f32,
+        })
+    }
+}
