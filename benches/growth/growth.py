@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import matplotlib
+import matplotlib.ticker
 import numpy
 
 matplotlib.use("Agg")
@@ -61,7 +62,7 @@ def table(first, rows):
     return "\n".join("| " + " | ".join(r) + " |" for r in [head, ["---"] * 4, *rows])
 
 
-def panel(axis, x, y, title, label, proportional):
+def panel(axis, x, y, title, label, proportional, ticks=None):
     """`proportional`: turns x into what the time should at most be proportional to."""
     axis.loglog(x, y, "o-", color="#1f6f8b")
     reference = numpy.array([proportional(v) for v in x], float)
@@ -70,6 +71,9 @@ def panel(axis, x, y, title, label, proportional):
     axis.set_xlabel(label)
     axis.set_ylabel("median ms per frame")
     axis.grid(True, which="major", color="#dddddd")
+    if ticks:
+        axis.set_xticks(ticks, [str(t) for t in ticks])
+        axis.xaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
 def main():
@@ -83,8 +87,8 @@ def main():
     figure, axes = plt.subplots(1, 3, figsize=(12, 3.6), constrained_layout=True)
     times = lambda results: [b["median_ms"] for b in results]  # noqa: E731
     panel(axes[0], [b["active_samples"] for b in fog], times(fog), "active samples, 128³, 512²", "active samples", float)
-    panel(axes[1], VIEWPORTS, times(sizes), "viewport, 128³", "pixels per side", lambda n: n**2)
-    panel(axes[2], VOLUMES, times(volumes), "volume, 512²", "voxels per side", lambda n: n**3)
+    panel(axes[1], VIEWPORTS, times(sizes), "viewport, 128³", "pixels per side", lambda n: n**2, VIEWPORTS)
+    panel(axes[2], VOLUMES, times(volumes), "volume, 512²", "voxels per side", lambda n: n**3, VOLUMES)
     figure.savefig(ROOT / "docs/images/growth.png", dpi=110)
 
     text = "\n\n".join(
