@@ -73,9 +73,11 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             }
             const float middle_u = 0.5f * (at_u[0] + at_u[1]), middle_v = 0.5f * (at_v[0] + at_v[1]);
             const bool beside = middle_u < -1.0f || middle_u > view.dims_u || middle_v < -1.0f || middle_v > view.dims_v;
-            const Node from = node_of(&sample, integrals, field[0] + cut * (field[1] - field[0]), l[0] & 1);
+            const float at_eye = field[0] + cut * (field[1] - field[0]);
+            const Node from = node_of(&sample, integrals, at_eye, l[0] & 1);
             const Node to = node_of(&sample, integrals, field[1], l[1] & 1);
-            composite_stretch(&sample, &from, &to, ray.dt * (1.0f - cut) * sample.table_unit,
+            const Stretch stretch = stretch_between(&sample, integrals, &from, &to, at_eye, field[1]);
+            composite_stretch(&sample, &stretch, ray.dt * (1.0f - cut) * sample.table_unit,
                               sample.background_visible && beside ? 0.0f : 1.0f, &lighting, &light, &active);
         }
         if (light.t <= sample.opaque)

@@ -182,7 +182,9 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 if (ends_at[r] != l0)
                     ends[r] = node_of(&sample, integrals, front->field[r], l0 & 1);
                 const Node node = node_of(&sample, integrals, behind->field[r], l1 & 1);
-                composite_stretch(&sample, &ends[r], &node, dt[r], inside, &lighting[r], &gathered[r], &active);
+                const Stretch stretch =
+                    stretch_between(&sample, integrals, &ends[r], &node, front->field[r], behind->field[r]);
+                composite_stretch(&sample, &stretch, dt[r], inside, &lighting[r], &gathered[r], &active);
                 ends[r] = node;
                 ends_at[r] = l1;
                 if (!ANY(gathered[r].t > sample.opaque))

@@ -26,21 +26,54 @@ ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals
     return node;
 }
 
+// What lies between two samples: differences of the table's columns, in nodes, and their distance in nodes.
+typedef struct {
+    realv r, g, b, extinction, distance;
+} Stretch;
+
+// Beyond the table its first and last entry go on. One sample beyond it and one in it or beyond the other end: the
+// entry's share is added. Both beyond one end: the nodes are right as they are.
+inline void extend_stretch(const SampleParams *p, __global const int4 *integrals, realv from, realv to, Stretch *stretch) {
+    const realv last = p->table_last;
+    const realv x0 = (from - p->table_first) * p->table_per_value, x1 = (to - p->table_first) * p->table_per_value;
+    const realv below = MIN(x1, (realv)(0.0f)) - MIN(x0, (realv)(0.0f));
+    const realv above = MAX(x1 - last, (realv)(0.0f)) - MAX(x0 - last, (realv)(0.0f));
+    const realv distance = stretch->distance + below + above;
+    const realv inner = MAX(x0, x1) <= 0.0f || MIN(x0, x1) >= last || fabs(distance) < 0.5f ? (realv)(0.0f) : (realv)(1.0f);
+    const float4 first_entry = convert_float4(integrals[1] - integrals[0]);
+    const float4 last_entry = convert_float4(integrals[p->table_last] - integrals[p->table_last - 1]);
+    stretch->r += inner * (below * first_entry.x + above * last_entry.x);
+    stretch->g += inner * (below * first_entry.y + above * last_entry.y);
+    stretch->b += inner * (below * first_entry.z + above * last_entry.z);
+    stretch->extinction += inner * (below * first_entry.w + above * last_entry.w);
+    stretch->distance += inner * (below + above);
+}
+
+// `from` and `to`: the values at the two nodes.
+ALWAYS_INLINE Stretch stretch_between(const SampleParams *p, __global const int4 *integrals, const Node *front,
+                                      const Node *back, realv from, realv to) {
+    Stretch stretch;
+    stretch.r = CONVERT_REALV(back->r - front->r);
+    stretch.g = CONVERT_REALV(back->g - front->g);
+    stretch.b = CONVERT_REALV(back->b - front->b);
+    stretch.extinction = CONVERT_REALV(back->extinction - front->extinction);
+    stretch.distance = CONVERT_REALV(back->index - front->index);
+    if (p->table_cut)
+        extend_stretch(p, integrals, from, to, &stretch);
+    return stretch;
+}
+
 // Composites one stretch. `dt` is its length times the table's unit. `inside` is 0 where the ray is beside the field's
 // support, else 1.
-ALWAYS_INLINE void composite_stretch(const SampleParams *p, const Node *front, const Node *back, realv dt, realv inside,
+ALWAYS_INLINE void composite_stretch(const SampleParams *p, const Stretch *s, realv dt, realv inside,
                                      const Lighting *lighting, Light *light, intv *active) {
-    const realv extinction = CONVERT_REALV(back->extinction - front->extinction);
     // One division for two. Where there is no extinction there is no colour either: any divisor does.
-    const realv distance = CONVERT_REALV(back->index - front->index);
-    const realv divisor = extinction == 0.0f ? (realv)(1.0f) : extinction;
-    const realv inverse = 1.0f / (distance * divisor);
-    const realv depth = extinction * (divisor * inverse * dt), share = distance * inverse;
+    const realv divisor = s->extinction == 0.0f ? (realv)(1.0f) : s->extinction;
+    const realv inverse = 1.0f / (s->distance * divisor);
+    const realv depth = s->extinction * (divisor * inverse * dt), share = s->distance * inverse;
     const realv opacity = (p->linear ? MIN(depth, (realv)(1.0f)) : absorbed(depth)) * inside;
     *active += COUNT_IF(opacity > 0.0f);
-    realv r = CONVERT_REALV(back->r - front->r) * share;
-    realv g = CONVERT_REALV(back->g - front->g) * share;
-    realv b = CONVERT_REALV(back->b - front->b) * share;
+    realv r = s->r * share, g = s->g * share, b = s->b * share;
     if (p->shading) {
         r = MIN(r * lighting->factor + lighting->highlight, (realv)(1.0f));
         g = MIN(g * lighting->factor + lighting->highlight, (realv)(1.0f));

@@ -1,7 +1,7 @@
 // One sample: classify, shade, composite.
 //
-// `composite_sample` is the only place where a sample's value becomes colour and opacity; the lattices and the direct
-// method all end here. Clip planes, cropping and other blend modes belong here.
+// `composite_sample` is the only place where a splatted sample's value becomes colour and opacity; the splatting
+// kernels all end here, those of points in preintegration.cl. Clip planes, cropping and other blend modes belong here.
 
 // How the gradient of a layer's samples is found differs by kernel, which defines both.
 struct GradientSource;

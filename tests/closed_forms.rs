@@ -307,3 +307,22 @@ fn the_set_is_nearest_and_close() {
     assert!((35.0..80.0).contains(&psnr), "{psnr}");
     assert_eq!(nearest_in_set(set_direction(321)), 321);
 }
+
+#[test]
+fn a_function_is_the_same_wherever_its_points_end() {
+    // A thin band of opacity, with and without points beyond it: stretches that cross it must not count as all band.
+    let volume = random_volume([24, 20, 22], DVec3::ONE, 6);
+    let size = viewport(64, 64);
+    let camera = parallel(&volume, size, 20.0, 30.0);
+    let band = |points: &[(f64, f64)]| TransferFunction::new("band", vec![(0.0, [1.0, 0.7, 0.4])], points.to_vec()).unwrap();
+    let short = band(&[(100.0, 0.02), (105.0, 0.9), (110.0, 0.04)]);
+    let long = band(&[(-10.0, 0.02), (100.0, 0.02), (105.0, 0.9), (110.0, 0.04), (300.0, 0.04)]);
+    for classification in CLASSIFICATIONS {
+        for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
+            let settings = Settings { classification, evaluation, ..unshaded() };
+            let [a, b] = [&short, &long].map(|t| render(&volume, t, &camera, size, &settings));
+            let psnr = compare(&a, &b).psnr_rgba.unwrap_or(f64::INFINITY);
+            assert!(psnr > 45.0, "{classification:?}, {evaluation:?}: {psnr} dB");
+        }
+    }
+}

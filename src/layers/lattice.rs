@@ -23,6 +23,8 @@ struct Rule {
 /// samples 2 pixels apart, 52.1 with 1.6.
 const RELAXED: Rule = Rule { per_pixel: 1.6, per_voxel: 1.86, pixels: 2.0 };
 const FINE: Rule = Rule { per_pixel: 2.1, per_voxel: 2.4, pixels: 1.6 };
+/// Samples per voxel from which on no voxel is missed, wherever samples lie.
+const ANCHOR_LIMIT: f64 = 1.5;
 /// Samples per voxel this close above a whole number round down to it.
 const CEIL_SLACK: f64 = 1e-6;
 
@@ -68,7 +70,7 @@ pub struct LayerOffset {
 }
 
 /// A sheared lattice. Column I holds the ray that crosses the plane of the volume's centre (a = centre_a) at
-/// u = centre_u + first_u + (I + ½)/m_u, and moves by the shear from layer to layer; rows J likewise in v.
+/// u = centre_u + first_u + (I + ½)/m_u (I/m_u where voxels are odd in number and m is near 1), and moves by the shear from layer to layer; rows J likewise in v.
 ///
 /// Where m is whole, I = i·m + p has the **phase** p: in one layer all samples of a phase have the same offset from the
 /// voxels.
@@ -195,9 +197,16 @@ impl Lattice {
             .collect()
     }
 
+    /// Where samples lie in their cells: symmetric to the centre, and so that about one per voxel lies on voxels, not between
+    /// them, whether their number is even or odd.
+    fn anchor(&self, i: usize) -> f64 {
+        let between = self.dims[i] % 2 == 1 && self.samples_per_voxel[i] < ANCHOR_LIMIT;
+        if between { 0.0 } else { 0.5 }
+    }
+
     /// Voxel coordinate along u or v, on the centre's plane, of column or row `index`.
     fn position(&self, i: usize, index: f64) -> f64 {
-        self.centre[i] + self.first[i] + (index + 0.5) / self.samples_per_voxel[i]
+        self.centre[i] + self.first[i] + (index + self.anchor(i)) / self.samples_per_voxel[i]
     }
 
     /// The ray of sample (I, J), in voxels (x, y, z).
@@ -212,7 +221,7 @@ impl Lattice {
         let at = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(x, y)| self.crossing(rays.at(x, y)));
         let row = |i: usize| {
             let m = self.samples_per_voxel[i];
-            let [p, px, py] = at.map(|c| (c[i] - self.first[i]) * m - 0.5);
+            let [p, px, py] = at.map(|c| (c[i] - self.first[i]) * m - self.anchor(i));
             DVec3::new(px - p, py - p, p)
         };
         from_rows([row(0), row(1), DVec3::Z])

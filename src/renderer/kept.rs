@@ -155,10 +155,11 @@ impl Kept {
                 self.table.as_mut().expect("made above").slabs_visible[usize::from(rays.leaning)][i] = Some(visible);
             }
         }
-        let offset = self.offset;
+        let (field_range, offset) = (self.field_range, self.offset);
         let table = self.table.as_mut().expect("made above");
         if table.integrals.as_ref().is_none_or(|i| i.thinnest != rays.thinnest) {
-            table.integrals = Some(Integrals::upload(device, &table.on_host.integrals(rays.thinnest), offset, rays.thinnest)?);
+            table.integrals =
+                Some(Integrals::upload(device, &table.on_host.integrals(rays.thinnest), field_range, offset, rays.thinnest)?);
         }
         Ok(())
     }

@@ -49,6 +49,8 @@ pub(super) struct Integrals {
     pub visible_values: [f32; 2],
     /// Extinction of one unit.
     pub unit: f32,
+    /// Whether values can lie beyond the nodes.
+    pub cut: bool,
 }
 
 impl Table {
@@ -89,13 +91,20 @@ impl SlabsVisible {
 }
 
 impl Integrals {
-    pub fn upload(device: &Device, table: &IntegralTable, offset: f64, thinnest: f64) -> Result<Self, Error> {
+    pub fn upload(
+        device: &Device,
+        table: &IntegralTable,
+        field_range: (f64, f64),
+        offset: f64,
+        thinnest: f64,
+    ) -> Result<Self, Error> {
         Ok(Self {
             thinnest,
             nodes: Buffer::from_slice(device, &table.nodes, "the table of integrals")?,
             scale: ((table.first - offset) as f32, table.per_value as f32, table.nodes.len() as i32 - 1),
             visible_values: table.visible_values().map(|v| (v - offset) as f32),
             unit: table.unit as f32,
+            cut: !table.spans(field_range),
         })
     }
 }

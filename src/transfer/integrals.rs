@@ -5,6 +5,10 @@ use super::table::TransferTable;
 /// Optical depth of the thinnest stretch of an opaque value: e^−16 is below what any picture shows, and small enough to
 /// leave the unit fine for what is thin.
 const OPAQUE_DEPTH: f64 = 16.0;
+/// Optical depth of the thinnest stretch that one unit may stand for, where a table is long enough to be made shorter.
+const FINE_UNIT: f64 = 4e-5;
+/// Shortest table made so.
+const MIN_CELLS: usize = 4096;
 /// Room for rounding, in nodes.
 const SLACK: f64 = 0.02;
 
@@ -26,23 +30,41 @@ pub struct IntegralTable {
 impl TransferTable {
     /// The integrals of this table by the midpoint rule: the mean between two neighbouring nodes is the entry between them.
     /// Extinctions are cut off where a stretch of `thinnest` unit distances is opaque.
+    ///
+    /// Long tables with much that is opaque are made shorter: their unit would be too coarse for what is thin.
     pub fn integrals(&self, thinnest: f64) -> IntegralTable {
-        let mut sums = vec![[0.0; 4]];
-        for &[r, g, b, w] in &self.entries {
-            let w = f64::from(w).min(OPAQUE_DEPTH / thinnest);
-            let entry = [f64::from(r) * w, f64::from(g) * w, f64::from(b) * w, w];
-            let last = sums[sums.len() - 1];
-            sums.push(std::array::from_fn(|c| last[c] + entry[c]));
+        let mut per_value = self.per_value;
+        let mut entries: Vec<[f64; 4]> = self.entries.iter().map(|&e| attenuated(e, OPAQUE_DEPTH / thinnest)).collect();
+        let unit_of = |entries: &[[f64; 4]]| entries.iter().map(|e| e[3]).sum::<f64>() / f64::from(i32::MAX);
+        while entries.len() > MIN_CELLS && unit_of(&entries) * thinnest > FINE_UNIT {
+            entries = entries.chunks(2).map(|pair| std::array::from_fn(|c| 0.5 * (pair[0][c] + pair[1][c]))).collect();
+            per_value /= 2.0;
         }
-        let total = sums[sums.len() - 1][3];
-        let unit = if total > 0.0 { total / f64::from(i32::MAX) } else { 0.0 };
-        let nodes = sums.iter().map(|s| s.map(|c| if unit > 0.0 { (c / unit).round() as i32 } else { 0 })).collect();
+        let unit = unit_of(&entries);
+        let mut sum = [0.0; 4];
+        let mut nodes = vec![[0; 4]];
+        for entry in &entries {
+            sum = std::array::from_fn(|c| sum[c] + entry[c]);
+            nodes.push(sum.map(|c| if unit > 0.0 { (c / unit).round() as i32 } else { 0 }));
+        }
         let first = if self.per_value > 0.0 { self.first - 0.5 / self.per_value } else { self.first };
-        IntegralTable { nodes, first, per_value: self.per_value, unit }
+        IntegralTable { nodes, first, per_value, unit }
     }
 }
 
+/// Extinction times colour, and extinction, of an entry, up to a limit.
+fn attenuated([r, g, b, w]: [f32; 4], limit: f64) -> [f64; 4] {
+    let w = f64::from(w).min(limit);
+    [f64::from(r) * w, f64::from(g) * w, f64::from(b) * w, w]
+}
+
 impl IntegralTable {
+    /// Whether all values of a range lie between the first and the last node.
+    pub fn spans(&self, (lo, hi): (f64, f64)) -> bool {
+        let last = self.first + (self.nodes.len() - 1) as f64 / self.per_value;
+        self.per_value == 0.0 || (self.first <= lo && hi <= last)
+    }
+
     /// The nodes between which lies all opacity, with room for rounding; an empty range if there is none.
     pub fn visible_nodes(&self) -> [f64; 2] {
         let last_cell = self.nodes.len() - 2;
@@ -106,6 +128,18 @@ mod tests {
         let last = integrals.nodes.len() - 1;
         assert_relative_eq!(mean(&integrals, 0, 1)[3], 0.25, max_relative = ROUNDING);
         assert_relative_eq!(mean(&integrals, last - 1, last)[3], 0.5, max_relative = ROUNDING);
+    }
+
+    #[test]
+    fn a_long_table_with_an_opaque_half_keeps_what_is_thin() {
+        let opacities = vec![(0.0, 2e-4), (30_000.0, 2e-4), (30_001.0, 1.0), (65_535.0, 1.0)];
+        let transfer = TransferFunction::new("fog", vec![(0.0, [1.0; 3])], opacities).unwrap();
+        let integrals = TransferTable::new(&transfer, (0.0, 65_535.0), Extinction::Exponential).integrals(1.0);
+        let cells = integrals.nodes.len() - 1;
+        assert!(cells < 1 << 16, "{cells}");
+        // Half a unit on either side of a difference.
+        assert!((0..100).all(|i| (mean(&integrals, 20 + i, 21 + i)[3] - 2e-4).abs() <= FINE_UNIT));
+        assert!(integrals.spans((0.0, 65_535.0)) && !integrals.spans((-1.0, 3.0)));
     }
 
     #[test]
