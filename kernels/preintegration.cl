@@ -49,7 +49,8 @@ inline void extend_stretch(const SampleParams *p, __global const int4 *integrals
     stretch->distance += inner * (below + above);
 }
 
-// `from` and `to`: the values at the two nodes.
+// `from` and `to`: the values at the two nodes. TABLE_CUT: values can lie beyond the table. (As a variable it costs all
+// tables 5 %.)
 ALWAYS_INLINE Stretch stretch_between(const SampleParams *p, __global const int4 *integrals, const Node *front,
                                       const Node *back, realv from, realv to) {
     Stretch stretch;
@@ -58,8 +59,9 @@ ALWAYS_INLINE Stretch stretch_between(const SampleParams *p, __global const int4
     stretch.b = CONVERT_REALV(back->b - front->b);
     stretch.extinction = CONVERT_REALV(back->extinction - front->extinction);
     stretch.distance = CONVERT_REALV(back->index - front->index);
-    if (p->table_cut)
-        extend_stretch(p, integrals, from, to, &stretch);
+#ifdef TABLE_CUT
+    extend_stretch(p, integrals, from, to, &stretch);
+#endif
     return stretch;
 }
 

@@ -16,7 +16,6 @@ typedef struct {
     float ambient, diffuse, specular, power;
     float step_u, step_v, step_a;       // world size of a voxel step / (unit distance x samples per layer)
     float table_unit;                   // extinction of one unit in the table of integrals
-    int table_cut;                      // whether values can lie beyond it
 } SampleParams;
 CHECK_SIZE(SampleParams, SAMPLE_PARAMS_BYTES);
 

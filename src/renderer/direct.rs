@@ -86,7 +86,7 @@ impl Renderer {
         let params = self.direct_params(axis, rays, &sample_axes, blocks, settings);
         let Self { device, kernels, kept, scratch, .. } = self;
         let made = "made above";
-        kernels.point_direct(device)?.launch(
+        kernels.point_direct(device, kept.integrals().cut)?.launch(
             device,
             &PointDirectArguments {
                 voxels: kept.uploaded(),

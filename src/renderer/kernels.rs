@@ -22,8 +22,9 @@ pub(super) struct Kernels {
     footprint_set: OnceCell<FootprintSetKernel>,
     lattice: OnceCell<LatticeKernel>,
     perspective: OnceCell<PerspectiveKernel>,
-    point_lattice: OnceCell<PointLatticeKernel>,
-    point_direct: OnceCell<PointDirectKernel>,
+    /// For tables of integrals that span all values, and for others.
+    point_lattice: [OnceCell<PointLatticeKernel>; 2],
+    point_direct: [OnceCell<PointDirectKernel>; 2],
     direct: OnceCell<DirectKernel>,
     direct_set: OnceCell<DirectKernel>,
     warp: OnceCell<WarpKernel<Float4>>,
@@ -68,8 +69,8 @@ impl Kernels {
             footprint_set: OnceCell::new(),
             lattice: OnceCell::new(),
             perspective: OnceCell::new(),
-            point_lattice: OnceCell::new(),
-            point_direct: OnceCell::new(),
+            point_lattice: Default::default(),
+            point_direct: Default::default(),
             direct: OnceCell::new(),
             direct_set: OnceCell::new(),
             warp: OnceCell::new(),
@@ -87,11 +88,19 @@ impl Kernels {
     getter!(footprint_set, FootprintSetKernel);
     getter!(lattice, LatticeKernel, voxels);
     getter!(perspective, PerspectiveKernel, voxels);
-    getter!(point_lattice, PointLatticeKernel, voxels);
-    getter!(point_direct, PointDirectKernel, voxels);
     getter!(warp, WarpKernel<Float4>);
     getter!(warp_displayed, WarpKernel<[u8; 4]>);
     getter!(present, PresentKernel);
+
+    /// `cut`: values can lie beyond the table of integrals.
+    pub fn point_lattice(&self, device: &Device, cut: bool) -> Result<&PointLatticeKernel, Error> {
+        built(&self.point_lattice[usize::from(cut)], || PointLatticeKernel::new(device, self.voxel_type, cut))
+    }
+
+    /// The same per pixel.
+    pub fn point_direct(&self, device: &Device, cut: bool) -> Result<&PointDirectKernel, Error> {
+        built(&self.point_direct[usize::from(cut)], || PointDirectKernel::new(device, self.voxel_type, cut))
+    }
 
     pub fn direct(&self, device: &Device, footprint_set: bool) -> Result<&DirectKernel, Error> {
         let cell = if footprint_set { &self.direct_set } else { &self.direct };

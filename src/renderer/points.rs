@@ -80,7 +80,7 @@ impl Renderer {
         let Self { device, kernels, kept, scratch, .. } = self;
         let written = "written above";
         let (voxels, view) = kept.layout(axis);
-        kernels.point_lattice(device)?.launch(
+        kernels.point_lattice(device, kept.integrals().cut)?.launch(
             device,
             &PointLatticeArguments {
                 voxels,

@@ -46,22 +46,16 @@ impl Renderer {
     /// Parameters for a layer axis; the direct kernel, whose rays may differ in theirs, sets the axes itself.
     pub(super) fn sample_params(&self, axes: &SampleAxes, frame: AxisFrame, settings: &Settings) -> SampleParams {
         let kept = &self.kept;
-        let ((table_first, table_per_value, table_last), visible, (table_unit, table_cut), samples) =
-            match settings.classification {
-                Classification::Post(correction) => {
-                    let slabs = LayerSlabs::new(correction);
-                    (
-                        kept.table().scale,
-                        kept.table().visible_entries,
-                        (0.0, false),
-                        [slabs.inner.len(), slabs.front.len(), slabs.back.len()],
-                    )
-                }
-                Classification::Preintegrated { samples_per_layer } => {
-                    let integrals = kept.integrals();
-                    (integrals.scale, [0; 2], (integrals.unit, integrals.cut), [samples_per_layer as usize, 0, 0])
-                }
-            };
+        let ((table_first, table_per_value, table_last), visible, table_unit, samples) = match settings.classification {
+            Classification::Post(correction) => {
+                let slabs = LayerSlabs::new(correction);
+                (kept.table().scale, kept.table().visible_entries, 0.0, [slabs.inner.len(), slabs.front.len(), slabs.back.len()])
+            }
+            Classification::Preintegrated { samples_per_layer } => {
+                let integrals = kept.integrals();
+                (integrals.scale, [0; 2], integrals.unit, [samples_per_layer as usize, 0, 0])
+            }
+        };
         let shading = settings.shading.unwrap_or_default();
         let local = |v: DVec3| frame.local(v).as_vec3().to_array();
         SampleParams {
@@ -83,7 +77,6 @@ impl Renderer {
             power: shading.power as f32,
             step: local(axes.step),
             table_unit,
-            table_cut: i32::from(table_cut),
         }
     }
 }

@@ -30,7 +30,7 @@ shared_struct! {
 
 shared_struct! {
     /// See `SampleParams` in kernels/shading.cl.
-    SampleParams, SAMPLE_PARAMS_BYTES, 120 {
+    SampleParams, SAMPLE_PARAMS_BYTES, 116 {
         table_first: f32,
         table_per_value: f32,
         table_last: i32,
@@ -49,7 +49,6 @@ shared_struct! {
         power: f32,
         step: [f32; 3],
         table_unit: f32,
-        table_cut: i32,
     }
 }
 

@@ -7,6 +7,11 @@ use crate::error::Error;
 use crate::volume::VoxelType;
 use opencl3::kernel::Kernel;
 
+/// `-D` option for tables of integrals that values can lie beyond.
+pub(super) fn cut_define(cut: bool) -> &'static str {
+    if cut { "-DTABLE_CUT" } else { "" }
+}
+
 /// Renders a lattice with point-sampled layers and pre-integrated classification.
 pub(crate) struct PointLatticeKernel(Kernel);
 
@@ -28,7 +33,8 @@ pub(crate) struct PointLatticeArguments<'a> {
 }
 
 impl PointLatticeKernel {
-    pub fn new(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
+    /// `cut`: values can lie beyond the table of integrals.
+    pub fn new(device: &Device, voxel_type: VoxelType, cut: bool) -> Result<Self, Error> {
         let source = source!(
             "point_lattice",
             "volume",
@@ -41,7 +47,7 @@ impl PointLatticeKernel {
         );
         let tuning = device.tuning();
         let voxels = voxel_defines(voxel_type, tuning.vector_width);
-        Ok(Self(device.kernel(&source, &format!("{voxels} -DTILE_ROWS={}", tuning.point_tile_rows))?))
+        Ok(Self(device.kernel(&source, &format!("{voxels} {} -DTILE_ROWS={}", cut_define(cut), tuning.point_tile_rows))?))
     }
 
     pub fn launch(&self, device: &Device, a: &PointLatticeArguments) -> Result<(), Error> {
