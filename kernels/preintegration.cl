@@ -75,15 +75,5 @@ ALWAYS_INLINE void composite_stretch(const SampleParams *p, const Stretch *s, re
     const realv depth = s->extinction * (divisor * inverse * dt), share = s->distance * inverse;
     const realv opacity = (p->linear ? MIN(depth, (realv)(1.0f)) : absorbed(depth)) * inside;
     *active += COUNT_IF(opacity > 0.0f);
-    realv r = s->r * share, g = s->g * share, b = s->b * share;
-    if (p->shading) {
-        r = MIN(r * lighting->factor + lighting->highlight, (realv)(1.0f));
-        g = MIN(g * lighting->factor + lighting->highlight, (realv)(1.0f));
-        b = MIN(b * lighting->factor + lighting->highlight, (realv)(1.0f));
-    }
-    const realv weight = light->t * opacity;
-    light->r += weight * r;
-    light->g += weight * g;
-    light->b += weight * b;
-    light->t -= weight;
+    composite(p, s->r * share, s->g * share, s->b * share, opacity, lighting, light);
 }

@@ -37,22 +37,13 @@ ALWAYS_INLINE void composite_sample(const SampleParams *p, __global const float4
     table_entries(table, index, &r, &g, &b, &w);
     const realv opacity = opacity_of(p, w, share, dt) * inside;
     *active += COUNT_IF(opacity > 0.0f);
-    if (p->shading) {
-        if (!*lit) {
-            realv gu, gv, ga;
-            layer_gradient(source, &gu, &gv, &ga);
-            *lighting = light_gradient(p, gu, gv, ga);
-            *lit = true;
-        }
-        r = MIN(r * lighting->factor + lighting->highlight, (realv)(1.0f));
-        g = MIN(g * lighting->factor + lighting->highlight, (realv)(1.0f));
-        b = MIN(b * lighting->factor + lighting->highlight, (realv)(1.0f));
+    if (p->shading && !*lit) {
+        realv gu, gv, ga;
+        layer_gradient(source, &gu, &gv, &ga);
+        *lighting = light_gradient(p, gu, gv, ga);
+        *lit = true;
     }
-    const realv weight = light->t * opacity;
-    light->r += weight * r;
-    light->g += weight * g;
-    light->b += weight * b;
-    light->t -= weight;
+    composite(p, r, g, b, opacity, lighting, light);
 }
 
 // All samples of one layer, from the splat sums of the layer met before, the layer itself and the one met next. Slabs

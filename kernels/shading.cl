@@ -46,3 +46,18 @@ inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a)
     lighting.highlight = lit * p->specular * power(mirror, p->power);
     return lighting;
 }
+
+// Lights a colour and composites it behind what a ray has gathered.
+ALWAYS_INLINE void composite(const SampleParams *p, realv r, realv g, realv b, realv opacity, const Lighting *lighting,
+                             Light *light) {
+    if (p->shading) {
+        r = MIN(r * lighting->factor + lighting->highlight, (realv)(1.0f));
+        g = MIN(g * lighting->factor + lighting->highlight, (realv)(1.0f));
+        b = MIN(b * lighting->factor + lighting->highlight, (realv)(1.0f));
+    }
+    const realv weight = light->t * opacity;
+    light->r += weight * r;
+    light->g += weight * g;
+    light->b += weight * b;
+    light->t -= weight;
+}

@@ -317,12 +317,16 @@ fn a_function_is_the_same_wherever_its_points_end() {
     let band = |points: &[(f64, f64)]| TransferFunction::new("band", vec![(0.0, [1.0, 0.7, 0.4])], points.to_vec()).unwrap();
     let short = band(&[(100.0, 0.02), (105.0, 0.9), (110.0, 0.04)]);
     let long = band(&[(-10.0, 0.02), (100.0, 0.02), (105.0, 0.9), (110.0, 0.04), (300.0, 0.04)]);
+    let moved = band(&[(110.0, 0.02), (115.0, 0.9), (120.0, 0.04)]);
     for classification in CLASSIFICATIONS {
         for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
             let settings = Settings { classification, evaluation, ..unshaded() };
             let [a, b] = [&short, &long].map(|t| render(&volume, t, &camera, size, &settings));
             let psnr = compare(&a, &b).psnr_rgba.unwrap_or(f64::INFINITY);
             assert!(psnr > 45.0, "{classification:?}, {evaluation:?}: {psnr} dB");
+            assert!(largest_opacity(&a) > 0.1, "the picture is empty");
+            let other = render(&volume, &moved, &camera, size, &settings);
+            assert!(compare(&a, &other).psnr_rgba.is_some_and(|p| p < 40.0), "a moved band must be noticed");
         }
     }
 }
