@@ -2,11 +2,12 @@
 //
 // One work-item per (block u, block v, chunk of 8 slabs), u fastest. Slab q = 0 ... n lies between layers q-1 and q.
 // `around`: blocks to either side that a ray can reach within a slab; 0 where it leans at most one voxel per layer, which
-// `limits` allow for. Bit q % 8 of visible[id].
+// `limits` allow for. `slack`: by how much sums of kernels overshoot the voxels' distance from the background. Bit q % 8 of
+// visible[id].
 
 __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int blocks_v, int layers, float background,
                               float offset, float table_first, float table_per_value, int table_last,
-                              __global const uint *visible_before, int around, __global uchar *visible) {
+                              __global const uint *visible_before, int around, float slack, __global uchar *visible) {
     const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
     const int chunk = get_global_id(0) / (blocks_u * blocks_v);
     if (chunk > layers >> 3)
@@ -20,9 +21,12 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
             for (int y = max(c - around, 0); y <= min(c + around, blocks_v - 1); y++)
                 for (int x = max(b - around, 0); x <= min(b + around, blocks_u - 1); x++)
                     limits_of(limits, offset, blocks_u, blocks_v, q, q, x, y, &lo, &hi);
-        if (q >= 8 * chunk)
-            bits |= any_visible(MIN(lo, last_lo), MAX(hi, last_hi), table_first, table_per_value, table_last, visible_before)
+        if (q >= 8 * chunk) {
+            const float from = MIN(lo, last_lo), to = MAX(hi, last_hi);
+            bits |= any_visible(from - slack * fabs(from - background), to + slack * fabs(to - background), table_first,
+                                table_per_value, table_last, visible_before)
                     << (q & 7);
+        }
         last_lo = lo, last_hi = hi;
     }
     visible[get_global_id(0)] = bits;

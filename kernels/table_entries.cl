@@ -34,8 +34,21 @@ inline void transpose_fours(realv a, realv b, realv c, realv d, realv *x, realv 
 }
 #endif
 
-// VW whole entries instead of four gathers of VW floats (229 -> 186 CPU ms in the prototype), each loaded to where the
-// transposition wants it.
+// Components of VW whole four-component ENTRY(0), ENTRY(1) ..., each loaded to where the transposition wants it.
+#if VW == 4
+#define COMPONENTS(ENTRY, x, y, z, w) transpose_fours(ENTRY(0), ENTRY(1), ENTRY(2), ENTRY(3), x, y, z, w)
+#elif VW == 8
+#define COMPONENTS(ENTRY, x, y, z, w) \
+    transpose_fours((realv)(ENTRY(0), ENTRY(4)), (realv)(ENTRY(1), ENTRY(5)), (realv)(ENTRY(2), ENTRY(6)), \
+                    (realv)(ENTRY(3), ENTRY(7)), x, y, z, w)
+#elif VW == 16
+#define FOUR_ENTRIES(ENTRY, n) (realv)(ENTRY(n), ENTRY(n + 4), ENTRY(n + 8), ENTRY(n + 12))
+#define COMPONENTS(ENTRY, x, y, z, w) \
+    transpose_fours(FOUR_ENTRIES(ENTRY, 0), FOUR_ENTRIES(ENTRY, 1), FOUR_ENTRIES(ENTRY, 2), FOUR_ENTRIES(ENTRY, 3), x, y, \
+                    z, w)
+#endif
+
+// VW whole entries instead of four gathers of VW floats: 229 -> 186 CPU ms in the prototype.
 inline void table_entries(__global const float4 *table, intv index, realv *r, realv *g, realv *b, realv *w) {
 #if VW == 1
     const float4 e = table[index];
@@ -44,15 +57,7 @@ inline void table_entries(__global const float4 *table, intv index, realv *r, re
     // Counted in halves: x86 addresses multiples of up to 8 bytes.
     const intv halves = index * 2;
     const int *i = (const int *)&halves;
-#define ENTRY(n) (*(__global const float4 *)((__global const float2 *)table + i[n]))
-#if VW == 4
-    transpose_fours(ENTRY(0), ENTRY(1), ENTRY(2), ENTRY(3), r, g, b, w);
-#elif VW == 8
-    transpose_fours((realv)(ENTRY(0), ENTRY(4)), (realv)(ENTRY(1), ENTRY(5)), (realv)(ENTRY(2), ENTRY(6)),
-                    (realv)(ENTRY(3), ENTRY(7)), r, g, b, w);
-#else
-#define FOUR(n) (realv)(ENTRY(n), ENTRY(n + 4), ENTRY(n + 8), ENTRY(n + 12))
-    transpose_fours(FOUR(0), FOUR(1), FOUR(2), FOUR(3), r, g, b, w);
-#endif
+#define TABLE_ENTRY(n) (*(__global const float4 *)((__global const float2 *)table + i[n]))
+    COMPONENTS(TABLE_ENTRY, r, g, b, w);
 #endif
 }

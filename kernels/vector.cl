@@ -21,7 +21,7 @@ typedef float realv_unaligned;
 #define LOAD_VOXELS(p) convert_float(*(p))
 #define AS_INTV(x) as_int(x)
 #define AS_REALV(x) as_float(x)
-#define GATHER(p, i) ((p)[i])
+#define GATHER_AS(type, p, i) ((type)((p)[i]))
 #define LANES 0
 #define COUNT_IF(mask) ((mask) ? 1 : 0)
 #else
@@ -38,19 +38,20 @@ typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
 #define COUNT_IF(mask) (-(mask))
 #if VW == 16
 #define LANES (intv)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
-#define GATHER(p, i) \
-    (realv)((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3], (p)[(i).s4], (p)[(i).s5], (p)[(i).s6], (p)[(i).s7], \
-            (p)[(i).s8], (p)[(i).s9], (p)[(i).sa], (p)[(i).sb], (p)[(i).sc], (p)[(i).sd], (p)[(i).se], (p)[(i).sf])
+#define GATHER_AS(type, p, i) \
+    (type)((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3], (p)[(i).s4], (p)[(i).s5], (p)[(i).s6], (p)[(i).s7], \
+           (p)[(i).s8], (p)[(i).s9], (p)[(i).sa], (p)[(i).sb], (p)[(i).sc], (p)[(i).sd], (p)[(i).se], (p)[(i).sf])
 #elif VW == 8
 #define LANES (intv)(0, 1, 2, 3, 4, 5, 6, 7)
-#define GATHER(p, i) \
-    (realv)((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3], (p)[(i).s4], (p)[(i).s5], (p)[(i).s6], (p)[(i).s7])
+#define GATHER_AS(type, p, i) \
+    (type)((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3], (p)[(i).s4], (p)[(i).s5], (p)[(i).s6], (p)[(i).s7])
 #elif VW == 4
 #define LANES (intv)(0, 1, 2, 3)
-#define GATHER(p, i) (realv)((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3])
+#define GATHER_AS(type, p, i) (type)((p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3])
 #endif
 #endif
 
+#define GATHER(p, i) GATHER_AS(realv, p, i)
 #define LOADV(p) (*(const realv_unaligned *)(p))
 #define STOREV(p, x) (*(realv_unaligned *)(p) = (x))
 
@@ -69,6 +70,25 @@ inline bool any_lane(intv mask) {
     return (m2.x | m2.y) != 0;
 }
 #endif
+
+// The smallest and the largest lane. Fewer lanes fill up 16.
+#if VW == 16
+#define SIXTEEN(x) (x)
+#elif VW == 8
+#define SIXTEEN(x) (float16)(x, x)
+#elif VW == 4
+#define SIXTEEN(x) (float16)(x, x, x, x)
+#else
+#define SIXTEEN(x) (float16)(x)
+#endif
+inline float smallest_lane(realv x) {
+    const float16 x16 = SIXTEEN(x);
+    const float8 x8 = x16.lo < x16.hi ? x16.lo : x16.hi;
+    const float4 x4 = x8.lo < x8.hi ? x8.lo : x8.hi;
+    const float2 x2 = x4.lo < x4.hi ? x4.lo : x4.hi;
+    return x2.x < x2.y ? x2.x : x2.y;
+}
+inline float largest_lane(realv x) { return -smallest_lane(-x); }
 
 // AVX-512 picks any of 32 floats for each lane in one instruction, which no OpenCL function is compiled to.
 #if VW == 16 && defined(__AVX512F__)

@@ -6,7 +6,7 @@ use crate::camera::Orbit;
 use crate::device::StageTimes;
 use crate::error::Error;
 use crate::image::Background;
-use crate::renderer::{LatticeReport, Quality, Renderer};
+use crate::renderer::{Algorithm, LatticeReport, Quality, Renderer};
 use cpu_time::ProcessTime;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -32,7 +32,7 @@ pub(super) struct Arguments {
 struct Bench<'a> {
     volume: &'a str,
     algorithm: &'static str,
-    quality: Quality,
+    quality: Option<Quality>,
     device: &'a str,
     frames: u32,
     median_ms: f64,
@@ -109,8 +109,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     let bench = Bench {
         volume: scene.volume.name(),
-        algorithm: "layered",
-        quality: arguments.scene.quality.quality,
+        algorithm: scene.settings.algorithm.name(),
+        quality: (scene.settings.algorithm == Algorithm::Layered).then(|| arguments.scene.quality.quality()),
         device: &scene.device.info().name,
         frames,
         min_ms: times.iter().copied().fold(f64::INFINITY, f64::min),
@@ -153,12 +153,12 @@ fn mib(bytes: u64) -> f64 {
 }
 
 fn text(b: &Bench) -> String {
-    let quality = format!("{:?}", b.quality).to_lowercase();
+    let quality = b.quality.map_or(String::new(), |quality| format!(" {quality:?}").to_lowercase());
     let lattice = b
         .lattice
         .map_or("none: per pixel".into(), |l| format!("{}x{} samples, {:.2}x{:.2} per voxel", l.width, l.height, l.m[0], l.m[1]));
     let mut lines = vec![
-        format!("{}, {} {quality}, on {}", b.volume, b.algorithm, b.device),
+        format!("{}, {}{quality}, on {}", b.volume, b.algorithm, b.device),
         format!("median    {:.2} ms of {} frames ({:.1} frames/s)", b.median_ms, b.frames, 1e3 / b.median_ms),
         format!("range     {:.2} to {:.2} ms", b.min_ms, b.max_ms),
         format!("cpu       {:.2} ms per frame", b.cpu_ms),

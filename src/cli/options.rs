@@ -4,8 +4,8 @@ use super::parse;
 use crate::camera::Orbit;
 use crate::device::DeviceChoice;
 use crate::image::Background;
-use crate::layers::{Correction, Density, Viewport};
-use crate::renderer::{Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
+use crate::layers::{Correction, Density, Interpolation, Viewport};
+use crate::renderer::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
 use crate::transfer::Extinction;
 use crate::volume::{Endian, RawOptions, VoxelType};
 use clap::{Args, ValueEnum};
@@ -118,9 +118,11 @@ impl DeviceOptions {
 #[derive(Args)]
 #[command(next_help_heading = "Quality")]
 pub(super) struct QualityOptions {
-    /// draft, standard, high or paper
-    #[arg(long, default_value = "standard")]
-    pub quality: Quality,
+    #[command(flatten)]
+    algorithm: AlgorithmOptions,
+    /// draft, standard, high or paper [default: standard; of --algorithm layered]
+    #[arg(long)]
+    quality: Option<Quality>,
     /// When samples become colours: each after interpolation, or each stretch between two as a whole
     #[arg(long)]
     classification: Option<ClassificationName>,
@@ -153,6 +155,71 @@ pub(super) struct QualityOptions {
     unit_distance: Option<f64>,
 }
 
+/// Which renderer.
+#[derive(Args)]
+struct AlgorithmOptions {
+    /// layered, or one of those that the paper compares with
+    #[arg(long, default_value = "layered")]
+    algorithm: AlgorithmName,
+    /// Distance of view-sheets in voxels: 0.125 to 4 [default: 1]
+    #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
+    sheet_distance: Option<f64>,
+    /// Distance of slices (slicing) or samples (raycast) in smallest spacings [default: 1 and 0.5]
+    #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
+    step: Option<f64>,
+    /// Reconstruction of raycast [default: trilinear]
+    #[arg(long)]
+    interpolation: Option<InterpolationName>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum AlgorithmName {
+    Layered,
+    AxisSheets,
+    ViewSheets,
+    Slicing,
+    Raycast,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum InterpolationName {
+    Trilinear,
+    Tricubic,
+    Gaussian,
+}
+
+impl AlgorithmOptions {
+    fn algorithm(&self) -> Result<Algorithm, crate::Error> {
+        let algorithm = match self.algorithm {
+            AlgorithmName::Layered => Algorithm::Layered,
+            AlgorithmName::AxisSheets => Algorithm::AxisSheets,
+            AlgorithmName::ViewSheets => Algorithm::ViewSheets { sheet_distance: self.sheet_distance.unwrap_or(1.0) },
+            AlgorithmName::Slicing => Algorithm::Slicing { step: self.step.unwrap_or(1.0) },
+            AlgorithmName::Raycast => Algorithm::Raycast {
+                interpolation: match self.interpolation {
+                    None | Some(InterpolationName::Trilinear) => Interpolation::Trilinear,
+                    Some(InterpolationName::Tricubic) => Interpolation::Tricubic,
+                    Some(InterpolationName::Gaussian) => Interpolation::Gaussian,
+                },
+                step: self.step.unwrap_or(0.5),
+            },
+        };
+        let steps = matches!(algorithm, Algorithm::Slicing { .. } | Algorithm::Raycast { .. });
+        let given = [
+            (self.sheet_distance.is_some() && !matches!(algorithm, Algorithm::ViewSheets { .. }), "--sheet-distance"),
+            (self.step.is_some() && !steps, "--step"),
+            (self.interpolation.is_some() && !matches!(algorithm, Algorithm::Raycast { .. }), "--interpolation"),
+        ];
+        match given.iter().find(|(given, _)| *given) {
+            Some((_, option)) => {
+                let problem = format!("{option} has no meaning for --algorithm {}: leave it out", algorithm.name());
+                Err(crate::Error::Settings { problem })
+            }
+            None => Ok(algorithm),
+        }
+    }
+}
+
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum ClassificationName {
     Post,
@@ -181,7 +248,9 @@ enum FootprintsName {
 impl QualityOptions {
     /// The quality's settings with what was asked for otherwise, or what is contradictory.
     pub fn settings(&self) -> Result<Settings, crate::Error> {
-        let mut settings = self.quality.settings();
+        let mut settings = self.quality().settings();
+        settings.algorithm = self.algorithm.algorithm()?;
+        self.check_meaning(settings.algorithm)?;
         settings.layer_axis = self.layer_axis;
         settings.unit_distance = self.unit_distance;
         settings.classification = self.classification(settings.classification)?;
@@ -216,6 +285,35 @@ impl QualityOptions {
         Ok(settings)
     }
 
+    /// The bundle that the options begin with.
+    pub fn quality(&self) -> Quality {
+        self.quality.unwrap_or_default()
+    }
+
+    /// Refuses options that an algorithm does not have.
+    fn check_meaning(&self, algorithm: Algorithm) -> Result<(), crate::Error> {
+        if algorithm == Algorithm::Layered {
+            return Ok(());
+        }
+        let layer_axis = self.layer_axis != LayerAxis::Auto && algorithm != Algorithm::AxisSheets;
+        let given = [
+            (self.quality.is_some(), "--quality"),
+            (self.classification.is_some(), "--classification"),
+            (self.correction.is_some(), "--correction"),
+            (self.sublayers.is_some(), "--sublayers"),
+            (self.lattice.is_some(), "--lattice"),
+            (self.footprints.is_some(), "--footprints"),
+            (layer_axis, "--layer-axis"),
+        ];
+        match given.iter().find(|(given, _)| *given) {
+            Some((_, option)) => {
+                let problem = format!("{option} has no meaning for --algorithm {}: leave one of them out", algorithm.name());
+                Err(crate::Error::Settings { problem })
+            }
+            None => Ok(()),
+        }
+    }
+
     /// Corrections and the footprint set are for classification after interpolation, and imply it.
     fn classification(&self, own: Classification) -> Result<Classification, crate::Error> {
         let conflict = |problem: &str| Err(crate::Error::Settings { problem: problem.into() });
@@ -240,7 +338,7 @@ impl QualityOptions {
         Ok(match (self.correction, self.sublayers) {
             (None, None) => match own {
                 Classification::Post(_) => own,
-                Classification::Preintegrated { .. } => self.quality.splatted(),
+                Classification::Preintegrated { .. } => self.quality().splatted(),
             },
             (None | Some(CorrectionName::Sublayers), Some(n)) => Classification::Post(Correction::SubLayers(n)),
             (Some(CorrectionName::Sublayers), None) => {

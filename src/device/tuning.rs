@@ -14,6 +14,8 @@ pub struct Tuning {
     pub tile_rows: u32,
     /// Rows per tile of the lattice of point-sampled layers.
     pub point_tile_rows: u32,
+    /// Rows per tile of screen pixels, for the kernels that draw without a lattice in vectors.
+    pub screen_tile_rows: u32,
     /// Pixels of a block in the warp, along x and y.
     pub block: [u32; 2],
     /// Work-items per group of the tile kernels.
@@ -39,6 +41,7 @@ impl Tuning {
                 // Rows of voxels are resampled once per tile, three more than its samples need: engine takes 8.4 ms with
                 // 12 rows, 8.1 with 16 or 24, 9.0 with 8, 10.5 with 4. Fewer tiles are harder to share.
                 point_tile_rows: 16,
+                screen_tile_rows: 16,
                 block: [16, 8],
                 tile_group: 1,
                 pixel_group: 64,
@@ -50,6 +53,7 @@ impl Tuning {
                 tile_vectors: 1,
                 tile_rows: 2,
                 point_tile_rows: 2,
+                screen_tile_rows: 2,
                 block: [1, 1],
                 tile_group: 32,
                 pixel_group: 64,

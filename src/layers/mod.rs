@@ -7,6 +7,8 @@
 mod axis;
 mod footprint;
 mod footprint_set;
+mod gaussian;
+mod interpolation;
 mod kernel_function;
 mod lattice;
 mod perspective;
@@ -16,6 +18,8 @@ mod sub_slabs;
 pub use axis::{Axis, AxisFrame};
 pub use footprint::footprint;
 pub use footprint_set::{FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, nearest_in_set, set_direction};
+pub use gaussian::{GAUSSIAN_RADIUS, gaussian, gaussian_footprint, gaussian_footprint_factor, gaussian_integral};
+pub use interpolation::Interpolation;
 pub use kernel_function::{kernel_function, kernel_integral};
 pub use lattice::{Density, Lattice, LayerOffset, MAX_SAMPLES_PER_VOXEL};
 pub use perspective::{GaussNode, MAX_LATTICE_SHEAR, PerspectiveLattice, quadrature_nodes};

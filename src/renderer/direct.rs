@@ -5,7 +5,7 @@ use super::kept::{at_least, filled, upload_strides};
 use super::sample::SampleAxes;
 use super::sample::slab_table;
 use super::settings::{Footprints, Settings};
-use super::tables::PointRays;
+use super::tables::{PointRays, PointReach};
 use crate::device::launch::params::DirectParams;
 use crate::device::launch::{DirectArguments, PointDirectArguments};
 use crate::error::Error;
@@ -76,13 +76,13 @@ impl Renderer {
         let sample_axes = self.sample_axes(rays, settings);
         let Self { device, kernels, kept, .. } = self;
         let axes = axes_of(axis);
-        let point_rays = PointRays { leaning: true, thinnest: sample_axes.step.min_element() };
+        let point_rays = PointRays { reach: PointReach::Leaning, thinnest: Some(sample_axes.step.min_element()) };
         kept.prepare_points(device, kernels, &axes, &self.transfer, settings.extinction, point_rays)?;
         self.make_frame(viewport)?;
 
         let known = Axis::ALL.map(|a| if axes.contains(&a) { a } else { axes[0] });
         let sample = self.sample_params(&sample_axes, Axis::Z.frame(), settings);
-        let blocks = known.map(|a| self.kept.point_occupancy(a).blocks);
+        let blocks = known.map(|a| self.kept.point_occupancy(a, PointReach::Leaning).blocks);
         let params = self.direct_params(axis, rays, &sample_axes, blocks, settings);
         let Self { device, kernels, kept, scratch, .. } = self;
         let made = "made above";
@@ -90,7 +90,7 @@ impl Renderer {
             device,
             &PointDirectArguments {
                 voxels: kept.uploaded(),
-                visible: known.map(|a| &kept.slabs_visible(a, true).bits),
+                visible: known.map(|a| &kept.slabs_visible(a, PointReach::Leaning).bits),
                 integrals: &kept.integrals().nodes,
                 params,
                 sample,

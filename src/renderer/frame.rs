@@ -51,7 +51,7 @@ impl LatticePicture {
         match &self.plan {
             Plan::Lattice(lattice) => lattice.ray(column, row),
             Plan::Perspective(lattice) => lattice.ray(column, row),
-            Plan::Direct(_) => unreachable!("made for lattices only"),
+            _ => unreachable!("made for lattices only"),
         }
     }
 }
@@ -67,7 +67,7 @@ impl FrameReport {
         let lattice = match plan {
             Plan::Lattice(l) => Some((l.samples_per_voxel, l.size)),
             Plan::Perspective(l) => Some((l.samples_per_voxel, l.size)),
-            Plan::Direct(_) => None,
+            _ => None,
         };
         let lattice = lattice.map(|(m, [width, height])| LatticeReport { m, width, height });
         Self { stages: StageTimes::new(), active_samples: 0, lattice }
@@ -98,12 +98,12 @@ impl Renderer {
         Ok(Drawn { report, warp })
     }
 
-    /// How the lattice of a plan comes onto the screen; nothing for a direct plan, which draws there itself.
+    /// How the lattice of a plan comes onto the screen; nothing for a plan that draws there itself.
     fn warp_params(&self, plan: &Plan, rays: &Rays, viewport: Viewport, classification: Classification) -> Option<WarpParams> {
         let (from_screen, size, forward) = match plan {
             Plan::Lattice(l) => (l.from_screen(rays), l.size, 1.0),
             Plan::Perspective(l) => (l.from_screen(rays), l.size, l.layer_step as f32),
-            Plan::Direct(_) => return None,
+            _ => return None,
         };
         let tuning = self.device.tuning();
         let (tile, counts) = match (plan, classification) {
@@ -171,7 +171,7 @@ impl Renderer {
         let size = match &plan {
             Plan::Lattice(l) => l.size,
             Plan::Perspective(l) => l.size,
-            Plan::Direct(_) => return Ok(None),
+            _ => return Ok(None),
         };
         let count = size[0] as usize * size[1] as usize;
         Ok(Some(LatticePicture { plan, size, samples: read_pixels(self.scratch.lattice.as_ref(), &self.device, count)? }))

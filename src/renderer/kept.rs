@@ -1,7 +1,7 @@
 //! What stays on the device from frame to frame.
 
 use super::kernels::Kernels;
-use super::tables::{Integrals, PointRays, SlabsVisible, Table};
+use super::tables::{Integrals, PointRays, PointReach, SlabsVisible, Table};
 use crate::device::launch::params::{Float4, LayerOffset, VolumeView};
 use crate::device::launch::{Occupancy, Reach, Visibility, VoxelBuffer};
 use crate::device::{Buffer, Device};
@@ -21,7 +21,8 @@ pub(super) struct Kept {
     voxels: VoxelBuffer,
     transposed: Option<VoxelBuffer>,
     occupancies: [Option<Occupancy>; 3],
-    point_occupancies: [Option<Occupancy>; 3],
+    /// Of points with kernels of radius 1, and of 2.
+    point_occupancies: [[Option<Occupancy>; 3]; 2],
     table: Option<Table>,
     footprint_set: Option<FootprintSet>,
 }
@@ -42,7 +43,7 @@ impl Kept {
             voxels: VoxelBuffer::upload(device, volume.voxels(), volume.name())?,
             transposed: None,
             occupancies: [None, None, None],
-            point_occupancies: [None, None, None],
+            point_occupancies: Default::default(),
             table: None,
             footprint_set: None,
         })
@@ -79,14 +80,14 @@ impl Kept {
         self.occupancies[axis.index()].as_ref().expect("prepare() made it")
     }
 
-    /// The occupancy of a layer axis for point-sampled layers.
-    pub fn point_occupancy(&self, axis: Axis) -> &Occupancy {
-        self.point_occupancies[axis.index()].as_ref().expect("prepare_points() made it")
+    /// The occupancy of a layer axis for samples at points.
+    pub fn point_occupancy(&self, axis: Axis, reach: PointReach) -> &Occupancy {
+        self.point_occupancies[occupancy_index(reach)][axis.index()].as_ref().expect("prepare_points() made it")
     }
 
-    /// The visible blocks of a layer axis, for rays that lean up to one voxel per layer or for others.
-    pub fn slabs_visible(&self, axis: Axis, leaning: bool) -> &SlabsVisible {
-        self.table().slabs_visible[usize::from(leaning)][axis.index()].as_ref().expect("prepare_points() made it")
+    /// The visible blocks of a layer axis for samples at points.
+    pub fn slabs_visible(&self, axis: Axis, reach: PointReach) -> &SlabsVisible {
+        self.table().slabs_visible[reach as usize][axis.index()].as_ref().expect("prepare_points() made it")
     }
 
     /// The integrals of the transfer function.
@@ -130,7 +131,7 @@ impl Kept {
         Ok(())
     }
 
-    /// The same for point-sampled layers.
+    /// The same for samples at points.
     pub fn prepare_points(
         &mut self,
         device: &Device,
@@ -144,22 +145,40 @@ impl Kept {
         for &axis in axes {
             self.prepare_layout(device, kernels, axis)?;
             let i = axis.index();
-            if self.point_occupancies[i].is_none() {
-                self.point_occupancies[i] = Some(self.find_occupancy(device, kernels, axis, Reach::POINTS)?);
+            let reach = rays.reach;
+            if self.point_occupancies[occupancy_index(reach)][i].is_none() {
+                let occupancy = self.find_occupancy(device, kernels, axis, reach.occupancy())?;
+                self.point_occupancies[occupancy_index(reach)][i] = Some(occupancy);
             }
-            if self.table().slabs_visible[usize::from(rays.leaning)][i].is_none() {
-                let visibility = self.visibility(self.point_occupancy(axis));
+            if self.table().slabs_visible[reach as usize][i].is_none() {
+                let visibility = self.visibility(self.point_occupancy(axis, reach));
                 let bits = Buffer::new(device, visibility.occupancy.slab_bytes(), "the visibility of blocks")?;
-                kernels.slab_visibility(device)?.launch(device, &visibility, rays.leaning, &bits)?;
+                kernels.slab_visibility(device)?.launch(device, &visibility, reach.around(), reach.slack(), &bits)?;
                 let visible = SlabsVisible::new(device, bits, visibility.occupancy)?;
-                self.table.as_mut().expect("made above").slabs_visible[usize::from(rays.leaning)][i] = Some(visible);
+                self.table.as_mut().expect("made above").slabs_visible[reach as usize][i] = Some(visible);
             }
         }
         let (field_range, offset) = (self.field_range, self.offset);
         let table = self.table.as_mut().expect("made above");
-        if table.integrals.as_ref().is_none_or(|i| i.thinnest != rays.thinnest) {
-            table.integrals =
-                Some(Integrals::upload(device, &table.on_host.integrals(rays.thinnest), field_range, offset, rays.thinnest)?);
+        if let Some(thinnest) = rays.thinnest
+            && table.integrals.as_ref().is_none_or(|i| i.thinnest != thinnest)
+        {
+            table.integrals = Some(Integrals::upload(device, &table.on_host.integrals(thinnest), field_range, offset, thinnest)?);
+            table.slabs = None;
+        }
+        Ok(())
+    }
+
+    /// Makes the table of slicing for slabs of a thickness in unit distances. The integrals are there.
+    pub fn prepare_slab_table(&mut self, device: &Device, kernels: &Kernels, thickness: f32) -> Result<(), Error> {
+        let table = self.table.as_mut().expect("prepare_points() made it");
+        if table.slabs.as_ref().is_none_or(|(made_for, _)| *made_for != thickness) {
+            let integrals = table.integrals.as_ref().expect("prepare_points() made it");
+            let slabs = Buffer::new(device, SLAB_VALUES * SLAB_VALUES, "the pre-integration table")?;
+            let linear = table.extinction == Extinction::Linear;
+            let kernel = kernels.preintegrated_table(device)?;
+            kernel.launch(device, &integrals.nodes, integrals.unit, thickness, linear, SLAB_VALUES, &slabs)?;
+            table.slabs = Some((thickness, slabs));
         }
         Ok(())
     }
@@ -215,6 +234,13 @@ impl Kept {
         let frame = axis.frame();
         [frame.u, frame.v, frame.a].map(|i| self.dims[i])
     }
+}
+
+/// Values in front and behind that the table of slicing has entries for.
+pub(super) const SLAB_VALUES: usize = 512;
+
+fn occupancy_index(reach: PointReach) -> usize {
+    usize::from(reach == PointReach::Gaussian)
 }
 
 /// Buffers that frames write and the next frame writes again. They only grow.

@@ -3,10 +3,11 @@
 use crate::device::Device;
 use crate::device::launch::params::Float4;
 use crate::device::launch::{
-    DirectKernel, FootprintSetKernel, FootprintsKernel, LatticeKernel, OccupancyKernel, PerspectiveKernel, PointDirectKernel,
-    PointLatticeKernel, PresentKernel, SlabVisibilityKernel, TableKernel, TransposeKernel, VisibilityKernel, WarpKernel,
+    DirectKernel, FootprintSetKernel, FootprintsKernel, LatticeKernel, MarchKernel, OccupancyKernel, PerspectiveKernel, PointDirectKernel,
+    PointLatticeKernel, PreintegratedTableKernel, PresentKernel, SlabVisibilityKernel, TableKernel, TransposeKernel, VisibilityKernel, WarpKernel,
 };
 use crate::error::Error;
+use crate::layers::Interpolation;
 use crate::volume::VoxelType;
 use std::cell::OnceCell;
 
@@ -30,6 +31,10 @@ pub(super) struct Kernels {
     warp: OnceCell<WarpKernel<Float4>>,
     warp_displayed: OnceCell<WarpKernel<[u8; 4]>>,
     present: OnceCell<PresentKernel>,
+    /// Per interpolation.
+    raycast: [OnceCell<MarchKernel>; 3],
+    slicing: OnceCell<MarchKernel>,
+    preintegrated_table: OnceCell<PreintegratedTableKernel>,
 }
 
 fn built<T>(cell: &OnceCell<T>, build: impl FnOnce() -> Result<T, Error>) -> Result<&T, Error> {
@@ -76,6 +81,9 @@ impl Kernels {
             warp: OnceCell::new(),
             warp_displayed: OnceCell::new(),
             present: OnceCell::new(),
+            raycast: Default::default(),
+            slicing: OnceCell::new(),
+            preintegrated_table: OnceCell::new(),
         }
     }
 
@@ -91,6 +99,16 @@ impl Kernels {
     getter!(warp, WarpKernel<Float4>);
     getter!(warp_displayed, WarpKernel<[u8; 4]>);
     getter!(present, PresentKernel);
+    getter!(preintegrated_table, PreintegratedTableKernel);
+
+    pub fn raycast(&self, device: &Device, interpolation: Interpolation) -> Result<&MarchKernel, Error> {
+        let cell = &self.raycast[interpolation as usize];
+        built(cell, || MarchKernel::raycast(device, self.voxel_type, interpolation))
+    }
+
+    pub fn slicing(&self, device: &Device) -> Result<&MarchKernel, Error> {
+        built(&self.slicing, || MarchKernel::slicing(device, self.voxel_type))
+    }
 
     /// `cut`: values can lie beyond the table of integrals.
     pub fn point_lattice(&self, device: &Device, cut: bool) -> Result<&PointLatticeKernel, Error> {

@@ -5,6 +5,7 @@ mod frame;
 mod kept;
 mod kernels;
 mod lattice;
+mod march;
 mod plan;
 mod points;
 mod sample;
@@ -13,7 +14,7 @@ mod tables;
 
 pub use frame::{FrameReport, LatticePicture, LatticeReport};
 pub use plan::Plan;
-pub use settings::{Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
+pub use settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
 
 use crate::camera::Camera;
 use crate::device::Device;
@@ -125,6 +126,9 @@ impl Renderer {
             (Plan::Direct(axis), Classification::Preintegrated { .. }) => {
                 self.run_point_direct(*axis, rays, viewport, settings)?
             }
+            (Plan::Raycast(interpolation, step), _) => self.run_raycast(*interpolation, *step, rays, viewport, settings)?,
+            (Plan::Slicing(step), _) => self.run_slicing(*step, rays, viewport, settings)?,
+            (Plan::AxisSheets(_) | Plan::ViewSheets(_), _) => todo!(),
         }
         Ok(FrameReport::new(plan))
     }

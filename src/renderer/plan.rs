@@ -1,8 +1,8 @@
 //! Which evaluation a view gets.
 
-use super::settings::{Classification, Evaluation, Footprints, LayerAxis, Settings};
+use super::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Settings};
 use crate::error::Error;
-use crate::layers::{Axis, Lattice, PerspectiveLattice, Rays, Viewport};
+use crate::layers::{Axis, Interpolation, Lattice, PerspectiveLattice, Rays, Viewport};
 use crate::volume::Grid;
 use std::fmt;
 
@@ -18,6 +18,14 @@ pub enum Plan {
     Perspective(PerspectiveLattice),
     /// Per pixel: with one layer axis, or with each ray's own.
     Direct(Option<Axis>),
+    /// By axis-aligned sheets.
+    AxisSheets(Axis),
+    /// By sheets across the view, of a distance in voxels.
+    ViewSheets(f64),
+    /// By slices, of a distance in smallest spacings.
+    Slicing(f64),
+    /// By ray casting, with a step in smallest spacings.
+    Raycast(Interpolation, f64),
 }
 
 impl Plan {
@@ -31,6 +39,13 @@ impl Plan {
             LayerAxis::Auto => Axis::most_parallel(rays.central_direction()),
             LayerAxis::Forced(axis) => axis,
         };
+        match settings.algorithm {
+            Algorithm::Layered => {}
+            Algorithm::AxisSheets => return Ok(Plan::AxisSheets(axis)),
+            Algorithm::ViewSheets { sheet_distance } => return Ok(Plan::ViewSheets(sheet_distance)),
+            Algorithm::Slicing { step } => return Ok(Plan::Slicing(step)),
+            Algorithm::Raycast { interpolation, step } => return Ok(Plan::Raycast(interpolation, step)),
+        }
         let direct = Self::direct(rays, grid, axis, settings)?;
         let Evaluation::Lattice(density) = settings.evaluation else {
             return Ok(direct);
@@ -78,6 +93,10 @@ impl fmt::Display for Plan {
             Plan::Perspective(l) => write!(f, "perspective lattice of {}x{} samples", l.size[0], l.size[1]),
             Plan::Direct(Some(axis)) => write!(f, "direct, layer axis {axis:?}"),
             Plan::Direct(None) => write!(f, "direct, each ray with its own layer axis"),
+            Plan::AxisSheets(axis) => write!(f, "sheets along axis {axis:?}"),
+            Plan::ViewSheets(distance) => write!(f, "sheets across the view, {distance} voxels apart"),
+            Plan::Slicing(step) => write!(f, "slices {step} spacings apart"),
+            Plan::Raycast(interpolation, step) => write!(f, "rays, {interpolation:?}, in steps of {step} spacings"),
         }
     }
 }

@@ -4,7 +4,7 @@ use super::Renderer;
 use super::kept::{at_least, filled};
 use super::plan::Plan;
 use super::settings::Settings;
-use super::tables::PointRays;
+use super::tables::{PointRays, PointReach};
 use crate::device::launch::PointLatticeArguments;
 use crate::device::launch::params::RayLatticeParams;
 use crate::error::Error;
@@ -16,8 +16,7 @@ struct RayLattice {
     size: [u32; 2],
     layer_step: i32,
     centre_layer: f64,
-    /// Whether any ray may lean more than one voxel per layer.
-    leaning: bool,
+    reach: PointReach,
     crossings: [Vec<[f32; 2]>; 2],
 }
 
@@ -28,20 +27,20 @@ impl RayLattice {
             Plan::Lattice(l) => {
                 let crossings = [l.crossings(0, padding(l.size[0])), l.crossings(1, 0)];
                 let Lattice { frame, size, layer_step, .. } = *l;
-                Self { frame, size, layer_step, centre_layer: l.centre_layer(), leaning: false, crossings }
+                Self { frame, size, layer_step, centre_layer: l.centre_layer(), reach: PointReach::Near, crossings }
             }
             Plan::Perspective(l) => {
                 let crossings = [l.crossings(0, padding(l.size[0])), l.crossings(1, 0)];
                 let PerspectiveLattice { frame, size, layer_step, .. } = *l;
-                Self { frame, size, layer_step, centre_layer: l.centre_layer(), leaning: true, crossings }
+                Self { frame, size, layer_step, centre_layer: l.centre_layer(), reach: PointReach::Leaning, crossings }
             }
-            Plan::Direct(_) => return None,
+            _ => return None,
         })
     }
 }
 
 impl Renderer {
-    /// Renders the lattice of a plan into `scratch.lattice`; nothing for a direct one.
+    /// Renders the lattice of a plan into `scratch.lattice`; nothing for one without a lattice.
     pub(super) fn run_points(&mut self, plan: &Plan, rays: &Rays, settings: &Settings) -> Result<(), Error> {
         let tuning = *self.device.tuning();
         let Some(lattice) = RayLattice::new(plan, |columns| columns.next_multiple_of(tuning.vector_width) - columns) else {
@@ -50,7 +49,7 @@ impl Renderer {
         let axis = lattice.frame.layer_axis();
         let axes = self.sample_axes(rays, settings);
         let Self { device, kernels, kept, scratch, .. } = self;
-        let point_rays = PointRays { leaning: lattice.leaning, thinnest: axes.step.min_element() };
+        let point_rays = PointRays { reach: lattice.reach, thinnest: Some(axes.step.min_element()) };
         kept.prepare_points(device, kernels, &[axis], &self.transfer, settings.extinction, point_rays)?;
         let samples = lattice.size[0] as usize * lattice.size[1] as usize;
         at_least(&mut scratch.lattice, device, samples, "the lattice")?;
@@ -66,12 +65,12 @@ impl Renderer {
         let params = RayLatticeParams {
             size: lattice.size.map(|n| n as i32),
             tiles: tiles.map(|t| t as i32),
-            blocks: kept.point_occupancy(axis).blocks,
+            blocks: kept.point_occupancy(axis, lattice.reach).blocks,
             layer_step: lattice.layer_step,
             culling: i32::from(settings.culling),
             centre_layer: lattice.centre_layer as f32,
             visible: kept.integrals().visible_values,
-            slabs: kept.slabs_visible(axis, lattice.leaning).slabs,
+            slabs: kept.slabs_visible(axis, lattice.reach).slabs,
         };
         scratch.active_count = tiles[0] as usize * tiles[1] as usize;
         at_least(&mut scratch.active_samples, device, scratch.active_count, "the sample counts")?;
@@ -86,7 +85,7 @@ impl Renderer {
                 voxels,
                 view,
                 crossings: [0, 1].map(|i| scratch.crossings[i].as_ref().expect(written)),
-                visible: &kept.slabs_visible(axis, lattice.leaning).bits,
+                visible: &kept.slabs_visible(axis, lattice.reach).bits,
                 integrals: &kept.integrals().nodes,
                 params,
                 sample,

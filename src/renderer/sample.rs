@@ -1,7 +1,7 @@
 //! Parameters of the step that classifies, shades and composites one sample.
 
 use super::Renderer;
-use super::settings::{Classification, Settings};
+use super::settings::{Algorithm, Classification, Settings};
 use crate::device::launch::params::{Float4, SampleParams};
 use crate::layers::{AxisFrame, Correction, LayerSlabs, Rays, SubSlab};
 use crate::transfer::Extinction;
@@ -34,7 +34,7 @@ impl Renderer {
         let range = if range > 0.0 { range } else { 1.0 };
         let light =
             settings.shading.and_then(|s| s.light).map_or(rays.to_eye, |l| self.grid.world_to_grid_axes() * l.normalize());
-        let unit = settings.unit_distance.unwrap_or(smallest) * f64::from(settings.classification.samples_per_layer());
+        let unit = settings.unit_distance.unwrap_or(smallest) * f64::from(settings.samples_per_layer());
         SampleAxes {
             gradient: smallest / spacing / range,
             light,
@@ -46,10 +46,12 @@ impl Renderer {
     /// Parameters for a layer axis; the direct kernel, whose rays may differ in theirs, sets the axes itself.
     pub(super) fn sample_params(&self, axes: &SampleAxes, frame: AxisFrame, settings: &Settings) -> SampleParams {
         let kept = &self.kept;
+        let table = kept.table();
         let ((table_first, table_per_value, table_last), visible, table_unit, samples) = match settings.classification {
+            _ if settings.algorithm != Algorithm::Layered => (table.scale, table.visible_entries, 0.0, [1, 0, 0]),
             Classification::Post(correction) => {
                 let slabs = LayerSlabs::new(correction);
-                (kept.table().scale, kept.table().visible_entries, 0.0, [slabs.inner.len(), slabs.front.len(), slabs.back.len()])
+                (table.scale, table.visible_entries, 0.0, [slabs.inner.len(), slabs.front.len(), slabs.back.len()])
             }
             Classification::Preintegrated { samples_per_layer } => {
                 let integrals = kept.integrals();

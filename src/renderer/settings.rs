@@ -1,11 +1,75 @@
 //! How a picture is made, and bundles of it.
 
 use crate::error::Error;
-use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
+use crate::layers::{Axis, Correction, Density, Interpolation, MAX_SAMPLES_PER_VOXEL};
 use crate::transfer::Extinction;
 use glam::DVec3;
 use serde::Serialize;
 use std::str::FromStr;
+
+/// Which renderer makes the picture. All but the first are what the paper compares with, in the same house.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Algorithm {
+    /// Layered volume splatting.
+    #[default]
+    Layered,
+    /// Axis-aligned sheet-buffer splatting (Westover 1990): voxels are classified and shaded, then splatted with a Gaussian
+    /// of radius 2 into one sheet per slice.
+    AxisSheets,
+    /// Image-aligned sheet-buffer splatting (Mueller & Crawfis 1998; Neophytou & Mueller 2005): voxels are sorted along the
+    /// view in every frame and splatted with slabs of a Gaussian of radius 2; sheets are classified and shaded per pixel.
+    ViewSheets {
+        /// Distance of sheets, in voxels along the view ([`Algorithm::SHEET_DISTANCES`]).
+        sheet_distance: f64,
+    },
+    /// Pre-integrated slicing (Engel et al. 2001): trilinear samples on planes at right angles to the view, a table over the
+    /// values in front of and behind each slab.
+    Slicing {
+        /// Distance of slices, in smallest spacings ([`Algorithm::STEPS`]).
+        step: f64,
+    },
+    /// Ray casting, front to back, each sample classified after interpolation.
+    Raycast {
+        /// The kernel that reconstructs the field.
+        interpolation: Interpolation,
+        /// Distance of samples, in smallest spacings ([`Algorithm::STEPS`]).
+        step: f64,
+    },
+}
+
+impl Algorithm {
+    /// Distances of sheets that are accepted: each splat writes 4 / distance + 1 sheets.
+    pub const SHEET_DISTANCES: (f64, f64) = (0.125, 4.0);
+    /// Steps that are accepted.
+    pub const STEPS: (f64, f64) = (1e-3, 64.0);
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Algorithm::Layered => "layered",
+            Algorithm::AxisSheets => "axis-sheets",
+            Algorithm::ViewSheets { .. } => "view-sheets",
+            Algorithm::Slicing { .. } => "slicing",
+            Algorithm::Raycast { .. } => "raycast",
+        }
+    }
+
+    fn check(self) -> Result<(), Error> {
+        let (name, value, (from, to), expected) = match self {
+            Algorithm::Layered | Algorithm::AxisSheets => return Ok(()),
+            Algorithm::ViewSheets { sheet_distance } => {
+                ("sheet distance", sheet_distance, Self::SHEET_DISTANCES, "0.125 to 4 voxels")
+            }
+            Algorithm::Slicing { step } | Algorithm::Raycast { step, .. } => {
+                ("step", step, Self::STEPS, "0.001 to 64 times the smallest spacing")
+            }
+        };
+        if (from..=to).contains(&value) {
+            return Ok(());
+        }
+        Err(Error::OutOfRange { name, value: value.to_string(), expected })
+    }
+}
 
 /// Which layer axis is taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,6 +150,9 @@ impl Default for Shading {
 /// Everything that decides how a picture is made, besides volume, transfer function and camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
+    /// Which renderer. What the others do not have (classification, evaluation, footprints; of all but axis-aligned sheets
+    /// the layer axis) they ignore. Default: layered.
+    pub algorithm: Algorithm,
     /// Which layer axis is taken. Default: the 45° rule.
     pub layer_axis: LayerAxis,
     /// Where splat sums are evaluated. Default: on a lattice about as fine as the screen.
@@ -153,6 +220,7 @@ impl Quality {
             Quality::Paper => (Evaluation::Direct, Footprints::Set, self.splatted()),
         };
         Settings {
+            algorithm: Algorithm::Layered,
             layer_axis: LayerAxis::Auto,
             evaluation,
             footprints,
@@ -184,9 +252,18 @@ impl Settings {
     /// Transmittance at which early termination stops: 72 dB below white.
     pub const OPAQUE: f64 = 1.0 / 4096.0;
 
+    /// Samples per layer, or per sheet, slice or step.
+    pub(super) fn samples_per_layer(&self) -> u32 {
+        match self.algorithm {
+            Algorithm::Layered => self.classification.samples_per_layer(),
+            _ => 1,
+        }
+    }
+
     /// Checks every number.
     pub(super) fn check(&self) -> Result<(), Error> {
         let refuse = |name, value: &dyn ToString, expected| Err(Error::OutOfRange { name, value: value.to_string(), expected });
+        self.algorithm.check()?;
         if let Evaluation::Lattice(Density::Fixed(m) | Density::AtLeast(m)) = self.evaluation
             && !(1..=MAX_SAMPLES_PER_VOXEL).contains(&m)
         {

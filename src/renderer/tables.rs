@@ -1,18 +1,51 @@
 //! What is kept on the device of a transfer function.
 
-use crate::device::launch::Occupancy;
+use crate::device::launch::{Occupancy, Reach};
 use crate::device::launch::params::Float4;
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::transfer::{Extinction, IntegralTable, TransferFunction, TransferTable};
 
-/// What tables for point-sampled layers depend on.
+/// How far samples at points reach for voxels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PointReach {
+    /// Rays lean at most one voxel per layer, or samples are looked up by their own cell.
+    Near,
+    /// Some rays lean more.
+    Leaning,
+    /// By their own cell, reconstructed with a Gaussian of radius 2.
+    Gaussian,
+}
+
+impl PointReach {
+    /// A lattice sum of Gaussians overshoots by 4.4 %.
+    const GAUSSIAN_SLACK: f32 = 0.05;
+
+    /// What its occupancy covers.
+    pub fn occupancy(self) -> Reach {
+        match self {
+            PointReach::Near | PointReach::Leaning => Reach::POINTS,
+            PointReach::Gaussian => Reach::GAUSSIAN,
+        }
+    }
+
+    /// Blocks to either side that are in reach.
+    pub fn around(self) -> i32 {
+        i32::from(self == PointReach::Leaning)
+    }
+
+    /// By how much sums overshoot the voxels' distance from the background.
+    pub fn slack(self) -> f32 {
+        if self == PointReach::Gaussian { Self::GAUSSIAN_SLACK } else { 0.0 }
+    }
+}
+
+/// What tables for samples at points depend on.
 #[derive(Clone, Copy)]
 pub(super) struct PointRays {
-    /// Whether any ray leans more than one voxel per layer.
-    pub leaning: bool,
-    /// Shortest stretch between two samples, in unit distances.
-    pub thinnest: f64,
+    pub reach: PointReach,
+    /// Shortest stretch between two samples, in unit distances, where stretches are pre-integrated.
+    pub thinnest: Option<f64>,
 }
 
 /// A transfer table on the device, with the blocks that it can show per layer axis.
@@ -26,9 +59,11 @@ pub(super) struct Table {
     /// First and last entry with opacity; if there is none, the first is beyond the last.
     pub visible_entries: [i32; 2],
     pub visible: [Option<Buffer<u8>>; 3],
-    /// Bits for rays that lean up to one voxel per layer, and for others, per layer axis.
-    pub slabs_visible: [[Option<SlabsVisible>; 3]; 2],
+    /// Bits per [`PointReach`] and layer axis.
+    pub slabs_visible: [[Option<SlabsVisible>; 3]; 3],
     pub integrals: Option<Integrals>,
+    /// The table of slicing, with the thickness of a slab that it is for.
+    pub slabs: Option<(f32, Buffer<Float4>)>,
 }
 
 /// Which blocks of which slabs can show anything.
@@ -73,6 +108,7 @@ impl Table {
             visible: [None, None, None],
             slabs_visible: Default::default(),
             integrals: None,
+            slabs: None,
         })
     }
 }

@@ -27,15 +27,19 @@ impl TransposeKernel {
 pub(crate) struct Reach {
     pub below: i32,
     pub above: i32,
+    /// How many layers to either side.
+    pub around: i32,
     /// Rows of a block.
     pub rows: i32,
 }
 
 impl Reach {
     /// Splat sums of three layers, |s| ≤ 1: 1 + |s| around their crossings, |s| to either side.
-    pub const SPLATS: Reach = Reach { below: 3, above: 4, rows: 8 };
+    pub const SPLATS: Reach = Reach { below: 3, above: 4, around: 0, rows: 8 };
     /// Point samples at either end of a slab, |s| ≤ 1.
-    pub const POINTS: Reach = Reach { below: 1, above: 2, rows: 4 };
+    pub const POINTS: Reach = Reach { below: 1, above: 2, around: 0, rows: 4 };
+    /// Points between two layers, reconstructed with a kernel of radius 2.
+    pub const GAUSSIAN: Reach = Reach { below: 1, above: 2, around: 1, rows: 4 };
 }
 
 /// Smallest and largest value in reach of each block of a layer axis.
@@ -96,7 +100,7 @@ impl OccupancyKernel {
             &self.0,
             items,
             group,
-            &[voxels, view, &blocks_u, &blocks_v, &reach.rows, &reach.below, &reach.above, &occupancy.limits],
+            &[voxels, view, &blocks_u, &blocks_v, &reach.rows, &reach.below, &reach.above, &reach.around, &occupancy.limits],
         )
     }
 }
@@ -156,9 +160,16 @@ impl SlabVisibilityKernel {
         ))
     }
 
-    /// `leaning`: for rays that lean more than one voxel per layer. `bits` takes [`Occupancy::slab_bytes`].
-    pub fn launch(&self, device: &Device, visibility: &Visibility, leaning: bool, bits: &Buffer<u8>) -> Result<(), Error> {
-        let around = i32::from(leaning);
-        visibility.launch(device, "visibility", &self.0, visibility.occupancy.slab_bytes(), &[&around, bits])
+    /// `around`: blocks to either side that are in reach; `slack`: by how much sums of kernels overshoot. `bits` takes
+    /// [`Occupancy::slab_bytes`].
+    pub fn launch(
+        &self,
+        device: &Device,
+        visibility: &Visibility,
+        around: i32,
+        slack: f32,
+        bits: &Buffer<u8>,
+    ) -> Result<(), Error> {
+        visibility.launch(device, "visibility", &self.0, visibility.occupancy.slab_bytes(), &[&around, &slack, bits])
     }
 }

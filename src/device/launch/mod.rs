@@ -4,6 +4,7 @@ mod direct;
 mod footprints;
 mod lattice;
 mod layout;
+mod march;
 pub(crate) mod params;
 mod picture;
 mod points;
@@ -13,6 +14,7 @@ pub(crate) use direct::{DirectArguments, DirectKernel, PointDirectArguments, Poi
 pub(crate) use footprints::{FootprintSetKernel, FootprintsKernel};
 pub(crate) use lattice::{LatticeArguments, LatticeKernel, PerspectiveArguments, PerspectiveKernel};
 pub(crate) use layout::{Occupancy, OccupancyKernel, Reach, SlabVisibilityKernel, TransposeKernel, Visibility, VisibilityKernel};
+pub(crate) use march::{MarchArguments, MarchKernel, PreintegratedTableKernel};
 pub(crate) use picture::{PresentKernel, WarpArguments, WarpKernel};
 pub(crate) use points::{PointLatticeArguments, PointLatticeKernel};
 pub(crate) use table::TableKernel;
@@ -46,7 +48,9 @@ by_value!(
     params::LatticeParams,
     params::RayLatticeParams,
     params::DirectParams,
-    params::WarpParams
+    params::WarpParams,
+    params::ScreenParams,
+    params::MarchParams
 );
 
 impl<T: Copy> Argument for Buffer<T> {
@@ -103,6 +107,12 @@ impl Argument for VoxelBuffer {
     fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()> {
         self.bytes.set(kernel, index)
     }
+}
+
+/// `-D` options for kernels that draw tiles of screen pixels.
+fn screen_defines(device: &Device, voxel_type: VoxelType) -> String {
+    let tuning = device.tuning();
+    format!("{} -DTILE_ROWS={}", voxel_defines(voxel_type, tuning.vector_width), tuning.screen_tile_rows)
 }
 
 /// `-D` options for kernels that read voxels of a type, in vectors of `width`.

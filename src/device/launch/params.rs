@@ -119,6 +119,32 @@ shared_struct! {
     }
 }
 
+shared_struct! {
+    /// See `ScreenParams` in kernels/screen.cl.
+    ScreenParams, SCREEN_PARAMS_BYTES, 128 {
+        origin: [[f32; 4]; 3],
+        direction: [[f32; 4]; 3],
+        start: f32,
+        step: [f32; 3],
+        size: [i32; 2],
+        tiles: [i32; 2],
+    }
+}
+
+shared_struct! {
+    /// See `MarchParams` in kernels/march.cl.
+    MarchParams, MARCH_PARAMS_BYTES, 40 {
+        blocks: [i32; 2],
+        culling: i32,
+        length: f32,
+        slice_step: f32,
+        table_first: f32,
+        table_per_value: f32,
+        table_size: i32,
+        visible: [f32; 2],
+    }
+}
+
 /// `-D` options that tell the kernels the sizes of the structures.
 pub(crate) fn size_defines() -> String {
     [
@@ -129,6 +155,8 @@ pub(crate) fn size_defines() -> String {
         ("RAY_LATTICE_PARAMS_BYTES", RAY_LATTICE_PARAMS_BYTES),
         ("DIRECT_PARAMS_BYTES", DIRECT_PARAMS_BYTES),
         ("WARP_PARAMS_BYTES", WARP_PARAMS_BYTES),
+        ("SCREEN_PARAMS_BYTES", SCREEN_PARAMS_BYTES),
+        ("MARCH_PARAMS_BYTES", MARCH_PARAMS_BYTES),
     ]
     .map(|(name, bytes)| format!("-D{name}={bytes}"))
     .join(" ")

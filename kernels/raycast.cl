@@ -1,0 +1,78 @@
+// Ray casting, front to back: the field at even steps along every ray, classified after interpolation.
+//
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which casts the rays of one row at a time. Sample
+// n lies in the middle of the n-th step, counted from the eye, or in a parallel view from the plane of the volume's
+// centre.
+
+struct GradientSource {
+    __global const VOXEL *voxels;
+    const VolumeView *view;
+    const realv *point;
+    intv needed;
+};
+
+inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+    differences_at(s->voxels, s->view, s->point[0], s->point[1], s->point[2], s->needed, u, v, a);
+}
+
+// Casts one row of rays.
+ALWAYS_INLINE Light cast_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
+                             __global const float4 *table, const ScreenParams *s, const MarchParams *p,
+                             const SampleParams *sample, const RowRays *rays, intv *active) {
+    Light light = {0.0f, 0.0f, 0.0f, 1.0f};
+    const Extent extent = support_of(view, s, rays);
+    const realv step = p->length / rays->length;
+    const float anchor = s->start == -INFINITY ? 0.0f : s->start;
+    const realv first = (extent.from - anchor) / step, last = (extent.to - anchor) / step;
+    const intv hits = first < last;
+    if (!ANY(hits))
+        return light;
+    const int begin = (int)floor(smallest_lane(hits ? first : (realv)(INFINITY)));
+    const int end = (int)ceil(largest_lane(hits ? last : (realv)(-INFINITY)));
+    for (int n = begin; n < end; n++) {
+        realv point[3];
+        if (p->culling && (n - begin) % CHUNK == 0) {
+            realv other[3];
+            points_at(rays, anchor + (realv)(n) * step, point);
+            points_at(rays, anchor + (realv)(n + CHUNK) * step, other);
+            if (!box_visible(visible, p, view, point, other)) {
+                n += CHUNK - 1;
+                continue;
+            }
+        }
+        const float middle = n + 0.5f;
+        points_at(rays, anchor + middle * step, point);
+        intv needed = middle >= first && middle < last;
+        if (sample->opaque > 0.0f)
+            needed &= light.t > sample->opaque;
+        if (p->culling)
+            needed &= cells_visible(visible, p, view, point[0], point[1], point[2]);
+        if (!ANY(needed))
+            continue;
+        const realv value = value_at(voxels, view, point[0], point[1], point[2], needed);
+        const struct GradientSource source = {voxels, view, point, needed};
+        bool lit = false;
+        Lighting lighting;
+        composite_sample(sample, table, value, 1.0f, (realv)(p->length), CONVERT_REALV(COUNT_IF(needed)), &source, &lit,
+                         &lighting, &light, active);
+        if (sample->opaque > 0.0f && !ANY(hits && light.t > sample->opaque))
+            break;
+    }
+    return light;
+}
+
+__kernel void raycast(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
+                      __global const float4 *table, ScreenParams s, MarchParams p, SampleParams sample,
+                      __global float4 *frame, __global uint *active_samples) {
+    const int id = get_global_id(0);
+    if (id >= s.tiles_u * s.tiles_v)
+        return;
+    const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
+    intv active = 0;
+    for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
+        const RowRays rays = rays_of_row(&s, column, r);
+        const Light light = cast_row(voxels, &view, visible, table, &s, &p, &sample, &rays, &active);
+        store_pixels(&s, column, r, &light, frame);
+    }
+    active_samples[id] = counted(&s, column, active);
+}

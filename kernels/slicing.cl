@@ -1,0 +1,121 @@
+// Pre-integrated slicing: the field on planes at right angles to the view, and between two of them a table over the
+// values in front and behind (preintegrated_table.cl).
+//
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u. Slice n crosses rays at the parameter
+// n slice_step, slice 0 the volume's centre. A slab is lit by the mean of the gradients on its two slices.
+
+// What is known of the rays on one slice.
+typedef struct {
+    realv point[3], value;
+    realv u, v, a; // gradient
+    bool sampled, differentiated;
+} Slice;
+
+ALWAYS_INLINE void differentiate(__global const VOXEL *voxels, const VolumeView *view, intv needed, Slice *slice) {
+    if (!slice->differentiated)
+        differences_at(voxels, view, slice->point[0], slice->point[1], slice->point[2], needed, &slice->u, &slice->v, &slice->a);
+    slice->differentiated = true;
+}
+
+ALWAYS_INLINE intv entry_of(const MarchParams *p, realv value) {
+    const realv x = (value - p->table_first) * p->table_per_value + 0.5f;
+    return CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)(p->table_size - 1)));
+}
+
+// Slices one row of rays.
+ALWAYS_INLINE Light slice_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
+                              __global const float4 *table, const ScreenParams *s, const MarchParams *p,
+                              const SampleParams *sample, const RowRays *rays, intv *active) {
+    Light light = {0.0f, 0.0f, 0.0f, 1.0f};
+    const Extent extent = support_of(view, s, rays);
+    const intv hits = extent.from < extent.to;
+    if (!ANY(hits))
+        return light;
+    const float step = p->slice_step;
+    const int begin = (int)floor(smallest_lane(hits ? extent.from : (realv)(INFINITY)) / step);
+    const int end = (int)ceil(largest_lane(hits ? extent.to : (realv)(-INFINITY)) / step);
+    Slice front, back;
+    front.sampled = false;
+    back.sampled = false;
+    intv visible_front = 0;
+    bool known = false; // whether visible_front is that of slice n
+    for (int n = begin; n < end; n++) {
+        // Only what lies in front of the eye counts: a slab around it is cut.
+        const float from = MAX(n * step, s->start), to = (n + 1) * step;
+        points_at(rays, (realv)(to), back.point);
+        if (!known || n * step < s->start)
+            points_at(rays, (realv)(from), front.point);
+        if (p->culling && (n - begin) % CHUNK == 0) {
+            realv far[3];
+            points_at(rays, (realv)((n + CHUNK) * step), far);
+            if (!box_visible(visible, p, view, front.point, far)) {
+                n += CHUNK - 1;
+                known = false, front.sampled = false;
+                continue;
+            }
+        }
+        // A thicker slab has cells between its ends.
+        intv needed = hits;
+        if (p->culling && p->length <= 1.0f) {
+            if (!known)
+                visible_front = cells_visible(visible, p, view, front.point[0], front.point[1], front.point[2]);
+            const intv visible_back = cells_visible(visible, p, view, back.point[0], back.point[1], back.point[2]);
+            needed &= visible_front | visible_back;
+            visible_front = visible_back;
+        }
+        if (sample->opaque > 0.0f)
+            needed &= light.t > sample->opaque;
+        back.sampled = back.differentiated = false;
+        if (ANY(needed)) {
+            if (!front.sampled) {
+                front.value = value_at(voxels, view, front.point[0], front.point[1], front.point[2], hits);
+                front.differentiated = false;
+            }
+            back.value = value_at(voxels, view, back.point[0], back.point[1], back.point[2], hits);
+            back.sampled = true;
+            needed &= MAX(front.value, back.value) >= p->visible_from && MIN(front.value, back.value) <= p->visible_to;
+            if (ANY(needed)) {
+                realv r, g, b, extinction;
+                table_entries(table, entry_of(p, front.value) * p->table_size + entry_of(p, back.value), &r, &g, &b,
+                              &extinction);
+                Lighting lighting;
+                if (sample->shading) {
+                    differentiate(voxels, view, hits, &front);
+                    differentiate(voxels, view, hits, &back);
+                    lighting = light_gradient(sample, 0.5f * (front.u + back.u), 0.5f * (front.v + back.v),
+                                              0.5f * (front.a + back.a));
+                }
+                const realv depth = extinction * ((to - from) * rays->length);
+                realv opacity = sample->linear ? MIN(depth, (realv)(1.0f)) : absorbed(depth);
+                opacity *= CONVERT_REALV(COUNT_IF(needed));
+                if (sample->background_visible) {
+                    const realv middle = (realv)(0.5f * (from + to));
+                    opacity *= CONVERT_REALV(COUNT_IF(middle >= extent.from && middle <= extent.to));
+                }
+                *active += COUNT_IF(opacity > 0.0f);
+                composite(sample, r, g, b, opacity, &lighting, &light);
+                if (sample->opaque > 0.0f && !ANY(hits && light.t > sample->opaque))
+                    break;
+            }
+        }
+        front = back;
+        known = true;
+    }
+    return light;
+}
+
+__kernel void slicing(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
+                      __global const float4 *table, ScreenParams s, MarchParams p, SampleParams sample,
+                      __global float4 *frame, __global uint *active_samples) {
+    const int id = get_global_id(0);
+    if (id >= s.tiles_u * s.tiles_v)
+        return;
+    const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
+    intv active = 0;
+    for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
+        const RowRays rays = rays_of_row(&s, column, r);
+        const Light light = slice_row(voxels, &view, visible, table, &s, &p, &sample, &rays, &active);
+        store_pixels(&s, column, r, &light, frame);
+    }
+    active_samples[id] = counted(&s, column, active);
+}

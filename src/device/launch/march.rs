@@ -1,0 +1,94 @@
+//! Launchers of raycast.cl, slicing.cl and preintegrated_table.cl.
+
+use super::params::{Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
+use super::{VoxelBuffer, launch, screen_defines};
+use crate::device::{Buffer, Device, program::source};
+use crate::error::Error;
+use crate::layers::Interpolation;
+use crate::volume::VoxelType;
+use opencl3::kernel::Kernel;
+
+/// Marches along the rays of screen pixels: by ray casting or by slicing.
+pub(crate) struct MarchKernel(Kernel);
+
+/// What [`MarchKernel`] reads and writes.
+pub(crate) struct MarchArguments<'a> {
+    /// In the layout of layer axis z.
+    pub voxels: &'a VoxelBuffer,
+    pub view: VolumeView,
+    /// A bit per block and slab.
+    pub visible: &'a Buffer<u8>,
+    /// Of ray casting, (r, g, b, τ) per value; of slicing, that of [`PreintegratedTableKernel`].
+    pub table: &'a Buffer<Float4>,
+    pub screen: ScreenParams,
+    pub params: MarchParams,
+    pub sample: SampleParams,
+    pub frame: &'a Buffer<Float4>,
+    /// One count per tile.
+    pub active_samples: &'a Buffer<u32>,
+}
+
+impl MarchKernel {
+    /// Casts rays through the field of a kernel.
+    pub fn raycast(device: &Device, voxel_type: VoxelType, interpolation: Interpolation) -> Result<Self, Error> {
+        let field = match interpolation {
+            Interpolation::Trilinear => "",
+            Interpolation::Tricubic => "-DTRICUBIC",
+            Interpolation::Gaussian => "-DGAUSSIAN",
+        };
+        let defines = format!("{} -DPER_RAY_STEP {field} -DRADIUS={}", screen_defines(device, voxel_type), interpolation.radius());
+        let source =
+            source!("raycast", "elementary", "volume", "table_entries", "shading", "sample", "screen", "field", "march");
+        Ok(Self(device.kernel(&source, &defines)?))
+    }
+
+    /// Slices the trilinear field.
+    pub fn slicing(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
+        let source = source!("slicing", "elementary", "volume", "table_entries", "shading", "screen", "field", "march");
+        Ok(Self(device.kernel(&source, &screen_defines(device, voxel_type))?))
+    }
+
+    pub fn launch(&self, device: &Device, stage: &'static str, a: &MarchArguments) -> Result<(), Error> {
+        launch(
+            device,
+            stage,
+            &self.0,
+            a.screen.tiles.iter().map(|&n| n as usize).product(),
+            device.tuning().tile_group,
+            &[a.voxels, &a.view, a.visible, a.table, &a.screen, &a.params, &a.sample, a.frame, a.active_samples],
+        )
+    }
+}
+
+/// Makes the table of slicing.
+pub(crate) struct PreintegratedTableKernel(Kernel);
+
+impl PreintegratedTableKernel {
+    pub fn new(device: &Device) -> Result<Self, Error> {
+        Ok(Self(device.kernel(&source!("preintegrated_table"), "")?))
+    }
+
+    /// `unit`: extinction of one unit of `integrals`; `thickness` of a slab in unit distances; `table` takes size² entries.
+    pub fn launch(
+        &self,
+        device: &Device,
+        integrals: &Buffer<[i32; 4]>,
+        unit: f32,
+        thickness: f32,
+        linear: bool,
+        size: usize,
+        table: &Buffer<Float4>,
+    ) -> Result<(), Error> {
+        let nodes = integrals.len() as i32;
+        let nodes_per_entry = (nodes - 1) as f32 / (size - 1) as f32;
+        let (linear, entries) = (i32::from(linear), size as i32);
+        launch(
+            device,
+            "table",
+            &self.0,
+            size * size,
+            device.tuning().pixel_group,
+            &[integrals, &nodes, &nodes_per_entry, &unit, &thickness, &linear, &entries, table],
+        )
+    }
+}

@@ -1,0 +1,150 @@
+//! Frames by ray casting and by slicing.
+
+use super::Renderer;
+use super::kept::{SLAB_VALUES, at_least};
+use super::sample::SampleAxes;
+use super::settings::Settings;
+use super::tables::{PointRays, PointReach};
+use crate::device::launch::params::{MarchParams, ScreenParams};
+use crate::device::launch::{MarchArguments, MarchKernel};
+use crate::device::{Buffer, launch::params::Float4};
+use crate::error::Error;
+use crate::layers::{Axis, AxisFrame, Interpolation, Rays, Viewport};
+use glam::DVec3;
+
+/// Rays are marched in the upload's own layout.
+const AXIS: Axis = Axis::Z;
+
+impl Renderer {
+    /// Casts rays into `scratch.frame`.
+    pub(super) fn run_raycast(
+        &mut self,
+        interpolation: Interpolation,
+        step: f64,
+        rays: &Rays,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        let gaussian = interpolation == Interpolation::Gaussian;
+        let reach = if gaussian { PointReach::Gaussian } else { PointReach::Near };
+        self.prepare_march(PointRays { reach, thinnest: None }, settings)?;
+        let axes = self.sample_axes(rays, settings);
+        let length = step * axes.step.min_element();
+        let params = MarchParams { length: length as f32, ..self.march_params(reach, settings) };
+        let screen = self.begin_screen(rays, viewport, &axes, AXIS.frame())?;
+        let kernel = self.kernels.raycast(&self.device, interpolation)?;
+        self.march("raycast", kernel, reach, &self.kept.table().entries, screen, params, &axes, settings)
+    }
+
+    /// Slices into `scratch.frame`.
+    pub(super) fn run_slicing(
+        &mut self,
+        step: f64,
+        rays: &Rays,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        let axes = self.sample_axes(rays, settings);
+        let length = step * axes.step.min_element();
+        self.prepare_march(PointRays { reach: PointReach::Near, thinnest: Some(length) }, settings)?;
+        let Self { device, kernels, kept, .. } = self;
+        kept.prepare_slab_table(device, kernels, length as f32)?;
+        // Across the central ray's slabs; other rays of a perspective cross them at an angle.
+        let ray_parameter = step * self.grid.spacing().min_element() / self.depth_per_parameter(rays);
+        let integrals = self.kept.integrals();
+        let (table_first, per_value, last) = integrals.scale;
+        let params = MarchParams {
+            length: step as f32,
+            slice_step: ray_parameter as f32,
+            table_first,
+            table_per_value: per_value * (SLAB_VALUES - 1) as f32 / last as f32,
+            table_size: SLAB_VALUES as i32,
+            visible: integrals.visible_values,
+            ..self.march_params(PointReach::Near, settings)
+        };
+        let screen = self.begin_screen(rays, viewport, &axes, AXIS.frame())?;
+        let kernel = self.kernels.slicing(&self.device)?;
+        let table = &self.kept.table().slabs.as_ref().expect("made above").1;
+        self.march("slicing", kernel, PointReach::Near, table, screen, params, &axes, settings)
+    }
+
+    fn prepare_march(&mut self, rays: PointRays, settings: &Settings) -> Result<(), Error> {
+        let Self { device, kernels, kept, .. } = self;
+        kept.prepare_points(device, kernels, &[AXIS], &self.transfer, settings.extinction, rays)
+    }
+
+    /// World distance along the central ray per unit of the rays' parameter: the same for all rays.
+    fn depth_per_parameter(&self, rays: &Rays) -> f64 {
+        -(rays.direction[0] * self.grid.spacing()).dot(rays.to_eye)
+    }
+
+    /// What both ways of marching need.
+    fn march_params(&self, reach: PointReach, settings: &Settings) -> MarchParams {
+        MarchParams {
+            blocks: self.kept.point_occupancy(AXIS, reach).blocks,
+            culling: i32::from(settings.culling),
+            length: 0.0,
+            slice_step: 0.0,
+            table_first: 0.0,
+            table_per_value: 0.0,
+            table_size: 0,
+            visible: [0.0; 2],
+        }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one launch")]
+    fn march(
+        &self,
+        stage: &'static str,
+        kernel: &MarchKernel,
+        reach: PointReach,
+        table: &Buffer<Float4>,
+        screen: ScreenParams,
+        params: MarchParams,
+        axes: &SampleAxes,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        let (voxels, view) = self.kept.layout(AXIS);
+        let made = "begin_screen() made it";
+        kernel.launch(
+            &self.device,
+            stage,
+            &MarchArguments {
+                voxels,
+                view,
+                visible: &self.kept.slabs_visible(AXIS, reach).bits,
+                table,
+                screen,
+                params,
+                sample: self.sample_params(axes, AXIS.frame(), settings),
+                frame: self.scratch.frame.as_ref().expect(made),
+                active_samples: self.scratch.active_samples.as_ref().expect(made),
+            },
+        )
+    }
+
+    /// Makes the frame for kernels that draw tiles of the screen, with the rays in the axes of `frame`.
+    pub(super) fn begin_screen(
+        &mut self,
+        rays: &Rays,
+        viewport: Viewport,
+        axes: &SampleAxes,
+        frame: AxisFrame,
+    ) -> Result<ScreenParams, Error> {
+        let Self { device, scratch, .. } = self;
+        let tuning = *device.tuning();
+        let tiles = [viewport.width.div_ceil(tuning.vector_width), viewport.height.div_ceil(tuning.screen_tile_rows)];
+        scratch.active_count = tiles[0] as usize * tiles[1] as usize;
+        at_least(&mut scratch.frame, device, viewport.pixels(), "the frame")?;
+        at_least(&mut scratch.active_samples, device, scratch.active_count, "the sample counts")?;
+        let affine = |p: &[DVec3; 3]| p.map(|v| frame.local(v).as_vec3().extend(0.0).to_array());
+        Ok(ScreenParams {
+            origin: affine(&rays.origin),
+            direction: affine(&rays.direction),
+            start: rays.start as f32,
+            step: frame.local(axes.step).as_vec3().to_array(),
+            size: [viewport.width as i32, viewport.height as i32],
+            tiles: tiles.map(|t| t as i32),
+        })
+    }
+}
