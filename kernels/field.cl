@@ -26,6 +26,33 @@ typedef struct {
     realv before, low, high, behind;
 } Row;
 
+// Four voxels from each of VW places on, counted from `start`.
+#if defined(GATHER_WORDS) && VOXEL_BYTES < 4
+#if VOXEL_SIGNED
+#define VOXEL_OF(words, n) CONVERT_REALV(((words) << (32 - 8 * VOXEL_BYTES * ((n) + 1))) >> (32 - 8 * VOXEL_BYTES))
+#else
+#define VOXEL_OF(words, n) CONVERT_REALV((words) >> (8 * VOXEL_BYTES * (n)) & ((1 << 8 * VOXEL_BYTES) - 1))
+#endif
+ALWAYS_INLINE Row four_voxels(__global const VOXEL *start, intv at) {
+#if VOXEL_BYTES == 1
+    const intv words = GATHER_WORDS(start, at);
+    const Row row = {VOXEL_OF(words, 0), VOXEL_OF(words, 1), VOXEL_OF(words, 2), VOXEL_OF(words, 3)};
+#else
+    const intv near = GATHER_WORDS(start, at * 2), far = GATHER_WORDS(start, at * 2 + 4);
+    const Row row = {VOXEL_OF(near, 0), VOXEL_OF(near, 1), VOXEL_OF(far, 0), VOXEL_OF(far, 1)};
+#endif
+    return row;
+}
+#elif VW > 1
+ALWAYS_INLINE Row four_voxels(__global const VOXEL *start, intv at) {
+    const int *lane = (const int *)&at;
+    Row row;
+#define FOUR_VOXELS(n) convert_float4(vload4(0, start + lane[n]))
+    COMPONENTS(FOUR_VOXELS, &row.before, &row.low, &row.high, &row.behind);
+    return row;
+}
+#endif
+
 // Of the cells' rows, dj and dk away from them.
 ALWAYS_INLINE Row voxel_row(__global const VOXEL *voxels, const VolumeView *view, const Cells *c, int dj, int dk) {
     Row row;
@@ -34,9 +61,7 @@ ALWAYS_INLINE Row voxel_row(__global const VOXEL *voxels, const VolumeView *view
     if (c->interior) {
         __global const VOXEL *start = voxels + i[0] - 1 + (j[0] + dj) * view->stride_v + (k[0] + dk) * view->stride_a;
         const intv at = c->i - i[0] + (c->j - j[0]) * (int)view->stride_v + (c->k - k[0]) * (int)view->stride_a;
-        const int *lane = (const int *)&at;
-#define FOUR_VOXELS(n) convert_float4(vload4(0, start + lane[n]))
-        COMPONENTS(FOUR_VOXELS, &row.before, &row.low, &row.high, &row.behind);
+        row = four_voxels(start, at);
         row.before -= view->offset, row.low -= view->offset, row.high -= view->offset, row.behind -= view->offset;
         return row;
     }
@@ -56,8 +81,10 @@ ALWAYS_INLINE realv value_in(__global const VOXEL *voxels, const VolumeView *vie
     const float missing = view->background;
     const realv x0 = gaussian(c->x + 1.0f), x1 = gaussian(c->x), x2 = gaussian(1.0f - c->x), x3 = gaussian(2.0f - c->x);
     realv sum = 0.0f;
+#pragma unroll
     for (int dk = -1; dk <= 2; dk++) {
         realv plane = 0.0f;
+#pragma unroll
         for (int dj = -1; dj <= 2; dj++) {
             const Row row = voxel_row(voxels, view, c, dj, dk);
             plane += gaussian(c->y - dj) * (x0 * (row.before - missing) + x1 * (row.low - missing) +
@@ -68,7 +95,7 @@ ALWAYS_INLINE realv value_in(__global const VOXEL *voxels, const VolumeView *vie
     return missing + sum;
 }
 
-inline realv value_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed) {
+ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed) {
     const Cells c = cells_of(view, u, v, a, needed);
     return value_in(voxels, view, &c);
 }
@@ -89,10 +116,11 @@ inline void differences_at(__global const VOXEL *voxels, const VolumeView *view,
 
 inline realv mixed(realv a, realv b, realv t) { return a + t * (b - a); }
 
-inline realv value_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed) {
+ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed) {
     const Cells c = cells_of(view, u, v, a, needed);
     const realv x = WEIGHT(c.x), y = WEIGHT(c.y), z = WEIGHT(c.z);
     realv plane[2];
+#pragma unroll
     for (int dk = 0; dk < 2; dk++) {
         const Row low = voxel_row(voxels, view, &c, 0, dk), high = voxel_row(voxels, view, &c, 1, dk);
         plane[dk] = mixed(mixed(low.low, low.high, x), mixed(high.low, high.high, x), y);
@@ -106,7 +134,9 @@ inline void differences_at(__global const VOXEL *voxels, const VolumeView *view,
     const Cells c = cells_of(view, u, v, a, needed);
     const realv x = WEIGHT(c.x), y = WEIGHT(c.y), z = WEIGHT(c.z);
     realv value[4][4], difference[2][2]; // rows (dj + 1, dk + 1), interpolated along u; and of the inner ones the difference
+#pragma unroll
     for (int dk = -1; dk <= 2; dk++)
+#pragma unroll
         for (int dj = -1; dj <= 2; dj++) {
             const bool inner_j = dj == 0 || dj == 1, inner_k = dk == 0 || dk == 1;
             if (!inner_j && !inner_k)
@@ -118,9 +148,11 @@ inline void differences_at(__global const VOXEL *voxels, const VolumeView *view,
         }
     *along_u = 0.5f * mixed(mixed(difference[0][0], difference[0][1], y), mixed(difference[1][0], difference[1][1], y), z);
     realv across[2];
+#pragma unroll
     for (int n = 0; n < 2; n++)
         across[n] = mixed(value[n + 1][2] - value[n + 1][0], value[n + 1][3] - value[n + 1][1], y);
     *along_v = 0.5f * mixed(across[0], across[1], z);
+#pragma unroll
     for (int n = 0; n < 2; n++)
         across[n] = mixed(value[2][n + 1] - value[0][n + 1], value[3][n + 1] - value[1][n + 1], z);
     *along_a = 0.5f * mixed(across[0], across[1], y);

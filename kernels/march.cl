@@ -42,7 +42,12 @@ inline intv cells_visible(__global const uchar *visible, const MarchParams *p, c
     const intv c = clamp((wholes_below(v) >> 2) + 1, 0, p->blocks_v - 1);
     const intv q = clamp(wholes_below(a) + 1, 0, view->dims_a);
     const intv at = ((q >> 3) * p->blocks_v + c) * p->blocks_u + b;
-    return -(GATHER_AS(intv, visible, at) >> (q & 7) & 1);
+#ifdef GATHER_WORDS
+    const intv bits = GATHER_WORDS(visible, at);
+#else
+    const intv bits = GATHER_AS(intv, visible, at);
+#endif
+    return -(bits >> (q & 7) & 1);
 }
 
 // Whether anything can be visible in the box of points between two ends of the rays.

@@ -23,7 +23,7 @@ __kernel void preintegrated_table(__global const int4 *integrals, int nodes, flo
         const float4 sum = convert_float4(integrals[hi] - integrals[lo]);
         const float mean = sum.w * unit / (hi - lo);
         const float part = mean * thickness / parts;
-        const float opacity = linear ? part : -expm1(-part);
+        const float opacity = linear ? part : absorbed(part);
         if (sum.w > 0.0f)
             color += through * opacity * (float4)(sum.xyz / sum.w, 1.0f);
         through *= 1.0f - (linear ? 0.0f : opacity);

@@ -95,6 +95,12 @@ inline float largest_lane(realv x) { return -smallest_lane(-x); }
 #define PERMUTE(a, b, index) __builtin_ia32_vpermi2varps512(a, index, b)
 #endif
 
+// AVX-512 also loads words (of any four bytes) from places of their own: offsets in bytes.
+#if VW == 16 && defined(__AVX512F__)
+#define GATHER_WORDS(p, bytes) \
+    __builtin_ia32_gathersiv16si((intv)(0), (const void *)(ulong)(p), bytes, (ushort)0xffff, 1)
+#endif
+
 // Element index[i] of a row of `vectors` (1 or 2; more without PERMUTE) x VW floats to lane i.
 #ifdef PERMUTE
 #define PICK(row, vectors, index) PERMUTE(LOADV(row), LOADV((row) + ((vectors) - 1) * VW), index)

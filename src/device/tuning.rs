@@ -16,6 +16,8 @@ pub struct Tuning {
     pub point_tile_rows: u32,
     /// Rows per tile of screen pixels, for the kernels that draw without a lattice in vectors.
     pub screen_tile_rows: u32,
+    /// Parts of a list of splats that are sorted at the same time.
+    pub splat_chunks: usize,
     /// Pixels of a block in the warp, along x and y.
     pub block: [u32; 2],
     /// Work-items per group of the tile kernels.
@@ -42,6 +44,7 @@ impl Tuning {
                 // 12 rows, 8.1 with 16 or 24, 9.0 with 8, 10.5 with 4. Fewer tiles are harder to share.
                 point_tile_rows: 16,
                 screen_tile_rows: 16,
+                splat_chunks: 32,
                 block: [16, 8],
                 tile_group: 1,
                 pixel_group: 64,
@@ -54,6 +57,7 @@ impl Tuning {
                 tile_rows: 2,
                 point_tile_rows: 2,
                 screen_tile_rows: 2,
+                splat_chunks: 1024,
                 block: [1, 1],
                 tile_group: 32,
                 pixel_group: 64,

@@ -13,6 +13,7 @@ mod kernel_function;
 mod lattice;
 mod perspective;
 mod rays;
+mod splats;
 mod sub_slabs;
 
 pub use axis::{Axis, AxisFrame};
@@ -24,4 +25,5 @@ pub use kernel_function::{kernel_function, kernel_integral};
 pub use lattice::{Density, Lattice, LayerOffset, MAX_SAMPLES_PER_VOXEL};
 pub use perspective::{GaussNode, MAX_LATTICE_SHEAR, PerspectiveLattice, quadrature_nodes};
 pub use rays::{Ray, Rays, Viewport};
+pub use splats::{SplatProjection, SplatSlabs};
 pub use sub_slabs::{Correction, LayerSlabs, SubSlab};

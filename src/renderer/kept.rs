@@ -1,9 +1,10 @@
 //! What stays on the device from frame to frame.
 
 use super::kernels::Kernels;
+use super::splats::{SplatList, Splatted};
 use super::tables::{Integrals, PointRays, PointReach, SlabsVisible, Table};
 use crate::device::launch::params::{Float4, LayerOffset, VolumeView};
-use crate::device::launch::{Occupancy, Reach, Visibility, VoxelBuffer};
+use crate::device::launch::{Occupancy, Reach, Splat, Visibility, VoxelBuffer};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::image::Frame;
@@ -183,6 +184,50 @@ impl Kept {
         Ok(())
     }
 
+    /// Makes the list of splats for sheets along an axis.
+    pub fn prepare_axis_splats(
+        &mut self,
+        device: &Device,
+        kernels: &Kernels,
+        axis: Axis,
+        transfer: &TransferFunction,
+        extinction: Extinction,
+    ) -> Result<(), Error> {
+        self.prepare_table(device, transfer, extinction)?;
+        self.prepare_layout(device, kernels, axis)?;
+        if self.table().axis_splats[axis.index()].is_none() {
+            let list = SplatList::new(device, kernels, self, axis, Splatted::Visible)?;
+            self.table.as_mut().expect("made above").axis_splats[axis.index()] = Some(list);
+        }
+        Ok(())
+    }
+
+    /// The same for sheets across the view.
+    pub fn prepare_view_splats(
+        &mut self,
+        device: &Device,
+        kernels: &Kernels,
+        transfer: &TransferFunction,
+        extinction: Extinction,
+    ) -> Result<(), Error> {
+        self.prepare_table(device, transfer, extinction)?;
+        if self.table().view_splats.is_none() {
+            let list = SplatList::new(device, kernels, self, Axis::Z, Splatted::InReach)?;
+            self.table.as_mut().expect("made above").view_splats = Some(list);
+        }
+        Ok(())
+    }
+
+    /// The splats of sheets along an axis.
+    pub fn axis_splats(&self, axis: Axis) -> &SplatList {
+        self.table().axis_splats[axis.index()].as_ref().expect("prepare_axis_splats() made it")
+    }
+
+    /// The splats of sheets across the view.
+    pub fn view_splats(&self) -> &SplatList {
+        self.table().view_splats.as_ref().expect("prepare_view_splats() made it")
+    }
+
     fn prepare_table(&mut self, device: &Device, transfer: &TransferFunction, extinction: Extinction) -> Result<(), Error> {
         if self.table.as_ref().is_none_or(|t| t.extinction != extinction) {
             self.table = Some(Table::upload(device, transfer, self.field_range, self.offset, extinction)?);
@@ -237,7 +282,7 @@ impl Kept {
 }
 
 /// Values in front and behind that the table of slicing has entries for.
-pub(super) const SLAB_VALUES: usize = 512;
+pub(super) const SLAB_VALUES: usize = 256;
 
 fn occupancy_index(reach: PointReach) -> usize {
     usize::from(reach == PointReach::Gaussian)
@@ -256,6 +301,12 @@ pub(super) struct Scratch {
     pub frame: Option<Buffer<Float4>>,
     pub rgba: Option<Buffer<[u8; 4]>>,
     pub active_samples: Option<Buffer<u32>>,
+    pub slab_weights: Option<Buffer<f32>>,
+    pub sheet_counts: Option<Buffer<u32>>,
+    pub sorted: Option<Buffer<Splat>>,
+    pub tile_ends: Option<Buffer<u32>>,
+    pub lists: Option<Buffer<u32>>,
+    pub total: Option<Buffer<u32>>,
     /// How many of `active_samples` the last frame wrote.
     pub active_count: usize,
 }

@@ -3,13 +3,17 @@
 use crate::device::Device;
 use crate::device::launch::params::Float4;
 use crate::device::launch::{
+    AxisSheetsKernel, ScanKernel, SortedSplatsKernel, SplatsKernel, TiledSplatsKernel, ViewSheetsKernel,
     DirectKernel, FootprintSetKernel, FootprintsKernel, LatticeKernel, MarchKernel, OccupancyKernel, PerspectiveKernel, PointDirectKernel,
     PointLatticeKernel, PreintegratedTableKernel, PresentKernel, SlabVisibilityKernel, TableKernel, TransposeKernel, VisibilityKernel, WarpKernel,
 };
 use crate::error::Error;
 use crate::layers::Interpolation;
 use crate::volume::VoxelType;
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::rc::Rc;
 
 /// All kernels for one voxel type.
 pub(super) struct Kernels {
@@ -35,6 +39,14 @@ pub(super) struct Kernels {
     raycast: [OnceCell<MarchKernel>; 3],
     slicing: OnceCell<MarchKernel>,
     preintegrated_table: OnceCell<PreintegratedTableKernel>,
+    splats: OnceCell<SplatsKernel>,
+    scan: OnceCell<ScanKernel>,
+    /// As they are, and classified.
+    sorted_splats: [OnceCell<SortedSplatsKernel>; 2],
+    tiled_splats: OnceCell<TiledSplatsKernel>,
+    axis_sheets: OnceCell<AxisSheetsKernel>,
+    /// By how many sheets a splat reaches, and whether they are shaded.
+    view_sheets: RefCell<HashMap<(usize, bool), Rc<ViewSheetsKernel>>>,
 }
 
 fn built<T>(cell: &OnceCell<T>, build: impl FnOnce() -> Result<T, Error>) -> Result<&T, Error> {
@@ -84,6 +96,12 @@ impl Kernels {
             raycast: Default::default(),
             slicing: OnceCell::new(),
             preintegrated_table: OnceCell::new(),
+            splats: OnceCell::new(),
+            scan: OnceCell::new(),
+            sorted_splats: Default::default(),
+            tiled_splats: OnceCell::new(),
+            axis_sheets: OnceCell::new(),
+            view_sheets: RefCell::default(),
         }
     }
 
@@ -100,6 +118,21 @@ impl Kernels {
     getter!(warp_displayed, WarpKernel<[u8; 4]>);
     getter!(present, PresentKernel);
     getter!(preintegrated_table, PreintegratedTableKernel);
+    getter!(splats, SplatsKernel, voxels);
+    getter!(scan, ScanKernel);
+    getter!(tiled_splats, TiledSplatsKernel);
+    getter!(axis_sheets, AxisSheetsKernel);
+
+    pub fn sorted_splats(&self, device: &Device, preclassified: bool) -> Result<&SortedSplatsKernel, Error> {
+        built(&self.sorted_splats[usize::from(preclassified)], || SortedSplatsKernel::new(device, preclassified))
+    }
+
+    pub fn view_sheets(&self, device: &Device, sheets: usize, shading: bool) -> Result<Rc<ViewSheetsKernel>, Error> {
+        match self.view_sheets.borrow_mut().entry((sheets, shading)) {
+            Entry::Occupied(kernel) => Ok(kernel.get().clone()),
+            Entry::Vacant(place) => Ok(place.insert(Rc::new(ViewSheetsKernel::new(device, sheets, shading)?)).clone()),
+        }
+    }
 
     pub fn raycast(&self, device: &Device, interpolation: Interpolation) -> Result<&MarchKernel, Error> {
         let cell = &self.raycast[interpolation as usize];

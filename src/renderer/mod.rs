@@ -10,6 +10,8 @@ mod plan;
 mod points;
 mod sample;
 mod settings;
+mod sheets;
+mod splats;
 mod tables;
 
 pub use frame::{FrameReport, LatticePicture, LatticeReport};
@@ -128,7 +130,8 @@ impl Renderer {
             }
             (Plan::Raycast(interpolation, step), _) => self.run_raycast(*interpolation, *step, rays, viewport, settings)?,
             (Plan::Slicing(step), _) => self.run_slicing(*step, rays, viewport, settings)?,
-            (Plan::AxisSheets(_) | Plan::ViewSheets(_), _) => todo!(),
+            (Plan::AxisSheets(axis), _) => self.run_axis_sheets(*axis, rays, viewport, settings)?,
+            (Plan::ViewSheets(distance), _) => self.run_view_sheets(*distance, rays, viewport, settings)?,
         }
         Ok(FrameReport::new(plan))
     }

@@ -1,5 +1,6 @@
 //! What is kept on the device of a transfer function.
 
+use super::splats::SplatList;
 use crate::device::launch::{Occupancy, Reach};
 use crate::device::launch::params::Float4;
 use crate::device::{Buffer, Device};
@@ -64,6 +65,10 @@ pub(super) struct Table {
     pub integrals: Option<Integrals>,
     /// The table of slicing, with the thickness of a slab that it is for.
     pub slabs: Option<(f32, Buffer<Float4>)>,
+    /// What axis-aligned sheets splat, per layer axis.
+    pub axis_splats: [Option<SplatList>; 3],
+    /// What image-aligned sheets splat.
+    pub view_splats: Option<SplatList>,
 }
 
 /// Which blocks of which slabs can show anything.
@@ -109,6 +114,8 @@ impl Table {
             slabs_visible: Default::default(),
             integrals: None,
             slabs: None,
+            axis_splats: [None, None, None],
+            view_splats: None,
         })
     }
 }

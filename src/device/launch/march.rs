@@ -1,12 +1,16 @@
 //! Launchers of raycast.cl, slicing.cl and preintegrated_table.cl.
 
 use super::params::{Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
-use super::{VoxelBuffer, launch, screen_defines};
+use super::{VoxelBuffer, launch, screen_defines, voxel_defines};
 use crate::device::{Buffer, Device, program::source};
 use crate::error::Error;
 use crate::layers::Interpolation;
 use crate::volume::VoxelType;
 use opencl3::kernel::Kernel;
+
+fn march_defines(device: &Device, voxel_type: VoxelType) -> String {
+    format!("{} {}", voxel_defines(voxel_type, device.tuning().vector_width), screen_defines(device))
+}
 
 /// Marches along the rays of screen pixels: by ray casting or by slicing.
 pub(crate) struct MarchKernel(Kernel);
@@ -36,7 +40,7 @@ impl MarchKernel {
             Interpolation::Tricubic => "-DTRICUBIC",
             Interpolation::Gaussian => "-DGAUSSIAN",
         };
-        let defines = format!("{} -DPER_RAY_STEP {field} -DRADIUS={}", screen_defines(device, voxel_type), interpolation.radius());
+        let defines = format!("{} -DPER_RAY_STEP {field} -DRADIUS={}", march_defines(device, voxel_type), interpolation.radius());
         let source =
             source!("raycast", "elementary", "volume", "table_entries", "shading", "sample", "screen", "field", "march");
         Ok(Self(device.kernel(&source, &defines)?))
@@ -45,7 +49,7 @@ impl MarchKernel {
     /// Slices the trilinear field.
     pub fn slicing(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
         let source = source!("slicing", "elementary", "volume", "table_entries", "shading", "screen", "field", "march");
-        Ok(Self(device.kernel(&source, &screen_defines(device, voxel_type))?))
+        Ok(Self(device.kernel(&source, &march_defines(device, voxel_type))?))
     }
 
     pub fn launch(&self, device: &Device, stage: &'static str, a: &MarchArguments) -> Result<(), Error> {
@@ -65,7 +69,7 @@ pub(crate) struct PreintegratedTableKernel(Kernel);
 
 impl PreintegratedTableKernel {
     pub fn new(device: &Device) -> Result<Self, Error> {
-        Ok(Self(device.kernel(&source!("preintegrated_table"), "")?))
+        Ok(Self(device.kernel(&source!("preintegrated_table", "elementary"), "-DVW=1")?))
     }
 
     /// `unit`: extinction of one unit of `integrals`; `thickness` of a slab in unit distances; `table` takes size² entries.

@@ -8,6 +8,8 @@ mod march;
 pub(crate) mod params;
 mod picture;
 mod points;
+mod sheets;
+mod splats;
 mod table;
 
 pub(crate) use direct::{DirectArguments, DirectKernel, PointDirectArguments, PointDirectKernel};
@@ -17,6 +19,11 @@ pub(crate) use layout::{Occupancy, OccupancyKernel, Reach, SlabVisibilityKernel,
 pub(crate) use march::{MarchArguments, MarchKernel, PreintegratedTableKernel};
 pub(crate) use picture::{PresentKernel, WarpArguments, WarpKernel};
 pub(crate) use points::{PointLatticeArguments, PointLatticeKernel};
+pub(crate) use sheets::{AxisSheetsKernel, SheetArguments, ViewSheetsKernel};
+pub(crate) use splats::{
+    Pass, Place, ScanKernel, SortedSplatsArguments, SortedSplatsKernel, Splat, SplatsArguments, SplatsKernel,
+    TiledSplatsArguments, TiledSplatsKernel,
+};
 pub(crate) use table::TableKernel;
 
 use super::{Buffer, Device};
@@ -50,7 +57,8 @@ by_value!(
     params::DirectParams,
     params::WarpParams,
     params::ScreenParams,
-    params::MarchParams
+    params::MarchParams,
+    params::SplatParams
 );
 
 impl<T: Copy> Argument for Buffer<T> {
@@ -110,19 +118,18 @@ impl Argument for VoxelBuffer {
 }
 
 /// `-D` options for kernels that draw tiles of screen pixels.
-fn screen_defines(device: &Device, voxel_type: VoxelType) -> String {
-    let tuning = device.tuning();
-    format!("{} -DTILE_ROWS={}", voxel_defines(voxel_type, tuning.vector_width), tuning.screen_tile_rows)
+fn screen_defines(device: &Device) -> String {
+    format!("-DTILE_ROWS={}", device.tuning().screen_tile_rows)
 }
 
 /// `-D` options for kernels that read voxels of a type, in vectors of `width`.
 fn voxel_defines(voxel_type: VoxelType, width: u32) -> String {
-    let name = match voxel_type {
-        VoxelType::Uint8 => "uchar",
-        VoxelType::Int8 => "char",
-        VoxelType::Uint16 => "ushort",
-        VoxelType::Int16 => "short",
-        VoxelType::Float32 | VoxelType::Float64 => "float",
+    let (name, bytes, signed) = match voxel_type {
+        VoxelType::Uint8 => ("uchar", 1, 0),
+        VoxelType::Int8 => ("char", 1, 1),
+        VoxelType::Uint16 => ("ushort", 2, 0),
+        VoxelType::Int16 => ("short", 2, 1),
+        VoxelType::Float32 | VoxelType::Float64 => ("float", 4, 1),
     };
-    format!("-DVOXEL={name} -DVW={width}")
+    format!("-DVOXEL={name} -DVOXEL_BYTES={bytes} -DVOXEL_SIGNED={signed} -DVW={width}")
 }

@@ -145,6 +145,22 @@ shared_struct! {
     }
 }
 
+shared_struct! {
+    /// See `SplatParams` in kernels/splat.cl.
+    SplatParams, SPLAT_PARAMS_BYTES, 112 {
+        to_screen: [[f32; 4]; 3],
+        along: [f32; 4],
+        footprint: [f32; 3],
+        half_size: [f32; 2],
+        nearest: f32,
+        nearest_sheet: f32,
+        sheet_distance: f32,
+        sheets: [i32; 2],
+        backwards: i32,
+        background: f32,
+    }
+}
+
 /// `-D` options that tell the kernels the sizes of the structures.
 pub(crate) fn size_defines() -> String {
     [
@@ -157,6 +173,7 @@ pub(crate) fn size_defines() -> String {
         ("WARP_PARAMS_BYTES", WARP_PARAMS_BYTES),
         ("SCREEN_PARAMS_BYTES", SCREEN_PARAMS_BYTES),
         ("MARCH_PARAMS_BYTES", MARCH_PARAMS_BYTES),
+        ("SPLAT_PARAMS_BYTES", SPLAT_PARAMS_BYTES),
     ]
     .map(|(name, bytes)| format!("-D{name}={bytes}"))
     .join(" ")

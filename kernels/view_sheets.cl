@@ -1,0 +1,141 @@
+// Image-aligned sheet-buffer splatting: every splat is cut into slabs, one for each sheet that it reaches; sheets hold the mean density and
+// gradient of their slab, and are classified, shaded and composited per pixel.
+//
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which walks its list of splats front to
+// back. A ring holds the SHEETS sheets that the splats at hand can reach; a sheet is composited when the next splat
+// begins behind it. slabs[i*SHEETS + n]: weight of the n-th sheet for the i-th of SLAB_STEPS+1 fractions.
+
+#ifndef SHEETS
+#define SHEETS 5
+#endif
+#ifndef SLAB_STEPS
+#define SLAB_STEPS 64
+#endif
+
+// The sheets of a tile, those of a row together.
+typedef struct {
+    realv at[TILE_ROWS][SHEETS][CHANNELS];
+    int from[SHEETS], to[SHEETS]; // rows that splats have reached
+} Ring;
+
+struct GradientSource {
+    const realv *channels;
+};
+
+inline void layer_gradient(const struct GradientSource *source, realv *u, realv *v, realv *a) {
+#if CHANNELS == 4
+    *u = source->channels[1], *v = source->channels[2], *a = source->channels[3];
+#endif
+}
+
+// What the rays of a tile have gathered, and their length per voxel of depth.
+typedef struct {
+    Light light[TILE_ROWS];
+    RowRays rays[TILE_ROWS];
+    realv length[TILE_ROWS];
+    intv active;
+    int rows;
+} Tile;
+
+// Composites a sheet, and empties its place in the ring. False when the tile is opaque.
+ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sample, const VolumeView *view,
+                                   __global const float4 *table, int sheet, Ring *ring, Tile *tile) {
+    const int slot = sheet % SHEETS;
+    const float depth = (sheet + p->first_sheet) * p->sheet_distance;
+    // Where the background shows, every sheet does.
+    const int from = sample->background_visible ? 0 : ring->from[slot];
+    const int to = sample->background_visible ? tile->rows - 1 : ring->to[slot];
+    const bool ahead = depth >= p->nearest_sheet;
+    for (int r = from; r <= to; r++) {
+        realv *channels = ring->at[r][slot];
+        if (ahead) {
+            const struct GradientSource source = {channels};
+            bool lit = false;
+            Lighting lighting;
+            const realv inside =
+                sample->background_visible ? inside_support(p, view, &tile->rays[r], depth) : (realv)(1.0f);
+            composite_sample(sample, table, p->background + channels[0], 1.0f, tile->length[r] * p->sheet_distance, inside,
+                             &source, &lit, &lighting, &tile->light[r], &tile->active);
+        }
+        for (int c = 0; c < CHANNELS; c++)
+            channels[c] = 0.0f;
+    }
+    ring->from[slot] = TILE_ROWS, ring->to[slot] = -1;
+    if (from > to || sample->opaque == 0.0f)
+        return true;
+    for (int r = 0; r < tile->rows; r++)
+        if (ANY(tile->light[r].t > sample->opaque))
+            return true;
+    return false;
+}
+
+// Adds a splat to the sheets from `first` on.
+ALWAYS_INLINE void splat_slabs(const SplatParams *p, __global const float *slabs, const Splat *splat, int first, int column,
+                               int row, Ring *ring, const Tile *tile) {
+    const float reach = first_reach(p, splat->depth), fraction = (ceil(reach) - reach) * SLAB_STEPS;
+    const int step = min((int)fraction, SLAB_STEPS - 1);
+    __global const float *weights = slabs + step * SHEETS;
+    const Footprint f = footprint_of(p, splat, column, row, tile->rows);
+    const float content[4] = {splat->content.x, splat->content.y, splat->content.z, splat->content.w};
+    float amount[SHEETS][CHANNELS];
+    for (int n = 0; n < SHEETS; n++) {
+        const int slot = (first + n) % SHEETS;
+        const float weight = mix(weights[n], weights[n + SHEETS], fraction - step);
+        for (int c = 0; c < CHANNELS; c++)
+            amount[slot][c] = weight * content[c];
+        if (weight > 0.0f)
+            ring->from[slot] = min(ring->from[slot], f.from), ring->to[slot] = max(ring->to[slot], f.to);
+    }
+    for (int r = f.from; r <= f.to; r++) {
+        const realv footprint = weights_on(p, splat, &f, r);
+#pragma unroll
+        for (int n = 0; n < SHEETS; n++)
+#pragma unroll
+            for (int c = 0; c < CHANNELS; c++)
+                ring->at[r][n][c] += amount[n][c] * footprint;
+    }
+}
+
+__kernel void view_sheets(VolumeView view, __global const Splat *sorted, __global const uint *ends,
+                          __global const uint *lists, int chunks, __global const float *slabs,
+                          __global const float4 *table, ScreenParams s, SplatParams p, SampleParams sample,
+                          __global float4 *frame, __global uint *active_samples) {
+    const int id = get_global_id(0);
+    if (id >= s.tiles_u * s.tiles_v)
+        return;
+    const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
+    Tile tile;
+    tile.rows = min(TILE_ROWS, s.height - row);
+    tile.active = 0;
+    for (int r = 0; r < tile.rows; r++) {
+        tile.rays[r] = rays_of_row(&s, column, row + r);
+        tile.length[r] = length_per_depth(&p, &tile.rays[r]);
+        tile.light[r].r = tile.light[r].g = tile.light[r].b = 0.0f;
+        tile.light[r].t = 1.0f;
+    }
+    const uint2 list = list_of(ends, s.tiles_u * s.tiles_v, chunks, id);
+    const int sheets = p.last_sheet - p.first_sheet + 1;
+    if (list.x < list.y || sample.background_visible) {
+        Ring ring;
+        for (int n = 0; n < SHEETS; n++) {
+            ring.from[n] = TILE_ROWS, ring.to[n] = -1;
+            for (int r = 0; r < TILE_ROWS; r++)
+                for (int c = 0; c < CHANNELS; c++)
+                    ring.at[r][n][c] = 0.0f;
+        }
+        bool open = true;
+        int current = 0; // the first sheet that is not composited yet
+        for (uint e = list.x; e < list.y && open; e++) {
+            const Splat splat = sorted[lists[e]];
+            const int first = clamp((int)ceil(first_reach(&p, splat.depth)) - p.first_sheet, 0, sheets - 1);
+            while (current < first && open)
+                open = composite_sheet(&p, &sample, &view, table, current++, &ring, &tile);
+            splat_slabs(&p, slabs, &splat, first, column, row, &ring, &tile);
+        }
+        while (current < sheets && open)
+            open = composite_sheet(&p, &sample, &view, table, current++, &ring, &tile);
+    }
+    for (int r = 0; r < tile.rows; r++)
+        store_pixels(&s, column, row + r, &tile.light[r], frame);
+    active_samples[id] = counted(&s, column, tile.active);
+}

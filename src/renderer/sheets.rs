@@ -1,0 +1,103 @@
+//! Frames by axis-aligned and by image-aligned sheets.
+
+use super::Renderer;
+use super::kept::filled;
+use super::settings::Settings;
+use super::splats::{Splatted, splat_params};
+use crate::device::launch::params::{SampleParams, ScreenParams, SplatParams};
+use crate::device::launch::{SheetArguments, ViewSheetsKernel};
+use crate::error::Error;
+use crate::layers::{Axis, GAUSSIAN_RADIUS, Rays, SplatProjection, SplatSlabs, Viewport};
+use glam::DVec3;
+
+impl Renderer {
+    /// Splats onto one sheet per layer, into `scratch.frame`.
+    pub(super) fn run_axis_sheets(
+        &mut self,
+        axis: Axis,
+        rays: &Rays,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        let Self { device, kernels, kept, .. } = self;
+        kept.prepare_axis_splats(device, kernels, axis, &self.transfer, settings.extinction)?;
+        let frame = axis.frame();
+        let axes = self.sample_axes(rays, settings);
+        let sample = self.sample_params(&axes, frame, settings);
+        let projection = SplatProjection::new(rays, self.centre());
+        let (background, _) = self.kept.background();
+        let backwards = i32::from(projection.along[axis.index()] < 0.0);
+        let params = SplatParams { backwards, ..splat_params(&projection, frame, background) };
+        let screen = self.begin_screen(rays, viewport, &axes, frame)?;
+        self.sort_splats(|kept| kept.axis_splats(axis), Splatted::Visible, params, sample, &screen)?;
+        let kernel = self.kernels.axis_sheets(&self.device)?;
+        kernel.launch(&self.device, &self.sheet_arguments(screen, params, sample))
+    }
+
+    /// Splats slabs onto sheets across the view, `distance` voxels apart, into `scratch.frame`.
+    pub(super) fn run_view_sheets(
+        &mut self,
+        distance: f64,
+        rays: &Rays,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        const AXIS: Axis = Axis::Z;
+        let Self { device, kernels, kept, scratch, .. } = self;
+        kept.prepare_view_splats(device, kernels, &self.transfer, settings.extinction)?;
+        let slabs = SplatSlabs { distance };
+        let steps = ViewSheetsKernel::SLAB_STEPS;
+        let weights: Vec<f32> = (0..=steps)
+            .flat_map(|i| (0..slabs.count()).map(move |n| slabs.weight(n, i as f64 / steps as f64) as f32))
+            .collect();
+        filled(&mut scratch.slab_weights, device, &weights, "the slabs of a splat")?;
+        let axes = self.sample_axes(rays, settings);
+        let sample = self.sample_params(&axes, AXIS.frame(), settings);
+        let projection = SplatProjection::new(rays, self.centre());
+        let (background, _) = self.kept.background();
+        let params = SplatParams {
+            sheet_distance: distance as f32,
+            sheets: self.sheets(&projection, distance),
+            ..splat_params(&projection, AXIS.frame(), background)
+        };
+        let screen = self.begin_screen(rays, viewport, &axes, AXIS.frame())?;
+        self.sort_splats(|kept| kept.view_splats(), Splatted::InReach, params, sample, &screen)?;
+        let kernel = self.kernels.view_sheets(&self.device, slabs.count(), settings.shading.is_some())?;
+        let (_, view) = self.kept.layout(AXIS);
+        let weights = self.scratch.slab_weights.as_ref().expect("written above");
+        let arguments = self.sheet_arguments(screen, params, sample);
+        kernel.launch(&self.device, &view, weights, &self.kept.table().entries, &arguments)
+    }
+
+    /// First and last sheet that any voxel's splat can reach.
+    fn sheets(&self, projection: &SplatProjection, distance: f64) -> [i32; 2] {
+        let size = DVec3::from_array(self.grid.dims().map(|n| n as f64 - 1.0));
+        let deepest = (projection.along.abs().dot(size) / 2.0 + GAUSSIAN_RADIUS) / distance;
+        [(-deepest - 1.5).floor() as i32, (deepest + 1.5).ceil() as i32]
+    }
+
+    /// The volume's centre, in voxels.
+    fn centre(&self) -> DVec3 {
+        DVec3::from_array(self.grid.dims().map(|n| (n as f64 - 1.0) / 2.0))
+    }
+
+    fn sheet_arguments(
+        &self,
+        screen: ScreenParams,
+        params: SplatParams,
+        sample: SampleParams,
+    ) -> SheetArguments<'_> {
+        let made = "sort_splats() and begin_screen() made them";
+        let scratch = &self.scratch;
+        SheetArguments {
+            sorted: scratch.sorted.as_ref().expect(made),
+            ends: scratch.tile_ends.as_ref().expect(made),
+            lists: scratch.lists.as_ref().expect(made),
+            screen,
+            params,
+            sample,
+            frame: scratch.frame.as_ref().expect(made),
+            active_samples: scratch.active_samples.as_ref().expect(made),
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! Which voxels the sheet methods splat, and their order in a frame.
+
+use super::Renderer;
+use super::kept::{Kept, at_least};
+use super::kernels::Kernels;
+use super::tables::PointReach;
+use crate::device::launch::params::{Float4, SampleParams, ScreenParams, SplatParams};
+use crate::device::launch::{Pass, Place, SortedSplatsArguments, SplatsArguments, SplatsKernel, TiledSplatsArguments};
+use crate::device::{Buffer, Device};
+use crate::error::Error;
+use crate::layers::{Axis, AxisFrame, SplatProjection};
+use glam::DVec3;
+
+/// The voxels that are splatted, in the order of a layout.
+pub(super) struct SplatList {
+    places: Buffer<Place>,
+    contents: Buffer<Float4>,
+    pub count: usize,
+}
+
+/// Which voxels a list holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Splatted {
+    /// Those that are visible themselves: for classification before splatting.
+    Visible,
+    /// Those that any visible sample can see: for classification after it.
+    InReach,
+}
+
+impl SplatList {
+    /// Lists voxels in the layout of an axis. The table is there.
+    pub fn new(device: &Device, kernels: &Kernels, kept: &Kept, axis: Axis, splatted: Splatted) -> Result<Self, Error> {
+        let (voxels, view) = kept.layout(axis);
+        if let Some(n) = view.dims.iter().find(|&&n| n > i32::from(u16::MAX)) {
+            let problem = format!("sheets take up to 65535 voxels along an axis, not {n}: use another --algorithm");
+            return Err(Error::Settings { problem });
+        }
+        let rows = view.dims[1] as usize * view.dims[2] as usize;
+        let counts = Buffer::new(device, rows, "the splats per row")?;
+        let total = Buffer::new(device, 1, "the number of splats")?;
+        let mut list = Self {
+            places: Buffer::new(device, 1, "the splats")?,
+            contents: Buffer::new(device, 1, "the splats")?,
+            count: 0,
+        };
+        let (reach, slack) = match splatted {
+            Splatted::Visible => (0, 0.0),
+            Splatted::InReach => (SplatsKernel::REACH, PointReach::Gaussian.slack()),
+        };
+        let table = kept.table();
+        let launch = |pass: Pass, list: &Self| {
+            let SplatList { places, contents, .. } = list;
+            let arguments = SplatsArguments {
+                voxels,
+                view,
+                reach,
+                slack,
+                table: table.scale,
+                visible_before: &table.visible_before,
+                counts: &counts,
+                places,
+                contents,
+            };
+            kernels.splats(device)?.launch(device, pass, &arguments)
+        };
+        launch(Pass::Count, &list)?;
+        kernels.scan(device)?.launch(device, &counts, rows, 1, &total)?;
+        list.count = read_one(device, &total)?;
+        list.places = Buffer::new(device, list.count, "the splats")?;
+        list.contents = Buffer::new(device, list.count, "the splats")?;
+        launch(Pass::Fill, &list)?;
+        Ok(list)
+    }
+}
+
+fn read_one(device: &Device, total: &Buffer<u32>) -> Result<usize, Error> {
+    let mut count = [0];
+    total.read(device, &mut count)?;
+    Ok(count[0] as usize)
+}
+
+/// The projection as kernels see it, in the axes of `frame`; without sheets.
+pub(super) fn splat_params(projection: &SplatProjection, frame: AxisFrame, background: f32) -> SplatParams {
+    let row = |coefficients: DVec3, constant: f64| frame.local(coefficients).extend(constant).as_vec4().to_array();
+    let half_size = projection.half_size().as_vec2();
+    SplatParams {
+        to_screen: [0, 1, 2].map(|r| row(projection.to_screen.row(r), projection.offset[r])),
+        along: row(projection.along, -projection.along.dot(projection.centre)),
+        footprint: projection.footprint.map(|f| f as f32),
+        half_size: half_size.to_array(),
+        nearest: projection.nearest as f32,
+        nearest_sheet: projection.nearest_sheet() as f32,
+        sheet_distance: 1.0,
+        sheets: [0; 2],
+        backwards: 0,
+        background,
+    }
+}
+
+impl Renderer {
+    /// Projects, sorts and lists splats per tile: in `scratch.sorted`, `scratch.tile_ends` and `scratch.lists`.
+    pub(super) fn sort_splats(
+        &mut self,
+        list: impl Fn(&Kept) -> &SplatList,
+        splatted: Splatted,
+        params: SplatParams,
+        sample: SampleParams,
+        screen: &ScreenParams,
+    ) -> Result<(), Error> {
+        let Self { device, kernels, kept, scratch, .. } = self;
+        let list = list(kept);
+        let chunks = device.tuning().splat_chunks;
+        let buckets = match splatted {
+            Splatted::Visible => 1,
+            Splatted::InReach => (params.sheets[1] - params.sheets[0] + 1) as usize,
+        };
+        at_least(&mut scratch.total, device, 1, "the number of splats")?;
+        at_least(&mut scratch.sheet_counts, device, chunks * buckets, "the splats per sheet")?;
+        at_least(&mut scratch.sorted, device, list.count, "the sorted splats")?;
+        let made = "made above";
+        let total = scratch.total.as_ref().expect(made);
+        let arguments = SortedSplatsArguments {
+            places: &list.places,
+            contents: &list.contents,
+            count: list.count,
+            params,
+            table: &kept.table().entries,
+            sample,
+            size: screen.size,
+            buckets,
+            counts: scratch.sheet_counts.as_ref().expect(made),
+            sorted: scratch.sorted.as_ref().expect(made),
+        };
+        let kernel = kernels.sorted_splats(device, splatted == Splatted::Visible)?;
+        kernel.launch(device, Pass::Count, &arguments)?;
+        kernels.scan(device)?.launch(device, arguments.counts, chunks, buckets, total)?;
+        kernel.launch(device, Pass::Fill, &arguments)?;
+        let count = read_one(device, total)?;
+
+        let tiles = screen.tiles[0] as usize * screen.tiles[1] as usize;
+        at_least(&mut scratch.tile_ends, device, chunks * tiles, "the splats per tile")?;
+        at_least(&mut scratch.lists, device, 1, "the lists of tiles")?;
+        let kernel = kernels.tiled_splats(device)?;
+        for pass in [Pass::Count, Pass::Fill] {
+            let total = scratch.total.as_ref().expect(made);
+            let arguments = TiledSplatsArguments {
+                sorted: scratch.sorted.as_ref().expect(made),
+                count,
+                params,
+                size: screen.size,
+                tiles: screen.tiles,
+                counts: scratch.tile_ends.as_ref().expect(made),
+                lists: scratch.lists.as_ref().expect(made),
+            };
+            kernel.launch(device, pass, &arguments)?;
+            if pass == Pass::Count {
+                kernels.scan(device)?.launch(device, arguments.counts, chunks, tiles, total)?;
+                let entries = read_one(device, total)?;
+                at_least(&mut scratch.lists, device, entries, "the lists of tiles")?;
+            }
+        }
+        Ok(())
+    }
+}
