@@ -43,10 +43,11 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
     float layer = -1.0f;
     int from = TILE_ROWS, to = -1;
     for (uint e = list.x; e < list.y; e++) {
+        PREFETCH(sorted + lists[min(e + AHEAD, list.y - 1)]);
         const Splat splat = sorted[lists[e]];
-        if (splat.depth != layer) {
+        if (splat.reach != layer) {
             composite_sheet(&sample, length, from, to, sheet, light, &active);
-            layer = splat.depth;
+            layer = splat.reach;
             from = TILE_ROWS, to = -1;
             bool open = sample.opaque == 0.0f;
             for (int r = 0; r < rows && !open; r++)

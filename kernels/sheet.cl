@@ -4,6 +4,9 @@
 #define CHANNELS 4 // per pixel of a sheet
 #endif
 
+// How many splats are fetched before they are needed: they lie far apart.
+#define AHEAD 16
+
 // Where a tile's list begins and ends.
 inline uint2 list_of(__global const uint *ends, int tiles, int chunks, int tile) {
     __global const uint *last = ends + (size_t)(chunks - 1) * tiles;
@@ -29,9 +32,9 @@ typedef struct {
 
 ALWAYS_INLINE Footprint footprint_of(const SplatParams *p, const Splat *splat, int column, int row, int rows) {
     Footprint f;
-    const float hy = p->half_height / splat->w;
-    f.from = (int)MAX(ceil(splat->y - hy - 0.5f) - row, 0.0f);
-    f.to = (int)MIN(floor(splat->y + hy - 0.5f) - row, rows - 1.0f);
+    const float hy = p->half_height / splat->w + 0.5f;
+    f.from = whole_below(MAX(splat->y - hy - row, -1.0f)) + 1;
+    f.to = whole_below(MIN(splat->y + hy - row, (float)rows)) - 1;
     f.dx = CONVERT_REALV(LANES) + (column + 0.5f - splat->x);
     const realv ex = f.dx * (p->footprint[0] * splat->w);
     f.squared = ex * ex;

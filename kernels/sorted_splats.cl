@@ -21,40 +21,42 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
     for (int n = begin; n < end; n++) {
         const int i = p.backwards ? count - 1 - n : n;
         const float3 at = convert_float3(places[i].xyz);
-        Splat splat;
-        splat.depth = p.along[0] * at.x + p.along[1] * at.y + p.along[2] * at.z + p.along[3];
-        if (splat.depth < p.nearest)
+        const float depth = p.along[0] * at.x + p.along[1] * at.y + p.along[2] * at.z + p.along[3];
+        if (depth < p.nearest)
             continue;
         float h[3];
         for (int r = 0; r < 3; r++)
             h[r] = p.to_screen[r][0] * at.x + p.to_screen[r][1] * at.y + p.to_screen[r][2] * at.z + p.to_screen[r][3];
-        splat.x = h[0] / h[2], splat.y = h[1] / h[2], splat.w = h[2];
-        const int4 pixels = pixels_under(&p, &splat, width, height);
+        const float x = h[0] / h[2], y = h[1] / h[2];
+        const int4 pixels = pixels_under(&p, x, y, h[2], width, height);
         if (pixels.x > pixels.y || pixels.z > pixels.w)
             continue;
 #ifdef PRECLASSIFIED
         const int bucket = 0;
 #else
-        const int bucket = clamp((int)ceil(first_reach(&p, splat.depth)) - p.first_sheet, 0, buckets - 1);
+        const float reach = reach_of(&p, depth);
+        const int bucket = clamp(first_sheet(reach), 0, buckets - 1);
 #endif
         if (!fill) {
             own[bucket]++;
             continue;
         }
         const float4 content = contents[i];
+        __global Splat *splat = sorted + own[bucket]++;
+        splat->x = x, splat->y = y, splat->w = h[2];
 #ifdef PRECLASSIFIED
-        splat.depth = at.z;
-        const float x = (content.x - sample.table_first) * sample.table_per_value + 0.5f;
-        const float4 entry = table[(int)CLAMP(x, 0.0f, (float)sample.table_last)];
+        splat->reach = at.z;
+        const float place = (content.x - sample.table_first) * sample.table_per_value + 0.5f;
+        const float4 entry = table[(int)CLAMP(place, 0.0f, (float)sample.table_last)];
         float4 color = (float4)(entry.xyz, 1.0f);
         if (sample.shading) {
             const Lighting lighting = light_gradient(&sample, content.y, content.z, content.w);
             color.xyz = MIN(color.xyz * lighting.factor + lighting.highlight, (float3)(1.0f));
         }
-        splat.content = color * MIN(entry.w, OPAQUE_EXTINCTION);
+        splat->content = color * MIN(entry.w, OPAQUE_EXTINCTION);
 #else
-        splat.content = (float4)(content.x - p.background, content.yzw);
+        splat->reach = reach;
+        splat->content = (float4)(content.x - p.background, content.yzw);
 #endif
-        sorted[own[bucket]++] = splat;
     }
 }

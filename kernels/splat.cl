@@ -19,21 +19,23 @@ CHECK_SIZE(SplatParams, SPLAT_PARAMS_BYTES);
 typedef struct {
     float x, y;     // pixel coordinates
     float w;        // scale
-    float depth;    // in voxels; of axis-aligned sheets, the layer
+    float reach;    // where it begins, in sheets from the first; of axis-aligned sheets, its layer
     float4 content; // (value less background, gradient), or of axis-aligned sheets (r, g, b, 1) times extinction
 } Splat;
 CHECK_SIZE(Splat, 32);
 
 #define GAUSSIAN_RADIUS 2.0f
 
-// The first sheet that a splat reaches, of those `sheet_distance` apart.
-inline float first_reach(const SplatParams *p, float depth) { return (depth - GAUSSIAN_RADIUS) / p->sheet_distance - 0.5f; }
+// Where a splat at a depth begins, in sheets from the first: the sheet at or beyond is the first that it reaches.
+inline float reach_of(const SplatParams *p, float depth) {
+    return (depth - GAUSSIAN_RADIUS) / p->sheet_distance - 0.5f - p->first_sheet;
+}
+inline int first_sheet(float reach) { return -whole_below(-reach); }
 
-// Pixels under a splat's rectangle, clipped to the screen: columns [x, y], rows [z, w]; empty where x > y or z > w.
-inline int4 pixels_under(const SplatParams *p, const Splat *splat, int width, int height) {
-    const float hx = p->half_width / splat->w, hy = p->half_height / splat->w;
-    return (int4)((int)ceil(CLAMP(splat->x - hx - 0.5f, 0.0f, (float)width)),
-                  (int)floor(CLAMP(splat->x + hx - 0.5f, -1.0f, width - 1.0f)),
-                  (int)ceil(CLAMP(splat->y - hy - 0.5f, 0.0f, (float)height)),
-                  (int)floor(CLAMP(splat->y + hy - 0.5f, -1.0f, height - 1.0f)));
+// Pixels under the rectangle of a splat at (x, y), clipped to the screen: columns [x, y], rows [z, w]; empty where x > y or z > w.
+ALWAYS_INLINE int4 pixels_under(const SplatParams *p, float x, float y, float w, int width, int height) {
+    const float inverse = 1.0f / w, hx = p->half_width * inverse + 0.5f, hy = p->half_height * inverse + 0.5f;
+    // The first centre at or beyond an edge is one above the last before it.
+    return (int4)(whole_below(CLAMP(x - hx, -1.0f, (float)width)) + 1, whole_below(CLAMP(x + hx, 0.0f, (float)width)) - 1,
+                  whole_below(CLAMP(y - hy, -1.0f, (float)height)) + 1, whole_below(CLAMP(y + hy, 0.0f, (float)height)) - 1);
 }

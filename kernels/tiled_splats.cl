@@ -15,8 +15,7 @@ __kernel void tiled_splats(__global const Splat *sorted, int count, SplatParams 
             own[t] = 0;
     const int begin = (long)count * chunk / chunks, end = (long)count * (chunk + 1) / chunks;
     for (int n = begin; n < end; n++) {
-        const Splat splat = sorted[n];
-        const int4 pixels = pixels_under(&p, &splat, width, height);
+        const int4 pixels = pixels_under(&p, sorted[n].x, sorted[n].y, sorted[n].w, width, height);
         for (int j = pixels.z / TILE_ROWS; j <= pixels.w / TILE_ROWS; j++)
             for (int i = pixels.x / TILE_COLUMNS; i <= pixels.y / TILE_COLUMNS; i++) {
                 if (fill)

@@ -111,6 +111,13 @@ inline float largest_lane(realv x) { return -smallest_lane(-x); }
 // PoCL calls larger functions, and passes vectors through memory.
 #define ALWAYS_INLINE inline __attribute__((always_inline))
 
+// Asks for what is needed soon. OpenCL's own prefetch() does nothing on PoCL.
+#ifdef __x86_64__
+#define PREFETCH(p) __builtin_prefetch((const void *)(ulong)(p))
+#else
+#define PREFETCH(p)
+#endif
+
 // Fails to compile unless the condition holds.
 #define CHECK_SIZE(type, bytes) typedef char type##_size_check[sizeof(type) == (bytes) ? 1 : -1]
 

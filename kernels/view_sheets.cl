@@ -15,7 +15,7 @@
 // The sheets of a tile, those of a row together.
 typedef struct {
     realv at[TILE_ROWS][SHEETS][CHANNELS];
-    int from[SHEETS], to[SHEETS]; // rows that splats have reached
+    uint reached[SHEETS]; // rows that splats have reached, a bit each
 } Ring;
 
 struct GradientSource {
@@ -43,10 +43,11 @@ ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sam
     const int slot = sheet % SHEETS;
     const float depth = (sheet + p->first_sheet) * p->sheet_distance;
     // Where the background shows, every sheet does.
-    const int from = sample->background_visible ? 0 : ring->from[slot];
-    const int to = sample->background_visible ? tile->rows - 1 : ring->to[slot];
+    const uint shown = sample->background_visible ? ~0u : ring->reached[slot];
     const bool ahead = depth >= p->nearest_sheet;
-    for (int r = from; r <= to; r++) {
+    for (int r = 0; r < tile->rows; r++) {
+        if (!(shown >> r & 1))
+            continue;
         realv *channels = ring->at[r][slot];
         if (ahead) {
             const struct GradientSource source = {channels};
@@ -60,8 +61,8 @@ ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sam
         for (int c = 0; c < CHANNELS; c++)
             channels[c] = 0.0f;
     }
-    ring->from[slot] = TILE_ROWS, ring->to[slot] = -1;
-    if (from > to || sample->opaque == 0.0f)
+    ring->reached[slot] = 0;
+    if (!shown || sample->opaque == 0.0f)
         return true;
     for (int r = 0; r < tile->rows; r++)
         if (ANY(tile->light[r].t > sample->opaque))
@@ -72,19 +73,19 @@ ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sam
 // Adds a splat to the sheets from `first` on.
 ALWAYS_INLINE void splat_slabs(const SplatParams *p, __global const float *slabs, const Splat *splat, int first, int column,
                                int row, Ring *ring, const Tile *tile) {
-    const float reach = first_reach(p, splat->depth), fraction = (ceil(reach) - reach) * SLAB_STEPS;
+    const float fraction = (first - splat->reach) * SLAB_STEPS;
     const int step = min((int)fraction, SLAB_STEPS - 1);
     __global const float *weights = slabs + step * SHEETS;
     const Footprint f = footprint_of(p, splat, column, row, tile->rows);
-    const float content[4] = {splat->content.x, splat->content.y, splat->content.z, splat->content.w};
-    float amount[SHEETS][CHANNELS];
+    const float4 content = splat->content;
+    const uint rows = f.from <= f.to ? (2u << f.to) - (1u << f.from) : 0;
+    float4 amount[SHEETS];
+    int slot = first % SHEETS;
+#pragma unroll
     for (int n = 0; n < SHEETS; n++) {
-        const int slot = (first + n) % SHEETS;
-        const float weight = mix(weights[n], weights[n + SHEETS], fraction - step);
-        for (int c = 0; c < CHANNELS; c++)
-            amount[slot][c] = weight * content[c];
-        if (weight > 0.0f)
-            ring->from[slot] = min(ring->from[slot], f.from), ring->to[slot] = max(ring->to[slot], f.to);
+        amount[slot] = mix(weights[n], weights[n + SHEETS], fraction - step) * content;
+        ring->reached[n] |= rows;
+        slot = slot + 1 == SHEETS ? 0 : slot + 1;
     }
     for (int r = f.from; r <= f.to; r++) {
         const realv footprint = weights_on(p, splat, &f, r);
@@ -92,7 +93,7 @@ ALWAYS_INLINE void splat_slabs(const SplatParams *p, __global const float *slabs
         for (int n = 0; n < SHEETS; n++)
 #pragma unroll
             for (int c = 0; c < CHANNELS; c++)
-                ring->at[r][n][c] += amount[n][c] * footprint;
+                ring->at[r][n][c] += ((const float *)&amount[n])[c] * footprint;
     }
 }
 
@@ -118,7 +119,7 @@ __kernel void view_sheets(VolumeView view, __global const Splat *sorted, __globa
     if (list.x < list.y || sample.background_visible) {
         Ring ring;
         for (int n = 0; n < SHEETS; n++) {
-            ring.from[n] = TILE_ROWS, ring.to[n] = -1;
+            ring.reached[n] = 0;
             for (int r = 0; r < TILE_ROWS; r++)
                 for (int c = 0; c < CHANNELS; c++)
                     ring.at[r][n][c] = 0.0f;
@@ -126,8 +127,9 @@ __kernel void view_sheets(VolumeView view, __global const Splat *sorted, __globa
         bool open = true;
         int current = 0; // the first sheet that is not composited yet
         for (uint e = list.x; e < list.y && open; e++) {
+            PREFETCH(sorted + lists[min(e + AHEAD, list.y - 1)]);
             const Splat splat = sorted[lists[e]];
-            const int first = clamp((int)ceil(first_reach(&p, splat.depth)) - p.first_sheet, 0, sheets - 1);
+            const int first = first_sheet(splat.reach);
             while (current < first && open)
                 open = composite_sheet(&p, &sample, &view, table, current++, &ring, &tile);
             splat_slabs(&p, slabs, &splat, first, column, row, &ring, &tile);
