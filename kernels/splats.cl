@@ -1,8 +1,9 @@
 // The voxels that are splatted, in the order of their layout.
 //
 // One work-item per row of voxels along u. Counts those of its row, or with `fill` writes them from counts[row] on, the
-// counts having become sums. A voxel is splatted if it differs from the background and any value among the voxels up to `reach`
-// away can be visible; with reach 0, if it is visible itself. `slack`: see slab_visibility.cl.
+// counts having become sums. A voxel is splatted if it differs from the background and any value among the voxels up to
+// `reach` (at most 3) away can be visible; with reach 0, if it is visible itself; with a negative one, if it differs from the
+// background. `slack`: see slab_visibility.cl.
 
 #define SEGMENT_VECTORS (64 / VW) // looked at together
 #define PADDED (SEGMENT_VECTORS + 2 * ((3 + VW - 1) / VW))
@@ -14,7 +15,6 @@ __kernel void splats(__global const VOXEL *voxels, VolumeView view, int reach, f
     if (row >= view.dims_v * view.dims_a)
         return;
     const int v = row % view.dims_v, k = row / view.dims_v;
-    // Gradients take three voxels to either side for the vectors; one would do.
     const int margin = (PADDED - SEGMENT_VECTORS) / 2 * VW;
     uint count = 0, next = counts[row];
     for (int u0 = 0; u0 < view.dims_u; u0 += SEGMENT_VECTORS * VW) {
@@ -26,7 +26,7 @@ __kernel void splats(__global const VOXEL *voxels, VolumeView view, int reach, f
             STOREV(hi + c * VW, LOADV(own + c * VW));
             any = any || ANY(LOADV(own + c * VW) != view.background);
         }
-        if (!any && reach > 0)
+        if (!any && reach != 0)
             continue;
         for (int dk = -reach; dk <= reach; dk++)
             for (int dv = -reach; dv <= reach; dv++) {
@@ -41,7 +41,7 @@ __kernel void splats(__global const VOXEL *voxels, VolumeView view, int reach, f
             }
         for (int i = 0; i < min(SEGMENT_VECTORS * VW, view.dims_u - u0); i++) {
             const int at = margin + i;
-            if (reach > 0 && own[at] == view.background)
+            if (reach != 0 && own[at] == view.background)
                 continue;
             float from = lo[at], to = hi[at];
             for (int d = 1; d <= reach; d++) {
@@ -49,7 +49,7 @@ __kernel void splats(__global const VOXEL *voxels, VolumeView view, int reach, f
                 to = MAX(to, MAX(hi[at - d], hi[at + d]));
             }
             from -= slack * fabs(from - view.background), to += slack * fabs(to - view.background);
-            if (!any_visible(from, to, table_first, table_per_value, table_last, visible_before))
+            if (reach >= 0 && !any_visible(from, to, table_first, table_per_value, table_last, visible_before))
                 continue;
             if (fill) {
                 places[next] = (ushort4)(u0 + i, v, k, 0);

@@ -9,7 +9,7 @@
 #define SHEETS 5
 #endif
 #ifndef SLAB_STEPS
-#define SLAB_STEPS 64
+#define SLAB_STEPS 256
 #endif
 
 // The sheets of a tile, those of a row together.

@@ -11,20 +11,27 @@ use layersplat::{Camera, Frame, RawOptions, Renderer, Settings, TransferFunction
 
 /// The same sums in another order, in floats; a table index that flips by one entry costs less than this.
 const REORDERED: f64 = 1e-3;
+/// Of slicing, whose table has 256 values.
+const REORDERED_SLICES: f64 = 4e-3;
+
+fn reordered(settings: &Settings) -> f64 {
+    if settings.algorithm.name() == "slicing" { REORDERED_SLICES } else { REORDERED }
+}
+
+/// A splat that no voxel within three of it makes visible can still weigh a thousandth in a sample that others do.
+const SPLATS_LEFT_OUT: f64 = 1e-3;
 
 const VIEWS: [(f64, f64); 4] = [(20.0, 10.0), (-70.0, 25.0), (130.0, -50.0), (10.0, 75.0)];
 
-/// Each classification on its lattice and per pixel.
+/// Each classification on its lattice and per pixel, and the other algorithms.
 fn evaluations() -> Vec<Settings> {
+    let settings = Settings { early_termination: false, ..Settings::default() };
     let evaluations = [Evaluation::Lattice(Density::AtLeast(2)), Evaluation::Direct];
-    let all = CLASSIFICATIONS.into_iter().flat_map(|c| evaluations.map(|e| (c, e)));
-    all.map(|(classification, evaluation)| Settings {
-        classification,
-        evaluation,
-        early_termination: false,
-        ..Settings::default()
-    })
-    .collect()
+    let layered = CLASSIFICATIONS.into_iter().flat_map(|c| evaluations.map(|e| (c, e)));
+    layered
+        .map(|(classification, evaluation)| Settings { classification, evaluation, ..settings })
+        .chain(OTHERS.map(|algorithm| Settings { algorithm, ..settings }))
+        .collect()
 }
 
 /// The volume with its axes turned x → y → z → x.
@@ -69,7 +76,7 @@ fn turning_the_axes_with_the_view() {
             let other = map_camera(camera, a.grid().centre(), b.grid().centre(), cycle);
             let first = render(&a, &smooth_transfer(), &camera, size, settings);
             let second = render(&b, &smooth_transfer(), &other, size, settings);
-            assert_close(&format!("{azimuth}, {elevation}"), &first, &second, REORDERED);
+            assert_close(&format!("{azimuth}, {elevation}"), &first, &second, reordered(settings));
             let unturned = render(&b, &smooth_transfer(), &parallel(&b, size, azimuth, elevation), size, settings);
             assert!(compare(&first, &unturned).max_difference > 10.0 * REORDERED, "a swapped axis must be noticed");
         }
@@ -90,7 +97,7 @@ fn mirroring_volume_and_view() {
             let other = map_camera(camera, a.grid().centre(), b.grid().centre(), |v| v * DVec3::new(-1.0, 1.0, 1.0));
             let first = render(&a, &smooth_transfer(), &camera, size, settings);
             let second = render(&b, &smooth_transfer(), &other, size, settings);
-            assert_close(&format!("{azimuth}, {elevation}"), &first, &mirrored(&second), REORDERED);
+            assert_close(&format!("{azimuth}, {elevation}"), &first, &mirrored(&second), reordered(settings));
             assert!(compare(&first, &second).max_difference > 10.0 * REORDERED, "a missing mirror must be noticed");
         }
     }
@@ -107,7 +114,7 @@ fn doubling_spacing_and_unit_distance() {
         for settings in evaluations() {
             let first = render(&a, &smooth_transfer(), &parallel(&a, size, azimuth, elevation), size, &settings);
             let second = render(&b, &smooth_transfer(), &parallel(&b, size, azimuth, elevation), size, &settings);
-            assert_close(&format!("{azimuth}, {elevation}"), &first, &second, REORDERED);
+            assert_close(&format!("{azimuth}, {elevation}"), &first, &second, reordered(&settings));
             let fixed = Settings { unit_distance: Some(0.7), ..settings };
             let third = render(&b, &smooth_transfer(), &parallel(&b, size, azimuth, elevation), size, &fixed);
             assert!(compare(&first, &third).max_difference > 10.0 * REORDERED, "the unit distance must count");
@@ -182,12 +189,14 @@ fn culling_never_changes_a_bit() {
                 for settings in evaluations() {
                     let culled = render(&volume, &transfer, &camera, size, &settings);
                     let whole = render(&volume, &transfer, &camera, size, &Settings { culling: false, ..settings });
-                    assert!(culled == whole, "{azimuth}, {elevation}: {:?}", compare(&culled, &whole));
-                    assert!(
-                        largest_opacity(&culled) > 0.01,
-                        "{azimuth}, {elevation}, {:?}: the picture is empty",
-                        camera.projection
-                    );
+                    let name = settings.algorithm.name();
+                    // What sheets leave out may weigh a little; everything else is exact.
+                    let limit = if name == "view-sheets" { SPLATS_LEFT_OUT } else { 0.0 };
+                    let difference = compare(&culled, &whole).max_difference;
+                    assert!(difference <= limit, "{azimuth}, {elevation}, {name}: {difference}");
+                    // What is visible only between voxels, classification before splatting does not see.
+                    let seen = largest_opacity(&culled) > 0.01 || name == "axis-sheets";
+                    assert!(seen, "{azimuth}, {elevation}, {name}, {:?}: the picture is empty", camera.projection);
                 }
             }
         }

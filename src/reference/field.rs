@@ -1,5 +1,6 @@
 //! Voxels in floats, with the background around them.
 
+use crate::layers::{Interpolation, Ray};
 use crate::volume::Volume;
 use glam::DVec3;
 
@@ -35,6 +36,55 @@ impl Field {
         } else {
             self.background
         }
+    }
+
+    /// The field that a kernel reconstructs, at a point in voxels: background + Σ (ρ − background) × weights. (Weights sum to 1
+    /// but for the Gaussian's.)
+    pub fn reconstructed(&self, interpolation: Interpolation, p: DVec3) -> f64 {
+        if interpolation == Interpolation::Tricubic {
+            return self.value(p);
+        }
+        let r = i64::from(interpolation.radius());
+        let below = p.floor().to_array().map(|c| c as i64);
+        let weights: [Vec<(i64, f64)>; 3] = std::array::from_fn(|a| {
+            let taps = below[a] - r + 1..=below[a] + r;
+            taps.map(|i| (i, interpolation.weight(p[a] - i as f64))).collect()
+        });
+        let mut sum = 0.0;
+        for &(k, wz) in &weights[2] {
+            for &(j, wy) in &weights[1] {
+                for &(i, wx) in &weights[0] {
+                    sum += wx * wy * wz * (self.voxel([i, j, k]) - self.background);
+                }
+            }
+        }
+        self.background + sum
+    }
+
+    /// Central differences of the same over two voxels.
+    pub fn differences(&self, interpolation: Interpolation, p: DVec3) -> DVec3 {
+        let along = |d: DVec3| (self.reconstructed(interpolation, p + d) - self.reconstructed(interpolation, p - d)) / 2.0;
+        DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
+    }
+
+    /// Where a ray is in the support of a kernel's field, [−r, n−1+r] per axis, as parameters of the ray.
+    pub fn support(&self, interpolation: Interpolation, ray: &Ray) -> Option<(f64, f64)> {
+        let radius = f64::from(interpolation.radius());
+        let (mut enter, mut leave) = (ray.start, f64::INFINITY);
+        for i in 0..3 {
+            let (lo, hi) = (-radius, self.dims[i] as f64 - 1.0 + radius);
+            let (o, d) = (ray.origin[i], ray.direction[i]);
+            if d == 0.0 {
+                if o <= lo || o >= hi {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((lo - o) / d, (hi - o) / d);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        (leave > enter).then_some((enter, leave))
     }
 
     /// The reconstructed field Σ ρ f(x−i) f(y−j) f(z−k) (paper, Eq. 1 and 2) at a point in voxels.

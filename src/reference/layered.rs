@@ -1,11 +1,12 @@
 //! Layered splatting from its definition.
 
 use super::field::Field;
+use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Axis, Correction, LayerSlabs, Ray, Rays, Viewport, footprint};
-use crate::renderer::{Classification, Settings, Shading};
+use crate::renderer::{Classification, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::volume::Volume;
 use glam::{DVec2, DVec3};
@@ -23,7 +24,7 @@ pub enum AxisGradient {
 /// The layered renderer in `f64`: every footprint integrated, no lattice, no table, no culling, no early termination.
 pub struct Layered<'a> {
     pub(super) field: Field,
-    volume: &'a Volume,
+    pub(super) volume: &'a Volume,
     pub(super) transfer: &'a TransferFunction,
     pub(super) settings: &'a Settings,
     /// Default: as the kernels do.
@@ -111,7 +112,7 @@ impl<'a> Layered<'a> {
                 let mut c = self.transfer.color(value);
                 if let Some(shading) = self.settings.shading {
                     let gradient = self.gradient(crossing, k, step, before, after);
-                    c = self.shade(shading, c, gradient, to_eye);
+                    c = shade(self.volume, shading, c, gradient, to_eye);
                 }
                 for (sum, c) in color.iter_mut().zip(c) {
                     *sum += transmittance * opacity * c;
@@ -181,24 +182,6 @@ impl<'a> Layered<'a> {
             }
         };
         crossing.axis.frame().global(DVec3::new(u, v, a))
-    }
-
-    /// Blinn-Phong with the fade for weak gradients (math.md, "Conventions").
-    pub(super) fn shade(&self, shading: Shading, color: [f64; 3], gradient: DVec3, to_eye: DVec3) -> [f64; 3] {
-        let grid = self.volume.grid();
-        let (lo, hi) = self.volume.range();
-        let range = if hi > lo { hi - lo } else { 1.0 };
-        let gradient = gradient * grid.spacing().min_element() / grid.spacing() / range;
-        let Some(normal) = gradient.try_normalize() else {
-            return color;
-        };
-        let light = shading.light.map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
-        let half_way = (light + to_eye).normalize_or(to_eye);
-        let fade = ((gradient.length() - 1e-3) * 1e3).clamp(0.0, 1.0);
-        let fade = fade * fade * (3.0 - 2.0 * fade);
-        let factor = shading.ambient + shading.diffuse * normal.dot(light).abs();
-        let highlight = shading.specular * normal.dot(half_way).abs().powf(shading.power);
-        color.map(|c| (c * (1.0 + fade * (factor - 1.0)) + fade * highlight).min(1.0))
     }
 }
 

@@ -7,7 +7,12 @@
 mod field;
 mod integral;
 mod layered;
+mod march;
 mod points;
+mod shading;
+mod sheets;
 
 pub use integral::Integral;
 pub use layered::{AxisGradient, Layered};
+pub use march::Marched;
+pub use sheets::Sheets;

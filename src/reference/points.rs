@@ -1,6 +1,7 @@
 //! Point-sampled layers with pre-integrated classification, from their definition.
 
 use super::layered::{Crossing, Layered};
+use super::shading::shade;
 use crate::layers::Ray;
 use crate::transfer::{Extinction, TransferFunction};
 use glam::{DVec2, DVec3};
@@ -38,7 +39,7 @@ impl Layered<'_> {
             };
             if let Some(shading) = self.settings.shading {
                 let ends = [z0, z1].map(|z| self.gradient_at(crossing, z));
-                c = self.shade(shading, c, frame.global((ends[0] + ends[1]) / 2.0), to_eye);
+                c = shade(self.volume, shading, c, frame.global((ends[0] + ends[1]) / 2.0), to_eye);
             }
             for (sum, c) in color.iter_mut().zip(c) {
                 *sum += transmittance * opacity * c;

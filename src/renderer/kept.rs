@@ -209,11 +209,12 @@ impl Kept {
         kernels: &Kernels,
         transfer: &TransferFunction,
         extinction: Extinction,
+        splatted: Splatted,
     ) -> Result<(), Error> {
         self.prepare_table(device, transfer, extinction)?;
-        if self.table().view_splats.is_none() {
-            let list = SplatList::new(device, kernels, self, Axis::Z, Splatted::InReach)?;
-            self.table.as_mut().expect("made above").view_splats = Some(list);
+        if self.table().view_splats.as_ref().is_none_or(|(held, _)| *held != splatted) {
+            let list = SplatList::new(device, kernels, self, Axis::Z, splatted)?;
+            self.table.as_mut().expect("made above").view_splats = Some((splatted, list));
         }
         Ok(())
     }
@@ -225,7 +226,7 @@ impl Kept {
 
     /// The splats of sheets across the view.
     pub fn view_splats(&self) -> &SplatList {
-        self.table().view_splats.as_ref().expect("prepare_view_splats() made it")
+        &self.table().view_splats.as_ref().expect("prepare_view_splats() made it").1
     }
 
     fn prepare_table(&mut self, device: &Device, transfer: &TransferFunction, extinction: Extinction) -> Result<(), Error> {

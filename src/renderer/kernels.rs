@@ -3,9 +3,10 @@
 use crate::device::Device;
 use crate::device::launch::params::Float4;
 use crate::device::launch::{
-    AxisSheetsKernel, ScanKernel, SortedSplatsKernel, SplatsKernel, TiledSplatsKernel, ViewSheetsKernel,
-    DirectKernel, FootprintSetKernel, FootprintsKernel, LatticeKernel, MarchKernel, OccupancyKernel, PerspectiveKernel, PointDirectKernel,
-    PointLatticeKernel, PreintegratedTableKernel, PresentKernel, SlabVisibilityKernel, TableKernel, TransposeKernel, VisibilityKernel, WarpKernel,
+    AxisSheetsKernel, DirectKernel, FootprintSetKernel, FootprintsKernel, LatticeKernel, MarchKernel, OccupancyKernel,
+    PerspectiveKernel, PointDirectKernel, PointLatticeKernel, PreintegratedTableKernel, PresentKernel, ScanKernel,
+    SlabVisibilityKernel, SortedSplatsKernel, SplatsKernel, TableKernel, TiledSplatsKernel, TransposeKernel, ViewSheetsKernel,
+    VisibilityKernel, WarpKernel,
 };
 use crate::error::Error;
 use crate::layers::Interpolation;
@@ -37,7 +38,8 @@ pub(super) struct Kernels {
     present: OnceCell<PresentKernel>,
     /// Per interpolation.
     raycast: [OnceCell<MarchKernel>; 3],
-    slicing: OnceCell<MarchKernel>,
+    /// For tables of integrals that span all values, and for others.
+    slicing: [OnceCell<MarchKernel>; 2],
     preintegrated_table: OnceCell<PreintegratedTableKernel>,
     splats: OnceCell<SplatsKernel>,
     scan: OnceCell<ScanKernel>,
@@ -94,7 +96,7 @@ impl Kernels {
             warp_displayed: OnceCell::new(),
             present: OnceCell::new(),
             raycast: Default::default(),
-            slicing: OnceCell::new(),
+            slicing: Default::default(),
             preintegrated_table: OnceCell::new(),
             splats: OnceCell::new(),
             scan: OnceCell::new(),
@@ -139,8 +141,9 @@ impl Kernels {
         built(cell, || MarchKernel::raycast(device, self.voxel_type, interpolation))
     }
 
-    pub fn slicing(&self, device: &Device) -> Result<&MarchKernel, Error> {
-        built(&self.slicing, || MarchKernel::slicing(device, self.voxel_type))
+    /// `cut`: values can lie beyond the table of integrals.
+    pub fn slicing(&self, device: &Device, cut: bool) -> Result<&MarchKernel, Error> {
+        built(&self.slicing[usize::from(cut)], || MarchKernel::slicing(device, self.voxel_type, cut))
     }
 
     /// `cut`: values can lie beyond the table of integrals.

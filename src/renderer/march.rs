@@ -37,13 +37,7 @@ impl Renderer {
     }
 
     /// Slices into `scratch.frame`.
-    pub(super) fn run_slicing(
-        &mut self,
-        step: f64,
-        rays: &Rays,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<(), Error> {
+    pub(super) fn run_slicing(&mut self, step: f64, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
         let axes = self.sample_axes(rays, settings);
         let length = step * axes.step.min_element();
         self.prepare_march(PointRays { reach: PointReach::Near, thinnest: Some(length) }, settings)?;
@@ -63,7 +57,7 @@ impl Renderer {
             ..self.march_params(PointReach::Near, settings)
         };
         let screen = self.begin_screen(rays, viewport, &axes, AXIS.frame())?;
-        let kernel = self.kernels.slicing(&self.device)?;
+        let kernel = self.kernels.slicing(&self.device, self.kept.integrals().cut)?;
         let table = &self.kept.table().slabs.as_ref().expect("made above").1;
         self.march("slicing", kernel, PointReach::Near, table, screen, params, &axes, settings)
     }

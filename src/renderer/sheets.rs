@@ -44,12 +44,12 @@ impl Renderer {
     ) -> Result<(), Error> {
         const AXIS: Axis = Axis::Z;
         let Self { device, kernels, kept, scratch, .. } = self;
-        kept.prepare_view_splats(device, kernels, &self.transfer, settings.extinction)?;
+        let splatted = if settings.culling { Splatted::InReach } else { Splatted::All };
+        kept.prepare_view_splats(device, kernels, &self.transfer, settings.extinction, splatted)?;
         let slabs = SplatSlabs { distance };
         let steps = ViewSheetsKernel::SLAB_STEPS;
-        let weights: Vec<f32> = (0..=steps)
-            .flat_map(|i| (0..slabs.count()).map(move |n| slabs.weight(n, i as f64 / steps as f64) as f32))
-            .collect();
+        let weights: Vec<f32> =
+            (0..=steps).flat_map(|i| (0..slabs.count()).map(move |n| slabs.weight(n, i as f64 / steps as f64) as f32)).collect();
         filled(&mut scratch.slab_weights, device, &weights, "the slabs of a splat")?;
         let axes = self.sample_axes(rays, settings);
         let sample = self.sample_params(&axes, AXIS.frame(), settings);
@@ -61,7 +61,7 @@ impl Renderer {
             ..splat_params(&projection, AXIS.frame(), background)
         };
         let screen = self.begin_screen(rays, viewport, &axes, AXIS.frame())?;
-        self.sort_splats(|kept| kept.view_splats(), Splatted::InReach, params, sample, &screen)?;
+        self.sort_splats(|kept| kept.view_splats(), splatted, params, sample, &screen)?;
         let kernel = self.kernels.view_sheets(&self.device, slabs.count(), settings.shading.is_some())?;
         let (_, view) = self.kept.layout(AXIS);
         let weights = self.scratch.slab_weights.as_ref().expect("written above");
@@ -81,12 +81,7 @@ impl Renderer {
         DVec3::from_array(self.grid.dims().map(|n| (n as f64 - 1.0) / 2.0))
     }
 
-    fn sheet_arguments(
-        &self,
-        screen: ScreenParams,
-        params: SplatParams,
-        sample: SampleParams,
-    ) -> SheetArguments<'_> {
+    fn sheet_arguments(&self, screen: ScreenParams, params: SplatParams, sample: SampleParams) -> SheetArguments<'_> {
         let made = "sort_splats() and begin_screen() made them";
         let scratch = &self.scratch;
         SheetArguments {

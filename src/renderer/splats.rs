@@ -19,12 +19,14 @@ pub(super) struct SplatList {
 }
 
 /// Which voxels a list holds.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Splatted {
     /// Those that are visible themselves: for classification before splatting.
     Visible,
     /// Those that any visible sample can see: for classification after it.
     InReach,
+    /// All that differ from the background: the same without culling.
+    All,
 }
 
 impl SplatList {
@@ -38,14 +40,12 @@ impl SplatList {
         let rows = view.dims[1] as usize * view.dims[2] as usize;
         let counts = Buffer::new(device, rows, "the splats per row")?;
         let total = Buffer::new(device, 1, "the number of splats")?;
-        let mut list = Self {
-            places: Buffer::new(device, 1, "the splats")?,
-            contents: Buffer::new(device, 1, "the splats")?,
-            count: 0,
-        };
+        let mut list =
+            Self { places: Buffer::new(device, 1, "the splats")?, contents: Buffer::new(device, 1, "the splats")?, count: 0 };
         let (reach, slack) = match splatted {
             Splatted::Visible => (0, 0.0),
             Splatted::InReach => (SplatsKernel::REACH, PointReach::Gaussian.slack()),
+            Splatted::All => (-1, 0.0),
         };
         let table = kept.table();
         let launch = |pass: Pass, list: &Self| {
@@ -112,7 +112,7 @@ impl Renderer {
         let chunks = device.tuning().splat_chunks;
         let buckets = match splatted {
             Splatted::Visible => 1,
-            Splatted::InReach => (params.sheets[1] - params.sheets[0] + 1) as usize,
+            Splatted::InReach | Splatted::All => (params.sheets[1] - params.sheets[0] + 1) as usize,
         };
         at_least(&mut scratch.total, device, 1, "the number of splats")?;
         at_least(&mut scratch.sheet_counts, device, chunks * buckets, "the splats per sheet")?;

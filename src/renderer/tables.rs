@@ -1,8 +1,8 @@
 //! What is kept on the device of a transfer function.
 
-use super::splats::SplatList;
-use crate::device::launch::{Occupancy, Reach};
+use super::splats::{SplatList, Splatted};
 use crate::device::launch::params::Float4;
+use crate::device::launch::{Occupancy, Reach};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::transfer::{Extinction, IntegralTable, TransferFunction, TransferTable};
@@ -68,7 +68,7 @@ pub(super) struct Table {
     /// What axis-aligned sheets splat, per layer axis.
     pub axis_splats: [Option<SplatList>; 3],
     /// What image-aligned sheets splat.
-    pub view_splats: Option<SplatList>,
+    pub view_splats: Option<(Splatted, SplatList)>,
 }
 
 /// Which blocks of which slabs can show anything.

@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 use layersplat::image::Comparison;
-use layersplat::layers::Correction;
-use layersplat::renderer::{Classification, Plan};
+use layersplat::layers::{Correction, Interpolation};
+use layersplat::renderer::{Algorithm, Classification, Plan};
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{
     Camera, Device, DeviceChoice, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume,
@@ -17,6 +17,17 @@ pub const SPLATTED: Classification = Classification::Post(Correction::SubLayers(
 pub const POINTS: Classification = Classification::Preintegrated { samples_per_layer: 1 };
 /// Each way that layers are sampled and classified.
 pub const CLASSIFICATIONS: [Classification; 3] = [SPLATTED, POINTS, Classification::Preintegrated { samples_per_layer: 2 }];
+
+/// The renderers that the paper compares with.
+pub const OTHERS: [Algorithm; 7] = [
+    Algorithm::AxisSheets,
+    Algorithm::ViewSheets { sheet_distance: 1.0 },
+    Algorithm::ViewSheets { sheet_distance: 0.5 },
+    Algorithm::Slicing { step: 0.8 },
+    Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 0.6 },
+    Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.6 },
+    Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 0.6 },
+];
 
 thread_local! {
     static DEVICE: Device = {

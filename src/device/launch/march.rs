@@ -1,6 +1,7 @@
 //! Launchers of raycast.cl, slicing.cl and preintegrated_table.cl.
 
 use super::params::{Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
+use super::points::cut_define;
 use super::{VoxelBuffer, launch, screen_defines, voxel_defines};
 use crate::device::{Buffer, Device, program::source};
 use crate::error::Error;
@@ -41,15 +42,14 @@ impl MarchKernel {
             Interpolation::Gaussian => "-DGAUSSIAN",
         };
         let defines = format!("{} -DPER_RAY_STEP {field} -DRADIUS={}", march_defines(device, voxel_type), interpolation.radius());
-        let source =
-            source!("raycast", "elementary", "volume", "table_entries", "shading", "sample", "screen", "field", "march");
+        let source = source!("raycast", "elementary", "volume", "table_entries", "shading", "sample", "screen", "field", "march");
         Ok(Self(device.kernel(&source, &defines)?))
     }
 
-    /// Slices the trilinear field.
-    pub fn slicing(device: &Device, voxel_type: VoxelType) -> Result<Self, Error> {
+    /// Slices the trilinear field. `cut`: values can lie beyond the table.
+    pub fn slicing(device: &Device, voxel_type: VoxelType, cut: bool) -> Result<Self, Error> {
         let source = source!("slicing", "elementary", "volume", "table_entries", "shading", "screen", "field", "march");
-        Ok(Self(device.kernel(&source, &march_defines(device, voxel_type))?))
+        Ok(Self(device.kernel(&source, &format!("{} {}", march_defines(device, voxel_type), cut_define(cut)))?))
     }
 
     pub fn launch(&self, device: &Device, stage: &'static str, a: &MarchArguments) -> Result<(), Error> {

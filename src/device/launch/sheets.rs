@@ -31,7 +31,7 @@ pub(crate) struct ViewSheetsKernel(Kernel);
 
 impl ViewSheetsKernel {
     /// Fractions, less one, that slab weights are given for.
-    pub const SLAB_STEPS: usize = 64;
+    pub const SLAB_STEPS: usize = 256;
 
     /// For splats that reach up to `sheets` sheets, with gradients or without.
     pub fn new(device: &Device, sheets: usize, shading: bool) -> Result<Self, Error> {
@@ -63,20 +63,7 @@ impl ViewSheetsKernel {
             &self.0,
             a.tiles(),
             device.tuning().tile_group,
-            &[
-                view,
-                a.sorted,
-                a.ends,
-                a.lists,
-                &chunks,
-                slabs,
-                table,
-                &a.screen,
-                &a.params,
-                &a.sample,
-                a.frame,
-                a.active_samples,
-            ],
+            &[view, a.sorted, a.ends, a.lists, &chunks, slabs, table, &a.screen, &a.params, &a.sample, a.frame, a.active_samples],
         )
     }
 }

@@ -1,0 +1,195 @@
+//! Both kinds of sheet-buffer splatting from their definitions.
+
+use super::field::Field;
+use super::shading::{Gathered, shade};
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::image::Frame;
+use crate::layers::{Axis, GAUSSIAN_RADIUS, Interpolation, Ray, Rays, SplatProjection, SplatSlabs, Viewport, gaussian_footprint};
+use crate::renderer::{Algorithm, LayerAxis, Settings};
+use crate::transfer::{Extinction, TransferFunction};
+use crate::volume::Volume;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Extinction of an opaque voxel that is splatted.
+const OPAQUE: f64 = 16.0;
+
+/// Sheet-buffer splatting in `f64`: every voxel looks at every pixel; no lists, no tables, no early termination.
+pub struct Sheets<'a> {
+    field: Field,
+    volume: &'a Volume,
+    transfer: &'a TransferFunction,
+    settings: &'a Settings,
+}
+
+/// A voxel on the screen.
+struct Splat {
+    pixel: DVec2,
+    w: f64,
+    depth: f64,
+    /// Along the layer axis, front to back.
+    layer: i64,
+    value: f64,
+    gradient: DVec3,
+}
+
+impl<'a> Sheets<'a> {
+    /// A renderer; the settings' algorithm is one of the two.
+    pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
+        Self { field: Field::new(volume), volume, transfer, settings }
+    }
+
+    /// The picture of a camera.
+    ///
+    /// # Panics
+    /// With another algorithm.
+    pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
+        let rays = Rays::new(camera, viewport, self.volume.grid())?;
+        let centre = DVec3::from_array(self.field.dims().map(|n| (n as f64 - 1.0) / 2.0));
+        let projection = SplatProjection::new(&rays, centre);
+        let splats = self.splats(&projection);
+        let pixels = (0..viewport.pixels())
+            .into_par_iter()
+            .map(|i| {
+                let at = DVec2::new((i % viewport.width as usize) as f64 + 0.5, (i / viewport.width as usize) as f64 + 0.5);
+                let seen: Vec<(&Splat, f64)> = splats
+                    .iter()
+                    .map(|s| (s, gaussian_footprint(projection.squared_distance(at - s.pixel, s.w))))
+                    .filter(|(_, weight)| *weight > 0.0)
+                    .collect();
+                let ray = rays.at(at.x, at.y);
+                let rgba = match self.settings.algorithm {
+                    Algorithm::AxisSheets => self.by_layer(&ray, &projection, &seen, rays.to_eye),
+                    Algorithm::ViewSheets { sheet_distance } => {
+                        self.by_sheet(&ray, &projection, &seen, sheet_distance, rays.to_eye)
+                    }
+                    other => panic!("{} has no sheets", other.name()),
+                };
+                rgba.map(|c| c as f32)
+            })
+            .collect();
+        Ok(Frame::new(viewport, pixels))
+    }
+
+    fn splats(&self, projection: &SplatProjection) -> Vec<Splat> {
+        let axis = match self.settings.layer_axis {
+            LayerAxis::Auto => Axis::most_parallel(projection.along),
+            LayerAxis::Forced(axis) => axis,
+        };
+        let a = axis.index();
+        let forward = projection.along[a] >= 0.0;
+        let [nx, ny, nz] = self.field.dims();
+        let mut splats = Vec::new();
+        for k in 0..nz {
+            for j in 0..ny {
+                for i in 0..nx {
+                    let p = DVec3::new(i as f64, j as f64, k as f64);
+                    let depth = projection.depth(p);
+                    if depth < projection.nearest {
+                        continue;
+                    }
+                    let (pixel, w) = projection.project(p);
+                    let difference = |d: [i64; 3]| {
+                        (self.field.voxel([i + d[0], j + d[1], k + d[2]]) - self.field.voxel([i - d[0], j - d[1], k - d[2]]))
+                            / 2.0
+                    };
+                    let gradient = DVec3::new(difference([1, 0, 0]), difference([0, 1, 0]), difference([0, 0, 1]));
+                    let layer = if forward { [i, j, k][a] } else { -[i, j, k][a] };
+                    splats.push(Splat { pixel, w, depth, layer, value: self.field.voxel([i, j, k]), gradient });
+                }
+            }
+        }
+        splats
+    }
+
+    /// Length of a ray per voxel of depth, in unit distances.
+    fn length_per_depth(&self, ray: &Ray, projection: &SplatProjection) -> f64 {
+        let spacing = self.volume.grid().spacing();
+        let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
+        (ray.direction * spacing).length() / unit / projection.along.dot(ray.direction)
+    }
+
+    fn shaded(&self, value: f64, gradient: DVec3, to_eye: DVec3) -> [f64; 3] {
+        let color = self.transfer.color(value);
+        self.settings.shading.map_or(color, |shading| shade(self.volume, shading, color, gradient, to_eye))
+    }
+
+    fn by_layer(&self, ray: &Ray, projection: &SplatProjection, seen: &[(&Splat, f64)], to_eye: DVec3) -> [f64; 4] {
+        // Extinction times colour, and extinction.
+        let mut layers: BTreeMap<i64, [f64; 4]> = BTreeMap::new();
+        for (splat, weight) in seen {
+            let extinction = match self.settings.extinction {
+                Extinction::Exponential => self.transfer.extinction(splat.value).min(OPAQUE),
+                Extinction::Linear => self.transfer.opacity(splat.value),
+            };
+            if extinction > 0.0 {
+                let [r, g, b] = self.shaded(splat.value, splat.gradient, to_eye);
+                let sums = layers.entry(splat.layer).or_default();
+                for (sum, c) in sums.iter_mut().zip([r, g, b, 1.0]) {
+                    *sum += weight * extinction * c;
+                }
+            }
+        }
+        let length = self.length_per_depth(ray, projection);
+        let mut gathered = Gathered::new();
+        for [r, g, b, extinction] in layers.into_values() {
+            let opacity = match self.settings.extinction {
+                Extinction::Exponential => -(-extinction * length).exp_m1(),
+                Extinction::Linear => (extinction * length).min(1.0),
+            };
+            gathered.add([r, g, b].map(|c| c / extinction), opacity);
+        }
+        gathered.rgba()
+    }
+
+    fn by_sheet(
+        &self,
+        ray: &Ray,
+        projection: &SplatProjection,
+        seen: &[(&Splat, f64)],
+        distance: f64,
+        to_eye: DVec3,
+    ) -> [f64; 4] {
+        let slabs = SplatSlabs { distance };
+        // Difference from the background, and gradient.
+        let mut sheets: BTreeMap<i64, (f64, DVec3)> = BTreeMap::new();
+        let background = self.field.background();
+        let visible = self.transfer.opacity(background) > 0.0;
+        if visible {
+            let size = DVec3::from_array(self.field.dims().map(|n| n as f64));
+            let deepest = ((projection.along.abs().dot(size) + 2.0 * GAUSSIAN_RADIUS) / distance).ceil() as i64;
+            sheets.extend((-deepest..=deepest).map(|s| (s, Default::default())));
+        }
+        for (splat, footprint) in seen {
+            let (first, fraction) = slabs.first(splat.depth);
+            for n in 0..slabs.count() {
+                let weight = footprint * slabs.weight(n, fraction);
+                let sums = sheets.entry(first + n as i64).or_default();
+                sums.0 += weight * (splat.value - background);
+                sums.1 += weight * splat.gradient;
+            }
+        }
+        let dt = self.length_per_depth(ray, projection) * distance;
+        let extent = self.field.support(Interpolation::Gaussian, ray);
+        let mut gathered = Gathered::new();
+        for (sheet, (difference, gradient)) in sheets {
+            let depth = sheet as f64 * distance;
+            let t = (depth - projection.depth(ray.origin)) / projection.along.dot(ray.direction);
+            let inside = extent.is_some_and(|(enter, leave)| (enter..=leave).contains(&t));
+            if depth < projection.nearest_sheet() || (visible && !inside) {
+                continue;
+            }
+            let value = background + difference;
+            let opacity = match self.settings.extinction {
+                Extinction::Exponential => -(-self.transfer.extinction(value) * dt).exp_m1(),
+                Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0),
+            };
+            if opacity > 0.0 {
+                gathered.add(self.shaded(value, gradient, to_eye), opacity);
+            }
+        }
+        gathered.rgba()
+    }
+}
