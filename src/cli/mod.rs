@@ -5,6 +5,7 @@ mod compare;
 mod devices;
 mod info;
 mod options;
+mod paper;
 mod parse;
 mod render;
 mod rotate;
@@ -38,6 +39,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Time a full turn about the y axis
     Bench(bench::Arguments),
+    /// Repeat the experiments of the paper
+    Paper(paper::Arguments),
 }
 
 /// Runs the command line of this process. Exit code 2 for a bad command line, 1 for anything else that fails.
@@ -51,6 +54,7 @@ pub fn main() -> ExitCode {
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
     };
     done.unwrap_or_else(|error| {
         eprintln!("layersplat: {error}");

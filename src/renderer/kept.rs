@@ -4,7 +4,7 @@ use super::kernels::Kernels;
 use super::splats::{SplatList, Splatted};
 use super::tables::{Integrals, PointRays, PointReach, SlabsVisible, Table};
 use crate::device::launch::params::{Float4, LayerOffset, VolumeView};
-use crate::device::launch::{Occupancy, Reach, Splat, Visibility, VoxelBuffer};
+use crate::device::launch::{Occupancy, PreintegratedTableArguments, Reach, Splat, Visibility, VoxelBuffer};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::image::Frame;
@@ -176,9 +176,15 @@ impl Kept {
         if table.slabs.as_ref().is_none_or(|(made_for, _)| *made_for != thickness) {
             let integrals = table.integrals.as_ref().expect("prepare_points() made it");
             let slabs = Buffer::new(device, SLAB_VALUES * SLAB_VALUES, "the pre-integration table")?;
-            let linear = table.extinction == Extinction::Linear;
-            let kernel = kernels.preintegrated_table(device)?;
-            kernel.launch(device, &integrals.nodes, integrals.unit, thickness, linear, SLAB_VALUES, &slabs)?;
+            let arguments = PreintegratedTableArguments {
+                integrals: &integrals.nodes,
+                unit: integrals.unit,
+                thickness,
+                linear: table.extinction == Extinction::Linear,
+                size: SLAB_VALUES,
+                table: &slabs,
+            };
+            kernels.preintegrated_table(device)?.launch(device, &arguments)?;
             table.slabs = Some((thickness, slabs));
         }
         Ok(())

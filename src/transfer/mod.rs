@@ -111,6 +111,15 @@ impl TransferFunction {
         })
     }
 
+    /// The same function with its opacities multiplied by a factor, 0 … 1.
+    pub fn faded(&self, factor: f64) -> Result<Self, Error> {
+        if !(0.0..=1.0).contains(&factor) {
+            return Err(Error::OutOfRange { name: "opacity factor", value: factor.to_string(), expected: "0 to 1" });
+        }
+        let opacities = self.opacities.iter().map(|&(x, a)| (x, a * factor)).collect();
+        Ok(Self { opacities, ..self.clone() })
+    }
+
     /// Its name.
     pub fn name(&self) -> &str {
         &self.name
@@ -217,6 +226,14 @@ mod tests {
         assert_abs_diff_eq!(t.opacity(-1024.0 + 0.4 * 4010.0), 0.4, epsilon = 1e-12);
         assert!(ramp().stretched(1.0, 1.0).is_err());
         assert!(ramp().stretched(f64::NAN, 1.0).is_err());
+    }
+
+    #[test]
+    fn fading_scales_opacities() {
+        let faded = ramp().faded(0.25).unwrap();
+        assert_abs_diff_eq!(faded.opacity(6.0), 0.2, epsilon = 1e-15);
+        assert_eq!(faded.color(5.0), ramp().color(5.0));
+        assert!(ramp().faded(1.5).is_err() && ramp().faded(f64::NAN).is_err());
     }
 
     #[test]

@@ -67,32 +67,36 @@ impl MarchKernel {
 /// Makes the table of slicing.
 pub(crate) struct PreintegratedTableKernel(Kernel);
 
+/// What [`PreintegratedTableKernel`] reads and writes.
+pub(crate) struct PreintegratedTableArguments<'a> {
+    pub integrals: &'a Buffer<[i32; 4]>,
+    /// Extinction of one unit of `integrals`.
+    pub unit: f32,
+    /// Of a slab, in unit distances.
+    pub thickness: f32,
+    pub linear: bool,
+    /// Values in front and behind.
+    pub size: usize,
+    /// `size`² entries.
+    pub table: &'a Buffer<Float4>,
+}
+
 impl PreintegratedTableKernel {
     pub fn new(device: &Device) -> Result<Self, Error> {
         Ok(Self(device.kernel(&source!("preintegrated_table", "elementary"), "-DVW=1")?))
     }
 
-    /// `unit`: extinction of one unit of `integrals`; `thickness` of a slab in unit distances; `table` takes size² entries.
-    pub fn launch(
-        &self,
-        device: &Device,
-        integrals: &Buffer<[i32; 4]>,
-        unit: f32,
-        thickness: f32,
-        linear: bool,
-        size: usize,
-        table: &Buffer<Float4>,
-    ) -> Result<(), Error> {
-        let nodes = integrals.len() as i32;
-        let nodes_per_entry = (nodes - 1) as f32 / (size - 1) as f32;
-        let (linear, entries) = (i32::from(linear), size as i32);
+    pub fn launch(&self, device: &Device, a: &PreintegratedTableArguments) -> Result<(), Error> {
+        let nodes = a.integrals.len() as i32;
+        let nodes_per_entry = (nodes - 1) as f32 / (a.size - 1) as f32;
+        let (linear, size) = (i32::from(a.linear), a.size as i32);
         launch(
             device,
             "table",
             &self.0,
-            size * size,
+            a.size * a.size,
             device.tuning().pixel_group,
-            &[integrals, &nodes, &nodes_per_entry, &unit, &thickness, &linear, &entries, table],
+            &[a.integrals, &nodes, &nodes_per_entry, &a.unit, &a.thickness, &linear, &size, a.table],
         )
     }
 }

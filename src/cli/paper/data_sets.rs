@@ -1,0 +1,141 @@
+//! The paper's data sets: which there are, and what the paper says of them.
+
+use crate::error::Error;
+use crate::transfer::TransferFunction;
+use crate::volume::{RawOptions, Volume};
+use std::path::{Path, PathBuf};
+
+/// A row of the paper's Table 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PaperRow {
+    /// How its files' names begin.
+    pub name: &'static str,
+    /// Effective splats.
+    pub splats: &'static str,
+    /// Frames per second of axis-aligned sheets, view-aligned sheets, layered splatting and slicing.
+    pub fps: [Option<f64>; 4],
+}
+
+const fn row(name: &'static str, splats: &'static str, axis: f64, view: f64, layered: f64, slicing: Option<f64>) -> PaperRow {
+    PaperRow { name, splats, fps: [Some(axis), Some(view), Some(layered), slicing] }
+}
+
+/// Table 1 of the paper.
+const TABLE_1: [PaperRow; 8] = [
+    row("fuel", "14K", 39.8, 47.0, 100.3, Some(197.1)),
+    row("lobster", "233K", 15.0, 13.2, 43.0, None),
+    row("aneurism", "79K", 26.7, 23.0, 48.7, Some(47.3)),
+    row("neghip", "122K", 7.9, 11.1, 30.7, Some(192.6)),
+    row("engine", "1.3M", 3.8, 3.0, 23.2, Some(43.0)),
+    row("skull", "1.4M", 3.6, 2.7, 16.5, Some(43.6)),
+    row("foot", "4.6M", 0.9, 0.8, 8.3, Some(40.9)),
+    row("vertebra", "1.6M", 3.0, 2.4, 14.9, None),
+];
+
+/// What stands in where there are no data sets.
+const BUILT_IN: [&str; 2] = ["builtin:hydrogen@128", "builtin:marschner-lobb@64"];
+
+/// A data set that can be opened.
+pub(super) struct Source {
+    pub name: String,
+    /// File or built-in name.
+    path: String,
+    transfer: Option<PathBuf>,
+    pub paper: Option<PaperRow>,
+}
+
+/// A data set in memory.
+pub(super) struct DataSet {
+    pub volume: Volume,
+    pub transfer: TransferFunction,
+}
+
+/// What there is, and what of the paper's table is not there.
+pub(super) struct Library {
+    pub found: Vec<Source>,
+    pub missing: Vec<&'static str>,
+}
+
+impl Library {
+    /// Looks for the paper's data sets in a folder, and for their transfer functions in another.
+    pub fn new(volumes: Option<&Path>, transfers: Option<&Path>) -> Result<Self, Error> {
+        let mut files: Vec<PathBuf> = Vec::new();
+        if let Some(folder) = volumes {
+            let entries = std::fs::read_dir(folder).map_err(|e| Error::read(folder, e))?;
+            for entry in entries {
+                files.push(entry.map_err(|e| Error::read(folder, e))?.path());
+            }
+        }
+        files.sort();
+        let transfers = transfers.map(Path::to_path_buf).or_else(|| Some(volumes?.join("../transfer")));
+        let (mut found, mut missing) = (Vec::new(), Vec::new());
+        for paper in TABLE_1 {
+            let file = files.iter().find(|path| is_volume(path, paper.name));
+            match file.and_then(|path| path.to_str()) {
+                Some(path) => {
+                    let transfer = transfers.as_ref().map(|folder| folder.join(format!("{}.json", paper.name)));
+                    let transfer = transfer.filter(|file| file.is_file());
+                    found.push(Source { name: paper.name.into(), path: path.into(), transfer, paper: Some(paper) });
+                }
+                None => missing.push(paper.name),
+            }
+        }
+        if found.is_empty() {
+            found = BUILT_IN
+                .map(|path| Source { name: path.replace("builtin:", ""), path: path.into(), transfer: None, paper: None })
+                .into();
+        }
+        Ok(Self { found, missing })
+    }
+
+    /// The one that a figure of a single data set shows: engine as in the paper, or the first.
+    pub fn shown(&self) -> &Source {
+        self.found.iter().find(|set| set.name == "engine").unwrap_or(&self.found[0])
+    }
+}
+
+/// `NAME_…_uint8.raw.gz` and so on; the paper's files are unsigned.
+fn is_volume(path: &Path, name: &str) -> bool {
+    let file = path.file_name().and_then(|file| file.to_str()).unwrap_or_default();
+    let raw = file.ends_with(".raw") || file.ends_with(".raw.gz");
+    raw && file.strip_prefix(name).is_some_and(|rest| rest.starts_with('_')) && file.contains("_uint")
+}
+
+impl Source {
+    pub fn open(&self) -> Result<DataSet, Error> {
+        let volume = Volume::open(&self.path, &RawOptions::default())?;
+        let transfer = match &self.transfer {
+            Some(file) => TransferFunction::from_file(file, None)?,
+            None => TransferFunction::automatic(&volume),
+        };
+        Ok(DataSet { volume, transfer })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_file_names_are_recognised() {
+        let is = |file: &str, name: &str| is_volume(Path::new(file), name);
+        assert!(is("v/engine_256x256x128_uint8.raw.gz", "engine") && is("vertebra_512x512x512_uint16.raw", "vertebra"));
+        assert!(!is("engine.json", "engine") && !is("engines_4x4x4_uint8.raw", "engine") && !is("fuel_1x1x1_int16.raw", "fuel"));
+    }
+
+    #[test]
+    fn built_in_volumes_stand_in_for_what_is_missing() {
+        let library = Library::new(None, None).unwrap();
+        assert_eq!((library.found.len(), library.missing.len()), (BUILT_IN.len(), TABLE_1.len()));
+        assert!(library.shown().open().unwrap().volume.grid().dims()[0] > 0);
+        assert!(Library::new(Some(Path::new("/no/such/folder")), None).is_err());
+    }
+
+    #[test]
+    fn one_file_is_enough() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("fuel_2x2x2_uint8.raw"), [0, 1, 2, 3, 4, 5, 6, 7]).unwrap();
+        let library = Library::new(Some(folder.path()), None).unwrap();
+        assert_eq!((library.found.len(), library.missing.len(), library.shown().name.as_str()), (1, 7, "fuel"));
+    }
+}

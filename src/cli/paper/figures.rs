@@ -1,0 +1,166 @@
+//! Figures 2 to 5.
+
+use super::Laboratory;
+use super::data_sets::Source;
+use super::page::{Page, decibels, enlarged_difference, psnr};
+use super::plot::{Series, svg};
+use super::systems::{Bench, SYSTEMS, VIEW};
+use crate::camera::{Camera, Orbit};
+use crate::error::Error;
+use crate::image::Frame;
+use crate::layers::{Correction, Interpolation, Viewport};
+use crate::renderer::{Classification, Evaluation, Renderer, Settings};
+use crate::transfer::{Extinction, TransferFunction};
+use crate::volume::{RawOptions, Volume};
+
+/// Steps of the progress bars, the first two per data set.
+pub(super) const KAPPA_STEPS: u64 = 1;
+pub(super) const EXTINCTION_STEPS: u64 = 1;
+pub(super) const CURVE_STEPS: u64 = 1;
+pub(super) const SYSTEM_STEPS: u64 = 1;
+
+/// How much differences are enlarged in the pictures.
+const TIMES: f32 = 8.0;
+
+/// Two settings on every data set: their fidelities, and of one data set both pictures, shaded, with their difference.
+fn two_settings(
+    laboratory: &Laboratory,
+    page: &mut Page,
+    figure: &str,
+    names: [&str; 2],
+    view: Orbit,
+    settings: [Settings; 2],
+) -> Result<(), Error> {
+    let mut rows = Vec::new();
+    for source in &laboratory.library.found {
+        laboratory.bar.set_message(format!("{figure}: {}", source.name));
+        let set = source.open()?;
+        let mut bench = Bench::new(laboratory, &set)?;
+        let truth = bench.truth(view, Interpolation::Tricubic)?;
+        let [a, b] = [bench.unshaded(view, &settings[0])?, bench.unshaded(view, &settings[1])?];
+        rows.push(vec![source.name.clone(), decibels(psnr(&a, &truth)), decibels(psnr(&b, &truth))]);
+        if source.name == laboratory.library.shown().name {
+            let [a, b] = [bench.picture(view, &settings[0])?, bench.picture(view, &settings[1])?];
+            let difference = enlarged_difference(&a, &b, TIMES);
+            let caption = format!("{}: {}, {}, and their difference times {TIMES}", source.name, names[0], names[1]);
+            page.sheet(&format!("{figure}.png"), &caption, &[a, b, difference], 3)?;
+        }
+        laboratory.bar.inc(1);
+    }
+    page.paragraph("PSNR in dB (RGB, unshaded) to the converged integral of Eq. 2:");
+    page.table(&["data set", names[0], names[1]], &rows);
+    Ok(())
+}
+
+/// Splatted layers per pixel with exact footprints, classified after interpolation.
+fn splatted(correction: Correction) -> Settings {
+    Settings { classification: Classification::Post(correction), evaluation: Evaluation::Direct, ..Settings::default() }
+}
+
+/// Fig. 2: with and without κ.
+pub(super) fn kappa(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error> {
+    page.paragraph(
+        "Every voxel is splatted once, into its own layer. Left with κ, as the paper does it; then without: what kernels spill \
+         into the neighbouring layers is lost to them. Per pixel, exact footprints, one sample per layer.",
+    );
+    let settings = [splatted(Correction::Constant), splatted(Correction::None)];
+    two_settings(laboratory, page, "fig2", ["with κ", "without κ"], VIEW, settings)
+}
+
+/// Fig. 3: linear α and the exponential.
+pub(super) fn extinction(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error> {
+    page.paragraph(
+        "The view along the diagonal of voxels, where a ray is √3 voxels in a layer: with α = 1 − e^−τ, the linear form \
+         min(1, α·Δt) agrees with the exponential 1 − e^−τΔt at Δt = 1 only.",
+    );
+    let linear = Settings { extinction: Extinction::Linear, ..splatted(Correction::Constant) };
+    let view = Orbit { azimuth: 45.0, elevation: 35.264, roll: 0.0 };
+    two_settings(laboratory, page, "fig3", ["linear α", "exponential"], view, [linear, splatted(Correction::Constant)])
+}
+
+/// Fig. 4 (a): the curves, with points measured on a homogeneous cube.
+pub(super) fn curves(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error> {
+    const MOST: f64 = 2.0;
+    laboratory.bar.set_message("fig4");
+    let curve = |f: fn(f64) -> f64| (0..=100).map(|i| f64::from(i) / 100.0 * MOST).map(|x| (x, f(x))).collect();
+    let exponential: fn(f64) -> f64 = |x| (-x).exp();
+    let linear: fn(f64) -> f64 = |x| (1.0 - x).max(0.0);
+    let difference: fn(f64) -> f64 = |x| (-x).exp() - (1.0 - x).max(0.0);
+    let mut rows = Vec::new();
+    let mut measured = [Vec::new(), Vec::new()];
+    for i in 1..=10 {
+        let x = f64::from(i) / 10.0 * MOST;
+        let found =
+            [through_a_layer(laboratory, x, Extinction::Exponential)?, through_a_layer(laboratory, x, Extinction::Linear)?];
+        for (points, &t) in measured.iter_mut().zip(&found) {
+            points.push((x, t));
+        }
+        let cells = [x, exponential(x), found[0], linear(x), found[1]];
+        rows.push(cells.iter().map(|c| format!("{c:.4}")).collect());
+    }
+    let [by_exponential, by_linear] = measured;
+    let line = |name, color, points| Series { name, color, points, measured: false };
+    let dots = |name, color, points| Series { name, color, points, measured: true };
+    let series = [
+        line("e^−τΔt", (20, 90, 180), curve(exponential)),
+        line("1 − τΔt, not below 0", (200, 70, 30), curve(linear)),
+        line("difference", (120, 120, 120), curve(difference)),
+        dots("measured, exponential", (20, 90, 180), by_exponential),
+        dots("measured, linear", (200, 70, 30), by_linear),
+    ];
+    let drawing = svg((0.0, MOST), (0.0, 1.0), ["τΔt", "transmittance of a layer"], &series);
+    page.drawing(
+        "fig4.svg",
+        "The transmittance of one layer: e^−τΔt, the first two terms of its series, and their difference",
+        &drawing,
+    )?;
+    page.paragraph("Measured: the picture's middle pixel on a homogeneous cube of two layers, per layer.");
+    page.table(&["τΔt", "e^−τΔt", "measured", "1 − τΔt", "measured"], &rows);
+    laboratory.bar.inc(CURVE_STEPS);
+    Ok(())
+}
+
+/// Transmittance per layer of a homogeneous cube seen straight on, where a layer's extinction (or α) times its length is `x`.
+fn through_a_layer(laboratory: &Laboratory, x: f64, extinction: Extinction) -> Result<f64, Error> {
+    const ALPHA: f64 = 0.05;
+    let volume = Volume::open("builtin:cube@2", &RawOptions::default())?;
+    let (_, value) = volume.range();
+    let points = vec![(0.0, 0.0), (value / 2.0, 0.0), (value / 2.0, ALPHA), (value, ALPHA)];
+    let transfer = TransferFunction::new("cube", vec![(0.0, [1.0; 3])], points)?;
+    let per_unit = match extinction {
+        Extinction::Exponential => transfer.extinction(value),
+        Extinction::Linear => ALPHA,
+    };
+    let settings = Settings { extinction, shading: None, unit_distance: Some(per_unit / x), ..splatted(Correction::Constant) };
+    let size = Viewport::new(1, 1)?;
+    let camera = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), size, Orbit::default());
+    let early = Settings { early_termination: false, ..settings };
+    let (frame, _) = Renderer::new(&laboratory.device, &volume, &transfer)?.render(&camera, size, &early)?;
+    Ok((1.0 - f64::from(frame.pixel(0, 0)[3])).max(0.0).sqrt())
+}
+
+/// Fig. 5: all four systems with a transparent transfer function.
+pub(super) fn systems(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error> {
+    /// What opacities are multiplied by.
+    const FADED: f64 = 0.25;
+    let source: &Source = laboratory.library.shown();
+    laboratory.bar.set_message(format!("fig5: {}", source.name));
+    let mut set = source.open()?;
+    set.transfer = set.transfer.faded(FADED)?;
+    let mut bench = Bench::new(laboratory, &set)?;
+    let truth = bench.truth(VIEW, Interpolation::Tricubic)?;
+    let (mut pictures, mut rows): (Vec<Frame>, Vec<Vec<String>>) = Default::default();
+    for system in SYSTEMS {
+        pictures.push(bench.picture(VIEW, &system.settings())?);
+        let own = bench.truth(VIEW, system.kernel)?;
+        let unshaded = bench.unshaded(VIEW, &system.settings())?;
+        rows.push(vec![system.name.into(), decibels(psnr(&unshaded, &own)), decibels(psnr(&unshaded, &truth))]);
+    }
+    let names = SYSTEMS.map(|s| s.name).join(", ");
+    let caption = format!("{} with its opacities times {FADED}: {names}", source.name);
+    page.sheet("fig5.png", &caption, &pictures, 2)?;
+    page.paragraph("PSNR in dB (RGB, unshaded) to the converged integral of the own kernel and of Eq. 2:");
+    page.table(&["system", "own", "Eq. 2"], &rows);
+    laboratory.bar.inc(SYSTEM_STEPS);
+    Ok(())
+}

@@ -1,0 +1,101 @@
+//! The systems that are compared, and their truths.
+
+use super::Laboratory;
+use super::data_sets::DataSet;
+use crate::camera::{Camera, Orbit};
+use crate::error::Error;
+use crate::image::{Background, Frame};
+use crate::layers::{Density, Interpolation};
+use crate::renderer::{Algorithm, Classification, Evaluation, Quality, Renderer, Settings};
+use std::time::Instant;
+
+/// The view of pictures and fidelities, as in docs/fidelity.md.
+pub(super) const VIEW: Orbit = Orbit { azimuth: 72.0, elevation: 20.0, roll: 0.0 };
+
+/// Step of the converged integral, in smallest spacings.
+const CONVERGED: f64 = 1.0 / 16.0;
+
+/// The four systems of Table 1, in its order.
+pub(super) const SYSTEMS: [System; 4] = [
+    System { name: "axis-sheets", kernel: Interpolation::Gaussian },
+    System { name: "view-sheets", kernel: Interpolation::Gaussian },
+    System { name: "layered", kernel: Interpolation::Tricubic },
+    System { name: "slicing", kernel: Interpolation::Trilinear },
+];
+
+/// Where layered stands in [`SYSTEMS`].
+pub(super) const LAYERED: usize = 2;
+
+/// A system at its default settings.
+#[derive(Clone, Copy)]
+pub(super) struct System {
+    pub name: &'static str,
+    /// What reconstructs its field.
+    pub kernel: Interpolation,
+}
+
+impl System {
+    pub fn settings(self) -> Settings {
+        let algorithm = match self.name {
+            "axis-sheets" => Algorithm::AxisSheets,
+            "view-sheets" => Algorithm::ViewSheets { sheet_distance: 1.0 },
+            "slicing" => Algorithm::Slicing { step: 1.0 },
+            _ => Algorithm::Layered,
+        };
+        Settings { algorithm, ..Settings::default() }
+    }
+}
+
+/// Layered at a density of samples, some per layer.
+pub(super) fn layered(density: Density, samples_per_layer: u32) -> Settings {
+    let classification = Classification::Preintegrated { samples_per_layer };
+    Settings { evaluation: Evaluation::Lattice(density), classification, ..Quality::Standard.settings() }
+}
+
+/// A renderer of one data set, with its views.
+pub(super) struct Bench<'a> {
+    laboratory: &'a Laboratory<'a>,
+    set: &'a DataSet,
+    renderer: Renderer,
+}
+
+impl<'a> Bench<'a> {
+    pub fn new(laboratory: &'a Laboratory, set: &'a DataSet) -> Result<Self, Error> {
+        let renderer = Renderer::new(&laboratory.device, &set.volume, &set.transfer)?;
+        Ok(Self { laboratory, set, renderer })
+    }
+
+    pub fn camera(&self, orbit: Orbit) -> Camera {
+        let grid = self.set.volume.grid();
+        Camera::fit_parallel(grid.centre(), grid.diagonal(), self.laboratory.size, orbit)
+    }
+
+    /// A picture from an orbit.
+    pub fn picture(&mut self, orbit: Orbit, settings: &Settings) -> Result<Frame, Error> {
+        let camera = self.camera(orbit);
+        Ok(self.renderer.render(&camera, self.laboratory.size, settings)?.0)
+    }
+
+    /// The same without shading, of which there is no truth.
+    pub fn unshaded(&mut self, orbit: Orbit, settings: &Settings) -> Result<Frame, Error> {
+        self.picture(orbit, &Settings { shading: None, ..*settings })
+    }
+
+    /// The converged integral of a kernel's field, unshaded.
+    pub fn truth(&mut self, orbit: Orbit, kernel: Interpolation) -> Result<Frame, Error> {
+        let algorithm = Algorithm::Raycast { interpolation: kernel, step: CONVERGED };
+        self.unshaded(orbit, &Settings { algorithm, early_termination: false, ..Settings::default() })
+    }
+
+    /// Milliseconds of frames `from … to` of `frames` of a turn, finished 8-bit pictures.
+    pub fn times(&mut self, settings: &Settings, from: u32, to: u32, frames: u32) -> Result<Vec<f64>, Error> {
+        (from..to)
+            .map(|n| {
+                let camera = self.camera(super::super::rotate::turn(Orbit { azimuth: 0.0, ..VIEW }, n, frames));
+                let started = Instant::now();
+                self.renderer.render_rgba8(&camera, self.laboratory.size, settings, Background::BLACK)?;
+                Ok(started.elapsed().as_secs_f64() * 1e3)
+            })
+            .collect()
+    }
+}
