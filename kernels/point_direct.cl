@@ -76,7 +76,8 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             const float at_eye = field[0] + cut * (field[1] - field[0]);
             const Node from = node_of(&sample, integrals, at_eye, l[0] & 1);
             const Node to = node_of(&sample, integrals, field[1], l[1] & 1);
-            const Stretch stretch = stretch_between(&sample, integrals, &from, &to, at_eye, field[1]);
+            const Stretch stretch = stretch_between(&sample, integrals, &from, &to, at_eye, field[1],
+                                                    ends_of(&sample, l[0], l[1]));
             composite_stretch(&sample, &stretch, ray.dt * (1.0f - cut) * sample.table_unit,
                               sample.background_visible && beside ? 0.0f : 1.0f, &lighting, &light, &active);
         }

@@ -147,6 +147,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
             HOLD(l0);
             HOLD(l1);
             const Layer *front = HELD(l0), *behind = HELD(l1);
+            const float2 weights = ends_of(&sample, l0, l1);
             int shown = 0;
             for (int r = 0; r < tile.rows; r++) {
                 const realv from = front->field[r], to = behind->field[r];
@@ -183,7 +184,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                     ends[r] = node_of(&sample, integrals, front->field[r], l0 & 1);
                 const Node node = node_of(&sample, integrals, behind->field[r], l1 & 1);
                 const Stretch stretch =
-                    stretch_between(&sample, integrals, &ends[r], &node, front->field[r], behind->field[r]);
+                    stretch_between(&sample, integrals, &ends[r], &node, front->field[r], behind->field[r], weights);
                 composite_stretch(&sample, &stretch, dt[r], inside, &lighting[r], &gathered[r], &active);
                 ends[r] = node;
                 ends_at[r] = l1;

@@ -14,6 +14,7 @@ mod lattice;
 mod perspective;
 mod rays;
 mod splats;
+mod stretch;
 mod sub_slabs;
 
 pub use axis::{Axis, AxisFrame};
@@ -26,4 +27,5 @@ pub use lattice::{Density, Lattice, LayerOffset, MAX_SAMPLES_PER_VOXEL};
 pub use perspective::{GaussNode, MAX_LATTICE_SHEAR, PerspectiveLattice, quadrature_nodes};
 pub use rays::{Ray, Rays, Viewport};
 pub use splats::{SplatProjection, SplatSlabs};
+pub use stretch::stretch_ends;
 pub use sub_slabs::{Correction, LayerSlabs, SubSlab};

@@ -2,7 +2,7 @@
 
 use super::layered::{Crossing, Layered};
 use super::shading::shade;
-use crate::layers::Ray;
+use crate::layers::{Ray, stretch_ends};
 use crate::transfer::{Extinction, TransferFunction};
 use glam::{DVec2, DVec3};
 
@@ -29,7 +29,11 @@ impl Layered<'_> {
                 continue;
             }
             let [from, to] = [z0, z1].map(|z| self.field_at(crossing, z, crossing.at(z)));
-            let Some((attenuation, mut c)) = mean(self.transfer, from + cut * (to - from), to, self.settings.extinction) else {
+            let n = (if step > 0 { l } else { l - 1 }) % samples;
+            let [low, high] = stretch_ends(samples_per_layer, n as u32);
+            let ends = if step > 0 { [low, high] } else { [high, low] };
+            let values = [from + cut * (to - from), to];
+            let Some((attenuation, mut c)) = mean(self.transfer, values, ends, self.settings.extinction) else {
                 continue;
             };
             let depth = attenuation * dt * (1.0 - cut);
@@ -64,21 +68,22 @@ impl Layered<'_> {
     }
 }
 
-/// Mean attenuation and the colour, weighted with it, over the values from one to another; `None` if all is transparent.
-fn mean(transfer: &TransferFunction, from: f64, to: f64, extinction: Extinction) -> Option<(f64, [f64; 3])> {
-    let parts = if from == to { 1 } else { PARTS };
+/// Mean attenuation and the colour, weighted with it, over the values from one to another, with weights of these two;
+/// `None` if all is transparent.
+fn mean(transfer: &TransferFunction, [from, to]: [f64; 2], ends: [f64; 2], extinction: Extinction) -> Option<(f64, [f64; 3])> {
     let mut sum = 0.0;
     let mut color = [0.0; 3];
-    for i in 0..parts {
-        let value = from + (to - from) * (i as f64 + 0.5) / parts as f64;
+    let even = (1.0 - ends[0] - ends[1]) / PARTS as f64;
+    let between = (0..PARTS).map(|i| (from + (to - from) * (i as f64 + 0.5) / PARTS as f64, even));
+    for (value, weight) in between.chain([(from, ends[0]), (to, ends[1])]) {
         let attenuation = match extinction {
             Extinction::Exponential => transfer.extinction(value).min(f64::MAX / PARTS as f64),
             Extinction::Linear => transfer.opacity(value),
         };
-        sum += attenuation;
+        sum += weight * attenuation;
         for (c, own) in color.iter_mut().zip(transfer.color(value)) {
-            *c += attenuation * own;
+            *c += weight * attenuation * own;
         }
     }
-    (sum > 0.0).then(|| (sum / parts as f64, color.map(|c| c / sum)))
+    (sum > 0.0).then(|| (sum, color.map(|c| c / sum)))
 }

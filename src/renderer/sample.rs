@@ -3,7 +3,7 @@
 use super::Renderer;
 use super::settings::{Algorithm, Classification, Settings};
 use crate::device::launch::params::{Float4, SampleParams};
-use crate::layers::{AxisFrame, Correction, LayerSlabs, Rays, SubSlab};
+use crate::layers::{AxisFrame, Correction, LayerSlabs, Rays, SubSlab, stretch_ends};
 use crate::transfer::Extinction;
 use glam::DVec3;
 
@@ -79,7 +79,16 @@ impl Renderer {
             power: shading.power as f32,
             step: local(axes.step),
             table_unit,
+            ends: self.stretch_ends(settings),
         }
+    }
+}
+
+impl Renderer {
+    fn stretch_ends(&self, settings: &Settings) -> [[f32; 2]; 3] {
+        let samples = settings.samples_per_layer();
+        let ends = |n: u32| if n < samples { stretch_ends(samples, n).map(|w| w as f32) } else { [0.0; 2] };
+        [0, 1, 2].map(ends)
     }
 }
 

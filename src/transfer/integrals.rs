@@ -19,6 +19,8 @@ const SLACK: f64 = 0.02;
 pub struct IntegralTable {
     /// r, g, b, extinction: integrals from the first node, in units times node distances. One more than entries.
     pub nodes: Vec<[i32; 4]>,
+    /// The same four at each node, in units: of the entries beside it the one that attenuates less.
+    pub at_nodes: Vec<[f32; 4]>,
     /// Value of the first node.
     pub first: f64,
     /// Nodes per unit of value; 0 for a single value.
@@ -47,8 +49,13 @@ impl TransferTable {
             sum = std::array::from_fn(|c| sum[c] + entry[c]);
             nodes.push(sum.map(|c| if unit > 0.0 { (c / unit).round() as i32 } else { 0 }));
         }
+        let in_units = |entry: &[f64; 4]| entry.map(|c| if unit > 0.0 { (c / unit) as f32 } else { 0.0 });
+        let at_nodes = (0..nodes.len())
+            .map(|i| [i.saturating_sub(1), i.min(entries.len() - 1)].map(|i| entries[i]))
+            .map(|[below, above]| in_units(if below[3] < above[3] { &below } else { &above }))
+            .collect();
         let first = if self.per_value > 0.0 { self.first - 0.5 / self.per_value } else { self.first };
-        IntegralTable { nodes, first, per_value, unit }
+        IntegralTable { nodes, at_nodes, first, per_value, unit }
     }
 }
 
@@ -113,6 +120,17 @@ mod tests {
         assert_relative_eq!(r, w, max_relative = ROUNDING);
         assert_relative_eq!(g, w / 2.0, max_relative = ROUNDING);
         assert_eq!(b, 0.0);
+    }
+
+    #[test]
+    fn nodes_know_their_own_value() {
+        let integrals = table(vec![(0.0, 0.0), (50.0, 0.0), (50.0, 0.5), (100.0, 0.5)]).integrals(1.0);
+        let at = |value: f64| integrals.at_nodes[((value - integrals.first) * integrals.per_value).round() as usize];
+        assert_relative_eq!(f64::from(at(75.0)[3]) * integrals.unit, 0.5, max_relative = ROUNDING);
+        assert_relative_eq!(at(75.0)[1], at(75.0)[0] / 2.0, max_relative = 1e-6);
+        // A step belongs to neither side of its node.
+        let step = integrals.at_nodes.iter().position(|n| n[3] > 0.0).unwrap();
+        assert!(integrals.nodes[step][3] > 0 && integrals.nodes[step - 1][3] == 0);
     }
 
     #[test]

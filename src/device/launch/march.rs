@@ -87,7 +87,7 @@ impl PreintegratedTableKernel {
     }
 
     pub fn launch(&self, device: &Device, a: &PreintegratedTableArguments) -> Result<(), Error> {
-        let nodes = a.integrals.len() as i32;
+        let nodes = a.integrals.len() as i32 / 2;
         let nodes_per_entry = (nodes - 1) as f32 / (a.size - 1) as f32;
         let (linear, size) = (i32::from(a.linear), a.size as i32);
         launch(
