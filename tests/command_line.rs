@@ -3,50 +3,8 @@
 mod common;
 
 use common::Random;
-use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn layersplat(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
-    command.current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let output = layersplat(folder, &[arguments, &["--json"]].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(text.trim_end().lines().count(), 1, "one line of JSON: {text}");
-    serde_json::from_str(&text).unwrap()
-}
-
-fn keys(value: &Value) -> Vec<&str> {
-    let mut keys: Vec<&str> = value.as_object().unwrap().keys().map(String::as_str).collect();
-    keys.sort_unstable();
-    keys
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
-}
-
-/// Runs a command that must fail: with this exit code, a message that holds every word, nothing on standard output, no
-/// panic, and no file more than before.
-#[track_caller]
-fn refused(folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
-    let before = names(folder);
-    let output = layersplat(folder, arguments);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
-    assert!(!message.contains("panicked") && output.stdout.is_empty(), "{arguments:?}: {message}");
-    for word in words {
-        assert!(message.contains(word), "{arguments:?} does not say '{word}': {message}");
-    }
-    assert_eq!(names(folder), before, "{arguments:?} left something behind");
-}
+use common::command::*;
+use std::process::Command;
 
 #[test]
 fn render_writes_pictures_of_every_kind() {

@@ -1,6 +1,8 @@
 //! What the tests share: the device, volumes, transfer functions, views and comparisons.
 #![allow(dead_code, reason = "each test crate uses its own part")]
 
+pub mod command;
+
 use glam::DVec3;
 use layersplat::image::Comparison;
 use layersplat::layers::{Correction, Interpolation};

@@ -33,7 +33,7 @@ const TABLE_1: [PaperRow; 8] = [
 ];
 
 /// What stands in where there are no data sets.
-const BUILT_IN: [&str; 2] = ["builtin:hydrogen@128", "builtin:marschner-lobb@64"];
+const BUILT_IN: [&str; 2] = ["builtin:marschner-lobb@64", "builtin:hydrogen@128"];
 
 /// A data set that can be opened.
 pub(super) struct Source {

@@ -4,7 +4,7 @@ use super::Laboratory;
 use super::data_sets::Source;
 use super::page::{Page, decibels, enlarged_difference, psnr};
 use super::plot::{Series, svg};
-use super::systems::{Bench, SYSTEMS, VIEW};
+use super::systems::{Bench, OF_THE_PAPER, SYSTEMS, VIEW};
 use crate::camera::{Camera, Orbit};
 use crate::error::Error;
 use crate::image::Frame;
@@ -150,13 +150,13 @@ pub(super) fn systems(laboratory: &Laboratory, page: &mut Page) -> Result<(), Er
     let mut bench = Bench::new(laboratory, &set)?;
     let truth = bench.truth(VIEW, Interpolation::Tricubic)?;
     let (mut pictures, mut rows): (Vec<Frame>, Vec<Vec<String>>) = Default::default();
-    for system in SYSTEMS {
+    for system in &SYSTEMS[..OF_THE_PAPER] {
         pictures.push(bench.picture(VIEW, &system.settings())?);
         let own = bench.truth(VIEW, system.kernel)?;
         let unshaded = bench.unshaded(VIEW, &system.settings())?;
         rows.push(vec![system.name.into(), decibels(psnr(&unshaded, &own)), decibels(psnr(&unshaded, &truth))]);
     }
-    let names = SYSTEMS.map(|s| s.name).join(", ");
+    let names = SYSTEMS[..OF_THE_PAPER].iter().map(|s| s.name).collect::<Vec<_>>().join(", ");
     let caption = format!("{} with its opacities times {FADED}: {names}", source.name);
     page.sheet("fig5.png", &caption, &pictures, 2)?;
     page.paragraph("PSNR in dB (RGB, unshaded) to the converged integral of the own kernel and of Eq. 2:");

@@ -15,16 +15,30 @@ pub(super) const VIEW: Orbit = Orbit { azimuth: 72.0, elevation: 20.0, roll: 0.0
 /// Step of the converged integral, in smallest spacings.
 const CONVERGED: f64 = 1.0 / 16.0;
 
-/// The four systems of Table 1, in its order.
-pub(super) const SYSTEMS: [System; 4] = [
-    System { name: "axis-sheets", kernel: Interpolation::Gaussian },
-    System { name: "view-sheets", kernel: Interpolation::Gaussian },
-    System { name: "layered", kernel: Interpolation::Tricubic },
-    System { name: "slicing", kernel: Interpolation::Trilinear },
+/// The systems of Table 1, in its order, and two more qualities of ours.
+pub(super) const SYSTEMS: [System; 6] = [
+    System { name: "axis-sheets", kernel: Interpolation::Gaussian, make: Make::Algorithm(Algorithm::AxisSheets) },
+    System {
+        name: "view-sheets",
+        kernel: Interpolation::Gaussian,
+        make: Make::Algorithm(Algorithm::ViewSheets { sheet_distance: 1.0 }),
+    },
+    System { name: "layered", kernel: Interpolation::Tricubic, make: Make::Layered(Quality::Standard) },
+    System { name: "slicing", kernel: Interpolation::Trilinear, make: Make::Algorithm(Algorithm::Slicing { step: 1.0 }) },
+    System { name: "layered draft", kernel: Interpolation::Tricubic, make: Make::Layered(Quality::Draft) },
+    System { name: "layered high", kernel: Interpolation::Tricubic, make: Make::Layered(Quality::High) },
 ];
 
-/// Where layered stands in [`SYSTEMS`].
+/// How many of [`SYSTEMS`] the paper has.
+pub(super) const OF_THE_PAPER: usize = 4;
+/// Places in [`SYSTEMS`].
+pub(super) const VIEW_SHEETS: usize = 1;
 pub(super) const LAYERED: usize = 2;
+pub(super) const SLICING: usize = 3;
+/// The qualities of layered, from the fastest on.
+pub(super) const QUALITIES: [usize; 3] = [4, LAYERED, 5];
+/// The others.
+pub(super) const OTHERS: [usize; 3] = [0, VIEW_SHEETS, SLICING];
 
 /// A system at its default settings.
 #[derive(Clone, Copy)]
@@ -32,17 +46,21 @@ pub(super) struct System {
     pub name: &'static str,
     /// What reconstructs its field.
     pub kernel: Interpolation,
+    make: Make,
+}
+
+#[derive(Clone, Copy)]
+enum Make {
+    Algorithm(Algorithm),
+    Layered(Quality),
 }
 
 impl System {
     pub fn settings(self) -> Settings {
-        let algorithm = match self.name {
-            "axis-sheets" => Algorithm::AxisSheets,
-            "view-sheets" => Algorithm::ViewSheets { sheet_distance: 1.0 },
-            "slicing" => Algorithm::Slicing { step: 1.0 },
-            _ => Algorithm::Layered,
-        };
-        Settings { algorithm, ..Settings::default() }
+        match self.make {
+            Make::Algorithm(algorithm) => Settings { algorithm, ..Settings::default() },
+            Make::Layered(quality) => quality.settings(),
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use super::super::bench::median;
 use super::Laboratory;
 use super::data_sets::{PaperRow, Source};
 use super::page::{Page, decibels, psnr};
-use super::systems::{Bench, LAYERED, SYSTEMS, VIEW, layered};
+use super::systems::{Bench, LAYERED, OTHERS, QUALITIES, SLICING, SYSTEMS, System, VIEW, VIEW_SHEETS, layered};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Density, Interpolation};
@@ -23,9 +23,10 @@ struct Measured {
     paper: Option<PaperRow>,
     dims: [usize; 3],
     splats: u64,
-    milliseconds: [f64; 4],
-    own: [f64; 4],
-    cubic: [f64; 4],
+    /// By system, as the next two.
+    milliseconds: Vec<f64>,
+    own: Vec<f64>,
+    cubic: Vec<f64>,
     equal: Vec<Equal>,
 }
 
@@ -39,71 +40,91 @@ struct Equal {
 pub(super) fn run(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error> {
     let measured: Vec<Measured> =
         laboratory.library.found.iter().map(|source| measure(laboratory, source)).collect::<Result<_, Error>>()?;
-    let name = |m: &Measured| m.name.clone();
+    frame_rates(laboratory, page, &measured);
+    ratios(page, &measured);
+    fidelities(page, &measured);
+    equal(page, &measured);
+    Ok(())
+}
 
+/// A table with a row per data set: its name, what it has to say of itself, and a number for each system.
+fn by_system(
+    page: &mut Page,
+    head: &[&str],
+    measured: &[Measured],
+    own: impl Fn(&Measured) -> Vec<String>,
+    cell: impl Fn(&Measured, usize) -> String,
+) {
+    let head: Vec<&str> = head.iter().copied().chain(SYSTEMS.iter().map(|system| system.name)).collect();
+    let row = |m: &Measured| {
+        let cells = (0..SYSTEMS.len()).map(|i| cell(m, i));
+        std::iter::once(m.name.clone()).chain(own(m)).chain(cells).collect()
+    };
+    page.table(&head, &measured.iter().map(row).collect::<Vec<_>>());
+}
+
+fn frame_rates(laboratory: &Laboratory, page: &mut Page, measured: &[Measured]) {
     page.paragraph(&format!(
-        "A full turn of {} frames about y at elevation 20°, shaded, finished 8-bit pictures, default settings. Frames per second \
-         from the median frame; systems took turns at fifths of the turn. In brackets, where the paper has it, its own number.",
+        "Frames per second, from the median of a full turn of {} frames about y at elevation 20°, shaded, finished 8-bit pictures, \
+         default settings. Systems took turns at fifths of the turn. In brackets, where the paper has it, its own number.",
         laboratory.frames
     ));
-    let rows: Vec<Vec<String>> = measured
-        .iter()
-        .map(|m| {
-            let [x, y, z] = m.dims;
-            let splats = match m.paper {
-                Some(paper) => format!("{} ({})", m.splats, paper.splats),
-                None => m.splats.to_string(),
-            };
-            let mut row = vec![name(m), format!("{x}×{y}×{z}"), splats];
-            row.extend((0..4).map(|i| with_paper(1e3 / m.milliseconds[i], m.paper.and_then(|paper| paper.fps[i]))));
-            row
-        })
-        .collect();
-    page.table(&["data set", "voxels", "effective splats", "axis-sheets", "view-sheets", "layered", "slicing"], &rows);
+    let own = |m: &Measured| {
+        let [x, y, z] = m.dims;
+        let splats = m.paper.map_or(m.splats.to_string(), |paper| format!("{} ({})", m.splats, paper.splats));
+        vec![format!("{x}×{y}×{z}"), splats]
+    };
+    by_system(page, &["data set", "voxels", "effective splats"], measured, own, |m, i| {
+        with_paper(1e3 / m.milliseconds[i], m.paper.and_then(|paper| *paper.fps.get(i)?))
+    });
+}
 
-    page.paragraph("How many times faster than each of the others layered is.");
-    let rows: Vec<Vec<String>> = measured
-        .iter()
-        .map(|m| {
-            let ratio = |i: usize| {
-                let paper = m.paper.and_then(|p| Some(p.fps[LAYERED]? / p.fps[i]?));
-                with_paper(m.milliseconds[i] / m.milliseconds[LAYERED], paper)
-            };
-            vec![name(m), ratio(0), ratio(1), ratio(3)]
-        })
-        .collect();
-    page.table(&["data set", "axis-sheets", "view-sheets", "slicing"], &rows);
+fn ratios(page: &mut Page, measured: &[Measured]) {
+    page.paragraph("How many times faster layered is, with its default (`standard`) and two other qualities.");
+    let ratio = |m: &Measured, quality: usize, other: usize| {
+        let paper = m.paper.and_then(|p| Some(p.fps[LAYERED]? / p.fps[other]?)).filter(|_| quality == LAYERED);
+        with_paper(m.milliseconds[other] / m.milliseconds[quality], paper)
+    };
+    let row = |m: &Measured, quality: usize| {
+        let cells = OTHERS.map(|other| ratio(m, quality, other));
+        [vec![m.name.clone(), SYSTEMS[quality].name.into()], cells.into()].concat()
+    };
+    let rows: Vec<Vec<String>> = measured.iter().flat_map(|m| QUALITIES.map(|quality| row(m, quality))).collect();
+    let head = [["data set", "faster than"].as_slice(), &OTHERS.map(|other| SYSTEMS[other].name)].concat();
+    page.table(&head, &rows);
+}
 
+fn fidelities(page: &mut Page, measured: &[Measured]) {
     page.paragraph(
         "Fidelity in dB (RGB, unshaded, azimuth 72°, elevation 20°): to the converged integral of the system's own kernel, and to \
-         that of the paper's cubic (Eq. 2). Both by `--algorithm raycast --step 0.0625` with that kernel.",
+         that of the paper's cubic (Eq. 2), both by `--algorithm raycast --step 0.0625` with that kernel.",
     );
-    let both = |m: &Measured, i: usize| format!("{} / {}", decibels(m.own[i]), decibels(m.cubic[i]));
-    let rows: Vec<Vec<String>> =
-        measured.iter().map(|m| [vec![name(m)], (0..4).map(|i| both(m, i)).collect()].concat()).collect();
-    page.table(&["data set, own / Eq. 2", "axis-sheets", "view-sheets", "layered", "slicing"], &rows);
+    by_system(
+        page,
+        &["data set, own / Eq. 2"],
+        measured,
+        |_| Vec::new(),
+        |m, i| format!("{} / {}", decibels(m.own[i]), decibels(m.cubic[i])),
+    );
+}
 
+fn equal(page: &mut Page, measured: &[Measured]) {
     page.paragraph(&format!(
-        "At equal fidelity: the cheapest settings that come as near to their own integral as the other system at its default. \
-         Median of {SHORT_TURN} frames."
+        "At equal fidelity: the fastest settings of layered that come as near to their integral as the other system does to its own at \
+         its default, and the coarsest of the other system that come as near to theirs as `standard`. Medians of {SHORT_TURN} frames."
     ));
-    let rows: Vec<Vec<String>> = measured
-        .iter()
-        .flat_map(|m| {
-            m.equal.iter().map(|e| {
-                let [a, b] = e.milliseconds;
-                vec![
-                    name(m),
-                    e.what.clone(),
-                    format!("{} : {}", decibels(e.psnr[0]), decibels(e.psnr[1])),
-                    format!("{a:.2} : {b:.2}"),
-                    format!("{:.1}", b / a),
-                ]
-            })
-        })
-        .collect();
+    let row = |m: &Measured, e: &Equal| {
+        let [a, b] = e.milliseconds;
+        vec![
+            m.name.clone(),
+            e.what.clone(),
+            format!("{} : {}", decibels(e.psnr[0]), decibels(e.psnr[1])),
+            format!("{a:.2} : {b:.2}"),
+            format!("{:.1}", b / a),
+        ]
+    };
+    let rows: Vec<Vec<String>> = measured.iter().flat_map(|m| m.equal.iter().map(|e| row(m, e))).collect();
     page.table(&["data set", "layered : other", "dB", "ms", "layered is faster by"], &rows);
-    Ok(())
 }
 
 fn with_paper(own: f64, paper: Option<f64>) -> String {
@@ -123,11 +144,11 @@ fn measure(laboratory: &Laboratory, source: &Source) -> Result<Measured, Error> 
         truths.push(bench.truth(VIEW, kernel)?);
         bar.inc(1);
     }
-    let (mut own, mut cubic) = ([0.0; 4], [0.0; 4]);
-    for (i, system) in SYSTEMS.iter().enumerate() {
+    let (mut own, mut cubic) = (Vec::new(), Vec::new());
+    for system in SYSTEMS {
         let picture = bench.unshaded(VIEW, &system.settings())?;
-        own[i] = psnr(&picture, &truths[system.kernel as usize]);
-        cubic[i] = psnr(&picture, &truths[Interpolation::Tricubic as usize]);
+        own.push(psnr(&picture, &truths[system.kernel as usize]));
+        cubic.push(psnr(&picture, &truths[Interpolation::Tricubic as usize]));
     }
     let milliseconds = at_defaults(laboratory, &mut bench)?;
     let equal = equal_fidelities(&mut bench, &truths, &own)?;
@@ -145,9 +166,9 @@ fn measure(laboratory: &Laboratory, source: &Source) -> Result<Measured, Error> 
 }
 
 /// Median milliseconds of each system.
-fn at_defaults(laboratory: &Laboratory, bench: &mut Bench) -> Result<[f64; 4], Error> {
+fn at_defaults(laboratory: &Laboratory, bench: &mut Bench) -> Result<Vec<f64>, Error> {
     let frames = laboratory.frames;
-    let mut times: [Vec<f64>; 4] = Default::default();
+    let mut times = vec![Vec::new(); SYSTEMS.len()];
     for system in SYSTEMS {
         // Kernels, layouts and lists of every layer axis.
         bench.times(&system.settings(), 0, frames.min(8), frames.min(8))?;
@@ -159,7 +180,7 @@ fn at_defaults(laboratory: &Laboratory, bench: &mut Bench) -> Result<[f64; 4], E
         }
         laboratory.bar.inc(1);
     }
-    Ok(times.map(median))
+    Ok(times.into_iter().map(median).collect())
 }
 
 /// Layered settings from coarse to fine.
@@ -172,45 +193,50 @@ fn layered_settings() -> Vec<(String, Settings)> {
     all.collect()
 }
 
-/// Layered against view-sheets and slicing, each as near to its own integral as the other at its default.
-fn equal_fidelities(bench: &mut Bench, truths: &[Frame], own: &[f64; 4]) -> Result<Vec<Equal>, Error> {
-    let mut equal = Vec::new();
-    let mut candidates = Vec::new();
+/// Layered against view-sheets and slicing.
+fn equal_fidelities(bench: &mut Bench, truths: &[Frame], own: &[f64]) -> Result<Vec<Equal>, Error> {
+    let mut ladder = Vec::new();
     for (name, settings) in layered_settings() {
         let fidelity = psnr(&bench.unshaded(VIEW, &settings)?, &truths[Interpolation::Tricubic as usize]);
-        candidates.push((name, fidelity, settings));
+        ladder.push((name, fidelity, short_turn(bench, &settings)?));
     }
-    let timed = |bench: &mut Bench, settings: &Settings| -> Result<f64, Error> {
-        bench.times(settings, 0, 4, 4)?;
-        Ok(median(bench.times(settings, 0, SHORT_TURN, SHORT_TURN)?))
-    };
-    let mut priced = Vec::new();
-    for (name, fidelity, settings) in candidates {
-        priced.push((name, fidelity, timed(bench, &settings)?));
-    }
-    for i in [1, 3] {
-        let system = SYSTEMS[i];
-        let other = timed(bench, &system.settings())?;
-        let cheapest = priced.iter().filter(|p| p.1 >= own[i]).min_by(|a, b| a.2.total_cmp(&b.2));
-        if let Some((name, fidelity, ms)) = cheapest {
+    let mut equal = Vec::new();
+    for other in [VIEW_SHEETS, SLICING] {
+        let system = SYSTEMS[other];
+        let fastest = ladder.iter().filter(|rung| rung.1 >= own[other]).min_by(|a, b| a.2.total_cmp(&b.2));
+        if let Some((name, fidelity, ms)) = fastest {
             let what = format!("{name} : {}", system.name);
-            equal.push(Equal { what, psnr: [*fidelity, own[i]], milliseconds: [*ms, other] });
+            let milliseconds = [*ms, short_turn(bench, &system.settings())?];
+            equal.push(Equal { what, psnr: [*fidelity, own[other]], milliseconds });
         }
-        let standard = timed(bench, &SYSTEMS[LAYERED].settings())?;
-        for step in [4.0, 3.0, 2.0, 1.5, 1.0, 0.75, 0.5, 0.35, 0.25, 0.125] {
-            let algorithm = match system.settings().algorithm {
-                Algorithm::ViewSheets { .. } => Algorithm::ViewSheets { sheet_distance: step },
-                _ => Algorithm::Slicing { step },
-            };
-            let settings = Settings { algorithm, ..system.settings() };
-            let fidelity = psnr(&bench.unshaded(VIEW, &settings)?, &truths[system.kernel as usize]);
-            if fidelity >= own[LAYERED] {
-                let what = format!("standard : {} {step} apart", system.name);
-                let milliseconds = [standard, timed(bench, &settings)?];
-                equal.push(Equal { what, psnr: [own[LAYERED], fidelity], milliseconds });
-                break;
-            }
+        let truth = &truths[system.kernel as usize];
+        if let Some((distance, fidelity, settings)) = coarsest(bench, system, truth, own[LAYERED])? {
+            let what = format!("standard : {} {distance} apart", system.name);
+            let milliseconds = [short_turn(bench, &SYSTEMS[LAYERED].settings())?, short_turn(bench, &settings)?];
+            equal.push(Equal { what, psnr: [own[LAYERED], fidelity], milliseconds });
         }
     }
     Ok(equal)
+}
+
+/// The largest distance of sheets or slices with which a system comes as near to a truth as is wanted.
+fn coarsest(bench: &mut Bench, system: System, truth: &Frame, wanted: f64) -> Result<Option<(f64, f64, Settings)>, Error> {
+    for distance in [4.0, 3.0, 2.0, 1.5, 1.25, 1.0, 0.75, 0.5, 0.35, 0.25, 0.125] {
+        let algorithm = match system.settings().algorithm {
+            Algorithm::ViewSheets { .. } => Algorithm::ViewSheets { sheet_distance: distance },
+            _ => Algorithm::Slicing { step: distance },
+        };
+        let settings = Settings { algorithm, ..system.settings() };
+        let fidelity = psnr(&bench.unshaded(VIEW, &settings)?, truth);
+        if fidelity >= wanted {
+            return Ok(Some((distance, fidelity, settings)));
+        }
+    }
+    Ok(None)
+}
+
+/// Median milliseconds of a short turn.
+fn short_turn(bench: &mut Bench, settings: &Settings) -> Result<f64, Error> {
+    bench.times(settings, 0, 4, 4)?;
+    Ok(median(bench.times(settings, 0, SHORT_TURN, SHORT_TURN)?))
 }

@@ -1,0 +1,134 @@
+//! `--algorithm` and `layersplat paper` on the command line, and the paper's own numbers.
+
+mod common;
+
+use common::command::*;
+use common::{Random, data_set};
+
+/// A small data set with one of the paper's names.
+fn small_fuel(folder: &std::path::Path) {
+    let mut random = Random(1);
+    let voxels: Vec<u8> = (0..12 * 10 * 9).map(|_| random.next() as u8).collect();
+    std::fs::write(folder.join("fuel_12x10x9_uint8.raw"), voxels).unwrap();
+}
+
+#[test]
+fn every_algorithm_renders_rotates_and_benches() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let size = ["builtin:hydrogen@20", "--size", "40x30"];
+    let algorithms: [&[&str]; 7] = [
+        &["layered"],
+        &["axis-sheets", "--layer-axis", "y"],
+        &["view-sheets", "--sheet-distance", "0.5"],
+        &["slicing", "--step", "0.7"],
+        &["raycast"],
+        &["raycast", "--interpolation", "tricubic", "--step", "0.1"],
+        &["raycast", "--interpolation", "gaussian", "--shading", "off", "--extinction", "linear"],
+    ];
+    for algorithm in algorithms {
+        let with =
+            |command: &'static str, more: &[&'static str]| [&[command], &size[..], &["--algorithm"], algorithm, more].concat();
+        let rendered = json(f, &with("render", &["-o", "a.png"]));
+        assert!(rendered["active_samples"].as_u64().unwrap() > 100, "{rendered}");
+        json(f, &with("rotate", &["--frames", "2", "-o", "turn"]));
+        let bench = json(f, &with("bench", &["--frames", "2"]));
+        assert_eq!(bench["algorithm"], algorithm[0]);
+        assert_eq!(bench["quality"].is_null(), algorithm[0] != "layered");
+        assert!(layersplat(f, &with("bench", &["--frames", "1"])).status.success());
+    }
+}
+
+#[test]
+fn options_of_other_algorithms_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let render = |more: &[&'static str]| [&["render", "builtin:cube@4"], more].concat();
+    let no_meaning: [&[&str]; 10] = [
+        &["--algorithm", "slicing", "--quality", "high"],
+        &["--algorithm", "raycast", "--lattice", "2"],
+        &["--algorithm", "view-sheets", "--classification", "post"],
+        &["--algorithm", "axis-sheets", "--correction", "none"],
+        &["--algorithm", "axis-sheets", "--sublayers", "2"],
+        &["--algorithm", "view-sheets", "--layer-axis", "x"],
+        &["--algorithm", "raycast", "--sheet-distance", "1"],
+        &["--algorithm", "slicing", "--interpolation", "tricubic"],
+        &["--step", "0.5"],
+        &["--algorithm", "axis-sheets", "--step", "0.5"],
+    ];
+    for options in no_meaning {
+        refused(f, &render(options), 2, &["no meaning"]);
+    }
+    refused(f, &render(&["--algorithm", "splatting"]), 2, &["layered", "view-sheets"]);
+    for (options, words) in [
+        (["--algorithm", "view-sheets", "--sheet-distance", "0.1"], ["sheet distance", "0.125"]),
+        (["--algorithm", "slicing", "--step", "100"], ["step", "64"]),
+        (["--algorithm", "raycast", "--step", "0"], ["--step", "above 0"]),
+        (["--algorithm", "raycast", "--step", "NaN"], ["--step", "NaN"]),
+    ] {
+        refused(f, &render(&options), 2, &words);
+    }
+}
+
+#[test]
+fn the_papers_experiments_become_pages() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    small_fuel(f);
+    let small = ["--size", "40x36", "--frames", "3", "--volumes", "."];
+    let written = json(f, &[&["paper", "all", "--out", "pages"], &small[..]].concat());
+    assert_eq!(keys(&written), ["data_sets", "device", "missing", "pages"]);
+    assert_eq!(written["data_sets"][0], "fuel");
+    assert_eq!(written["missing"].as_array().unwrap().len(), 7);
+    let pages = ["README.md", "fig2.md", "fig3.md", "fig4.md", "fig5.md", "popping.md", "table1.md"];
+    for page in pages {
+        let text = std::fs::read_to_string(f.join("pages").join(page)).unwrap();
+        assert!(text.contains("Missing data sets: lobster, aneurism"), "{page}: {text}");
+        // Every picture on a page is beside it.
+        for picture in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
+            assert!(f.join("pages").join(picture).is_file(), "{page}: {picture}");
+        }
+    }
+    let table = std::fs::read_to_string(f.join("pages/table1.md")).unwrap();
+    assert!(table.contains("| fuel | 12×10×9 |") && table.contains("(14K)") && table.contains("(2.5)"), "{table}");
+    assert!(!table.contains("NaN") && !table.contains("inf"), "{table}");
+    for picture in ["fig2.png", "fig3.png", "fig5.png", "popping.png"] {
+        assert!(image::open(f.join("pages").join(picture)).unwrap().width() > 70);
+    }
+    assert!(std::fs::read_to_string(f.join("pages/fig4.svg")).unwrap().ends_with("</svg>\n"));
+}
+
+#[test]
+fn without_data_sets_built_in_volumes_stand_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let written = json(f, &["paper", "popping", "--out", "pages", "--size", "24x24", "--volumes", "."]);
+    assert!(written["data_sets"][0].as_str().unwrap().starts_with("marschner-lobb"), "{written}");
+    assert!(std::fs::read_to_string(f.join("pages/popping.md")).unwrap().contains("built-in volumes stand in"));
+}
+
+#[test]
+fn bad_folders_and_files_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    refused(f, &["paper", "fig2", "--volumes", "nowhere"], 1, &["nowhere"]);
+    refused(f, &["paper", "fig6"], 2, &["fig5", "popping"]);
+    refused(f, &["paper", "fig2", "--frames", "0"], 2, &["--frames"]);
+    std::fs::write(f.join("fuel_12x10x9_uint8.raw"), [0; 100]).unwrap();
+    std::fs::create_dir(f.join("pages")).unwrap();
+    refused(f, &["paper", "fig2", "--volumes", ".", "--out", "pages"], 1, &["fuel_12x10x9", "1080"]);
+    assert!(names(&f.join("pages")).is_empty());
+    std::fs::write(f.join("file"), "").unwrap();
+    refused(f, &["paper", "fig4", "--out", "file/pages"], 1, &["file/pages"]);
+}
+
+/// The column of the paper's Table 1, to the voxel.
+#[test]
+#[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
+fn effective_splats_are_the_papers() {
+    let paper = [("fuel", 13_731), ("neghip", 121_586), ("lobster", 233_509), ("aneurism", 78_989), ("engine", 1_301_479)];
+    for (name, splats) in paper {
+        let (volume, transfer) = data_set(name);
+        assert_eq!(transfer.effective_splats(&volume), splats, "{name}");
+    }
+}
