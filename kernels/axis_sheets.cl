@@ -9,7 +9,7 @@ ALWAYS_INLINE void composite_sheet(const SampleParams *sample, const realv *leng
                                    realv sheet[TILE_ROWS][4], Light *light, intv *active) {
     for (int r = from; r <= to; r++) {
         const realv extinction = sheet[r][3], depth = extinction * length[r];
-        const realv opacity = sample->linear ? MIN(depth, (realv)(1.0f)) : absorbed(depth);
+        const realv opacity = opacity_of_depth(sample, depth);
         const realv weight = light[r].t * opacity / MAX(extinction, (realv)(1e-30f));
         light[r].r += weight * sheet[r][0];
         light[r].g += weight * sheet[r][1];

@@ -12,6 +12,7 @@ typedef struct {
     int culling;            // 0: visit everything, to test that culling changes nothing
     float length;           // of a step of ray casting, in unit distances
     float slice_step;       // ray parameter from one slice to the next
+    int thin;               // slabs between slices are no thicker than a cell: the cells of their ends tell what they can show
     float table_first, table_per_value; // of the table over two values
     int table_size;         // entries per value
     float visible_from, visible_to; // values between which lies all opacity

@@ -89,7 +89,7 @@ ALWAYS_INLINE void composite_stretch(const SampleParams *p, const Stretch *s, re
     const realv divisor = s->extinction == 0.0f ? (realv)(1.0f) : s->extinction;
     const realv inverse = 1.0f / (s->distance * divisor);
     const realv depth = s->extinction * (divisor * inverse * dt), share = s->distance * inverse;
-    const realv opacity = (p->linear ? MIN(depth, (realv)(1.0f)) : absorbed(depth)) * inside;
+    const realv opacity = opacity_of_depth(p, depth) * inside;
     *active += COUNT_IF(opacity > 0.0f);
     composite(p, s->r * share, s->g * share, s->b * share, opacity, lighting, light);
 }

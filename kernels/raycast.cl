@@ -1,8 +1,7 @@
 // Ray casting, front to back: the field at even steps along every ray, classified after interpolation.
 //
 // One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which casts the rays of one row at a time. Sample
-// n lies in the middle of the n-th step, counted from the eye, or in a parallel view from the plane of the volume's
-// centre.
+// n lies in the middle of the n-th step, counted from the plane of the volume's centre.
 
 struct GradientSource {
     __global const VOXEL *voxels;
@@ -22,8 +21,7 @@ ALWAYS_INLINE Light cast_row(__global const VOXEL *voxels, const VolumeView *vie
     Light light = {0.0f, 0.0f, 0.0f, 1.0f};
     const Extent extent = support_of(view, s, rays);
     const realv step = p->length / rays->length;
-    const float anchor = s->start == -INFINITY ? 0.0f : s->start;
-    const realv first = (extent.from - anchor) / step, last = (extent.to - anchor) / step;
+    const realv first = extent.from / step, last = extent.to / step;
     const intv hits = first < last;
     if (!ANY(hits))
         return light;
@@ -33,15 +31,15 @@ ALWAYS_INLINE Light cast_row(__global const VOXEL *voxels, const VolumeView *vie
         realv point[3];
         if (p->culling && (n - begin) % CHUNK == 0) {
             realv other[3];
-            points_at(rays, anchor + (realv)(n) * step, point);
-            points_at(rays, anchor + (realv)(n + CHUNK) * step, other);
+            points_at(rays, (realv)(n) * step, point);
+            points_at(rays, (realv)(n + CHUNK) * step, other);
             if (!box_visible(visible, p, view, point, other)) {
                 n += CHUNK - 1;
                 continue;
             }
         }
         const float middle = n + 0.5f;
-        points_at(rays, anchor + middle * step, point);
+        points_at(rays, middle * step, point);
         intv needed = middle >= first && middle < last;
         if (sample->opaque > 0.0f)
             needed &= light.t > sample->opaque;

@@ -1,7 +1,8 @@
 // One sample: classify, shade, composite.
 //
-// `composite_sample` is the only place where a splatted sample's value becomes colour and opacity; the splatting
-// kernels all end here, those of points in preintegration.cl. Clip planes, cropping and other blend modes belong here.
+// `composite_sample` is the only place where one sample's value becomes colour and opacity: splatted layers, image-aligned sheets
+// and cast rays end here, stretches between two samples in preintegration.cl and slicing.cl, and axis-aligned sheets are classified
+// in sorted_splats.cl. Clip planes, cropping and other blend modes belong here.
 
 // How the gradient of a layer's samples is found differs by kernel, which defines both.
 struct GradientSource;

@@ -48,6 +48,11 @@ inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a)
     return lighting;
 }
 
+// Opacity of an optical depth, or of alpha times length.
+inline realv opacity_of_depth(const SampleParams *p, realv depth) {
+    return p->linear ? MIN(depth, (realv)(1.0f)) : absorbed(depth);
+}
+
 // Lights a colour and composites it behind what a ray has gathered.
 ALWAYS_INLINE void composite(const SampleParams *p, realv r, realv g, realv b, realv opacity, const Lighting *lighting,
                              Light *light) {

@@ -90,9 +90,8 @@ ALWAYS_INLINE Light slice_row(__global const VOXEL *voxels, const VolumeView *vi
                 continue;
             }
         }
-        // A thicker slab has cells between its ends.
         intv needed = hits;
-        if (p->culling && p->length <= 1.0f) {
+        if (p->culling && p->thin) {
             if (!known)
                 visible_front = cells_visible(visible, p, view, front.point[0], front.point[1], front.point[2]);
             const intv visible_back = cells_visible(visible, p, view, back.point[0], back.point[1], back.point[2]);
@@ -120,7 +119,7 @@ ALWAYS_INLINE Light slice_row(__global const VOXEL *voxels, const VolumeView *vi
                                               0.5f * (front.a + back.a));
                 }
                 const realv depth = slab.extinction * ((to - from) * rays->length);
-                realv opacity = sample->linear ? MIN(depth, (realv)(1.0f)) : absorbed(depth);
+                realv opacity = opacity_of_depth(sample, depth);
                 opacity *= CONVERT_REALV(COUNT_IF(needed));
                 if (sample->background_visible) {
                     const realv middle = (realv)(0.5f * (from + to));

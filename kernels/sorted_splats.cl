@@ -27,6 +27,8 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
         float h[3];
         for (int r = 0; r < 3; r++)
             h[r] = p.to_screen[r][0] * at.x + p.to_screen[r][1] * at.y + p.to_screen[r][2] * at.z + p.to_screen[r][3];
+        if (h[2] <= p.least_w)
+            continue;
         const float x = h[0] / h[2], y = h[1] / h[2];
         const int4 pixels = pixels_under(&p, x, y, h[2], width, height);
         if (pixels.x > pixels.y || pixels.z > pixels.w)

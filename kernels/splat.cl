@@ -7,6 +7,7 @@ typedef struct {
     float footprint[3];    // pixel offsets to voxels across the view, for w = 1: (f0 dx + f1 dy, f2 dy)
     float half_width, half_height; // of a footprint in pixels, for w = 1
     float nearest;         // splats of less depth are left out
+    float least_w;         // and splats of less w
     float nearest_sheet;   // and sheets
     float sheet_distance;  // in voxels
     int first_sheet, last_sheet; // that any splat can reach; buckets count from the first

@@ -19,7 +19,7 @@ fn every_algorithm_renders_rotates_and_benches() {
     let size = ["builtin:hydrogen@20", "--size", "40x30"];
     let algorithms: [&[&str]; 7] = [
         &["layered"],
-        &["axis-sheets", "--layer-axis", "y"],
+        &["axis-sheets", "--layer-axis", "z", "--azimuth", "40"],
         &["view-sheets", "--sheet-distance", "0.5"],
         &["slicing", "--step", "0.7"],
         &["raycast"],
@@ -31,7 +31,7 @@ fn every_algorithm_renders_rotates_and_benches() {
             |command: &'static str, more: &[&'static str]| [&[command], &size[..], &["--algorithm"], algorithm, more].concat();
         let rendered = json(f, &with("render", &["-o", "a.png"]));
         assert!(rendered["active_samples"].as_u64().unwrap() > 100, "{rendered}");
-        json(f, &with("rotate", &["--frames", "2", "-o", "turn"]));
+        json(f, &with("rotate", &["--frames", "2", "-o", "turn", "--elevation", "0"]));
         let bench = json(f, &with("bench", &["--frames", "2"]));
         assert_eq!(bench["algorithm"], algorithm[0]);
         assert_eq!(bench["quality"].is_null(), algorithm[0] != "layered");
@@ -60,6 +60,11 @@ fn options_of_other_algorithms_are_refused() {
         refused(f, &render(options), 2, &["no meaning"]);
     }
     refused(f, &render(&["--algorithm", "splatting"]), 2, &["layered", "view-sheets"]);
+    refused(f, &render(&["--algorithm", "axis-sheets", "--layer-axis", "x"]), 2, &["--layer-axis", "lean"]);
+    for algorithm in ["raycast", "slicing"] {
+        let steps = ["render", "builtin:cube@60000x1x1", "--algorithm", algorithm, "--step", "0.001", "--size", "4x4"];
+        refused(f, &steps, 2, &["steps", "--step longer"]);
+    }
     for (options, words) in [
         (["--algorithm", "view-sheets", "--sheet-distance", "0.1"], ["sheet distance", "0.125"]),
         (["--algorithm", "slicing", "--step", "100"], ["step", "64"]),
@@ -131,4 +136,12 @@ fn effective_splats_are_the_papers() {
         let (volume, transfer) = data_set(name);
         assert_eq!(transfer.effective_splats(&volume), splats, "{name}");
     }
+}
+
+/// Splats that cover the whole screen: more entries in the lists of tiles than a uint counts.
+#[test]
+fn lists_that_no_device_holds_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let zoom = ["--parallel-scale", "0.5", "--size", "1168x1024", "--algorithm", "axis-sheets"];
+    refused(folder.path(), &[&["render", "builtin:cube@4x4x60000"], &zoom[..]].concat(), 1, &["lists of splats per tile"]);
 }

@@ -1,5 +1,6 @@
 //! The command line: a thin skin over the library.
 
+mod algorithm;
 mod bench;
 mod compare;
 mod devices;

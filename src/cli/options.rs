@@ -1,10 +1,11 @@
 //! Options that `render`, `rotate` and `bench` share.
 
+use super::algorithm::AlgorithmOptions;
 use super::parse;
 use crate::camera::Orbit;
 use crate::device::DeviceChoice;
 use crate::image::Background;
-use crate::layers::{Correction, Density, Interpolation, Viewport};
+use crate::layers::{Correction, Density, Viewport};
 use crate::renderer::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
 use crate::transfer::Extinction;
 use crate::volume::{Endian, RawOptions, VoxelType};
@@ -153,71 +154,6 @@ pub(super) struct QualityOptions {
     /// World distance that opacities are for [default: the smallest spacing]
     #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
     unit_distance: Option<f64>,
-}
-
-/// Which renderer.
-#[derive(Args)]
-struct AlgorithmOptions {
-    /// layered, or one of those that the paper compares with
-    #[arg(long, default_value = "layered")]
-    algorithm: AlgorithmName,
-    /// Distance of view-sheets in voxels: 0.125 to 4 [default: 1]
-    #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
-    sheet_distance: Option<f64>,
-    /// Distance of slices (slicing) or samples (raycast) in smallest spacings [default: 1 and 0.5]
-    #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
-    step: Option<f64>,
-    /// Reconstruction of raycast [default: trilinear]
-    #[arg(long)]
-    interpolation: Option<InterpolationName>,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum AlgorithmName {
-    Layered,
-    AxisSheets,
-    ViewSheets,
-    Slicing,
-    Raycast,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum InterpolationName {
-    Trilinear,
-    Tricubic,
-    Gaussian,
-}
-
-impl AlgorithmOptions {
-    fn algorithm(&self) -> Result<Algorithm, crate::Error> {
-        let algorithm = match self.algorithm {
-            AlgorithmName::Layered => Algorithm::Layered,
-            AlgorithmName::AxisSheets => Algorithm::AxisSheets,
-            AlgorithmName::ViewSheets => Algorithm::ViewSheets { sheet_distance: self.sheet_distance.unwrap_or(1.0) },
-            AlgorithmName::Slicing => Algorithm::Slicing { step: self.step.unwrap_or(1.0) },
-            AlgorithmName::Raycast => Algorithm::Raycast {
-                interpolation: match self.interpolation {
-                    None | Some(InterpolationName::Trilinear) => Interpolation::Trilinear,
-                    Some(InterpolationName::Tricubic) => Interpolation::Tricubic,
-                    Some(InterpolationName::Gaussian) => Interpolation::Gaussian,
-                },
-                step: self.step.unwrap_or(0.5),
-            },
-        };
-        let steps = matches!(algorithm, Algorithm::Slicing { .. } | Algorithm::Raycast { .. });
-        let given = [
-            (self.sheet_distance.is_some() && !matches!(algorithm, Algorithm::ViewSheets { .. }), "--sheet-distance"),
-            (self.step.is_some() && !steps, "--step"),
-            (self.interpolation.is_some() && !matches!(algorithm, Algorithm::Raycast { .. }), "--interpolation"),
-        ];
-        match given.iter().find(|(given, _)| *given) {
-            Some((_, option)) => {
-                let problem = format!("{option} has no meaning for --algorithm {}: leave it out", algorithm.name());
-                Err(crate::Error::Settings { problem })
-            }
-            None => Ok(algorithm),
-        }
-    }
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]

@@ -1,15 +1,19 @@
 //! How the sheet methods see voxels: where their splats lie on the screen and in depth, and how large they are there.
 //!
-//! The kernel is round in voxel units, and so is space here: sheets are at right angles to the central ray in voxel
-//! units, which for cubic voxels is at right angles to the view. A splat is its kernel as seen along the central ray,
-//! in a perspective scaled by its depth.
+//! The kernel is round in voxel units, and so is space here: sheets are at right angles to the central ray in voxel units,
+//! which for cubic voxels is at right angles to the view. Where flat voxels would let other rays run along such sheets, or
+//! meet them backwards, sheets are parallel to the screen instead. A splat is its kernel as seen along the central ray, in a
+//! perspective scaled by its depth.
 
 use super::gaussian::{GAUSSIAN_RADIUS, gaussian_integral};
-use super::rays::Rays;
+use super::rays::{Rays, Viewport};
 use glam::{DMat3, DVec2, DVec3};
 
 /// Splats nearer to the eye's plane than this, in voxels, are left out: they would cover any screen.
 const NEAREST_SPLAT: f64 = 1.0;
+
+/// Least cosine between rays and the normal of sheets, in voxel units.
+const STEEP: f64 = 0.5;
 
 /// The projection of voxels onto the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,7 +22,7 @@ pub struct SplatProjection {
     pub to_screen: DMat3,
     /// See `to_screen`.
     pub offset: DVec3,
-    /// Direction of the central ray, unit length in voxel units.
+    /// Depth per voxel along x, y and z: depths are in voxels along the central ray.
     pub along: DVec3,
     /// The point whose depth is 0: the volume's centre, in voxels.
     pub centre: DVec3,
@@ -26,30 +30,34 @@ pub struct SplatProjection {
     pub footprint: [f64; 3],
     /// Splats of less depth are left out; −∞ in a parallel view.
     pub nearest: f64,
+    /// And splats of less w; 0 in a parallel view.
+    pub least_w: f64,
 }
 
 impl SplatProjection {
     /// The projection of a view; `centre` is the volume's, in voxels.
-    pub fn new(rays: &Rays, centre: DVec3) -> Self {
-        let along = rays.central_direction().normalize();
+    pub fn new(rays: &Rays, viewport: Viewport, centre: DVec3) -> Self {
+        let central = rays.central_direction().normalize();
         let (o, d) = (&rays.origin, &rays.direction);
-        let (to_screen, offset, across, nearest) = match rays.eye() {
+        let (to_screen, offset, across, along, eye_depth) = match rays.eye() {
             None => {
                 let inverse = DMat3::from_cols(o[1], o[2], d[0]).inverse();
                 let at = inverse * -o[0];
                 let affine = DMat3::from_cols_array(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]) * inverse;
-                (affine, DVec3::new(at.x, at.y, 1.0), [o[1], o[2]], f64::NEG_INFINITY)
+                (affine, DVec3::new(at.x, at.y, 1.0), [o[1], o[2]], central, f64::NEG_INFINITY)
             }
             Some(eye) => {
                 let inverse = DMat3::from_cols(d[1], d[2], d[0]).inverse();
-                (inverse, inverse * -eye, [d[1], d[2]], along.dot(eye - centre) + NEAREST_SPLAT)
+                let along = normal_of_sheets(rays, viewport, central);
+                (inverse, inverse * -eye, [d[1], d[2]], along, along.dot(eye - centre))
             }
         };
-        let [gx, gy] = across.map(|g| g - along * along.dot(g));
+        let [gx, gy] = across.map(|g| g - central * central.dot(g));
         let ex = gx.normalize();
         let skew = ex.dot(gy);
         let footprint = [gx.length(), skew, (gy - ex * skew).length()];
-        Self { to_screen, offset, along, centre, footprint, nearest }
+        let least_w = if rays.is_parallel() { 0.0 } else { NEAREST_SPLAT * rays.spacing.min_element() };
+        Self { to_screen, offset, along, centre, footprint, nearest: eye_depth + NEAREST_SPLAT, least_w }
     }
 
     /// Pixel coordinates of a point in voxels, and w.
@@ -79,6 +87,18 @@ impl SplatProjection {
     pub fn nearest_sheet(&self) -> f64 {
         self.nearest + GAUSSIAN_RADIUS
     }
+}
+
+/// Depth per voxel in a perspective: along the central ray, or where any ray, a corner's, meets such sheets too flatly, in planes
+/// parallel to the screen.
+fn normal_of_sheets(rays: &Rays, viewport: Viewport, central: DVec3) -> DVec3 {
+    let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
+    let corners = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)];
+    if corners.iter().all(|&(x, y)| central.dot(rays.at(x, y).direction.normalize()) >= STEEP) {
+        return central;
+    }
+    let facing = -rays.to_eye * rays.spacing;
+    facing / facing.dot(central)
 }
 
 /// The slabs into which sheets `distance` voxels apart cut a splat.
@@ -118,22 +138,27 @@ mod tests {
 
     #[test]
     fn voxels_land_where_their_rays_are() {
-        let grid = Grid::new([9, 7, 5], DVec3::new(1.0, 1.5, 0.7)).unwrap();
+        let grid = Grid::new([9, 7, 5], DVec3::new(1.0, 5.0, 0.7)).unwrap();
         let size = Viewport::new(40, 30).unwrap();
         let orbit = Orbit { azimuth: 33.0, elevation: -20.0, roll: 15.0 };
         let cameras = [
             Camera::fit_parallel(grid.centre(), grid.diagonal(), size, orbit),
             Camera::fit_perspective(grid.centre(), grid.diagonal(), 40.0, orbit),
+            Camera::fit_perspective(grid.centre(), grid.diagonal(), 150.0, orbit),
         ];
         for camera in cameras {
             let rays = Rays::new(&camera, size, &grid).unwrap();
-            let projection = SplatProjection::new(&rays, DVec3::new(4.0, 3.0, 2.0));
+            let projection = SplatProjection::new(&rays, size, DVec3::new(4.0, 3.0, 2.0));
             let p = DVec3::new(1.0, 5.0, 3.0);
             let (pixel, w) = projection.project(p);
             let ray = rays.at(pixel.x, pixel.y);
             let off = p - ray.origin;
             assert_abs_diff_eq!(off.cross(ray.direction.normalize()).length(), 0.0, epsilon = 1e-9);
             assert!(w > 0.0);
+            // Every ray meets the sheets in order.
+            for (x, y) in [(0.0, 0.0), (40.0, 0.0), (0.0, 30.0), (40.0, 30.0)] {
+                assert!(projection.along.dot(rays.at(x, y).direction) > 0.0);
+            }
             // A neighbouring pixel's ray crosses the splat's plane as far away as the footprint says.
             if rays.is_parallel() {
                 let other = rays.at(pixel.x + 0.3, pixel.y - 0.8);

@@ -8,6 +8,7 @@ use glam::DVec3;
 pub(super) struct Field {
     dims: [i64; 3],
     background: f64,
+    range: (f64, f64),
     voxels: Vec<f32>,
 }
 
@@ -15,7 +16,12 @@ impl Field {
     pub fn new(volume: &Volume) -> Self {
         let mut voxels = Vec::with_capacity(volume.voxels().len());
         volume.voxels().for_each(|v| voxels.push(v as f32));
-        Self { dims: volume.grid().dims().map(|n| n as i64), background: volume.background(), voxels }
+        Self {
+            dims: volume.grid().dims().map(|n| n as i64),
+            background: volume.background(),
+            range: volume.field_range(),
+            voxels,
+        }
     }
 
     /// Voxels along x, y, z.
@@ -59,6 +65,11 @@ impl Field {
             }
         }
         self.background + sum
+    }
+
+    /// A reconstructed value without what lattice sums overshoot the data's range by.
+    pub fn within_range(&self, value: f64) -> f64 {
+        value.clamp(self.range.0, self.range.1)
     }
 
     /// Central differences of the same over two voxels.

@@ -57,8 +57,9 @@ impl<'a> Integral<'a> {
         let dt = step * world_per_t / self.unit_distance;
         let mut gathered = Gathered::new();
         for n in 0..steps as usize {
-            let value =
-                self.field.reconstructed(self.interpolation, ray.origin + ray.direction * (enter + (n as f64 + 0.5) * step));
+            let value = self.field.within_range(
+                self.field.reconstructed(self.interpolation, ray.origin + ray.direction * (enter + (n as f64 + 0.5) * step)),
+            );
             if self.transfer.opacity(value) == 0.0 {
                 continue;
             }

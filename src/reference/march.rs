@@ -64,12 +64,11 @@ impl<'a> Marched<'a> {
         };
         let (per_parameter, smallest) = self.lengths(ray.direction);
         let dt = step * smallest;
-        let anchor = if ray.start.is_finite() { ray.start } else { 0.0 };
-        let place = |n: i64| anchor + (n as f64 + 0.5) * dt / per_parameter;
-        let first = ((enter - anchor) * per_parameter / dt).floor() as i64;
+        let place = |n: i64| (n as f64 + 0.5) * dt / per_parameter;
+        let first = (enter * per_parameter / dt).floor() as i64;
         for t in (first..).map(place).skip_while(|&t| t < enter).take_while(|&t| t < leave) {
             let p = ray.origin + ray.direction * t;
-            let value = self.field.reconstructed(interpolation, p);
+            let value = self.field.within_range(self.field.reconstructed(interpolation, p));
             if self.transfer.opacity(value) > 0.0 {
                 let opacity = match self.settings.extinction {
                     Extinction::Exponential => -(-self.transfer.extinction(value) * dt).exp_m1(),

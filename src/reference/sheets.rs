@@ -48,8 +48,8 @@ impl<'a> Sheets<'a> {
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
         let centre = DVec3::from_array(self.field.dims().map(|n| (n as f64 - 1.0) / 2.0));
-        let projection = SplatProjection::new(&rays, centre);
-        let splats = self.splats(&projection);
+        let projection = SplatProjection::new(&rays, viewport, centre);
+        let splats = self.splats(&projection, rays.central_direction());
         let pixels = (0..viewport.pixels())
             .into_par_iter()
             .map(|i| {
@@ -73,13 +73,13 @@ impl<'a> Sheets<'a> {
         Ok(Frame::new(viewport, pixels))
     }
 
-    fn splats(&self, projection: &SplatProjection) -> Vec<Splat> {
+    fn splats(&self, projection: &SplatProjection, direction: DVec3) -> Vec<Splat> {
         let axis = match self.settings.layer_axis {
-            LayerAxis::Auto => Axis::most_parallel(projection.along),
+            LayerAxis::Auto => Axis::most_parallel(direction),
             LayerAxis::Forced(axis) => axis,
         };
         let a = axis.index();
-        let forward = projection.along[a] >= 0.0;
+        let forward = direction[a] >= 0.0;
         let [nx, ny, nz] = self.field.dims();
         let mut splats = Vec::new();
         for k in 0..nz {
@@ -91,6 +91,9 @@ impl<'a> Sheets<'a> {
                         continue;
                     }
                     let (pixel, w) = projection.project(p);
+                    if w <= projection.least_w {
+                        continue;
+                    }
                     let difference = |d: [i64; 3]| {
                         (self.field.voxel([i + d[0], j + d[1], k + d[2]]) - self.field.voxel([i - d[0], j - d[1], k - d[2]]))
                             / 2.0
@@ -181,7 +184,7 @@ impl<'a> Sheets<'a> {
             if depth < projection.nearest_sheet() || (visible && !inside) {
                 continue;
             }
-            let value = background + difference;
+            let value = self.field.within_range(background + difference);
             let opacity = match self.settings.extinction {
                 Extinction::Exponential => -(-self.transfer.extinction(value) * dt).exp_m1(),
                 Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0),

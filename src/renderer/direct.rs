@@ -1,9 +1,10 @@
 //! Frames per screen pixel.
 
 use super::Renderer;
-use super::kept::{at_least, filled, upload_strides};
+use super::kept::upload_strides;
 use super::sample::SampleAxes;
 use super::sample::slab_table;
+use super::scratch::{at_least, filled};
 use super::settings::{Footprints, Settings};
 use super::tables::{PointRays, PointReach};
 use crate::device::launch::params::DirectParams;

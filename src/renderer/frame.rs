@@ -1,8 +1,8 @@
 //! From the lattice to the finished picture, and what is reported of a frame.
 
 use super::Renderer;
-use super::kept::{Scratch, at_least, read_pixels};
 use super::plan::Plan;
+use super::scratch::{Scratch, at_least, read_pixels};
 use super::settings::{Classification, Settings};
 use crate::camera::Camera;
 use crate::device::StageTimes;

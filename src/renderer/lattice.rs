@@ -1,8 +1,8 @@
 //! Frames on a lattice, parallel and perspective.
 
 use super::Renderer;
-use super::kept::{at_least, filled};
 use super::sample::slab_table;
+use super::scratch::{at_least, filled};
 use super::settings::Settings;
 use crate::device::launch::params::{LatticeParams, LayerOffset, RayLatticeParams};
 use crate::device::launch::{FootprintsKernel, LatticeArguments, LatticeKernel, PerspectiveArguments};

@@ -1,8 +1,9 @@
 //! Frames by ray casting and by slicing.
 
 use super::Renderer;
-use super::kept::{SLAB_VALUES, at_least};
+use super::kept::SLAB_VALUES;
 use super::sample::SampleAxes;
+use super::scratch::at_least;
 use super::settings::Settings;
 use super::tables::{PointRays, PointReach};
 use crate::device::launch::params::{MarchParams, ScreenParams};
@@ -14,6 +15,8 @@ use glam::DVec3;
 
 /// Rays are marched in the upload's own layout.
 const AXIS: Axis = Axis::Z;
+/// Most steps across a volume.
+const MOST_STEPS: f64 = (1 << 22) as f64;
 
 impl Renderer {
     /// Casts rays into `scratch.frame`.
@@ -25,6 +28,7 @@ impl Renderer {
         viewport: Viewport,
         settings: &Settings,
     ) -> Result<(), Error> {
+        self.check_steps(step)?;
         let gaussian = interpolation == Interpolation::Gaussian;
         let reach = if gaussian { PointReach::Gaussian } else { PointReach::Near };
         self.prepare_march(PointRays { reach, thinnest: None }, settings)?;
@@ -38,6 +42,7 @@ impl Renderer {
 
     /// Slices into `scratch.frame`.
     pub(super) fn run_slicing(&mut self, step: f64, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
+        self.check_steps(step)?;
         let axes = self.sample_axes(rays, settings);
         let length = step * axes.step.min_element();
         self.prepare_march(PointRays { reach: PointReach::Near, thinnest: Some(length) }, settings)?;
@@ -48,8 +53,8 @@ impl Renderer {
         let integrals = self.kept.integrals();
         let (table_first, per_value, last) = integrals.scale;
         let params = MarchParams {
-            length: step as f32,
             slice_step: ray_parameter as f32,
+            thin: i32::from(longest_slab(rays, viewport, ray_parameter) <= 1.0),
             table_first,
             table_per_value: per_value * (SLAB_VALUES - 1) as f32 / last as f32,
             table_size: SLAB_VALUES as i32,
@@ -60,6 +65,19 @@ impl Renderer {
         let kernel = self.kernels.slicing(&self.device, self.kept.integrals().cut)?;
         let table = &self.kept.table().slabs.as_ref().expect("made above").1;
         self.march("slicing", kernel, PointReach::Near, table, screen, params, &axes, settings)
+    }
+
+    /// Refuses what would take practically forever, or more steps than floats can count.
+    fn check_steps(&self, step: f64) -> Result<(), Error> {
+        let steps = self.grid.diagonal() / (step * self.grid.spacing().min_element());
+        if steps <= MOST_STEPS {
+            return Ok(());
+        }
+        let problem = format!(
+            "a step of {step} smallest spacings cuts the volume's diagonal into {steps:.0} steps, more than {MOST_STEPS:.0}: make \
+             --step longer"
+        );
+        Err(Error::Settings { problem })
     }
 
     fn prepare_march(&mut self, rays: PointRays, settings: &Settings) -> Result<(), Error> {
@@ -79,6 +97,7 @@ impl Renderer {
             culling: i32::from(settings.culling),
             length: 0.0,
             slice_step: 0.0,
+            thin: 0,
             table_first: 0.0,
             table_per_value: 0.0,
             table_size: 0,
@@ -141,4 +160,11 @@ impl Renderer {
             tiles: tiles.map(|t| t as i32),
         })
     }
+}
+
+/// The longest way of any ray through a slab along any axis, in voxels: a corner's, since directions are affine in pixels.
+fn longest_slab(rays: &Rays, viewport: Viewport, ray_parameter: f64) -> f64 {
+    let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
+    let corners = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)];
+    corners.map(|(x, y)| rays.at(x, y).direction.abs().max_element() * ray_parameter).into_iter().fold(0.0, f64::max)
 }

@@ -1,5 +1,6 @@
 //! Orchestrates a frame: what is kept between frames, what is planned, which kernels run in which order.
 
+mod algorithm;
 mod direct;
 mod frame;
 mod kept;
@@ -9,14 +10,16 @@ mod march;
 mod plan;
 mod points;
 mod sample;
+mod scratch;
 mod settings;
 mod sheets;
 mod splats;
 mod tables;
 
+pub use algorithm::Algorithm;
 pub use frame::{FrameReport, LatticePicture, LatticeReport};
 pub use plan::Plan;
-pub use settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
+pub use settings::{Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
 
 use crate::camera::Camera;
 use crate::device::Device;
@@ -25,8 +28,9 @@ use crate::image::{Background, Frame};
 use crate::layers::{Rays, Viewport};
 use crate::transfer::TransferFunction;
 use crate::volume::{Grid, Volume};
-use kept::{Kept, Scratch};
+use kept::Kept;
 use kernels::Kernels;
+use scratch::Scratch;
 
 /// Renders one volume on one device.
 ///

@@ -1,6 +1,7 @@
 //! Which evaluation a view gets.
 
-use super::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Settings};
+use super::algorithm::Algorithm;
+use super::settings::{Classification, Evaluation, Footprints, LayerAxis, Settings};
 use crate::error::Error;
 use crate::layers::{Axis, Interpolation, Lattice, PerspectiveLattice, Rays, Viewport};
 use crate::volume::Grid;
@@ -41,7 +42,11 @@ impl Plan {
         };
         match settings.algorithm {
             Algorithm::Layered => {}
-            Algorithm::AxisSheets => return Ok(Plan::AxisSheets(axis)),
+            Algorithm::AxisSheets => {
+                let shear = axis.frame().shear(rays.central_direction());
+                let reached = shear.iter().all(|s| s.abs() <= MAX_FORCED_SHEAR);
+                return if reached { Ok(Plan::AxisSheets(axis)) } else { Err(too_far(axis)) };
+            }
             Algorithm::ViewSheets { sheet_distance } => return Ok(Plan::ViewSheets(sheet_distance)),
             Algorithm::Slicing { step } => return Ok(Plan::Slicing(step)),
             Algorithm::Raycast { interpolation, step } => return Ok(Plan::Raycast(interpolation, step)),
@@ -78,12 +83,14 @@ impl Plan {
         match (reached, settings.layer_axis) {
             (true, _) => Ok(Plan::Direct(Some(axis))),
             (false, LayerAxis::Auto) => Ok(Plan::Direct(None)),
-            (false, LayerAxis::Forced(_)) => {
-                let problem = format!("some rays lean too far from layer axis {axis:?}: choose another --layer-axis, or auto");
-                Err(Error::Settings { problem })
-            }
+            (false, LayerAxis::Forced(_)) => Err(too_far(axis)),
         }
     }
+}
+
+fn too_far(axis: Axis) -> Error {
+    let problem = format!("some rays lean too far from layer axis {axis:?}: choose another --layer-axis, or auto");
+    Error::Settings { problem }
 }
 
 impl fmt::Display for Plan {

@@ -1,8 +1,8 @@
 //! Frames on a lattice with point-sampled layers, parallel and perspective.
 
 use super::Renderer;
-use super::kept::{at_least, filled};
 use super::plan::Plan;
+use super::scratch::{at_least, filled};
 use super::settings::Settings;
 use super::tables::{PointRays, PointReach};
 use crate::device::launch::PointLatticeArguments;

@@ -1,7 +1,8 @@
 //! Parameters of the step that classifies, shades and composites one sample.
 
 use super::Renderer;
-use super::settings::{Algorithm, Classification, Settings};
+use super::algorithm::Algorithm;
+use super::settings::{Classification, Settings};
 use crate::device::launch::params::{Float4, SampleParams};
 use crate::layers::{AxisFrame, Correction, LayerSlabs, Rays, SubSlab, stretch_ends};
 use crate::transfer::Extinction;

@@ -1,75 +1,12 @@
 //! How a picture is made, and bundles of it.
 
+use super::algorithm::Algorithm;
 use crate::error::Error;
-use crate::layers::{Axis, Correction, Density, Interpolation, MAX_SAMPLES_PER_VOXEL};
+use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
 use crate::transfer::Extinction;
 use glam::DVec3;
 use serde::Serialize;
 use std::str::FromStr;
-
-/// Which renderer makes the picture. All but the first are what the paper compares with, in the same house.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Algorithm {
-    /// Layered volume splatting.
-    #[default]
-    Layered,
-    /// Axis-aligned sheet-buffer splatting (Westover 1990): voxels are classified and shaded, then splatted with a Gaussian
-    /// of radius 2 into one sheet per slice.
-    AxisSheets,
-    /// Image-aligned sheet-buffer splatting (Mueller & Crawfis 1998; Neophytou & Mueller 2005): voxels are sorted along the
-    /// view in every frame and splatted with slabs of a Gaussian of radius 2; sheets are classified and shaded per pixel.
-    ViewSheets {
-        /// Distance of sheets, in voxels along the view ([`Algorithm::SHEET_DISTANCES`]).
-        sheet_distance: f64,
-    },
-    /// Pre-integrated slicing (Engel et al. 2001): trilinear samples on planes at right angles to the view, a table over the
-    /// values in front of and behind each slab.
-    Slicing {
-        /// Distance of slices, in smallest spacings ([`Algorithm::STEPS`]).
-        step: f64,
-    },
-    /// Ray casting, front to back, each sample classified after interpolation.
-    Raycast {
-        /// The kernel that reconstructs the field.
-        interpolation: Interpolation,
-        /// Distance of samples, in smallest spacings ([`Algorithm::STEPS`]).
-        step: f64,
-    },
-}
-
-impl Algorithm {
-    /// Distances of sheets that are accepted: each splat writes 4 / distance + 1 sheets.
-    pub const SHEET_DISTANCES: (f64, f64) = (0.125, 4.0);
-    /// Steps that are accepted.
-    pub const STEPS: (f64, f64) = (1e-3, 64.0);
-
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Algorithm::Layered => "layered",
-            Algorithm::AxisSheets => "axis-sheets",
-            Algorithm::ViewSheets { .. } => "view-sheets",
-            Algorithm::Slicing { .. } => "slicing",
-            Algorithm::Raycast { .. } => "raycast",
-        }
-    }
-
-    fn check(self) -> Result<(), Error> {
-        let (name, value, (from, to), expected) = match self {
-            Algorithm::Layered | Algorithm::AxisSheets => return Ok(()),
-            Algorithm::ViewSheets { sheet_distance } => {
-                ("sheet distance", sheet_distance, Self::SHEET_DISTANCES, "0.125 to 4 voxels")
-            }
-            Algorithm::Slicing { step } | Algorithm::Raycast { step, .. } => {
-                ("step", step, Self::STEPS, "0.001 to 64 times the smallest spacing")
-            }
-        };
-        if (from..=to).contains(&value) {
-            return Ok(());
-        }
-        Err(Error::OutOfRange { name, value: value.to_string(), expected })
-    }
-}
 
 /// Which layer axis is taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Frames by axis-aligned and by image-aligned sheets.
 
 use super::Renderer;
-use super::kept::filled;
+use super::scratch::filled;
 use super::settings::Settings;
 use super::splats::{Splatted, splat_params};
 use crate::device::launch::params::{SampleParams, ScreenParams, SplatParams};
@@ -24,9 +24,9 @@ impl Renderer {
         let frame = axis.frame();
         let axes = self.sample_axes(rays, settings);
         let sample = self.sample_params(&axes, frame, settings);
-        let projection = SplatProjection::new(rays, self.centre());
+        let projection = SplatProjection::new(rays, viewport, self.centre());
         let (background, _) = self.kept.background();
-        let backwards = i32::from(projection.along[axis.index()] < 0.0);
+        let backwards = i32::from(rays.central_direction()[axis.index()] < 0.0);
         let params = SplatParams { backwards, ..splat_params(&projection, frame, background) };
         let screen = self.begin_screen(rays, viewport, &axes, frame)?;
         self.sort_splats(|kept| kept.axis_splats(axis), Splatted::Visible, params, sample, &screen)?;
@@ -53,7 +53,7 @@ impl Renderer {
         filled(&mut scratch.slab_weights, device, &weights, "the slabs of a splat")?;
         let axes = self.sample_axes(rays, settings);
         let sample = self.sample_params(&axes, AXIS.frame(), settings);
-        let projection = SplatProjection::new(rays, self.centre());
+        let projection = SplatProjection::new(rays, viewport, self.centre());
         let (background, _) = self.kept.background();
         let params = SplatParams {
             sheet_distance: distance as f32,

@@ -1,8 +1,9 @@
 //! Which voxels the sheet methods splat, and their order in a frame.
 
 use super::Renderer;
-use super::kept::{Kept, at_least};
+use super::kept::Kept;
 use super::kernels::Kernels;
+use super::scratch::at_least;
 use super::tables::PointReach;
 use crate::device::launch::params::{Float4, SampleParams, ScreenParams, SplatParams};
 use crate::device::launch::{Pass, Place, SortedSplatsArguments, SplatsArguments, SplatsKernel, TiledSplatsArguments};
@@ -65,7 +66,7 @@ impl SplatList {
         };
         launch(Pass::Count, &list)?;
         kernels.scan(device)?.launch(device, &counts, rows, 1, &total)?;
-        list.count = read_one(device, &total)?;
+        list.count = read_total(device, &total, "the list of splats")?;
         list.places = Buffer::new(device, list.count, "the splats")?;
         list.contents = Buffer::new(device, list.count, "the splats")?;
         launch(Pass::Fill, &list)?;
@@ -73,10 +74,17 @@ impl SplatList {
     }
 }
 
-fn read_one(device: &Device, total: &Buffer<u32>) -> Result<usize, Error> {
+/// A total of splats, or an error where there are more than kernels can count.
+fn read_total(device: &Device, total: &Buffer<u64>, what: &str) -> Result<usize, Error> {
     let mut count = [0];
     total.read(device, &mut count)?;
-    Ok(count[0] as usize)
+    let count = count[0];
+    if count > i32::MAX as u64 {
+        let bytes = |entries: u64| entries.saturating_mul(size_of::<u32>() as u64);
+        let device = device.info().name.clone();
+        return Err(Error::DeviceMemory { what: what.into(), device, needed: bytes(count), available: bytes(i32::MAX as u64) });
+    }
+    Ok(count as usize)
 }
 
 /// The projection as kernels see it, in the axes of `frame`; without sheets.
@@ -89,6 +97,7 @@ pub(super) fn splat_params(projection: &SplatProjection, frame: AxisFrame, backg
         footprint: projection.footprint.map(|f| f as f32),
         half_size: half_size.to_array(),
         nearest: projection.nearest as f32,
+        least_w: projection.least_w as f32,
         nearest_sheet: projection.nearest_sheet() as f32,
         sheet_distance: 1.0,
         sheets: [0; 2],
@@ -135,7 +144,7 @@ impl Renderer {
         kernel.launch(device, Pass::Count, &arguments)?;
         kernels.scan(device)?.launch(device, arguments.counts, chunks, buckets, total)?;
         kernel.launch(device, Pass::Fill, &arguments)?;
-        let count = read_one(device, total)?;
+        let count = read_total(device, total, "the list of splats")?;
 
         let tiles = screen.tiles[0] as usize * screen.tiles[1] as usize;
         at_least(&mut scratch.tile_ends, device, chunks * tiles, "the splats per tile")?;
@@ -155,7 +164,7 @@ impl Renderer {
             kernel.launch(device, pass, &arguments)?;
             if pass == Pass::Count {
                 kernels.scan(device)?.launch(device, arguments.counts, chunks, tiles, total)?;
-                let entries = read_one(device, total)?;
+                let entries = read_total(device, total, "the lists of splats per tile")?;
                 at_least(&mut scratch.lists, device, entries, "the lists of tiles")?;
             }
         }

@@ -134,11 +134,12 @@ shared_struct! {
 
 shared_struct! {
     /// See `MarchParams` in kernels/march.cl.
-    MarchParams, MARCH_PARAMS_BYTES, 40 {
+    MarchParams, MARCH_PARAMS_BYTES, 44 {
         blocks: [i32; 2],
         culling: i32,
         length: f32,
         slice_step: f32,
+        thin: i32,
         table_first: f32,
         table_per_value: f32,
         table_size: i32,
@@ -148,12 +149,13 @@ shared_struct! {
 
 shared_struct! {
     /// See `SplatParams` in kernels/splat.cl.
-    SplatParams, SPLAT_PARAMS_BYTES, 112 {
+    SplatParams, SPLAT_PARAMS_BYTES, 116 {
         to_screen: [[f32; 4]; 3],
         along: [f32; 4],
         footprint: [f32; 3],
         half_size: [f32; 2],
         nearest: f32,
+        least_w: f32,
         nearest_sheet: f32,
         sheet_distance: f32,
         sheets: [i32; 2],

@@ -99,7 +99,7 @@ impl ScanKernel {
         counts: &Buffer<u32>,
         chunks: usize,
         buckets: usize,
-        total: &Buffer<u32>,
+        total: &Buffer<u64>,
     ) -> Result<(), Error> {
         launch(device, "sort", &self.0, 1, 1, &[counts, &(chunks as i32), &(buckets as i32), total])
     }

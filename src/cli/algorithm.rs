@@ -1,0 +1,72 @@
+//! The options that choose a renderer.
+
+use super::parse;
+use crate::layers::Interpolation;
+use crate::renderer::Algorithm;
+use clap::{Args, ValueEnum};
+
+/// Which renderer.
+#[derive(Args)]
+pub(super) struct AlgorithmOptions {
+    /// layered, or one of those that the paper compares with
+    #[arg(long, default_value = "layered")]
+    algorithm: AlgorithmName,
+    /// Distance of view-sheets in voxels: 0.125 to 4 [default: 1]
+    #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
+    sheet_distance: Option<f64>,
+    /// Distance of slices (slicing) or samples (raycast) in smallest spacings [default: 1 and 0.5]
+    #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
+    step: Option<f64>,
+    /// Reconstruction of raycast [default: trilinear]
+    #[arg(long)]
+    interpolation: Option<InterpolationName>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum AlgorithmName {
+    Layered,
+    AxisSheets,
+    ViewSheets,
+    Slicing,
+    Raycast,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum InterpolationName {
+    Trilinear,
+    Tricubic,
+    Gaussian,
+}
+
+impl AlgorithmOptions {
+    /// The algorithm that was asked for, or what is contradictory.
+    pub fn algorithm(&self) -> Result<Algorithm, crate::Error> {
+        let algorithm = match self.algorithm {
+            AlgorithmName::Layered => Algorithm::Layered,
+            AlgorithmName::AxisSheets => Algorithm::AxisSheets,
+            AlgorithmName::ViewSheets => Algorithm::ViewSheets { sheet_distance: self.sheet_distance.unwrap_or(1.0) },
+            AlgorithmName::Slicing => Algorithm::Slicing { step: self.step.unwrap_or(1.0) },
+            AlgorithmName::Raycast => Algorithm::Raycast {
+                interpolation: match self.interpolation {
+                    None | Some(InterpolationName::Trilinear) => Interpolation::Trilinear,
+                    Some(InterpolationName::Tricubic) => Interpolation::Tricubic,
+                    Some(InterpolationName::Gaussian) => Interpolation::Gaussian,
+                },
+                step: self.step.unwrap_or(0.5),
+            },
+        };
+        let steps = matches!(algorithm, Algorithm::Slicing { .. } | Algorithm::Raycast { .. });
+        let given = [
+            (self.sheet_distance.is_some() && !matches!(algorithm, Algorithm::ViewSheets { .. }), "--sheet-distance"),
+            (self.step.is_some() && !steps, "--step"),
+            (self.interpolation.is_some() && !matches!(algorithm, Algorithm::Raycast { .. }), "--interpolation"),
+        ];
+        match given.iter().find(|(given, _)| *given) {
+            Some((_, option)) => {
+                let problem = format!("{option} has no meaning for --algorithm {}: leave it out", algorithm.name());
+                Err(crate::Error::Settings { problem })
+            }
+            None => Ok(algorithm),
+        }
+    }
+}
