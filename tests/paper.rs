@@ -96,6 +96,7 @@ fn the_papers_experiments_become_pages() {
     }
     let table = std::fs::read_to_string(f.join("pages/table1.md")).unwrap();
     assert!(table.contains("| fuel | 12×10×9 |") && table.contains("(14K)") && table.contains("(2.5)"), "{table}");
+    assert!(table.contains("Seen: fuel through "), "{table}");
     assert!(!table.contains("NaN") && !table.contains("inf"), "{table}");
     for picture in ["fig2.png", "fig3.png", "fig5.png", "popping.png"] {
         assert!(image::open(f.join("pages").join(picture)).unwrap().width() > 70);
@@ -117,6 +118,8 @@ fn bad_folders_and_files_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
     refused(f, &["paper", "fig2", "--volumes", "nowhere"], 1, &["nowhere"]);
+    refused(f, &["paper", "fig2", "--volumes", ".", "--transfers", "nowhere"], 1, &["nowhere"]);
+    refused(f, &["paper", "fig2", "--size", "9000x16"], 2, &["size"]);
     refused(f, &["paper", "fig6"], 2, &["fig5", "popping"]);
     refused(f, &["paper", "fig2", "--frames", "0"], 2, &["--frames"]);
     std::fs::write(f.join("fuel_12x10x9_uint8.raw"), [0; 100]).unwrap();

@@ -67,6 +67,9 @@ impl Library {
             }
         }
         files.sort();
+        if let Some(folder) = transfers {
+            std::fs::read_dir(folder).map_err(|e| Error::read(folder, e))?;
+        }
         let transfers = transfers.map(Path::to_path_buf).or_else(|| Some(volumes?.join("../transfer")));
         let (mut found, mut missing) = (Vec::new(), Vec::new());
         for paper in TABLE_1 {
@@ -86,6 +89,16 @@ impl Library {
                 .into();
         }
         Ok(Self { found, missing })
+    }
+
+    /// Opens every data set once, so that a bad file is found before any work is done, and tells how each is seen.
+    pub fn check(&self) -> Result<Vec<String>, Error> {
+        let seen = |set: &Source| {
+            let name = set.open()?.transfer.name().to_string();
+            let source = set.transfer.as_ref().and_then(|file| file.file_name()).and_then(|file| file.to_str());
+            Ok(format!("{} through {}", set.name, source.map_or(name, str::to_string)))
+        };
+        self.found.iter().map(seen).collect()
     }
 
     /// The one that a figure of a single data set shows: engine as in the paper, or the first.

@@ -70,7 +70,7 @@ pub(super) fn kappa(laboratory: &Laboratory, page: &mut Page) -> Result<(), Erro
 /// Fig. 3: linear α and the exponential.
 pub(super) fn extinction(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error> {
     page.paragraph(
-        "The view along the diagonal of voxels, where a ray is √3 voxels in a layer: with α = 1 − e^−τ, the linear form \
+        "The view along the diagonal of cubic voxels, where a ray is √3 voxels in a layer: with α = 1 − e^−τ, the linear form \
          min(1, α·Δt) agrees with the exponential 1 − e^−τΔt at Δt = 1 only.",
     );
     let linear = Settings { extinction: Extinction::Linear, ..splatted(Correction::Constant) };

@@ -117,6 +117,8 @@ impl What {
 struct Laboratory<'a> {
     device: Device,
     library: Library,
+    /// Each data set with its transfer function.
+    seen: Vec<String>,
     frames: u32,
     size: Viewport,
     out: &'a Path,
@@ -133,13 +135,16 @@ struct Written {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let library = Library::new(arguments.volumes.as_deref(), arguments.transfers.as_deref())?;
+    let seen = library.check()?;
+    page::sheet_size(arguments.size)?;
     let device = Device::open(&arguments.device.choice())?;
     std::fs::create_dir_all(&arguments.out).map_err(|e| Error::write(&arguments.out, e))?;
     let experiments = arguments.what.experiments();
     let style = ProgressStyle::with_template("{msg:28} {bar:40} {pos}/{len} {elapsed} (about {eta} left)");
     let bar = ProgressBar::new(experiments.iter().map(|what| what.steps(&library)).sum())
         .with_style(style.expect("the template is valid"));
-    let laboratory = Laboratory { device, library, frames: arguments.frames, size: arguments.size, out: &arguments.out, bar };
+    let laboratory =
+        Laboratory { device, library, seen, frames: arguments.frames, size: arguments.size, out: &arguments.out, bar };
     let mut pages = Vec::new();
     for &what in &experiments {
         let mut page = Page::new(what.title(), &laboratory);

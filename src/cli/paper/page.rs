@@ -30,6 +30,7 @@ impl<'a> Page<'a> {
             size.width,
             size.height
         ));
+        page.paragraph(&format!("Seen: {}.", laboratory.seen.join(", ")));
         let library = &laboratory.library;
         if library.found.iter().all(|set| set.paper.is_none()) {
             page.paragraph("None of the paper's data sets was at hand: built-in volumes stand in.");
@@ -81,6 +82,14 @@ impl<'a> Page<'a> {
     }
 }
 
+/// Most pictures of a sheet, across and down.
+const MOST: [u32; 2] = [3, 2];
+
+/// The size of the largest sheet of pictures, or an error where that is no size of a picture.
+pub(super) fn sheet_size(size: Viewport) -> Result<Viewport, Error> {
+    Viewport::new((size.width + GAP) * MOST[0] - GAP, (size.height + GAP) * MOST[1] - GAP)
+}
+
 /// Frames of one size on one picture, with grey gaps.
 fn contact_sheet(frames: &[Frame], columns: usize) -> Result<Frame, Error> {
     let (w, h) = (frames[0].width() + GAP, frames[0].height() + GAP);
@@ -105,9 +114,9 @@ pub(super) fn enlarged_difference(a: &Frame, b: &Frame, times: f32) -> Frame {
     Frame::new(Viewport { width: a.width(), height: a.height() }, pixels.collect())
 }
 
-/// PSNR over red, green and blue.
+/// PSNR over red, green and blue of two pictures of one size; infinite if they are identical.
 pub(super) fn psnr(a: &Frame, b: &Frame) -> f64 {
-    a.compare(b).and_then(|comparison| comparison.psnr).unwrap_or(f64::INFINITY)
+    a.compare(b).expect("pictures of one size").psnr.unwrap_or(f64::INFINITY)
 }
 
 /// A number of dB in a table.
