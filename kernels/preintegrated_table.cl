@@ -20,7 +20,7 @@ __kernel void preintegrated_table(__global const int4 *integrals, int nodes, flo
         // Never empty: at least the stretch between two nodes.
         const int lo = clamp((int)(fmin(from, to) + 0.5f), 0, nodes - 2);
         const int hi = clamp((int)(fmax(from, to) + 0.5f), lo + 1, nodes - 1);
-        const float4 sum = convert_float4(integrals[2 * hi] - integrals[2 * lo]);
+        const float4 sum = convert_float4(integrals[hi] - integrals[lo]);
         const float mean = sum.w * unit / (hi - lo);
         const float part = mean * thickness / parts;
         const float opacity = linear ? part : absorbed(part);

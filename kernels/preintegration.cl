@@ -1,17 +1,19 @@
 // Pre-integrated classification: colour and opacity of the stretch between two samples of a ray.
 //
-// Between the samples the value is taken to change evenly (Engel et al. 2001), but for the share of a stretch that it
-// spends at its ends: between layers the field rises as 3t^2 - 2t^3 and stays longer near them (stretch_ends() in src/layers).
-// integrals[2i] = (R, G, B, T): extinction times colour, and extinction, integrated from the first value to node i, in whole
-// numbers of one unit: a difference of two nodes is exact, so its quotient by the distance is the mean over the stretch.
-// integrals[2i+1]: the same four at node i, as floats. Light lost inside a stretch does not dim its colour. Nodes of samples
-// alternate between even and odd ones along the ray: no stretch is empty, so nothing is divided by 0, and each sample is
-// looked up once for both stretches it ends.
+// Between the samples the value is taken to change evenly (Engel et al. 2001); or, CURVED, but for the share of a stretch that
+// it spends at its ends: between layers the field rises as 3t^2 - 2t^3 and stays longer near them (stretch_ends() in
+// src/layers). integrals[i] = (R, G, B, T): extinction times colour, and extinction, integrated from the first value to node i,
+// in whole numbers of one unit: a difference of two nodes is exact, so its quotient by the distance is the mean over
+// the stretch. Behind all nodes, table_last + 1 of them, stand the same four at each node, as floats. Light lost inside a
+// stretch does not dim its colour. Nodes of samples alternate between even and odd ones along the ray: no stretch is
+// empty, so nothing is divided by 0, and each sample is looked up once for both stretches it ends.
 
 // A sample's place in the table.
 typedef struct {
-    intv index, r, g, b, extinction;                // integrals
+    intv index, r, g, b, extinction; // integrals
+#ifdef CURVED
     realv at_r, at_g, at_b, at_extinction;
+#endif
 } Node;
 
 // The nearest even or odd node, one of the two that the value lies between.
@@ -24,10 +26,12 @@ ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals
     Node node;
     node.index = node_index(p, value, odd);
     realv r, g, b, extinction;
-    table_entries((__global const float4 *)integrals, 2 * node.index, &r, &g, &b, &extinction);
+    table_entries((__global const float4 *)integrals, node.index, &r, &g, &b, &extinction);
     node.r = AS_INTV(r), node.g = AS_INTV(g), node.b = AS_INTV(b), node.extinction = AS_INTV(extinction);
-    table_entries((__global const float4 *)integrals, 2 * node.index + 1, &node.at_r, &node.at_g, &node.at_b,
+#ifdef CURVED
+    table_entries((__global const float4 *)integrals + p->table_last + 1, node.index, &node.at_r, &node.at_g, &node.at_b,
                   &node.at_extinction);
+#endif
     return node;
 }
 
@@ -45,7 +49,8 @@ inline void extend_stretch(const SampleParams *p, __global const int4 *integrals
     const realv above = MAX(x1 - last, (realv)(0.0f)) - MAX(x0 - last, (realv)(0.0f));
     const realv distance = stretch->distance + below + above;
     const realv inner = MAX(x0, x1) <= 0.0f || MIN(x0, x1) >= last || fabs(distance) < 0.5f ? (realv)(0.0f) : (realv)(1.0f);
-    const float4 first_entry = as_float4(integrals[1]), last_entry = as_float4(integrals[2 * p->table_last + 1]);
+    const float4 first_entry = as_float4(integrals[p->table_last + 1]);
+    const float4 last_entry = as_float4(integrals[2 * p->table_last + 1]);
     stretch->r += inner * (below * first_entry.x + above * last_entry.x);
     stretch->g += inner * (below * first_entry.y + above * last_entry.y);
     stretch->b += inner * (below * first_entry.z + above * last_entry.z);
@@ -66,12 +71,14 @@ ALWAYS_INLINE Stretch stretch_between(const SampleParams *p, __global const int4
 #ifdef TABLE_CUT
     extend_stretch(p, integrals, from, to, &stretch);
 #endif
+#ifdef CURVED
     const float even = 1.0f - ends.x - ends.y;
     const realv of_front = ends.x * stretch.distance, of_back = ends.y * stretch.distance;
     stretch.r = even * stretch.r + (of_front * front->at_r + of_back * back->at_r);
     stretch.g = even * stretch.g + (of_front * front->at_g + of_back * back->at_g);
     stretch.b = even * stretch.b + (of_front * front->at_b + of_back * back->at_b);
     stretch.extinction = even * stretch.extinction + (of_front * front->at_extinction + of_back * back->at_extinction);
+#endif
     return stretch;
 }
 

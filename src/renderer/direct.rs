@@ -3,7 +3,7 @@
 use super::Renderer;
 use super::kept::upload_strides;
 use super::sample::SampleAxes;
-use super::sample::slab_table;
+use super::sample::{slab_table, stretches};
 use super::scratch::{at_least, filled};
 use super::settings::{Footprints, Settings};
 use super::tables::{PointRays, PointReach};
@@ -87,7 +87,8 @@ impl Renderer {
         let params = self.direct_params(axis, rays, &sample_axes, blocks, settings);
         let Self { device, kernels, kept, scratch, .. } = self;
         let made = "made above";
-        kernels.point_direct(device, kept.integrals().cut)?.launch(
+        let stretches = stretches(kept.integrals().cut, settings);
+        kernels.point_direct(device, stretches)?.launch(
             device,
             &PointDirectArguments {
                 voxels: kept.uploaded(),

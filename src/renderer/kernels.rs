@@ -5,8 +5,8 @@ use crate::device::launch::params::Float4;
 use crate::device::launch::{
     AxisSheetsKernel, DirectKernel, FootprintSetKernel, FootprintsKernel, LatticeKernel, MarchKernel, OccupancyKernel,
     PerspectiveKernel, PointDirectKernel, PointLatticeKernel, PreintegratedTableKernel, PresentKernel, ScanKernel,
-    SlabVisibilityKernel, SortedSplatsKernel, SplatsKernel, TableKernel, TiledSplatsKernel, TransposeKernel, ViewSheetsKernel,
-    VisibilityKernel, WarpKernel,
+    SlabVisibilityKernel, SortedSplatsKernel, SplatsKernel, Stretches, TableKernel, TiledSplatsKernel, TransposeKernel,
+    ViewSheetsKernel, VisibilityKernel, WarpKernel,
 };
 use crate::error::Error;
 use crate::layers::Interpolation;
@@ -28,9 +28,9 @@ pub(super) struct Kernels {
     footprint_set: OnceCell<FootprintSetKernel>,
     lattice: OnceCell<LatticeKernel>,
     perspective: OnceCell<PerspectiveKernel>,
-    /// For tables of integrals that span all values, and for others.
-    point_lattice: [OnceCell<PointLatticeKernel>; 2],
-    point_direct: [OnceCell<PointDirectKernel>; 2],
+    /// By kind of stretches.
+    point_lattice: [OnceCell<PointLatticeKernel>; 4],
+    point_direct: [OnceCell<PointDirectKernel>; 4],
     direct: OnceCell<DirectKernel>,
     direct_set: OnceCell<DirectKernel>,
     warp: OnceCell<WarpKernel<Float4>>,
@@ -59,6 +59,10 @@ fn built<T>(cell: &OnceCell<T>, build: impl FnOnce() -> Result<T, Error>) -> Res
             Ok(cell.get_or_init(|| kernel))
         }
     }
+}
+
+fn kind_of(stretches: Stretches) -> usize {
+    2 * usize::from(stretches.cut) + usize::from(stretches.curved)
 }
 
 /// A getter that builds its kernel from the device alone, or from the device and the voxel type.
@@ -146,14 +150,15 @@ impl Kernels {
         built(&self.slicing[usize::from(cut)], || MarchKernel::slicing(device, self.voxel_type, cut))
     }
 
-    /// `cut`: values can lie beyond the table of integrals.
-    pub fn point_lattice(&self, device: &Device, cut: bool) -> Result<&PointLatticeKernel, Error> {
-        built(&self.point_lattice[usize::from(cut)], || PointLatticeKernel::new(device, self.voxel_type, cut))
+    pub fn point_lattice(&self, device: &Device, stretches: Stretches) -> Result<&PointLatticeKernel, Error> {
+        let cell = &self.point_lattice[kind_of(stretches)];
+        built(cell, || PointLatticeKernel::new(device, self.voxel_type, stretches))
     }
 
     /// The same per pixel.
-    pub fn point_direct(&self, device: &Device, cut: bool) -> Result<&PointDirectKernel, Error> {
-        built(&self.point_direct[usize::from(cut)], || PointDirectKernel::new(device, self.voxel_type, cut))
+    pub fn point_direct(&self, device: &Device, stretches: Stretches) -> Result<&PointDirectKernel, Error> {
+        let cell = &self.point_direct[kind_of(stretches)];
+        built(cell, || PointDirectKernel::new(device, self.voxel_type, stretches))
     }
 
     pub fn direct(&self, device: &Device, footprint_set: bool) -> Result<&DirectKernel, Error> {

@@ -2,6 +2,7 @@
 
 use super::Renderer;
 use super::plan::Plan;
+use super::sample::stretches;
 use super::scratch::{at_least, filled};
 use super::settings::Settings;
 use super::tables::{PointRays, PointReach};
@@ -79,7 +80,8 @@ impl Renderer {
         let Self { device, kernels, kept, scratch, .. } = self;
         let written = "written above";
         let (voxels, view) = kept.layout(axis);
-        kernels.point_lattice(device, kept.integrals().cut)?.launch(
+        let stretches = stretches(kept.integrals().cut, settings);
+        kernels.point_lattice(device, stretches)?.launch(
             device,
             &PointLatticeArguments {
                 voxels,

@@ -3,6 +3,7 @@
 use super::Renderer;
 use super::algorithm::Algorithm;
 use super::settings::{Classification, Settings};
+use crate::device::launch::Stretches;
 use crate::device::launch::params::{Float4, SampleParams};
 use crate::layers::{AxisFrame, Correction, LayerSlabs, Rays, SubSlab, stretch_ends};
 use crate::transfer::Extinction;
@@ -91,6 +92,12 @@ impl Renderer {
         let ends = |n: u32| if n < samples { stretch_ends(samples, n).map(|w| w as f32) } else { [0.0; 2] };
         [0, 1, 2].map(ends)
     }
+}
+
+/// How pre-integrated stretches are built, for a table that values can lie beyond, or not.
+pub(super) fn stretches(cut: bool, settings: &Settings) -> Stretches {
+    let curved = stretch_ends(settings.samples_per_layer(), 0) != [0.0; 2];
+    Stretches { cut, curved }
 }
 
 /// Sub-slabs as the kernels read them: inner, front and back ones after each other.

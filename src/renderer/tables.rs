@@ -82,7 +82,7 @@ pub(super) struct SlabsVisible {
 /// The integrals of a transfer table on the device.
 pub(super) struct Integrals {
     pub thinnest: f64,
-    /// Per node its integrals, and behind them its own values, as bits.
+    /// Integrals of all nodes, then their own values, as bits.
     pub nodes: Buffer<[i32; 4]>,
     /// See [`Table::scale`].
     pub scale: (f32, f32, i32),
@@ -144,7 +144,7 @@ impl Integrals {
     ) -> Result<Self, Error> {
         Ok(Self {
             thinnest,
-            nodes: Buffer::from_slice(device, &interleaved(table), "the table of integrals")?,
+            nodes: Buffer::from_slice(device, &integrals_and_values(table), "the table of integrals")?,
             scale: ((table.first - offset) as f32, table.per_value as f32, table.nodes.len() as i32 - 1),
             visible_values: table.visible_values().map(|v| (v - offset) as f32),
             unit: table.unit as f32,
@@ -153,6 +153,8 @@ impl Integrals {
     }
 }
 
-fn interleaved(table: &IntegralTable) -> Vec<[i32; 4]> {
-    table.nodes.iter().zip(&table.at_nodes).flat_map(|(node, at)| [*node, at.map(|c| c.to_bits() as i32)]).collect()
+/// Integrals of all nodes, then their own values, as bits.
+fn integrals_and_values(table: &IntegralTable) -> Vec<[i32; 4]> {
+    let values = table.at_nodes.iter().map(|at| at.map(|c| c.to_bits() as i32));
+    table.nodes.iter().copied().chain(values).collect()
 }

@@ -1,7 +1,7 @@
 //! Launchers of direct.cl and point_direct.cl.
 
 use super::params::{DirectParams, Float4, SampleParams};
-use super::points::cut_define;
+use super::points::Stretches;
 use super::{VoxelBuffer, launch, voxel_defines};
 use crate::device::{Buffer, Device, program::source};
 use crate::error::Error;
@@ -86,10 +86,9 @@ pub(crate) struct PointDirectArguments<'a> {
 }
 
 impl PointDirectKernel {
-    /// `cut`: values can lie beyond the table of integrals.
-    pub fn new(device: &Device, voxel_type: VoxelType, cut: bool) -> Result<Self, Error> {
+    pub fn new(device: &Device, voxel_type: VoxelType, stretches: Stretches) -> Result<Self, Error> {
         let source = source!("point_direct", "volume", "elementary", "table_entries", "shading", "preintegration", "pixel_ray");
-        Ok(Self(device.kernel(&source, &format!("{} {}", voxel_defines(voxel_type, 1), cut_define(cut)))?))
+        Ok(Self(device.kernel(&source, &format!("{} {}", voxel_defines(voxel_type, 1), stretches.defines()))?))
     }
 
     pub fn launch(&self, device: &Device, a: &PointDirectArguments) -> Result<(), Error> {

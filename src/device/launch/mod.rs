@@ -18,7 +18,7 @@ pub(crate) use lattice::{LatticeArguments, LatticeKernel, PerspectiveArguments, 
 pub(crate) use layout::{Occupancy, OccupancyKernel, Reach, SlabVisibilityKernel, TransposeKernel, Visibility, VisibilityKernel};
 pub(crate) use march::{MarchArguments, MarchKernel, PreintegratedTableArguments, PreintegratedTableKernel};
 pub(crate) use picture::{PresentKernel, WarpArguments, WarpKernel};
-pub(crate) use points::{PointLatticeArguments, PointLatticeKernel};
+pub(crate) use points::{PointLatticeArguments, PointLatticeKernel, Stretches};
 pub(crate) use sheets::{AxisSheetsKernel, SheetArguments, ViewSheetsKernel};
 pub(crate) use splats::{
     Pass, Place, ScanKernel, SortedSplatsArguments, SortedSplatsKernel, Splat, SplatsArguments, SplatsKernel,

@@ -7,6 +7,21 @@ use crate::error::Error;
 use crate::volume::VoxelType;
 use opencl3::kernel::Kernel;
 
+/// How pre-integrated stretches are built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Stretches {
+    /// Values can lie beyond the table of integrals.
+    pub cut: bool,
+    /// Their ends have weights of their own.
+    pub curved: bool,
+}
+
+impl Stretches {
+    pub(super) fn defines(self) -> String {
+        format!("{} {}", cut_define(self.cut), if self.curved { "-DCURVED" } else { "" })
+    }
+}
+
 /// `-D` option for tables of integrals that values can lie beyond.
 pub(super) fn cut_define(cut: bool) -> &'static str {
     if cut { "-DTABLE_CUT" } else { "" }
@@ -33,8 +48,7 @@ pub(crate) struct PointLatticeArguments<'a> {
 }
 
 impl PointLatticeKernel {
-    /// `cut`: values can lie beyond the table of integrals.
-    pub fn new(device: &Device, voxel_type: VoxelType, cut: bool) -> Result<Self, Error> {
+    pub fn new(device: &Device, voxel_type: VoxelType, stretches: Stretches) -> Result<Self, Error> {
         let source = source!(
             "point_lattice",
             "volume",
@@ -47,7 +61,7 @@ impl PointLatticeKernel {
         );
         let tuning = device.tuning();
         let voxels = voxel_defines(voxel_type, tuning.vector_width);
-        Ok(Self(device.kernel(&source, &format!("{voxels} {} -DTILE_ROWS={}", cut_define(cut), tuning.point_tile_rows))?))
+        Ok(Self(device.kernel(&source, &format!("{voxels} {} -DTILE_ROWS={}", stretches.defines(), tuning.point_tile_rows))?))
     }
 
     pub fn launch(&self, device: &Device, a: &PointLatticeArguments) -> Result<(), Error> {
