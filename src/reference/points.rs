@@ -73,8 +73,9 @@ impl Layered<'_> {
 fn mean(transfer: &TransferFunction, [from, to]: [f64; 2], ends: [f64; 2], extinction: Extinction) -> Option<(f64, [f64; 3])> {
     let mut sum = 0.0;
     let mut color = [0.0; 3];
-    let even = (1.0 - ends[0] - ends[1]) / PARTS as f64;
-    let between = (0..PARTS).map(|i| (from + (to - from) * (i as f64 + 0.5) / PARTS as f64, even));
+    let parts = if from == to { 1 } else { PARTS };
+    let even = (1.0 - ends[0] - ends[1]) / parts as f64;
+    let between = (0..parts).map(|i| (from + (to - from) * (i as f64 + 0.5) / parts as f64, even));
     for (value, weight) in between.chain([(from, ends[0]), (to, ends[1])]) {
         let attenuation = match extinction {
             Extinction::Exponential => transfer.extinction(value).min(f64::MAX / PARTS as f64),
