@@ -109,7 +109,7 @@ fn without_data_sets_built_in_volumes_stand_in() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
     let written = json(f, &["paper", "popping", "--out", "pages", "--size", "24x24", "--volumes", "."]);
-    assert!(written["data_sets"][0].as_str().unwrap().starts_with("marschner-lobb"), "{written}");
+    assert!(written["data_sets"][0].as_str().unwrap().starts_with("hydrogen"), "{written}");
     assert!(std::fs::read_to_string(f.join("pages/popping.md")).unwrap().contains("built-in volumes stand in"));
 }
 

@@ -32,16 +32,39 @@ const TABLE_1: [PaperRow; 8] = [
     row("vertebra", "1.6M", 3.0, 2.4, 14.9, None),
 ];
 
-/// What stands in where there are no data sets.
-const BUILT_IN: [&str; 2] = ["builtin:marschner-lobb@64", "builtin:hydrogen@128"];
+/// What stands in where there are no data sets, and how it is seen.
+const BUILT_IN: [(&str, Demonstration); 2] = [("builtin:hydrogen@64", shells), ("builtin:marschner-lobb@64", solid)];
+
+/// Makes the transfer function of a built-in volume.
+type Demonstration = fn() -> Result<TransferFunction, Error>;
+
+/// A faint outer shell around a dense inner one: edges that show what a renderer does to them.
+fn shells() -> Result<TransferFunction, Error> {
+    let colors = vec![(0.0, [0.25, 0.5, 1.0]), (70.0, [0.4, 0.8, 0.9]), (110.0, [1.0, 0.6, 0.25]), (255.0, [1.0, 0.9, 0.6])];
+    let opacities = vec![(0.0, 0.0), (18.0, 0.0), (26.0, 0.12), (36.0, 0.01), (100.0, 0.01), (120.0, 0.6), (255.0, 0.6)];
+    TransferFunction::new("shells", colors, opacities)
+}
+
+/// Everything above the mean.
+fn solid() -> Result<TransferFunction, Error> {
+    let colors = vec![(0.0, [0.8, 0.75, 0.65]), (130.0, [0.8, 0.75, 0.65]), (255.0, [0.3, 0.5, 0.8])];
+    TransferFunction::new("solid", colors, vec![(0.0, 0.0), (118.0, 0.0), (138.0, 0.8), (255.0, 0.8)])
+}
 
 /// A data set that can be opened.
 pub(super) struct Source {
     pub name: String,
     /// File or built-in name.
     path: String,
-    transfer: Option<PathBuf>,
+    transfer: Seen,
     pub paper: Option<PaperRow>,
+}
+
+/// Through which transfer function a data set is seen.
+enum Seen {
+    File(PathBuf),
+    Automatic,
+    Demonstration(Demonstration),
 }
 
 /// A data set in memory.
@@ -77,7 +100,7 @@ impl Library {
             match file.and_then(|path| path.to_str()) {
                 Some(path) => {
                     let transfer = transfers.as_ref().map(|folder| folder.join(format!("{}.json", paper.name)));
-                    let transfer = transfer.filter(|file| file.is_file());
+                    let transfer = transfer.filter(|file| file.is_file()).map_or(Seen::Automatic, Seen::File);
                     found.push(Source { name: paper.name.into(), path: path.into(), transfer, paper: Some(paper) });
                 }
                 None => missing.push(paper.name),
@@ -85,7 +108,10 @@ impl Library {
         }
         if found.is_empty() {
             found = BUILT_IN
-                .map(|path| Source { name: path.replace("builtin:", ""), path: path.into(), transfer: None, paper: None })
+                .map(|(path, seen)| {
+                    let transfer = Seen::Demonstration(seen);
+                    Source { name: path.replace("builtin:", ""), path: path.into(), transfer, paper: None }
+                })
                 .into();
         }
         Ok(Self { found, missing })
@@ -94,9 +120,13 @@ impl Library {
     /// Opens every data set once, so that a bad file is found before any work is done, and tells how each is seen.
     pub fn check(&self) -> Result<Vec<String>, Error> {
         let seen = |set: &Source| {
-            let name = set.open()?.transfer.name().to_string();
-            let source = set.transfer.as_ref().and_then(|file| file.file_name()).and_then(|file| file.to_str());
-            Ok(format!("{} through {}", set.name, source.map_or(name, str::to_string)))
+            let transfer = set.open()?.transfer;
+            let through = match &set.transfer {
+                Seen::File(file) => file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+                Seen::Automatic => "a transfer function from its histogram".into(),
+                Seen::Demonstration(_) => format!("'{}'", transfer.name()),
+            };
+            Ok(format!("{} through {through}", set.name))
         };
         self.found.iter().map(seen).collect()
     }
@@ -118,8 +148,9 @@ impl Source {
     pub fn open(&self) -> Result<DataSet, Error> {
         let volume = Volume::open(&self.path, &RawOptions::default())?;
         let transfer = match &self.transfer {
-            Some(file) => TransferFunction::from_file(file, None)?,
-            None => TransferFunction::automatic(&volume),
+            Seen::File(file) => TransferFunction::from_file(file, None)?,
+            Seen::Automatic => TransferFunction::automatic(&volume),
+            Seen::Demonstration(transfer) => transfer()?,
         };
         Ok(DataSet { volume, transfer })
     }

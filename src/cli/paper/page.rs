@@ -99,6 +99,7 @@ fn contact_sheet(frames: &[Frame], columns: usize) -> Result<Frame, Error> {
         let frame = frames.get((y / h) as usize * columns + (x / w) as usize);
         match frame {
             Some(frame) if x % w < frame.width() && y % h < frame.height() => frame.pixel(x % w, y % h),
+            None if x % w < w - GAP && y % h < h - GAP => [0.0, 0.0, 0.0, 1.0],
             _ => [0.3, 0.3, 0.3, 1.0],
         }
     });
