@@ -20,7 +20,9 @@ mod sub_slabs;
 pub use axis::{Axis, AxisFrame};
 pub use footprint::footprint;
 pub use footprint_set::{FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, nearest_in_set, set_direction};
-pub use gaussian::{GAUSSIAN_RADIUS, gaussian, gaussian_footprint, gaussian_footprint_factor, gaussian_integral};
+pub use gaussian::{
+    GAUSSIAN_OVERSHOOT, GAUSSIAN_RADIUS, gaussian, gaussian_footprint, gaussian_footprint_factor, gaussian_integral,
+};
 pub use interpolation::Interpolation;
 pub use kernel_function::{kernel_function, kernel_integral};
 pub use lattice::{Density, Lattice, LayerOffset, MAX_SAMPLES_PER_VOXEL};

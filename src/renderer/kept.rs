@@ -1,7 +1,7 @@
 //! What stays on the device from frame to frame.
 
 use super::kernels::Kernels;
-use super::splats::{SplatList, Splatted};
+use super::splat_list::{SplatList, SplatSource, Splatted};
 use super::tables::{Integrals, PointRays, PointReach, SlabsVisible, Table};
 use crate::device::launch::params::VolumeView;
 use crate::device::launch::{Occupancy, PreintegratedTableArguments, Reach, Visibility, VoxelBuffer};
@@ -201,7 +201,7 @@ impl Kept {
         self.prepare_table(device, transfer, extinction)?;
         self.prepare_layout(device, kernels, axis)?;
         if self.table().axis_splats[axis.index()].is_none() {
-            let list = SplatList::new(device, kernels, self, axis, Splatted::Visible)?;
+            let list = SplatList::new(device, kernels, &self.splat_source(axis), Splatted::Visible)?;
             self.table.as_mut().expect("made above").axis_splats[axis.index()] = Some(list);
         }
         Ok(())
@@ -218,10 +218,15 @@ impl Kept {
     ) -> Result<(), Error> {
         self.prepare_table(device, transfer, extinction)?;
         if self.table().view_splats.as_ref().is_none_or(|(held, _)| *held != splatted) {
-            let list = SplatList::new(device, kernels, self, Axis::Z, splatted)?;
+            let list = SplatList::new(device, kernels, &self.splat_source(Axis::Z), splatted)?;
             self.table.as_mut().expect("made above").view_splats = Some((splatted, list));
         }
         Ok(())
+    }
+
+    fn splat_source(&self, axis: Axis) -> SplatSource<'_> {
+        let ((voxels, view), table) = (self.layout(axis), self.table());
+        SplatSource { voxels, view, table: table.scale, visible_before: &table.visible_before }
     }
 
     /// The splats of sheets along an axis.

@@ -13,6 +13,7 @@ mod sample;
 mod scratch;
 mod settings;
 mod sheets;
+mod splat_list;
 mod splats;
 mod tables;
 

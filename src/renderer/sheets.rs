@@ -3,7 +3,8 @@
 use super::Renderer;
 use super::scratch::filled;
 use super::settings::Settings;
-use super::splats::{Splatted, splat_params};
+use super::splat_list::Splatted;
+use super::splats::splat_params;
 use crate::device::launch::params::{SampleParams, ScreenParams, SplatParams};
 use crate::device::launch::{SheetArguments, ViewSheetsKernel};
 use crate::error::Error;

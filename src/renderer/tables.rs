@@ -1,10 +1,11 @@
 //! What is kept on the device of a transfer function.
 
-use super::splats::{SplatList, Splatted};
+use super::splat_list::{SplatList, Splatted};
 use crate::device::launch::params::Float4;
 use crate::device::launch::{Occupancy, Reach};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
+use crate::layers::GAUSSIAN_OVERSHOOT;
 use crate::transfer::{Extinction, IntegralTable, TransferFunction, TransferTable};
 
 /// How far samples at points reach for voxels.
@@ -19,9 +20,6 @@ pub(super) enum PointReach {
 }
 
 impl PointReach {
-    /// A lattice sum of Gaussians overshoots by 4.4 %.
-    const GAUSSIAN_SLACK: f32 = 0.05;
-
     /// What its occupancy covers.
     pub fn occupancy(self) -> Reach {
         match self {
@@ -37,7 +35,7 @@ impl PointReach {
 
     /// By how much sums overshoot the voxels' distance from the background.
     pub fn slack(self) -> f32 {
-        if self == PointReach::Gaussian { Self::GAUSSIAN_SLACK } else { 0.0 }
+        if self == PointReach::Gaussian { GAUSSIAN_OVERSHOOT as f32 } else { 0.0 }
     }
 }
 
