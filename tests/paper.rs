@@ -98,7 +98,7 @@ fn the_papers_experiments_become_pages() {
     assert!(table.contains("| fuel | 12×10×9 |") && table.contains("(14K)") && table.contains("(2.5)"), "{table}");
     assert!(table.contains("Seen: fuel through "), "{table}");
     assert!(!table.contains("NaN") && !table.contains("inf"), "{table}");
-    for picture in ["fig2.png", "fig3.png", "fig5.png", "popping.png"] {
+    for picture in ["table1_fuel.png", "fig2.png", "fig3.png", "fig5.png", "popping.png"] {
         assert!(image::open(f.join("pages").join(picture)).unwrap().width() > 70);
     }
     assert!(std::fs::read_to_string(f.join("pages/fig4.svg")).unwrap().ends_with("</svg>\n"));

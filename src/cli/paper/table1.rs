@@ -4,7 +4,7 @@ use super::super::bench::median;
 use super::Laboratory;
 use super::data_sets::{PaperRow, Source};
 use super::page::{Page, decibels, psnr};
-use super::systems::{Bench, LAYERED, OTHERS, QUALITIES, SLICING, SYSTEMS, System, VIEW, VIEW_SHEETS, layered};
+use super::systems::{Bench, LAYERED, OF_THE_PAPER, OTHERS, QUALITIES, SLICING, SYSTEMS, System, VIEW, VIEW_SHEETS, layered};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Density, Interpolation};
@@ -28,6 +28,8 @@ struct Measured {
     own: Vec<f64>,
     cubic: Vec<f64>,
     equal: Vec<Equal>,
+    /// Shaded, of the paper's systems.
+    pictures: Vec<Frame>,
 }
 
 /// Two systems at settings that come equally near to their own integrals; no times if one does not come as near.
@@ -44,6 +46,11 @@ pub(super) fn run(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error>
     ratios(page, &measured);
     fidelities(page, &measured);
     equal(page, &measured);
+    let names = SYSTEMS[..OF_THE_PAPER].iter().map(|system| system.name).collect::<Vec<_>>().join(", ");
+    for m in &measured {
+        let caption = format!("{}: {names}, at their defaults", m.name);
+        page.sheet(&format!("table1_{}.png", m.name.replace('@', "_")), &caption, &m.pictures, 2)?;
+    }
     Ok(())
 }
 
@@ -147,6 +154,8 @@ fn measure(laboratory: &Laboratory, source: &Source) -> Result<Measured, Error> 
         own.push(psnr(&picture, &truths[system.kernel as usize]));
         cubic.push(psnr(&picture, &truths[Interpolation::Tricubic as usize]));
     }
+    let pictures =
+        SYSTEMS[..OF_THE_PAPER].iter().map(|system| bench.picture(VIEW, &system.settings())).collect::<Result<_, Error>>()?;
     let milliseconds = at_defaults(laboratory, &mut bench)?;
     let equal = equal_fidelities(&mut bench, &truths, &own)?;
     bar.inc(1);
@@ -159,6 +168,7 @@ fn measure(laboratory: &Laboratory, source: &Source) -> Result<Measured, Error> 
         own,
         cubic,
         equal,
+        pictures,
     })
 }
 
