@@ -49,10 +49,7 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
             composite_sheet(&sample, length, from, to, sheet, light, &active);
             layer = splat.reach;
             from = TILE_ROWS, to = -1;
-            bool open = sample.opaque == 0.0f;
-            for (int r = 0; r < rows && !open; r++)
-                open = ANY(light[r].t > sample.opaque);
-            if (!open)
+            if (!any_open(&sample, light, rows))
                 break;
         }
         const Footprint f = footprint_of(&p, &splat, column, row, rows);

@@ -1,78 +1,20 @@
-// Marching along the rays of a row of pixels, past what can show nothing.
+// Marching along the rays of the screen: by ray casting (raycast.cl) or by slicing (slicing.cl), which say how a row of
+// rays is marched, and what `table` holds.
+//
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, one row after the other.
 
-#ifndef RADIUS
-#define RADIUS 1 // of the reconstruction kernel, in voxels
-#endif
-// Steps that are looked at together.
-#define CHUNK 8
-
-// Mirrors `MarchParams` in src/device/launch/params.rs.
-typedef struct {
-    int blocks_u, blocks_v; // of `visible`
-    int culling;            // 0: visit everything, to test that culling changes nothing
-    float length;           // of a step of ray casting, in unit distances
-    float slice_step;       // ray parameter from one slice to the next
-    int thin;               // slabs between slices are no thicker than a cell: the cells of their ends tell what they can show
-    float table_first, table_per_value; // of the table over two values
-    int table_size;         // entries per value
-    float visible_from, visible_to; // values between which lies all opacity
-} MarchParams;
-CHECK_SIZE(MarchParams, MARCH_PARAMS_BYTES);
-
-// Where rays are in the field's support, as ray parameters; from > to where they miss it.
-typedef struct {
-    realv from, to;
-} Extent;
-
-inline Extent support_of(const VolumeView *view, const ScreenParams *s, const RowRays *rays) {
-    const int dims[3] = {view->dims_u, view->dims_v, view->dims_a};
-    Extent e = {(realv)(s->start), (realv)(INFINITY)};
-    for (int i = 0; i < 3; i++) {
-        const realv inverse = fabs(rays->d[i]) < 1e-30f ? (realv)(1e30f) : 1.0f / rays->d[i];
-        const realv a = (-RADIUS - rays->o[i]) * inverse, b = (dims[i] - 1 + RADIUS - rays->o[i]) * inverse;
-        e.from = MAX(e.from, MIN(a, b));
-        e.to = MIN(e.to, MAX(a, b));
+__kernel void march(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
+                    __global const float4 *table, ScreenParams s, MarchParams p, SampleParams sample,
+                    __global float4 *frame, __global uint *active_samples) {
+    const int id = get_global_id(0);
+    if (id >= s.tiles_u * s.tiles_v)
+        return;
+    const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
+    intv active = 0;
+    for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
+        const RowRays rays = rays_of_row(&s, column, r);
+        const Light light = march_row(voxels, &view, visible, table, &s, &p, &sample, &rays, &active);
+        store_pixels(&s, column, r, &light, frame);
     }
-    return e;
-}
-
-// visible: a bit per block and slab (slab_visibility.cl), for points in the cells between the slab's two layers.
-inline intv cells_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, realv u, realv v,
-                          realv a) {
-    const intv b = clamp((wholes_below(u) >> 3) + 1, 0, p->blocks_u - 1);
-    const intv c = clamp((wholes_below(v) >> 2) + 1, 0, p->blocks_v - 1);
-    const intv q = clamp(wholes_below(a) + 1, 0, view->dims_a);
-    const intv at = ((q >> 3) * p->blocks_v + c) * p->blocks_u + b;
-#ifdef GATHER_WORDS
-    const intv bits = GATHER_WORDS(visible, at);
-#else
-    const intv bits = GATHER_AS(intv, visible, at);
-#endif
-    return -(bits >> (q & 7) & 1);
-}
-
-// Whether anything can be visible in the box of points between two ends of the rays.
-inline bool box_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, const realv *one,
-                        const realv *other) {
-    int lo[3], hi[3];
-    for (int i = 0; i < 3; i++) {
-        lo[i] = (int)CLAMP(smallest_lane(MIN(one[i], other[i])) - 1e-3f, -1e6f, 1e6f);
-        hi[i] = (int)CLAMP(largest_lane(MAX(one[i], other[i])) + 1e-3f, -1e6f, 1e6f);
-        // (int) rounds towards 0.
-        lo[i] -= 1;
-    }
-    const int b0 = clamp((lo[0] >> 3) + 1, 0, p->blocks_u - 1), b1 = clamp((hi[0] >> 3) + 1, 0, p->blocks_u - 1);
-    const int c0 = clamp((lo[1] >> 2) + 1, 0, p->blocks_v - 1), c1 = clamp((hi[1] >> 2) + 1, 0, p->blocks_v - 1);
-    const int q0 = clamp(lo[2] + 1, 0, view->dims_a) >> 3, q1 = clamp(hi[2] + 1, 0, view->dims_a) >> 3;
-    for (int q = q0; q <= q1; q++)
-        for (int c = c0; c <= c1; c++)
-            for (int b = b0; b <= b1; b++)
-                if (visible[((size_t)q * p->blocks_v + c) * p->blocks_u + b])
-                    return true;
-    return false;
-}
-
-inline void points_at(const RowRays *rays, realv t, realv *point) {
-    for (int i = 0; i < 3; i++)
-        point[i] = rays->o[i] + t * rays->d[i];
+    active_samples[id] = counted(&s, column, active);
 }

@@ -1,7 +1,6 @@
 // Ray casting, front to back: the field at even steps along every ray, classified after interpolation.
 //
-// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which casts the rays of one row at a time. Sample
-// n lies in the middle of the n-th step, counted from the plane of the volume's centre.
+// Sample n lies in the middle of the n-th step, counted from the plane of the volume's centre. `table`: (r, g, b, tau) per value.
 
 struct GradientSource {
     __global const VOXEL *voxels;
@@ -15,9 +14,9 @@ inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, r
 }
 
 // Casts one row of rays.
-ALWAYS_INLINE Light cast_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
-                             __global const float4 *table, const ScreenParams *s, const MarchParams *p,
-                             const SampleParams *sample, const RowRays *rays, intv *active) {
+ALWAYS_INLINE Light march_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
+                              __global const float4 *table, const ScreenParams *s, const MarchParams *p,
+                              const SampleParams *sample, const RowRays *rays, intv *active) {
     Light light = {0.0f, 0.0f, 0.0f, 1.0f};
     const Extent extent = support_of(view, s, rays);
     const realv step = p->length / rays->length;
@@ -57,20 +56,4 @@ ALWAYS_INLINE Light cast_row(__global const VOXEL *voxels, const VolumeView *vie
             break;
     }
     return light;
-}
-
-__kernel void raycast(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
-                      __global const float4 *table, ScreenParams s, MarchParams p, SampleParams sample,
-                      __global float4 *frame, __global uint *active_samples) {
-    const int id = get_global_id(0);
-    if (id >= s.tiles_u * s.tiles_v)
-        return;
-    const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
-    intv active = 0;
-    for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
-        const RowRays rays = rays_of_row(&s, column, r);
-        const Light light = cast_row(voxels, &view, visible, table, &s, &p, &sample, &rays, &active);
-        store_pixels(&s, column, r, &light, frame);
-    }
-    active_samples[id] = counted(&s, column, active);
 }

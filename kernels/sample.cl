@@ -8,11 +8,6 @@
 struct GradientSource;
 inline void layer_gradient(const struct GradientSource *source, realv *u, realv *v, realv *a);
 
-inline intv table_index(const SampleParams *p, realv value) {
-    const realv x = (value - p->table_first) * p->table_per_value + 0.5f;
-    return CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)(p->table_last)));
-}
-
 // Opacity of a sample of `share` sub-slab thicknesses. PER_RAY_STEP: the table holds tau (or alpha), and dt, the
 // length of a sub-slab along each ray, comes with the sample. Otherwise dt is one number per frame, and in the table.
 inline realv opacity_of(const SampleParams *p, realv w, float share, realv dt) {

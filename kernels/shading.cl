@@ -1,4 +1,4 @@
-// What a sample needs to know of its frame, and how it is lit.
+// What a sample needs to know of its frame, its place in the table, and how it is lit.
 
 // Mirrors `SampleParams` in src/device/launch/params.rs.
 typedef struct {
@@ -19,6 +19,12 @@ typedef struct {
     float ends[3][2];                   // weights of the lower and the upper end of the stretches from a layer to the next
 } SampleParams;
 CHECK_SIZE(SampleParams, SAMPLE_PARAMS_BYTES);
+
+// The table entry nearest to a value.
+inline intv table_index(const SampleParams *p, realv value) {
+    const realv x = (value - p->table_first) * p->table_per_value + 0.5f;
+    return CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)(p->table_last)));
+}
 
 // What a ray has gathered: premultiplied colour and the transmittance left.
 typedef struct {

@@ -58,18 +58,30 @@ ALWAYS_INLINE realv weights_on(const SplatParams *p, const Splat *splat, const F
     return squared < SQUARED_RADIUS ? FOOTPRINT_FACTOR * gaussian_of_squared(squared) : (realv)(0.0f);
 }
 
+// Depth that a vector spans.
+inline realv depth_along(const SplatParams *p, const realv *vector) {
+    return p->along[0] * vector[0] + p->along[1] * vector[1] + p->along[2] * vector[2];
+}
+
 // Length of the rays of a row per voxel of depth, in unit distances.
-inline realv length_per_depth(const SplatParams *p, const RowRays *rays) {
-    return rays->length / (p->along[0] * rays->d[0] + p->along[1] * rays->d[1] + p->along[2] * rays->d[2]);
+inline realv length_per_depth(const SplatParams *p, const RowRays *rays) { return rays->length / depth_along(p, rays->d); }
+
+// Whether any ray of a tile passes enough light to go on. (With a flag instead of the returns, image-aligned sheets take 25 % longer
+// on PoCL.)
+ALWAYS_INLINE bool any_open(const SampleParams *sample, const Light *light, int rows) {
+    if (sample->opaque == 0.0f)
+        return true;
+    for (int r = 0; r < rows; r++)
+        if (ANY(light[r].t > sample->opaque))
+            return true;
+    return false;
 }
 
 // 1 where the rays of a row are in the support of the field, [-2, n + 1] voxels per axis, at a depth; else 0.
 inline realv inside_support(const SplatParams *p, const VolumeView *view, const RowRays *rays, float depth) {
-    const realv per_parameter = p->along[0] * rays->d[0] + p->along[1] * rays->d[1] + p->along[2] * rays->d[2];
-    const realv at = p->along[0] * rays->o[0] + p->along[1] * rays->o[1] + p->along[2] * rays->o[2] + p->along[3];
-    const realv t = (depth - at) / per_parameter;
+    const realv t = (depth - (depth_along(p, rays->o) + p->along[3])) / depth_along(p, rays->d);
     const int dims[3] = {view->dims_u, view->dims_v, view->dims_a};
-    intv inside = CONVERT_INTV((realv)(0.0f)) == 0;
+    intv inside = LANES >= 0;
     for (int i = 0; i < 3; i++) {
         const realv q = rays->o[i] + t * rays->d[i];
         inside &= q >= -GAUSSIAN_RADIUS && q <= dims[i] - 1 + GAUSSIAN_RADIUS;

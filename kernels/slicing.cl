@@ -1,8 +1,7 @@
 // Pre-integrated slicing: the field on planes at right angles to the view, and between two of them a table over the
 // values in front and behind (preintegrated_table.cl).
 //
-// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u. Slice n crosses rays at the parameter
-// n slice_step, slice 0 the volume's centre. A slab is lit by the mean of the gradients on its two slices. TABLE_CUT: values can
+// Slice n crosses rays at the parameter n slice_step, slice 0 the volume's centre. A slab is lit by the mean of the gradients on its two slices. TABLE_CUT: values can
 // lie beyond the table.
 
 // What is known of the rays on one slice.
@@ -59,7 +58,7 @@ ALWAYS_INLINE Slab slab_between(__global const float4 *table, const MarchParams 
 }
 
 // Slices one row of rays.
-ALWAYS_INLINE Light slice_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
+ALWAYS_INLINE Light march_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
                               __global const float4 *table, const ScreenParams *s, const MarchParams *p,
                               const SampleParams *sample, const RowRays *rays, intv *active) {
     Light light = {0.0f, 0.0f, 0.0f, 1.0f};
@@ -135,20 +134,4 @@ ALWAYS_INLINE Light slice_row(__global const VOXEL *voxels, const VolumeView *vi
         known = true;
     }
     return light;
-}
-
-__kernel void slicing(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
-                      __global const float4 *table, ScreenParams s, MarchParams p, SampleParams sample,
-                      __global float4 *frame, __global uint *active_samples) {
-    const int id = get_global_id(0);
-    if (id >= s.tiles_u * s.tiles_v)
-        return;
-    const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
-    intv active = 0;
-    for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
-        const RowRays rays = rays_of_row(&s, column, r);
-        const Light light = slice_row(voxels, &view, visible, table, &s, &p, &sample, &rays, &active);
-        store_pixels(&s, column, r, &light, frame);
-    }
-    active_samples[id] = counted(&s, column, active);
 }

@@ -48,8 +48,7 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
         splat->x = x, splat->y = y, splat->w = h[2];
 #ifdef PRECLASSIFIED
         splat->reach = at.z;
-        const float place = (content.x - sample.table_first) * sample.table_per_value + 0.5f;
-        const float4 entry = table[(int)CLAMP(place, 0.0f, (float)sample.table_last)];
+        const float4 entry = table[table_index(&sample, content.x)];
         float4 color = (float4)(entry.xyz, 1.0f);
         if (sample.shading) {
             const Lighting lighting = light_gradient(&sample, content.y, content.z, content.w);

@@ -62,12 +62,7 @@ ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sam
             channels[c] = 0.0f;
     }
     ring->reached[slot] = 0;
-    if (!shown || sample->opaque == 0.0f)
-        return true;
-    for (int r = 0; r < tile->rows; r++)
-        if (ANY(tile->light[r].t > sample->opaque))
-            return true;
-    return false;
+    return !shown || any_open(sample, tile->light, tile->rows);
 }
 
 // Adds a splat to the sheets from `first` on.

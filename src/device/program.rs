@@ -8,8 +8,8 @@ use opencl3::program::Program;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// Built programs by name and `-D` options.
-pub(super) type Programs = HashMap<(&'static str, String), Program>;
+/// Built programs by files and `-D` options.
+pub(super) type Programs = HashMap<(&'static [&'static str], String), Program>;
 
 /// A kernel file with the shared files it needs.
 pub(super) struct Source {
@@ -41,7 +41,7 @@ const OPTIONS: &str = "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable";
 impl Device {
     /// A kernel of its own; its program is built when first needed, and kept. `defines` are further `-D` options.
     pub(super) fn kernel(&self, source: &Source, defines: &str) -> Result<Kernel, Error> {
-        let key = (source.name, defines.to_owned());
+        let key = (source.files, defines.to_owned());
         let mut programs = self.inner.programs.borrow_mut();
         let program = match programs.entry(key) {
             Entry::Occupied(built) => built.into_mut(),

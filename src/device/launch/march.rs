@@ -1,4 +1,4 @@
-//! Launchers of raycast.cl, slicing.cl and preintegrated_table.cl.
+//! Launchers of march.cl, with raycast.cl or slicing.cl, and of preintegrated_table.cl.
 
 use super::params::{Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
 use super::points::cut_define;
@@ -42,13 +42,25 @@ impl MarchKernel {
             Interpolation::Gaussian => "-DGAUSSIAN",
         };
         let defines = format!("{} -DPER_RAY_STEP {field} -DRADIUS={}", march_defines(device, voxel_type), interpolation.radius());
-        let source = source!("raycast", "elementary", "volume", "table_entries", "shading", "sample", "screen", "field", "march");
+        let source = source!(
+            "march",
+            "elementary",
+            "volume",
+            "table_entries",
+            "shading",
+            "sample",
+            "screen",
+            "field",
+            "marching",
+            "raycast"
+        );
         Ok(Self(device.kernel(&source, &defines)?))
     }
 
     /// Slices the trilinear field. `cut`: values can lie beyond the table.
     pub fn slicing(device: &Device, voxel_type: VoxelType, cut: bool) -> Result<Self, Error> {
-        let source = source!("slicing", "elementary", "volume", "table_entries", "shading", "screen", "field", "march");
+        let source =
+            source!("march", "elementary", "volume", "table_entries", "shading", "screen", "field", "marching", "slicing");
         Ok(Self(device.kernel(&source, &format!("{} {}", march_defines(device, voxel_type), cut_define(cut)))?))
     }
 

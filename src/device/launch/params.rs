@@ -133,7 +133,7 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// See `MarchParams` in kernels/march.cl.
+    /// See `MarchParams` in kernels/marching.cl.
     MarchParams, MARCH_PARAMS_BYTES, 44 {
         blocks: [i32; 2],
         culling: i32,
