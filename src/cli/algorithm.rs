@@ -44,8 +44,10 @@ impl AlgorithmOptions {
         let algorithm = match self.algorithm {
             AlgorithmName::Layered => Algorithm::Layered,
             AlgorithmName::AxisSheets => Algorithm::AxisSheets,
-            AlgorithmName::ViewSheets => Algorithm::ViewSheets { sheet_distance: self.sheet_distance.unwrap_or(1.0) },
-            AlgorithmName::Slicing => Algorithm::Slicing { step: self.step.unwrap_or(1.0) },
+            AlgorithmName::ViewSheets => {
+                Algorithm::ViewSheets { sheet_distance: self.sheet_distance.unwrap_or(Algorithm::SHEET_DISTANCE) }
+            }
+            AlgorithmName::Slicing => Algorithm::Slicing { step: self.step.unwrap_or(Algorithm::SLICE_DISTANCE) },
             AlgorithmName::Raycast => Algorithm::Raycast {
                 interpolation: match self.interpolation {
                     None | Some(InterpolationName::Trilinear) => Interpolation::Trilinear,
@@ -61,12 +63,18 @@ impl AlgorithmOptions {
             (self.step.is_some() && !steps, "--step"),
             (self.interpolation.is_some() && !matches!(algorithm, Algorithm::Raycast { .. }), "--interpolation"),
         ];
-        match given.iter().find(|(given, _)| *given) {
-            Some((_, option)) => {
-                let problem = format!("{option} has no meaning for --algorithm {}: leave it out", algorithm.name());
-                Err(crate::Error::Settings { problem })
-            }
-            None => Ok(algorithm),
+        no_meaning(algorithm, &given)?;
+        Ok(algorithm)
+    }
+}
+
+/// Refuses the first option that was given though an algorithm does not have it.
+pub(super) fn no_meaning(algorithm: Algorithm, given: &[(bool, &str)]) -> Result<(), crate::Error> {
+    match given.iter().find(|(given, _)| *given) {
+        Some((_, option)) => {
+            let problem = format!("{option} has no meaning for --algorithm {}: leave it out", algorithm.name());
+            Err(crate::Error::Settings { problem })
         }
+        None => Ok(()),
     }
 }

@@ -1,6 +1,6 @@
 //! Options that `render`, `rotate` and `bench` share.
 
-use super::algorithm::AlgorithmOptions;
+use super::algorithm::{AlgorithmOptions, no_meaning};
 use super::parse;
 use crate::camera::Orbit;
 use crate::device::DeviceChoice;
@@ -241,13 +241,7 @@ impl QualityOptions {
             (self.footprints.is_some(), "--footprints"),
             (layer_axis, "--layer-axis"),
         ];
-        match given.iter().find(|(given, _)| *given) {
-            Some((_, option)) => {
-                let problem = format!("{option} has no meaning for --algorithm {}: leave one of them out", algorithm.name());
-                Err(crate::Error::Settings { problem })
-            }
-            None => Ok(()),
-        }
+        no_meaning(algorithm, &given)
     }
 
     /// Corrections and the footprint set are for classification after interpolation, and imply it.

@@ -139,8 +139,7 @@ impl Lattice {
     /// Sets the extent: whole cells of so many samples, anchored symmetrically to the centre, where the volume's shadow
     /// along the rays and the viewport overlap.
     fn crop(&mut self, rays: &Rays, viewport: Viewport, samples_per_cell: [f64; 2]) {
-        let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
-        let corners = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(x, y)| self.crossing(rays.at(x, y)));
+        let corners = rays.corners(viewport).map(|ray| self.crossing(ray));
         for (i, per_cell) in samples_per_cell.into_iter().enumerate() {
             let s = self.shear[i].abs();
             let m = self.samples_per_voxel[i];

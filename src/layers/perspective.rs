@@ -175,8 +175,7 @@ impl PerspectiveLattice {
 
     /// Shears of the rays through the viewport's corners, unless one of them runs away from the layers.
     fn screen_shears(&self, rays: &Rays, viewport: Viewport) -> Option<[[f64; 2]; 4]> {
-        let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
-        let directions = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(x, y)| rays.at(x, y).direction);
+        let directions = rays.corners(viewport).map(|ray| ray.direction);
         let ahead = directions.iter().all(|d| d[self.frame.a] * f64::from(self.layer_step) > 0.0);
         ahead.then(|| directions.map(|d| self.frame.shear(d)))
     }

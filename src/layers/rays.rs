@@ -110,6 +110,12 @@ impl Rays {
         Ray { origin: along(&self.origin), direction: along(&self.direction), start: self.start }
     }
 
+    /// The rays through the corners of a viewport: the outermost, since all are affine in the pixel coordinates.
+    pub fn corners(&self, viewport: Viewport) -> [Ray; 4] {
+        let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
+        [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(x, y)| self.at(x, y))
+    }
+
     /// Direction of the central ray, in voxels.
     pub fn central_direction(&self) -> DVec3 {
         -self.to_eye / self.spacing

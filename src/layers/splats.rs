@@ -7,6 +7,7 @@
 
 use super::gaussian::{GAUSSIAN_RADIUS, gaussian_integral};
 use super::rays::{Rays, Viewport};
+use crate::volume::Grid;
 use glam::{DMat3, DVec2, DVec3};
 
 /// Splats nearer to the eye's plane than this, in voxels, are left out: they would cover any screen.
@@ -35,8 +36,9 @@ pub struct SplatProjection {
 }
 
 impl SplatProjection {
-    /// The projection of a view; `centre` is the volume's, in voxels.
-    pub fn new(rays: &Rays, viewport: Viewport, centre: DVec3) -> Self {
+    /// The projection of a view onto a volume.
+    pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid) -> Self {
+        let centre = DVec3::from_array(grid.dims().map(|n| (n as f64 - 1.0) / 2.0));
         let central = rays.central_direction().normalize();
         let (o, d) = (&rays.origin, &rays.direction);
         let (to_screen, offset, across, along, eye_depth) = match rays.eye() {
@@ -92,9 +94,7 @@ impl SplatProjection {
 /// Depth per voxel in a perspective: along the central ray, or where any ray, a corner's, meets such sheets too flatly, in planes
 /// parallel to the screen.
 fn normal_of_sheets(rays: &Rays, viewport: Viewport, central: DVec3) -> DVec3 {
-    let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
-    let corners = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)];
-    if corners.iter().all(|&(x, y)| central.dot(rays.at(x, y).direction.normalize()) >= STEEP) {
+    if rays.corners(viewport).iter().all(|ray| central.dot(ray.direction.normalize()) >= STEEP) {
         return central;
     }
     let facing = -rays.to_eye * rays.spacing;
@@ -133,7 +133,6 @@ mod tests {
     use super::*;
     use crate::camera::{Camera, Orbit};
     use crate::layers::Viewport;
-    use crate::volume::Grid;
     use approx::assert_abs_diff_eq;
 
     #[test]
@@ -148,7 +147,7 @@ mod tests {
         ];
         for camera in cameras {
             let rays = Rays::new(&camera, size, &grid).unwrap();
-            let projection = SplatProjection::new(&rays, size, DVec3::new(4.0, 3.0, 2.0));
+            let projection = SplatProjection::new(&rays, size, &grid);
             let p = DVec3::new(1.0, 5.0, 3.0);
             let (pixel, w) = projection.project(p);
             let ray = rays.at(pixel.x, pixel.y);
@@ -156,9 +155,7 @@ mod tests {
             assert_abs_diff_eq!(off.cross(ray.direction.normalize()).length(), 0.0, epsilon = 1e-9);
             assert!(w > 0.0);
             // Every ray meets the sheets in order.
-            for (x, y) in [(0.0, 0.0), (40.0, 0.0), (0.0, 30.0), (40.0, 30.0)] {
-                assert!(projection.along.dot(rays.at(x, y).direction) > 0.0);
-            }
+            assert!(rays.corners(size).iter().all(|ray| projection.along.dot(ray.direction) > 0.0));
             // A neighbouring pixel's ray crosses the splat's plane as far away as the footprint says.
             if rays.is_parallel() {
                 let other = rays.at(pixel.x + 0.3, pixel.y - 0.8);

@@ -1,14 +1,13 @@
 //! The converged volume rendering integral.
 
+use super::compositing::{Gathered, picture};
 use super::field::Field;
-use super::shading::Gathered;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Interpolation, Ray, Rays, Viewport};
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
-use rayon::prelude::*;
 
 /// Steps per smallest spacing.
 const STEPS: f64 = 16.0;
@@ -34,14 +33,7 @@ impl<'a> Integral<'a> {
     /// The picture of a camera.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
-        let pixels = (0..viewport.pixels())
-            .into_par_iter()
-            .map(|i| {
-                let (x, y) = (i % viewport.width as usize, i / viewport.width as usize);
-                self.composite(&rays.at(x as f64 + 0.5, y as f64 + 0.5)).map(|c| c as f32)
-            })
-            .collect();
-        Ok(Frame::new(viewport, pixels))
+        Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y))))
     }
 
     /// Premultiplied RGBA along one ray.

@@ -1,5 +1,6 @@
 //! Layered splatting from its definition.
 
+use super::compositing::{Gathered, picture};
 use super::field::Field;
 use super::shading::shade;
 use crate::camera::Camera;
@@ -10,7 +11,6 @@ use crate::renderer::{Classification, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::volume::Volume;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 /// How the gradient along the layer axis is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,14 +47,7 @@ impl<'a> Layered<'a> {
     /// The picture of a camera, all rays with one layer axis, or each with its own.
     pub fn render(&self, camera: &Camera, viewport: Viewport, axis: Option<Axis>) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
-        let pixels = (0..viewport.pixels())
-            .into_par_iter()
-            .map(|i| {
-                let (x, y) = (i % viewport.width as usize, i / viewport.width as usize);
-                self.composite(&rays.at(x as f64 + 0.5, y as f64 + 0.5), axis, rays.to_eye).map(|c| c as f32)
-            })
-            .collect();
-        Ok(Frame::new(viewport, pixels))
+        Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), axis, rays.to_eye)))
     }
 
     /// Premultiplied RGBA along one ray; `to_eye` is the central ray's direction back to the eye, in the grid's axes.
@@ -81,8 +74,7 @@ impl<'a> Layered<'a> {
         let forward = ray.direction[frame.a] > 0.0;
         let order: Vec<i64> = if forward { (-1..=dims[2]).collect() } else { (-1..=dims[2]).rev().collect() };
         let step = if forward { 1 } else { -1 };
-        let mut color = [0.0; 3];
-        let mut transmittance = 1.0;
+        let mut gathered = Gathered::new();
         for (n, &k) in order.iter().enumerate() {
             // Distance from the eye, in layers: what lies behind it is cut off.
             let from_eye = step as f64 * (k as f64 - crossing.origin.z - ray.start * ray.direction[frame.a]);
@@ -114,13 +106,10 @@ impl<'a> Layered<'a> {
                     let gradient = self.gradient(crossing, k, step, before, after);
                     c = shade(self.volume, shading, c, gradient, to_eye);
                 }
-                for (sum, c) in color.iter_mut().zip(c) {
-                    *sum += transmittance * opacity * c;
-                }
-                transmittance *= 1.0 - opacity;
+                gathered.add(c, opacity);
             }
         }
-        [color[0], color[1], color[2], 1.0 - transmittance]
+        gathered.rgba()
     }
 
     /// Length of a sample, in unit distances.

@@ -1,7 +1,8 @@
 //! Ray casting and pre-integrated slicing from their definitions.
 
+use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
 use super::field::Field;
-use super::shading::{Gathered, shade};
+use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
@@ -10,7 +11,6 @@ use crate::renderer::{Algorithm, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::volume::Volume;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Parts into which a slab of slicing is cut.
 const PARTS: usize = 512;
@@ -35,19 +35,11 @@ impl<'a> Marched<'a> {
     /// With another algorithm.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
-        let pixels = (0..viewport.pixels())
-            .into_par_iter()
-            .map(|i| {
-                let ray = rays.at((i % viewport.width as usize) as f64 + 0.5, (i / viewport.width as usize) as f64 + 0.5);
-                let rgba = match self.settings.algorithm {
-                    Algorithm::Raycast { interpolation, step } => self.cast(&ray, interpolation, step, rays.to_eye),
-                    Algorithm::Slicing { step } => self.slice(&ray, step, rays.to_eye),
-                    other => panic!("{} does not march along rays", other.name()),
-                };
-                rgba.map(|c| c as f32)
-            })
-            .collect();
-        Ok(Frame::new(viewport, pixels))
+        Ok(picture(viewport, |x, y| match self.settings.algorithm {
+            Algorithm::Raycast { interpolation, step } => self.cast(&rays.at(x, y), interpolation, step, rays.to_eye),
+            Algorithm::Slicing { step } => self.slice(&rays.at(x, y), step, rays.to_eye),
+            other => panic!("{} does not march along rays", other.name()),
+        }))
     }
 
     /// World size of a vector in voxels, in unit distances; and of the smallest spacing.
@@ -70,10 +62,7 @@ impl<'a> Marched<'a> {
             let p = ray.origin + ray.direction * t;
             let value = self.field.within_range(self.field.reconstructed(interpolation, p));
             if self.transfer.opacity(value) > 0.0 {
-                let opacity = match self.settings.extinction {
-                    Extinction::Exponential => -(-self.transfer.extinction(value) * dt).exp_m1(),
-                    Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0),
-                };
+                let opacity = opacity_over(self.transfer, value, dt, self.settings.extinction);
                 let mut color = self.transfer.color(value);
                 if let Some(shading) = self.settings.shading {
                     color = shade(self.volume, shading, color, self.field.differences(interpolation, p), to_eye);
@@ -108,11 +97,7 @@ impl<'a> Marched<'a> {
             let Some((extinction, mut color)) = slab(self.transfer, values, step * smallest, self.settings.extinction) else {
                 continue;
             };
-            let depth = extinction * (to - from) * per_parameter;
-            let opacity = match self.settings.extinction {
-                Extinction::Exponential => -(-depth).exp_m1(),
-                Extinction::Linear => depth.min(1.0),
-            };
+            let opacity = opacity_of_depth(extinction * (to - from) * per_parameter, self.settings.extinction);
             if let Some(shading) = self.settings.shading {
                 let [g, h] = [p, q].map(|p| self.field.differences(KERNEL, p));
                 color = shade(self.volume, shading, color, (g + h) / 2.0, to_eye);

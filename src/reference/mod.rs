@@ -4,6 +4,7 @@
 //! table, no culling, no early termination. [`Integral`] is the converged volume rendering integral of the field that
 //! the kernels reconstruct, which layered splatting approximates.
 
+mod compositing;
 mod field;
 mod integral;
 mod layered;

@@ -1,5 +1,6 @@
 //! Point-sampled layers with pre-integrated classification, from their definition.
 
+use super::compositing::{Gathered, opacity_of_depth};
 use super::layered::{Crossing, Layered};
 use super::shading::shade;
 use crate::layers::{Ray, stretch_ends};
@@ -17,8 +18,7 @@ impl Layered<'_> {
         let samples = i64::from(samples_per_layer);
         let dt = self.sample_length(crossing);
         let step = if ray.direction[frame.a] > 0.0 { 1 } else { -1 };
-        let mut color = [0.0; 3];
-        let mut transmittance = 1.0;
+        let mut gathered = Gathered::new();
         for n in 0..samples * (dims[2] + 1) {
             let l = if step > 0 { n } else { samples * (dims[2] + 1) - n };
             // Where the stretch begins and ends, in layers.
@@ -36,21 +36,14 @@ impl Layered<'_> {
             let Some((attenuation, mut c)) = mean(self.transfer, values, ends, self.settings.extinction) else {
                 continue;
             };
-            let depth = attenuation * dt * (1.0 - cut);
-            let opacity = match self.settings.extinction {
-                Extinction::Exponential => -(-depth).exp_m1(),
-                Extinction::Linear => depth.min(1.0),
-            };
+            let opacity = opacity_of_depth(attenuation * dt * (1.0 - cut), self.settings.extinction);
             if let Some(shading) = self.settings.shading {
                 let ends = [z0, z1].map(|z| self.gradient_at(crossing, z));
                 c = shade(self.volume, shading, c, frame.global((ends[0] + ends[1]) / 2.0), to_eye);
             }
-            for (sum, c) in color.iter_mut().zip(c) {
-                *sum += transmittance * opacity * c;
-            }
-            transmittance *= 1.0 - opacity;
+            gathered.add(c, opacity);
         }
-        [color[0], color[1], color[2], 1.0 - transmittance]
+        gathered.rgba()
     }
 
     fn field_at(&self, crossing: &Crossing, z: f64, p: DVec2) -> f64 {

@@ -22,28 +22,3 @@ pub(super) fn shade(volume: &Volume, shading: Shading, color: [f64; 3], gradient
     let highlight = shading.specular * normal.dot(half_way).abs().powf(shading.power);
     color.map(|c| (c * (1.0 + fade * (factor - 1.0)) + fade * highlight).min(1.0))
 }
-
-/// What a ray has gathered.
-pub(super) struct Gathered {
-    pub color: [f64; 3],
-    pub transmittance: f64,
-}
-
-impl Gathered {
-    pub fn new() -> Self {
-        Self { color: [0.0; 3], transmittance: 1.0 }
-    }
-
-    /// Composites a colour of an opacity behind it.
-    pub fn add(&mut self, color: [f64; 3], opacity: f64) {
-        for (sum, c) in self.color.iter_mut().zip(color) {
-            *sum += self.transmittance * opacity * c;
-        }
-        self.transmittance *= 1.0 - opacity;
-    }
-
-    /// Premultiplied RGBA.
-    pub fn rgba(&self) -> [f64; 4] {
-        [self.color[0], self.color[1], self.color[2], 1.0 - self.transmittance]
-    }
-}

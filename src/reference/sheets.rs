@@ -1,7 +1,8 @@
 //! Both kinds of sheet-buffer splatting from their definitions.
 
+use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
 use super::field::Field;
-use super::shading::{Gathered, shade};
+use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
@@ -10,7 +11,6 @@ use crate::renderer::{Algorithm, LayerAxis, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::volume::Volume;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Extinction of an opaque voxel that is splatted.
@@ -47,30 +47,18 @@ impl<'a> Sheets<'a> {
     /// With another algorithm.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
-        let centre = DVec3::from_array(self.field.dims().map(|n| (n as f64 - 1.0) / 2.0));
-        let projection = SplatProjection::new(&rays, viewport, centre);
+        let projection = SplatProjection::new(&rays, viewport, self.volume.grid());
         let splats = self.splats(&projection, rays.central_direction());
-        let pixels = (0..viewport.pixels())
-            .into_par_iter()
-            .map(|i| {
-                let at = DVec2::new((i % viewport.width as usize) as f64 + 0.5, (i / viewport.width as usize) as f64 + 0.5);
-                let seen: Vec<(&Splat, f64)> = splats
-                    .iter()
-                    .map(|s| (s, gaussian_footprint(projection.squared_distance(at - s.pixel, s.w))))
-                    .filter(|(_, weight)| *weight > 0.0)
-                    .collect();
-                let ray = rays.at(at.x, at.y);
-                let rgba = match self.settings.algorithm {
-                    Algorithm::AxisSheets => self.by_layer(&ray, &projection, &seen, rays.to_eye),
-                    Algorithm::ViewSheets { sheet_distance } => {
-                        self.by_sheet(&ray, &projection, &seen, sheet_distance, rays.to_eye)
-                    }
-                    other => panic!("{} has no sheets", other.name()),
-                };
-                rgba.map(|c| c as f32)
-            })
-            .collect();
-        Ok(Frame::new(viewport, pixels))
+        Ok(picture(viewport, |x, y| {
+            let weight = |s: &Splat| gaussian_footprint(projection.squared_distance(DVec2::new(x, y) - s.pixel, s.w));
+            let seen: Vec<(&Splat, f64)> = splats.iter().map(|s| (s, weight(s))).filter(|(_, weight)| *weight > 0.0).collect();
+            let ray = rays.at(x, y);
+            match self.settings.algorithm {
+                Algorithm::AxisSheets => self.by_layer(&ray, &projection, &seen, rays.to_eye),
+                Algorithm::ViewSheets { sheet_distance } => self.by_sheet(&ray, &projection, &seen, sheet_distance, rays.to_eye),
+                other => panic!("{} has no sheets", other.name()),
+            }
+        }))
     }
 
     fn splats(&self, projection: &SplatProjection, direction: DVec3) -> Vec<Splat> {
@@ -138,10 +126,7 @@ impl<'a> Sheets<'a> {
         let length = self.length_per_depth(ray, projection);
         let mut gathered = Gathered::new();
         for [r, g, b, extinction] in layers.into_values() {
-            let opacity = match self.settings.extinction {
-                Extinction::Exponential => -(-extinction * length).exp_m1(),
-                Extinction::Linear => (extinction * length).min(1.0),
-            };
+            let opacity = opacity_of_depth(extinction * length, self.settings.extinction);
             gathered.add([r, g, b].map(|c| c / extinction), opacity);
         }
         gathered.rgba()
@@ -185,10 +170,7 @@ impl<'a> Sheets<'a> {
                 continue;
             }
             let value = self.field.within_range(background + difference);
-            let opacity = match self.settings.extinction {
-                Extinction::Exponential => -(-self.transfer.extinction(value) * dt).exp_m1(),
-                Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0),
-            };
+            let opacity = opacity_over(self.transfer, value, dt, self.settings.extinction);
             if opacity > 0.0 {
                 gathered.add(self.shaded(value, gradient, to_eye), opacity);
             }

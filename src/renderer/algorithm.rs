@@ -34,6 +34,10 @@ pub enum Algorithm {
 }
 
 impl Algorithm {
+    /// The default distance of sheets.
+    pub const SHEET_DISTANCE: f64 = 1.0;
+    /// The default distance of slices.
+    pub const SLICE_DISTANCE: f64 = 1.0;
     /// Distances of sheets that are accepted: each splat writes 4 / distance + 1 sheets.
     pub const SHEET_DISTANCES: (f64, f64) = (0.125, 4.0);
     /// Steps that are accepted.

@@ -3,15 +3,13 @@
 use super::Renderer;
 use super::kept::SLAB_VALUES;
 use super::sample::SampleAxes;
-use super::scratch::at_least;
 use super::settings::Settings;
 use super::tables::{PointRays, PointReach};
 use crate::device::launch::params::{MarchParams, ScreenParams};
 use crate::device::launch::{MarchArguments, MarchKernel};
 use crate::device::{Buffer, launch::params::Float4};
 use crate::error::Error;
-use crate::layers::{Axis, AxisFrame, Interpolation, Rays, Viewport};
-use glam::DVec3;
+use crate::layers::{Axis, Interpolation, Rays, Viewport};
 
 /// Rays are marched in the upload's own layout.
 const AXIS: Axis = Axis::Z;
@@ -135,36 +133,9 @@ impl Renderer {
             },
         )
     }
-
-    /// Makes the frame for kernels that draw tiles of the screen, with the rays in the axes of `frame`.
-    pub(super) fn begin_screen(
-        &mut self,
-        rays: &Rays,
-        viewport: Viewport,
-        axes: &SampleAxes,
-        frame: AxisFrame,
-    ) -> Result<ScreenParams, Error> {
-        let Self { device, scratch, .. } = self;
-        let tuning = *device.tuning();
-        let tiles = [viewport.width.div_ceil(tuning.vector_width), viewport.height.div_ceil(tuning.screen_tile_rows)];
-        scratch.active_count = tiles[0] as usize * tiles[1] as usize;
-        at_least(&mut scratch.frame, device, viewport.pixels(), "the frame")?;
-        at_least(&mut scratch.active_samples, device, scratch.active_count, "the sample counts")?;
-        let affine = |p: &[DVec3; 3]| p.map(|v| frame.local(v).as_vec3().extend(0.0).to_array());
-        Ok(ScreenParams {
-            origin: affine(&rays.origin),
-            direction: affine(&rays.direction),
-            start: rays.start as f32,
-            step: frame.local(axes.step).as_vec3().to_array(),
-            size: [viewport.width as i32, viewport.height as i32],
-            tiles: tiles.map(|t| t as i32),
-        })
-    }
 }
 
 /// The longest way of any ray through a slab along any axis, in voxels: a corner's, since directions are affine in pixels.
 fn longest_slab(rays: &Rays, viewport: Viewport, ray_parameter: f64) -> f64 {
-    let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
-    let corners = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)];
-    corners.map(|(x, y)| rays.at(x, y).direction.abs().max_element() * ray_parameter).into_iter().fold(0.0, f64::max)
+    rays.corners(viewport).iter().map(|ray| ray.direction.abs().max_element() * ray_parameter).fold(0.0, f64::max)
 }

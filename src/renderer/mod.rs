@@ -11,6 +11,7 @@ mod plan;
 mod points;
 mod sample;
 mod scratch;
+mod screen;
 mod settings;
 mod sheets;
 mod splat_list;

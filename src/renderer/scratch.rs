@@ -5,7 +5,7 @@ use crate::device::launch::params::{Float4, LayerOffset};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::Viewport;
+use crate::layers::{SplatSlabs, Viewport};
 
 /// Buffers that frames write and the next frame writes again. They only grow.
 #[derive(Default)]
@@ -20,7 +20,8 @@ pub(super) struct Scratch {
     pub frame: Option<Buffer<Float4>>,
     pub rgba: Option<Buffer<[u8; 4]>>,
     pub active_samples: Option<Buffer<u32>>,
-    pub slab_weights: Option<Buffer<f32>>,
+    /// With the slabs that they are for.
+    pub slab_weights: Option<(SplatSlabs, Buffer<f32>)>,
     pub sheet_counts: Option<Buffer<u32>>,
     pub sorted: Option<Buffer<Splat>>,
     pub tile_ends: Option<Buffer<u32>>,

@@ -1,10 +1,10 @@
 //! Frames by axis-aligned and by image-aligned sheets.
 
 use super::Renderer;
-use super::scratch::filled;
 use super::settings::Settings;
 use super::splat_list::Splatted;
 use super::splats::splat_params;
+use crate::device::Buffer;
 use crate::device::launch::params::{SampleParams, ScreenParams, SplatParams};
 use crate::device::launch::{SheetArguments, ViewSheetsKernel};
 use crate::error::Error;
@@ -25,7 +25,7 @@ impl Renderer {
         let frame = axis.frame();
         let axes = self.sample_axes(rays, settings);
         let sample = self.sample_params(&axes, frame, settings);
-        let projection = SplatProjection::new(rays, viewport, self.centre());
+        let projection = SplatProjection::new(rays, viewport, &self.grid);
         let (background, _) = self.kept.background();
         let backwards = i32::from(rays.central_direction()[axis.index()] < 0.0);
         let params = SplatParams { backwards, ..splat_params(&projection, frame, background) };
@@ -48,13 +48,13 @@ impl Renderer {
         let splatted = if settings.culling { Splatted::InReach } else { Splatted::All };
         kept.prepare_view_splats(device, kernels, &self.transfer, settings.extinction, splatted)?;
         let slabs = SplatSlabs { distance };
-        let steps = ViewSheetsKernel::SLAB_STEPS;
-        let weights: Vec<f32> =
-            (0..=steps).flat_map(|i| (0..slabs.count()).map(move |n| slabs.weight(n, i as f64 / steps as f64) as f32)).collect();
-        filled(&mut scratch.slab_weights, device, &weights, "the slabs of a splat")?;
+        if scratch.slab_weights.as_ref().is_none_or(|(made_for, _)| *made_for != slabs) {
+            let weights = Buffer::from_slice(device, &slab_weights(slabs), "the slabs of a splat")?;
+            scratch.slab_weights = Some((slabs, weights));
+        }
         let axes = self.sample_axes(rays, settings);
         let sample = self.sample_params(&axes, AXIS.frame(), settings);
-        let projection = SplatProjection::new(rays, viewport, self.centre());
+        let projection = SplatProjection::new(rays, viewport, &self.grid);
         let (background, _) = self.kept.background();
         let params = SplatParams {
             sheet_distance: distance as f32,
@@ -65,7 +65,7 @@ impl Renderer {
         self.sort_splats(|kept| kept.view_splats(), splatted, params, sample, &screen)?;
         let kernel = self.kernels.view_sheets(&self.device, slabs.count(), settings.shading.is_some())?;
         let (_, view) = self.kept.layout(AXIS);
-        let weights = self.scratch.slab_weights.as_ref().expect("written above");
+        let (_, weights) = self.scratch.slab_weights.as_ref().expect("made above");
         let arguments = self.sheet_arguments(screen, params, sample);
         kernel.launch(&self.device, &view, weights, &self.kept.table().entries, &arguments)
     }
@@ -75,11 +75,6 @@ impl Renderer {
         let size = DVec3::from_array(self.grid.dims().map(|n| n as f64 - 1.0));
         let deepest = (projection.along.abs().dot(size) / 2.0 + GAUSSIAN_RADIUS) / distance;
         [(-deepest - 1.5).floor() as i32, (deepest + 1.5).ceil() as i32]
-    }
-
-    /// The volume's centre, in voxels.
-    fn centre(&self) -> DVec3 {
-        DVec3::from_array(self.grid.dims().map(|n| (n as f64 - 1.0) / 2.0))
     }
 
     fn sheet_arguments(&self, screen: ScreenParams, params: SplatParams, sample: SampleParams) -> SheetArguments<'_> {
@@ -96,4 +91,11 @@ impl Renderer {
             active_samples: scratch.active_samples.as_ref().expect(made),
         }
     }
+}
+
+/// Weights of all sheets that a splat reaches, for evenly spaced fractions.
+fn slab_weights(slabs: SplatSlabs) -> Vec<f32> {
+    let steps = ViewSheetsKernel::SLAB_STEPS;
+    let at = |i: usize| (0..slabs.count()).map(move |n| slabs.weight(n, i as f64 / steps as f64) as f32);
+    (0..=steps).flat_map(at).collect()
 }

@@ -13,12 +13,6 @@ use crate::renderer::{Classification, Evaluation, Renderer, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::volume::{RawOptions, Volume};
 
-/// Steps of the progress bars, the first two per data set.
-pub(super) const KAPPA_STEPS: u64 = 1;
-pub(super) const EXTINCTION_STEPS: u64 = 1;
-pub(super) const CURVE_STEPS: u64 = 1;
-pub(super) const SYSTEM_STEPS: u64 = 1;
-
 /// Samples per layer where only the extinction is to count.
 const FINELY: u32 = 3;
 /// How much differences are enlarged in the pictures.
@@ -139,7 +133,7 @@ pub(super) fn curves(laboratory: &Laboratory, page: &mut Page) -> Result<(), Err
     )?;
     page.paragraph("Measured: the picture's middle pixel on a homogeneous cube of two layers, per layer.");
     page.table(&["τΔt", "e^−τΔt", "measured", "1 − τΔt", "measured"], &rows);
-    laboratory.bar.inc(CURVE_STEPS);
+    laboratory.bar.inc(1);
     Ok(())
 }
 
@@ -184,6 +178,6 @@ pub(super) fn systems(laboratory: &Laboratory, page: &mut Page) -> Result<(), Er
     page.sheet("fig5.png", &caption, &pictures, 2)?;
     page.paragraph("PSNR in dB (RGB, unshaded) to the converged integral of the own kernel and of Eq. 2:");
     page.table(&["system", "own", "Eq. 2"], &rows);
-    laboratory.bar.inc(SYSTEM_STEPS);
+    laboratory.bar.inc(1);
     Ok(())
 }

@@ -9,13 +9,14 @@ mod systems;
 mod table1;
 
 use super::options::DeviceOptions;
+use super::rotate::progress;
 use super::{parse, report};
 use crate::device::Device;
 use crate::error::Error;
 use crate::layers::Viewport;
 use clap::ValueEnum;
 use data_sets::Library;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use page::Page;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -99,15 +100,12 @@ impl What {
     }
 
     /// Steps of its progress bar.
-    fn steps(self, library: &Library) -> u64 {
-        let sets = library.found.len() as u64;
+    fn steps(self, library: &Library) -> u32 {
+        let sets = library.found.len() as u32;
         match self {
             What::Table1 => sets * table1::STEPS,
-            What::Fig2 => sets * figures::KAPPA_STEPS,
-            What::Fig3 => sets * figures::EXTINCTION_STEPS,
-            What::Fig4 => figures::CURVE_STEPS,
-            What::Fig5 => figures::SYSTEM_STEPS,
-            What::Popping => sets * popping::STEPS,
+            What::Fig2 | What::Fig3 | What::Popping => sets,
+            What::Fig4 | What::Fig5 => 1,
             What::All => 0,
         }
     }
@@ -140,9 +138,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let device = Device::open(&arguments.device.choice())?;
     std::fs::create_dir_all(&arguments.out).map_err(|e| Error::write(&arguments.out, e))?;
     let experiments = arguments.what.experiments();
-    let style = ProgressStyle::with_template("{msg:28} {bar:40} {pos}/{len} {elapsed} (about {eta} left)");
-    let bar = ProgressBar::new(experiments.iter().map(|what| what.steps(&library)).sum())
-        .with_style(style.expect("the template is valid"));
+    let bar = progress(experiments.iter().map(|what| what.steps(&library)).sum(), "beginning");
     let laboratory =
         Laboratory { device, library, seen, frames: arguments.frames, size: arguments.size, out: &arguments.out, bar };
     let mut pages = Vec::new();

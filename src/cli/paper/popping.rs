@@ -15,8 +15,6 @@ use crate::volume::Grid;
 const TIMES: f32 = 16.0;
 /// Sub-layers of the method with some.
 const SUB_LAYERS: u32 = 4;
-/// Steps of the progress bar per data set.
-pub(super) const STEPS: u64 = 1;
 
 /// The methods, layered ones per pixel: no warp blurs what they differ by.
 fn methods() -> [(&'static str, Settings); 5] {
@@ -55,7 +53,7 @@ pub(super) fn run(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error>
         if source.name == laboratory.library.shown().name {
             pictures = Some(differences);
         }
-        laboratory.bar.inc(STEPS);
+        laboratory.bar.inc(1);
     }
     let head = [vec!["data set, between / truth"], methods().map(|m| m.0).to_vec(), vec!["κ gains"]].concat();
     page.table(&head, &rows);

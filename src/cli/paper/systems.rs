@@ -1,5 +1,6 @@
 //! The systems that are compared, and their truths.
 
+use super::super::rotate::{ELEVATION, turn};
 use super::Laboratory;
 use super::data_sets::DataSet;
 use crate::camera::{Camera, Orbit};
@@ -10,7 +11,7 @@ use crate::renderer::{Algorithm, Classification, Evaluation, Quality, Renderer, 
 use std::time::Instant;
 
 /// The view of pictures and fidelities, as in docs/fidelity.md.
-pub(super) const VIEW: Orbit = Orbit { azimuth: 72.0, elevation: 20.0, roll: 0.0 };
+pub(super) const VIEW: Orbit = Orbit { azimuth: 72.0, elevation: ELEVATION, roll: 0.0 };
 
 /// Step of the converged integral, in smallest spacings.
 const CONVERGED: f64 = 1.0 / 16.0;
@@ -21,10 +22,14 @@ pub(super) const SYSTEMS: [System; 6] = [
     System {
         name: "view-sheets",
         kernel: Interpolation::Gaussian,
-        make: Make::Algorithm(Algorithm::ViewSheets { sheet_distance: 1.0 }),
+        make: Make::Algorithm(Algorithm::ViewSheets { sheet_distance: Algorithm::SHEET_DISTANCE }),
     },
     System { name: "layered", kernel: Interpolation::Tricubic, make: Make::Layered(Quality::Standard) },
-    System { name: "slicing", kernel: Interpolation::Trilinear, make: Make::Algorithm(Algorithm::Slicing { step: 1.0 }) },
+    System {
+        name: "slicing",
+        kernel: Interpolation::Trilinear,
+        make: Make::Algorithm(Algorithm::Slicing { step: Algorithm::SLICE_DISTANCE }),
+    },
     System { name: "layered draft", kernel: Interpolation::Tricubic, make: Make::Layered(Quality::Draft) },
     System { name: "layered high", kernel: Interpolation::Tricubic, make: Make::Layered(Quality::High) },
 ];
@@ -109,7 +114,7 @@ impl<'a> Bench<'a> {
     pub fn times(&mut self, settings: &Settings, from: u32, to: u32, frames: u32) -> Result<Vec<f64>, Error> {
         (from..to)
             .map(|n| {
-                let camera = self.camera(super::super::rotate::turn(Orbit { azimuth: 0.0, ..VIEW }, n, frames));
+                let camera = self.camera(turn(Orbit { azimuth: 0.0, ..VIEW }, n, frames));
                 let started = Instant::now();
                 self.renderer.render_rgba8(&camera, self.laboratory.size, settings, Background::BLACK)?;
                 Ok(started.elapsed().as_secs_f64() * 1e3)

@@ -15,7 +15,7 @@ const PARTS: u32 = 5;
 /// Frames that a setting is timed with where fidelities are to be equal.
 const SHORT_TURN: u32 = 25;
 /// Steps of the progress bar per data set: truths, default settings, equal fidelities.
-pub(super) const STEPS: u64 = 3 + PARTS as u64 + 1;
+pub(super) const STEPS: u32 = 3 + PARTS + 1;
 
 /// What was measured of one data set.
 struct Measured {
