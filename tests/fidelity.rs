@@ -48,6 +48,9 @@ fn standard_and_high_reach_their_psnr() {
             }
         }
         found(Quality::Paper.settings(), "Paper");
+        for quality in [Quality::Standard, Quality::High] {
+            found(Settings { evaluation: Evaluation::Direct, ..quality.settings() }, &format!("{quality:?} per pixel"));
+        }
         let converged = Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.0625 };
         let (on_the_device, _) = found(Settings { algorithm: converged, ..Settings::default() }, "ray casting");
         assert!(on_the_device > LEAST_CONVERGED, "{name}: {on_the_device} dB between the truths of device and host");

@@ -5,6 +5,9 @@ mod common;
 use common::command::*;
 use common::{Random, data_set};
 
+/// Four digits are printed; measured ones are roots of floats.
+const CURVE_TOLERANCE: f64 = 3e-4;
+
 /// A small data set with one of the paper's names.
 fn small_fuel(folder: &std::path::Path) {
     let mut random = Random(1);
@@ -100,6 +103,16 @@ fn the_papers_experiments_become_pages() {
     assert!(!table.contains("NaN") && !table.contains("inf"), "{table}");
     for picture in ["table1_fuel.png", "fig2.png", "fig3.png", "fig5.png", "popping.png"] {
         assert!(image::open(f.join("pages").join(picture)).unwrap().width() > 70);
+    }
+    // Rows of Fig. 4: extinction, its closed form, measured, the linear form, measured.
+    let curves = std::fs::read_to_string(f.join("pages/fig4.md")).unwrap();
+    let numbers = |line: &str| line.split('|').filter_map(|cell| cell.trim().parse().ok()).collect::<Vec<f64>>();
+    let rows: Vec<Vec<f64>> = curves.lines().map(numbers).filter(|row| row.len() == 5).collect();
+    assert_eq!(rows.len(), 10, "{curves}");
+    for row in rows {
+        assert!((row[1] - (-row[0]).exp()).abs() < CURVE_TOLERANCE && (row[2] - row[1]).abs() < CURVE_TOLERANCE, "{row:?}");
+        assert!((row[3] - (1.0 - row[0]).max(0.0)).abs() < CURVE_TOLERANCE, "{row:?}");
+        assert!((row[4] - row[3]).abs() < CURVE_TOLERANCE, "{row:?}");
     }
     assert!(std::fs::read_to_string(f.join("pages/fig4.svg")).unwrap().ends_with("</svg>\n"));
 }
