@@ -51,10 +51,3 @@ inline realv power(realv x, float exponent) {
     const realv log2 = p01 + t2 * p23 + t4 * (p45 + t2 * p67);
     return exp2_of(CLAMP(exponent * log2, (realv)(-126.0f), (realv)(0.0f)));
 }
-
-// 1 / sqrt(x) for x from 1e-30 on, to 5e-6: a first guess from the exponent, and two Newton steps.
-inline realv inverse_sqrt(realv x) {
-    realv y = AS_REALV(0x5f3759df - (AS_INTV(x) >> 1));
-    y = y * (1.5f - 0.5f * x * y * y);
-    return y * (1.5f - 0.5f * x * y * y);
-}

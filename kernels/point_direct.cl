@@ -3,20 +3,6 @@
 //
 // One work-item per pixel, row by row; VW is 1. `visible_*` are bits per slab, for rays of any lean.
 
-// The field of sub-layer `l` (see point_lattice.cl) at (u, v).
-inline float field_at(__global const VOXEL *voxels, const VolumeView *view, int samples_per_layer, int l, float u, float v) {
-    const int k = (l + samples_per_layer) / samples_per_layer - 2, between = l - (k + 1) * samples_per_layer;
-    const int i = whole_below(u), j = whole_below(v);
-    const float x = RISE(u - i), y = RISE(v - j);
-    float layer[2];
-    for (int n = 0; n < (between ? 2 : 1); n++) {
-        const float low = mix(voxel_at(voxels, view, i, j, k + n), voxel_at(voxels, view, i + 1, j, k + n), x);
-        const float high = mix(voxel_at(voxels, view, i, j + 1, k + n), voxel_at(voxels, view, i + 1, j + 1, k + n), x);
-        layer[n] = mix(low, high, y);
-    }
-    return between ? mix(layer[0], layer[1], RISE((float)between / samples_per_layer)) : layer[0];
-}
-
 __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *visible_x,
                            __global const uchar *visible_y, __global const uchar *visible_z,
                            __global const int4 *integrals, DirectParams p, SampleParams sample, int width, int height,
@@ -48,38 +34,34 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             continue;
         for (int i = 0; i < s; i++) {
             const int l[2] = {back ? (q + 1) * s - i : q * s + i, back ? (q + 1) * s - i - 1 : q * s + i + 1};
-            float field[2], at_u[2], at_v[2], along_u = 0.0f, along_v = 0.0f, along_a = 0.0f;
+            float at_u[2], at_v[2], at_k[2], field[2];
             for (int e = 0; e < 2; e++) {
-                const float depth = (float)l[e] / s - 1.0f - ray.o_a;
-                at_u[e] = ray.o_u + depth * ray.s_u, at_v[e] = ray.o_v + depth * ray.s_v;
-                field[e] = field_at(voxels, &view, s, l[e], at_u[e], at_v[e]);
+                at_k[e] = (float)l[e] / s - 1.0f;
+                at_u[e] = ray.o_u + (at_k[e] - ray.o_a) * ray.s_u, at_v[e] = ray.o_v + (at_k[e] - ray.o_a) * ray.s_v;
+                field[e] = value_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1);
             }
-            const float start = eye_distance(&p, &ray, (float)l[0] / s - 1.0f);
+            const float start = eye_distance(&p, &ray, at_k[0]);
             const float cut = start < 0.0f ? fmin(-start * s, 1.0f) : 0.0f; // of the stretch, behind the eye
             if (cut == 1.0f)
                 continue;
-            Lighting lighting = {1.0f, 0.0f};
-            if (sample.shading) {
-                for (int e = 0; e < 2; e++) {
-                    along_u += field_at(voxels, &view, s, l[e], at_u[e] + 1.0f, at_v[e]) -
-                               field_at(voxels, &view, s, l[e], at_u[e] - 1.0f, at_v[e]);
-                    along_v += field_at(voxels, &view, s, l[e], at_u[e], at_v[e] + 1.0f) -
-                               field_at(voxels, &view, s, l[e], at_u[e], at_v[e] - 1.0f);
-                    along_a += field_at(voxels, &view, s, l[e] + s, at_u[e] + ray.s_u, at_v[e] + ray.s_v) -
-                               field_at(voxels, &view, s, l[e] - s, at_u[e] - ray.s_u, at_v[e] - ray.s_v);
-                }
-                along_u *= 0.25f, along_v *= 0.25f;
-                lighting = light_gradient(&sample, along_u, along_v, 0.25f * along_a - ray.s_u * along_u - ray.s_v * along_v);
+            Lighting lit[2];
+            for (int e = 0; e < (sample.shading ? 2 : 0); e++) {
+                float along_u, along_v, along_a;
+                differences_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1, &along_u, &along_v, &along_a);
+                lit[e] = light_gradient(&sample, along_u, along_v, along_a);
             }
             const float middle_u = 0.5f * (at_u[0] + at_u[1]), middle_v = 0.5f * (at_v[0] + at_v[1]);
             const bool beside = middle_u < -1.0f || middle_u > view.dims_u || middle_v < -1.0f || middle_v > view.dims_v;
-            const float at_eye = field[0] + cut * (field[1] - field[0]);
+            const float at_eye = field[0] + cut * (field[1] - field[0]), dt = ray.dt * (1.0f - cut) * sample.table_unit;
             const Node from = node_of(&sample, integrals, at_eye, l[0] & 1);
             const Node to = node_of(&sample, integrals, field[1], l[1] & 1);
-            const Stretch stretch = stretch_between(&sample, integrals, &from, &to, at_eye, field[1],
-                                                    ends_of(&sample, l[0], l[1]));
-            composite_stretch(&sample, &stretch, ray.dt * (1.0f - cut) * sample.table_unit,
-                              sample.background_visible && beside ? 0.0f : 1.0f, &lighting, &light, &active);
+            const Stretch stretch =
+                stretch_between(&sample, integrals, &from, &to, at_eye, field[1], ends_of(&sample, l[0], l[1]), dt);
+            const Way way = {{mix(at_u[0], at_u[1], cut), mix(at_v[0], at_v[1], cut), mix(at_k[0], at_k[1], cut)},
+                             {(1.0f - cut) * (at_u[1] - at_u[0]), (1.0f - cut) * (at_v[1] - at_v[0]),
+                              (1.0f - cut) * (at_k[1] - at_k[0])}};
+            composite_way(voxels, &view, &sample, integrals, &stretch, &way, dt, sample.background_visible && beside ? 0.0f : 1.0f,
+                          &lit[0], &lit[1], &light, &active);
         }
         if (light.t <= sample.opaque)
             break;

@@ -93,14 +93,12 @@ inline realv inside_support(const VolumeView *view, const Tile *tile, int r, flo
     return CONVERT_REALV(COUNT_IF(u >= -1.0f && u <= (realv)(view->dims_u))) * (beside ? 0.0f : 1.0f);
 }
 
-// Sub-layers held at a time: a power of two, at least 2 S + 2 for central differences along the axis.
-#define RING 8
-#define HELD(l) (&ring[(l) & (RING - 1)])
-// Samples a sub-layer of the kernel below unless the ring holds it.
+// The sub-layers at both ends of a stretch. Samples one unless it is held.
+#define HELD(l) (&held[(l) & 1])
+#define COLUMNS_AT(l) (tile.centre_u + ((float)(l) / s - 1.0f - p.centre_layer) * tile.shear_u)
 #define HOLD(l)                                                                                                        \
     if (HELD(l)->held != (l))                                                                                          \
-    sample_layer(voxels, &view, &p, s, l, tile.centre_u + ((float)(l) / s - 1.0f - p.centre_layer) * tile.shear_u,     \
-                 &tile.v, tile.rows, sample.shading, HELD(l))
+    sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, tile.rows, HELD(l))
 
 __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const float2 *crossings_u,
                             __global const float2 *crossings_v, __global const uchar *visible,
@@ -112,11 +110,9 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
     const Tile tile = tile_of(crossings_u + column, crossings_v + row, min(TILE_ROWS, p.height - row),
                               min(VW, p.width - column));
-    Layer ring[RING];
-    for (int i = 0; i < RING; i++)
-        ring[i].held = INT_MIN;
+    Layer held[2];
+    held[0].held = held[1].held = INT_MIN;
     Light gathered[TILE_ROWS];
-    Lighting lighting[TILE_ROWS];
     realv dt[TILE_ROWS];
     Node ends[TILE_ROWS]; // where the last stretch ended
     int ends_at[TILE_ROWS];
@@ -146,7 +142,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
             const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;
             HOLD(l0);
             HOLD(l1);
-            const Layer *front = HELD(l0), *behind = HELD(l1);
+            Layer *front = HELD(l0), *behind = HELD(l1);
             const float2 weights = ends_of(&sample, l0, l1);
             int shown = 0;
             for (int r = 0; r < tile.rows; r++) {
@@ -156,23 +152,22 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
             shown &= open;
             if (!shown)
                 continue;
-            // All gradients before all look-ups: shorter loops overlap better, 5 % on engine.
+            // All lighting before all look-ups: shorter loops overlap better, 5 % on engine.
             if (sample.shading) {
-                const int lo = min(l0, l1), hi = max(l0, l1);
-                HOLD(lo - s);
-                HOLD(hi - s);
-                HOLD(lo + s);
-                HOLD(hi + s);
-                const Layer *before_lo = HELD(lo - s), *before_hi = HELD(hi - s);
-                const Layer *after_lo = HELD(lo + s), *after_hi = HELD(hi + s);
-                for (int r = 0; r < tile.rows; r++) {
-                    if (!(shown >> r & 1))
-                        continue;
-                    realv u, v;
-                    stretch_differences(front, behind, r, &u, &v);
-                    const realv a = 0.25f * (after_lo->field[r] + after_hi->field[r] - before_lo->field[r] - before_hi->field[r]);
-                    lighting[r] = light_gradient(&sample, u, v, a - tile.shear_u * u - tile.v.shear[r] * v);
-                }
+                light_layer(voxels, &view, &sample, s, COLUMNS_AT(l0), shown, front);
+                light_layer(voxels, &view, &sample, s, COLUMNS_AT(l1), shown, behind);
+            }
+            Stretch stretches[TILE_ROWS];
+            for (int r = 0; r < tile.rows; r++) {
+                if (!(shown >> r & 1))
+                    continue;
+                if (ends_at[r] != l0)
+                    ends[r] = node_of(&sample, integrals, front->field[r], l0 & 1);
+                const Node node = node_of(&sample, integrals, behind->field[r], l1 & 1);
+                stretches[r] = stretch_between(&sample, integrals, &ends[r], &node, front->field[r], behind->field[r],
+                                               weights, dt[r]);
+                ends[r] = node;
+                ends_at[r] = l1;
             }
             for (int r = 0; r < tile.rows; r++) {
                 if (!(shown >> r & 1))
@@ -180,14 +175,11 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 realv inside = 1.0f;
                 if (sample.background_visible)
                     inside = inside_support(&view, &tile, r, 0.5f * (l0 + l1) / s - 1.0f - p.centre_layer);
-                if (ends_at[r] != l0)
-                    ends[r] = node_of(&sample, integrals, front->field[r], l0 & 1);
-                const Node node = node_of(&sample, integrals, behind->field[r], l1 & 1);
-                const Stretch stretch =
-                    stretch_between(&sample, integrals, &ends[r], &node, front->field[r], behind->field[r], weights);
-                composite_stretch(&sample, &stretch, dt[r], inside, &lighting[r], &gathered[r], &active);
-                ends[r] = node;
-                ends_at[r] = l1;
+                const float k = (float)l0 / s - 1.0f, step = (float)p.layer_step / s;
+                const Way way = {{COLUMNS_AT(l0), tile.v.centre[r] + (k - p.centre_layer) * tile.v.shear[r], k},
+                                 {step * tile.shear_u, step * tile.v.shear[r], step}};
+                composite_way(voxels, &view, &sample, integrals, &stretches[r], &way, dt[r], inside, &front->lighting[r],
+                              &behind->lighting[r], &gathered[r], &active);
                 if (!ANY(gathered[r].t > sample.opaque))
                     open &= ~(1 << r);
             }

@@ -1,8 +1,9 @@
-// One point-sampled layer under a tile of a lattice: its field at the samples, and what gradients need.
+// One point-sampled layer under a tile of a lattice: its field at the samples, and how these are lit.
 //
 // Both factors of f(u) f(v) are small: per voxel row the u factor is applied to all columns of a tile at once (a resampled
 // row), and per lattice row the v factor mixes two of these. Sub-layer l = 0 ... (n+1) S, S samples per layer, lies at
-// k = l/S - 1; between two layers it mixes them with f.
+// k = l/S - 1; between two layers it mixes them with f. Gradients are central differences of that field over one voxel each
+// way, along the layer axis too: the layers around are resampled where the rays cross this one, not where they cross those.
 
 #ifndef TILE_ROWS
 #define TILE_ROWS 8 // samples along v
@@ -21,11 +22,12 @@ typedef struct {
 
 // One sub-layer under a tile.
 typedef struct {
-    int held;                           // which one
-    realv field[TILE_ROWS];             // at the samples
-    int row[PADDED_ROWS] __attribute__((aligned(64))); // of `value`: the voxel row below the samples
-    float rise[PADDED_ROWS];            // weight of the next
-    realv value[ROWS], difference[ROWS]; // resampled voxel rows, and twice their central differences along u
+    int held;                    // which one
+    int lit;                     // rows whose lighting is known, a bit each
+    realv field[TILE_ROWS];      // at the samples
+    Lighting lighting[TILE_ROWS];
+    int below[PADDED_ROWS] __attribute__((aligned(64))); // the voxel row below the samples
+    float rise[PADDED_ROWS];     // weight of the next
 } Layer;
 
 // First and last voxel below the rays between two crossings.
@@ -35,86 +37,149 @@ inline void voxels_below(float2 one, float2 other, float depth, int *lo, int *hi
     *hi = whole_below(MAX(a, b));
 }
 
-// How voxel rows are resampled for a tile's columns.
+// The voxels under a tile's columns in one sub-layer.
 typedef struct {
-    intv offset;  // of the voxel below each column, in the segment
-    realv rise;   // weight of the next voxel
-    int vectors;  // of the segment
-    int shading;
+    int k;           // layer at or below it
+    float next;      // weight of the layer above
+    int first;       // voxel of a segment's first column: one before the one below the outermost sample
+    int vectors;     // of a segment
+    bool inside;     // no voxel of a segment is beside the volume
+    intv offset;     // of the voxel below each column, in the segment
+    realv rise;      // weight of the next voxel
 } Columns;
 
-ALWAYS_INLINE void resample_row(const float *segment, const Columns *c, realv *value, realv *difference) {
-    const realv v0 = PICK(segment, c->vectors, c->offset), v1 = PICK(segment, c->vectors, c->offset + 1);
-    *value = v0 + c->rise * (v1 - v0);
-    if (c->shading) {
-        const realv lo = v1 - PICK(segment, c->vectors, c->offset - 1), hi = PICK(segment, c->vectors, c->offset + 2) - v0;
-        *difference = lo + c->rise * (hi - lo);
+inline Columns columns_under(const VolumeView *view, int samples_per_layer, int l, realv u) {
+    Columns c;
+    c.k = (l + samples_per_layer) / samples_per_layer - 2;
+    const float above = (float)(l - (c.k + 1) * samples_per_layer) / samples_per_layer;
+    c.next = RISE(above);
+    const intv below = wholes_below(u);
+    c.rise = RISE(u - CONVERT_REALV(below));
+    const int *ends = (const int *)&below;
+    c.first = min(ends[0], ends[VW - 1]) - 1;
+    c.vectors = (max(ends[0], ends[VW - 1]) + 3 - c.first + VW - 1) / VW;
+    c.inside = c.first >= 0 && c.first + c.vectors * VW <= view->dims_u;
+    c.offset = below - c.first;
+    return c;
+}
+
+// Row j of layer k under a tile's columns, `vectors` of them. INSIDE: it is in the volume from end to end.
+ALWAYS_INLINE void load_segment(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int j, int k,
+                                int vectors, bool inside, float *segment) {
+    if (inside || (c->inside && j >= 0 && j < view->dims_v && k >= 0 && k < view->dims_a)) {
+        __global const VOXEL *start = voxels + k * view->stride_a + j * view->stride_v + c->first;
+        for (int i = 0; i < vectors; i++)
+            STOREV(segment + i * VW, LOAD_VOXELS(start + i * VW) - view->offset);
+    } else {
+        load_row(voxels, view, c->first, j, k, vectors, segment);
     }
 }
 
+// segment += weight * (other - segment).
+ALWAYS_INLINE void mix_segment(float *segment, const float *other, float weight, int vectors) {
+    for (int i = 0; i < vectors * VW; i += VW)
+        STOREV(segment + i, LOADV(segment + i) + weight * (LOADV(other + i) - LOADV(segment + i)));
+}
+
+// The voxel below each column, or one `step` away from it.
+#define UNDER(segment, step) PICK(segment, vectors, c->offset + (step))
+
+// Resampled voxel rows.
+ALWAYS_INLINE void sample_rows(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int first, int last,
+                               int vectors, bool inside, realv *value) {
+    for (int j = first; j <= last; j++) {
+        float segment[SEGMENT_VECTORS * VW];
+        load_segment(voxels, view, c, j, c->k, vectors, inside, segment);
+        if (c->next != 0.0f) {
+            float above[SEGMENT_VECTORS * VW];
+            load_segment(voxels, view, c, j, c->k + 1, vectors, inside, above);
+            mix_segment(segment, above, c->next, vectors);
+        }
+        const realv v0 = UNDER(segment, 0);
+        *value++ = v0 + c->rise * (UNDER(segment, 1) - v0);
+    }
+}
+
+// Resampled voxel rows, and twice their central differences along u and the layer axis.
+typedef struct {
+    realv value[ROWS], along_u[ROWS], along_a[ROWS];
+} Differences;
+
+ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int first,
+                                      int last, int vectors, bool inside, Differences *d) {
+    for (int j = first, n = 0; j <= last; j++, n++) {
+        float own[SEGMENT_VECTORS * VW], before[SEGMENT_VECTORS * VW], behind[SEGMENT_VECTORS * VW];
+        load_segment(voxels, view, c, j, c->k, vectors, inside, own);
+        load_segment(voxels, view, c, j, c->k - 1, vectors, inside, before);
+        load_segment(voxels, view, c, j, c->k + 1, vectors, inside, behind);
+        if (c->next != 0.0f) {
+            float farther[SEGMENT_VECTORS * VW];
+            load_segment(voxels, view, c, j, c->k + 2, vectors, inside, farther);
+            mix_segment(before, own, c->next, vectors);
+            mix_segment(own, behind, c->next, vectors);
+            mix_segment(behind, farther, c->next, vectors);
+        }
+        for (int i = 0; i < vectors * VW; i += VW)
+            STOREV(behind + i, LOADV(behind + i) - LOADV(before + i));
+        const realv v0 = UNDER(own, 0), v1 = UNDER(own, 1);
+        const realv lo = v1 - UNDER(own, -1), hi = UNDER(own, 2) - v0;
+        const realv a0 = UNDER(behind, 0), a1 = UNDER(behind, 1);
+        d->value[n] = v0 + c->rise * (v1 - v0);
+        d->along_u[n] = lo + c->rise * (hi - lo);
+        d->along_a[n] = a0 + c->rise * (a1 - a0);
+    }
+}
+
+// Runs WORK(vectors, inside) on rows [first, last] of layers [from, to], with constants where these are most frequent: that is,
+// without branches and loops.
+#define ON_ROWS(WORK, first, last, from, to)                                                                           \
+    if (columns.vectors == 1 && columns.inside && (first) >= 0 && (last) < view->dims_v && (from) >= 0 &&              \
+        (to) < view->dims_a)                                                                                           \
+        WORK(1, true);                                                                                                 \
+    else                                                                                                               \
+        WORK(columns.vectors, false)
+
 // Samples sub-layer l. `u`: the columns, `tile_v`: the rows of the tile.
-inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p,
-                         int samples_per_layer, int l, realv u, const TileRows *tile_v, int rows, int shading,
-                         Layer *layer) {
-    layer->held = l;
-    const int k = (l + samples_per_layer) / samples_per_layer - 2;
-    const int between = l - (k + 1) * samples_per_layer;
-    const float depth = k + (float)between / samples_per_layer - p->centre_layer;
-    int first_row, last_row;
-    voxels_below((float2)(tile_v->centre[0], tile_v->shear[0]),
-                 (float2)(tile_v->centre[rows - 1], tile_v->shear[rows - 1]), depth, &first_row, &last_row);
-    first_row -= 1, last_row += 2;
+inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, float centre_layer, int samples_per_layer,
+                         int l, realv u, const TileRows *tile_v, int rows, Layer *layer) {
+    layer->held = l, layer->lit = 0;
+    const float depth = (float)l / samples_per_layer - 1.0f - centre_layer;
     for (int r = 0; r < TILE_ROWS; r += VW) {
         const realv v = LOADV(tile_v->centre + r) + depth * LOADV(tile_v->shear + r);
         const intv below = wholes_below(v);
-        *(intv *)(layer->row + r) = below - first_row;
+        *(intv *)(layer->below + r) = below;
         STOREV(layer->rise + r, RISE(v - CONVERT_REALV(below)));
     }
-    const intv below = wholes_below(u);
-    const realv rise = RISE(u - CONVERT_REALV(below));
-    const int *ends = (const int *)&below;
-    const int first = min(ends[0], ends[VW - 1]) - 1, span = max(ends[0], ends[VW - 1]) + 3 - first;
-    const intv offset = below - first;
-    const int vectors = (span + VW - 1) / VW;
-    const Columns columns = {offset, rise, vectors, shading};
-    const float next = RISE((float)between / samples_per_layer);
-    const bool inside = !between && k >= 0 && k < view->dims_a && first >= 0 && first + vectors * VW <= view->dims_u;
-    __global const VOXEL *start = voxels + k * view->stride_a + first;
-    for (int j = first_row; j <= last_row; j++) {
-        float segment[SEGMENT_VECTORS * VW];
-        if (inside && j >= 0 && j < view->dims_v) {
-            for (int c = 0; c < vectors; c++)
-                STOREV(segment + c * VW, LOAD_VOXELS(start + j * view->stride_v + c * VW) - view->offset);
-        } else {
-            load_row(voxels, view, first, j, k, vectors, segment);
-        }
-        if (between) {
-            float after[SEGMENT_VECTORS * VW];
-            load_row(voxels, view, first, j, k + 1, vectors, after);
-            for (int c = 0; c < vectors * VW; c += VW)
-                STOREV(segment + c, LOADV(segment + c) + next * (LOADV(after + c) - LOADV(segment + c)));
-        }
-        resample_row(segment, &columns, layer->value + (j - first_row), layer->difference + (j - first_row));
-    }
+    const int first = min(layer->below[0], layer->below[rows - 1]), last = max(layer->below[0], layer->below[rows - 1]) + 1;
+    const Columns columns = columns_under(view, samples_per_layer, l, u);
+    realv value[ROWS];
+#define SAMPLE(vectors, inside) sample_rows(voxels, view, &columns, first, last, vectors, inside, value)
+    ON_ROWS(SAMPLE, first, last, columns.k, columns.k + 1);
     for (int r = 0; r < rows; r++) {
-        const realv *value = layer->value + layer->row[r];
-        layer->field[r] = value[0] + layer->rise[r] * (value[1] - value[0]);
+        const realv *v = value + (layer->below[r] - first);
+        layer->field[r] = v[0] + layer->rise[r] * (v[1] - v[0]);
     }
 }
 
-// Twice the central differences in a sub-layer.
-inline void layer_differences(const Layer *layer, int r, realv *u, realv *v) {
-    const realv *value = layer->value + layer->row[r], *difference = layer->difference + layer->row[r];
-    const float rise = layer->rise[r];
-    *u += difference[0] + rise * (difference[1] - difference[0]);
-    const realv lo = value[1] - value[-1], hi = value[2] - value[0];
-    *v += lo + rise * (hi - lo);
-}
-
-// Central differences of a stretch's ends along u and v.
-inline void stretch_differences(const Layer *one, const Layer *other, int r, realv *u, realv *v) {
-    *u = *v = 0.0f;
-    layer_differences(one, r, u, v);
-    layer_differences(other, r, u, v);
-    *u *= 0.25f, *v *= 0.25f;
+// Lights the samples of some of a tile's rows, a bit each, by central differences.
+inline void light_layer(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, int samples_per_layer,
+                        realv u, int tile_rows, Layer *layer) {
+    tile_rows &= ~layer->lit;
+    if (!tile_rows)
+        return;
+    layer->lit |= tile_rows;
+    const int one = layer->below[31 - clz(tile_rows)], other = layer->below[31 - clz(tile_rows & -tile_rows)];
+    const int first = min(one, other) - 1, last = max(one, other) + 2;
+    const Columns columns = columns_under(view, samples_per_layer, layer->held, u);
+    Differences d;
+#define DIFFERENTIATE(vectors, inside) differentiate_rows(voxels, view, &columns, first, last, vectors, inside, &d)
+    ON_ROWS(DIFFERENTIATE, first, last, columns.k - 1, columns.k + 2);
+    for (int rows = tile_rows; rows; rows &= rows - 1) {
+        const int r = 31 - clz(rows & -rows), j = layer->below[r] - first;
+        const float rise = layer->rise[r];
+        const realv u = d.along_u[j] + rise * (d.along_u[j + 1] - d.along_u[j]);
+        const realv lo = d.value[j + 1] - d.value[j - 1], hi = d.value[j + 2] - d.value[j];
+        const realv a = d.along_a[j] + rise * (d.along_a[j + 1] - d.along_a[j]);
+        layer->lighting[r] = light_gradient(p, 0.5f * u, 0.5f * (lo + rise * (hi - lo)), 0.5f * a);
+    }
 }

@@ -5,7 +5,7 @@
 // src/layers). integrals[i] = (R, G, B, T): extinction times colour, and extinction, integrated from the first value to node i,
 // in whole numbers of one unit: a difference of two nodes is exact, so its quotient by the distance is the mean over
 // the stretch. Behind all nodes, table_last + 1 of them, stand the same four at each node, as floats. Light lost inside a
-// stretch does not dim its colour. Nodes of samples alternate between even and odd ones along the ray: no stretch is
+// stretch dims its lighting; its colour where DIMMED says so (dimmed_stretch.cl). Nodes of samples alternate between even and odd ones along the ray: no stretch is
 // empty, so nothing is divided by 0, and each sample is looked up once for both stretches it ends.
 
 // A sample's place in the table.
@@ -35,51 +35,90 @@ ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals
     return node;
 }
 
-// What lies between two samples: differences of the table's columns, in nodes, and their distance in nodes.
+// The running integral of extinction at a node.
+inline intv extinction_at(__global const int4 *integrals, intv index) {
+#ifdef GATHER_WORDS
+    return GATHER_WORDS(integrals, index * 16 + 12);
+#else
+    const intv at = index * 4 + 3;
+    return GATHER_AS(intv, (__global const int *)integrals, at);
+#endif
+}
+
+// Differences of the table's columns between two samples, in nodes, and their distance in nodes.
 typedef struct {
     realv r, g, b, extinction, distance;
-} Stretch;
+} Difference;
 
 // Beyond the table its first and last entry go on. One sample beyond it and one in it or beyond the other end: the
 // entry's share is added. Both beyond one end: the nodes are right as they are.
-inline void extend_stretch(const SampleParams *p, __global const int4 *integrals, realv from, realv to, Stretch *stretch) {
+inline void extend_difference(const SampleParams *p, __global const int4 *integrals, realv from, realv to, Difference *d) {
     const realv last = p->table_last;
     const realv x0 = (from - p->table_first) * p->table_per_value, x1 = (to - p->table_first) * p->table_per_value;
     const realv below = MIN(x1, (realv)(0.0f)) - MIN(x0, (realv)(0.0f));
     const realv above = MAX(x1 - last, (realv)(0.0f)) - MAX(x0 - last, (realv)(0.0f));
-    const realv distance = stretch->distance + below + above;
+    const realv distance = d->distance + below + above;
     const realv inner = MAX(x0, x1) <= 0.0f || MIN(x0, x1) >= last || fabs(distance) < 0.5f ? (realv)(0.0f) : (realv)(1.0f);
     const float4 first_entry = as_float4(integrals[p->table_last + 1]);
     const float4 last_entry = as_float4(integrals[2 * p->table_last + 1]);
-    stretch->r += inner * (below * first_entry.x + above * last_entry.x);
-    stretch->g += inner * (below * first_entry.y + above * last_entry.y);
-    stretch->b += inner * (below * first_entry.z + above * last_entry.z);
-    stretch->extinction += inner * (below * first_entry.w + above * last_entry.w);
-    stretch->distance += inner * (below + above);
+    d->r += inner * (below * first_entry.x + above * last_entry.x);
+    d->g += inner * (below * first_entry.y + above * last_entry.y);
+    d->b += inner * (below * first_entry.z + above * last_entry.z);
+    d->extinction += inner * (below * first_entry.w + above * last_entry.w);
+    d->distance += inner * (below + above);
 }
 
-// `from` and `to`: the values at the two nodes; `ends`: weights of front and back. TABLE_CUT: values can lie beyond the table.
-// (As a variable it costs all tables 5 %.)
-ALWAYS_INLINE Stretch stretch_between(const SampleParams *p, __global const int4 *integrals, const Node *front,
-                                      const Node *back, realv from, realv to, float2 ends) {
-    Stretch stretch;
-    stretch.r = CONVERT_REALV(back->r - front->r);
-    stretch.g = CONVERT_REALV(back->g - front->g);
-    stretch.b = CONVERT_REALV(back->b - front->b);
-    stretch.extinction = CONVERT_REALV(back->extinction - front->extinction);
-    stretch.distance = CONVERT_REALV(back->index - front->index);
+// TABLE_CUT: values can lie beyond the table. (As a variable it costs all tables 5 %.)
+ALWAYS_INLINE Difference difference_between(const SampleParams *p, __global const int4 *integrals, const Node *front,
+                                            const Node *back, realv from, realv to) {
+    Difference d;
+    d.r = CONVERT_REALV(back->r - front->r);
+    d.g = CONVERT_REALV(back->g - front->g);
+    d.b = CONVERT_REALV(back->b - front->b);
+    d.extinction = CONVERT_REALV(back->extinction - front->extinction);
+    d.distance = CONVERT_REALV(back->index - front->index);
 #ifdef TABLE_CUT
-    extend_stretch(p, integrals, from, to, &stretch);
+    extend_difference(p, integrals, from, to, &d);
 #endif
+    return d;
+}
+
+// What lies between two samples: mean colour, optical depth, and where on the way the extinction lies in the mean, 0 ... 1.
+typedef struct {
+    realv r, g, b, depth, centroid;
+} Stretch;
+
+// `from` and `to`: the values at the two nodes; `ends`: weights of front and back; `dt`: the length times the table's unit.
+ALWAYS_INLINE Stretch stretch_between(const SampleParams *p, __global const int4 *integrals, const Node *front,
+                                      const Node *back, realv from, realv to, float2 ends, realv dt) {
+    Difference d = difference_between(p, integrals, front, back, from, to);
 #ifdef CURVED
     const float even = 1.0f - ends.x - ends.y;
-    const realv of_front = ends.x * stretch.distance, of_back = ends.y * stretch.distance;
-    stretch.r = even * stretch.r + (of_front * front->at_r + of_back * back->at_r);
-    stretch.g = even * stretch.g + (of_front * front->at_g + of_back * back->at_g);
-    stretch.b = even * stretch.b + (of_front * front->at_b + of_back * back->at_b);
-    stretch.extinction = even * stretch.extinction + (of_front * front->at_extinction + of_back * back->at_extinction);
+    const realv of_front = ends.x * d.distance, of_back = ends.y * d.distance;
+    // Of an even change: as of the parabola with the same ends and the same mean.
+    const realv moment = even * (0.5f * d.extinction + 0.0833333f * d.distance * (back->at_extinction - front->at_extinction)) +
+                         of_back * back->at_extinction;
+    d.r = even * d.r + (of_front * front->at_r + of_back * back->at_r);
+    d.g = even * d.g + (of_front * front->at_g + of_back * back->at_g);
+    d.b = even * d.b + (of_front * front->at_b + of_back * back->at_b);
+    d.extinction = even * d.extinction + (of_front * front->at_extinction + of_back * back->at_extinction);
 #endif
-    return stretch;
+    // One division for two. Where there is no extinction there is no colour either: any divisor does.
+    const realv divisor = d.extinction == 0.0f ? (realv)(1.0f) : d.extinction;
+    const realv inverse = reciprocal(d.distance * divisor), per_extinction = d.distance * inverse;
+    Stretch s;
+    s.r = d.r * per_extinction, s.g = d.g * per_extinction, s.b = d.b * per_extinction;
+    s.depth = d.extinction * (divisor * inverse * dt);
+#ifdef CURVED
+    s.centroid = CLAMP(moment * per_extinction, (realv)(0.0f), (realv)(1.0f));
+#else
+    // From the share of the front half of the values, if extinction changes evenly. Their middle is a node, not quite half-way.
+    const intv middle = node_index(p, 0.5f * (from + to), 0);
+    const realv of_front = CONVERT_REALV(extinction_at(integrals, middle) - front->extinction) * per_extinction;
+    const realv off = 0.5f - CONVERT_REALV(middle - front->index) * (divisor * inverse);
+    s.centroid = CLAMP(0.8333333f - 0.6666667f * (of_front + off), (realv)(0.1666667f), (realv)(0.8333333f));
+#endif
+    return s;
 }
 
 // Weights of front and back of the stretch from sub-layer l0 to l1.
@@ -88,15 +127,30 @@ inline float2 ends_of(const SampleParams *p, int l0, int l1) {
     return l0 < l1 ? (float2)(ends[0], ends[1]) : (float2)(ends[1], ends[0]);
 }
 
-// Composites one stretch. `dt` is its length times the table's unit. `inside` is 0 where the ray is beside the field's
-// support, else 1.
-ALWAYS_INLINE void composite_stretch(const SampleParams *p, const Stretch *s, realv dt, realv inside,
-                                     const Lighting *lighting, Light *light, intv *active) {
-    // One division for two. Where there is no extinction there is no colour either: any divisor does.
-    const realv divisor = s->extinction == 0.0f ? (realv)(1.0f) : s->extinction;
-    const realv inverse = 1.0f / (s->distance * divisor);
-    const realv depth = s->extinction * (divisor * inverse * dt), share = s->distance * inverse;
-    const realv opacity = opacity_of_depth(p, depth) * inside;
+// Lighting between that of two ends. Where these are a layer apart gradients stay near theirs, as the field does.
+inline Lighting mix_lighting(const SampleParams *p, const Lighting *front, const Lighting *back, realv t) {
+    const realv mixed = t + p->curve * (RISE(t) - t);
+    const Lighting lighting = {front->factor + mixed * (back->factor - front->factor),
+                               front->highlight + mixed * (back->highlight - front->highlight)};
+    return lighting;
+}
+
+// How far the light of an even stretch comes from before its middle, as a share of its length: 1/2 - 1/d + (1 - a)/a for optical
+// depth d and opacity a, within 0.03.
+inline realv towards_front(realv opacity) {
+    const realv square = opacity * opacity;
+    return opacity * (0.0833333f + 0.0556f * opacity + 0.13f * (square * square * square));
+}
+
+// Composites one stretch as a whole. `opacity` is 0 where the ray is beside the field's support.
+ALWAYS_INLINE void composite_stretch(const SampleParams *p, const Stretch *s, realv opacity, const Lighting *front,
+                                     const Lighting *back, Light *light, intv *active) {
     *active += COUNT_IF(opacity > 0.0f);
-    composite(p, s->r * share, s->g * share, s->b * share, opacity, lighting, light);
+    Lighting lighting;
+    if (p->shading) {
+        // The nearer to one end extinction lies, the less of it is dimmed by the rest.
+        const realv spread = 4.0f * s->centroid * (1.0f - s->centroid);
+        lighting = mix_lighting(p, front, back, s->centroid - spread * towards_front(opacity));
+    }
+    composite(p, s->r, s->g, s->b, opacity, &lighting, light);
 }

@@ -16,7 +16,8 @@ typedef struct {
     float ambient, diffuse, specular, power;
     float step_u, step_v, step_a;       // world size of a voxel step / (unit distance x samples per layer)
     float table_unit;                   // extinction of one unit in the table of integrals
-    float ends[3][2];                   // weights of the lower and the upper end of the stretches from a layer to the next
+    float ends[8][2];                   // weights of the lower and the upper end of the stretches from a layer to the next
+    float curve;                        // share of f that lighting follows between the ends of a stretch, else even
 } SampleParams;
 CHECK_SIZE(SampleParams, SAMPLE_PARAMS_BYTES);
 

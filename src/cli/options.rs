@@ -130,7 +130,7 @@ pub(super) struct QualityOptions {
     /// What makes up for kernels that reach into neighbouring layers; implies --classification post
     #[arg(long)]
     correction: Option<CorrectionName>,
-    /// Samples per layer: 1 to 3; with --classification post 1 to 16
+    /// Samples per layer: 1 to 8; with --classification post 1 to 16
     #[arg(long, value_parser = parse::sub_layers, value_name = "N", allow_hyphen_values = true)]
     sublayers: Option<u32>,
     /// How opacity becomes attenuation over a distance

@@ -29,5 +29,5 @@ pub use lattice::{Density, Lattice, LayerOffset, MAX_SAMPLES_PER_VOXEL};
 pub use perspective::{GaussNode, MAX_LATTICE_SHEAR, PerspectiveLattice, quadrature_nodes};
 pub use rays::{Ray, Rays, Viewport};
 pub use splats::{SplatProjection, SplatSlabs};
-pub use stretch::stretch_ends;
+pub use stretch::{CURVE_SHARE, stretch_ends};
 pub use sub_slabs::{Correction, LayerSlabs, SubSlab};

@@ -77,7 +77,7 @@ impl Renderer {
         let sample_axes = self.sample_axes(rays, settings);
         let Self { device, kernels, kept, .. } = self;
         let axes = axes_of(axis);
-        let point_rays = PointRays { reach: PointReach::Leaning, thinnest: Some(sample_axes.step.min_element()) };
+        let point_rays = PointRays { reach: PointReach::Leaning, thinnest: Some(sample_axes.step.min_element()), samples: settings.samples_per_layer() };
         kept.prepare_points(device, kernels, &axes, &self.transfer, settings.extinction, point_rays)?;
         self.make_frame(viewport)?;
 
@@ -87,7 +87,7 @@ impl Renderer {
         let params = self.direct_params(axis, rays, &sample_axes, blocks, settings);
         let Self { device, kernels, kept, scratch, .. } = self;
         let made = "made above";
-        let stretches = stretches(kept.integrals().cut, settings);
+        let stretches = stretches(kept.integrals(), settings);
         kernels.point_direct(device, stretches)?.launch(
             device,
             &PointDirectArguments {

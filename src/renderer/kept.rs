@@ -161,9 +161,9 @@ impl Kept {
         let (field_range, offset) = (self.field_range, self.offset);
         let table = self.table.as_mut().expect("made above");
         if let Some(thinnest) = rays.thinnest
-            && table.integrals.as_ref().is_none_or(|i| i.thinnest != thinnest)
+            && table.integrals.as_ref().is_none_or(|i| (i.thinnest, i.samples) != (thinnest, rays.samples))
         {
-            table.integrals = Some(Integrals::upload(device, &table.on_host.integrals(thinnest), field_range, offset, thinnest)?);
+            table.integrals = Some(Integrals::upload(device, &table.on_host, field_range, offset, thinnest, rays.samples)?);
             table.slabs = None;
         }
         Ok(())

@@ -29,8 +29,8 @@ pub(super) struct Kernels {
     lattice: OnceCell<LatticeKernel>,
     perspective: OnceCell<PerspectiveKernel>,
     /// By kind of stretches.
-    point_lattice: [OnceCell<PointLatticeKernel>; 4],
-    point_direct: [OnceCell<PointDirectKernel>; 4],
+    point_lattice: [OnceCell<PointLatticeKernel>; 8],
+    point_direct: [OnceCell<PointDirectKernel>; 8],
     direct: OnceCell<DirectKernel>,
     direct_set: OnceCell<DirectKernel>,
     warp: OnceCell<WarpKernel<Float4>>,
@@ -62,7 +62,7 @@ fn built<T>(cell: &OnceCell<T>, build: impl FnOnce() -> Result<T, Error>) -> Res
 }
 
 fn kind_of(stretches: Stretches) -> usize {
-    2 * usize::from(stretches.cut) + usize::from(stretches.curved)
+    4 * usize::from(stretches.dimmed) + 2 * usize::from(stretches.cut) + usize::from(stretches.curved)
 }
 
 /// A getter that builds its kernel from the device alone, or from the device and the voxel type.

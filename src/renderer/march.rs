@@ -29,7 +29,7 @@ impl Renderer {
         self.check_steps(step)?;
         let gaussian = interpolation == Interpolation::Gaussian;
         let reach = if gaussian { PointReach::Gaussian } else { PointReach::Near };
-        self.prepare_march(PointRays { reach, thinnest: None }, settings)?;
+        self.prepare_march(PointRays { reach, thinnest: None, samples: 1 }, settings)?;
         let axes = self.sample_axes(rays, settings);
         let length = step * axes.step.min_element();
         let params = MarchParams { length: length as f32, ..self.march_params(reach, settings) };
@@ -43,7 +43,7 @@ impl Renderer {
         self.check_steps(step)?;
         let axes = self.sample_axes(rays, settings);
         let length = step * axes.step.min_element();
-        self.prepare_march(PointRays { reach: PointReach::Near, thinnest: Some(length) }, settings)?;
+        self.prepare_march(PointRays { reach: PointReach::Near, thinnest: Some(length), samples: 1 }, settings)?;
         let Self { device, kernels, kept, .. } = self;
         kept.prepare_slab_table(device, kernels, length as f32)?;
         // Across the central ray's slabs; other rays of a perspective cross them at an angle.

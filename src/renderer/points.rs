@@ -50,7 +50,7 @@ impl Renderer {
         let axis = lattice.frame.layer_axis();
         let axes = self.sample_axes(rays, settings);
         let Self { device, kernels, kept, scratch, .. } = self;
-        let point_rays = PointRays { reach: lattice.reach, thinnest: Some(axes.step.min_element()) };
+        let point_rays = PointRays { reach: lattice.reach, thinnest: Some(axes.step.min_element()), samples: settings.samples_per_layer() };
         kept.prepare_points(device, kernels, &[axis], &self.transfer, settings.extinction, point_rays)?;
         let samples = lattice.size[0] as usize * lattice.size[1] as usize;
         at_least(&mut scratch.lattice, device, samples, "the lattice")?;
@@ -80,7 +80,7 @@ impl Renderer {
         let Self { device, kernels, kept, scratch, .. } = self;
         let written = "written above";
         let (voxels, view) = kept.layout(axis);
-        let stretches = stretches(kept.integrals().cut, settings);
+        let stretches = stretches(kept.integrals(), settings);
         kernels.point_lattice(device, stretches)?.launch(
             device,
             &PointLatticeArguments {

@@ -3,9 +3,10 @@
 use super::Renderer;
 use super::algorithm::Algorithm;
 use super::settings::{Classification, Settings};
+use super::tables::Integrals;
 use crate::device::launch::Stretches;
 use crate::device::launch::params::{Float4, SampleParams};
-use crate::layers::{AxisFrame, Correction, LayerSlabs, Rays, SubSlab, stretch_ends};
+use crate::layers::{AxisFrame, Correction, LayerSlabs, Rays, SubSlab, stretch_ends, CURVE_SHARE};
 use crate::transfer::Extinction;
 use glam::DVec3;
 
@@ -81,23 +82,24 @@ impl Renderer {
             power: shading.power as f32,
             step: local(axes.step),
             table_unit,
-            ends: self.stretch_ends(settings),
+            ends: stretch_weights(settings),
+            // Between layers gradients stay near theirs; nearer samples are as good as straight.
+            curve: if settings.samples_per_layer() == 1 { CURVE_SHARE as f32 } else { 0.0 },
         }
     }
 }
 
-impl Renderer {
-    fn stretch_ends(&self, settings: &Settings) -> [[f32; 2]; 3] {
-        let samples = settings.samples_per_layer();
-        let ends = |n: u32| if n < samples { stretch_ends(samples, n).map(|w| w as f32) } else { [0.0; 2] };
-        [0, 1, 2].map(ends)
-    }
+/// Weights of the ends of all stretches between two layers.
+fn stretch_weights(settings: &Settings) -> [[f32; 2]; Classification::MAX_POINTS as usize] {
+    let samples = settings.samples_per_layer();
+    std::array::from_fn(|n| n as u32).map(|n| if n < samples { stretch_ends(samples, n).map(|w| w as f32) } else { [0.0; 2] })
 }
 
-/// How pre-integrated stretches are built, for a table that values can lie beyond, or not.
-pub(super) fn stretches(cut: bool, settings: &Settings) -> Stretches {
+/// How pre-integrated stretches are built from a table.
+pub(super) fn stretches(integrals: &Integrals, settings: &Settings) -> Stretches {
     let curved = stretch_ends(settings.samples_per_layer(), 0) != [0.0; 2];
-    Stretches { cut, curved }
+    let dimmed = integrals.dimmed && settings.extinction == Extinction::Exponential;
+    Stretches { cut: integrals.cut, curved, dimmed }
 }
 
 /// Sub-slabs as the kernels read them: inner, front and back ones after each other.

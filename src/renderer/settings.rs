@@ -42,7 +42,7 @@ pub enum Classification {
 
 impl Classification {
     /// Most samples per layer of pre-integration.
-    pub const MAX_POINTS: u32 = 3;
+    pub const MAX_POINTS: u32 = 8;
 
     /// Samples per layer.
     pub fn samples_per_layer(self) -> u32 {
@@ -209,7 +209,7 @@ impl Settings {
         let samples = self.classification.samples_per_layer();
         let (most, expected) = match self.classification {
             Classification::Post(_) => (Correction::MAX_SUB_LAYERS, "1 to 16"),
-            Classification::Preintegrated { .. } => (Classification::MAX_POINTS, "1 to 3 where classification is pre-integrated"),
+            Classification::Preintegrated { .. } => (Classification::MAX_POINTS, "1 to 8 where classification is pre-integrated"),
         };
         if !(1..=most).contains(&samples) {
             return refuse("number of sub-layers", &samples, expected);

@@ -2,6 +2,7 @@
 
 mod automatic;
 mod builtin;
+mod dimming;
 mod integrals;
 mod paraview;
 mod table;

@@ -87,7 +87,17 @@ pub(crate) struct PointDirectArguments<'a> {
 
 impl PointDirectKernel {
     pub fn new(device: &Device, voxel_type: VoxelType, stretches: Stretches) -> Result<Self, Error> {
-        let source = source!("point_direct", "volume", "elementary", "table_entries", "shading", "preintegration", "pixel_ray");
+        let source = source!(
+            "point_direct",
+            "volume",
+            "elementary",
+            "table_entries",
+            "shading",
+            "field",
+            "preintegration",
+            "dimmed_stretch",
+            "pixel_ray"
+        );
         Ok(Self(device.kernel(&source, &format!("{} {}", voxel_defines(voxel_type, 1), stretches.defines()))?))
     }
 

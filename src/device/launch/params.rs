@@ -30,7 +30,7 @@ shared_struct! {
 
 shared_struct! {
     /// See `SampleParams` in kernels/shading.cl.
-    SampleParams, SAMPLE_PARAMS_BYTES, 140 {
+    SampleParams, SAMPLE_PARAMS_BYTES, 184 {
         table_first: f32,
         table_per_value: f32,
         table_last: i32,
@@ -49,7 +49,8 @@ shared_struct! {
         power: f32,
         step: [f32; 3],
         table_unit: f32,
-        ends: [[f32; 2]; 3],
+        ends: [[f32; 2]; 8],
+        curve: f32,
     }
 }
 

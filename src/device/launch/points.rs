@@ -14,11 +14,14 @@ pub(crate) struct Stretches {
     pub cut: bool,
     /// Their ends have weights of their own.
     pub curved: bool,
+    /// Light lost inside deep ones changes their colour.
+    pub dimmed: bool,
 }
 
 impl Stretches {
     pub(super) fn defines(self) -> String {
-        format!("{} {}", cut_define(self.cut), if self.curved { "-DCURVED" } else { "" })
+        let [curved, dimmed] = [(self.curved, "-DCURVED"), (self.dimmed, "-DDIMMED")].map(|(on, define)| if on { define } else { "" });
+        format!("-DTRICUBIC {} {curved} {dimmed}", cut_define(self.cut))
     }
 }
 
@@ -56,7 +59,9 @@ impl PointLatticeKernel {
             "elementary",
             "table_entries",
             "shading",
+            "field",
             "preintegration",
+            "dimmed_stretch",
             "point_layer"
         );
         let tuning = device.tuning();

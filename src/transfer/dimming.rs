@@ -1,0 +1,62 @@
+//! How much of a stretch's colour depends on the light that is lost inside it.
+
+use super::table::TransferTable;
+
+/// Values between which stretches are looked at.
+const VALUES: usize = 13;
+/// Parts of such a stretch.
+const PARTS: usize = 64;
+
+impl TransferTable {
+    /// The largest difference, 0 … 1 in any channel, between the premultiplied colour of a stretch of `length` unit distances over
+    /// which the value changes evenly, and the mean of its colours weighted by extinction alone: near 0 for a
+    /// transfer function that is of one hue or nowhere deep.
+    pub fn dimming(&self, length: f64) -> f64 {
+        let last = self.entries.len() - 1;
+        let at = |n: usize| (n * last) as f64 / (VALUES - 1) as f64;
+        let pairs = (0..VALUES).flat_map(|a| (0..VALUES).map(move |b| (a, b))).filter(|(a, b)| a != b);
+        pairs.map(|(a, b)| self.dimming_between(at(a), at(b), length)).fold(0.0, f64::max)
+    }
+
+    fn dimming_between(&self, from: f64, to: f64, length: f64) -> f64 {
+        let (mut seen, mut sum, mut depth, mut transmittance) = ([0.0; 3], [0.0; 3], 0.0, 1.0);
+        for n in 0..PARTS {
+            let entry = (from + (to - from) * (n as f64 + 0.5) / PARTS as f64).round() as usize;
+            let [r, g, b, extinction] = self.entries[entry].map(f64::from);
+            let part = (extinction * length / PARTS as f64).min(f64::from(f32::MAX));
+            let opacity = -(-part).exp_m1();
+            for (c, color) in [r, g, b].into_iter().enumerate() {
+                seen[c] += transmittance * opacity * color;
+                sum[c] += part * color;
+            }
+            transmittance *= 1.0 - opacity;
+            depth += part;
+        }
+        if depth == 0.0 {
+            return 0.0;
+        }
+        let opacity = 1.0 - transmittance;
+        seen.iter().zip(sum).map(|(seen, sum)| (seen - opacity * sum / depth).abs()).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Extinction, TransferFunction};
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    fn dimming(colors: Vec<(f64, [f64; 3])>, opacity: f64) -> f64 {
+        let transfer = TransferFunction::new("t", colors, vec![(0.0, opacity), (100.0, opacity)]).unwrap();
+        TransferTable::new(&transfer, (0.0, 100.0), Extinction::Exponential).dimming(1.0)
+    }
+
+    #[test]
+    fn one_hue_has_none_and_two_have_the_closed_form() {
+        assert_abs_diff_eq!(dimming(vec![(0.0, [0.3, 0.6, 0.9])], 0.99), 0.0, epsilon = 1e-6);
+        // Red falls from 1 to 0: seen is ∫ e^(-dt) d (1 − t) dt = 1 − a/d, half of a is the mean's; a = 0.9, d = ln 10.
+        let two = dimming(vec![(0.0, [1.0, 0.0, 0.0]), (100.0, [0.0, 1.0, 0.0])], 0.9);
+        assert_abs_diff_eq!(two, 1.0 - 0.9 / 10f64.ln() - 0.45, epsilon = 5e-3);
+        assert!(dimming(vec![(0.0, [1.0, 0.0, 0.0]), (100.0, [0.0, 1.0, 0.0])], 0.1) < 2e-3);
+    }
+}
