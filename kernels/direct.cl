@@ -85,17 +85,18 @@ struct GradientSource {
     __global const uchar *images;
     __global const float2 *shears;
     int k;
-    float layer_step, u, v, s_u, s_v, before, after;
+    float u, v, s_u, s_v;
 };
 
-inline float shifted_sum(const struct GradientSource *s, float du, float dv) {
-    return splat_sum(s->voxels, s->view, s->images, s->shears, s->k, s->u + du, s->v + dv, s->s_u, s->s_v);
+// The voxels dk layers on, splatted where those of layer k are.
+inline float shifted_sum(const struct GradientSource *s, float du, float dv, int dk) {
+    return splat_sum(s->voxels, s->view, s->images, s->shears, s->k + dk, s->u + du, s->v + dv, s->s_u, s->s_v);
 }
 
 inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
-    *u = 0.5f * (shifted_sum(s, 1.0f, 0.0f) - shifted_sum(s, -1.0f, 0.0f));
-    *v = 0.5f * (shifted_sum(s, 0.0f, 1.0f) - shifted_sum(s, 0.0f, -1.0f));
-    *a = 0.5f * s->layer_step * (s->after - s->before) - s->s_u * *u - s->s_v * *v;
+    *u = 0.5f * (shifted_sum(s, 1.0f, 0.0f, 0) - shifted_sum(s, -1.0f, 0.0f, 0));
+    *v = 0.5f * (shifted_sum(s, 0.0f, 1.0f, 0) - shifted_sum(s, 0.0f, -1.0f, 0));
+    *a = 0.5f * (shifted_sum(s, 0.0f, 0.0f, 1) - shifted_sum(s, 0.0f, 0.0f, -1));
 }
 
 __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible_x, __global const uchar *visible_y,
@@ -148,8 +149,7 @@ __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible
         layer_slabs(&sample, n, layers, &first, &count);
         const float before = sums[slot(k - layer_step)], own = sums[slot(k)], after = sums[slot(k + layer_step)];
         const bool beside = u < -1.0f || u > view.dims_u || v < -1.0f || v > view.dims_v;
-        const struct GradientSource source = {voxels, &view, images, shears, k,   layer_step,
-                                              u,      v,     s_u,    s_v,    before, after};
+        const struct GradientSource source = {voxels, &view, images, shears, k, u, v, s_u, s_v};
         composite_layer(&sample, slabs, first, count, table, before, own, after, ray.dt,
                         from_eye, sample.background_visible && beside ? 0.0f : 1.0f, &source, &light, &active);
         if (light.t <= sample.opaque)

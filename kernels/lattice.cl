@@ -67,12 +67,24 @@ SPLAT_SUMS(4, 2)
 SPLAT_SUMS(4, 3)
 SPLAT_SUMS(4, 4)
 
-// The splat sums of layer k for a tile whose first sample is (column, row), with `border` samples around it.
+// Row v of layer k under a tile; or, `across`, the difference of the layers around it.
+inline void load_patch_row(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, bool across, float *row) {
+    load_row(voxels, view, u, v, across ? k + 1 : k, PATCH_VECTORS, row);
+    if (!across)
+        return;
+    float before[PATCH_STRIDE];
+    load_row(voxels, view, u, v, k - 1, PATCH_VECTORS, before);
+    for (int i = 0; i < PATCH_STRIDE; i += VW)
+        STOREV(row + i, LOADV(row + i) - LOADV(before + i));
+}
+
+// The splat sums of layer k for a tile whose first sample is (column, row), with `border` samples around it; or, `across`, twice
+// the splatted central differences along the layer axis.
 inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, const LatticeParams *p, LayerOffset u,
-                        LayerOffset v, __global const float *weights, int column, int row, int k, int border,
+                        LayerOffset v, __global const float *weights, int column, int row, int k, int border, bool across,
                         float *sums) {
     const int rows = TILE_ROWS + 2 * border, vectors = border ? SUM_VECTORS : TILE_VECTORS;
-    if (k < 0 || k >= view->dims_a) {
+    if (!across && (k < 0 || k >= view->dims_a)) {
         for (int i = 0; i < SUM_ROWS * SUM_VECTORS; i++)
             STOREV(sums + i * VW, (realv)(view->background));
         return;
@@ -82,7 +94,7 @@ inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, co
     const int v0 = v.base + row - border + first_tap(v.fraction, p->shear_v);
     float patch[PATCH_ROWS * PATCH_STRIDE + 4]; // 4: the last unaligned load of the last row
     for (int r = 0; r < rows + taps_v - 1; r++)
-        load_row(voxels, view, u0, v0 + r, k, PATCH_VECTORS, patch + r * PATCH_STRIDE);
+        load_patch_row(voxels, view, u0, v0 + r, k, across, patch + r * PATCH_STRIDE);
     for (int i = 0; i < 4; i++)
         patch[PATCH_ROWS * PATCH_STRIDE + i] = view->background;
     switch (4 * taps_u + taps_v) {
@@ -102,18 +114,16 @@ inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, co
     }
 }
 
-// Splat sums around the samples at hand; neighbours in a row are one voxel apart.
+// Splat sums around the samples at hand, neighbours in a row one voxel apart; and twice the differences along the layer axis.
 struct GradientSource {
-    const float *before, *own, *after;
-    float layer_step, shear_u, shear_v;
+    const float *own, *across;
 };
 
-// In the layer exactly the splatted central differences. Along the axis the difference at the ray's own crossings,
-// less what the ray's own shift contributes: exact for s = 0.
+// Exactly the splatted central differences.
 inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
     *u = 0.5f * (LOADV(s->own + 1) - LOADV(s->own - 1));
     *v = 0.5f * (LOADV(s->own + SUM_STRIDE) - LOADV(s->own - SUM_STRIDE));
-    *a = 0.5f * s->layer_step * (LOADV(s->after) - LOADV(s->before)) - s->shear_u * *u - s->shear_v * *v;
+    *a = 0.5f * LOADV(s->across);
 }
 
 __kernel void lattice(__global const VOXEL *voxels, VolumeView view, __global const LayerOffset *offsets_u,
@@ -131,7 +141,7 @@ __kernel void lattice(__global const VOXEL *voxels, VolumeView view, __global co
     const int column = id % p.tiles_u * TILE_COLUMNS, row = id / p.tiles_u * TILE_ROWS;
     const int rows = min(TILE_ROWS, p.columns_v - row), columns = min(TILE_COLUMNS, p.columns_u - column);
 
-    float sums[3][SUM_ROWS * SUM_STRIDE];
+    float sums[3][SUM_ROWS * SUM_STRIDE], across[SUM_ROWS * SUM_STRIDE];
     int held[3] = {INT_MIN, INT_MIN, INT_MIN};
     realv gathered[TILE_ROWS * TILE_VECTORS][4];
     intv active[TILE_VECTORS];
@@ -156,8 +166,11 @@ __kernel void lattice(__global const VOXEL *voxels, VolumeView view, __global co
             const int index = clamp(j, -1, view.dims_a) + 1;
             splat_layer(voxels, &view, &p, offsets_u[index * p.m_u + phase_u], offsets_v[index * p.m_v + phase_v],
                         weights + (((size_t)index * p.m_v + phase_v) * p.m_u + phase_u) * 16, column, row, j, border,
-                        sums[slot(j)]);
+                        false, sums[slot(j)]);
         }
+        if (sample.shading)
+            splat_layer(voxels, &view, &p, u, v, weights + (((size_t)(k + 1) * p.m_v + phase_v) * p.m_u + phase_u) * 16,
+                        column, row, k, 0, true, across);
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
         for (int r = 0; r < rows; r++)
@@ -173,11 +186,10 @@ __kernel void lattice(__global const VOXEL *voxels, VolumeView view, __global co
                     inside = CONVERT_REALV(COUNT_IF(x >= -1.0f && x <= (realv)(view.dims_u))) *
                              (beside ? 0.0f : 1.0f);
                 }
-                const struct GradientSource source = {sums[slot(k - p.layer_step)] + at, sums[slot(k)] + at,
-                                                      sums[slot(k + p.layer_step)] + at, p.layer_step, p.shear_u,
-                                                      p.shear_v};
-                composite_layer(&sample, slabs, first, count, table, LOADV(source.before), LOADV(source.own),
-                                LOADV(source.after), (realv)(0.0f), INFINITY, inside, &source, &light, &active[c]);
+                const float *before = sums[slot(k - p.layer_step)] + at, *after = sums[slot(k + p.layer_step)] + at;
+                const struct GradientSource source = {sums[slot(k)] + at, across + r * SUM_STRIDE + c * VW};
+                composite_layer(&sample, slabs, first, count, table, LOADV(before), LOADV(source.own), LOADV(after),
+                                (realv)(0.0f), INFINITY, inside, &source, &light, &active[c]);
                 g[0] = light.r, g[1] = light.g, g[2] = light.b, g[3] = light.t;
             }
         if (sample.opaque > 0.0f) {

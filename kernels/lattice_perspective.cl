@@ -45,14 +45,21 @@ inline Columns place_columns(realv u, realv shear, __global const float2 *nodes)
     return columns;
 }
 
+// `across`: not layer k itself but the difference of those around it.
 inline void resample_row(__global const VOXEL *voxels, const VolumeView *view, const Columns *columns, int v, int k,
-                         int shading, Rows *rows) {
+                         bool across, int shading, Rows *rows) {
     const int at = v & (RING - 1);
     if (rows->held[at] == v)
         return;
     rows->held[at] = v;
     float segment[SEGMENT_VECTORS * VW];
-    load_row(voxels, view, columns->first, v, k, SEGMENT_VECTORS, segment);
+    load_row(voxels, view, columns->first, v, across ? k + 1 : k, SEGMENT_VECTORS, segment);
+    if (across) {
+        float before[SEGMENT_VECTORS * VW];
+        load_row(voxels, view, columns->first, v, k - 1, SEGMENT_VECTORS, before);
+        for (int i = 0; i < SEGMENT_VECTORS * VW; i += VW)
+            STOREV(segment + i, LOADV(segment + i) - LOADV(before + i));
+    }
     realv tap[TAPS];
     for (int a = 0; a < TAPS; a++)
         tap[a] = GATHER(segment + a, columns->offset);
@@ -70,15 +77,15 @@ inline void resample_row(__global const VOXEL *voxels, const VolumeView *view, c
     }
 }
 
-// Splat sums of one layer in a tile, and their central differences in the layer.
+// Splat sums of one layer in a tile, and their central differences in the layer. Of differences across it: these, doubled, alone.
 typedef struct {
     realv sum[TILE_ROWS], u[TILE_ROWS], v[TILE_ROWS];
 } Sums;
 
 inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p,
                         __global const float2 *nodes, realv centre_u, realv shear_u, __global const float2 *crossings_v,
-                        int tile_rows, int k, int shading, Rows *rows, Sums *sums) {
-    if (k < 0 || k >= view->dims_a) {
+                        int tile_rows, int k, bool across, int shading, Rows *rows, Sums *sums) {
+    if (!across && (k < 0 || k >= view->dims_a)) {
         for (int r = 0; r < tile_rows; r++) {
             sums->sum[r] = view->background;
             sums->u[r] = sums->v[r] = 0.0f;
@@ -94,7 +101,7 @@ inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, co
         const float span = fabs(crossing.y);
         const int first = convert_int(floor(v - span)) - 1, last = convert_int(floor(v + span)) + 2;
         for (int j = first; j <= last; j++)
-            resample_row(voxels, view, &columns, j, k, shading, rows);
+            resample_row(voxels, view, &columns, j, k, across, shading, rows);
         realv sum = 0.0f, along_u = 0.0f, along_v = 0.0f;
         for (int q = 0; q < NODES; q++) {
             const float y = v + crossing.y * nodes[q].x, below = floor(y), t = RISE(y - below), w = nodes[q].y;
@@ -115,14 +122,13 @@ inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, co
 }
 
 struct GradientSource {
-    realv before, after, u, v, shear_u;
-    float shear_v, layer_step;
+    realv u, v, across;
 };
 
 inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
     *u = s->u;
     *v = s->v;
-    *a = 0.5f * s->layer_step * (s->after - s->before) - s->shear_u * s->u - s->shear_v * s->v;
+    *a = 0.5f * s->across;
 }
 
 __kernel void lattice_perspective(__global const VOXEL *voxels, VolumeView view, __global const float2 *crossings_u,
@@ -147,7 +153,7 @@ __kernel void lattice_perspective(__global const VOXEL *voxels, VolumeView view,
     const realv centre_u = LOADV(lanes), shear_u = LOADV(lanes + VW);
 
     Rows ring;
-    Sums sums[3];
+    Sums sums[3], across;
     int held[3] = {INT_MIN, INT_MIN, INT_MIN};
     Light gathered[TILE_ROWS];
     for (int r = 0; r < TILE_ROWS; r++) {
@@ -169,9 +175,11 @@ __kernel void lattice_perspective(__global const VOXEL *voxels, VolumeView view,
             if (held[slot(j)] == j)
                 continue;
             held[slot(j)] = j;
-            splat_layer(voxels, &view, &p, nodes, centre_u, shear_u, crossings_v + row, tile_rows, j, sample.shading,
+            splat_layer(voxels, &view, &p, nodes, centre_u, shear_u, crossings_v + row, tile_rows, j, false, sample.shading,
                         &ring, &sums[slot(j)]);
         }
+        if (sample.shading)
+            splat_layer(voxels, &view, &p, nodes, centre_u, shear_u, crossings_v + row, tile_rows, k, true, 0, &ring, &across);
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
         const Sums *before = &sums[slot(k - p.layer_step)], *own = &sums[slot(k)], *after = &sums[slot(k + p.layer_step)];
@@ -188,8 +196,7 @@ __kernel void lattice_perspective(__global const VOXEL *voxels, VolumeView view,
                 const bool beside = v < -1.0f || v > view.dims_v;
                 inside = CONVERT_REALV(COUNT_IF(u >= -1.0f && u <= (realv)(view.dims_u))) * (beside ? 0.0f : 1.0f);
             }
-            const struct GradientSource source = {before->sum[r], after->sum[r], own->u[r], own->v[r],
-                                                  shear_u, crossing.y, p.layer_step};
+            const struct GradientSource source = {own->u[r], own->v[r], across.sum[r]};
             composite_layer(&sample, slabs, first, count, table, before->sum[r], own->sum[r], after->sum[r], dt,
                             INFINITY, inside, &source, &gathered[r], &active);
             finished = finished && !ANY(gathered[r].t > sample.opaque);

@@ -283,30 +283,3 @@ fn injected_errors_are_noticed() {
         assert!(noticed(&reference(&direct(classification, false), Axis::Z)), "no shading");
     }
 }
-
-/// The gradient along the layer axis from the ray's own crossings, and the exact splatted difference: how far the shaded
-/// pictures are apart, on a smooth volume and on noise, in dB.
-#[test]
-fn gradients_of_crossings_and_of_splats_show_the_same_surfaces() {
-    use layersplat::reference::AxisGradient;
-    let hydrogen = Volume::open("builtin:hydrogen@32", &layersplat::RawOptions::default()).unwrap();
-    let noise = random_volume([20, 20, 20], DVec3::ONE, 13);
-    for (volume, least) in [(hydrogen, 45.0), (noise, 28.0)] {
-        let size = viewport(48, 48);
-        let camera = parallel(&volume, size, 30.0, 20.0);
-        let settings = direct(SPLATTED, true);
-        let transfer = smooth_transfer();
-        let mut reference = Layered::new(&volume, &transfer, &settings);
-        let crossings = reference.render(&camera, size, Some(Axis::Z)).unwrap();
-        reference.axis_gradient = AxisGradient::Splatted;
-        let splatted = reference.render(&camera, size, Some(Axis::Z)).unwrap();
-        let psnr = compare(&crossings, &splatted).psnr.expect("the gradients differ at s != 0");
-        eprintln!("axis gradient, {}: {psnr:.1} dB", volume.name());
-        assert!(psnr > least, "{}: {psnr}", volume.name());
-        // Straight on both are the same.
-        let straight = parallel(&volume, size, 0.0, 0.0);
-        let exact = reference.render(&straight, size, Some(Axis::Z)).unwrap();
-        reference.axis_gradient = AxisGradient::Crossings;
-        assert_close("straight on", &exact, &reference.render(&straight, size, Some(Axis::Z)).unwrap(), 1e-6);
-    }
-}

@@ -12,23 +12,15 @@ use crate::transfer::{Extinction, TransferFunction};
 use crate::volume::Volume;
 use glam::{DVec2, DVec3};
 
-/// How the gradient along the layer axis is found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AxisGradient {
-    /// From the splat sums at the ray's own crossings, as the kernels do: exact for s = 0.
-    Crossings,
-    /// The splatted central difference: exact, one more stencil.
-    Splatted,
-}
-
 /// The layered renderer in `f64`: every footprint integrated, no lattice, no table, no culling, no early termination.
 pub struct Layered<'a> {
     pub(super) field: Field,
     pub(super) volume: &'a Volume,
     pub(super) transfer: &'a TransferFunction,
     pub(super) settings: &'a Settings,
-    /// Default: as the kernels do.
-    pub axis_gradient: AxisGradient,
+    /// Whether pre-integrated stretches are cut into fine parts, each dimmed by those before it, as the kernels approach for opaque
+    /// transfer functions of several hues. Default: no.
+    pub in_parts: bool,
 }
 
 /// A ray in the coordinates of its layer axis.
@@ -41,7 +33,7 @@ pub(super) struct Crossing {
 impl<'a> Layered<'a> {
     /// A renderer. Of the settings, those that decide where sums are evaluated and what is skipped are ignored.
     pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
-        Self { field: Field::new(volume), volume, transfer, settings, axis_gradient: AxisGradient::Crossings }
+        Self { field: Field::new(volume), volume, transfer, settings, in_parts: false }
     }
 
     /// The picture of a camera, all rays with one layer axis, or each with its own.
@@ -103,7 +95,7 @@ impl<'a> Layered<'a> {
                 };
                 let mut c = self.transfer.color(value);
                 if let Some(shading) = self.settings.shading {
-                    let gradient = self.gradient(crossing, k, step, before, after);
+                    let gradient = self.gradient(crossing, k);
                     c = shade(self.volume, shading, c, gradient, to_eye);
                 }
                 gathered.add(c, opacity);
@@ -153,24 +145,17 @@ impl<'a> Layered<'a> {
         sum
     }
 
-    /// Gradient in voxel differences along u, v, a.
-    fn gradient(&self, crossing: &Crossing, k: i64, step: i64, before: f64, after: f64) -> DVec3 {
+    /// Gradient in voxel differences: splatted central differences.
+    fn gradient(&self, crossing: &Crossing, k: i64) -> DVec3 {
         let p = crossing.at(k as f64);
-        let difference = |shift: DVec2| (self.splat_sum(crossing, k, p + shift) - self.splat_sum(crossing, k, p - shift)) / 2.0;
-        let (u, v) = (difference(DVec2::X), difference(DVec2::Y));
-        let a = match self.axis_gradient {
-            AxisGradient::Crossings => step as f64 * (after - before) / 2.0 - crossing.shear.x * u - crossing.shear.y * v,
-            AxisGradient::Splatted => {
-                let along = crossing.axis.index();
-                self.splat(crossing, k, p, |field, voxel| {
-                    let (mut next, mut last) = (voxel, voxel);
-                    next[along] += 1;
-                    last[along] -= 1;
-                    (field.voxel(next) - field.voxel(last)) / 2.0
-                })
-            }
-        };
-        crossing.axis.frame().global(DVec3::new(u, v, a))
+        DVec3::from_array(std::array::from_fn(|along| {
+            self.splat(crossing, k, p, |field, voxel| {
+                let (mut next, mut last) = (voxel, voxel);
+                next[along] += 1;
+                last[along] -= 1;
+                (field.voxel(next) - field.voxel(last)) / 2.0
+            })
+        }))
     }
 }
 

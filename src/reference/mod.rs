@@ -14,6 +14,6 @@ mod shading;
 mod sheets;
 
 pub use integral::Integral;
-pub use layered::{AxisGradient, Layered};
+pub use layered::Layered;
 pub use march::Marched;
 pub use sheets::Sheets;

@@ -1,13 +1,13 @@
 //! Point-sampled layers with pre-integrated classification, from their definition.
 
-use super::compositing::{Gathered, opacity_of_depth};
+use super::compositing::{Gathered, opacity_of_depth, opacity_over};
 use super::layered::{Crossing, Layered};
-use super::shading::shade;
-use crate::layers::{Ray, stretch_ends};
+use super::shading::Lighting;
+use crate::layers::{CURVE_SHARE, Interpolation, Ray, stretch_ends};
 use crate::transfer::{Extinction, TransferFunction};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
-/// Parts into which a stretch's values are cut for its mean.
+/// Parts into which a stretch is cut.
 const PARTS: usize = 512;
 
 impl Layered<'_> {
@@ -28,56 +28,109 @@ impl Layered<'_> {
             if cut == 1.0 || !self.in_support(crossing, (z0 + z1) / 2.0) {
                 continue;
             }
-            let [from, to] = [z0, z1].map(|z| self.field_at(crossing, z, crossing.at(z)));
             let n = (if step > 0 { l } else { l - 1 }) % samples;
             let [low, high] = stretch_ends(samples_per_layer, n as u32);
-            let ends = if step > 0 { [low, high] } else { [high, low] };
-            let values = [from + cut * (to - from), to];
-            let Some((attenuation, mut c)) = mean(self.transfer, values, ends, self.settings.extinction) else {
-                continue;
+            let points = [z0, z1].map(|z| frame.global(crossing.at(z).extend(z)));
+            let [from, to] = points.map(|p| self.field.value(p));
+            let stretch = Stretch {
+                from: from + cut * (to - from),
+                to,
+                ends: if step > 0 { [low, high] } else { [high, low] },
+                length: dt * (1.0 - cut),
+                begin: points[0].lerp(points[1], cut),
+                end: points[1],
             };
-            let opacity = opacity_of_depth(attenuation * dt * (1.0 - cut), self.settings.extinction);
-            if let Some(shading) = self.settings.shading {
-                let ends = [z0, z1].map(|z| self.gradient_at(crossing, z));
-                c = shade(self.volume, shading, c, frame.global((ends[0] + ends[1]) / 2.0), to_eye);
+            let lighting = self.settings.shading.map(|shading| {
+                points.map(|p| Lighting::new(self.volume, shading, self.field.differences(Interpolation::Tricubic, p), to_eye))
+            });
+            if self.in_parts {
+                self.composite_parts(&stretch, lighting, &mut gathered);
+            } else {
+                self.composite_whole(&stretch, lighting, samples_per_layer, &mut gathered);
             }
-            gathered.add(c, opacity);
         }
         gathered.rgba()
     }
 
-    fn field_at(&self, crossing: &Crossing, z: f64, p: DVec2) -> f64 {
-        self.field.value(crossing.axis.frame().global(p.extend(z)))
+    /// A stretch of one colour, lit where most of its light comes from.
+    fn composite_whole(&self, stretch: &Stretch, lighting: Option<[Lighting; 2]>, samples_per_layer: u32, gathered: &mut Gathered) {
+        let extinction = self.settings.extinction;
+        let Some(mean) = mean(self.transfer, stretch, extinction) else { return };
+        let opacity = opacity_of_depth(mean.attenuation * stretch.length, extinction);
+        let color = lighting.map_or(mean.color, |[front, back]| {
+            // Light comes from before the centroid, by as much as what lies behind is dimmed, if extinction is even.
+            let dimmed = if opacity > 1e-9 { 0.5 - 1.0 / depth_of(opacity) + (1.0 - opacity) / opacity } else { 0.0 };
+            let t = mean.centroid - 4.0 * mean.centroid * (1.0 - mean.centroid) * dimmed;
+            let curve = if samples_per_layer == 1 { CURVE_SHARE } else { 0.0 };
+            front.mix(back, t + curve * (t * t * (3.0 - 2.0 * t) - t)).on(mean.color)
+        });
+        gathered.add(color, opacity);
     }
 
-    /// Central differences along u, v and a at a plane; along a at the ray's own crossings, less what its own shift
-    /// contributes.
-    fn gradient_at(&self, crossing: &Crossing, z: f64) -> DVec3 {
-        let p = crossing.at(z);
-        let in_plane = |d: DVec2| (self.field_at(crossing, z, p + d) - self.field_at(crossing, z, p - d)) / 2.0;
-        let (u, v) = (in_plane(DVec2::X), in_plane(DVec2::Y));
-        let [before, after] = [z - 1.0, z + 1.0].map(|z| self.field_at(crossing, z, crossing.at(z)));
-        DVec3::new(u, v, (after - before) / 2.0 - crossing.shear.x * u - crossing.shear.y * v)
+    /// A stretch through the field itself, in parts.
+    fn composite_parts(&self, stretch: &Stretch, lighting: Option<[Lighting; 2]>, gathered: &mut Gathered) {
+        for n in 0..PARTS {
+            let t = (n as f64 + 0.5) / PARTS as f64;
+            let value = self.field.value(stretch.begin.lerp(stretch.end, t));
+            let opacity = opacity_over(self.transfer, value, stretch.length / PARTS as f64, self.settings.extinction);
+            let color = self.transfer.color(value);
+            gathered.add(lighting.map_or(color, |[front, back]| front.mix(back, t).on(color)), opacity);
+        }
     }
 }
 
-/// Mean attenuation and the colour, weighted with it, over the values from one to another, with weights of these two;
-/// `None` if all is transparent.
-fn mean(transfer: &TransferFunction, [from, to]: [f64; 2], ends: [f64; 2], extinction: Extinction) -> Option<(f64, [f64; 3])> {
-    let mut sum = 0.0;
-    let mut color = [0.0; 3];
-    let parts = if from == to { 1 } else { PARTS };
+/// From one sample of a ray to the next.
+struct Stretch {
+    from: f64,
+    to: f64,
+    /// Weights of both values; what is left belongs to those between, evenly.
+    ends: [f64; 2],
+    /// In unit distances.
+    length: f64,
+    begin: DVec3,
+    end: DVec3,
+}
+
+/// Of a stretch: attenuation per unit distance, the colour weighted with it, and where it lies on the way, 0 … 1.
+struct Mean {
+    attenuation: f64,
+    color: [f64; 3],
+    centroid: f64,
+}
+
+/// Optical depth of an opacity.
+fn depth_of(opacity: f64) -> f64 {
+    -(-opacity.min(1.0 - 1e-12)).ln_1p()
+}
+
+/// The mean of a stretch; `None` if all of it is transparent.
+fn mean(transfer: &TransferFunction, stretch: &Stretch, extinction: Extinction) -> Option<Mean> {
+    let Stretch { from, to, ends, .. } = *stretch;
+    let attenuation_at = |value: f64| match extinction {
+        Extinction::Exponential => transfer.extinction(value).min(f64::MAX / PARTS as f64),
+        Extinction::Linear => transfer.opacity(value),
+    };
+    let parts = if from == to { 2 } else { PARTS };
     let even = (1.0 - ends[0] - ends[1]) / parts as f64;
     let between = (0..parts).map(|i| (from + (to - from) * (i as f64 + 0.5) / parts as f64, even));
-    for (value, weight) in between.chain([(from, ends[0]), (to, ends[1])]) {
-        let attenuation = match extinction {
-            Extinction::Exponential => transfer.extinction(value).min(f64::MAX / PARTS as f64),
-            Extinction::Linear => transfer.opacity(value),
-        };
+    let (mut sum, mut color) = (0.0, [0.0; 3]);
+    for (value, weight) in between.clone().chain([(from, ends[0]), (to, ends[1])]) {
+        let attenuation = attenuation_at(value);
         sum += weight * attenuation;
         for (c, own) in color.iter_mut().zip(transfer.color(value)) {
             *c += weight * attenuation * own;
         }
     }
-    (sum > 0.0).then(|| (sum, color.map(|c| c / sum)))
+    let front: f64 = between.take(parts / 2).map(|(value, weight)| weight * attenuation_at(value)).sum();
+    let centroid = if ends == [0.0; 2] {
+        // As if attenuation changed evenly, with the same share in the front half.
+        (5.0 / 6.0 - 2.0 / 3.0 * front / sum).clamp(1.0 / 6.0, 5.0 / 6.0)
+    } else {
+        // The even part as a parabola with the same ends and the same mean.
+        let [at_front, at_back] = [from, to].map(attenuation_at);
+        let lumps = ends[0] * at_front + ends[1] * at_back;
+        let moment = (sum - lumps) / 2.0 + (1.0 - ends[0] - ends[1]) * (at_back - at_front) / 12.0 + ends[1] * at_back;
+        (moment / sum).clamp(0.0, 1.0)
+    };
+    (sum > 0.0).then(|| Mean { attenuation: sum, color: color.map(|c| c / sum), centroid })
 }
