@@ -18,6 +18,7 @@ typedef struct {
     float forward;     // sign of w in front of the eye
     int tile_columns, tile_rows; // samples of a tile
     int counts;        // of active samples, per tile
+    int filter;        // places per pixel and axis: more than 1 where a pixel covers more than a voxel
 } WarpParams;
 CHECK_SIZE(WarpParams, WARP_PARAMS_BYTES);
 
@@ -31,23 +32,34 @@ inline float4 catmull_rom(float t) {
 typedef float16 __attribute__((aligned(16))) Four;
 #define FOUR_AT(p) (*(__global const Four *)(p))
 
+// A colour within the range of the four samples around it, two of each row: the filter overshoots at edges, and what is opaque
+// and of one colour must stay so.
+inline float4 within(float4 color, float8 upper, float8 lower) {
+    const float8 lo = MIN(upper, lower), hi = MAX(upper, lower);
+    return CLAMP(color, MIN(lo.lo, lo.hi), MAX(hi.lo, hi.hi));
+}
+
 // The 4 x 4 samples from (column, row) on, all in the lattice.
 inline float4 mix_inside(__global const float4 *corner, int width, float4 wu, float4 wv) {
-    const float16 rows = wv.x * FOUR_AT(corner) + wv.y * FOUR_AT(corner + width) + wv.z * FOUR_AT(corner + 2 * width) +
-                         wv.w * FOUR_AT(corner + 3 * width);
+    const float16 upper = FOUR_AT(corner + width), lower = FOUR_AT(corner + 2 * width);
+    const float16 rows = wv.x * FOUR_AT(corner) + wv.y * upper + wv.z * lower + wv.w * FOUR_AT(corner + 3 * width);
     const float16 weighted = rows * (float16)(wu.xxxx, wu.yyyy, wu.zzzz, wu.wwww);
     const float8 pairs = weighted.lo + weighted.hi;
-    return pairs.lo + pairs.hi;
+    return within(pairs.lo + pairs.hi, upper.s456789ab, lower.s456789ab);
 }
 
 // The same where some of them are beyond it, and transparent.
 inline float4 mix_edge(__global const float4 *lattice, int width, int height, int column, int row, float4 wu, float4 wv) {
     const float weight_u[4] = {wu.x, wu.y, wu.z, wu.w}, weight_v[4] = {wv.x, wv.y, wv.z, wv.w};
-    float4 sum = 0.0f;
+    float4 sum = 0.0f, around[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     for (int r = max(-row, 0); r < min(4, height - row); r++)
-        for (int c = max(-column, 0); c < min(4, width - column); c++)
-            sum += weight_v[r] * weight_u[c] * lattice[(size_t)(row + r) * width + column + c];
-    return sum;
+        for (int c = max(-column, 0); c < min(4, width - column); c++) {
+            const float4 color = lattice[(size_t)(row + r) * width + column + c];
+            sum += weight_v[r] * weight_u[c] * color;
+            if ((r == 1 || r == 2) && (c == 1 || c == 2))
+                around[2 * (r - 1) + c - 1] = color;
+        }
+    return within(sum, (float8)(around[0], around[1]), (float8)(around[2], around[3]));
 }
 
 // Where a pixel lies in the lattice: (column, row, w), w > 0 where it is in front of the eye.
@@ -68,12 +80,21 @@ ALWAYS_INLINE float4 warped(__global const float4 *lattice, const WarpParams *p,
     const int i = whole_below(at.x), j = whole_below(at.y);
     const float4 wu = catmull_rom(at.x - i), wv = catmull_rom(at.y - j);
     const int first = i - 1, top = j - 1;
-    float4 color = first >= 0 && first + 4 <= p->width && top >= 0 && top + 4 <= p->height
+    return first >= 0 && first + 4 <= p->width && top >= 0 && top + 4 <= p->height
                        ? mix_inside(lattice + (size_t)top * p->width + first, p->width, wu, wv)
                        : mix_edge(lattice, p->width, p->height, first, top, wu, wv);
-    // The filter overshoots at edges: opacity stays in 0 ... 1, colours within the opacity.
-    color.w = CLAMP(color.w, 0.0f, 1.0f);
-    return CLAMP(color, (float4)(0.0f), (float4)(color.w));
+}
+
+// A pixel: the picture at its middle, or the mean over its whole square.
+ALWAYS_INLINE float4 pixel_at(__global const float4 *lattice, const WarpParams *p, int column, int row) {
+    if (p->filter == 1)
+        return warped(lattice, p, column + 0.5f, row + 0.5f);
+    const float step = 1.0f / p->filter;
+    float4 sum = 0.0f;
+    for (int j = 0; j < p->filter; j++)
+        for (int i = 0; i < p->filter; i++)
+            sum += warped(lattice, p, column + (i + 0.5f) * step, row + (j + 0.5f) * step);
+    return sum * (step * step);
 }
 
 // Whether the lattice shows nothing under the pixels [x0, x1] x [y0, y1] and in the filter's reach.
@@ -123,8 +144,9 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
     if (top >= p.rows)
         return;
     const int right = min(left + BLOCK_COLUMNS, p.columns), bottom = min(top + BLOCK_ROWS, p.rows);
+    const float inset = 0.5f / p.filter;
     const bool nothing =
-        nothing_under(lattice, active_samples, &p, left + 0.5f, right - 0.5f, top + 0.5f, bottom - 0.5f);
+        nothing_under(lattice, active_samples, &p, left + inset, right - inset, top + inset, bottom - inset);
     for (int line = top; line < bottom; line++) {
         __global PIXEL *out = picture + (size_t)line * p.columns;
         if (nothing) {
@@ -132,7 +154,7 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
                 out[i] = FINISHED((float4)(0.0f));
         } else {
             for (int i = left; i < right; i++)
-                out[i] = FINISHED(warped(lattice, &p, i + 0.5f, line + 0.5f));
+                out[i] = FINISHED(pixel_at(lattice, &p, i, line));
         }
     }
 }

@@ -22,7 +22,7 @@ struct Rule {
 /// Aneurism, 1.16 pixels per voxel: 33.1 dB with 1 sample per voxel, 34.4 with 1 per pixel, 38.5 with 1.6. Neghip,
 /// 4.7 pixels: 51.7 dB with samples 2 pixels apart, 52.1 with 1.6.
 const RELAXED: Rule = Rule { per_pixel: 1.6, per_voxel: 1.86, pixels: 2.0 };
-const FINE: Rule = Rule { per_pixel: 2.05, per_voxel: 2.25, pixels: 1.7 };
+const FINE: Rule = Rule { per_pixel: 2.1, per_voxel: 2.35, pixels: 1.7 };
 /// Samples per voxel from which on no voxel is missed, wherever samples lie.
 const ANCHOR_LIMIT: f64 = 1.5;
 /// Samples per voxel this close above a whole number round down to it.

@@ -121,6 +121,13 @@ impl Rays {
         -self.to_eye / self.spacing
     }
 
+    /// Voxels along the side of a pixel, in a layer, of the in-layer axis that has more: everywhere in a parallel view, at the
+    /// volume's centre in a perspective.
+    pub fn voxels_per_pixel(&self, frame: AxisFrame) -> f64 {
+        let depth = if self.is_parallel() { 1.0 } else { -self.start };
+        self.pixel_size * depth / self.spacing[frame.u].min(self.spacing[frame.v])
+    }
+
     /// The eye of a perspective, in voxels.
     pub fn eye(&self) -> Option<DVec3> {
         (!self.is_parallel()).then(|| self.origin[0] + self.direction[0] * self.start)

@@ -56,6 +56,9 @@ impl LatticePicture {
     }
 }
 
+/// Most places per pixel and axis that are averaged where it covers many voxels.
+const MOST_FILTERED: f64 = 16.0;
+
 /// A frame that is drawn but for its way onto the screen.
 pub(super) struct Drawn {
     pub report: FrameReport,
@@ -100,9 +103,9 @@ impl Renderer {
 
     /// How the lattice of a plan comes onto the screen; nothing for a plan that draws there itself.
     fn warp_params(&self, plan: &Plan, rays: &Rays, viewport: Viewport, classification: Classification) -> Option<WarpParams> {
-        let (from_screen, size, forward) = match plan {
-            Plan::Lattice(l) => (l.from_screen(rays), l.size, 1.0),
-            Plan::Perspective(l) => (l.from_screen(rays), l.size, l.layer_step as f32),
+        let (from_screen, size, forward, frame) = match plan {
+            Plan::Lattice(l) => (l.from_screen(rays), l.size, 1.0, l.frame),
+            Plan::Perspective(l) => (l.from_screen(rays), l.size, l.layer_step as f32, l.frame),
             _ => return None,
         };
         let tuning = self.device.tuning();
@@ -122,6 +125,7 @@ impl Renderer {
             forward,
             tile: tile.map(|n| n as i32),
             counts: counts as i32,
+            filter: rays.voxels_per_pixel(frame).ceil().clamp(1.0, MOST_FILTERED) as i32,
         })
     }
 

@@ -111,13 +111,14 @@ shared_struct! {
 
 shared_struct! {
     /// See `WarpParams` in kernels/warp.cl.
-    WarpParams, WARP_PARAMS_BYTES, 68 {
+    WarpParams, WARP_PARAMS_BYTES, 72 {
         from_screen: [f32; 9],
         lattice: [i32; 2],
         frame: [i32; 2],
         forward: f32,
         tile: [i32; 2],
         counts: i32,
+        filter: i32,
     }
 }
 
