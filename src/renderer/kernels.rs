@@ -31,6 +31,7 @@ pub(super) struct Kernels {
     /// By kind of stretches.
     point_lattice: [OnceCell<PointLatticeKernel>; 8],
     point_direct: [OnceCell<PointDirectKernel>; 8],
+    cast_stretches: [OnceCell<MarchKernel>; 8],
     direct: OnceCell<DirectKernel>,
     direct_set: OnceCell<DirectKernel>,
     warp: OnceCell<WarpKernel<Float4>>,
@@ -94,6 +95,7 @@ impl Kernels {
             perspective: OnceCell::new(),
             point_lattice: Default::default(),
             point_direct: Default::default(),
+            cast_stretches: Default::default(),
             direct: OnceCell::new(),
             direct_set: OnceCell::new(),
             warp: OnceCell::new(),
@@ -159,6 +161,12 @@ impl Kernels {
     pub fn point_direct(&self, device: &Device, stretches: Stretches) -> Result<&PointDirectKernel, Error> {
         let cell = &self.point_direct[kind_of(stretches)];
         built(cell, || PointDirectKernel::new(device, self.voxel_type, stretches))
+    }
+
+    /// The same by ray casting.
+    pub fn cast_stretches(&self, device: &Device, stretches: Stretches) -> Result<&MarchKernel, Error> {
+        let cell = &self.cast_stretches[kind_of(stretches)];
+        built(cell, || MarchKernel::stretches(device, self.voxel_type, stretches))
     }
 
     pub fn direct(&self, device: &Device, footprint_set: bool) -> Result<&DirectKernel, Error> {

@@ -1,13 +1,12 @@
-//! Frames by ray casting and by slicing.
+//! Frames by ray casting, with and without pre-integrated stretches, and by slicing.
 
 use super::Renderer;
 use super::kept::SLAB_VALUES;
-use super::sample::SampleAxes;
-use super::settings::Settings;
+use super::sample::stretches;
+use super::settings::{Classification, Settings};
 use super::tables::{PointRays, PointReach};
-use crate::device::launch::params::{MarchParams, ScreenParams};
-use crate::device::launch::{MarchArguments, MarchKernel};
-use crate::device::{Buffer, launch::params::Float4};
+use crate::device::launch::params::{MarchParams, SampleParams, ScreenParams};
+use crate::device::launch::{MarchArguments, MarchKernel, MarchTable, Stretches};
 use crate::error::Error;
 use crate::layers::{Axis, Interpolation, Rays, Viewport};
 
@@ -35,7 +34,8 @@ impl Renderer {
         let params = MarchParams { length: length as f32, ..self.march_params(reach, settings) };
         let screen = self.begin_screen(rays, viewport, &axes, AXIS.frame())?;
         let kernel = self.kernels.raycast(&self.device, interpolation)?;
-        self.march("raycast", kernel, reach, &self.kept.table().entries, screen, params, &axes, settings)
+        let sample = self.sample_params(&axes, AXIS.frame(), settings);
+        self.march("raycast", kernel, reach, MarchTable::Entries(&self.kept.table().entries), screen, params, sample)
     }
 
     /// Slices into `scratch.frame`.
@@ -46,8 +46,7 @@ impl Renderer {
         self.prepare_march(PointRays { reach: PointReach::Near, thinnest: Some(length), samples: 1 }, settings)?;
         let Self { device, kernels, kept, .. } = self;
         kept.prepare_slab_table(device, kernels, length as f32)?;
-        // Across the central ray's slabs; other rays of a perspective cross them at an angle.
-        let ray_parameter = step * self.grid.spacing().min_element() / self.depth_per_parameter(rays);
+        let ray_parameter = self.ray_parameter(step, rays);
         let integrals = self.kept.integrals();
         let (table_first, per_value, last) = integrals.scale;
         let params = MarchParams {
@@ -61,8 +60,39 @@ impl Renderer {
         };
         let screen = self.begin_screen(rays, viewport, &axes, AXIS.frame())?;
         let kernel = self.kernels.slicing(&self.device, self.kept.integrals().cut)?;
-        let table = &self.kept.table().slabs.as_ref().expect("made above").1;
-        self.march("slicing", kernel, PointReach::Near, table, screen, params, &axes, settings)
+        let table = MarchTable::Entries(&self.kept.table().slabs.as_ref().expect("made above").1);
+        let sample = self.sample_params(&axes, AXIS.frame(), settings);
+        self.march("slicing", kernel, PointReach::Near, table, screen, params, sample)
+    }
+
+    /// Casts rays with pre-integrated stretches into `scratch.frame`.
+    pub(super) fn run_stretches(&mut self, step: f64, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
+        self.check_steps(step)?;
+        // Here steps are what divides a layer, not samples.
+        let settings = &Settings { classification: Classification::Preintegrated { samples_per_layer: 1 }, ..*settings };
+        let axes = self.sample_axes(rays, settings);
+        let layer = axes.step.min_element();
+        let samples = (1.0 / step).round() as u32;
+        self.prepare_march(PointRays { reach: PointReach::Near, thinnest: Some(step * layer), samples }, settings)?;
+        let ray_parameter = self.ray_parameter(step, rays);
+        let params = MarchParams {
+            slice_step: ray_parameter as f32,
+            thin: i32::from(longest_slab(rays, viewport, ray_parameter) <= 1.0),
+            visible: self.kept.integrals().visible_values,
+            ..self.march_params(PointReach::Near, settings)
+        };
+        let screen = self.begin_screen(rays, viewport, &axes, AXIS.frame())?;
+        let stretches = Stretches { curved: false, ..stretches(self.kept.integrals(), settings) };
+        let kernel = self.kernels.cast_stretches(&self.device, stretches)?;
+        let table = MarchTable::Integrals(&self.kept.integrals().nodes);
+        let sample = SampleParams { curve: 0.0, ..self.sample_params(&axes, AXIS.frame(), settings) };
+        self.march("raycast", kernel, PointReach::Near, table, screen, params, sample)
+    }
+
+    /// The rays' parameter from one plane to the next, `step` smallest spacings apart along the central ray; other rays of a perspective
+    /// cross them at an angle.
+    fn ray_parameter(&self, step: f64, rays: &Rays) -> f64 {
+        step * self.grid.spacing().min_element() / self.depth_per_parameter(rays)
     }
 
     /// Refuses what would take practically forever, or more steps than floats can count.
@@ -109,11 +139,10 @@ impl Renderer {
         stage: &'static str,
         kernel: &MarchKernel,
         reach: PointReach,
-        table: &Buffer<Float4>,
+        table: MarchTable,
         screen: ScreenParams,
         params: MarchParams,
-        axes: &SampleAxes,
-        settings: &Settings,
+        sample: SampleParams,
     ) -> Result<(), Error> {
         let (voxels, view) = self.kept.layout(AXIS);
         let made = "begin_screen() made it";
@@ -127,7 +156,7 @@ impl Renderer {
                 table,
                 screen,
                 params,
-                sample: self.sample_params(axes, AXIS.frame(), settings),
+                sample,
                 frame: self.scratch.frame.as_ref().expect(made),
                 active_samples: self.scratch.active_samples.as_ref().expect(made),
             },

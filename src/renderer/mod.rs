@@ -135,6 +135,7 @@ impl Renderer {
                 self.run_point_direct(*axis, rays, viewport, settings)?
             }
             (Plan::Raycast(interpolation, step), _) => self.run_raycast(*interpolation, *step, rays, viewport, settings)?,
+            (Plan::Stretches(step), _) => self.run_stretches(*step, rays, viewport, settings)?,
             (Plan::Slicing(step), _) => self.run_slicing(*step, rays, viewport, settings)?,
             (Plan::AxisSheets(axis), _) => self.run_axis_sheets(*axis, rays, viewport, settings)?,
             (Plan::ViewSheets(distance), _) => self.run_view_sheets(*distance, rays, viewport, settings)?,

@@ -1,8 +1,8 @@
-//! Launchers of march.cl, with raycast.cl or slicing.cl, and of preintegrated_table.cl.
+//! Launchers of march.cl, with raycast.cl, slicing.cl or cast_stretches.cl, and of preintegrated_table.cl.
 
 use super::params::{Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
-use super::points::cut_define;
-use super::{VoxelBuffer, launch, screen_defines, voxel_defines};
+use super::points::{Stretches, cut_define};
+use super::{Argument, VoxelBuffer, launch, screen_defines, voxel_defines};
 use crate::device::{Buffer, Device, program::source};
 use crate::error::Error;
 use crate::layers::Interpolation;
@@ -13,7 +13,24 @@ fn march_defines(device: &Device, voxel_type: VoxelType) -> String {
     format!("{} {}", voxel_defines(voxel_type, device.tuning().vector_width), screen_defines(device))
 }
 
-/// Marches along the rays of screen pixels: by ray casting or by slicing.
+/// The table that a way of marching reads.
+pub(crate) enum MarchTable<'a> {
+    /// Of ray casting, (r, g, b, τ) per value; of slicing, that of [`PreintegratedTableKernel`].
+    Entries(&'a Buffer<Float4>),
+    /// Of pre-integrated stretches.
+    Integrals(&'a Buffer<[i32; 4]>),
+}
+
+impl Argument for MarchTable<'_> {
+    fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()> {
+        match self {
+            MarchTable::Entries(table) => table.set(kernel, index),
+            MarchTable::Integrals(table) => table.set(kernel, index),
+        }
+    }
+}
+
+/// Marches along the rays of screen pixels: by ray casting, by slicing, or from stretch to stretch.
 pub(crate) struct MarchKernel(Kernel);
 
 /// What [`MarchKernel`] reads and writes.
@@ -23,8 +40,7 @@ pub(crate) struct MarchArguments<'a> {
     pub view: VolumeView,
     /// A bit per block and slab.
     pub visible: &'a Buffer<u8>,
-    /// Of ray casting, (r, g, b, τ) per value; of slicing, that of [`PreintegratedTableKernel`].
-    pub table: &'a Buffer<Float4>,
+    pub table: MarchTable<'a>,
     pub screen: ScreenParams,
     pub params: MarchParams,
     pub sample: SampleParams,
@@ -60,8 +76,27 @@ impl MarchKernel {
     /// Slices the trilinear field. `cut`: values can lie beyond the table.
     pub fn slicing(device: &Device, voxel_type: VoxelType, cut: bool) -> Result<Self, Error> {
         let source =
-            source!("march", "elementary", "volume", "table_entries", "shading", "screen", "field", "marching", "slicing");
+            source!("march", "elementary", "volume", "table_entries", "shading", "screen", "field", "marching", "slabs", "slicing");
         Ok(Self(device.kernel(&source, &format!("{} {}", march_defines(device, voxel_type), cut_define(cut)))?))
+    }
+
+    /// Casts rays through the cubic's field, with pre-integrated stretches.
+    pub fn stretches(device: &Device, voxel_type: VoxelType, stretches: Stretches) -> Result<Self, Error> {
+        let source = source!(
+            "march",
+            "elementary",
+            "volume",
+            "table_entries",
+            "shading",
+            "screen",
+            "field",
+            "preintegration",
+            "dimmed_stretch",
+            "marching",
+            "slabs",
+            "cast_stretches"
+        );
+        Ok(Self(device.kernel(&source, &format!("{} {}", march_defines(device, voxel_type), stretches.defines()))?))
     }
 
     pub fn launch(&self, device: &Device, stage: &'static str, a: &MarchArguments) -> Result<(), Error> {
@@ -71,7 +106,7 @@ impl MarchKernel {
             &self.0,
             a.screen.tiles.iter().map(|&n| n as usize).product(),
             device.tuning().tile_group,
-            &[a.voxels, &a.view, a.visible, a.table, &a.screen, &a.params, &a.sample, a.frame, a.active_samples],
+            &[a.voxels, &a.view, a.visible, &a.table, &a.screen, &a.params, &a.sample, a.frame, a.active_samples],
         )
     }
 }

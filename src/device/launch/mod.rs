@@ -16,7 +16,7 @@ pub(crate) use direct::{DirectArguments, DirectKernel, PointDirectArguments, Poi
 pub(crate) use footprints::{FootprintSetKernel, FootprintsKernel};
 pub(crate) use lattice::{LatticeArguments, LatticeKernel, PerspectiveArguments, PerspectiveKernel};
 pub(crate) use layout::{Occupancy, OccupancyKernel, Reach, SlabVisibilityKernel, TransposeKernel, Visibility, VisibilityKernel};
-pub(crate) use march::{MarchArguments, MarchKernel, PreintegratedTableArguments, PreintegratedTableKernel};
+pub(crate) use march::{MarchArguments, MarchKernel, MarchTable, PreintegratedTableArguments, PreintegratedTableKernel};
 pub(crate) use picture::{PresentKernel, WarpArguments, WarpKernel};
 pub(crate) use points::{PointLatticeArguments, PointLatticeKernel, Stretches};
 pub(crate) use sheets::{AxisSheetsKernel, SheetArguments, ViewSheetsKernel};
