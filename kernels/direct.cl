@@ -2,8 +2,7 @@
 // reaches, with the paper's set of footprints, and as the lattice's oracle.
 //
 // One work-item per pixel, row by row; VW is 1. FOOTPRINT_SET: weights are read bilinearly from the image of the nearest
-// direction (footprint_set.cl); |s| <= 1. What is splatted is the voxels' difference from the background, which stays
-// exact though the set's lattice sum is only near 1. Otherwise the footprints are exact: the integral over the kernel's depth is
+// direction (footprint_set.cl); |s| <= 1. Their sum, near 1, divides what they splat: what is flat stays so. Otherwise the footprints are exact: the integral over the kernel's depth is
 // moved out of the sum, S = integral of f(z) g(u + s_u z, v + s_v z) dz, where g interpolates the layer with f in u and v.
 // Between the knots this is a polynomial of degree 9 over one cell: five Gauss nodes, four voxels.
 
@@ -33,12 +32,14 @@ inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __g
         return view->background;
     const int index = nearest_image(s_u, s_v), i0 = floor(u), j0 = floor(v);
     __global const uchar *image = images + index * 64 * 64;
-    float sum = 0.0f;
+    float sum = 0.0f, weights = 0.0f;
     for (int j = j0 - 1; j <= j0 + 2; j++)
-        for (int i = i0 - 1; i <= i0 + 2; i++)
-            sum += (voxel_at(voxels, view, i, j, k) - view->background) *
-                   footprint_from_set(image, shears[index], u - i, v - j);
-    return view->background + sum;
+        for (int i = i0 - 1; i <= i0 + 2; i++) {
+            const float weight = footprint_from_set(image, shears[index], u - i, v - j);
+            sum += (voxel_at(voxels, view, i, j, k) - view->background) * weight;
+            weights += weight;
+        }
+    return view->background + sum / weights;
 }
 #else
 // Distance along z to where p + s z next crosses a whole number.

@@ -8,6 +8,7 @@ use glam::DVec3;
 pub(super) struct Field {
     dims: [i64; 3],
     background: f64,
+    gaussian_background: f64,
     range: (f64, f64),
     voxels: Vec<f32>,
 }
@@ -19,6 +20,7 @@ impl Field {
         Self {
             dims: volume.grid().dims().map(|n| n as i64),
             background: volume.background(),
+            gaussian_background: volume.gaussian_background(),
             range: volume.field_range(),
             voxels,
         }
@@ -34,13 +36,23 @@ impl Field {
         self.background
     }
 
+    /// The same as a kernel takes it.
+    pub fn background_of(&self, interpolation: Interpolation) -> f64 {
+        if interpolation == Interpolation::Gaussian { self.gaussian_background } else { self.background }
+    }
+
     /// Any voxel, inside or around the volume.
     pub fn voxel(&self, p: [i64; 3]) -> f64 {
+        self.voxel_or(p, self.background)
+    }
+
+    /// Any voxel, or what it counts as where it is missing.
+    pub fn voxel_or(&self, p: [i64; 3], missing: f64) -> f64 {
         let [x, y, z] = self.dims;
         if (0..x).contains(&p[0]) && (0..y).contains(&p[1]) && (0..z).contains(&p[2]) {
             f64::from(self.voxels[(p[0] + x * (p[1] + y * p[2])) as usize])
         } else {
-            self.background
+            missing
         }
     }
 
@@ -56,15 +68,16 @@ impl Field {
             let taps = below[a] - r + 1..=below[a] + r;
             taps.map(|i| (i, interpolation.weight(p[a] - i as f64))).collect()
         });
+        let missing = self.background_of(interpolation);
         let mut sum = 0.0;
         for &(k, wz) in &weights[2] {
             for &(j, wy) in &weights[1] {
                 for &(i, wx) in &weights[0] {
-                    sum += wx * wy * wz * (self.voxel([i, j, k]) - self.background);
+                    sum += wx * wy * wz * (self.voxel_or([i, j, k], missing) - missing);
                 }
             }
         }
-        self.background + sum
+        missing + sum
     }
 
     /// A reconstructed value without what lattice sums overshoot the data's range by.

@@ -69,6 +69,10 @@ impl<'a> Sheets<'a> {
         let a = axis.index();
         let forward = direction[a] >= 0.0;
         let [nx, ny, nz] = self.field.dims();
+        let missing = match self.settings.algorithm {
+            Algorithm::ViewSheets { .. } => self.field.background_of(Interpolation::Gaussian),
+            _ => self.field.background(),
+        };
         let mut splats = Vec::new();
         for k in 0..nz {
             for j in 0..ny {
@@ -82,10 +86,8 @@ impl<'a> Sheets<'a> {
                     if w <= projection.least_w {
                         continue;
                     }
-                    let difference = |d: [i64; 3]| {
-                        (self.field.voxel([i + d[0], j + d[1], k + d[2]]) - self.field.voxel([i - d[0], j - d[1], k - d[2]]))
-                            / 2.0
-                    };
+                    let voxel = |d: [i64; 3], s: i64| self.field.voxel_or([i + s * d[0], j + s * d[1], k + s * d[2]], missing);
+                    let difference = |d: [i64; 3]| (voxel(d, 1) - voxel(d, -1)) / 2.0;
                     let gradient = DVec3::new(difference([1, 0, 0]), difference([0, 1, 0]), difference([0, 0, 1]));
                     let layer = if forward { [i, j, k][a] } else { -[i, j, k][a] };
                     splats.push(Splat { pixel, w, depth, layer, value: self.field.voxel([i, j, k]), gradient });
@@ -143,7 +145,7 @@ impl<'a> Sheets<'a> {
         let slabs = SplatSlabs { distance };
         // Difference from the background, and gradient.
         let mut sheets: BTreeMap<i64, (f64, DVec3)> = BTreeMap::new();
-        let background = self.field.background();
+        let background = self.field.background_of(Interpolation::Gaussian);
         let visible = self.transfer.opacity(background) > 0.0;
         if visible {
             let size = DVec3::from_array(self.field.dims().map(|n| n as f64));

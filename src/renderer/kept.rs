@@ -17,6 +17,7 @@ pub(super) struct Kept {
     /// Taken from every voxel by the kernels, so that float sums are as fine as the data's own range.
     offset: f64,
     background: f64,
+    gaussian_background: f64,
     field_range: (f64, f64),
     voxels: VoxelBuffer,
     transposed: Option<VoxelBuffer>,
@@ -39,6 +40,7 @@ impl Kept {
             dims: volume.grid().dims(),
             offset: volume.range().0,
             background: volume.background(),
+            gaussian_background: volume.gaussian_background(),
             field_range: volume.field_range(),
             voxels: VoxelBuffer::upload(device, volume.voxels(), volume.name())?,
             transposed: None,
@@ -61,6 +63,20 @@ impl Kept {
     /// The background as kernels see it, and what they take from every voxel.
     pub fn background(&self) -> (f32, f32) {
         ((self.background - self.offset) as f32, self.offset as f32)
+    }
+
+    /// The same for the Gaussian.
+    pub fn gaussian_background(&self) -> f32 {
+        (self.gaussian_background - self.offset) as f32
+    }
+
+    /// [`Self::layout`] as samples of a reach see it.
+    pub fn layout_for(&self, axis: Axis, reach: PointReach) -> (&VoxelBuffer, VolumeView) {
+        let (voxels, view) = self.layout(axis);
+        match reach {
+            PointReach::Near | PointReach::Leaning => (voxels, view),
+            PointReach::Gaussian => (voxels, VolumeView { background: self.gaussian_background(), ..view }),
+        }
     }
 
     /// Voxels in which u has unit stride, and where they lie. Layer axes y and z read the upload; x has its own layout.
@@ -201,7 +217,7 @@ impl Kept {
         self.prepare_table(device, transfer, extinction)?;
         self.prepare_layout(device, kernels, axis)?;
         if self.table().axis_splats[axis.index()].is_none() {
-            let list = SplatList::new(device, kernels, &self.splat_source(axis), Splatted::Visible)?;
+            let list = SplatList::new(device, kernels, &self.splat_source(self.layout(axis)), Splatted::Visible)?;
             self.table.as_mut().expect("made above").axis_splats[axis.index()] = Some(list);
         }
         Ok(())
@@ -218,14 +234,15 @@ impl Kept {
     ) -> Result<(), Error> {
         self.prepare_table(device, transfer, extinction)?;
         if self.table().view_splats.as_ref().is_none_or(|(held, _)| *held != splatted) {
-            let list = SplatList::new(device, kernels, &self.splat_source(Axis::Z), splatted)?;
+            let source = self.splat_source(self.layout_for(Axis::Z, PointReach::Gaussian));
+            let list = SplatList::new(device, kernels, &source, splatted)?;
             self.table.as_mut().expect("made above").view_splats = Some((splatted, list));
         }
         Ok(())
     }
 
-    fn splat_source(&self, axis: Axis) -> SplatSource<'_> {
-        let ((voxels, view), table) = (self.layout(axis), self.table());
+    fn splat_source<'a>(&'a self, (voxels, view): (&'a VoxelBuffer, VolumeView)) -> SplatSource<'a> {
+        let table = self.table();
         SplatSource { voxels, view, table: table.scale, visible_before: &table.visible_before }
     }
 

@@ -144,7 +144,7 @@ impl Renderer {
         params: MarchParams,
         sample: SampleParams,
     ) -> Result<(), Error> {
-        let (voxels, view) = self.kept.layout(AXIS);
+        let (voxels, view) = self.kept.layout_for(AXIS, reach);
         let made = "begin_screen() made it";
         kernel.launch(
             &self.device,

@@ -4,6 +4,7 @@ use super::Renderer;
 use super::settings::Settings;
 use super::splat_list::Splatted;
 use super::splats::splat_params;
+use super::tables::PointReach;
 use crate::device::Buffer;
 use crate::device::launch::params::{SampleParams, ScreenParams, SplatParams};
 use crate::device::launch::{SheetArguments, ViewSheetsKernel};
@@ -55,7 +56,7 @@ impl Renderer {
         let axes = self.sample_axes(rays, settings);
         let sample = self.sample_params(&axes, AXIS.frame(), settings);
         let projection = SplatProjection::new(rays, viewport, &self.grid);
-        let (background, _) = self.kept.background();
+        let background = self.kept.gaussian_background();
         let params = SplatParams {
             sheet_distance: distance as f32,
             sheets: self.sheets(&projection, distance),
@@ -64,7 +65,7 @@ impl Renderer {
         let screen = self.begin_screen(rays, viewport, &axes, AXIS.frame())?;
         self.sort_splats(|kept| kept.view_splats(), splatted, params, sample, &screen)?;
         let kernel = self.kernels.view_sheets(&self.device, slabs.count(), settings.shading.is_some())?;
-        let (_, view) = self.kept.layout(AXIS);
+        let (_, view) = self.kept.layout_for(AXIS, PointReach::Gaussian);
         let (_, weights) = self.scratch.slab_weights.as_ref().expect("made above");
         let arguments = self.sheet_arguments(screen, params, sample);
         kernel.launch(&self.device, &view, weights, &self.kept.table().entries, &arguments)
