@@ -19,6 +19,8 @@ typedef struct {
     int tile_columns, tile_rows; // samples of a tile
     int counts;        // of active samples, per tile
     int filter;        // places per pixel and axis: more than 1 where a pixel covers more than a voxel
+    float share;       // of this lattice in the picture, in floats
+    int added;         // to what the frame holds of other lattices
 } WarpParams;
 CHECK_SIZE(WarpParams, WARP_PARAMS_BYTES);
 
@@ -131,10 +133,10 @@ inline bool nothing_under(__global const float4 *lattice, __global const uint *a
 // PRESENT: straight to the 8-bit picture. One pass over the frame's floats less: 0.5 ms of 2 at 512 x 512.
 #ifdef PRESENT
 #define PIXEL uchar4
-#define FINISHED(color) displayed(color, background)
+#define PUT(place, color) (place) = displayed(color, background)
 #else
 #define PIXEL float4
-#define FINISHED(color) (color)
+#define PUT(place, color) (place) = (p.added ? (place) : (float4)(0.0f)) + p.share * (color)
 #endif
 
 __kernel void warp(__global const float4 *lattice, __global const uint *active_samples, WarpParams p, float4 background,
@@ -151,10 +153,10 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
         __global PIXEL *out = picture + (size_t)line * p.columns;
         if (nothing) {
             for (int i = left; i < right; i++)
-                out[i] = FINISHED((float4)(0.0f));
+                PUT(out[i], (float4)(0.0f));
         } else {
             for (int i = left; i < right; i++)
-                out[i] = FINISHED(pixel_at(lattice, &p, i, line));
+                PUT(out[i], pixel_at(lattice, &p, i, line));
         }
     }
 }

@@ -18,6 +18,10 @@ pub enum Axis {
 /// Directions closer to 45° than this (relative) count as a tie: the lowest axis wins, whatever rounding says.
 const TIE: f64 = 1e-9;
 
+/// Components within this share of the largest take part in [`Axis::shares`]: 1.5° about 45°. Turning through it no picture
+/// changes by more than a step of 8 bits per 0.1°.
+const NEARLY: f64 = 0.05;
+
 impl Axis {
     /// All three, in order.
     pub const ALL: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
@@ -32,6 +36,22 @@ impl Axis {
         let d = direction.abs();
         let limit = d.max_element() * (1.0 - TIE);
         Axis::ALL.into_iter().find(|a| d[a.index()] >= limit).unwrap_or(Axis::X)
+    }
+
+    /// How much each layer axis has to say in a direction in voxel units, most parallel first: one axis alone but for
+    /// directions within 1.5° of 45°, and shares that change smoothly there. They sum to 1.
+    pub fn shares(direction: DVec3) -> Vec<(Axis, f64)> {
+        let first = Self::most_parallel(direction);
+        let largest = direction.abs().max_element();
+        let share = |axis: Axis| {
+            let t = ((direction[axis.index()].abs() / largest - 1.0) / NEARLY + 1.0).clamp(0.0, 1.0);
+            t * t * (3.0 - 2.0 * t)
+        };
+        let others = Axis::ALL.into_iter().filter(|&axis| axis != first);
+        let mut shares: Vec<(Axis, f64)> = std::iter::once(first).chain(others).map(|a| (a, share(a))).collect();
+        let sum: f64 = shares.iter().map(|s| s.1).sum();
+        shares.retain(|s| s.1 > 0.0);
+        shares.into_iter().map(|(axis, share)| (axis, share / sum)).collect()
     }
 
     /// This axis with the other two.
@@ -100,5 +120,22 @@ mod tests {
             let p = DVec3::new(1.0, 2.0, 3.0);
             assert_eq!(axis.frame().global(axis.frame().local(p)), p);
         }
+    }
+
+    #[test]
+    fn shares_change_smoothly_and_end_where_one_axis_is_enough() {
+        assert_eq!(Axis::shares(DVec3::new(0.2, -1.0, 0.9)), [(Axis::Y, 1.0)]);
+        let at = |degrees: f64| Axis::shares(DVec3::new(degrees.to_radians().cos(), degrees.to_radians().sin(), 0.1));
+        assert_eq!(at(45.0), [(Axis::X, 0.5), (Axis::Y, 0.5)]);
+        let mut last = 1.0;
+        for n in 0..=400 {
+            let shares = at(43.0 + 0.01 * f64::from(n));
+            assert!((shares.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
+            assert!(shares.windows(2).all(|pair| pair[0].1 >= pair[1].1 - 1e-9));
+            let of_x = shares.iter().find(|s| s.0 == Axis::X).map_or(0.0, |s| s.1);
+            assert!(of_x <= last && last - of_x < 0.006, "{n}: from {last} to {of_x}");
+            last = of_x;
+        }
+        assert_eq!(last, 0.0);
     }
 }

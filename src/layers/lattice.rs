@@ -7,6 +7,9 @@ use glam::{DMat3, DVec3};
 
 /// Most samples per voxel and axis of a lattice in phases. Closer views are rendered per pixel.
 pub const MAX_SAMPLES_PER_VOXEL: u32 = 16;
+/// Largest |s| of a lattice: phases have stencils for 1; others go on where two axes share a picture (`Axis::shares`).
+const MAX_SHEAR_IN_PHASES: f64 = 1.0 + 1e-6;
+const MAX_SHEAR: f64 = 1.06;
 /// Samples kept around the viewport: the warp's filter reaches two, and one more keeps rounding away.
 const MARGIN: f64 = 3.0;
 /// How dense samples are where voxels are smaller than pixels, about as large, and much larger.
@@ -80,7 +83,7 @@ pub struct Lattice {
     pub frame: AxisFrame,
     /// Voxels along u, v, a.
     pub dims: [usize; 3],
-    /// Shear per layer, |s| ≤ 1.
+    /// Shear per layer.
     pub shear: [f64; 2],
     /// Samples per voxel along u and v.
     pub samples_per_voxel: [f64; 2],
@@ -94,18 +97,18 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The lattice for a parallel view, cropped to what the viewport shows, or `None` where none reaches: |s| > 1 (a
+    /// The lattice for a parallel view, cropped to what the viewport shows, or `None` where none reaches: |s| > 1.06 (a
     /// forced axis).
     pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, axis: Axis, density: Density) -> Option<Self> {
-        let mut lattice = Self::unsampled(rays, grid, axis, density)?;
+        let mut lattice = Self::unsampled(rays, grid, axis, density, MAX_SHEAR)?;
         lattice.crop(rays, viewport, [1.0; 2]);
         Some(lattice)
     }
 
-    /// The same with phases: whole samples per voxel, and whole voxels. `None` also where these are more than
+    /// The same with phases: whole samples per voxel, and whole voxels. `None` where |s| > 1, and where these are more than
     /// [`MAX_SAMPLES_PER_VOXEL`].
     pub fn in_phases(rays: &Rays, viewport: Viewport, grid: &Grid, axis: Axis, density: Density) -> Option<Self> {
-        let mut lattice = Self::unsampled(rays, grid, axis, density)?;
+        let mut lattice = Self::unsampled(rays, grid, axis, density, MAX_SHEAR_IN_PHASES)?;
         let m = lattice.samples_per_voxel.map(|m| (m - CEIL_SLACK).ceil());
         if m.iter().any(|&m| m > f64::from(MAX_SAMPLES_PER_VOXEL)) {
             return None;
@@ -115,11 +118,11 @@ impl Lattice {
         Some(lattice)
     }
 
-    fn unsampled(rays: &Rays, grid: &Grid, axis: Axis, density: Density) -> Option<Self> {
+    fn unsampled(rays: &Rays, grid: &Grid, axis: Axis, density: Density, max_shear: f64) -> Option<Self> {
         let frame = axis.frame();
         let direction = rays.central_direction();
         let shear = frame.shear(direction);
-        if !shear.iter().all(|s| s.abs() <= 1.0 + 1e-6) {
+        if !shear.iter().all(|s| s.abs() <= max_shear) {
             return None;
         }
         let samples_per_voxel = [frame.u, frame.v].map(|i| density.samples(grid.spacing()[i] / rays.pixel_size).max(1.0));

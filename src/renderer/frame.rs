@@ -96,9 +96,41 @@ impl Renderer {
         let rays = Rays::new(camera, viewport, &self.grid)?;
         let plan = Plan::new(&rays, viewport, &self.grid, settings)?;
         tracing::debug!("{plan}");
+        if let Plan::Shared(parts) = &plan {
+            return self.draw_shared(parts, &rays, viewport, settings);
+        }
         let report = self.run(&plan, &rays, viewport, settings)?;
         let warp = self.warp_params(&plan, &rays, viewport, settings.classification);
         Ok(Drawn { report, warp })
+    }
+
+    /// A frame that several lattices share, each warped into `scratch.frame` with its share.
+    fn draw_shared(
+        &mut self,
+        parts: &[(Plan, f64)],
+        rays: &Rays,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<Drawn, Error> {
+        let mut active_samples = 0;
+        for (n, (plan, share)) in parts.iter().enumerate() {
+            self.run(plan, rays, viewport, settings)?;
+            let warp = self.warp_params(plan, rays, viewport, settings.classification);
+            let warp = warp.map(|params| WarpParams { share: *share as f32, added: i32::from(n > 0), ..params });
+            self.draw_frame(&Drawn { report: FrameReport::new(plan), warp }, viewport)?;
+            active_samples += self.count_active()?;
+        }
+        self.scratch.active_count = 0;
+        Ok(Drawn { report: FrameReport { active_samples, ..FrameReport::new(&parts[0].0) }, warp: None })
+    }
+
+    /// Samples with opacity in what was drawn last.
+    fn count_active(&self) -> Result<u64, Error> {
+        let mut counts = vec![0; self.scratch.active_count];
+        if let Some(buffer) = &self.scratch.active_samples {
+            buffer.read(&self.device, &mut counts)?;
+        }
+        Ok(counts.iter().map(|&c| u64::from(c)).sum())
     }
 
     /// How the lattice of a plan comes onto the screen; nothing for a plan that draws there itself.
@@ -125,6 +157,8 @@ impl Renderer {
             forward,
             tile: tile.map(|n| n as i32),
             counts: counts as i32,
+            share: 1.0,
+            added: 0,
             filter: rays.voxels_per_pixel(frame).ceil().clamp(1.0, MOST_FILTERED) as i32,
         })
     }
@@ -162,11 +196,7 @@ impl Renderer {
     /// Waits for the frame and completes its report.
     pub(super) fn finish(&mut self, mut report: FrameReport) -> Result<FrameReport, Error> {
         report.stages = self.device.finish()?;
-        let mut counts = vec![0; self.scratch.active_count];
-        if let Some(buffer) = &self.scratch.active_samples {
-            buffer.read(&self.device, &mut counts)?;
-        }
-        report.active_samples = counts.iter().map(|&c| u64::from(c)).sum();
+        report.active_samples += self.count_active()?;
         Ok(report)
     }
 

@@ -104,7 +104,7 @@ impl Renderer {
     }
 
     /// The composited lattice before it is warped to the screen, with the ray of each sample; `None` where the view has
-    /// no lattice.
+    /// no lattice. Where axes share a picture, that of the most parallel one.
     pub fn lattice_picture(
         &mut self,
         camera: &Camera,
@@ -112,7 +112,10 @@ impl Renderer {
         settings: &Settings,
     ) -> Result<Option<LatticePicture>, Error> {
         let rays = Rays::new(camera, viewport, &self.grid)?;
-        let plan = Plan::new(&rays, viewport, &self.grid, settings)?;
+        let plan = match Plan::new(&rays, viewport, &self.grid, settings)? {
+            Plan::Shared(mut parts) => parts.swap_remove(0).0,
+            plan => plan,
+        };
         let report = self.run(&plan, &rays, viewport, settings)?;
         let picture = self.read_lattice(plan)?;
         self.finish(report)?;
@@ -137,6 +140,7 @@ impl Renderer {
                 self.run_point_direct(*axis, rays, viewport, settings)?
             }
             (Plan::Raycast(interpolation, step), _) => self.run_raycast(*interpolation, *step, rays, viewport, settings)?,
+            (Plan::Shared(_), _) => unreachable!("draw() takes its parts one by one"),
             (Plan::Stretches(step), _) => self.run_stretches(*step, rays, viewport, settings)?,
             (Plan::Slicing(step), _) => self.run_slicing(*step, rays, viewport, settings)?,
             (Plan::AxisSheets(axis), _) => self.run_axis_sheets(*axis, rays, viewport, settings)?,

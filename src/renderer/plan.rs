@@ -17,6 +17,9 @@ pub enum Plan {
     Lattice(Lattice),
     /// On the lattice of a perspective.
     Perspective(PerspectiveLattice),
+    /// On the lattices of two or three layer axes between which the view lies, each with its share of the picture, the most parallel
+    /// first.
+    Shared(Vec<(Plan, f64)>),
     /// Per pixel: with one layer axis, or with each ray's own.
     Direct(Option<Axis>),
     /// By axis-aligned sheets.
@@ -57,7 +60,28 @@ impl Plan {
         let Evaluation::Lattice(density) = settings.evaluation else {
             return Ok(direct);
         };
-        let lattice = match (rays.is_parallel(), settings.classification) {
+        if let Some(shared) = Self::shared(rays, viewport, grid, density, settings) {
+            return Ok(shared);
+        }
+        let lattice = Self::lattice(rays, viewport, grid, axis, density, settings.classification);
+        Ok(lattice.unwrap_or_else(|| {
+            // A forced axis is kept to.
+            let plan = if settings.layer_axis == LayerAxis::Auto { Self::cast(density, settings.classification) } else { direct };
+            tracing::info!("no lattice reaches this view: {plan}");
+            plan
+        }))
+    }
+
+    /// The lattice of a layer axis, if it reaches all rays.
+    fn lattice(
+        rays: &Rays,
+        viewport: Viewport,
+        grid: &Grid,
+        axis: Axis,
+        density: Density,
+        classification: Classification,
+    ) -> Option<Self> {
+        match (rays.is_parallel(), classification) {
             (true, Classification::Post(_)) => Lattice::in_phases(rays, viewport, grid, axis, density).map(Plan::Lattice),
             (true, Classification::Preintegrated { .. }) => Lattice::new(rays, viewport, grid, axis, density).map(Plan::Lattice),
             (false, Classification::Post(_)) => {
@@ -66,13 +90,20 @@ impl Plan {
             (false, Classification::Preintegrated { .. }) => {
                 PerspectiveLattice::of_points(rays, viewport, grid, axis, density).map(Plan::Perspective)
             }
+        }
+    }
+
+    /// Lattices of all axes that have a share in the view, if these are several and all reach. Splatted layers switch from one
+    /// axis to the next, as in the paper.
+    fn shared(rays: &Rays, viewport: Viewport, grid: &Grid, density: Density, settings: &Settings) -> Option<Self> {
+        let Classification::Preintegrated { .. } = settings.classification else { return None };
+        let shares = match settings.layer_axis {
+            LayerAxis::Auto => Axis::shares(rays.central_direction()),
+            LayerAxis::Forced(_) => return None,
         };
-        Ok(lattice.unwrap_or_else(|| {
-            // A forced axis is kept to.
-            let plan = if settings.layer_axis == LayerAxis::Auto { Self::cast(density, settings.classification) } else { direct };
-            tracing::info!("no lattice reaches this view: {plan}");
-            plan
-        }))
+        let lattice = |axis| Self::lattice(rays, viewport, grid, axis, density, settings.classification);
+        let parts: Option<Vec<_>> = shares.iter().map(|&(axis, share)| Some((lattice(axis)?, share))).collect();
+        parts.filter(|parts| parts.len() > 1).map(Plan::Shared)
     }
 
     /// Ray casting of at least the fidelity that a lattice would have: 44 to 70 dB with four steps per layer where one sample per layer
@@ -113,6 +144,7 @@ impl fmt::Display for Plan {
         match self {
             Plan::Lattice(l) => write!(f, "lattice of {}x{} samples, {:?} per voxel", l.size[0], l.size[1], l.samples_per_voxel),
             Plan::Perspective(l) => write!(f, "perspective lattice of {}x{} samples", l.size[0], l.size[1]),
+            Plan::Shared(parts) => parts.iter().try_for_each(|(plan, share)| write!(f, "{share:.3} of a {plan}; ")),
             Plan::Direct(Some(axis)) => write!(f, "direct, layer axis {axis:?}"),
             Plan::Direct(None) => write!(f, "direct, each ray with its own layer axis"),
             Plan::AxisSheets(axis) => write!(f, "sheets along axis {axis:?}"),

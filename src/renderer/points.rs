@@ -27,8 +27,9 @@ impl RayLattice {
         Some(match plan {
             Plan::Lattice(l) => {
                 let crossings = [l.crossings(0, padding(l.size[0])), l.crossings(1, 0)];
-                let Lattice { frame, size, layer_step, .. } = *l;
-                Self { frame, size, layer_step, centre_layer: l.centre_layer(), reach: PointReach::Near, crossings }
+                let Lattice { frame, size, layer_step, shear, .. } = *l;
+                let reach = if shear.iter().all(|s| s.abs() <= 1.0) { PointReach::Near } else { PointReach::Leaning };
+                Self { frame, size, layer_step, centre_layer: l.centre_layer(), reach, crossings }
             }
             Plan::Perspective(l) => {
                 let crossings = [l.crossings(0, padding(l.size[0])), l.crossings(1, 0)];

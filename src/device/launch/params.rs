@@ -111,7 +111,7 @@ shared_struct! {
 
 shared_struct! {
     /// See `WarpParams` in kernels/warp.cl.
-    WarpParams, WARP_PARAMS_BYTES, 72 {
+    WarpParams, WARP_PARAMS_BYTES, 80 {
         from_screen: [f32; 9],
         lattice: [i32; 2],
         frame: [i32; 2],
@@ -119,6 +119,8 @@ shared_struct! {
         tile: [i32; 2],
         counts: i32,
         filter: i32,
+        share: f32,
+        added: i32,
     }
 }
 
