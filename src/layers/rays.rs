@@ -124,8 +124,18 @@ impl Rays {
     /// Voxels along the side of a pixel, in a layer, of the in-layer axis that has more: everywhere in a parallel view, at the
     /// volume's centre in a perspective.
     pub fn voxels_per_pixel(&self, frame: AxisFrame) -> f64 {
-        let depth = if self.is_parallel() { 1.0 } else { -self.start };
-        self.pixel_size * depth / self.spacing[frame.u].min(self.spacing[frame.v])
+        self.pixel_at_centre() / self.spacing[frame.u].min(self.spacing[frame.v])
+    }
+
+    /// Pixels along a voxel step of one of the grid's axes, seen from the side: everywhere in a parallel view, at the volume's
+    /// centre in a perspective.
+    pub fn pixels_along(&self, axis: usize) -> f64 {
+        self.spacing[axis] / self.pixel_at_centre()
+    }
+
+    /// Side of a pixel in world units at the volume's centre.
+    fn pixel_at_centre(&self) -> f64 {
+        if self.is_parallel() { self.pixel_size } else { self.pixel_size * -self.start }
     }
 
     /// The eye of a perspective, in voxels.

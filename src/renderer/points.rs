@@ -4,12 +4,12 @@ use super::Renderer;
 use super::plan::Plan;
 use super::sample::stretches;
 use super::scratch::{at_least, filled};
-use super::settings::Settings;
+use super::settings::{Classification, Evaluation, Settings};
 use super::tables::{PointRays, PointReach};
 use crate::device::launch::PointLatticeArguments;
 use crate::device::launch::params::RayLatticeParams;
 use crate::error::Error;
-use crate::layers::{AxisFrame, Lattice, PerspectiveLattice, Rays};
+use crate::layers::{AxisFrame, Density, Lattice, PerspectiveLattice, Rays};
 
 /// What the kernel needs to know of a lattice of either projection.
 struct RayLattice {
@@ -41,6 +41,22 @@ impl RayLattice {
     }
 }
 
+/// Pixels that a layer is thick from which on it is sampled once more, and twice more.
+const MAGNIFIED: [f64; 2] = [6.0, 12.0];
+
+/// Settings for layers that are so many pixels thick: where lattices follow the screen, samples along rays do too. Few voxels
+/// are in view then, and what happens between layers is large enough to be seen.
+fn magnified(settings: &Settings, pixels: f64) -> Settings {
+    match (settings.evaluation, settings.classification) {
+        (Evaluation::Lattice(Density::Relaxed | Density::Fine), Classification::Preintegrated { samples_per_layer }) => {
+            let more = MAGNIFIED.iter().filter(|&&limit| pixels >= limit).count() as u32;
+            let samples_per_layer = (samples_per_layer + more).min(Classification::MAX_POINTS);
+            Settings { classification: Classification::Preintegrated { samples_per_layer }, ..*settings }
+        }
+        _ => *settings,
+    }
+}
+
 impl Renderer {
     /// Renders the lattice of a plan into `scratch.lattice`; nothing for one without a lattice.
     pub(super) fn run_points(&mut self, plan: &Plan, rays: &Rays, settings: &Settings) -> Result<(), Error> {
@@ -49,6 +65,7 @@ impl Renderer {
             return Ok(());
         };
         let axis = lattice.frame.layer_axis();
+        let settings = &magnified(settings, rays.pixels_along(lattice.frame.a));
         let axes = self.sample_axes(rays, settings);
         let Self { device, kernels, kept, scratch, .. } = self;
         let point_rays = PointRays { reach: lattice.reach, thinnest: Some(axes.step.min_element()), samples: settings.samples_per_layer() };
