@@ -11,8 +11,9 @@
 // A sample's place in the table.
 typedef struct {
     intv index, r, g, b, extinction; // integrals
+    realv at_extinction;
 #ifdef CURVED
-    realv at_r, at_g, at_b, at_extinction;
+    realv at_r, at_g, at_b;
 #endif
 } Node;
 
@@ -20,6 +21,17 @@ typedef struct {
 inline intv node_index(const SampleParams *p, realv value, int odd) {
     const realv x = (value - p->table_first) * (0.5f * p->table_per_value) + (odd ? 0.0f : 0.5f);
     return 2 * CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)((p->table_last - odd) / 2))) + odd;
+}
+
+// The running integral of extinction at a node.
+inline realv extinction_at(__global const int4 *integrals, intv index) {
+#ifdef GATHER_WORDS
+    const intv bits = GATHER_WORDS(integrals, index * 16 + 12);
+#else
+    const intv at = index * 4 + 3;
+    const intv bits = GATHER_AS(intv, (__global const int *)integrals, at);
+#endif
+    return AS_REALV(bits);
 }
 
 ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals, realv value, int odd) {
@@ -31,18 +43,10 @@ ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals
 #ifdef CURVED
     table_entries((__global const float4 *)integrals + p->table_last + 1, node.index, &node.at_r, &node.at_g, &node.at_b,
                   &node.at_extinction);
+#else
+    node.at_extinction = extinction_at(integrals, node.index + (p->table_last + 1));
 #endif
     return node;
-}
-
-// The running integral of extinction at a node.
-inline intv extinction_at(__global const int4 *integrals, intv index) {
-#ifdef GATHER_WORDS
-    return GATHER_WORDS(integrals, index * 16 + 12);
-#else
-    const intv at = index * 4 + 3;
-    return GATHER_AS(intv, (__global const int *)integrals, at);
-#endif
 }
 
 // Differences of the table's columns between two samples, in nodes, and their distance in nodes.
@@ -112,11 +116,7 @@ ALWAYS_INLINE Stretch stretch_between(const SampleParams *p, __global const int4
 #ifdef CURVED
     s.centroid = CLAMP(moment * per_extinction, (realv)(0.0f), (realv)(1.0f));
 #else
-    // From the share of the front half of the values, if extinction changes evenly. Their middle is a node, not quite half-way.
-    const intv middle = node_index(p, 0.5f * (from + to), 0);
-    const realv of_front = CONVERT_REALV(extinction_at(integrals, middle) - front->extinction) * per_extinction;
-    const realv off = 0.5f - CONVERT_REALV(middle - front->index) * (divisor * inverse);
-    s.centroid = CLAMP(0.8333333f - 0.6666667f * (of_front + off), (realv)(0.1666667f), (realv)(0.8333333f));
+    s.centroid = CLAMP(0.5f + 0.0833333f * d.distance * (back->at_extinction - front->at_extinction) * per_extinction, (realv)(0.0f), (realv)(1.0f));
 #endif
     return s;
 }
