@@ -116,11 +116,7 @@ __kernel void direct(__global const VOXEL *voxels, __global const uchar *visible
     // A sample mixes splat sums of three layers, each of reach 1 + |s| around its own crossing.
     const float reach_u = 1.0f + 2.0f * fabs(s_u), reach_v = 1.0f + 2.0f * fabs(s_v);
     const float lean = fmax(fabs(s_u), fabs(s_v));
-#ifdef FOOTPRINT_SET
-    const int bit = SET;
-#else
     const int bit = lean <= 1.0f ? NEAR : FAR;
-#endif
     const bool culling = p.culling && lean <= 3.0f;
 
     Light light = {0.0f, 0.0f, 0.0f, 1.0f};

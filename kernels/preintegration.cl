@@ -23,7 +23,7 @@ inline intv node_index(const SampleParams *p, realv value, int odd) {
     return 2 * CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)((p->table_last - odd) / 2))) + odd;
 }
 
-// The running integral of extinction at a node.
+// The extinction at a node's own value.
 inline realv extinction_at(__global const int4 *integrals, intv index) {
 #ifdef GATHER_WORDS
     const intv bits = GATHER_WORDS(integrals, index * 16 + 12);
@@ -44,7 +44,8 @@ ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals
     table_entries((__global const float4 *)integrals + p->table_last + 1, node.index, &node.at_r, &node.at_g, &node.at_b,
                   &node.at_extinction);
 #else
-    node.at_extinction = extinction_at(integrals, node.index + (p->table_last + 1));
+    if (p->shading)
+        node.at_extinction = extinction_at(integrals, node.index + (p->table_last + 1));
 #endif
     return node;
 }
@@ -96,12 +97,12 @@ typedef struct {
 ALWAYS_INLINE Stretch stretch_between(const SampleParams *p, __global const int4 *integrals, const Node *front,
                                       const Node *back, realv from, realv to, float2 ends, realv dt) {
     Difference d = difference_between(p, integrals, front, back, from, to);
+    // Where extinction lies: as of the parabola with the same ends and the same mean.
+    realv moment = 0.5f * d.extinction + 0.0833333f * d.distance * (back->at_extinction - front->at_extinction);
 #ifdef CURVED
     const float even = 1.0f - ends.x - ends.y;
     const realv of_front = ends.x * d.distance, of_back = ends.y * d.distance;
-    // Of an even change: as of the parabola with the same ends and the same mean.
-    const realv moment = even * (0.5f * d.extinction + 0.0833333f * d.distance * (back->at_extinction - front->at_extinction)) +
-                         of_back * back->at_extinction;
+    moment = even * moment + of_back * back->at_extinction;
     d.r = even * d.r + (of_front * front->at_r + of_back * back->at_r);
     d.g = even * d.g + (of_front * front->at_g + of_back * back->at_g);
     d.b = even * d.b + (of_front * front->at_b + of_back * back->at_b);
@@ -113,11 +114,7 @@ ALWAYS_INLINE Stretch stretch_between(const SampleParams *p, __global const int4
     Stretch s;
     s.r = d.r * per_extinction, s.g = d.g * per_extinction, s.b = d.b * per_extinction;
     s.depth = d.extinction * (divisor * inverse * dt);
-#ifdef CURVED
     s.centroid = CLAMP(moment * per_extinction, (realv)(0.0f), (realv)(1.0f));
-#else
-    s.centroid = CLAMP(0.5f + 0.0833333f * d.distance * (back->at_extinction - front->at_extinction) * per_extinction, (realv)(0.0f), (realv)(1.0f));
-#endif
     return s;
 }
 
@@ -127,9 +124,12 @@ inline float2 ends_of(const SampleParams *p, int l0, int l1) {
     return l0 < l1 ? (float2)(ends[0], ends[1]) : (float2)(ends[1], ends[0]);
 }
 
-// Lighting between that of two ends. Where these are a layer apart gradients stay near theirs, as the field does.
+// Lighting between that of two ends, the one with the stronger gradient counting for more: so light falls on what lies between
+// where gradients mix. Where ends are a layer apart gradients stay near theirs, as the field does.
 inline Lighting mix_lighting(const SampleParams *p, const Lighting *front, const Lighting *back, realv t) {
-    const realv mixed = t + p->curve * (RISE(t) - t);
+    const realv even = t + p->curve * (RISE(t) - t);
+    const realv of_back = even * back->weight;
+    const realv mixed = of_back * reciprocal((1.0f - even) * front->weight + of_back);
     const Lighting lighting = {front->factor + mixed * (back->factor - front->factor),
                                front->highlight + mixed * (back->highlight - front->highlight)};
     return lighting;

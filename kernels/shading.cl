@@ -32,9 +32,9 @@ typedef struct {
     realv r, g, b, t;
 } Light;
 
-// What a colour is multiplied by, and what highlight is added to it.
+// What a colour is multiplied by, and what highlight is added to it; and what it counts where it is mixed with another.
 typedef struct {
-    realv factor, highlight;
+    realv factor, highlight, weight;
 } Lighting;
 
 // Blinn-Phong, two-sided, one white light. Where the gradient is below 1e-3 of the value range per voxel the colour
@@ -50,6 +50,9 @@ inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a)
     const realv facing = fabs(u * p->light_u + v * p->light_v + a * p->light_a) * inverse;
     const realv mirror = fabs(u * p->half_u + v * p->half_v + a * p->half_a) * inverse;
     Lighting lighting;
+    // The root of the gradient's length: a weak one's direction is mostly noise, but a surface has weak ones too.
+    const realv length = squared * inverse + 1e-6f;
+    lighting.weight = length * inverse_sqrt(length);
     lighting.factor = 1.0f + lit * (p->ambient + p->diffuse * facing - 1.0f);
     lighting.highlight = lit * p->specular * power(mirror, p->power);
     return lighting;

@@ -2,8 +2,7 @@
 //
 // One work-item per (block u, block v, layer+1 of -1 ... n), u fastest. A layer's samples mix the splat sums of three
 // layers. visible_before[i] counts visible table entries before i. Bit NEAR is for rays that lean at most one voxel per
-// layer and reach REACH voxels, bit FAR for others: it takes the blocks around into account. Bit SET
-// is for the footprint set.
+// layer and reach REACH voxels, bit FAR for others: it takes the blocks around into account.
 
 __kernel void visibility(__global const VOXEL *limits, int blocks_u, int blocks_v, int layers, float background,
                          float offset, float table_first, float table_per_value, int table_last,
@@ -17,13 +16,9 @@ __kernel void visibility(__global const VOXEL *limits, int blocks_u, int blocks_
     const int from = max(k - 1, 0), to = min(k + 1, layers - 1);
     limits_of(limits, offset, blocks_u, blocks_v, from, to, b, c, &lo, &hi);
     const uchar near = any_visible(lo, hi, table_first, table_per_value, table_last, visible_before);
-    // No voxel is below the background, from which the set splats differences.
-    const float set_lo = background + (lo - background) * (1.0f - SET_SLACK);
-    const float set_hi = background + (hi - background) * (1.0f + SET_SLACK);
-    const uchar set = any_visible(set_lo, set_hi, table_first, table_per_value, table_last, visible_before);
     for (int y = max(c - 1, 0); y <= min(c + 1, blocks_v - 1); y++)
         for (int x = max(b - 1, 0); x <= min(b + 1, blocks_u - 1); x++)
             limits_of(limits, offset, blocks_u, blocks_v, from, to, x, y, &lo, &hi);
     const uchar far = any_visible(lo, hi, table_first, table_per_value, table_last, visible_before);
-    visible[get_global_id(0)] = (near ? NEAR : 0) | (far ? FAR : 0) | (set ? SET : 0);
+    visible[get_global_id(0)] = (near ? NEAR : 0) | (far ? FAR : 0);
 }

@@ -52,14 +52,11 @@ inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u
 // Block of a voxel, the margin counted; the size is a power of two, and >> rounds down also below 0.
 inline int block_of(int voxel, int size) { return (voxel >> (31 - clz(size))) + 1; }
 
-// Bits of a block's visibility: what is in reach of samples with |s| <= 1, of those with |s| <= 3, and of samples of
-// the footprint set, whose weights sum to 1 only within SET_SLACK.
+// Bits of a block's visibility: what is in reach of samples with |s| <= 1, and of those with |s| <= 3.
 #define NEAR 1
 #define FAR 2
-#define SET 4
-#define SET_SLACK 0.04f
 
-// Whether any block under samples in [u0, u1] x [v0, v1] of layer k (-1 ... n) can show anything; bit: NEAR, FAR or SET.
+// Whether any block under samples in [u0, u1] x [v0, v1] of layer k (-1 ... n) can show anything; bit: NEAR or FAR.
 inline bool block_visible(__global const uchar *visible, int bit, int blocks_u, int blocks_v, int u0, int u1, int v0,
                           int v1, int k) {
     const int b0 = max(block_of(u0, BLOCK), 0), b1 = min(block_of(u1, BLOCK), blocks_u - 1);

@@ -179,7 +179,7 @@ fn line_integral_difference(volume: &Volume, camera: &Camera, size: Viewport, se
     if let Some(picture) = renderer.lattice_picture(camera, size, settings).unwrap() {
         for (i, sample) in picture.samples.iter().enumerate() {
             let ray = picture.ray(i as u32 % picture.size[0], i as u32 / picture.size[0]);
-            largest = largest.max((f64::from(sample[3]) - integral.composite(&ray)[3]).abs());
+            largest = largest.max((f64::from(sample[3]) - integral.composite(&ray, DVec3::Z)[3]).abs());
         }
     } else {
         let (frame, _) = renderer.render(camera, size, settings).unwrap();
@@ -267,11 +267,11 @@ fn one_voxel_shows_its_footprint() {
     }
 }
 
-/// Stated in `set_lattice_sum_is_near_one`: bilinear reading of 8-bit texels of the nearest direction.
-const SET_SUM_BOUND: f64 = 0.02;
+/// Floats: the 8-bit images' weights are divided by their sum.
+const SET_SUM_TOLERANCE: f64 = 1e-4;
 
 #[test]
-fn set_lattice_sum_is_near_one() {
+fn the_set_keeps_what_is_flat() {
     // Deep inside a homogeneous cube whose extinction is linear in the value, ln T is proportional to the lattice sum.
     let volume = cube([40, 40, 6], DVec3::ONE);
     let transfer = linear_extinction(2e-4);
@@ -291,8 +291,7 @@ fn set_lattice_sum_is_near_one() {
             largest = largest.max(((1.0 - f64::from(q[3])).ln() / (1.0 - f64::from(p[3])).ln() - 1.0).abs());
         }
     }
-    assert!(largest < SET_SUM_BOUND, "{largest}");
-    assert!(largest > 1e-4, "the set cannot be that exact: {largest}");
+    assert!(largest < SET_SUM_TOLERANCE, "{largest}");
 }
 
 #[test]

@@ -147,7 +147,7 @@ fn bad_command_lines_exit_with_2() {
         ("--correction none --sublayers 2", "--correction"),
         ("--classification preintegrated --correction none", "--correction"),
         ("--classification preintegrated --footprints set", "--classification post"),
-        ("--sublayers 4", "1 to 3"),
+        ("--sublayers 9", "1 to 8"),
         ("--classification ray", "preintegrated"),
         ("--footprints set", "--lattice direct"),
         ("--quality best", "draft"),

@@ -1,6 +1,7 @@
 //! Voxels in floats, with the background around them.
 
 use crate::layers::{Interpolation, Ray};
+use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use glam::DVec3;
 
@@ -14,13 +15,13 @@ pub(super) struct Field {
 }
 
 impl Field {
-    pub fn new(volume: &Volume) -> Self {
+    pub fn new(volume: &Volume, transfer: &TransferFunction) -> Self {
         let mut voxels = Vec::with_capacity(volume.voxels().len());
         volume.voxels().for_each(|v| voxels.push(v as f32));
         Self {
             dims: volume.grid().dims().map(|n| n as i64),
             background: volume.background(),
-            gaussian_background: volume.gaussian_background(),
+            gaussian_background: transfer.gaussian_background(volume.range().0, volume.background()),
             range: volume.field_range(),
             voxels,
         }

@@ -2,18 +2,22 @@
 
 use super::compositing::{Gathered, picture};
 use super::field::Field;
+use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Interpolation, Ray, Rays, Viewport};
+use crate::renderer::Shading;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
+use glam::DVec3;
 
 /// Steps per smallest spacing.
 const STEPS: f64 = 16.0;
 
-/// Emission and absorption along rays through the reconstructed field (paper, Eq. 3), unshaded, in steps of
-/// 1/16 of the smallest spacing, with the piecewise-linear transfer function itself.
+/// Emission and absorption along rays through the reconstructed field (paper, Eq. 3), in steps of 1/16 of the smallest
+/// spacing, with the piecewise-linear transfer function itself; lit, if so, at every step by central differences of the field
+/// over one voxel each way.
 pub struct Integral<'a> {
     field: Field,
     transfer: &'a TransferFunction,
@@ -21,23 +25,32 @@ pub struct Integral<'a> {
     unit_distance: f64,
     /// What reconstructs the field. Default: the paper's cubic (Eq. 1 and 2).
     pub interpolation: Interpolation,
+    /// How it is lit. Default: not at all.
+    pub shading: Option<Shading>,
 }
 
 impl<'a> Integral<'a> {
     /// The integral for opacities per `unit_distance` (world units; by default the smallest spacing).
     pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, unit_distance: Option<f64>) -> Self {
         let unit_distance = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
-        Self { field: Field::new(volume), transfer, volume, unit_distance, interpolation: Interpolation::Tricubic }
+        Self {
+            field: Field::new(volume, transfer),
+            transfer,
+            volume,
+            unit_distance,
+            interpolation: Interpolation::Tricubic,
+            shading: None,
+        }
     }
 
     /// The picture of a camera.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
-        Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y))))
+        Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), rays.to_eye)))
     }
 
-    /// Premultiplied RGBA along one ray.
-    pub fn composite(&self, ray: &Ray) -> [f64; 4] {
+    /// Premultiplied RGBA along one ray; `to_eye` is the central ray's direction back to the eye, in the grid's axes.
+    pub fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let Some((enter, leave)) = self.field.support(self.interpolation, ray) else {
             return [0.0; 4];
         };
@@ -49,14 +62,17 @@ impl<'a> Integral<'a> {
         let dt = step * world_per_t / self.unit_distance;
         let mut gathered = Gathered::new();
         for n in 0..steps as usize {
-            let value = self.field.within_range(
-                self.field.reconstructed(self.interpolation, ray.origin + ray.direction * (enter + (n as f64 + 0.5) * step)),
-            );
+            let p = ray.origin + ray.direction * (enter + (n as f64 + 0.5) * step);
+            let value = self.field.within_range(self.field.reconstructed(self.interpolation, p));
             if self.transfer.opacity(value) == 0.0 {
                 continue;
             }
             let opacity = -(-self.transfer.extinction(value) * dt).exp_m1();
-            gathered.add(self.transfer.color(value), opacity);
+            let mut color = self.transfer.color(value);
+            if let Some(shading) = self.shading {
+                color = shade(self.volume, shading, color, self.field.differences(self.interpolation, p), to_eye);
+            }
+            gathered.add(color, opacity);
             if gathered.transmittance < 1e-12 {
                 break;
             }

@@ -33,7 +33,7 @@ pub(super) struct Crossing {
 impl<'a> Layered<'a> {
     /// A renderer. Of the settings, those that decide where sums are evaluated and what is skipped are ignored.
     pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
-        Self { field: Field::new(volume), volume, transfer, settings, in_parts: false }
+        Self { field: Field::new(volume, transfer), volume, transfer, settings, in_parts: false }
     }
 
     /// The picture of a camera, all rays with one layer axis, or each with its own.

@@ -26,7 +26,7 @@ pub struct Marched<'a> {
 impl<'a> Marched<'a> {
     /// A renderer; the settings' algorithm is ray casting or slicing.
     pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
-        Self { field: Field::new(volume), volume, transfer, settings }
+        Self { field: Field::new(volume, transfer), volume, transfer, settings }
     }
 
     /// The picture of a camera.

@@ -53,7 +53,13 @@ impl Layered<'_> {
     }
 
     /// A stretch of one colour, lit where most of its light comes from.
-    fn composite_whole(&self, stretch: &Stretch, lighting: Option<[Lighting; 2]>, samples_per_layer: u32, gathered: &mut Gathered) {
+    fn composite_whole(
+        &self,
+        stretch: &Stretch,
+        lighting: Option<[Lighting; 2]>,
+        samples_per_layer: u32,
+        gathered: &mut Gathered,
+    ) {
         let extinction = self.settings.extinction;
         let Some(mean) = mean(self.transfer, stretch, extinction) else { return };
         let opacity = opacity_of_depth(mean.attenuation * stretch.length, extinction);
@@ -110,27 +116,21 @@ fn mean(transfer: &TransferFunction, stretch: &Stretch, extinction: Extinction) 
         Extinction::Exponential => transfer.extinction(value).min(f64::MAX / PARTS as f64),
         Extinction::Linear => transfer.opacity(value),
     };
-    let parts = if from == to { 2 } else { PARTS };
+    let parts = if from == to { 1 } else { PARTS };
     let even = (1.0 - ends[0] - ends[1]) / parts as f64;
     let between = (0..parts).map(|i| (from + (to - from) * (i as f64 + 0.5) / parts as f64, even));
     let (mut sum, mut color) = (0.0, [0.0; 3]);
-    for (value, weight) in between.clone().chain([(from, ends[0]), (to, ends[1])]) {
+    for (value, weight) in between.chain([(from, ends[0]), (to, ends[1])]) {
         let attenuation = attenuation_at(value);
         sum += weight * attenuation;
         for (c, own) in color.iter_mut().zip(transfer.color(value)) {
             *c += weight * attenuation * own;
         }
     }
-    let front: f64 = between.take(parts / 2).map(|(value, weight)| weight * attenuation_at(value)).sum();
-    let centroid = if ends == [0.0; 2] {
-        // As if attenuation changed evenly, with the same share in the front half.
-        (5.0 / 6.0 - 2.0 / 3.0 * front / sum).clamp(1.0 / 6.0, 5.0 / 6.0)
-    } else {
-        // The even part as a parabola with the same ends and the same mean.
-        let [at_front, at_back] = [from, to].map(attenuation_at);
-        let lumps = ends[0] * at_front + ends[1] * at_back;
-        let moment = (sum - lumps) / 2.0 + (1.0 - ends[0] - ends[1]) * (at_back - at_front) / 12.0 + ends[1] * at_back;
-        (moment / sum).clamp(0.0, 1.0)
-    };
+    // The even part as a parabola with the same ends and the same mean.
+    let [at_front, at_back] = [from, to].map(attenuation_at);
+    let lumps = ends[0] * at_front + ends[1] * at_back;
+    let moment = (sum - lumps) / 2.0 + (1.0 - ends[0] - ends[1]) * (at_back - at_front) / 12.0 + ends[1] * at_back;
+    let centroid = (moment / sum).clamp(0.0, 1.0);
     (sum > 0.0).then(|| Mean { attenuation: sum, color: color.map(|c| c / sum), centroid })
 }

@@ -4,15 +4,19 @@ use crate::renderer::Shading;
 use crate::volume::Volume;
 use glam::DVec3;
 
-/// What a colour is multiplied by, and what highlight is added to it.
+/// What a gradient counts that is none.
+const LEAST_LENGTH: f64 = 1e-6;
+
+/// What a colour is multiplied by, and what highlight is added to it; and what it counts in a mixture, the root of the gradient's length.
 #[derive(Clone, Copy)]
 pub(super) struct Lighting {
     factor: f64,
     highlight: f64,
+    weight: f64,
 }
 
 impl Lighting {
-    const NONE: Self = Self { factor: 1.0, highlight: 0.0 };
+    const NONE: Self = Self { factor: 1.0, highlight: 0.0, weight: 1e-3 };
 
     /// Blinn-Phong with the fade for weak gradients (math.md, "Conventions"). `gradient` in voxel differences; `to_eye` in the
     /// grid's axes.
@@ -30,13 +34,19 @@ impl Lighting {
         let fade = fade * fade * (3.0 - 2.0 * fade);
         let factor = shading.ambient + shading.diffuse * normal.dot(light).abs();
         let highlight = shading.specular * normal.dot(half_way).abs().powf(shading.power);
-        Self { factor: 1.0 + fade * (factor - 1.0), highlight: fade * highlight }
+        let weight = (gradient.length() + LEAST_LENGTH).sqrt();
+        Self { factor: 1.0 + fade * (factor - 1.0), highlight: fade * highlight, weight }
     }
 
     /// Between this and another.
     pub fn mix(self, other: Self, t: f64) -> Self {
+        let t = t * other.weight / ((1.0 - t) * self.weight + t * other.weight);
         let mix = |a: f64, b: f64| a + t * (b - a);
-        Self { factor: mix(self.factor, other.factor), highlight: mix(self.highlight, other.highlight) }
+        Self {
+            factor: mix(self.factor, other.factor),
+            highlight: mix(self.highlight, other.highlight),
+            weight: mix(self.weight, other.weight),
+        }
     }
 
     /// A colour in it.

@@ -38,7 +38,7 @@ struct Splat {
 impl<'a> Sheets<'a> {
     /// A renderer; the settings' algorithm is one of the two.
     pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
-        Self { field: Field::new(volume), volume, transfer, settings }
+        Self { field: Field::new(volume, transfer), volume, transfer, settings }
     }
 
     /// The picture of a camera.

@@ -77,7 +77,11 @@ impl Renderer {
         let sample_axes = self.sample_axes(rays, settings);
         let Self { device, kernels, kept, .. } = self;
         let axes = axes_of(axis);
-        let point_rays = PointRays { reach: PointReach::Leaning, thinnest: Some(sample_axes.step.min_element()), samples: settings.samples_per_layer() };
+        let point_rays = PointRays {
+            reach: PointReach::Leaning,
+            thinnest: Some(sample_axes.step.min_element()),
+            samples: settings.samples_per_layer(),
+        };
         kept.prepare_points(device, kernels, &axes, &self.transfer, settings.extinction, point_rays)?;
         self.make_frame(viewport)?;
 

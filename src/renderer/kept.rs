@@ -17,7 +17,6 @@ pub(super) struct Kept {
     /// Taken from every voxel by the kernels, so that float sums are as fine as the data's own range.
     offset: f64,
     background: f64,
-    gaussian_background: f64,
     field_range: (f64, f64),
     voxels: VoxelBuffer,
     transposed: Option<VoxelBuffer>,
@@ -40,7 +39,6 @@ impl Kept {
             dims: volume.grid().dims(),
             offset: volume.range().0,
             background: volume.background(),
-            gaussian_background: volume.gaussian_background(),
             field_range: volume.field_range(),
             voxels: VoxelBuffer::upload(device, volume.voxels(), volume.name())?,
             transposed: None,
@@ -67,7 +65,7 @@ impl Kept {
 
     /// The same for the Gaussian.
     pub fn gaussian_background(&self) -> f32 {
-        (self.gaussian_background - self.offset) as f32
+        self.table().gaussian_background
     }
 
     /// [`Self::layout`] as samples of a reach see it.

@@ -43,7 +43,6 @@ pub struct Renderer {
     grid: Grid,
     value_range: (f64, f64),
     field_range: (f64, f64),
-    gaussian_background: f64,
     transfer: TransferFunction,
     kernels: Kernels,
     kept: Kept,
@@ -58,7 +57,6 @@ impl Renderer {
             grid: volume.grid().clone(),
             value_range: volume.range(),
             field_range: volume.field_range(),
-            gaussian_background: volume.gaussian_background(),
             transfer: transfer.clone(),
             kernels: Kernels::new(volume.voxels().voxel_type()),
             kept: Kept::upload(device, volume)?,
@@ -139,7 +137,12 @@ impl Renderer {
             (Plan::Direct(axis), Classification::Preintegrated { .. }) => {
                 self.run_point_direct(*axis, rays, viewport, settings)?
             }
-            (Plan::Raycast(interpolation, step), _) => self.run_raycast(*interpolation, *step, rays, viewport, settings)?,
+            (Plan::Raycast(interpolation, step), _) => {
+                let (interpolation, step) = (*interpolation, *step);
+                // Also where layers are asked for and no lattice reaches.
+                let settings = Settings { algorithm: Algorithm::Raycast { interpolation, step }, ..*settings };
+                self.run_raycast(interpolation, step, rays, viewport, &settings)?
+            }
             (Plan::Shared(_), _) => unreachable!("draw() takes its parts one by one"),
             (Plan::Stretches(step), _) => self.run_stretches(*step, rays, viewport, settings)?,
             (Plan::Slicing(step), _) => self.run_slicing(*step, rays, viewport, settings)?,

@@ -68,7 +68,8 @@ impl Renderer {
         let settings = &magnified(settings, rays.pixels_along(lattice.frame.a));
         let axes = self.sample_axes(rays, settings);
         let Self { device, kernels, kept, scratch, .. } = self;
-        let point_rays = PointRays { reach: lattice.reach, thinnest: Some(axes.step.min_element()), samples: settings.samples_per_layer() };
+        let point_rays =
+            PointRays { reach: lattice.reach, thinnest: Some(axes.step.min_element()), samples: settings.samples_per_layer() };
         kept.prepare_points(device, kernels, &[axis], &self.transfer, settings.extinction, point_rays)?;
         let samples = lattice.size[0] as usize * lattice.size[1] as usize;
         at_least(&mut scratch.lattice, device, samples, "the lattice")?;

@@ -6,7 +6,7 @@ use super::settings::{Classification, Settings};
 use super::tables::Integrals;
 use crate::device::launch::Stretches;
 use crate::device::launch::params::{Float4, SampleParams};
-use crate::layers::{AxisFrame, Correction, Interpolation, LayerSlabs, Rays, SubSlab, stretch_ends, CURVE_SHARE};
+use crate::layers::{AxisFrame, CURVE_SHARE, Correction, LayerSlabs, Rays, SubSlab, stretch_ends};
 use crate::transfer::Extinction;
 use glam::DVec3;
 
@@ -46,13 +46,6 @@ impl Renderer {
         }
     }
 
-    /// The value of missing voxels.
-    fn background_of(&self, algorithm: Algorithm) -> f64 {
-        let gaussian =
-            matches!(algorithm, Algorithm::ViewSheets { .. } | Algorithm::Raycast { interpolation: Interpolation::Gaussian, .. });
-        if gaussian { self.gaussian_background } else { self.field_range.0 }
-    }
-
     /// Parameters for a layer axis; the direct kernel, whose rays may differ in theirs, sets the axes itself.
     pub(super) fn sample_params(&self, axes: &SampleAxes, frame: AxisFrame, settings: &Settings) -> SampleParams {
         let kept = &self.kept;
@@ -77,7 +70,7 @@ impl Renderer {
             visible,
             linear: i32::from(settings.extinction == Extinction::Linear),
             samples_per_layer: samples.map(|n| n as i32),
-            background_visible: i32::from(self.transfer.opacity(self.background_of(settings.algorithm)) > 0.0),
+            background_visible: i32::from(self.transfer.opacity(self.field_range.0) > 0.0),
             opaque: if settings.early_termination { Settings::OPAQUE as f32 } else { 0.0 },
             shading: i32::from(settings.shading.is_some()),
             gradient: local(axes.gradient),

@@ -53,6 +53,8 @@ pub(super) struct PointRays {
 pub(super) struct Table {
     pub extinction: Extinction,
     pub on_host: TransferTable,
+    /// See [`TransferFunction::gaussian_background`]; less the offset, which is the smallest value.
+    pub gaussian_background: f32,
     pub entries: Buffer<Float4>,
     pub visible_before: Buffer<u32>,
     /// Value of the first entry, less the offset, entries per value, index of the last entry.
@@ -118,6 +120,7 @@ impl Table {
             visible_entries: table.visible_entries(),
             scale: ((table.first - offset) as f32, table.per_value as f32, entries.len() as i32 - 1),
             on_host: table,
+            gaussian_background: (transfer.gaussian_background(offset, field_range.0) - offset) as f32,
             visible: [None, None, None],
             slabs_visible: Default::default(),
             integrals: None,

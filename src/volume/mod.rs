@@ -92,12 +92,6 @@ impl Volume {
         self.range.0.min(0.0)
     }
 
-    /// What the Gaussian of the sheets, whose lattice sum is only near 1, takes missing voxels for: the smallest value, since it errs by
-    /// 4 % of the distance from it (the background where all voxels are alike).
-    pub fn gaussian_background(&self) -> f64 {
-        if self.range.0 < self.range.1 { self.range.0 } else { self.background() }
-    }
-
     /// Range of every interpolated value: that of the voxels and the background.
     pub fn field_range(&self) -> (f64, f64) {
         (self.background(), self.range.1.max(self.background()))

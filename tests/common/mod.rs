@@ -163,6 +163,18 @@ fn real_volumes() -> PathBuf {
     std::env::var_os("LAYERSPLAT_VOLUMES").map_or(default.into(), PathBuf::from)
 }
 
+/// A file beside the real data sets, with a transfer function from the folder `../transfer`, or `fire`.
+pub fn real(file: &str, spacing: Option<DVec3>, transfer: Option<&str>) -> (Volume, TransferFunction) {
+    let folder = real_volumes();
+    let options = layersplat::RawOptions { spacing, ..Default::default() };
+    let volume = Volume::open(folder.join(file).to_str().unwrap(), &options).unwrap();
+    let transfer = match transfer {
+        Some(name) => TransferFunction::from_file(&folder.join("../transfer").join(name), None).unwrap(),
+        None => TransferFunction::builtin("fire", &volume).unwrap(),
+    };
+    (volume, transfer)
+}
+
 /// A real 8-bit data set with its transfer function, `../transfer/NAME.json` beside the volumes' folder.
 pub fn data_set(name: &str) -> (Volume, TransferFunction) {
     let folder = real_volumes();

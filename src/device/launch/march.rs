@@ -75,8 +75,18 @@ impl MarchKernel {
 
     /// Slices the trilinear field. `cut`: values can lie beyond the table.
     pub fn slicing(device: &Device, voxel_type: VoxelType, cut: bool) -> Result<Self, Error> {
-        let source =
-            source!("march", "elementary", "volume", "table_entries", "shading", "screen", "field", "marching", "slabs", "slicing");
+        let source = source!(
+            "march",
+            "elementary",
+            "volume",
+            "table_entries",
+            "shading",
+            "screen",
+            "field",
+            "marching",
+            "slabs",
+            "slicing"
+        );
         Ok(Self(device.kernel(&source, &format!("{} {}", march_defines(device, voxel_type), cut_define(cut)))?))
     }
 

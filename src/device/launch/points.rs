@@ -20,7 +20,8 @@ pub(crate) struct Stretches {
 
 impl Stretches {
     pub(super) fn defines(self) -> String {
-        let [curved, dimmed] = [(self.curved, "-DCURVED"), (self.dimmed, "-DDIMMED")].map(|(on, define)| if on { define } else { "" });
+        let [curved, dimmed] =
+            [(self.curved, "-DCURVED"), (self.dimmed, "-DDIMMED")].map(|(on, define)| if on { define } else { "" });
         format!("-DTRICUBIC {} {curved} {dimmed}", cut_define(self.cut))
     }
 }
