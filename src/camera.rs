@@ -77,10 +77,13 @@ impl Camera {
         Self::orbit(centre, diagonal, orbit, projection)
     }
 
-    /// A perspective in which every rotation of an object fits the field of view (degrees): the eye is half the object's
-    /// `diagonal` / sin(fov/2) away from its centre, as after vtkRenderer::ResetCamera.
-    pub fn fit_perspective(centre: DVec3, diagonal: f64, field_of_view: f64, orbit: Orbit) -> Self {
-        let distance = diagonal / 2.0 / (field_of_view.to_radians() / 2.0).sin();
+    /// A perspective in which every rotation of an object fits the field of view (vertical, degrees): the eye is half the object's
+    /// `diagonal` / sin(fov/2) away from its centre, as after vtkRenderer::ResetCamera, with the horizontal field of view where
+    /// the viewport is narrower than high.
+    pub fn fit_perspective(centre: DVec3, diagonal: f64, field_of_view: f64, viewport: Viewport, orbit: Orbit) -> Self {
+        let aspect = f64::from(viewport.width) / f64::from(viewport.height);
+        let narrower = ((field_of_view.to_radians() / 2.0).tan() * aspect.min(1.0)).atan();
+        let distance = diagonal / 2.0 / narrower.sin();
         Self::orbit(centre, distance, orbit, Projection::Perspective { field_of_view })
     }
 

@@ -1,7 +1,8 @@
 //! `layersplat bench`: the paper's protocol, a full turn about y.
 
+use super::options::Fit;
 use super::rotate::{ELEVATION, progress, turn};
-use super::scene::{Scene, SceneOptions, camera};
+use super::scene::{Cameras, Scene, SceneOptions};
 use crate::camera::Orbit;
 use crate::device::StageTimes;
 use crate::error::Error;
@@ -55,7 +56,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let scene = Scene::open(&arguments.scene)?;
     let background = options.background.unwrap_or(Background::BLACK);
     let frames = arguments.frames;
-    let view = |n: u32| camera(options, scene.volume.grid(), turn(options.orbit(ELEVATION), n, frames));
+    let orbits = (0..frames).map(|n| turn(options.orbit(ELEVATION), n, frames));
+    let fitting = Cameras::new(options, &scene, Fit::Volume);
+    let cameras = fitting.sequence(orbits);
+    let view = |n: u32| cameras[n as usize];
 
     let started = Instant::now();
     let mut renderer = scene.renderer()?;
@@ -85,7 +89,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let timed = |renderer: &mut Renderer, azimuth: f64| -> Result<f64, Error> {
         let started = Instant::now();
         let turned = Orbit { azimuth, ..options.orbit(ELEVATION) };
-        let camera = camera(options, scene.volume.grid(), turned);
+        let camera = fitting.still(turned);
         renderer.render_rgba8(&camera, options.size, &scene.settings, background)?;
         Ok(milliseconds(started))
     };

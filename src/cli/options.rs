@@ -73,16 +73,20 @@ pub(super) struct CameraOptions {
     /// Degrees about the view direction
     #[arg(long, default_value_t = 0.0, value_parser = parse::finite, allow_hyphen_values = true)]
     pub roll: f64,
-    /// Half the picture's height in world units [default: every rotation fits]
+    /// What the picture fits: what is visible from here, with a small margin (of `rotate`, in the whole turn), or the whole volume from
+    /// all sides [default: visible; bench: volume]
+    #[arg(long)]
+    pub fit: Option<Fit>,
+    /// Half the picture's height in world units [default: see --fit]
     #[arg(long, value_parser = parse::positive, conflicts_with = "perspective", allow_hyphen_values = true)]
     pub parallel_scale: Option<f64>,
     /// Perspective with this vertical field of view in degrees [default: parallel]
     #[arg(long, value_parser = parse::field_of_view, value_name = "FOV", allow_hyphen_values = true)]
     pub perspective: Option<f64>,
-    /// Distance of the eye from the centre, in a perspective [default: every rotation fits]
+    /// Distance of the eye from the centre, in a perspective [default: see --fit]
     #[arg(long, value_parser = parse::positive, requires = "perspective", allow_hyphen_values = true)]
     pub distance: Option<f64>,
-    /// World point in the middle of the picture [default: the volume's centre]
+    /// World point in the middle of the picture [default: see --fit]
     #[arg(long, value_parser = parse::vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub center: Option<DVec3>,
     /// Size of the picture in pixels
@@ -91,6 +95,13 @@ pub(super) struct CameraOptions {
     /// black, white, grey, #rrggbb, R,G,B or transparent [default: .png on black, .npy bare]
     #[arg(long)]
     pub background: Option<Background>,
+}
+
+/// What a camera fits into the picture.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub(super) enum Fit {
+    Visible,
+    Volume,
 }
 
 impl CameraOptions {

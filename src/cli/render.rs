@@ -1,6 +1,7 @@
 //! `layersplat render`.
 
-use super::scene::{Scene, SceneOptions, camera};
+use super::options::Fit;
+use super::scene::{Cameras, Scene, SceneOptions};
 use crate::error::Error;
 use crate::image::ImageFormat;
 use crate::renderer::LatticeReport;
@@ -38,7 +39,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     ImageFormat::of(&arguments.output)?;
     let options = &arguments.scene.camera;
     let scene = Scene::open(&arguments.scene)?;
-    let camera = camera(options, scene.volume.grid(), options.orbit(0.0));
+    let camera = Cameras::new(options, &scene, Fit::Visible).still(options.orbit(0.0));
     let started = Instant::now();
     let mut renderer = scene.renderer()?;
     let (frame, report) = renderer.render(&camera, options.size, &scene.settings)?;

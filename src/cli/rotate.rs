@@ -1,6 +1,7 @@
 //! `layersplat rotate`.
 
-use super::scene::{Scene, SceneOptions, camera};
+use super::options::Fit;
+use super::scene::{Cameras, Scene, SceneOptions};
 use crate::camera::Orbit;
 use crate::error::Error;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -51,9 +52,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut renderer = scene.renderer()?;
     std::fs::create_dir_all(&arguments.output).map_err(|e| Error::write(&arguments.output, e))?;
     let bar = progress(arguments.frames, "rendering");
-    for n in 0..arguments.frames {
-        let camera = camera(options, scene.volume.grid(), turn(options.orbit(ELEVATION), n, arguments.frames));
-        let (frame, _) = renderer.render(&camera, options.size, &scene.settings)?;
+    let orbits = (0..arguments.frames).map(|n| turn(options.orbit(ELEVATION), n, arguments.frames));
+    for (n, camera) in Cameras::new(options, &scene, Fit::Visible).sequence(orbits).iter().enumerate() {
+        let (frame, _) = renderer.render(camera, options.size, &scene.settings)?;
         frame.save(arguments.output.join(format!("frame_{n:04}.png")), options.background)?;
         bar.inc(1);
     }

@@ -1,9 +1,10 @@
 //! Everything a picture needs, from the shared options.
 
-use super::options::{CameraOptions, DeviceOptions, QualityOptions, TransferOptions, VolumeOptions};
+use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, TransferOptions, VolumeOptions};
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
+use crate::framing::{Fixed, Framing};
 use crate::renderer::{Renderer, Settings};
 use crate::transfer::TransferFunction;
 use crate::volume::{Grid, Volume};
@@ -60,15 +61,71 @@ pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume) -> Resul
     }
 }
 
-/// The camera that the options ask for, on an orbit.
-pub(super) fn camera(options: &CameraOptions, grid: &Grid, orbit: Orbit) -> Camera {
-    let centre = options.center.unwrap_or_else(|| grid.centre());
-    match (options.perspective, options.parallel_scale, options.distance) {
-        (Some(field_of_view), _, Some(distance)) => {
-            Camera::orbit(centre, distance, orbit, Projection::Perspective { field_of_view })
+/// Cameras that the options ask for.
+pub(super) struct Cameras<'a> {
+    options: &'a CameraOptions,
+    grid: &'a Grid,
+    /// What is visible, if that is to be fitted.
+    framing: Option<Framing>,
+    fixed: Fixed,
+}
+
+impl<'a> Cameras<'a> {
+    /// `default`: what they fit unless the options say otherwise.
+    pub fn new(options: &'a CameraOptions, scene: &'a Scene, default: Fit) -> Self {
+        let fit = options.fit.unwrap_or(default);
+        let framing = (fit == Fit::Visible).then(|| Framing::visible(&scene.volume, &scene.transfer));
+        let fixed = Fixed { centre: options.center, scale: options.parallel_scale, distance: options.distance };
+        Self { options, grid: scene.volume.grid(), framing, fixed }
+    }
+
+    /// The camera of one picture.
+    pub fn still(&self, orbit: Orbit) -> Camera {
+        let CameraOptions { size, .. } = *self.options;
+        match (&self.framing, self.options.perspective) {
+            (Some(framing), None) => framing.parallel(orbit, size, self.fixed),
+            (Some(framing), Some(field_of_view)) => framing.perspective(orbit, size, field_of_view, self.fixed),
+            (None, _) => self.of_volume(orbit),
         }
-        (Some(field_of_view), _, None) => Camera::fit_perspective(centre, grid.diagonal(), field_of_view, orbit),
-        (None, Some(scale), _) => Camera::orbit(centre, grid.diagonal(), orbit, Projection::Parallel { scale }),
-        (None, None, _) => Camera::fit_parallel(centre, grid.diagonal(), options.size, orbit),
+    }
+
+    /// The cameras of a sequence, all of the same scale and around the same point.
+    pub fn sequence(&self, orbits: impl Iterator<Item = Orbit>) -> Vec<Camera> {
+        let Some(framing) = &self.framing else { return orbits.map(|orbit| self.of_volume(orbit)).collect() };
+        let about = Self {
+            fixed: Fixed { centre: Some(self.fixed.centre.unwrap_or_else(|| framing.centre())), ..self.fixed },
+            framing: self.framing.clone(),
+            ..*self
+        };
+        let cameras: Vec<Camera> = orbits.map(|orbit| about.still(orbit)).collect();
+        let size = |camera: &Camera| match camera.projection {
+            Projection::Parallel { scale } => scale,
+            Projection::Perspective { .. } => camera.position.distance(camera.focal_point),
+        };
+        let largest = cameras.iter().map(size).fold(0.0, f64::max);
+        let grown = |camera: Camera| match camera.projection {
+            Projection::Parallel { .. } => Camera { projection: Projection::Parallel { scale: largest }, ..camera },
+            Projection::Perspective { .. } => {
+                let to_eye = (camera.position - camera.focal_point).normalize_or_zero();
+                Camera { position: camera.focal_point + to_eye * largest, ..camera }
+            }
+        };
+        cameras.into_iter().map(grown).collect()
+    }
+
+    /// The whole volume, from all sides.
+    fn of_volume(&self, orbit: Orbit) -> Camera {
+        let (options, grid) = (self.options, self.grid);
+        let centre = options.center.unwrap_or_else(|| grid.centre());
+        match (options.perspective, options.parallel_scale, options.distance) {
+            (Some(field_of_view), _, Some(distance)) => {
+                Camera::orbit(centre, distance, orbit, Projection::Perspective { field_of_view })
+            }
+            (Some(field_of_view), _, None) => {
+                Camera::fit_perspective(centre, grid.diagonal(), field_of_view, options.size, orbit)
+            }
+            (None, Some(scale), _) => Camera::orbit(centre, grid.diagonal(), orbit, Projection::Parallel { scale }),
+            (None, None, _) => Camera::fit_parallel(centre, grid.diagonal(), options.size, orbit),
+        }
     }
 }

@@ -142,8 +142,8 @@ mod tests {
         let orbit = Orbit { azimuth: 33.0, elevation: -20.0, roll: 15.0 };
         let cameras = [
             Camera::fit_parallel(grid.centre(), grid.diagonal(), size, orbit),
-            Camera::fit_perspective(grid.centre(), grid.diagonal(), 40.0, orbit),
-            Camera::fit_perspective(grid.centre(), grid.diagonal(), 150.0, orbit),
+            Camera::fit_perspective(grid.centre(), grid.diagonal(), 40.0, size, orbit),
+            Camera::fit_perspective(grid.centre(), grid.diagonal(), 150.0, size, orbit),
         ];
         for camera in cameras {
             let rays = Rays::new(&camera, size, &grid).unwrap();

@@ -138,6 +138,12 @@ impl TransferFunction {
         interpolate(&self.opacities, value, |a, b, t| a + (b - a) * t)
     }
 
+    /// The largest opacity of any value from `lo` to `hi`.
+    pub fn largest_opacity(&self, lo: f64, hi: f64) -> f64 {
+        let between = self.opacities.iter().filter(|p| (lo..=hi).contains(&p.0)).map(|p| p.1);
+        between.fold(self.opacity(lo).max(self.opacity(hi)), f64::max)
+    }
+
     /// Colour (red, green, blue) at a value, 0 … 1.
     pub fn color(&self, value: f64) -> [f64; 3] {
         interpolate(&self.colors, value, |a, b, t| std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t))

@@ -109,7 +109,8 @@ pub fn parallel(volume: &Volume, size: Viewport, azimuth: f64, elevation: f64) -
 /// A perspective in which every rotation fits.
 pub fn perspective(volume: &Volume, azimuth: f64, elevation: f64, field_of_view: f64) -> Camera {
     let orbit = Orbit { azimuth, elevation, roll: 0.0 };
-    Camera::fit_perspective(volume.grid().centre(), volume.grid().diagonal(), field_of_view, orbit)
+    let square = viewport(1, 1);
+    Camera::fit_perspective(volume.grid().centre(), volume.grid().diagonal(), field_of_view, square, orbit)
 }
 
 pub fn scaled(camera: Camera, scale: f64) -> Camera {

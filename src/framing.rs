@@ -1,0 +1,246 @@
+//! Where a volume can be seen through a transfer function, and the cameras that fit it.
+//!
+//! What is visible is found by blocks of [`BLOCK`] cells of the reconstructed field: it depends on volume and transfer function
+//! alone, not on how a picture is made.
+
+use crate::camera::{Camera, Orbit, Projection};
+use crate::layers::Viewport;
+use crate::transfer::TransferFunction;
+use crate::volume::Volume;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Cells along the side of a block.
+const BLOCK: i64 = 4;
+/// Opacity per unit distance below which nothing is seen of a few voxels: a quarter of a step of 8 bits.
+const FAINT: f64 = 1e-3;
+/// Part of the picture's half height and width that is left free around what is fitted.
+const MARGIN: f64 = 0.05;
+
+/// The outline of what is visible: world points whose convex hull holds all of it.
+#[derive(Clone, Debug)]
+pub struct Framing {
+    points: Vec<DVec3>,
+}
+
+/// What a fitted camera must keep to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fixed {
+    /// World point in the middle of the picture.
+    pub centre: Option<DVec3>,
+    /// Half the picture's height in world units, of a parallel view.
+    pub scale: Option<f64>,
+    /// Distance of the eye from the point in the middle, of a perspective.
+    pub distance: Option<f64>,
+}
+
+impl Framing {
+    /// The outline of what `transfer` shows of `volume`, as far as kernels of radius 1 spread it; of the whole grid, if it shows
+    /// nothing.
+    pub fn visible(volume: &Volume, transfer: &TransferFunction) -> Self {
+        let dims = volume.grid().dims().map(|n| n as i64);
+        let blocks = dims.map(|n| (n + 1 + BLOCK - 1) / BLOCK);
+        let rows = (0..blocks[1] * blocks[2]).into_par_iter();
+        let points: Vec<DVec3> =
+            rows.flat_map_iter(|row| row_outline(volume, transfer, dims, [row % blocks[1], row / blocks[1]])).collect();
+        let points = if points.is_empty() { corners([-1; 3], dims) } else { points };
+        let grid = volume.grid();
+        let world = |p: DVec3| grid.origin() + grid.direction() * (p * grid.spacing());
+        Self { points: points.into_iter().map(world).collect() }
+    }
+
+    /// The middle of the box around it, along the world's axes.
+    pub fn centre(&self) -> DVec3 {
+        let lo = self.points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let hi = self.points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        (lo + hi) / 2.0
+    }
+
+    /// A parallel view from an orbit in which it fits, with a small margin.
+    pub fn parallel(&self, orbit: Orbit, viewport: Viewport, fixed: Fixed) -> Camera {
+        let axes = self.axes(orbit);
+        let (from, to) = axes.bounds(&self.points);
+        let centre = fixed.centre.unwrap_or_else(|| axes.world((from + to) / 2.0));
+        let middle = axes.local(centre);
+        let half = (to - middle).max(middle - from);
+        let scale = fixed.scale.unwrap_or_else(|| half.y.max(half.x / aspect(viewport)) / (1.0 - MARGIN));
+        Camera::orbit(centre, half.z.max(scale) * 2.0, orbit, Projection::Parallel { scale })
+    }
+
+    /// A perspective from an orbit, with a vertical field of view in degrees, in which it fits.
+    pub fn perspective(&self, orbit: Orbit, viewport: Viewport, field_of_view: f64, fixed: Fixed) -> Camera {
+        let axes = self.axes(orbit);
+        let tan = (field_of_view.to_radians() / 2.0).tan() * (1.0 - MARGIN);
+        let slopes = [tan * aspect(viewport), tan];
+        // A point at depth z towards the eye is seen if |x − c| ≤ (D − z)·slope: two bounds on D·slope per axis.
+        let bounds: [(f64, f64); 2] = std::array::from_fn(|i| {
+            let side = |sign: f64| {
+                let bound = |p: &DVec3| sign * axes.local(*p)[i] + axes.local(*p).z * slopes[i];
+                self.points.iter().map(bound).fold(f64::NEG_INFINITY, f64::max)
+            };
+            (side(1.0), side(-1.0))
+        });
+        let (from, to) = axes.bounds(&self.points);
+        let fitted = DVec3::new((bounds[0].0 - bounds[0].1) / 2.0, (bounds[1].0 - bounds[1].1) / 2.0, (from.z + to.z) / 2.0);
+        let centre = fixed.centre.unwrap_or_else(|| axes.world(fitted));
+        let middle = axes.local(centre);
+        let needed = |i: usize| (bounds[i].0 - middle[i]).max(bounds[i].1 + middle[i]) / slopes[i];
+        let distance = fixed.distance.unwrap_or_else(|| needed(0).max(needed(1)) - middle.z);
+        Camera::orbit(centre, distance, orbit, Projection::Perspective { field_of_view })
+    }
+
+    fn axes(&self, orbit: Orbit) -> Axes {
+        let camera = Camera::orbit(DVec3::ZERO, 1.0, orbit, Projection::Parallel { scale: 1.0 });
+        let basis = camera.basis().expect("an orbit of radius 1 has axes");
+        Axes { right: basis.right, up: basis.up, to_eye: -basis.forward }
+    }
+}
+
+/// The axes of a view.
+struct Axes {
+    right: DVec3,
+    up: DVec3,
+    to_eye: DVec3,
+}
+
+impl Axes {
+    fn local(&self, p: DVec3) -> DVec3 {
+        DVec3::new(p.dot(self.right), p.dot(self.up), p.dot(self.to_eye))
+    }
+
+    fn world(&self, p: DVec3) -> DVec3 {
+        self.right * p.x + self.up * p.y + self.to_eye * p.z
+    }
+
+    fn bounds(&self, points: &[DVec3]) -> (DVec3, DVec3) {
+        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        points.iter().map(|&p| self.local(p)).fold(empty, |(lo, hi), p| (lo.min(p), hi.max(p)))
+    }
+}
+
+fn aspect(viewport: Viewport) -> f64 {
+    f64::from(viewport.width) / f64::from(viewport.height)
+}
+
+/// Corners, in voxels, of the first and the last visible block of a row of blocks along x.
+fn row_outline(volume: &Volume, transfer: &TransferFunction, dims: [i64; 3], [by, bz]: [i64; 2]) -> Vec<DVec3> {
+    let visible = |bx: i64| {
+        let (lo, hi) = block_range(volume, dims, [bx, by, bz]);
+        transfer.largest_opacity(lo, hi) >= FAINT
+    };
+    let blocks = (dims[0] + 1 + BLOCK - 1) / BLOCK;
+    let Some(first) = (0..blocks).find(|&bx| visible(bx)) else { return Vec::new() };
+    let last = (first..blocks).rfind(|&bx| visible(bx)).unwrap_or(first);
+    let start = [first, by, bz].map(|b| b * BLOCK - 1);
+    let end = [last, by, bz].map(|b| b * BLOCK - 1 + BLOCK);
+    corners(start, std::array::from_fn(|i| end[i].min(dims[i])))
+}
+
+fn corners(from: [i64; 3], to: [i64; 3]) -> Vec<DVec3> {
+    let corner = |n: usize| DVec3::from_array(std::array::from_fn(|i| if n >> i & 1 == 0 { from[i] } else { to[i] } as f64));
+    (0..8).map(corner).collect()
+}
+
+/// Range of the field in a block of cells; block 0 begins at −1, where the background is.
+fn block_range(volume: &Volume, dims: [i64; 3], block: [i64; 3]) -> (f64, f64) {
+    let from = block.map(|b| b * BLOCK - 1);
+    let to = from.map(|v| v + BLOCK);
+    let outside = (0..3).any(|i| from[i] < 0 || to[i] >= dims[i]);
+    let background = volume.background();
+    let mut range = if outside { (background, background) } else { (f64::INFINITY, f64::NEG_INFINITY) };
+    let span = |i: usize| from[i].max(0)..=to[i].min(dims[i] - 1);
+    for z in span(2) {
+        for y in span(1) {
+            for x in span(0) {
+                let value = volume.voxels().value((x + dims[0] * (y + dims[1] * z)) as usize);
+                range = (range.0.min(value), range.1.max(value));
+            }
+        }
+    }
+    range
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layers::Rays;
+    use crate::volume::{Grid, Voxels};
+
+    /// A box of 255 from voxel 10 to 13, 20 to 29 and 5 to 24, spacing 1, 2, 1.
+    fn scene() -> (Volume, TransferFunction) {
+        let inside =
+            |i: usize| (10..14).contains(&(i % 40)) && (20..30).contains(&(i / 40 % 40)) && (5..25).contains(&(i / 1600));
+        let voxels = (0..64_000).map(|i| if inside(i) { 255 } else { 0 }).collect();
+        let grid = Grid::new([40; 3], DVec3::new(1.0, 2.0, 1.0)).unwrap();
+        let volume = Volume::new("box", grid, Voxels::Uint8(voxels)).unwrap();
+        let transfer = TransferFunction::builtin("grey", &volume).unwrap();
+        (volume, transfer)
+    }
+
+    /// Largest |x| and |y| of the box's corners, with the kernels' skirts, on a screen from −1 to 1.
+    fn reached(volume: &Volume, camera: &Camera, viewport: Viewport) -> (f64, f64) {
+        let rays = Rays::new(camera, viewport, volume.grid()).unwrap();
+        let basis = camera.basis().unwrap();
+        corners([9, 19, 4], [14, 30, 25]).iter().fold((0.0, 0.0), |(x, y), p| {
+            let world = *p * DVec3::new(1.0, 2.0, 1.0) - camera.position;
+            let depth = if rays.is_parallel() { 1.0 } else { world.dot(basis.forward) };
+            let half = rays.pixel_size * f64::from(viewport.height) / 2.0 * depth;
+            let (right, up) = (world.dot(basis.right) / half / aspect(viewport), world.dot(basis.up) / half);
+            (f64::max(x, right.abs()), f64::max(y, up.abs()))
+        })
+    }
+
+    #[test]
+    fn all_that_is_visible_fits_whatever_the_aspect() {
+        let (volume, transfer) = scene();
+        let framing = Framing::visible(&volume, &transfer);
+        for (w, h) in [(400, 400), (200, 500), (500, 120)] {
+            let viewport = Viewport::new(w, h).unwrap();
+            for (azimuth, elevation, roll) in [(0.0, 0.0, 0.0), (30.0, 20.0, 15.0), (90.0, -60.0, 0.0), (200.0, 90.0, 70.0)] {
+                let orbit = Orbit { azimuth, elevation, roll };
+                let cameras = [
+                    framing.parallel(orbit, viewport, Fixed::default()),
+                    framing.perspective(orbit, viewport, 30.0, Fixed::default()),
+                    framing.perspective(orbit, viewport, 100.0, Fixed::default()),
+                ];
+                for camera in cameras {
+                    let (x, y) = reached(&volume, &camera, viewport);
+                    assert!(x <= 1.0 && y <= 1.0, "{w}x{h} {orbit:?} {camera:?}: reaches {x}, {y}");
+                    // Blocks are up to three cells larger than what is in them, on either side.
+                    assert!(x.max(y) > 0.6, "{w}x{h} {orbit:?} {camera:?}: fills {x}, {y} only");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_fixed_stays() {
+        let (volume, transfer) = scene();
+        let framing = Framing::visible(&volume, &transfer);
+        let viewport = Viewport::new(100, 100).unwrap();
+        let centre = Some(DVec3::new(30.0, 40.0, 10.0));
+        let fixed = Fixed { centre, scale: Some(7.0), distance: None };
+        let camera = framing.parallel(Orbit::default(), viewport, fixed);
+        assert_eq!((camera.focal_point, camera.projection), (centre.unwrap(), Projection::Parallel { scale: 7.0 }));
+        let around = framing.parallel(Orbit::default(), viewport, Fixed { centre, ..Fixed::default() });
+        let (x, y) = reached(&volume, &around, viewport);
+        assert!(x <= 1.0 && y <= 1.0 && x.max(y) > 0.8, "{x}, {y}");
+        let near = framing.perspective(Orbit::default(), viewport, 40.0, Fixed { distance: Some(99.0), ..Fixed::default() });
+        assert!((near.position.distance(near.focal_point) - 99.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn nothing_visible_shows_the_grid() {
+        let (volume, _) = scene();
+        let nothing = TransferFunction::new("n", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0)]).unwrap();
+        let centre = Framing::visible(&volume, &nothing).centre();
+        assert!((centre - volume.grid().centre()).length() < 1e-9);
+        let single = Volume::new("one", Grid::new([1; 3], DVec3::ONE).unwrap(), Voxels::Uint8(vec![255])).unwrap();
+        let camera = Framing::visible(&single, &TransferFunction::automatic(&single)).parallel(
+            Orbit::default(),
+            Viewport::new(10, 10).unwrap(),
+            Fixed::default(),
+        );
+        assert!(camera.basis().is_ok());
+    }
+}
