@@ -1,8 +1,9 @@
 //! `layersplat info`.
 
 use super::options::{TransferOptions, VolumeOptions};
-use super::scene::open_transfer;
+use super::scene::{described, open_transfer};
 use crate::error::Error;
+use crate::transfer::TransferFunction;
 use crate::volume::{Statistics, Volume};
 use serde::Serialize;
 use std::process::ExitCode;
@@ -29,14 +30,31 @@ struct Info {
     mean: f64,
     histogram: Vec<u64>,
     effective_splats: Option<u64>,
+    transfer: Transfer,
+}
+
+/// Control points: value and opacity; value, red, green and blue.
+#[derive(Serialize)]
+struct Transfer {
+    name: String,
+    opacities: Vec<[f64; 2]>,
+    colors: Vec<[f64; 4]>,
+}
+
+impl Transfer {
+    fn new(transfer: &TransferFunction) -> Self {
+        Self {
+            name: transfer.name().into(),
+            opacities: transfer.opacities().iter().map(|&(value, opacity)| [value, opacity]).collect(),
+            colors: transfer.colors().iter().map(|&(value, [r, g, b])| [value, r, g, b]).collect(),
+        }
+    }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let volume = Volume::open(&arguments.volume.volume, &arguments.volume.raw())?;
-    let effective_splats = match &arguments.transfer.transfer {
-        Some(_) => Some(open_transfer(&arguments.transfer, &volume)?.effective_splats(&volume)),
-        None => None,
-    };
+    let transfer = open_transfer(&arguments.transfer, &volume)?;
+    let effective_splats = arguments.transfer.transfer.is_some().then(|| transfer.effective_splats(&volume));
     let statistics = volume.statistics();
     let info = Info {
         dims: volume.grid().dims(),
@@ -47,12 +65,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         mean: statistics.mean,
         histogram: statistics.histogram.clone(),
         effective_splats,
+        transfer: Transfer::new(&transfer),
     };
-    super::report(arguments.json, &info, || text(&info, &statistics, &volume))?;
+    super::report(arguments.json, &info, || text(&info, &transfer, &statistics, &volume))?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn text(info: &Info, statistics: &Statistics, volume: &Volume) -> String {
+fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volume: &Volume) -> String {
     let [x, y, z] = info.dims;
     let [hx, hy, hz] = info.spacing;
     let mut lines = vec![
@@ -66,6 +85,7 @@ fn text(info: &Info, statistics: &Statistics, volume: &Volume) -> String {
         let share = 100.0 * count as f64 / volume.grid().voxel_count() as f64;
         lines.push(format!("effective splats {count} ({share:.2} %)"));
     }
+    lines.push(format!("transfer  {}", described(transfer)));
     lines.extend(histogram(statistics));
     lines.join("\n")
 }

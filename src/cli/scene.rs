@@ -39,6 +39,9 @@ impl Scene {
         let settings = options.quality.settings()?;
         let volume = Volume::open(&options.volume.volume, &options.volume.raw())?;
         let transfer = open_transfer(&options.transfer, &volume)?;
+        if options.transfer.transfer.is_none() {
+            eprintln!("transfer function: {} (--transfer takes another)", described(&transfer));
+        }
         let choice = options.device.choice();
         let device = Device::open(&choice)?;
         Ok(Self { volume, transfer, settings, device })
@@ -59,6 +62,18 @@ pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume) -> Resul
         Some((lo, hi)) => transfer.stretched(lo, hi),
         None => Ok(transfer),
     }
+}
+
+/// A transfer function in a line: its name, and opacities where they change.
+pub(super) fn described(transfer: &TransferFunction) -> String {
+    let mut points: Vec<String> = Vec::new();
+    for pair in transfer.opacities().windows(2) {
+        if pair[0].1 != pair[1].1 {
+            points.push(format!("{:.3} at {:.6} to {:.3} at {:.6}", pair[0].1, pair[0].0, pair[1].1, pair[1].0));
+        }
+    }
+    let changes = if points.is_empty() { "constant".into() } else { points.join(", ") };
+    format!("{}, opacity {changes}", transfer.name())
 }
 
 /// Cameras that the options ask for.

@@ -1,40 +1,153 @@
-//! A first transfer function, from the histogram: never black, never solid.
+//! A first transfer function, from histogram and gradients: one material a class of values, noise and air left out, each with a colour
+//! of its own and as opaque as lets the next be seen.
 
 use super::{TransferFunction, visible_range};
 use crate::volume::{HISTOGRAM_BINS, Statistics, Volume};
 
-/// Share of the voxels that stay invisible: air, noise, the bulk around what is of interest.
-const HIDDEN_SHARE: f64 = 0.88;
-/// Where opacity has reached its middle value, as a share of the voxels.
-const MIDDLE_SHARE: f64 = 0.99;
-/// Optical depth aimed at along a ray through the middle of the volume.
-const DEPTH: f64 = 2.0;
-const OPACITY_LIMITS: (f64, f64) = (0.005, 0.6);
+/// Classes of values that are told apart; the lowest, air and noise, is not shown.
+const CLASSES: usize = 4;
+/// Counts count by this power: materials that are rare, as bone and vessels are, must have a say beside millions of voxels of air.
+const DAMPING: f64 = 0.4;
+/// Optical depth aimed at on the way through each shown class, from the outermost to the innermost, were its voxels spread
+/// evenly over the volume.
+const DEPTHS: [f64; CLASSES - 1] = [0.7, 2.0, 6.0];
+/// Opacities that are allowed, in the same order.
+const LIMITS: [(f64, f64); CLASSES - 1] = [(0.006, 0.25), (0.02, 0.6), (0.08, 0.9)];
+/// Colour where a class begins and where it ends.
+const COLORS: [[[f64; 3]; 2]; CLASSES - 1] = [
+    [[0.25, 0.45, 0.85], [0.35, 0.70, 0.95]],
+    [[0.95, 0.55, 0.25], [1.00, 0.80, 0.40]],
+    [[1.00, 0.93, 0.80], [1.00, 1.00, 1.00]],
+];
+/// Half the width over which opacity rises at a threshold, as a share of the narrower class beside it.
+const RAMP: f64 = 0.12;
+/// About how many voxels are asked for their neighbours.
+const ASKED: usize = 2_000_000;
+
+/// Where materials begin: thresholds between the classes, ascending.
+type Thresholds = [f64; CLASSES - 1];
 
 pub(super) fn from_statistics(statistics: &Statistics, volume: &Volume) -> TransferFunction {
     let (lo, hi) = visible_range(volume);
-    // Where many voxels share the largest values (a mask, say) the quantile alone would hide them too.
-    let start = if statistics.min < statistics.max { statistics.quantile(HIDDEN_SHARE) } else { lo }.min((lo + hi) / 2.0);
-    let middle = statistics.quantile(MIDDLE_SHARE).clamp(start + 0.1 * (hi - start), start + 0.9 * (hi - start));
-    let opacity = opacity_for(statistics, start, volume);
-    let at = |t: f64| start + (hi - start) * t;
-    let colors =
-        vec![(start, [0.45, 0.20, 0.12]), (at(0.33), [0.85, 0.52, 0.30]), (at(0.67), [0.96, 0.86, 0.66]), (hi, [1.0, 1.0, 1.0])];
-    let opacities = vec![(lo.min(start), 0.0), (start, 0.0), (middle, opacity), (hi, (1.5 * opacity).min(0.9))];
-    TransferFunction::new("automatic", colors, opacities).expect("ascending by construction")
+    let name = "automatic";
+    if statistics.min >= statistics.max {
+        let color = COLORS[1];
+        let points = vec![(lo, color[0]), (hi, color[1])];
+        return TransferFunction::new(name, points, vec![(lo, 0.0), ((lo + hi) / 2.0, 0.0), (hi, 0.3)]).expect("ascending");
+    }
+    let thresholds = sharpened(classes(statistics), statistics, volume);
+    let ends = [thresholds[0], thresholds[1], thresholds[2], hi];
+    let (mut colors, mut opacities) = (vec![(lo, COLORS[0][0])], vec![(lo, 0.0)]);
+    let mut opacity = 0.0;
+    for class in 0..CLASSES - 1 {
+        let (from, to) = (ends[class], ends[class + 1]);
+        let before = if class == 0 { from - lo } else { from - ends[class - 1] };
+        let half = RAMP * before.min(to - from);
+        let own = opacity_for(statistics, from, to, volume, class).max(opacity);
+        opacities.extend([(from - half, opacity), (from + half, own)]);
+        // The outermost material keeps its colour from its surface on.
+        let begins = if class == 0 { from - half } else { from + half };
+        if class > 0 {
+            colors.push((from - half, COLORS[class - 1][1]));
+        }
+        colors.push((begins, COLORS[class][0]));
+        opacity = own;
+    }
+    colors.push((hi, COLORS[CLASSES - 2][1]));
+    opacities.push((hi, opacity));
+    TransferFunction::new(name, colors, opacities).expect("ascending by construction")
 }
 
-/// Opacity at which a ray through the middle meets [`DEPTH`], if the visible voxels were spread evenly.
-fn opacity_for(statistics: &Statistics, start: f64, volume: &Volume) -> f64 {
+/// Thresholds that divide the damped histogram into classes of the least variance (Otsu 1979).
+fn classes(statistics: &Statistics) -> Thresholds {
+    let weights: Vec<f64> = smoothed(&statistics.histogram).iter().map(|n| n.powf(DAMPING)).collect();
+    // Running sums of weight, and of weight times bin.
+    let mut sums = vec![(0.0, 0.0)];
+    for (bin, w) in weights.iter().enumerate() {
+        let (weight, moment) = sums[bin];
+        sums.push((weight + w, moment + w * bin as f64));
+    }
+    // The larger the squared mean of a class times its weight, the smaller the variance within.
+    let between = |from: usize, to: usize| {
+        let (weight, moment) = (sums[to].0 - sums[from].0, sums[to].1 - sums[from].1);
+        if weight > 0.0 { moment * moment / weight } else { 0.0 }
+    };
+    let bins = weights.len();
+    let best_with = |first: std::ops::Range<usize>| {
+        let mut best = (f64::NEG_INFINITY, [bins / 4, bins / 2, 3 * bins / 4]);
+        for a in first {
+            for b in a + 1..bins - 1 {
+                let two = between(0, a) + between(a, b);
+                for c in b + 1..bins {
+                    let score = two + between(b, c) + between(c, bins);
+                    if score > best.0 {
+                        best = (score, [a, b, c]);
+                    }
+                }
+            }
+        }
+        best.1
+    };
+    let mut best = best_with(1..bins - 2);
+    // What fills most of the volume is around what is of interest: it goes with the noise.
+    let most = (0..bins).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
+    if (best[0]..best[1]).contains(&most) && best[1] < bins - 2 {
+        best = best_with(best[1]..best[1] + 1);
+    }
+    best.map(|bin| statistics.min + (statistics.max - statistics.min) * bin as f64 / bins as f64)
+}
+
+/// A histogram of half the bins: each the sum of two, mixed with its neighbours.
+fn smoothed(histogram: &[u64]) -> Vec<f64> {
+    let pairs: Vec<f64> = histogram.chunks(2).map(|pair| pair.iter().sum::<u64>() as f64).collect();
+    let at = |i: usize, d: isize| pairs[(i as isize + d).clamp(0, pairs.len() as isize - 1) as usize];
+    (0..pairs.len()).map(|i| 0.25 * at(i, -1) + 0.5 * at(i, 0) + 0.25 * at(i, 1)).collect()
+}
+
+/// The same thresholds, moved to where surfaces are: to the mean of the values half-way through the edges that cross them, each
+/// weighted with the square of its height. By at most a third of the way to the next threshold.
+fn sharpened(thresholds: Thresholds, statistics: &Statistics, volume: &Volume) -> Thresholds {
+    let dims = volume.grid().dims();
+    let voxels = volume.voxels();
+    let strides = [1, dims[0], dims[0] * dims[1]];
+    let every = (voxels.len() / ASKED).max(1);
+    let mut sums = [(0.0, 0.0); CLASSES - 1];
+    for i in (0..voxels.len()).step_by(every) {
+        for axis in 0..3 {
+            let at = i / strides[axis] % dims[axis];
+            if at == 0 || at + 1 >= dims[axis] {
+                continue;
+            }
+            let (a, b) = (voxels.value(i - strides[axis]), voxels.value(i + strides[axis]));
+            for (sum, threshold) in sums.iter_mut().zip(thresholds) {
+                if (a < threshold) != (b < threshold) {
+                    let weight = (b - a) * (b - a);
+                    *sum = (sum.0 + weight, sum.1 + weight * (a + b) / 2.0);
+                }
+            }
+        }
+    }
+    std::array::from_fn(|n| {
+        let below = if n == 0 { statistics.min } else { thresholds[n - 1] };
+        let above = if n + 1 == thresholds.len() { statistics.max } else { thresholds[n + 1] };
+        let (weight, moment) = sums[n];
+        let edge = if weight > 0.0 { moment / weight } else { thresholds[n] };
+        let own = thresholds[n];
+        edge.clamp(own - (own - below) / 3.0, own + (above - own) / 3.0)
+    })
+}
+
+/// Opacity of a class from one value to another, in its place.
+fn opacity_for(statistics: &Statistics, from: f64, to: f64, volume: &Volume, class: usize) -> f64 {
     let count = volume.voxels().len() as f64;
     let width = (statistics.max - statistics.min) / HISTOGRAM_BINS as f64;
-    let visible: u64 = (0..HISTOGRAM_BINS)
-        .filter(|&bin| width == 0.0 || statistics.min + width * (bin + 1) as f64 > start)
+    let own: u64 = (0..HISTOGRAM_BINS)
+        .filter(|&bin| (from..to).contains(&(statistics.min + width * (bin as f64 + 0.5))))
         .map(|bin| statistics.histogram[bin])
         .sum();
-    let met = (visible as f64 / count * count.cbrt()).max(1e-3);
-    // Twice, since opacity rises from zero: its mean is about half.
-    (1.0 - (-2.0 * DEPTH / met).exp()).clamp(OPACITY_LIMITS.0, OPACITY_LIMITS.1)
+    let met = (own as f64 / count * count.cbrt()).max(1e-3);
+    let (least, most) = LIMITS[class];
+    (1.0 - (-DEPTHS[class] / met).exp()).clamp(least, most)
 }
 
 #[cfg(test)]
@@ -51,7 +164,7 @@ mod tests {
     #[test]
     fn something_is_visible_and_not_everything() {
         let ramp = automatic((0..1000).map(|i| i as f32).collect());
-        assert!(ramp.opacity(400.0) == 0.0 && ramp.opacity(999.0) > 0.0);
+        assert!(ramp.opacity(100.0) == 0.0 && ramp.opacity(999.0) > 0.0);
         let mask = automatic((0..1000).map(|i| if i % 2 == 0 { 0.0 } else { 1.0 }).collect());
         assert!(mask.opacity(0.0) == 0.0 && mask.opacity(1.0) > 0.0 && mask.opacity(1.0) < 1.0);
         let outlier = automatic((0..1000).map(|i| if i == 7 { 1e6 } else { 0.0 }).collect());
@@ -66,5 +179,28 @@ mod tests {
             assert!(automatic(vec![value; 8]).opacity(value.into()).is_finite());
         }
         assert!(automatic(vec![5.0; 8]).opacity(5.0) > 0.0);
+    }
+
+    /// Balls in balls: air with noise, a soft, a hard and a very hard material.
+    #[test]
+    fn materials_have_colours_of_their_own_and_noise_none() {
+        let n = 48;
+        let value = |i: usize| {
+            let p = DVec3::new((i % n) as f64, (i / n % n) as f64, (i / n / n) as f64) - 23.5;
+            let noise = ((i * 7919) % 13) as f64;
+            noise + [(8.0, 900.0), (14.0, 600.0), (20.0, 300.0)].iter().find(|b| p.length() < b.0).map_or(0.0, |b| b.1)
+        };
+        let grid = Grid::new([n; 3], DVec3::ONE).unwrap();
+        let values = (0..n * n * n).map(|i| value(i) as f32).collect();
+        let transfer = TransferFunction::automatic(&Volume::new("balls", grid, Voxels::Float32(values)).unwrap());
+        assert_eq!(transfer.opacity(12.0), 0.0, "noise is left out");
+        let materials = [306.0, 606.0, 906.0];
+        let opacities = materials.map(|v| transfer.opacity(v));
+        assert!(opacities[0] > 0.0 && opacities[0] < opacities[1] && opacities[1] < opacities[2], "{opacities:?}");
+        let colors = materials.map(|v| transfer.color(v));
+        for (a, b) in [(0, 1), (1, 2), (0, 2)] {
+            let difference = (0..3).map(|c| (colors[a][c] - colors[b][c]).abs()).fold(0.0, f64::max);
+            assert!(difference > 0.25, "{colors:?}");
+        }
     }
 }

@@ -121,6 +121,16 @@ impl TransferFunction {
         Ok(Self { opacities, ..self.clone() })
     }
 
+    /// Colours by value, ascending.
+    pub fn colors(&self) -> &[ControlPoint<[f64; 3]>] {
+        &self.colors
+    }
+
+    /// Opacities per unit distance by value, ascending.
+    pub fn opacities(&self) -> &[ControlPoint<f64>] {
+        &self.opacities
+    }
+
     /// Its name.
     pub fn name(&self) -> &str {
         &self.name
