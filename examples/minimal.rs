@@ -1,6 +1,7 @@
 //! The whole API in one picture: `cargo run --release --example minimal`.
 
-use layersplat::{Camera, Device, DeviceChoice, Orbit, RawOptions, Renderer, Settings, TransferFunction, Viewport, Volume};
+use layersplat::framing::{Fixed, Framing};
+use layersplat::{Device, DeviceChoice, Orbit, RawOptions, Renderer, Settings, TransferFunction, Viewport, Volume};
 
 fn main() -> Result<(), layersplat::Error> {
     let volume = Volume::open("builtin:hydrogen@96", &RawOptions::default())?;
@@ -10,7 +11,7 @@ fn main() -> Result<(), layersplat::Error> {
 
     let viewport = Viewport::new(512, 512)?;
     let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
-    let camera = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+    let camera = Framing::visible(&volume, &transfer).parallel(orbit, viewport, Fixed::default());
     let (frame, _) = renderer.render(&camera, viewport, &Settings::default())?;
     frame.save("minimal.png", None)?;
     println!("minimal.png");

@@ -1,6 +1,6 @@
 //! Where a volume can be seen through a transfer function, and the cameras that fit it.
 //!
-//! What is visible is found by blocks of [`BLOCK`] cells of the reconstructed field: it depends on volume and transfer function
+//! What is visible is found by small blocks of the reconstructed field: it depends on volume and transfer function
 //! alone, not on how a picture is made.
 
 use crate::camera::{Camera, Orbit, Projection};
@@ -218,10 +218,11 @@ mod tests {
         let (volume, transfer) = scene();
         let framing = Framing::visible(&volume, &transfer);
         let viewport = Viewport::new(100, 100).unwrap();
-        let centre = Some(DVec3::new(30.0, 40.0, 10.0));
+        let point = DVec3::new(30.0, 40.0, 10.0);
+        let centre = Some(point);
         let fixed = Fixed { centre, scale: Some(7.0), distance: None };
         let camera = framing.parallel(Orbit::default(), viewport, fixed);
-        assert_eq!((camera.focal_point, camera.projection), (centre.unwrap(), Projection::Parallel { scale: 7.0 }));
+        assert_eq!((camera.focal_point, camera.projection), (point, Projection::Parallel { scale: 7.0 }));
         let around = framing.parallel(Orbit::default(), viewport, Fixed { centre, ..Fixed::default() });
         let (x, y) = reached(&volume, &around, viewport);
         assert!(x <= 1.0 && y <= 1.0 && x.max(y) > 0.8, "{x}, {y}");

@@ -78,8 +78,9 @@ def panel(axis, x, y, title, label, proportional, ticks=None):
 
 def main():
     fog = [bench("builtin:hydrogen@128", "--transfer", thin_fog(t)) for t in THRESHOLDS]
-    sizes = [bench("builtin:hydrogen@128", "--size", f"{n}x{n}") for n in VIEWPORTS]
-    volumes = [bench(f"builtin:hydrogen@{n}") for n in VOLUMES]
+    pinned = ["--transfer", ROOT / "benches/hydrogen.json"]
+    sizes = [bench("builtin:hydrogen@128", "--size", f"{n}x{n}", *pinned) for n in VIEWPORTS]
+    volumes = [bench(f"builtin:hydrogen@{n}", *pinned) for n in VOLUMES]
     box = 2 * (RADIUS + 4)
     scale = ["--parallel-scale", SIDE * 3**0.5 / 2, "--transfer", thin_fog(128)]
     whole, cropped = bench(ball(SIDE), *scale), bench(ball(box), *scale)

@@ -107,7 +107,7 @@ def agreement(data, frames, work):
     """PSNR of the peers' unshaded pictures to layersplat's."""
     ours = work / f"{data.name}_layersplat.png"
     azimuth = 360 * FRAME / frames
-    view = ["--azimuth", azimuth, "--elevation", 20, "--shading", "off"]
+    view = ["--azimuth", azimuth, "--elevation", 20, "--fit", "volume", "--shading", "off"]
     output([LAYERSPLAT, "render", data.raw, "--transfer", data.transfer, *view, "-o", ours])
     moved = work / f"{data.name}_moved.png"
     ImageChops.offset(Image.open(ours), SHIFT, 0).save(moved)
