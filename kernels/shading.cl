@@ -48,11 +48,12 @@ inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a)
     const realv faded = CLAMP((squared * inverse - 1e-3f) * 1e3f, (realv)(0.0f), (realv)(1.0f));
     const realv lit = RISE(faded);
     const realv facing = fabs(u * p->light_u + v * p->light_v + a * p->light_a) * inverse;
-    const realv mirror = fabs(u * p->half_u + v * p->half_v + a * p->half_a) * inverse;
+    // A light at the camera has one direction for both.
+    const bool headlight = p->half_u == p->light_u && p->half_v == p->light_v && p->half_a == p->light_a;
+    const realv mirror = headlight ? facing : fabs(u * p->half_u + v * p->half_v + a * p->half_a) * inverse;
     Lighting lighting;
     // The root of the gradient's length: a weak one's direction is mostly noise, but a surface has weak ones too.
-    const realv length = squared * inverse + 1e-6f;
-    lighting.weight = length * inverse_sqrt(length);
+    lighting.weight = inverse_sqrt(inverse);
     lighting.factor = 1.0f + lit * (p->ambient + p->diffuse * facing - 1.0f);
     lighting.highlight = lit * p->specular * power(mirror, p->power);
     return lighting;

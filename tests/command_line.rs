@@ -84,7 +84,7 @@ fn info_rotate_devices_and_bench() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
     let info = json(f, &["info", "builtin:cube@3x4x5"]);
-    assert_eq!(keys(&info), ["dims", "effective_splats", "histogram", "max", "mean", "min", "spacing", "type"]);
+    assert_eq!(keys(&info), ["dims", "effective_splats", "histogram", "max", "mean", "min", "spacing", "transfer", "type"]);
     assert_eq!(info["dims"], serde_json::json!([3, 4, 5]));
     assert!(info["effective_splats"].is_null() && info["type"] == "uint8" && info["mean"] == 255.0);
     assert_eq!(json(f, &["info", "builtin:cube@3x4x5", "--transfer", "grey"])["effective_splats"], 60);

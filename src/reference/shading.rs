@@ -4,8 +4,8 @@ use crate::renderer::Shading;
 use crate::volume::Volume;
 use glam::DVec3;
 
-/// What a gradient counts that is none.
-const LEAST_LENGTH: f64 = 1e-6;
+/// Length of a gradient that is none.
+const LEAST_LENGTH: f64 = 1e-10;
 
 /// What a colour is multiplied by, and what highlight is added to it; and what it counts in a mixture, the root of the gradient's length.
 #[derive(Clone, Copy)]
@@ -16,7 +16,7 @@ pub(super) struct Lighting {
 }
 
 impl Lighting {
-    const NONE: Self = Self { factor: 1.0, highlight: 0.0, weight: 1e-3 };
+    const NONE: Self = Self { factor: 1.0, highlight: 0.0, weight: 1e-5 };
 
     /// Blinn-Phong with the fade for weak gradients (math.md, "Conventions"). `gradient` in voxel differences; `to_eye` in the
     /// grid's axes.
@@ -34,7 +34,7 @@ impl Lighting {
         let fade = fade * fade * (3.0 - 2.0 * fade);
         let factor = shading.ambient + shading.diffuse * normal.dot(light).abs();
         let highlight = shading.specular * normal.dot(half_way).abs().powf(shading.power);
-        let weight = (gradient.length() + LEAST_LENGTH).sqrt();
+        let weight = gradient.length().max(LEAST_LENGTH).sqrt();
         Self { factor: 1.0 + fade * (factor - 1.0), highlight: fade * highlight, weight }
     }
 

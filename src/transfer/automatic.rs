@@ -33,7 +33,10 @@ pub(super) fn from_statistics(statistics: &Statistics, volume: &Volume) -> Trans
     if statistics.min >= statistics.max {
         let color = COLORS[1];
         let points = vec![(lo, color[0]), (hi, color[1])];
-        return TransferFunction::new(name, points, vec![(lo, 0.0), ((lo + hi) / 2.0, 0.0), (hi, 0.3)]).expect("ascending");
+        // What is thin must be seen too, and through what is thick.
+        let thickness = volume.grid().dims().into_iter().min().unwrap_or(1) as f64;
+        let opacity = (1.0 - (-DEPTHS[1] / thickness).exp()).clamp(0.1, 0.9);
+        return TransferFunction::new(name, points, vec![(lo, 0.0), ((lo + hi) / 2.0, 0.0), (hi, opacity)]).expect("ascending");
     }
     let thresholds = sharpened(classes(statistics), statistics, volume);
     let ends = [thresholds[0], thresholds[1], thresholds[2], hi];
