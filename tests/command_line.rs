@@ -118,6 +118,33 @@ fn info_rotate_devices_and_bench() {
     assert_eq!(keys(&bench["lattice"]), ["height", "m", "width"]);
 }
 
+/// What is visible fits by default, in every shape of picture and both projections; the old framing is there.
+#[test]
+fn pictures_fit_what_is_visible() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let covered = |options: &str| {
+        let base = ["render", "builtin:hydrogen@64", "--transfer", "fire", "--azimuth", "30", "-o", "a.npy"];
+        json(f, &[&base[..], &options.split_whitespace().collect::<Vec<_>>()].concat());
+        let frame = layersplat::image::read_image(&f.join("a.npy")).unwrap();
+        let visible = |x, y| frame.pixel(x, y)[3] > 0.002;
+        let columns = (0..frame.width()).filter(|&x| (0..frame.height()).any(|y| visible(x, y))).count();
+        let rows = (0..frame.height()).filter(|&y| (0..frame.width()).any(|x| visible(x, y))).count();
+        let edge = |x: u32, y: u32| x == 0 || y == 0 || x + 1 == frame.width() || y + 1 == frame.height();
+        let at_edge = (0..frame.width()).any(|x| (0..frame.height()).any(|y| edge(x, y) && visible(x, y)));
+        (columns as f64 / f64::from(frame.width()), rows as f64 / f64::from(frame.height()), at_edge)
+    };
+    for size in ["120x120", "60x200", "200x60"] {
+        for projection in ["", "--perspective 30", "--perspective 90"] {
+            let (across, down, at_edge) = covered(&format!("--size {size} {projection}"));
+            assert!(across.max(down) > 0.5, "{size} {projection}: {across}, {down}");
+            assert!(!at_edge, "{size} {projection}: cut off");
+            let (of_volume, ..) = covered(&format!("--size {size} {projection} --fit volume"));
+            assert!(of_volume < across, "{size} {projection}: {of_volume}, {across}");
+        }
+    }
+}
+
 #[test]
 fn bad_command_lines_exit_with_2() {
     let folder = tempfile::tempdir().unwrap();

@@ -64,6 +64,7 @@ fn lit_fidelity(name: &str, volume: &Volume, transfer: &TransferFunction, camera
         assert!(db >= least, "{name} {quality:?}: {db} dB, less than {least}");
         found(Settings { classification: quality.splatted(), ..quality.settings() }, &format!("{quality:?} post"));
     }
+    found(Quality::Paper.settings(), "Paper");
     let standard = render(volume, transfer, camera, size, &Settings::default());
     let shifted = psnr(&shifted_by_half_a_pixel(&standard), &truth);
     let right = psnr(&standard, &truth);

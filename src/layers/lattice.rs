@@ -39,7 +39,7 @@ pub enum Density {
     /// Finer than the screen where voxels are small, coarser where they are large: up to 1.6 samples per pixel, up to 1.86
     /// per voxel, at most 2 pixels apart. The kernel has no finer detail to show, and the warp interpolates.
     Relaxed,
-    /// The same with up to 2.05 samples per pixel, 2.25 per voxel, at most 1.7 pixels apart.
+    /// The same with up to 2.1 samples per pixel, 2.35 per voxel, at most 1.7 pixels apart.
     Fine,
     /// This many, 1 … 16.
     Fixed(u32),

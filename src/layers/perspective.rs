@@ -81,8 +81,8 @@ impl PerspectiveLattice {
         lattice.step.iter().all(|step| far * step <= MAX_VOXELS_PER_SAMPLE).then_some(lattice)
     }
 
-    /// The same for point-sampled layers: finer where neighbouring rays would be more than 1.75 voxels apart in the layer
-    /// behind the farthest, which gradients need.
+    /// The same for point-sampled layers: finer where neighbouring rays would be more than 1.75 voxels apart in the farthest layer: with the
+    /// two voxels more on either side that gradients need, a row of samples then spans no more than two vectors.
     pub fn of_points(rays: &Rays, viewport: Viewport, grid: &Grid, axis: Axis, density: Density) -> Option<Self> {
         Self::sampled(rays, viewport, grid, axis, density, MAX_VOXELS_PER_POINT)
     }
@@ -108,7 +108,7 @@ impl PerspectiveLattice {
                 spacing * (c.z - lattice.eye.z).abs() / (depth * rays.pixel_size * near)
             };
             let samples_per_voxel =
-                density.samples(corners.iter().map(pixels).fold(0.0, f64::max)).max((far + 1.0) / near / voxels_per_sample);
+                density.samples(corners.iter().map(pixels).fold(0.0, f64::max)).max(far / near / voxels_per_sample);
             let step = 1.0 / (samples_per_voxel * near);
             if let Some(screen) = screen {
                 let (seen_lo, seen_hi) = bounds(&screen.map(|s| s[i]));
