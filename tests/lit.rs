@@ -232,6 +232,8 @@ fn wide_perspectives_have_no_seam() {
         eprintln!("wide perspective {quality:?}: {db:.1} dB, {rms:.2} steps");
         assert!(db > least, "{quality:?}: {db} dB");
         assert!(quality == Quality::Draft || rms < 2.0, "{quality:?}: {rms} steps");
+        let everything = Settings { culling: false, ..quality.settings() };
+        assert_eq!(found, render(&volume, &transfer, &camera, size, &everything), "{quality:?}: culling shows");
     }
 }
 

@@ -62,10 +62,11 @@ impl Layered<'_> {
     ) {
         let extinction = self.settings.extinction;
         let Some(mean) = mean(self.transfer, stretch, extinction) else { return };
-        let opacity = opacity_of_depth(mean.attenuation * stretch.length, extinction);
+        let depth = mean.attenuation * stretch.length;
+        let opacity = opacity_of_depth(depth, extinction);
         let color = lighting.map_or(mean.color, |[front, back]| {
             // Light comes from before the centroid, by as much as what lies behind is dimmed, if extinction is even.
-            let dimmed = if opacity > 1e-9 { 0.5 - 1.0 / depth_of(opacity) + (1.0 - opacity) / opacity } else { 0.0 };
+            let dimmed = if depth > 1e-6 { 0.5 - 1.0 / depth + 1.0 / depth.exp_m1() } else { 0.0 };
             let t = mean.centroid - 4.0 * mean.centroid * (1.0 - mean.centroid) * dimmed;
             let curve = if samples_per_layer == 1 { CURVE_SHARE } else { 0.0 };
             front.mix(back, t + curve * (t * t * (3.0 - 2.0 * t) - t)).on(mean.color)
@@ -102,11 +103,6 @@ struct Mean {
     attenuation: f64,
     color: [f64; 3],
     centroid: f64,
-}
-
-/// Optical depth of an opacity.
-fn depth_of(opacity: f64) -> f64 {
-    -(-opacity.min(1.0 - 1e-12)).ln_1p()
 }
 
 /// The mean of a stretch; `None` if all of it is transparent.
