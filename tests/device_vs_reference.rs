@@ -283,3 +283,34 @@ fn injected_errors_are_noticed() {
         assert!(noticed(&reference(&direct(classification, false), Axis::Z)), "no shading");
     }
 }
+
+/// Least PSNR between the kernels' parts of a deep stretch of several hues, up to 32, and the reference's 512.
+const LEAST_IN_PARTS: f64 = 50.0;
+
+/// Opaque and of two hues: deep stretches are cut into parts that dim each other, and would differ much if they were not.
+#[test]
+fn deep_stretches_of_several_hues() {
+    let inside = |i: usize| (5..15).contains(&i);
+    let block = |i: usize| if inside(i % 20) && inside(i / 20 % 20) && inside(i / 400) { 255 } else { 0 };
+    let volume = volume([20; 3], DVec3::new(1.0, 0.9, 1.2), Voxels::Uint8((0..8000).map(block).collect()));
+    let colors = vec![(0.0, [0.1, 0.2, 0.9]), (255.0, [0.9, 0.5, 0.1])];
+    let hues = TransferFunction::new("hues", colors, vec![(0.0, 0.0), (30.0, 0.0), (60.0, 0.95), (255.0, 0.95)]).unwrap();
+    let size = viewport(20, 20);
+    for (classification, shading) in each().filter(|(c, _)| *c != SPLATTED) {
+        // Nearly straight on: elsewhere rays cut edges between samples that neither sees.
+        for (azimuth, elevation) in [(0.0, 0.0), (90.0, 0.0), (6.0, 3.0), (183.0, -5.0)] {
+            let settings = direct(classification, shading);
+            let camera = parallel(&volume, size, azimuth, elevation);
+            let axis = direct_axis(&volume, &camera, size, &settings);
+            let found = render(&volume, &hues, &camera, size, &settings);
+            let mut reference = Layered::new(&volume, &hues, &settings);
+            let whole = reference.render(&camera, size, axis).unwrap();
+            reference.in_parts = true;
+            let in_parts = reference.render(&camera, size, axis).unwrap();
+            let [near, far] = [&in_parts, &whole].map(|r| compare(&found, r).psnr.unwrap());
+            let what = format!("{classification:?}, shading {shading} at {azimuth}, {elevation}");
+            assert!(near > LEAST_IN_PARTS, "{what}: {near} dB");
+            assert!(far < near - 6.0, "{what}: a mean over the stretch must be noticed: {far} dB, in parts {near}");
+        }
+    }
+}
