@@ -11,7 +11,7 @@ fn main() -> Result<(), layersplat::Error> {
 
     let viewport = Viewport::new(512, 512)?;
     let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
-    let camera = Framing::visible(&volume, &transfer).parallel(orbit, viewport, Fixed::default());
+    let camera = Framing::visible(&volume, &transfer, None).parallel(orbit, viewport, Fixed::default());
     let (frame, _) = renderer.render(&camera, viewport, &Settings::default())?;
     frame.save("minimal.png", None)?;
     println!("minimal.png");

@@ -35,10 +35,11 @@ typedef float16 __attribute__((aligned(16))) Four;
 #define FOUR_AT(p) (*(__global const Four *)(p))
 
 // A colour within the range of the four samples around it, two of each row: the filter overshoots at edges, and what is opaque
-// and of one colour must stay so.
+// and of one colour must stay so; and colours within the opacity.
 inline float4 within(float4 color, float8 upper, float8 lower) {
     const float8 lo = MIN(upper, lower), hi = MAX(upper, lower);
-    return CLAMP(color, MIN(lo.lo, lo.hi), MAX(hi.lo, hi.hi));
+    color = CLAMP(color, MIN(lo.lo, lo.hi), MAX(hi.lo, hi.hi));
+    return MIN(color, color.wwww);
 }
 
 // The 4 x 4 samples from (column, row) on, all in the lattice.

@@ -12,8 +12,10 @@ use rayon::prelude::*;
 
 /// Cells along the side of a block.
 const BLOCK: i64 = 4;
-/// Opacity per unit distance below which nothing is seen of a few voxels: a quarter of a step of 8 bits.
-const FAINT: f64 = 1e-3;
+/// Optical depth along the volume's diagonal below which nothing is seen: half a step of 8 bits.
+const FAINT: f64 = 1.0 / 512.0;
+/// Least distance of an eye from the middle of its picture, as a share of what is fitted.
+const NEAREST: f64 = 0.01;
 /// Part of the picture's half height and width that is left free around what is fitted.
 const MARGIN: f64 = 0.05;
 
@@ -35,14 +37,16 @@ pub struct Fixed {
 }
 
 impl Framing {
-    /// The outline of what `transfer` shows of `volume`, as far as kernels of radius 1 spread it; of the whole grid, if it shows
-    /// nothing.
-    pub fn visible(volume: &Volume, transfer: &TransferFunction) -> Self {
+    /// The outline of what `transfer` shows of `volume`, with opacities per `unit_distance` (world units; by default the smallest spacing), as far
+    /// as kernels of radius 1 spread it; of the whole grid, if it shows nothing.
+    pub fn visible(volume: &Volume, transfer: &TransferFunction, unit_distance: Option<f64>) -> Self {
+        let unit = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
+        let faint = -(-FAINT * unit / volume.grid().diagonal()).exp_m1();
         let dims = volume.grid().dims().map(|n| n as i64);
         let blocks = dims.map(|n| (n + 1 + BLOCK - 1) / BLOCK);
         let rows = (0..blocks[1] * blocks[2]).into_par_iter();
         let points: Vec<DVec3> =
-            rows.flat_map_iter(|row| row_outline(volume, transfer, dims, [row % blocks[1], row / blocks[1]])).collect();
+            rows.flat_map_iter(|row| row_outline(volume, transfer, faint, dims, [row % blocks[1], row / blocks[1]])).collect();
         let points = if points.is_empty() { corners([-1; 3], dims) } else { points };
         let grid = volume.grid();
         let world = |p: DVec3| grid.origin() + grid.direction() * (p * grid.spacing());
@@ -85,7 +89,9 @@ impl Framing {
         let centre = fixed.centre.unwrap_or_else(|| axes.world(fitted));
         let middle = axes.local(centre);
         let needed = |i: usize| (bounds[i].0 - middle[i]).max(bounds[i].1 + middle[i]) / slopes[i];
-        let distance = fixed.distance.unwrap_or_else(|| needed(0).max(needed(1)) - middle.z);
+        // A middle that is nearer than the eye would have to be moves the eye away.
+        let least = NEAREST * (to - from).length();
+        let distance = fixed.distance.unwrap_or_else(|| (needed(0).max(needed(1)) - middle.z).max(least));
         Camera::orbit(centre, distance, orbit, Projection::Perspective { field_of_view })
     }
 
@@ -123,10 +129,10 @@ fn aspect(viewport: Viewport) -> f64 {
 }
 
 /// Corners, in voxels, of the first and the last visible block of a row of blocks along x.
-fn row_outline(volume: &Volume, transfer: &TransferFunction, dims: [i64; 3], [by, bz]: [i64; 2]) -> Vec<DVec3> {
+fn row_outline(volume: &Volume, transfer: &TransferFunction, faint: f64, dims: [i64; 3], [by, bz]: [i64; 2]) -> Vec<DVec3> {
     let visible = |bx: i64| {
         let (lo, hi) = block_range(volume, dims, [bx, by, bz]);
-        transfer.largest_opacity(lo, hi) >= FAINT
+        transfer.largest_opacity(lo, hi) >= faint
     };
     let blocks = (dims[0] + 1 + BLOCK - 1) / BLOCK;
     let Some(first) = (0..blocks).find(|&bx| visible(bx)) else { return Vec::new() };
@@ -193,7 +199,7 @@ mod tests {
     #[test]
     fn all_that_is_visible_fits_whatever_the_aspect() {
         let (volume, transfer) = scene();
-        let framing = Framing::visible(&volume, &transfer);
+        let framing = Framing::visible(&volume, &transfer, None);
         for (w, h) in [(400, 400), (200, 500), (500, 120)] {
             let viewport = Viewport::new(w, h).unwrap();
             for (azimuth, elevation, roll) in [(0.0, 0.0, 0.0), (30.0, 20.0, 15.0), (90.0, -60.0, 0.0), (200.0, 90.0, 70.0)] {
@@ -216,7 +222,7 @@ mod tests {
     #[test]
     fn what_is_fixed_stays() {
         let (volume, transfer) = scene();
-        let framing = Framing::visible(&volume, &transfer);
+        let framing = Framing::visible(&volume, &transfer, None);
         let viewport = Viewport::new(100, 100).unwrap();
         let point = DVec3::new(30.0, 40.0, 10.0);
         let centre = Some(point);
@@ -231,13 +237,38 @@ mod tests {
     }
 
     #[test]
+    fn a_middle_in_front_of_everything_is_still_looked_at() {
+        let (volume, transfer) = scene();
+        let framing = Framing::visible(&volume, &transfer, None);
+        let centre = DVec3::new(20.0, 40.0, 400.0);
+        let viewport = Viewport::new(100, 100).unwrap();
+        let camera = framing.perspective(Orbit::default(), viewport, 30.0, Fixed { centre: Some(centre), ..Fixed::default() });
+        assert!(camera.position.z > centre.z, "{camera:?}");
+    }
+
+    #[test]
+    fn haze_counts_by_what_is_seen_of_all_of_it() {
+        let (volume, _) = scene();
+        let opacities = vec![(0.0, 0.0), (100.0, 0.0), (255.0, 5e-5)];
+        let haze = TransferFunction::new("haze", vec![(0.0, [1.0; 3])], opacities).unwrap();
+        let size = |unit| {
+            let framing = Framing::visible(&volume, &haze, unit);
+            let camera = framing.parallel(Orbit::default(), Viewport::new(9, 9).unwrap(), Fixed::default());
+            let Projection::Parallel { scale } = camera.projection else { panic!("{camera:?}") };
+            scale
+        };
+        // The box, of 20 units' height; the whole grid, of which so thin a haze shows nothing.
+        assert!(size(None) < 20.0 && size(Some(1000.0)) > 30.0);
+    }
+
+    #[test]
     fn nothing_visible_shows_the_grid() {
         let (volume, _) = scene();
         let nothing = TransferFunction::new("n", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0)]).unwrap();
-        let centre = Framing::visible(&volume, &nothing).centre();
+        let centre = Framing::visible(&volume, &nothing, None).centre();
         assert!((centre - volume.grid().centre()).length() < 1e-9);
         let single = Volume::new("one", Grid::new([1; 3], DVec3::ONE).unwrap(), Voxels::Uint8(vec![255])).unwrap();
-        let camera = Framing::visible(&single, &TransferFunction::automatic(&single)).parallel(
+        let camera = Framing::visible(&single, &TransferFunction::automatic(&single), None).parallel(
             Orbit::default(),
             Viewport::new(10, 10).unwrap(),
             Fixed::default(),

@@ -89,7 +89,8 @@ impl<'a> Cameras<'a> {
     /// `default`: what they fit unless the options say otherwise.
     pub fn new(options: &'a CameraOptions, scene: &'a Scene, default: Fit) -> Self {
         let fit = options.fit.unwrap_or(default);
-        let framing = (fit == Fit::Visible).then(|| Framing::visible(&scene.volume, &scene.transfer));
+        let framing =
+            (fit == Fit::Visible).then(|| Framing::visible(&scene.volume, &scene.transfer, scene.settings.unit_distance));
         let fixed = Fixed { centre: options.center, scale: options.parallel_scale, distance: options.distance };
         Self { options, grid: scene.volume.grid(), framing, fixed }
     }

@@ -27,7 +27,7 @@ struct Rule {
 const RELAXED: Rule = Rule { per_pixel: 1.6, per_voxel: 1.86, pixels: 2.0 };
 const FINE: Rule = Rule { per_pixel: 2.1, per_voxel: 2.35, pixels: 1.7 };
 /// Samples per voxel from which on no voxel is missed, wherever samples lie.
-const ANCHOR_LIMIT: f64 = 1.5;
+pub(super) const ANCHOR_LIMIT: f64 = 1.5;
 /// Samples per voxel this close above a whole number round down to it.
 const CEIL_SLACK: f64 = 1e-6;
 

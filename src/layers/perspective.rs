@@ -2,7 +2,7 @@
 
 use super::axis::{Axis, AxisFrame};
 use super::kernel_function::kernel_function;
-use super::lattice::{Density, MAX_SAMPLES_PER_VOXEL};
+use super::lattice::{ANCHOR_LIMIT, Density, MAX_SAMPLES_PER_VOXEL};
 use super::rays::{Ray, Rays, Viewport, from_rows};
 use crate::volume::Grid;
 use glam::{DMat3, DVec3};
@@ -107,8 +107,10 @@ impl PerspectiveLattice {
                 let depth = rays.depth(lattice.eye, *c, lattice.frame);
                 spacing * (c.z - lattice.eye.z).abs() / (depth * rays.pixel_size * near)
             };
-            let samples_per_voxel =
-                density.samples(corners.iter().map(pixels).fold(0.0, f64::max)).max(far / near / voxels_per_sample);
+            let pixels = corners.iter().map(pixels).fold(0.0, f64::max);
+            // Where pixels cover several voxels their mean is shown: no voxel may be missed.
+            let least = if pixels < 1.0 { ANCHOR_LIMIT } else { 0.0 };
+            let samples_per_voxel = density.samples(pixels).max(far / near / voxels_per_sample).max(least);
             let step = 1.0 / (samples_per_voxel * near);
             if let Some(screen) = screen {
                 let (seen_lo, seen_hi) = bounds(&screen.map(|s| s[i]));
