@@ -117,7 +117,9 @@ impl PerspectiveLattice {
                 (lo, hi) = (lo.max(seen_lo - 3.0 * step), hi.min(seen_hi + 3.0 * step));
             }
             let samples = ((hi - lo) / step).ceil().max(0.0);
-            let most = f64::from([viewport.width, viewport.height][i].max(64) * MAX_SIDES);
+            // Where pixels cover several voxels it is these that number the samples.
+            let sides = if pixels < 1.0 { Viewport::MAX_SIDE } else { [viewport.width, viewport.height][i].max(64) * MAX_SIDES };
+            let most = f64::from(sides);
             if samples > most || samples_per_voxel > f64::from(MAX_SAMPLES_PER_VOXEL) {
                 return None;
             }
