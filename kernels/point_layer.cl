@@ -63,7 +63,7 @@ inline Columns columns_under(const VolumeView *view, int samples_per_layer, int 
     return c;
 }
 
-// Row j of layer k under a tile's columns, `vectors` of them. INSIDE: it is in the volume from end to end.
+// Row j of layer k under a tile's columns, `vectors` of them. `inside`: it is known to be in the volume from end to end.
 ALWAYS_INLINE void load_segment(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int j, int k,
                                 int vectors, bool inside, float *segment) {
     if (inside || (c->inside && j >= 0 && j < view->dims_v && k >= 0 && k < view->dims_a)) {

@@ -44,7 +44,7 @@ ALWAYS_INLINE Light march_row(__global const VOXEL *voxels, const VolumeView *vi
     front.sampled = false;
     back.sampled = false;
     intv visible_front = 0;
-    bool known = false; // whether visible_front is that of slice n
+    bool known = false; // whether visible_front is that of plane n
     for (int n = begin; n < end; n++) {
         // Only what lies in front of the eye counts: a slab around it is cut.
         const float from = MAX(n * step, s->start), to = (n + 1) * step;

@@ -97,23 +97,25 @@ impl<'a> Cameras<'a> {
 
     /// The camera of one picture.
     pub fn still(&self, orbit: Orbit) -> Camera {
-        let CameraOptions { size, .. } = *self.options;
-        match (&self.framing, self.options.perspective) {
-            (Some(framing), None) => framing.parallel(orbit, size, self.fixed),
-            (Some(framing), Some(field_of_view)) => framing.perspective(orbit, size, field_of_view, self.fixed),
-            (None, _) => self.of_volume(orbit),
+        match &self.framing {
+            Some(framing) => self.fitted(framing, orbit, self.fixed),
+            None => self.of_volume(orbit),
+        }
+    }
+
+    /// A camera that fits what is visible, but for what is fixed.
+    fn fitted(&self, framing: &Framing, orbit: Orbit, fixed: Fixed) -> Camera {
+        match self.options.perspective {
+            None => framing.parallel(orbit, self.options.size, fixed),
+            Some(field_of_view) => framing.perspective(orbit, self.options.size, field_of_view, fixed),
         }
     }
 
     /// The cameras of a sequence, all of the same scale and around the same point.
     pub fn sequence(&self, orbits: impl Iterator<Item = Orbit>) -> Vec<Camera> {
         let Some(framing) = &self.framing else { return orbits.map(|orbit| self.of_volume(orbit)).collect() };
-        let about = Self {
-            fixed: Fixed { centre: Some(self.fixed.centre.unwrap_or_else(|| framing.centre())), ..self.fixed },
-            framing: self.framing.clone(),
-            ..*self
-        };
-        let cameras: Vec<Camera> = orbits.map(|orbit| about.still(orbit)).collect();
+        let fixed = Fixed { centre: Some(self.fixed.centre.unwrap_or_else(|| framing.centre())), ..self.fixed };
+        let cameras: Vec<Camera> = orbits.map(|orbit| self.fitted(framing, orbit, fixed)).collect();
         let size = |camera: &Camera| match camera.projection {
             Projection::Parallel { scale } => scale,
             Projection::Perspective { .. } => camera.position.distance(camera.focal_point),
