@@ -12,9 +12,11 @@ use std::time::Duration;
 /// Device time of a stage in one frame.
 fn stage_time(renderer: &mut Renderer, scene: &Scene, azimuth: f64, settings: &Settings, stage: &str) -> Duration {
     let camera = scene.camera(azimuth);
+    renderer.measure(true);
     let (_, report) = renderer.render_rgba8(&camera, viewport(), settings, Background::BLACK).expect("a frame");
-    let found = report.stages.iter().find(|(name, _)| *name == stage);
-    let (_, ms) = found.unwrap_or_else(|| panic!("no stage {stage} among {:?}", report.stages));
+    let stages = report.measured.expect("asked for").stages;
+    let found = stages.iter().find(|(name, _)| *name == stage);
+    let (_, ms) = found.unwrap_or_else(|| panic!("no stage {stage} among {stages:?}"));
     Duration::from_secs_f64(ms / 1e3)
 }
 
@@ -40,13 +42,15 @@ fn stages(criterion: &mut Criterion) {
     criterion.bench_function("stage/points/visibility", |bencher| {
         bencher.iter_custom(|n| {
             let once = |_| {
+                // Another one, and back: the same would change nothing.
+                renderer.set_transfer_function(&scene.transfer.faded(0.5).expect("a share"));
                 renderer.set_transfer_function(&scene.transfer);
                 stage_time(&mut renderer, &scene, 72.0, &points, "visibility")
             };
             (0..n).map(once).sum()
         });
     });
-    for stage in ["transpose", "occupancy"] {
+    for stage in ["transpose", "min-max blocks"] {
         criterion.bench_function(&format!("stage/points/{stage}"), |bencher| {
             bencher.iter_custom(|n| (0..n).map(|_| stage_time(&mut scene.renderer(), &scene, 90.0, &points, stage)).sum());
         });

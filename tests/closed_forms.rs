@@ -309,7 +309,7 @@ fn the_set_is_nearest_and_close() {
 
 #[test]
 fn a_function_is_the_same_wherever_its_points_end() {
-    // A thin band of opacity, with and without points beyond it: stretches that cross it must not count as all band.
+    // A thin band of opacity, with and without points beyond it: segments that cross it must not count as all band.
     let volume = random_volume([24, 20, 22], DVec3::ONE, 6);
     let size = viewport(64, 64);
     let camera = parallel(&volume, size, 20.0, 30.0);

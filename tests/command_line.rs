@@ -115,7 +115,7 @@ fn info_rotate_devices_and_bench() {
     assert_eq!(keys(&bench), expected);
     assert!(bench["active_samples"].as_u64().unwrap() > 0 && bench["median_ms"].as_f64().unwrap() > 0.0);
     assert!(bench["stages"]["lattice"].as_f64().unwrap() > 0.0);
-    assert_eq!(keys(&bench["lattice"]), ["height", "m", "width"]);
+    assert_eq!(keys(&bench["lattice"]), ["height", "samples_per_voxel", "width"]);
 }
 
 /// What is visible fits by default, in every shape of picture and both projections; the old framing is there.

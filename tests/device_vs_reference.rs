@@ -186,7 +186,7 @@ fn lattice_of_perspectives() {
         let difference = lattice_difference(&volume, &smooth_transfer(), &wide, size, &settings).expect("a lattice");
         assert!(difference <= perspective_tolerance(settings.classification), "60°: differs by {difference}");
         let plan = Plan::new(&rays, size, volume.grid(), &settings).unwrap();
-        assert!(matches!(plan, Plan::Stretches(_) | Plan::Raycast(..)), "{plan}");
+        assert!(matches!(plan, Plan::CastSegments(_) | Plan::Raycast(..)), "{plan}");
     }
 }
 
@@ -284,12 +284,12 @@ fn injected_errors_are_noticed() {
     }
 }
 
-/// Least PSNR between the kernels' parts of a deep stretch of several hues, up to 32, and the reference's 512.
+/// Least PSNR between the kernels' parts of a deep segment of several hues, up to 32, and the reference's 512.
 const LEAST_IN_PARTS: f64 = 50.0;
 
-/// Opaque and of two hues: deep stretches are cut into parts that dim each other, and would differ much if they were not.
+/// Opaque and of two hues: deep segments are cut into parts that dim each other, and would differ much if they were not.
 #[test]
-fn deep_stretches_of_several_hues() {
+fn deep_segments_of_several_hues() {
     let inside = |i: usize| (5..15).contains(&i);
     let block = |i: usize| if inside(i % 20) && inside(i / 20 % 20) && inside(i / 400) { 255 } else { 0 };
     let volume = volume([20; 3], DVec3::new(1.0, 0.9, 1.2), Voxels::Uint8((0..8000).map(block).collect()));
@@ -310,7 +310,7 @@ fn deep_stretches_of_several_hues() {
             let [near, far] = [&in_parts, &whole].map(|r| compare(&found, r).psnr.unwrap());
             let what = format!("{classification:?}, shading {shading} at {azimuth}, {elevation}");
             assert!(near > LEAST_IN_PARTS, "{what}: {near} dB");
-            assert!(far < near - 6.0, "{what}: a mean over the stretch must be noticed: {far} dB, in parts {near}");
+            assert!(far < near - 6.0, "{what}: a mean over the segment must be noticed: {far} dB, in parts {near}");
         }
     }
 }

@@ -1,6 +1,7 @@
 """Frame times of two binaries that take turns: times.py BEFORE AFTER
 
-Prints milliseconds of both and their ratio: the median of three rounds of `bench` each, per data set and way of rendering.
+Prints milliseconds of both and their ratio, and the ratio of their CPU times, which other work on the machine disturbs less: medians of
+three rounds of `bench` each, per data set and way of rendering.
 """
 
 import json
@@ -24,9 +25,10 @@ WAYS = {
 }
 
 
-def milliseconds(binary, volume, transfer, options):
+def times_of(binary, volume, transfer, options):
     done = subprocess.run([binary, "bench", volume, "--transfer", transfer, *options, "--json"], capture_output=True, text=True, check=True)
-    return json.loads(done.stdout)["median_ms"]
+    bench = json.loads(done.stdout)
+    return bench["median_ms"], bench["cpu_ms"]
 
 
 def main():
@@ -37,11 +39,13 @@ def main():
             times = [[], []]
             for _ in range(ROUNDS):
                 for binary, measured in zip(binaries, times):
-                    measured.append(milliseconds(binary, volume, transfer, options))
-            before, after = map(statistics.median, times)
-            ratios.append(after / before)
-            print(f"{way:18} {name:9} {before:9.2f} {after:9.2f} ms  {after / before:.3f}", flush=True)
-    print(f"median ratio {statistics.median(ratios):.3f}, largest {max(ratios):.3f}")
+                    measured.append(times_of(binary, volume, transfer, options))
+            (before, cpu_before), (after, cpu_after) = ([statistics.median(column) for column in zip(*measured)] for measured in times)
+            ratios.append((after / before, cpu_after / cpu_before))
+            wall, cpu = ratios[-1]
+            print(f"{way:18} {name:9} {before:9.2f} {after:9.2f} ms  {wall:.3f}  CPU {cpu:.3f}", flush=True)
+    for what, column in zip(("wall", "CPU"), zip(*ratios)):
+        print(f"{what}: median ratio {statistics.median(column):.3f}, largest {max(column):.3f}")
 
 
 main()

@@ -65,24 +65,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut renderer = scene.renderer()?;
     renderer.render_rgba8(&view(0), options.size, &scene.settings, background)?;
     let first_ms = milliseconds(started);
-    // Layouts, occupancy and kernels of the other layer axes: the medians exclude them.
+    // Layouts, min-max blocks and kernels of the other layer axes: the medians exclude them.
     for n in 0..frames.min(8) {
         renderer.render_rgba8(&view(n * frames / frames.min(8)), options.size, &scene.settings, background)?;
     }
 
-    let bar = progress(frames, "measuring");
-    let mut times = Vec::new();
+    let bar = progress(2 * frames, "measuring");
     let mut stages = StageTimes::new();
-    let (mut cpu_ms, mut active_samples, mut lattice) = (0.0, 0, None);
+    let (mut active_samples, mut lattice) = (0, None);
+    renderer.measure(true);
+    for n in 0..frames {
+        let (_, report) = renderer.render_rgba8(&view(n), options.size, &scene.settings, background)?;
+        if let Some(measured) = report.measured {
+            active_samples += measured.active_samples;
+            stages.extend(measured.stages);
+        }
+        lattice = report.lattice;
+        bar.inc(1);
+    }
+    renderer.measure(false);
+    let mut times = Vec::new();
+    let mut cpu_ms = 0.0;
     for n in 0..frames {
         let (started, cpu) = (Instant::now(), ProcessTime::now());
-        let (picture, report) = renderer.render_rgba8(&view(n), options.size, &scene.settings, background)?;
+        let (picture, _) = renderer.render_rgba8(&view(n), options.size, &scene.settings, background)?;
         times.push(milliseconds(started));
         cpu_ms += cpu.elapsed().as_secs_f64() * 1e3;
         drop(picture);
-        active_samples += report.active_samples;
-        lattice = report.lattice;
-        stages.extend(report.stages);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -95,9 +104,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     };
     let mut transfer_changes = Vec::new();
     let mut axis_changes = Vec::new();
-    for _ in 0..CHANGES {
+    // Hardly another one, but not the same: that would change nothing.
+    let (lo, hi) = scene.transfer.range();
+    let other = scene.transfer.stretched(lo, hi + (hi - lo) * 1e-9).unwrap_or_else(|_| scene.transfer.clone());
+    for transfer in [&other, &scene.transfer].into_iter().cycle().take(CHANGES) {
         let started = Instant::now();
-        renderer.set_transfer_function(&scene.transfer);
+        renderer.set_transfer_function(transfer);
         timed(&mut renderer, 0.0)?;
         transfer_changes.push(milliseconds(started));
     }
@@ -159,9 +171,9 @@ fn mib(bytes: u64) -> f64 {
 
 fn text(b: &Bench) -> String {
     let quality = b.quality.map_or(String::new(), |quality| format!(" {quality:?}").to_lowercase());
-    let lattice = b
-        .lattice
-        .map_or("none: per pixel".into(), |l| format!("{}x{} samples, {:.2}x{:.2} per voxel", l.width, l.height, l.m[0], l.m[1]));
+    let lattice = b.lattice.map_or("none: per pixel".into(), |l| {
+        format!("{}x{} samples, {:.2}x{:.2} per voxel", l.width, l.height, l.samples_per_voxel[0], l.samples_per_voxel[1])
+    });
     let mut lines = vec![
         format!("{}, {}{quality}, on {}", b.volume, b.algorithm, b.device),
         format!("median    {:.2} ms of {} frames ({:.1} frames/s)", b.median_ms, b.frames, 1e3 / b.median_ms),

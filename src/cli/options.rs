@@ -135,7 +135,7 @@ pub(super) struct QualityOptions {
     /// draft, standard, high or paper [default: standard; of --algorithm layered]
     #[arg(long)]
     quality: Option<Quality>,
-    /// When samples become colours: each after interpolation, or each stretch between two as a whole
+    /// When samples become colours: each after interpolation, or each segment between two as a whole
     #[arg(long)]
     classification: Option<ClassificationName>,
     /// What makes up for kernels that reach into neighbouring layers; implies --classification post

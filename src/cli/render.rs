@@ -42,6 +42,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let camera = Cameras::new(options, &scene, Fit::Visible).still(options.orbit(0.0));
     let started = Instant::now();
     let mut renderer = scene.renderer()?;
+    renderer.measure(arguments.json);
     let (frame, report) = renderer.render(&camera, options.size, &scene.settings)?;
     let first_ms = started.elapsed().as_secs_f64() * 1e3;
     frame.save(&arguments.output, options.background)?;
@@ -53,7 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         height: options.size.height,
         first_ms,
         lattice: report.lattice,
-        active_samples: report.active_samples,
+        active_samples: report.measured.map_or(0, |measured| measured.active_samples),
     };
     super::report(arguments.json, &rendered, || rendered.output.clone())?;
     Ok(ExitCode::SUCCESS)

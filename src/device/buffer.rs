@@ -67,6 +67,11 @@ impl<T: Copy> Buffer<T> {
         self.len
     }
 
+    /// Number of bytes.
+    pub fn bytes(&self) -> usize {
+        self.len.max(1) * size_of::<T>()
+    }
+
     pub(super) fn handle(&self) -> cl_mem {
         self.memory.get()
     }

@@ -5,48 +5,40 @@ pub(crate) mod launch;
 mod pinning;
 mod program;
 mod selection;
+mod sources;
+mod stopwatch;
 mod tuning;
 
 pub(crate) use buffer::Buffer;
 pub use pinning::pin_cpu_threads;
 pub use selection::{DeviceChoice, DeviceInfo, DeviceKind};
+pub use stopwatch::StageTimes;
 pub use tuning::Tuning;
 
 use crate::error::Error;
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
-use opencl3::event::Event;
 use opencl3::kernel::Kernel;
-use std::cell::RefCell;
-use std::rc::Rc;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
+use stopwatch::{Launched, Stopwatch};
 
-/// Milliseconds per stage of a frame, in the order in which stages first ran.
-pub type StageTimes = Vec<(&'static str, f64)>;
-
-/// An OpenCL device with a context and a queue of its own. Cheap to clone: clones share both.
+/// An OpenCL device with a context and a queue of its own. Cheap to clone: clones share both, also from thread to thread.
 #[derive(Clone)]
 pub struct Device {
-    inner: Rc<Inner>,
+    inner: Arc<Inner>,
+    tuning: Tuning,
+    /// Of a frame that is timed.
+    stopwatch: Option<Arc<Stopwatch>>,
 }
 
 struct Inner {
     info: DeviceInfo,
-    tuning: Tuning,
     queue: CommandQueue,
     context: Context,
     allocated: Arc<AtomicU64>,
-    running: RefCell<Vec<Launched>>,
-    programs: RefCell<program::Programs>,
-}
-
-/// A kernel on its way: its event, or its wall time where the device's events say nothing.
-struct Launched {
-    stage: &'static str,
-    event: Event,
-    wall_ms: Option<f64>,
+    programs: Mutex<program::Programs>,
 }
 
 impl Device {
@@ -68,16 +60,14 @@ impl Device {
         let queue = CommandQueue::create_default(&context, CL_QUEUE_PROFILING_ENABLE).map_err(error("clCreateCommandQueue"))?;
         tracing::debug!("rendering on {} ({})", info.name, info.platform);
         let tuning = info.tuning;
-        let inner = Inner {
-            info,
-            tuning,
-            queue,
-            context,
-            allocated: Arc::default(),
-            running: RefCell::default(),
-            programs: RefCell::default(),
-        };
-        Ok(Self { inner: Rc::new(inner) })
+        let inner = Inner { info, queue, context, allocated: Arc::default(), programs: Mutex::default() };
+        Ok(Self { inner: Arc::new(inner), tuning, stopwatch: None })
+    }
+
+    /// The same device with other tuning values, for what is rendered through this handle and its clones.
+    pub fn with_tuning(&self, tuning: Tuning) -> Result<Self, Error> {
+        tuning.check()?;
+        Ok(Self { tuning, ..self.clone() })
     }
 
     /// What the device is.
@@ -90,25 +80,26 @@ impl Device {
         self.inner.allocated.load(Ordering::Relaxed)
     }
 
-    pub(crate) fn tuning(&self) -> &Tuning {
-        &self.inner.tuning
+    /// The tuning values in use.
+    pub fn tuning(&self) -> &Tuning {
+        &self.tuning
     }
 
-    /// Waits for everything that was started, and tells how long each stage took.
-    pub(crate) fn finish(&self) -> Result<StageTimes, Error> {
-        self.inner.queue.finish().map_err(|e| self.error("clFinish", e))?;
-        let mut times = StageTimes::new();
-        for launched in self.inner.running.borrow_mut().drain(..) {
-            let ms = launched.wall_ms.unwrap_or_else(|| {
-                let start = launched.event.profiling_command_start().unwrap_or(0);
-                launched.event.profiling_command_end().unwrap_or(0).saturating_sub(start) as f64 / 1e6
-            });
-            match times.iter_mut().find(|(stage, _)| *stage == launched.stage) {
-                Some((_, total)) => *total += ms,
-                None => times.push((launched.stage, ms)),
-            }
-        }
-        Ok(times)
+    /// A handle that times what is started through it, from now on.
+    pub(crate) fn timed(&self) -> Self {
+        Self { stopwatch: Some(Arc::default()), ..self.clone() }
+    }
+
+    /// Waits for everything that was started, and tells how long each stage took that was started through this handle; nothing where it
+    /// is not timed.
+    pub(crate) fn stage_times(&self) -> Result<StageTimes, Error> {
+        let Some(stopwatch) = &self.stopwatch else { return Ok(StageTimes::new()) };
+        self.finish()?;
+        Ok(stopwatch.stage_times())
+    }
+
+    fn finish(&self) -> Result<(), Error> {
+        self.inner.queue.finish().map_err(|e| self.error("clFinish", e))
     }
 
     fn error(&self, call: &'static str, source: opencl3::error_codes::ClError) -> Error {
@@ -123,12 +114,40 @@ impl Device {
         // SAFETY: sizes live through the call, and the launchers have set every argument.
         let event = unsafe { queue.enqueue_nd_range_kernel(kernel.get(), 1, std::ptr::null(), &global, &group, &[]) }
             .map_err(|e| self.error(stage, e))?;
+        let Some(stopwatch) = &self.stopwatch else { return Ok(()) };
         let mut wall_ms = None;
-        if !self.inner.tuning.event_times {
-            queue.finish().map_err(|e| self.error("clFinish", e))?;
+        if !self.tuning.event_times {
+            self.finish()?;
             wall_ms = Some(started.elapsed().as_secs_f64() * 1e3);
         }
-        self.inner.running.borrow_mut().push(Launched { stage, event, wall_ms });
+        stopwatch.push(Launched { stage, event, wall_ms });
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn devices_are_shared_between_threads() {
+        fn shared<T: Send + Sync>() {}
+        shared::<Device>();
+    }
+
+    #[test]
+    fn tuning_values_that_kernels_cannot_have_are_refused() {
+        let device = Device::open(&DeviceChoice::Default).unwrap();
+        let own = *device.tuning();
+        assert_eq!(*device.with_tuning(Tuning { vector_width: 4, ..own }).unwrap().tuning(), Tuning { vector_width: 4, ..own });
+        for wrong in [
+            Tuning { vector_width: 3, ..own },
+            Tuning { tile_vectors: 0, ..own },
+            Tuning { point_tile_rows: 31, ..own },
+            Tuning { block: [0, 1], ..own },
+            Tuning { pixel_group: 0, ..own },
+        ] {
+            assert!(device.with_tuning(wrong).is_err(), "{wrong:?}");
+        }
     }
 }

@@ -1,7 +1,13 @@
 //! Every tuning value and every vendor quirk.
 
 use super::selection::DeviceKind;
+use crate::error::Error;
 use serde::Serialize;
+
+/// Kernels keep a bit per row of a tile in an int.
+const MOST_TILE_ROWS: u32 = 30;
+/// More are of no use to any device.
+const LARGEST_GROUP: usize = 4096;
 
 /// How kernels are built and launched on a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -29,7 +35,8 @@ pub struct Tuning {
 }
 
 impl Tuning {
-    pub(super) fn new(kind: DeviceKind, platform: &str, native_width: u32) -> Self {
+    /// The values for a kind of device on a platform, whose native vectors are of `native_width` floats.
+    pub fn new(kind: DeviceKind, platform: &str, native_width: u32) -> Self {
         // rusticl's event times are all zero.
         let event_times = !platform.to_lowercase().contains("rusticl");
         match kind {
@@ -69,5 +76,24 @@ impl Tuning {
     /// Samples of a parallel tile along u.
     pub(crate) fn tile_columns(&self) -> u32 {
         self.vector_width * self.tile_vectors
+    }
+
+    /// Refuses what kernels cannot be built or started with.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let refuse =
+            |name, value: &dyn std::fmt::Display, expected| Err(Error::OutOfRange { name, value: value.to_string(), expected });
+        if !matches!(self.vector_width, 1 | 4 | 8 | 16) {
+            return refuse("vector width", &self.vector_width, "1, 4, 8 or 16");
+        }
+        for rows in [self.tile_rows, self.point_tile_rows, self.screen_tile_rows, self.tile_vectors] {
+            if !(1..=MOST_TILE_ROWS).contains(&rows) {
+                return refuse("tile size", &rows, "1 to 30 rows or vectors");
+            }
+        }
+        let sizes = [self.block[0] as usize, self.block[1] as usize, self.tile_group, self.pixel_group, self.splat_chunks];
+        match sizes.iter().find(|&&n| n == 0 || n > LARGEST_GROUP) {
+            Some(n) => refuse("block, group or chunk size", n, "1 to 4096"),
+            None => Ok(()),
+        }
     }
 }

@@ -5,7 +5,7 @@ use super::kernel_function::kernel_function;
 use serde::Serialize;
 
 /// A separable reconstruction kernel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Interpolation {
     /// 1 − |x|, radius 1.

@@ -11,10 +11,10 @@ mod gaussian;
 mod interpolation;
 mod kernel_function;
 mod lattice;
-mod perspective;
+mod quadrature;
 mod rays;
+mod segment;
 mod splats;
-mod stretch;
 mod sub_slabs;
 
 pub use axis::{Axis, AxisFrame};
@@ -25,9 +25,9 @@ pub use gaussian::{
 };
 pub use interpolation::Interpolation;
 pub use kernel_function::{kernel_function, kernel_integral};
-pub use lattice::{Density, Lattice, LayerOffset, MAX_SAMPLES_PER_VOXEL};
-pub use perspective::{GaussNode, MAX_LATTICE_SHEAR, PerspectiveLattice, quadrature_nodes};
+pub use lattice::{AffineRays, Density, Lattice, LayerOffset, MAX_LATTICE_SHEAR, MAX_SAMPLES_PER_VOXEL, Phases, Sampling};
+pub use quadrature::{GaussNode, quadrature_nodes};
 pub use rays::{Ray, Rays, Viewport};
+pub use segment::{CURVE_SHARE, segment_ends};
 pub use splats::{SplatProjection, SplatSlabs};
-pub use stretch::{CURVE_SHARE, stretch_ends};
 pub use sub_slabs::{Correction, LayerSlabs, SubSlab};

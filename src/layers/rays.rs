@@ -138,6 +138,15 @@ impl Rays {
         if self.is_parallel() { self.pixel_size } else { self.pixel_size * -self.start }
     }
 
+    /// Whether a box, given by two corners in voxels, lies in front of the eye.
+    pub fn all_ahead(&self, lowest: DVec3, highest: DVec3) -> bool {
+        let Some(eye) = self.eye() else { return true };
+        (0..8).all(|corner| {
+            let upper = DVec3::from_array(std::array::from_fn(|i| f64::from(corner >> i & 1)));
+            -((lowest + (highest - lowest) * upper - eye) * self.spacing).dot(self.to_eye) > 0.0
+        })
+    }
+
     /// The eye of a perspective, in voxels.
     pub fn eye(&self) -> Option<DVec3> {
         (!self.is_parallel()).then(|| self.origin[0] + self.direction[0] * self.start)

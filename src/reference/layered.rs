@@ -18,7 +18,7 @@ pub struct Layered<'a> {
     pub(super) volume: &'a Volume,
     pub(super) transfer: &'a TransferFunction,
     pub(super) settings: &'a Settings,
-    /// Whether pre-integrated stretches are cut into fine parts, each dimmed by those before it, as the kernels approach for opaque
+    /// Whether pre-integrated segments are cut into fine parts, each dimmed by those before it, as the kernels approach for opaque
     /// transfer functions of several hues. Default: no.
     pub in_parts: bool,
 }

@@ -3,11 +3,11 @@
 use super::compositing::{Gathered, opacity_of_depth, opacity_over};
 use super::layered::{Crossing, Layered};
 use super::shading::Lighting;
-use crate::layers::{CURVE_SHARE, Interpolation, Ray, stretch_ends};
+use crate::layers::{CURVE_SHARE, Interpolation, Ray, segment_ends};
 use crate::transfer::{Extinction, TransferFunction};
 use glam::DVec3;
 
-/// Parts into which a stretch is cut.
+/// Parts into which a segment is cut.
 const PARTS: usize = 512;
 
 impl Layered<'_> {
@@ -21,7 +21,7 @@ impl Layered<'_> {
         let mut gathered = Gathered::new();
         for n in 0..samples * (dims[2] + 1) {
             let l = if step > 0 { n } else { samples * (dims[2] + 1) - n };
-            // Where the stretch begins and ends, in layers.
+            // Where the segment begins and ends, in layers.
             let [z0, z1] = [l, l + step].map(|l| l as f64 / samples as f64 - 1.0);
             let from_eye = step as f64 * (z0 - crossing.origin.z - ray.start * ray.direction[frame.a]);
             let cut = (-from_eye * samples as f64).clamp(0.0, 1.0);
@@ -29,10 +29,10 @@ impl Layered<'_> {
                 continue;
             }
             let n = (if step > 0 { l } else { l - 1 }) % samples;
-            let [low, high] = stretch_ends(samples_per_layer, n as u32);
+            let [low, high] = segment_ends(samples_per_layer, n as u32);
             let points = [z0, z1].map(|z| frame.global(crossing.at(z).extend(z)));
             let [from, to] = points.map(|p| self.field.value(p));
-            let stretch = Stretch {
+            let segment = Segment {
                 from: from + cut * (to - from),
                 to,
                 ends: if step > 0 { [low, high] } else { [high, low] },
@@ -44,25 +44,25 @@ impl Layered<'_> {
                 points.map(|p| Lighting::new(self.volume, shading, self.field.differences(Interpolation::Tricubic, p), to_eye))
             });
             if self.in_parts {
-                self.composite_parts(&stretch, lighting, &mut gathered);
+                self.composite_parts(&segment, lighting, &mut gathered);
             } else {
-                self.composite_whole(&stretch, lighting, samples_per_layer, &mut gathered);
+                self.composite_whole(&segment, lighting, samples_per_layer, &mut gathered);
             }
         }
         gathered.rgba()
     }
 
-    /// A stretch of one colour, lit where most of its light comes from.
+    /// A segment of one colour, lit where most of its light comes from.
     fn composite_whole(
         &self,
-        stretch: &Stretch,
+        segment: &Segment,
         lighting: Option<[Lighting; 2]>,
         samples_per_layer: u32,
         gathered: &mut Gathered,
     ) {
         let extinction = self.settings.extinction;
-        let Some(mean) = mean(self.transfer, stretch, extinction) else { return };
-        let depth = mean.attenuation * stretch.length;
+        let Some(mean) = mean(self.transfer, segment, extinction) else { return };
+        let depth = mean.attenuation * segment.length;
         let opacity = opacity_of_depth(depth, extinction);
         let color = lighting.map_or(mean.color, |[front, back]| {
             // Light comes from before the centroid, by as much as what lies behind is dimmed, if extinction is even.
@@ -74,12 +74,12 @@ impl Layered<'_> {
         gathered.add(color, opacity);
     }
 
-    /// A stretch through the field itself, in parts.
-    fn composite_parts(&self, stretch: &Stretch, lighting: Option<[Lighting; 2]>, gathered: &mut Gathered) {
+    /// A segment through the field itself, in parts.
+    fn composite_parts(&self, segment: &Segment, lighting: Option<[Lighting; 2]>, gathered: &mut Gathered) {
         for n in 0..PARTS {
             let t = (n as f64 + 0.5) / PARTS as f64;
-            let value = self.field.value(stretch.begin.lerp(stretch.end, t));
-            let opacity = opacity_over(self.transfer, value, stretch.length / PARTS as f64, self.settings.extinction);
+            let value = self.field.value(segment.begin.lerp(segment.end, t));
+            let opacity = opacity_over(self.transfer, value, segment.length / PARTS as f64, self.settings.extinction);
             let color = self.transfer.color(value);
             gathered.add(lighting.map_or(color, |[front, back]| front.mix(back, t).on(color)), opacity);
         }
@@ -87,7 +87,7 @@ impl Layered<'_> {
 }
 
 /// From one sample of a ray to the next.
-struct Stretch {
+struct Segment {
     from: f64,
     to: f64,
     /// Weights of both values; what is left belongs to those between, evenly.
@@ -98,16 +98,16 @@ struct Stretch {
     end: DVec3,
 }
 
-/// Of a stretch: attenuation per unit distance, the colour weighted with it, and where it lies on the way, 0 … 1.
+/// Of a segment: attenuation per unit distance, the colour weighted with it, and where it lies on the way, 0 … 1.
 struct Mean {
     attenuation: f64,
     color: [f64; 3],
     centroid: f64,
 }
 
-/// The mean of a stretch; `None` if all of it is transparent.
-fn mean(transfer: &TransferFunction, stretch: &Stretch, extinction: Extinction) -> Option<Mean> {
-    let Stretch { from, to, ends, .. } = *stretch;
+/// The mean of a segment; `None` if all of it is transparent.
+fn mean(transfer: &TransferFunction, segment: &Segment, extinction: Extinction) -> Option<Mean> {
+    let Segment { from, to, ends, .. } = *segment;
     let attenuation_at = |value: f64| match extinction {
         Extinction::Exponential => transfer.extinction(value).min(f64::MAX / PARTS as f64),
         Extinction::Linear => transfer.opacity(value),

@@ -1,52 +1,72 @@
 //! Orchestrates a frame: what is kept between frames, what is planned, which kernels run in which order.
 
 mod algorithm;
-mod direct;
-mod frame;
-mod kept;
-mod kernels;
-mod lattice;
-mod march;
+mod blend;
+mod cache;
+mod clipping;
+mod layered;
+mod picture;
 mod plan;
-mod points;
-mod sample;
+mod prepared;
+mod rays;
+mod region;
+mod report;
+mod scene;
 mod scratch;
 mod screen;
 mod settings;
 mod sheets;
-mod splat_list;
-mod splats;
-mod tables;
+mod tiles;
 
 pub use algorithm::Algorithm;
-pub use frame::{FrameReport, LatticePicture, LatticeReport};
+pub use blend::Blend;
+pub use clipping::{ClipPlane, Clipping, CropBox};
 pub use plan::Plan;
+pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};
 pub use settings::{Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
 
+use crate::Viewport;
 use crate::camera::Camera;
 use crate::device::Device;
 use crate::error::Error;
 use crate::image::{Background, Frame};
-use crate::layers::{Rays, Viewport};
+use crate::layers::{Lattice, Rays};
 use crate::transfer::TransferFunction;
 use crate::volume::{Grid, Volume};
-use kept::Kept;
-use kernels::Kernels;
-use scratch::Scratch;
+use layered::{PointLayers, SplatLayers};
+use picture::{OntoScreen, Picture, Share};
+use prepared::Prepared;
+use rays::MarchedRays;
+use scene::Scene;
+use sheets::{AxisAlignedSheets, ImageAlignedSheets};
+use tiles::{Target, read_samples};
 
 /// Renders one volume on one device.
 ///
-/// The voxels live on the device, and what can be kept is kept: the layout and occupancy of each layer axis from its
+/// The voxels live on the device, and what can be kept is kept: the layout and min-max blocks of each layer axis from its
 /// first use, tables from one transfer function to the next, buffers from frame to frame.
 pub struct Renderer {
     device: Device,
-    grid: Grid,
-    value_range: (f64, f64),
-    field_range: (f64, f64),
-    transfer: TransferFunction,
-    kernels: Kernels,
-    kept: Kept,
-    scratch: Scratch,
+    prepared: Prepared,
+    measuring: bool,
+    points: PointLayers,
+    splats: SplatLayers,
+    rays: MarchedRays,
+    axis_sheets: AxisAlignedSheets,
+    view_sheets: ImageAlignedSheets,
+    /// Where lattices are drawn, and pictures without one.
+    target: Target,
+    picture: Picture,
+}
+
+/// Where a frame is when it is drawn.
+enum Drawn {
+    /// In a lattice, still to be warped.
+    Lattice(Lattice),
+    /// On the screen, warped from several lattices.
+    Warped,
+    /// On the screen.
+    Screen,
 }
 
 impl Renderer {
@@ -54,38 +74,55 @@ impl Renderer {
     pub fn new(device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Self, Error> {
         Ok(Self {
             device: device.clone(),
-            grid: volume.grid().clone(),
-            value_range: volume.range(),
-            field_range: volume.field_range(),
-            transfer: transfer.clone(),
-            kernels: Kernels::new(volume.voxels().voxel_type()),
-            kept: Kept::upload(device, volume)?,
-            scratch: Scratch::default(),
+            prepared: Prepared::upload(device, volume, transfer)?,
+            measuring: false,
+            points: PointLayers::default(),
+            splats: SplatLayers::default(),
+            rays: MarchedRays::default(),
+            axis_sheets: AxisAlignedSheets::default(),
+            view_sheets: ImageAlignedSheets::default(),
+            target: Target::default(),
+            picture: Picture::default(),
         })
     }
 
     /// Takes another transfer function from the next frame on.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
-        self.transfer = transfer.clone();
-        self.kept.forget_transfer();
+        self.prepared.set_transfer_function(transfer);
     }
 
     /// The transfer function in use.
     pub fn transfer_function(&self) -> &TransferFunction {
-        &self.transfer
+        self.prepared.transfer_function()
     }
 
     /// Where the volume's voxels lie.
     pub fn grid(&self) -> &Grid {
-        &self.grid
+        self.prepared.grid()
+    }
+
+    /// Whether the reports of frames say what these took, from the next one on. Without, a frame is read back once, and the queue is
+    /// waited for only so long; but sheets, in either case, read how many splats they have.
+    pub fn measure(&mut self, measuring: bool) {
+        self.measuring = measuring;
     }
 
     /// Renders a picture: premultiplied floats, without a background.
     pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
-        let drawn = self.draw(camera, viewport, settings)?;
-        self.draw_frame(&drawn, viewport)?;
-        let frame = self.scratch.read_frame(&self.device, viewport)?;
-        Ok((frame, self.finish(drawn.report)?))
+        let device = self.frame_device();
+        let rays = Rays::new(camera, viewport, self.grid())?;
+        let plan = Plan::new(&rays, viewport, self.grid(), settings)?;
+        let (drawn, active_samples) = self.draw(&device, &plan, &rays, viewport, settings)?;
+        let pixels = match drawn {
+            Drawn::Lattice(lattice) => {
+                let onto = OntoScreen { lattice: &lattice, rays: &rays, viewport };
+                self.picture.warp(&device, &mut self.target, onto, Share::WHOLE)?;
+                self.picture.read_warped(&device, viewport)?
+            }
+            Drawn::Warped => self.picture.read_warped(&device, viewport)?,
+            Drawn::Screen => read_samples(self.target.drawn(&device)?.0, &device, viewport.pixels())?,
+        };
+        Ok((Frame::new(viewport, pixels), self.report(&device, &plan, active_samples)?))
     }
 
     /// Renders a finished 8-bit RGBA picture, row by row, row 0 on top.
@@ -96,9 +133,19 @@ impl Renderer {
         settings: &Settings,
         background: Background,
     ) -> Result<(Vec<u8>, FrameReport), Error> {
-        let drawn = self.draw(camera, viewport, settings)?;
-        let picture = self.draw_picture(&drawn, viewport, background)?;
-        Ok((picture, self.finish(drawn.report)?))
+        let device = self.frame_device();
+        let rays = Rays::new(camera, viewport, self.grid())?;
+        let plan = Plan::new(&rays, viewport, self.grid(), settings)?;
+        let (drawn, active_samples) = self.draw(&device, &plan, &rays, viewport, settings)?;
+        let picture = match drawn {
+            Drawn::Lattice(lattice) => {
+                let onto = OntoScreen { lattice: &lattice, rays: &rays, viewport };
+                self.picture.warp_displayed(&device, &mut self.target, onto, background)?
+            }
+            Drawn::Warped => self.picture.present_warped(&device, viewport, background)?,
+            Drawn::Screen => self.picture.present(&device, &mut self.target, viewport, background)?,
+        };
+        Ok((picture, self.report(&device, &plan, active_samples)?))
     }
 
     /// The composited lattice before it is warped to the screen, with the ray of each sample; `None` where the view has
@@ -109,46 +156,108 @@ impl Renderer {
         viewport: Viewport,
         settings: &Settings,
     ) -> Result<Option<LatticePicture>, Error> {
-        let rays = Rays::new(camera, viewport, &self.grid)?;
-        let plan = match Plan::new(&rays, viewport, &self.grid, settings)? {
+        let device = self.frame_device();
+        let rays = Rays::new(camera, viewport, self.grid())?;
+        let lattice = match Plan::new(&rays, viewport, self.grid(), settings)? {
+            Plan::Lattice(lattice) => lattice,
             Plan::Shared(mut parts) => parts.swap_remove(0).0,
-            plan => plan,
+            _ => return Ok(None),
         };
-        let report = self.run(&plan, &rays, viewport, settings)?;
-        let picture = self.read_lattice(plan)?;
-        self.finish(report)?;
-        Ok(picture)
+        self.draw_lattice(&device, &lattice, &rays, viewport, settings)?;
+        let samples = read_samples(self.target.drawn(&device)?.0, &device, lattice.samples())?;
+        Ok(Some(LatticePicture { size: lattice.size, lattice, samples }))
     }
 
-    fn run(&mut self, plan: &Plan, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<FrameReport, Error> {
-        match (plan, settings.classification) {
-            (Plan::Lattice(lattice), Classification::Post(correction)) => {
-                self.run_lattice(lattice, correction, rays, settings)?
+    /// The device as one frame uses it: what that leaves behind, if it fails, no other sees.
+    fn frame_device(&self) -> Device {
+        if self.measuring { self.device.timed() } else { self.device.clone() }
+    }
+
+    /// Draws what is planned; and the samples with opacity of lattices that are not in the target any more.
+    fn draw(
+        &mut self,
+        device: &Device,
+        plan: &Plan,
+        rays: &Rays,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(Drawn, u64), Error> {
+        tracing::debug!("{plan}");
+        let mut counted = 0;
+        match plan {
+            Plan::Lattice(lattice) => {
+                self.draw_lattice(device, lattice, rays, viewport, settings)?;
+                return Ok((Drawn::Lattice(lattice.clone()), counted));
             }
-            (Plan::Perspective(lattice), Classification::Post(correction)) => {
-                self.run_perspective(lattice, correction, rays, settings)?;
+            Plan::Shared(parts) => {
+                for (n, (lattice, share)) in parts.iter().enumerate() {
+                    if n > 0 && self.measuring {
+                        counted += self.target.count_active(device)?;
+                    }
+                    self.draw_lattice(device, lattice, rays, viewport, settings)?;
+                    let onto = OntoScreen { lattice, rays, viewport };
+                    self.picture.warp(device, &mut self.target, onto, Share { share: *share, added: n > 0 })?;
+                }
+                return Ok((Drawn::Warped, counted));
             }
-            (Plan::Lattice(_) | Plan::Perspective(_), Classification::Preintegrated { .. }) => {
-                self.run_points(plan, rays, settings)?;
-            }
-            (Plan::Direct(axis), Classification::Post(correction)) => {
-                self.run_direct(*axis, correction, rays, viewport, settings)?;
-            }
-            (Plan::Direct(axis), Classification::Preintegrated { .. }) => {
-                self.run_point_direct(*axis, rays, viewport, settings)?
-            }
-            (Plan::Raycast(interpolation, step), _) => {
-                let (interpolation, step) = (*interpolation, *step);
-                // Also where layers are asked for and no lattice reaches.
-                let settings = Settings { algorithm: Algorithm::Raycast { interpolation, step }, ..*settings };
-                self.run_raycast(interpolation, step, rays, viewport, &settings)?
-            }
-            (Plan::Shared(_), _) => unreachable!("draw() takes its parts one by one"),
-            (Plan::Stretches(step), _) => self.run_stretches(*step, rays, viewport, settings)?,
-            (Plan::Slicing(step), _) => self.run_slicing(*step, rays, viewport, settings)?,
-            (Plan::AxisSheets(axis), _) => self.run_axis_sheets(*axis, rays, viewport, settings)?,
-            (Plan::ViewSheets(distance), _) => self.run_view_sheets(*distance, rays, viewport, settings)?,
+            _ => {}
         }
-        Ok(FrameReport::new(plan))
+        let scene = &mut Scene { device, prepared: &mut self.prepared, rays, viewport, settings };
+        let target = &mut self.target;
+        match (plan, settings.classification) {
+            (Plan::Lattice(_) | Plan::Shared(_), _) => {}
+            (Plan::Direct(axis), Classification::Post(correction)) => {
+                self.splats.draw_pixels(scene, *axis, correction, target)?;
+            }
+            (Plan::Direct(axis), Classification::Preintegrated { samples_per_layer }) => {
+                self.points.draw_pixels(scene, *axis, samples_per_layer, target)?;
+            }
+            (Plan::Raycast(interpolation, step), _) => self.rays.cast(scene, *interpolation, *step, target)?,
+            (Plan::CastValues(interpolation, step), _) => self.rays.cast_values(scene, *interpolation, *step, target)?,
+            (Plan::CastSegments(step), _) => self.rays.cast_segments(scene, *step, target)?,
+            (Plan::Slicing(step), _) => self.rays.slice(scene, *step, target)?,
+            (Plan::AxisSheets(axis), _) => self.axis_sheets.draw(scene, *axis, target)?,
+            (Plan::ViewSheets(distance), _) => self.view_sheets.draw(scene, *distance, target)?,
+        }
+        Ok((Drawn::Screen, counted))
+    }
+
+    fn draw_lattice(
+        &mut self,
+        device: &Device,
+        lattice: &Lattice,
+        rays: &Rays,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        let scene = &mut Scene { device, prepared: &mut self.prepared, rays, viewport, settings };
+        match settings.classification {
+            Classification::Post(correction) => self.splats.draw_lattice(scene, lattice, correction, &mut self.target),
+            Classification::Preintegrated { samples_per_layer } => {
+                self.points.draw_lattice(scene, lattice, samples_per_layer, &mut self.target)
+            }
+        }
+    }
+
+    /// Completes a frame's report; `active_samples` are those of lattices that are not in the target any more.
+    fn report(&mut self, device: &Device, plan: &Plan, active_samples: u64) -> Result<FrameReport, Error> {
+        let measured = if self.measuring {
+            let active_samples = active_samples + self.target.count_active(device)?;
+            Some(Measured { stages: device.stage_times()?, active_samples })
+        } else {
+            None
+        };
+        Ok(FrameReport::new(plan, measured))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn renderers_go_from_thread_to_thread() {
+        fn movable<T: Send>() {}
+        movable::<Renderer>();
     }
 }

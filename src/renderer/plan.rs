@@ -1,9 +1,11 @@
 //! Which evaluation a view gets.
 
 use super::algorithm::Algorithm;
+use super::blend::Blend;
 use super::settings::{Classification, Evaluation, Footprints, LayerAxis, Settings};
+use crate::Viewport;
 use crate::error::Error;
-use crate::layers::{Axis, Density, Interpolation, Lattice, PerspectiveLattice, Rays, Viewport};
+use crate::layers::{Axis, Density, Interpolation, Lattice, Rays, Sampling};
 use crate::volume::Grid;
 use std::fmt;
 
@@ -13,13 +15,11 @@ const MAX_FORCED_SHEAR: f64 = 3.0;
 /// How a frame is evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Plan {
-    /// On the sheared lattice of a parallel view.
+    /// On a lattice.
     Lattice(Lattice),
-    /// On the lattice of a perspective.
-    Perspective(PerspectiveLattice),
     /// On the lattices of two or three layer axes between which the view lies, each with its share of the picture, the most parallel
     /// first.
-    Shared(Vec<(Plan, f64)>),
+    Shared(Vec<(Lattice, f64)>),
     /// Per pixel: with one layer axis, or with each ray's own.
     Direct(Option<Axis>),
     /// By axis-aligned sheets.
@@ -30,8 +30,10 @@ pub enum Plan {
     Slicing(f64),
     /// By ray casting, with a step in smallest spacings.
     Raycast(Interpolation, f64),
-    /// By ray casting with pre-integrated stretches of a length in smallest spacings: layers where no lattice reaches.
-    Stretches(f64),
+    /// By ray casting where values are gathered, or an iso-surface is found: planes of a distance in smallest spacings.
+    CastValues(Interpolation, f64),
+    /// By ray casting with pre-integrated segments of a length in smallest spacings: layers where no lattice reaches.
+    CastSegments(f64),
 }
 
 impl Plan {
@@ -53,8 +55,9 @@ impl Plan {
                 return if reached { Ok(Plan::AxisSheets(axis)) } else { Err(too_far(axis)) };
             }
             Algorithm::ViewSheets { sheet_distance } => return Ok(Plan::ViewSheets(sheet_distance)),
-            Algorithm::Slicing { step } => return Ok(Plan::Slicing(step)),
-            Algorithm::Raycast { interpolation, step } => return Ok(Plan::Raycast(interpolation, step)),
+            Algorithm::Slicing { step } if settings.blend == Blend::Composite => return Ok(Plan::Slicing(step)),
+            Algorithm::Slicing { step } => return Ok(Plan::CastValues(Interpolation::Trilinear, step)),
+            Algorithm::Raycast { interpolation, step } => return Ok(Self::raycast(interpolation, step, settings.blend)),
         }
         let direct = Self::direct(rays, grid, axis, settings)?;
         let Evaluation::Lattice(density) = settings.evaluation else {
@@ -63,34 +66,13 @@ impl Plan {
         if let Some(shared) = Self::shared(rays, viewport, grid, density, settings) {
             return Ok(shared);
         }
-        let lattice = Self::lattice(rays, viewport, grid, axis, density, settings.classification);
-        Ok(lattice.unwrap_or_else(|| {
-            // A forced axis is kept to.
-            let plan = if settings.layer_axis == LayerAxis::Auto { Self::cast(density, settings.classification) } else { direct };
+        let lattice = Lattice::new(rays, viewport, grid, axis, density, sampling(settings.classification));
+        Ok(lattice.map(Plan::Lattice).unwrap_or_else(|| {
+            // A forced axis is not left.
+            let plan = if settings.layer_axis == LayerAxis::Auto { Self::cast(density, settings) } else { direct };
             tracing::info!("no lattice reaches this view: {plan}");
             plan
         }))
-    }
-
-    /// The lattice of a layer axis, if it reaches all rays.
-    fn lattice(
-        rays: &Rays,
-        viewport: Viewport,
-        grid: &Grid,
-        axis: Axis,
-        density: Density,
-        classification: Classification,
-    ) -> Option<Self> {
-        match (rays.is_parallel(), classification) {
-            (true, Classification::Post(_)) => Lattice::in_phases(rays, viewport, grid, axis, density).map(Plan::Lattice),
-            (true, Classification::Preintegrated { .. }) => Lattice::new(rays, viewport, grid, axis, density).map(Plan::Lattice),
-            (false, Classification::Post(_)) => {
-                PerspectiveLattice::new(rays, viewport, grid, axis, density).map(Plan::Perspective)
-            }
-            (false, Classification::Preintegrated { .. }) => {
-                PerspectiveLattice::of_points(rays, viewport, grid, axis, density).map(Plan::Perspective)
-            }
-        }
     }
 
     /// Lattices of all axes that have a share in the view, if these are several and all reach. Splatted layers switch from one
@@ -101,19 +83,27 @@ impl Plan {
             LayerAxis::Auto => Axis::shares(rays.central_direction()),
             LayerAxis::Forced(_) => return None,
         };
-        let lattice = |axis| Self::lattice(rays, viewport, grid, axis, density, settings.classification);
+        let lattice = |axis| Lattice::new(rays, viewport, grid, axis, density, Sampling::Points);
         let parts: Option<Vec<_>> = shares.iter().map(|&(axis, share)| Some((lattice(axis)?, share))).collect();
         parts.filter(|parts| parts.len() > 1).map(Plan::Shared)
     }
 
     /// Ray casting of at least the fidelity that a lattice would have: 44 to 70 dB with four steps per layer where one sample per layer
     /// has 28 to 47 per pixel, in a fifth of the time (engine and tooth, from inside and at wide angles, lit).
-    fn cast(density: Density, classification: Classification) -> Self {
+    fn cast(density: Density, settings: &Settings) -> Self {
+        let Settings { classification, blend, .. } = *settings;
         let per_layer = if matches!(density, Density::Fixed(_)) { 2.0 } else { 4.0 };
         let step = 1.0 / (per_layer * f64::from(classification.samples_per_layer()));
         match classification {
-            Classification::Post(_) => Plan::Raycast(Interpolation::Tricubic, step),
-            Classification::Preintegrated { .. } => Plan::Stretches(step),
+            Classification::Preintegrated { .. } if blend == Blend::Composite => Plan::CastSegments(step),
+            _ => Self::raycast(Interpolation::Tricubic, step, blend),
+        }
+    }
+
+    fn raycast(interpolation: Interpolation, step: f64, blend: Blend) -> Self {
+        match blend {
+            Blend::Composite => Plan::Raycast(interpolation, step),
+            _ => Plan::CastValues(interpolation, step),
         }
     }
 
@@ -124,7 +114,7 @@ impl Plan {
         let reached = if rays.is_parallel() {
             axis.frame().shear(rays.central_direction()).iter().all(|s| s.abs() <= limit)
         } else {
-            !set && PerspectiveLattice::reaches(rays, grid, axis)
+            !set && Lattice::reaches_perspective(rays, grid, axis)
         };
         match (reached, settings.layer_axis) {
             (true, _) => Ok(Plan::Direct(Some(axis))),
@@ -139,18 +129,37 @@ fn too_far(axis: Axis) -> Error {
     Error::Settings { problem }
 }
 
+/// How lattices for a kind of classification are sampled.
+fn sampling(classification: Classification) -> Sampling {
+    match classification {
+        Classification::Post(_) => Sampling::Splats,
+        Classification::Preintegrated { .. } => Sampling::Points,
+    }
+}
+
+fn write_lattice(f: &mut fmt::Formatter<'_>, lattice: &Lattice) -> fmt::Result {
+    let Lattice { size: [width, height], samples_per_voxel: [u, v], .. } = lattice;
+    write!(f, "lattice of {width}x{height} samples, {u:.2} x {v:.2} per voxel")
+}
+
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Plan::Lattice(l) => write!(f, "lattice of {}x{} samples, {:?} per voxel", l.size[0], l.size[1], l.samples_per_voxel),
-            Plan::Perspective(l) => write!(f, "perspective lattice of {}x{} samples", l.size[0], l.size[1]),
-            Plan::Shared(parts) => parts.iter().try_for_each(|(plan, share)| write!(f, "{share:.3} of a {plan}; ")),
+            Plan::Lattice(lattice) => write_lattice(f, lattice),
+            Plan::Shared(parts) => parts.iter().try_for_each(|(lattice, share)| {
+                write!(f, "{share:.3} of a ")?;
+                write_lattice(f, lattice)?;
+                write!(f, "; ")
+            }),
             Plan::Direct(Some(axis)) => write!(f, "direct, layer axis {axis:?}"),
             Plan::Direct(None) => write!(f, "direct, each ray with its own layer axis"),
             Plan::AxisSheets(axis) => write!(f, "sheets along axis {axis:?}"),
             Plan::ViewSheets(distance) => write!(f, "sheets across the view, {distance} voxels apart"),
             Plan::Slicing(step) => write!(f, "slices {step} spacings apart"),
-            Plan::Stretches(step) => write!(f, "rays, pre-integrated in steps of {step} spacings"),
+            Plan::CastSegments(step) => write!(f, "rays, pre-integrated in steps of {step} spacings"),
+            Plan::CastValues(interpolation, step) => {
+                write!(f, "rays through values, {interpolation:?}, in steps of {step} spacings")
+            }
             Plan::Raycast(interpolation, step) => write!(f, "rays, {interpolation:?}, in steps of {step} spacings"),
         }
     }

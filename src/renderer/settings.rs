@@ -1,6 +1,8 @@
 //! How a picture is made, and bundles of it.
 
 use super::algorithm::Algorithm;
+use super::blend::Blend;
+use super::clipping::Clipping;
 use crate::error::Error;
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
 use crate::transfer::Extinction;
@@ -32,7 +34,7 @@ pub enum Evaluation {
 pub enum Classification {
     /// Each sample by itself, after interpolation (the paper): samples mix the splat sums of three layers.
     Post(Correction),
-    /// The stretch between two samples, over all values between theirs. Layers are sampled where rays cross them, this many
+    /// The segment between two samples, over all values between theirs. Layers are sampled where rays cross them, this many
     /// times per layer (1 … [`Classification::MAX_POINTS`]).
     Preintegrated {
         /// Samples per layer.
@@ -98,7 +100,11 @@ pub struct Settings {
     pub footprints: Footprints,
     /// How samples become colour and opacity. Default: pre-integrated.
     pub classification: Classification,
-    /// Default: exponential, which is exact for homogeneous stretches at any spacing.
+    /// What becomes of the values along a ray. Default: composited.
+    pub blend: Blend,
+    /// What of the volume is shown. Default: all.
+    pub clipping: Clipping,
+    /// Default: exponential, which is exact for homogeneous segments at any spacing.
     pub extinction: Extinction,
     /// Default: on.
     pub shading: Option<Shading>,
@@ -162,6 +168,8 @@ impl Quality {
             evaluation,
             footprints,
             classification,
+            blend: Blend::Composite,
+            clipping: Clipping::default(),
             extinction: Extinction::Exponential,
             shading: Some(Shading::default()),
             early_termination: true,
@@ -189,18 +197,28 @@ impl Settings {
     /// Transmittance at which early termination stops: 72 dB below white.
     pub const OPAQUE: f64 = 1.0 / 4096.0;
 
-    /// Samples per layer, or per sheet, slice or step.
-    pub(super) fn samples_per_layer(&self) -> u32 {
-        match self.algorithm {
-            Algorithm::Layered => self.classification.samples_per_layer(),
-            _ => 1,
-        }
+    /// Refuses blend modes that an algorithm cannot have.
+    fn check_blend(&self) -> Result<(), Error> {
+        let problem = match (self.blend, self.algorithm) {
+            (Blend::Composite, _) => return Ok(()),
+            (_, Algorithm::AxisSheets | Algorithm::ViewSheets { .. }) => {
+                "sheets mix voxels with the background around them: only the blend mode composite has a meaning there"
+            }
+            (Blend::Iso(_), Algorithm::Layered) if matches!(self.classification, Classification::Post(_)) => {
+                "splatted layers have no values between samples that could cross an iso-value: choose pre-integrated classification"
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::Settings { problem: problem.into() })
     }
 
     /// Checks every number.
     pub(super) fn check(&self) -> Result<(), Error> {
         let refuse = |name, value: &dyn ToString, expected| Err(Error::OutOfRange { name, value: value.to_string(), expected });
         self.algorithm.check()?;
+        self.blend.check()?;
+        self.clipping.check()?;
+        self.check_blend()?;
         if let Evaluation::Lattice(Density::Fixed(m) | Density::AtLeast(m)) = self.evaluation
             && !(1..=MAX_SAMPLES_PER_VOXEL).contains(&m)
         {

@@ -1,14 +1,14 @@
-//! How much of a stretch's colour depends on the light that is lost inside it.
+//! How much of a segment's colour depends on the light that is lost inside it.
 
 use super::table::TransferTable;
 
-/// Values between which stretches are looked at.
+/// Values between which segments are looked at.
 const VALUES: usize = 13;
-/// Parts of such a stretch.
+/// Parts of such a segment.
 const PARTS: usize = 64;
 
 impl TransferTable {
-    /// The largest difference, 0 … 1 in any channel, between the premultiplied colour of a stretch of `length` unit distances over
+    /// The largest difference, 0 … 1 in any channel, between the premultiplied colour of a segment of `length` unit distances over
     /// which the value changes evenly, and the mean of its colours weighted by extinction alone: near 0 for a
     /// transfer function that is of one hue or nowhere deep.
     pub fn dimming(&self, length: f64) -> f64 {

@@ -2,10 +2,10 @@
 
 use super::table::TransferTable;
 
-/// Optical depth of the thinnest stretch of an opaque value: e^−16 is below what any picture shows, and small enough to
+/// Optical depth of the thinnest segment of an opaque value: e^−16 is below what any picture shows, and small enough to
 /// leave the unit fine for what is thin.
 const OPAQUE_DEPTH: f64 = 16.0;
-/// Optical depth of the thinnest stretch that one unit may stand for, where a table is long enough to be made shorter.
+/// Optical depth of the thinnest segment that one unit may stand for, where a table is long enough to be made shorter.
 const FINE_UNIT: f64 = 4e-5;
 /// Shortest table made so.
 const MIN_CELLS: usize = 4096;
@@ -31,7 +31,7 @@ pub struct IntegralTable {
 
 impl TransferTable {
     /// The integrals of this table by the midpoint rule: the mean between two neighbouring nodes is the entry between them.
-    /// Extinctions are cut off where a stretch of `thinnest` unit distances is opaque.
+    /// Extinctions are cut off where a segment of `thinnest` unit distances is opaque.
     ///
     /// Long tables with much that is opaque are made shorter: their unit would be too coarse for what is thin.
     pub fn integrals(&self, thinnest: f64) -> IntegralTable {

@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn stretching_hits_both_ends() {
+    fn segmenting_hits_both_ends() {
         let t = ramp().stretched(-1024.0, 2986.0).unwrap();
         assert_eq!(t.range(), (-1024.0, 2986.0));
         assert_abs_diff_eq!(t.opacity(-1024.0 + 0.4 * 4010.0), 0.4, epsilon = 1e-12);

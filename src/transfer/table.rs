@@ -5,13 +5,13 @@ use super::TransferFunction;
 /// How opacity becomes attenuation over a distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extinction {
-    /// e^{−τΔt}, τ = −ln(1−α): exact for a homogeneous stretch of any length (paper §3.3).
+    /// e^{−τΔt}, τ = −ln(1−α): exact for a homogeneous segment of any length (paper §3.3).
     Exponential,
     /// 1 − min(1, αΔt): the first two terms of its series, as α blending does (the paper's comparison).
     Linear,
 }
 
-/// Entries per smallest distance between control points: the steepest stretch is resolved to 3 %.
+/// Entries per smallest distance between control points: the steepest segment is resolved to 3 %.
 const ENTRIES_PER_GAP: f64 = 32.0;
 /// At least 4096 entries (64 KiB), sixteen per value of 8-bit data: the nearest entry is then near enough for the
 /// fidelity figures.

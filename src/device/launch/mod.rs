@@ -1,86 +1,191 @@
-//! One typed launcher per kernel. All `unsafe` calls of kernels are here: a launcher's types are its kernel's signature.
+//! One typed launcher per kernel. All `unsafe` calls of kernels are here: what a kernel's arguments are is declared once, by
+//! `kernel!`, and compared with the kernel itself by the test below.
 
-mod direct;
-mod footprints;
-mod lattice;
-mod layout;
-mod march;
-pub(crate) mod params;
-mod picture;
-mod points;
-mod sheets;
-mod splats;
-mod table;
+pub(crate) mod layered;
+pub(crate) mod picture;
+pub(crate) mod rays;
+pub(crate) mod sheets;
+#[cfg(test)]
+mod signatures;
+pub(crate) mod structs;
+pub(crate) mod volume;
 
-pub(crate) use direct::{DirectArguments, DirectKernel, PointDirectArguments, PointDirectKernel};
-pub(crate) use footprints::{FootprintSetKernel, FootprintsKernel};
-pub(crate) use lattice::{LatticeArguments, LatticeKernel, PerspectiveArguments, PerspectiveKernel};
-pub(crate) use layout::{Occupancy, OccupancyKernel, Reach, SlabVisibilityKernel, TransposeKernel, Visibility, VisibilityKernel};
-pub(crate) use march::{MarchArguments, MarchKernel, MarchTable, PreintegratedTableArguments, PreintegratedTableKernel};
-pub(crate) use picture::{PresentKernel, WarpArguments, WarpKernel};
-pub(crate) use points::{PointLatticeArguments, PointLatticeKernel, Stretches};
-pub(crate) use sheets::{AxisSheetsKernel, SheetArguments, ViewSheetsKernel};
-pub(crate) use splats::{
-    Pass, Place, ScanKernel, SortedSplatsArguments, SortedSplatsKernel, Splat, SplatsArguments, SplatsKernel,
-    TiledSplatsArguments, TiledSplatsKernel,
-};
-pub(crate) use table::TableKernel;
-
-use super::{Buffer, Device};
+use super::{Buffer, Device, Tuning};
 use crate::error::Error;
 use crate::volume::{VoxelType, Voxels, for_voxels};
 use opencl3::kernel::Kernel;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::fmt::Write;
+use std::hash::Hash;
+
+/// What `kernel!` declares of a kernel.
+pub(crate) trait Declared {
+    /// Its file in kernels/.
+    const FILE: &'static str;
+    /// Its name in there.
+    const NAME: &'static str;
+    /// The stage of a frame that it counts for.
+    const STAGE: &'static str;
+    /// What it reads and writes.
+    type Arguments<'a>: Arguments;
+}
+
+/// How a kernel is built and started.
+pub(crate) trait Launch: Declared {
+    /// What it is built for, besides the device.
+    type Variant: Copy + Eq + Hash;
+    /// Its work-items are tiles, or small.
+    const ITEMS: Items;
+    /// `-D` options.
+    fn defines(tuning: &Tuning, variant: Self::Variant) -> String;
+    /// How many work-items it takes.
+    fn items(arguments: &Self::Arguments<'_>, tuning: &Tuning) -> usize;
+}
+
+/// What a work-item does.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Items {
+    /// A tile, or as much work.
+    Tiles,
+    /// A pixel, or as little.
+    Pixels,
+}
+
+/// The arguments of a kernel, in its order.
+pub(crate) trait Arguments {
+    /// Sets all of them.
+    fn set(&self, kernel: &Kernel) -> opencl3::Result<()>;
+    /// Their names and OpenCL types.
+    #[cfg(test)]
+    fn signature() -> Vec<(&'static str, String)>;
+}
+
+/// A kernel, built for each variant when that is first needed.
+pub(crate) struct Launcher<K: Launch> {
+    built: HashMap<K::Variant, Kernel>,
+}
+
+impl<K: Launch> Default for Launcher<K> {
+    fn default() -> Self {
+        Self { built: HashMap::new() }
+    }
+}
+
+impl<K: Launch> Launcher<K> {
+    /// Starts the kernel.
+    pub fn launch(&mut self, device: &Device, variant: K::Variant, arguments: &K::Arguments<'_>) -> Result<(), Error> {
+        let tuning = device.tuning();
+        let kernel = match self.built.entry(variant) {
+            Entry::Occupied(kernel) => kernel.into_mut(),
+            Entry::Vacant(place) => place.insert(device.kernel(K::FILE, K::NAME, &K::defines(tuning, variant))?),
+        };
+        arguments.set(kernel).map_err(|e| device.error("clSetKernelArg", e))?;
+        let group = match K::ITEMS {
+            Items::Tiles => tuning.tile_group,
+            Items::Pixels => tuning.pixel_group,
+        };
+        device.start(K::STAGE, kernel, K::items(arguments, tuning), group)
+    }
+}
+
+/// `kernel!`: a kernel, its file, name and stage, and its arguments with their types, in its own order.
+macro_rules! kernel {
+    (
+        $(#[$doc:meta])*
+        $kernel:ident = $file:literal, $name:ident, $stage:literal;
+        $arguments:ident<$lifetime:lifetime> { $($(#[$field_doc:meta])* $field:ident: $type:ty),* $(,)? }
+    ) => {
+        $(#[$doc])*
+        pub(crate) struct $kernel;
+
+        #[doc = concat!("What [`", stringify!($kernel), "`] reads and writes.")]
+        pub(crate) struct $arguments<$lifetime> { $($(#[$field_doc])* pub $field: $type),* }
+
+        impl $crate::device::launch::Declared for $kernel {
+            const FILE: &'static str = $file;
+            const NAME: &'static str = stringify!($name);
+            const STAGE: &'static str = $stage;
+            type Arguments<'a> = $arguments<'a>;
+        }
+
+        impl<$lifetime> $crate::device::launch::Arguments for $arguments<$lifetime> {
+            fn set(&self, kernel: &opencl3::kernel::Kernel) -> opencl3::Result<()> {
+                let arguments: &[&dyn $crate::device::launch::Argument] = &[$(&self.$field),*];
+                (0..).zip(arguments).try_for_each(|(index, argument)| argument.set(kernel, index))
+            }
+
+            #[cfg(test)]
+            fn signature() -> Vec<(&'static str, String)> {
+                vec![$((stringify!($field), <$type as $crate::device::launch::Typed>::name())),*]
+            }
+        }
+    };
+}
+use kernel;
 
 /// Something that can be an argument of a kernel.
 trait Argument {
     fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()>;
 }
 
-macro_rules! by_value {
-    ($($type:ty),*) => {$(
-        impl Argument for $type {
-            fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()> {
-                // SAFETY: a plain value, of the type that the launcher's kernel declares at `index`.
-                unsafe { kernel.set_arg(index, self) }
-            }
+/// The OpenCL type of an argument.
+#[cfg_attr(not(test), expect(dead_code, reason = "signatures are compared in tests"))]
+trait Typed {
+    fn name() -> String;
+}
+
+/// A plain type with a name in OpenCL C.
+pub(crate) trait ClType: Copy {
+    /// The name.
+    const NAME: &'static str;
+}
+
+macro_rules! cl_types {
+    ($($type:ty = $name:literal),*) => {$(
+        impl ClType for $type {
+            const NAME: &'static str = $name;
         }
     )*};
 }
-by_value!(
-    i32,
-    f32,
-    params::Float4,
-    params::VolumeView,
-    params::SampleParams,
-    params::LatticeParams,
-    params::RayLatticeParams,
-    params::DirectParams,
-    params::WarpParams,
-    params::ScreenParams,
-    params::MarchParams,
-    params::SplatParams
+cl_types!(
+    i32 = "int",
+    u32 = "uint",
+    i64 = "long",
+    u64 = "ulong",
+    f32 = "float",
+    u8 = "uchar",
+    [f32; 2] = "float2",
+    structs::Float4 = "float4",
+    [i32; 4] = "int4",
+    [u8; 4] = "uchar4",
+    [u16; 4] = "ushort4"
 );
 
-impl<T: Copy> Argument for Buffer<T> {
+impl<T: ClType> Argument for T {
     fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()> {
-        // SAFETY: a live buffer of the type that the launcher's kernel declares at `index`.
+        // SAFETY: a plain value, of the type that the kernel declares at `index`.
+        unsafe { kernel.set_arg(index, self) }
+    }
+}
+
+impl<T: ClType> Typed for T {
+    fn name() -> String {
+        T::NAME.into()
+    }
+}
+
+impl<T: ClType> Argument for &Buffer<T> {
+    fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()> {
+        // SAFETY: a live buffer of the type that the kernel declares at `index`.
         unsafe { kernel.set_arg(index, &self.handle()) }
     }
 }
 
-/// Sets all arguments of a kernel and starts it.
-fn launch(
-    device: &Device,
-    stage: &'static str,
-    kernel: &Kernel,
-    items: usize,
-    group: usize,
-    arguments: &[&dyn Argument],
-) -> Result<(), Error> {
-    for (index, argument) in arguments.iter().enumerate() {
-        argument.set(kernel, index as u32).map_err(|e| device.error("clSetKernelArg", e))?;
+impl<T: ClType> Typed for &Buffer<T> {
+    fn name() -> String {
+        format!("{}*", T::NAME)
     }
-    device.start(stage, kernel, items, group)
 }
 
 /// Voxels on the device, in any type. Kernels that read them are built for it.
@@ -109,27 +214,97 @@ impl VoxelBuffer {
     pub fn voxel_type(&self) -> VoxelType {
         self.voxel_type
     }
-}
 
-impl Argument for VoxelBuffer {
-    fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()> {
-        self.bytes.set(kernel, index)
+    /// How many bytes they take.
+    pub fn bytes(&self) -> usize {
+        self.bytes.bytes()
     }
 }
 
-/// `-D` options for kernels that draw tiles of screen pixels.
-fn screen_defines(device: &Device) -> String {
-    format!("-DTILE_ROWS={}", device.tuning().screen_tile_rows)
+impl Argument for &VoxelBuffer {
+    fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()> {
+        (&self.bytes).set(kernel, index)
+    }
 }
 
-/// `-D` options for kernels that read voxels of a type, in vectors of `width`.
-fn voxel_defines(voxel_type: VoxelType, width: u32) -> String {
-    let (name, bytes, signed) = match voxel_type {
-        VoxelType::Uint8 => ("uchar", 1, 0),
-        VoxelType::Int8 => ("char", 1, 1),
-        VoxelType::Uint16 => ("ushort", 2, 0),
-        VoxelType::Int16 => ("short", 2, 1),
-        VoxelType::Float32 | VoxelType::Float64 => ("float", 4, 1),
-    };
-    format!("-DVOXEL={name} -DVOXEL_BYTES={bytes} -DVOXEL_SIGNED={signed} -DVW={width}")
+impl Typed for &VoxelBuffer {
+    fn name() -> String {
+        "VOXEL*".into()
+    }
+}
+
+/// `-D` options.
+struct Defines(String);
+
+impl Defines {
+    /// Of kernels that compute in vectors of `width`.
+    fn new(width: u32) -> Self {
+        Self(format!("-DVW={width}"))
+    }
+
+    /// Of those that read voxels of a type, too.
+    fn of_voxels(voxel_type: VoxelType, width: u32) -> Self {
+        let (name, signed) = match voxel_type {
+            VoxelType::Uint8 => ("uchar", 0),
+            VoxelType::Int8 => ("char", 1),
+            VoxelType::Uint16 => ("ushort", 0),
+            VoxelType::Int16 => ("short", 1),
+            VoxelType::Float32 | VoxelType::Float64 => ("float", 1),
+        };
+        Self::new(width).with("VOXEL", name).with("VOXEL_BYTES", voxel_type.bytes()).with("VOXEL_SIGNED", signed)
+    }
+
+    fn with(mut self, name: &str, value: impl std::fmt::Display) -> Self {
+        write!(self.0, " -D{name}={value}").expect("strings take anything");
+        self
+    }
+
+    fn with_if(mut self, on: bool, name: &str) -> Self {
+        if on {
+            write!(self.0, " -D{name}").expect("strings take anything");
+        }
+        self
+    }
+}
+
+/// How rays end, and whether they are cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Rendering {
+    pub blend: BlendMode,
+    /// Rays are cut to their intervals: something that shows lies beyond these.
+    pub clipped: bool,
+}
+
+/// The accumulators of kernels/shared/accumulator.cl.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum BlendMode {
+    Composite,
+    Maximum,
+    Minimum,
+    Average,
+    /// `refined` on the field itself.
+    Iso {
+        refined: bool,
+    },
+}
+
+impl Defines {
+    fn with_rendering(self, rendering: Rendering) -> Self {
+        let (name, gathers_values) = match rendering.blend {
+            BlendMode::Composite => ("COMPOSITE", false),
+            BlendMode::Maximum => ("MAXIMUM", true),
+            BlendMode::Minimum => ("MINIMUM", true),
+            BlendMode::Average => ("AVERAGE", true),
+            BlendMode::Iso { .. } => ("ISO", false),
+        };
+        self.with("BLEND", name)
+            .with_if(rendering.clipped, "CLIPPED")
+            .with_if(gathers_values, "EDGE_GOES_ON")
+            .with_if(rendering.blend == BlendMode::Iso { refined: true }, "REFINED")
+    }
+}
+
+/// Tiles of a grid of them.
+fn tiles(counts: [i32; 2]) -> usize {
+    counts.iter().map(|&n| n as usize).product()
 }

@@ -1,92 +1,245 @@
-//! Launchers of view_sheets.cl and axis_sheets.cl.
+//! Kernels of the sheet methods: which voxels are splatted, in which order, and onto which sheets.
 
-use super::params::{Float4, SampleParams, ScreenParams, SplatParams, VolumeView};
-use super::{Splat, launch, screen_defines};
-use crate::device::{Buffer, Device, program::source};
-use crate::error::Error;
-use opencl3::kernel::Kernel;
+use super::structs::{Clipping, Float4, SampleParams, ScreenParams, Splat, SplatParams, VolumeView};
+use super::{BlendMode, Defines, Items, Launch, Rendering, VoxelBuffer, kernel, tiles};
+use crate::device::{Buffer, Tuning};
+use crate::volume::VoxelType;
 
-/// What both kinds of sheets read and write.
-pub(crate) struct SheetArguments<'a> {
-    pub sorted: &'a Buffer<Splat>,
-    /// Where the lists of tiles end, per chunk.
-    pub ends: &'a Buffer<u32>,
-    pub lists: &'a Buffer<u32>,
-    pub screen: ScreenParams,
-    pub params: SplatParams,
-    pub sample: SampleParams,
-    pub frame: &'a Buffer<Float4>,
-    /// One count per tile.
-    pub active_samples: &'a Buffer<u32>,
+/// A voxel that is splatted: its place along u, v, a, and one number more.
+pub(crate) type Place = [u16; 4];
+
+/// Whether a kernel only counts, or fills the places that the counts have become.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pass {
+    Count,
+    Fill,
 }
 
-impl SheetArguments<'_> {
-    fn tiles(&self) -> usize {
-        self.screen.tiles.iter().map(|&n| n as usize).product()
+impl Pass {
+    /// As kernels take it.
+    pub fn fill(self) -> i32 {
+        i32::from(self == Pass::Fill)
     }
 }
 
-/// Splats onto image-aligned sheets.
-pub(crate) struct ViewSheetsKernel(Kernel);
+kernel! {
+    /// Lists the voxels that are splatted.
+    Splats = "sheets/splats.cl", splats, "splats";
+    SplatsArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        view: VolumeView,
+        /// Voxels around a voxel that can make it count; 0: only itself.
+        reach: i32,
+        /// By how much sums of kernels overshoot.
+        slack: f32,
+        /// See [`super::volume::VisibilityArguments`].
+        table_first: f32,
+        table_per_value: f32,
+        table_last: i32,
+        visible_before: &'a Buffer<u32>,
+        /// See [`Pass`].
+        fill: i32,
+        /// One per row of voxels.
+        counts: &'a Buffer<u32>,
+        places: &'a Buffer<Place>,
+        contents: &'a Buffer<Float4>,
+    }
+}
 
-impl ViewSheetsKernel {
+impl Splats {
+    /// Farthest reach.
+    pub const REACH: i32 = 3;
+}
+
+impl Launch for Splats {
+    type Variant = VoxelType;
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, voxel_type: VoxelType) -> String {
+        Defines::of_voxels(voxel_type, tuning.vector_width).0
+    }
+
+    fn items(a: &SplatsArguments, _: &Tuning) -> usize {
+        a.view.dims[1] as usize * a.view.dims[2] as usize
+    }
+}
+
+kernel! {
+    /// Turns counts into places.
+    Scan = "sheets/scan.cl", scan, "sort";
+    ScanArguments<'a> {
+        /// `buckets` numbers for each of `chunks`.
+        counts: &'a Buffer<u32>,
+        chunks: i32,
+        buckets: i32,
+        /// The sum of all.
+        total: &'a Buffer<u64>,
+    }
+}
+
+impl Launch for Scan {
+    type Variant = ();
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(_: &Tuning, (): ()) -> String {
+        String::new()
+    }
+
+    fn items(_: &ScanArguments, _: &Tuning) -> usize {
+        1
+    }
+}
+
+kernel! {
+    /// Projects splats and sorts them into the sheets where they begin.
+    SortedSplats = "sheets/sorted_splats.cl", sorted_splats, "sort";
+    SortedSplatsArguments<'a> {
+        places: &'a Buffer<Place>,
+        contents: &'a Buffer<Float4>,
+        count: i32,
+        p: SplatParams,
+        /// (r, g, b, τ) per value; read only by a kernel that classifies.
+        table: &'a Buffer<Float4>,
+        sample: SampleParams,
+        /// Of the screen, in pixels.
+        width: i32,
+        height: i32,
+        chunks: i32,
+        buckets: i32,
+        fill: i32,
+        /// `buckets` per chunk.
+        counts: &'a Buffer<u32>,
+        sorted: &'a Buffer<Splat>,
+    }
+}
+
+impl Launch for SortedSplats {
+    /// Whether voxels are classified before, for axis-aligned sheets, with colours and in one bucket.
+    type Variant = bool;
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(_: &Tuning, preclassified: bool) -> String {
+        Defines::new(1).with_if(preclassified, "PRECLASSIFIED").0
+    }
+
+    fn items(a: &SortedSplatsArguments, _: &Tuning) -> usize {
+        a.chunks as usize
+    }
+}
+
+kernel! {
+    /// Lists the splats of each tile of the screen.
+    TiledSplats = "sheets/tiled_splats.cl", tiled_splats, "sort";
+    TiledSplatsArguments<'a> {
+        sorted: &'a Buffer<Splat>,
+        count: i32,
+        p: SplatParams,
+        /// Of the screen, in pixels.
+        width: i32,
+        height: i32,
+        tiles_u: i32,
+        tiles_v: i32,
+        chunks: i32,
+        fill: i32,
+        /// One per chunk and tile.
+        counts: &'a Buffer<u32>,
+        lists: &'a Buffer<u32>,
+    }
+}
+
+impl Launch for TiledSplats {
+    type Variant = ();
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (): ()) -> String {
+        Defines::new(1).with("TILE_COLUMNS", tuning.vector_width).with("TILE_ROWS", tuning.screen_tile_rows).0
+    }
+
+    fn items(a: &TiledSplatsArguments, _: &Tuning) -> usize {
+        a.chunks as usize
+    }
+}
+
+fn sheet_defines(tuning: &Tuning, channels: u32, clipped: bool) -> Defines {
+    let defines = Defines::new(tuning.vector_width).with_rendering(Rendering { blend: BlendMode::Composite, clipped });
+    defines.with("TILE_ROWS", tuning.screen_tile_rows).with("CHANNELS", channels)
+}
+
+kernel! {
+    /// Splats onto axis-aligned sheets.
+    AxisSheets = "sheets/axis_sheets.cl", axis_sheets, "sheets";
+    AxisSheetsArguments<'a> {
+        sorted: &'a Buffer<Splat>,
+        /// Where the lists of tiles end, per chunk.
+        ends: &'a Buffer<u32>,
+        lists: &'a Buffer<u32>,
+        chunks: i32,
+        s: ScreenParams,
+        p: SplatParams,
+        sample: SampleParams,
+        clip: Clipping,
+        frame: &'a Buffer<Float4>,
+        /// One count per tile.
+        active_samples: &'a Buffer<u32>,
+    }
+}
+
+impl Launch for AxisSheets {
+    /// Whether rays are cut.
+    type Variant = bool;
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, clipped: bool) -> String {
+        sheet_defines(tuning, 4, clipped).0
+    }
+
+    fn items(a: &AxisSheetsArguments, _: &Tuning) -> usize {
+        tiles(a.s.tiles)
+    }
+}
+
+kernel! {
+    /// Splats onto image-aligned sheets.
+    ViewSheets = "sheets/view_sheets.cl", view_sheets, "sheets";
+    ViewSheetsArguments<'a> {
+        sorted: &'a Buffer<Splat>,
+        /// Where the lists of tiles end, per chunk.
+        ends: &'a Buffer<u32>,
+        lists: &'a Buffer<u32>,
+        chunks: i32,
+        /// A weight per sheet that a splat reaches for each of [`ViewSheets::SLAB_STEPS`] + 1 fractions.
+        slabs: &'a Buffer<f32>,
+        /// (r, g, b, τ) per value.
+        table: &'a Buffer<Float4>,
+        s: ScreenParams,
+        p: SplatParams,
+        sample: SampleParams,
+        clip: Clipping,
+        frame: &'a Buffer<Float4>,
+        /// One count per tile.
+        active_samples: &'a Buffer<u32>,
+    }
+}
+
+impl ViewSheets {
     /// Fractions, less one, that slab weights are given for.
     pub const SLAB_STEPS: usize = 256;
-
-    /// For splats that reach up to `sheets` sheets, with gradients or without.
-    pub fn new(device: &Device, sheets: usize, shading: bool) -> Result<Self, Error> {
-        let defines = format!(
-            "-DVW={} {} -DSHEETS={sheets} -DSLAB_STEPS={} -DCHANNELS={} -DPER_RAY_STEP",
-            device.tuning().vector_width,
-            screen_defines(device),
-            Self::SLAB_STEPS,
-            if shading { 4 } else { 1 }
-        );
-        let source =
-            source!("view_sheets", "elementary", "volume", "table_entries", "shading", "sample", "screen", "splat", "sheet");
-        Ok(Self(device.kernel(&source, &defines)?))
-    }
-
-    /// `slabs`: `sheets` weights for each of [`Self::SLAB_STEPS`] + 1 fractions; `table`: (r, g, b, τ) per value.
-    pub fn launch(
-        &self,
-        device: &Device,
-        view: &VolumeView,
-        slabs: &Buffer<f32>,
-        table: &Buffer<Float4>,
-        a: &SheetArguments,
-    ) -> Result<(), Error> {
-        let chunks = device.tuning().splat_chunks as i32;
-        launch(
-            device,
-            "sheets",
-            &self.0,
-            a.tiles(),
-            device.tuning().tile_group,
-            &[view, a.sorted, a.ends, a.lists, &chunks, slabs, table, &a.screen, &a.params, &a.sample, a.frame, a.active_samples],
-        )
-    }
 }
 
-/// Splats onto axis-aligned sheets.
-pub(crate) struct AxisSheetsKernel(Kernel);
+impl Launch for ViewSheets {
+    /// Sheets that a splat reaches at most, whether these have gradients, and whether rays are cut.
+    type Variant = (usize, bool, bool);
+    const ITEMS: Items = Items::Tiles;
 
-impl AxisSheetsKernel {
-    pub fn new(device: &Device) -> Result<Self, Error> {
-        let defines = format!("-DVW={} {}", device.tuning().vector_width, screen_defines(device));
-        let source = source!("axis_sheets", "elementary", "volume", "shading", "screen", "splat", "sheet");
-        Ok(Self(device.kernel(&source, &defines)?))
+    fn defines(tuning: &Tuning, (sheets, shading, clipped): Self::Variant) -> String {
+        sheet_defines(tuning, if shading { 4 } else { 1 }, clipped)
+            .with("SHEETS", sheets)
+            .with("SLAB_STEPS", Self::SLAB_STEPS)
+            .with_if(true, "PER_RAY_STEP")
+            .0
     }
 
-    pub fn launch(&self, device: &Device, a: &SheetArguments) -> Result<(), Error> {
-        let chunks = device.tuning().splat_chunks as i32;
-        launch(
-            device,
-            "sheets",
-            &self.0,
-            a.tiles(),
-            device.tuning().tile_group,
-            &[a.sorted, a.ends, a.lists, &chunks, &a.screen, &a.params, &a.sample, a.frame, a.active_samples],
-        )
+    fn items(a: &ViewSheetsArguments, _: &Tuning) -> usize {
+        tiles(a.s.tiles)
     }
 }

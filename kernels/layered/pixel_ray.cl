@@ -1,0 +1,49 @@
+// The rays of screen pixels, for the kernels that render without a lattice. VW is 1.
+
+#include "shared/clipping.cl"
+
+// The layer axis by the 45 degree rule: the largest component; on a tie the lowest index.
+inline int most_parallel(const float *d) {
+    const float x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
+    return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+}
+
+// A ray in the coordinates of its layer axis.
+typedef struct {
+    VolumeView view;
+    int axis, layer_step;
+    float origin[3], direction[3]; // along x, y, z
+    float o_u, o_v, o_a; // a point, in voxels
+    float d_a;           // layers per unit of the ray's parameter
+    float s_u, s_v;
+    float dt;            // length of a sample, in unit distances
+} PixelRay;
+
+// The ray through pixel coordinates (x, y). Turns the sample's parameters to its layer axis.
+inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, SampleParams *sample) {
+    float o[3], d[3];
+    for (int i = 0; i < 3; i++) {
+        o[i] = p->origin[0][i] + x * p->origin[1][i] + y * p->origin[2][i];
+        d[i] = p->direction[0][i] + x * p->direction[1][i] + y * p->direction[2][i];
+    }
+    const int a = p->axis < 0 ? most_parallel(d) : p->axis;
+    const int iu = a == 0 ? 1 : 0, iv = a == 2 ? 1 : 2;
+    sample->gradient_u = p->gradient[iu], sample->gradient_v = p->gradient[iv], sample->gradient_a = p->gradient[a];
+    sample->light_u = p->light[iu], sample->light_v = p->light[iv], sample->light_a = p->light[a];
+    sample->half_u = p->half_way[iu], sample->half_v = p->half_way[iv], sample->half_a = p->half_way[a];
+    const float s_u = d[iu] / d[a], s_v = d[iv] / d[a];
+    const float step_u = s_u * p->spacing[iu], step_v = s_v * p->spacing[iv], step_a = p->spacing[a];
+    const VolumeView view = {p->stride[iu], p->stride[iv], p->stride[a], p->dims[iu], p->dims[iv], p->dims[a],
+                             p->background, p->offset};
+    const PixelRay ray = {view, a, d[a] > 0.0f ? 1 : -1, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, o[iu], o[iv], o[a], d[a], s_u, s_v,
+                          sqrt(step_u * step_u + step_v * step_v + step_a * step_a)};
+    return ray;
+}
+
+// The interval of a ray, in layers from o_a along it.
+inline Interval interval_in_layers(const DirectParams *p, const Clipping *clip, const PixelRay *ray) {
+    Interval e = interval_of(clip, ray->origin, ray->direction, p->start);
+    const float layers = fabs(ray->d_a);
+    e.from *= layers, e.to *= layers;
+    return e;
+}

@@ -1,0 +1,90 @@
+// Layered rendering with point-sampled layers, per screen pixel: point_lattice.cl without a lattice. Used where none
+// reaches, and as its oracle.
+//
+// One work-item per pixel, row by row; VW is 1. `visible_*` are bits per slab, for rays of any lean.
+
+#include "layered/pixel_ray.cl"
+#include "shared/segment.cl"
+
+__kernel void point_direct(__global const VOXEL *voxels, __global const uchar *visible_x,
+                           __global const uchar *visible_y, __global const uchar *visible_z,
+                           __global const int4 *integrals, __global const float4 *table, DirectParams p, SampleParams sample,
+                           Clipping clip, int width, int height, __global float4 *frame, __global uint *active_samples) {
+    const size_t pixel = get_global_id(0);
+    if (pixel >= (size_t)width * height)
+        return;
+    const PixelRay ray = ray_of_pixel(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample);
+    const VolumeView view = ray.view;
+    __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
+    const int blocks_u = p.blocks[ray.axis][0], blocks_v = p.blocks[ray.axis][1];
+    const int s = sample.inner_slabs, slabs = view.dims_a + 1, back = ray.layer_step > 0 ? 0 : 1;
+
+    Accumulator gathered = empty_accumulator(&sample);
+    Interval interval;
+#ifdef CLIPPED
+    interval = interval_in_layers(&p, &clip, &ray);
+#endif
+    int active = 0;
+    for (int n = 0; n < slabs; n++) {
+        const int q = back ? slabs - 1 - n : n;
+        const float enters = q - 1 + back;
+#ifdef CLIPPED
+        const float entry = ray.layer_step * (enters - ray.o_a);
+        if (entry >= interval.to || entry + 1.0f <= interval.from)
+            continue;
+#endif
+        const float u = ray.o_u + (enters - ray.o_a) * ray.s_u, v = ray.o_v + (enters - ray.o_a) * ray.s_v;
+        const float to_u = u + ray.layer_step * ray.s_u, to_v = v + ray.layer_step * ray.s_v;
+        if (fmax(u, to_u) < -1.0f || fmin(u, to_u) > view.dims_u || fmax(v, to_v) < -1.0f || fmin(v, to_v) > view.dims_v)
+            continue;
+        const int b = clamp(block_of(whole_below(u), BLOCK), 0, blocks_u - 1);
+        const int c = clamp(block_of(whole_below(v), POINT_BLOCK_ROWS), 0, blocks_v - 1);
+        if (p.culling && !(visible[((size_t)(q >> 3) * blocks_v + c) * blocks_u + b] >> (q & 7) & 1))
+            continue;
+        for (int i = 0; i < s; i++) {
+            const int l[2] = {back ? (q + 1) * s - i : q * s + i, back ? (q + 1) * s - i - 1 : q * s + i + 1};
+            float at_u[2], at_v[2], at_k[2], field[2];
+            for (int e = 0; e < 2; e++) {
+                at_k[e] = (float)l[e] / s - 1.0f;
+                at_u[e] = ray.o_u + (at_k[e] - ray.o_a) * ray.s_u, at_v[e] = ray.o_v + (at_k[e] - ray.o_a) * ray.s_v;
+                field[e] = value_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1);
+            }
+            Part part = {0.0f, 1.0f};
+#ifdef CLIPPED
+            const float enters_at = ray.layer_step * (at_k[0] - ray.o_a);
+            part = part_of(&interval, enters_at, enters_at + 1.0f / s);
+            if (part.from >= part.to)
+                continue;
+#endif
+            Lighting lit[2];
+#if !GATHERS_VALUES && !defined(REFINED)
+            for (int e = 0; e < (sample.shading ? 2 : 0); e++) {
+                float along_u, along_v, along_a;
+                differences_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1, &along_u, &along_v, &along_a);
+                lit[e] = light_gradient(&sample, along_u, along_v, along_a);
+            }
+#endif
+            const float value_from = between(field[0], field[1], part.from);
+            const float value_to = between(field[0], field[1], part.to);
+            const Way way = {{at_u[0], at_v[0], at_k[0]}, {at_u[1] - at_u[0], at_v[1] - at_v[0], at_k[1] - at_k[0]}};
+#if BLEND == COMPOSITE
+            const float dt = ray.dt * share_of(&part) * sample.table_unit;
+            const Node from = node_of(&sample, integrals, value_from, l[0] & 1);
+            const Node to = node_of(&sample, integrals, value_to, l[1] & 1);
+            const Segment segment =
+                segment_between(&sample, integrals, &from, &to, value_from, value_to, ends_of(&sample, l[0], l[1]), dt);
+            composite_way(voxels, &view, &sample, integrals, &segment, &part, &way, dt, &lit[0], &lit[1], &gathered, &active);
+#elif BLEND == ISO
+            take_crossing(voxels, &view, &sample, &part, &way, value_from, value_to, &lit[0], &lit[1], &gathered, &active);
+#else
+            accumulate_values(value_from, value_to, share_of(&part) / s, &gathered, &active);
+#endif
+        }
+        if (!any_open(&sample, &gathered))
+            break;
+    }
+    float color[4];
+    resolve(&sample, table, &gathered, &interval, color);
+    store_colors(color, 1, 1, frame + pixel);
+    active_samples[pixel] = active;
+}

@@ -1,0 +1,246 @@
+// Layered rendering with point-sampled layers, on the lattice of any view.
+//
+// A layer is sampled where the rays cross it: P = sum of voxels x f(u) f(v), the reconstructed field itself, since of all
+// kernels only the layer's own reach its plane (point_layer.cl). Between two samples the classification is pre-integrated.
+// One work-item per tile of VW x TILE_ROWS samples, id = tile_v*tiles_u + tile_u. lattice[J*width + I] = RGBA;
+// visible: a bit per block and slab, from slab_visibility.cl.
+
+#include "layered/point_layer.cl"
+#include "layered/ray_lattice.cl"
+#include "shared/segment.cl"
+
+// The rays of a tile: its columns, its rows, and the outermost of both.
+typedef struct {
+    realv centre_u, shear_u;
+    TileRows v;
+    int rows, columns;
+    float2 first_u, last_u, first_v, last_v;
+} Tile;
+
+inline Tile tile_of(const RayLatticeParams *p, int column, int row) {
+    Tile tile;
+    tile.rows = min(TILE_ROWS, p->height - row), tile.columns = min(VW, p->width - column);
+    crossings_of_columns(p, column, &tile.centre_u, &tile.shear_u);
+    for (int r = 0; r < PADDED_ROWS; r++) {
+        const float2 crossing = crossing_of(p, 1, row + min(r, tile.rows - 1));
+        tile.v.centre[r] = crossing.x, tile.v.shear[r] = crossing.y;
+    }
+    tile.first_u = crossing_of(p, 0, column), tile.last_u = crossing_of(p, 0, column + tile.columns - 1);
+    tile.first_v = crossing_of(p, 1, row), tile.last_v = crossing_of(p, 1, row + tile.rows - 1);
+    return tile;
+}
+
+// Voxels [u0, u1] x [v0, v1].
+typedef struct {
+    int u0, u1, v0, v1;
+} Window;
+
+// The voxels below a tile's rays at a plane.
+inline Window window_at(const Tile *tile, float depth) {
+    Window w;
+    voxels_below(tile->first_u, tile->last_u, depth, &w.u0, &w.u1);
+    voxels_below(tile->first_v, tile->last_v, depth, &w.v0, &w.v1);
+    return w;
+}
+
+// Whether the slabs of a chunk can show anything over a window: bit q % 8. A row of blocks is read at once; more than
+// eight are not looked at.
+inline int slabs_visible(__global const uchar *visible, const RayLatticeParams *p, int chunk, Window w) {
+    const int b0 = clamp(block_of(w.u0, BLOCK), 0, p->blocks_u - 1), b1 = clamp(block_of(w.u1, BLOCK), 0, p->blocks_u - 1);
+    const int c0 = clamp(block_of(w.v0, POINT_BLOCK_ROWS), 0, p->blocks_v - 1);
+    const int c1 = clamp(block_of(w.v1, POINT_BLOCK_ROWS), 0, p->blocks_v - 1);
+    if (b1 - b0 > 7)
+        return 0xff;
+    __global const uchar *block = visible + ((size_t)chunk * p->blocks_v + c0) * p->blocks_u + b0;
+    ulong bits = 0;
+    for (int c = c0; c <= c1; c++, block += p->blocks_u)
+        bits |= as_ulong(vload8(0, block));
+    bits <<= 8 * (7 - (b1 - b0));
+    bits |= bits >> 32;
+    bits |= bits >> 16;
+    bits |= bits >> 8;
+    return bits & 0xff;
+}
+
+// Bits of the chunk of slabs that a tile is in.
+typedef struct {
+    int index, bits;
+} Chunk;
+
+// How many slabs from q on, up to `last` of a ray's order, can show nothing under a tile, as far as that is known: whole
+// chunks first, then a slab of its own. `enters`: 0 or 1, a ray enters slab q at layer q-1+enters.
+ALWAYS_INLINE int slabs_to_skip(__global const uchar *visible, const RayLatticeParams *p, const Tile *tile, int q,
+                                int last, int enters, Chunk *chunk) {
+    const float to_plane = enters - 1 - p->centre_layer;
+    if (q >> 3 != chunk->index) {
+        chunk->index = q >> 3;
+        const int end = enters ? max(q & ~7, last) : min(q | 7, last);
+        const Window a = window_at(tile, q + to_plane), b = window_at(tile, end + to_plane);
+        const Window both = {min(a.u0, b.u0), max(a.u1, b.u1), min(a.v0, b.v0), max(a.v1, b.v1)};
+        chunk->bits = slabs_visible(visible, p, chunk->index, both);
+        if (!chunk->bits)
+            return abs(end - q) + 1;
+    }
+    if (!(chunk->bits >> (q & 7) & 1))
+        return 1;
+    return !(slabs_visible(visible, p, chunk->index, window_at(tile, q + to_plane)) >> (q & 7) & 1);
+}
+
+#ifdef CLIPPED
+// The outermost ends of a tile's intervals.
+inline void bounds_of(const Interval *intervals, int rows, float *from, float *to) {
+    *from = INFINITY, *to = -INFINITY;
+    for (int r = 0; r < rows; r++) {
+        const intv met = intervals[r].from < intervals[r].to;
+        *from = MIN(*from, smallest_lane(met ? intervals[r].from : (realv)(INFINITY)));
+        *to = MAX(*to, largest_lane(met ? intervals[r].to : (realv)(-INFINITY)));
+    }
+}
+#endif
+
+// The sub-layers at both ends of a segment. Samples one unless it is held.
+#define HELD(l) (&held[(l) & 1])
+#define COLUMNS_AT(l) (tile.centre_u + ((float)(l) / s - 1.0f - p.centre_layer) * tile.shear_u)
+// Whether ends of segments are lit, or the places in between that are found.
+#if GATHERS_VALUES || defined(REFINED)
+#define LIT_AT_ENDS false
+#else
+#define LIT_AT_ENDS true
+#endif
+#define HOLD(l)                                                                                                        \
+    if (HELD(l)->held != (l))                                                                                          \
+    sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, tile.rows, HELD(l))
+
+__kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
+                            __global const int4 *integrals, __global const float4 *table, RayLatticeParams p,
+                            SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples) {
+    const int id = get_global_id(0);
+    if (id >= p.tiles_u * p.tiles_v)
+        return;
+    const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
+    const Tile tile = tile_of(&p, column, row);
+    Layer held[2];
+    held[0].held = held[1].held = INT_MIN;
+    Accumulator gathered[TILE_ROWS];
+    Interval intervals[TILE_ROWS];
+#if BLEND == COMPOSITE
+    realv dt[TILE_ROWS];
+    Node ends[TILE_ROWS]; // where the last segment ended
+    int ends_at[TILE_ROWS];
+#endif
+    intv active = 0;
+    for (int r = 0; r < tile.rows; r++) {
+        gathered[r] = empty_accumulator(&sample);
+#ifdef CLIPPED
+        intervals[r] = interval_of_columns(&p, &clip, tile.centre_u, tile.shear_u, row + r);
+#endif
+#if BLEND == COMPOSITE
+        const realv step_u = tile.shear_u * sample.step_u;
+        const float step_v = tile.v.shear[r] * sample.step_v;
+        dt[r] = sqrt(step_u * step_u + (step_v * step_v + sample.step_a * sample.step_a)) * sample.table_unit;
+        ends_at[r] = INT_MIN;
+#endif
+    }
+#ifdef CLIPPED
+    float begin, end;
+    bounds_of(intervals, tile.rows, &begin, &end);
+#endif
+
+    const int s = sample.inner_slabs, enters = p.layer_step > 0 ? 0 : 1;
+    const int lowest = p.culling ? p.first_slab : 0, highest = p.culling ? p.last_slab : view.dims_a;
+    int open = (1 << tile.rows) - 1; // rows that are not opaque yet
+    Chunk chunk = {-1, 0};
+    for (int n = 0; n <= highest - lowest && open; n++) {
+        const int q = enters ? highest - n : lowest + n;
+#ifdef CLIPPED
+        const float entry = p.layer_step * (q - 1 + enters - p.centre_layer);
+        if (entry >= end || entry + 1.0f <= begin)
+            continue;
+#endif
+        const int skip =
+            p.culling ? slabs_to_skip(visible, &p, &tile, q, enters ? lowest : highest, enters, &chunk) : 0;
+        if (skip) {
+            n += skip - 1;
+            continue;
+        }
+        for (int i = 0; i < s; i++) {
+            const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;
+            HOLD(l0);
+            HOLD(l1);
+            Layer *front = HELD(l0), *behind = HELD(l1);
+            int shown = 0;
+            for (int r = 0; r < tile.rows; r++) {
+                const realv from = front->field[r], to = behind->field[r];
+                shown |= ANY(MAX(from, to) >= p.visible_from && MIN(from, to) <= p.visible_to) << r;
+            }
+            shown &= open;
+            if (!shown)
+                continue;
+            // All lighting before all look-ups: shorter loops overlap better, 5 % on engine.
+            if (sample.shading && LIT_AT_ENDS) {
+                light_layer(voxels, &view, &sample, s, COLUMNS_AT(l0), shown, front);
+                light_layer(voxels, &view, &sample, s, COLUMNS_AT(l1), shown, behind);
+            }
+            const float k = (float)l0 / s - 1.0f, step = (float)p.layer_step / s;
+            Part parts[TILE_ROWS];
+#ifdef CLIPPED
+            const float enters_at = p.layer_step * (k - p.centre_layer);
+            for (int r = 0; r < tile.rows; r++)
+                parts[r] = part_of(&intervals[r], (realv)(enters_at), (realv)(enters_at + 1.0f / s));
+#endif
+#if BLEND == COMPOSITE
+            const float2 weights = ends_of(&sample, l0, l1);
+            Segment segments[TILE_ROWS];
+            for (int r = 0; r < tile.rows; r++) {
+                if (!(shown >> r & 1))
+                    continue;
+                const realv from = front->field[r], to = behind->field[r];
+#ifdef CLIPPED
+                if (any_cut(&parts[r])) {
+                    const realv cut_from = between(from, to, parts[r].from), cut_to = between(from, to, parts[r].to);
+                    const Node one = node_of(&sample, integrals, cut_from, l0 & 1);
+                    const Node other = node_of(&sample, integrals, cut_to, l1 & 1);
+                    segments[r] = segment_between(&sample, integrals, &one, &other, cut_from, cut_to, weights,
+                                                  dt[r] * share_of(&parts[r]));
+                    continue;
+                }
+#endif
+                if (ends_at[r] != l0)
+                    ends[r] = node_of(&sample, integrals, from, l0 & 1);
+                const Node node = node_of(&sample, integrals, to, l1 & 1);
+                segments[r] = segment_between(&sample, integrals, &ends[r], &node, from, to, weights, PART_OF(dt[r], &parts[r]));
+                ends[r] = node;
+                ends_at[r] = l1;
+            }
+#endif
+            for (int r = 0; r < tile.rows; r++) {
+                if (!(shown >> r & 1))
+                    continue;
+                const Way way = {{COLUMNS_AT(l0), tile.v.centre[r] + (k - p.centre_layer) * tile.v.shear[r], k},
+                                 {step * tile.shear_u, step * tile.v.shear[r], step}};
+#if BLEND == COMPOSITE
+                composite_way(voxels, &view, &sample, integrals, &segments[r], &parts[r], &way, PART_OF(dt[r], &parts[r]),
+                              &front->lighting[r], &behind->lighting[r], &gathered[r], &active);
+#else
+                const realv from = between(front->field[r], behind->field[r], parts[r].from);
+                const realv to = between(front->field[r], behind->field[r], parts[r].to);
+#if BLEND == ISO
+                take_crossing(voxels, &view, &sample, &parts[r], &way, from, to, &front->lighting[r], &behind->lighting[r],
+                              &gathered[r], &active);
+#else
+                accumulate_values(from, to, share_of(&parts[r]) / s, &gathered[r], &active);
+#endif
+#endif
+                if (!any_open(&sample, &gathered[r]))
+                    open &= ~(1 << r);
+            }
+        }
+    }
+
+    active_samples[id] = counted(active, tile.columns);
+    for (int r = 0; r < tile.rows; r++) {
+        realv color[4];
+        resolve(&sample, table, &gathered[r], &intervals[r], color);
+        store_colors(color, tile.columns, 1, lattice + (size_t)(row + r) * p.width + column);
+    }
+}

@@ -1,0 +1,169 @@
+// Layered splatting per screen pixel: each pixel gathers the voxels whose footprints cover it. Used where no lattice
+// reaches, with the paper's set of footprints, and as the lattice's oracle.
+//
+// One work-item per pixel, row by row; VW is 1. FOOTPRINT_SET: weights are read bilinearly from the image of the nearest
+// direction (footprint_set.cl); |s| <= 1. Their sum, near 1, divides what they splat: what is flat stays so. Otherwise the footprints are exact: the integral over the kernel's depth is
+// moved out of the sum, S = integral of f(z) g(u + s_u z, v + s_v z) dz, where g interpolates the layer with f in u and v.
+// Between the knots this is a polynomial of degree 9 over one cell: five Gauss nodes, four voxels.
+
+#include "layered/footprint.cl"
+#include "layered/pixel_ray.cl"
+#include "shared/sample.cl"
+#include "shared/volume.cl"
+
+#ifdef FOOTPRINT_SET
+// Mirrors layers/footprint_set.rs: 28 rows of equal angle in v; 30 columns, 31 in the 16 middle rows.
+inline int nearest_image(float s_u, float s_v) {
+    const int row = clamp((int)((atanpi(s_v) * 2.0f + 0.5f) * 28.0f), 0, 27);
+    const int columns = row >= 6 && row < 22 ? 31 : 30;
+    return row * 30 + clamp(row - 6, 0, 16) + clamp((int)((atanpi(s_u) * 2.0f + 0.5f) * columns), 0, columns - 1);
+}
+
+inline float texel(__global const uchar *image, int column, int row) {
+    return column < 0 || column > 63 || row < 0 || row > 63 ? 0.0f : convert_float(image[row * 64 + column]);
+}
+
+inline float footprint_from_set(__global const uchar *image, float2 shear, float x, float y) {
+    const float column = (x / (1.0f + fabs(shear.x)) + 1.0f) * 32.0f - 0.5f;
+    const float row = (y / (1.0f + fabs(shear.y)) + 1.0f) * 32.0f - 0.5f;
+    const float i = floor(column), j = floor(row), a = column - i, b = row - j;
+    const float top = mix(texel(image, i, j), texel(image, i + 1, j), a);
+    return mix(top, mix(texel(image, i, j + 1), texel(image, i + 1, j + 1), a), b) * (1.0f / 255.0f);
+}
+
+inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *images,
+                       __global const float2 *shears, int k, float u, float v, float s_u, float s_v) {
+    if (BEYOND(k, view))
+        return view->background;
+    const int index = nearest_image(s_u, s_v), i0 = floor(u), j0 = floor(v);
+    __global const uchar *image = images + index * 64 * 64;
+    float sum = 0.0f, weights = 0.0f;
+    for (int j = j0 - 1; j <= j0 + 2; j++)
+        for (int i = i0 - 1; i <= i0 + 2; i++) {
+            const float weight = footprint_from_set(image, shears[index], u - i, v - j);
+            sum += (voxel_at(voxels, view, i, j, k) - view->background) * weight;
+            weights += weight;
+        }
+    return view->background + sum / weights;
+}
+#else
+// Distance along z to where p + s z next crosses a whole number.
+inline float next_cell(float p, float s, float z) {
+    const float at = p + s * z;
+    float knot = ((s > 0.0f ? floor(at) + 1.0f : ceil(at) - 1.0f) - p) / s;
+    if (knot < z + 1e-6f)
+        knot += 1.0f / fabs(s);
+    return knot;
+}
+
+inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *images,
+                       __global const float2 *shears, int k, float u, float v, float s_u, float s_v) {
+    if (BEYOND(k, view))
+        return view->background;
+    float sum = 0.0f;
+    for (float z = -1.0f; z < 1.0f;) {
+        float end = z < 0.0f ? 0.0f : 1.0f;
+        if (s_u != 0.0f)
+            end = fmin(end, next_cell(u, s_u, z));
+        if (s_v != 0.0f)
+            end = fmin(end, next_cell(v, s_v, z));
+        const float centre = 0.5f * (z + end), half_length = 0.5f * (end - z);
+        const int i = floor(u + s_u * centre), j = floor(v + s_v * centre);
+        const float v00 = voxel_at(voxels, view, i, j, k), v10 = voxel_at(voxels, view, i + 1, j, k);
+        const float v01 = voxel_at(voxels, view, i, j + 1, k), v11 = voxel_at(voxels, view, i + 1, j + 1, k);
+        float piece = 0.0f;
+        for (int n = 0; n < 5; n++) {
+            const float node = centre + half_length * GAUSS_NODE[n];
+            const float x = u + s_u * node - i, y = v + s_v * node - j;
+            const float value = mix(mix(v00, v10, SMOOTHSTEP(x)), mix(v01, v11, SMOOTHSTEP(x)), SMOOTHSTEP(y));
+            piece += GAUSS_WEIGHT[n] * kernel_function(node) * value;
+        }
+        sum += half_length * piece;
+        z = end;
+    }
+    return sum;
+}
+#endif
+
+struct GradientSource {
+    __global const VOXEL *voxels;
+    const VolumeView *view;
+    __global const uchar *images;
+    __global const float2 *shears;
+    int k;
+    float u, v, s_u, s_v;
+};
+
+// The voxels dk layers on, splatted where those of layer k are.
+inline float shifted_sum(const struct GradientSource *s, float du, float dv, int dk) {
+    return splat_sum(s->voxels, s->view, s->images, s->shears, s->k + dk, s->u + du, s->v + dv, s->s_u, s->s_v);
+}
+
+inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+    *u = 0.5f * (shifted_sum(s, 1.0f, 0.0f, 0) - shifted_sum(s, -1.0f, 0.0f, 0));
+    *v = 0.5f * (shifted_sum(s, 0.0f, 1.0f, 0) - shifted_sum(s, 0.0f, -1.0f, 0));
+    *a = 0.5f * (shifted_sum(s, 0.0f, 0.0f, 1) - shifted_sum(s, 0.0f, 0.0f, -1));
+}
+
+__kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *visible_x, __global const uchar *visible_y,
+                     __global const uchar *visible_z, __global const float4 *table, __global const float4 *slabs,
+                     __global const uchar *images, __global const float2 *shears, DirectParams p, SampleParams sample,
+                     Clipping clip, int width, int height, __global float4 *frame, __global uint *active_samples) {
+    const size_t pixel = get_global_id(0);
+    if (pixel >= (size_t)width * height)
+        return;
+    const PixelRay ray = ray_of_pixel(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample);
+    const VolumeView view = ray.view;
+    __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
+    const float s_u = ray.s_u, s_v = ray.s_v;
+    const int layer_step = ray.layer_step;
+    const int layers = view.dims_a + 2;
+    // A sample mixes splat sums of three layers, each of reach 1 + |s| around its own crossing.
+    const float reach_u = 1.0f + 2.0f * fabs(s_u), reach_v = 1.0f + 2.0f * fabs(s_v);
+    const float lean = fmax(fabs(s_u), fabs(s_v));
+    const int bit = lean <= 1.0f ? NEAR : FAR;
+    const bool culling = p.culling && lean <= 3.0f;
+
+    Accumulator gathered = empty_accumulator(&sample);
+    Interval interval;
+#ifdef CLIPPED
+    interval = interval_in_layers(&p, &clip, &ray);
+#endif
+    int active = 0;
+    float sums[3];
+    int held[3] = {INT_MIN, INT_MIN, INT_MIN};
+    for (int n = 0; n < layers; n++) {
+        const int k = layer_step > 0 ? n - 1 : view.dims_a - n;
+        const float depth = k - ray.o_a;
+#ifdef CLIPPED
+        LayerWay way = {ray.dt, {interval.from - layer_step * depth, interval.to - layer_step * depth}};
+        if (way.interval.from >= 0.5f || way.interval.to <= -0.5f)
+            continue;
+#else
+        const LayerWay way = {ray.dt};
+#endif
+        const float u = ray.o_u + depth * s_u, v = ray.o_v + depth * s_v;
+        if (u < -reach_u || u > view.dims_u - 1 + reach_u || v < -reach_v || v > view.dims_v - 1 + reach_v)
+            continue;
+        const int i = floor(u), j = floor(v);
+        if (culling && !block_visible(visible, bit, p.blocks[ray.axis][0], p.blocks[ray.axis][1], i, i, j, j, k))
+            continue;
+        for (int l = k - 1; l <= k + 1; l++) {
+            if (held[slot(l)] == l)
+                continue;
+            held[slot(l)] = l;
+            sums[slot(l)] = splat_sum(voxels, &view, images, shears, l, u + (l - k) * s_u, v + (l - k) * s_v, s_u, s_v);
+        }
+        int first, count;
+        layer_slabs(&sample, n, layers, &first, &count);
+        const float before = sums[slot(k - layer_step)], own = sums[slot(k)], after = sums[slot(k + layer_step)];
+        const struct GradientSource source = {voxels, &view, images, shears, k, u, v, s_u, s_v};
+        take_layer(&sample, slabs, first, count, table, before, own, after, &way, &source, &gathered, &active);
+        if (!any_open(&sample, &gathered))
+            break;
+    }
+    float color[4];
+    resolve(&sample, table, &gathered, &interval, color);
+    store_colors(color, 1, 1, frame + pixel);
+    active_samples[pixel] = active;
+}

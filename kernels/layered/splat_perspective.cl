@@ -1,0 +1,213 @@
+// Layered splatting on the lattice of a perspective: an eye ray keeps its (I, J), and crosses layer k at
+// u = c_u + (k - k_c) s_u(I), v = c_v + (k - k_c) s_v(J).
+//
+// The integrated footprint is a sum of products over NODES quadrature nodes z: F = sum w f(x + s_u z) f(y + s_v z).
+// Per voxel row each node's u factor is applied to all columns of a tile at once (a resampled row); per lattice row the
+// v factors mix two of these. One work-item per tile of VW x TILE_ROWS samples, id = tile_v*tiles_u + tile_u.
+// lattice[J*width + I] = RGBA.
+
+#include "layered/ray_lattice.cl"
+#include "shared/sample.cl"
+#include "shared/volume.cl"
+
+#ifndef TILE_ROWS
+#error "TILE_ROWS: samples of a tile along v"
+#endif
+
+#define NODES 8
+// Voxels around the one below a sample, for |s| <= 2 and a central difference: -3 ... 4.
+#define TAPS 8
+#define FIRST_TAP (-3)
+// Ring of resampled rows: a power of two, at least the rows one lattice row needs.
+#define RING 8
+// Voxels under a tile's columns: 7 per sample at most (the plan sees to it), and the taps; a multiple of VW.
+#define SPAN_VECTORS ((7 * VW + 2 * TAPS + VW - 1) / VW)
+
+// Resampled voxel rows of one layer: values at each node, and their central differences along u.
+typedef struct {
+    int held[RING];
+    realv value[RING][NODES], difference[RING][NODES];
+} Rows;
+
+// How one layer's rows are resampled for a tile's columns.
+typedef struct {
+    int first;               // voxel of span[0]
+    intv offset;             // of each column's first tap, in the span
+    realv weight[NODES][TAPS - 2];
+} Columns;
+
+inline Columns place_columns(realv u, realv shear, __global const float2 *nodes) {
+    Columns columns;
+    const realv below = floor(u);
+    const float *ends = (const float *)&below;
+    columns.first = convert_int(fmin(ends[0], ends[VW - 1])) + FIRST_TAP;
+    columns.offset = CONVERT_INTV(below) + (FIRST_TAP - columns.first);
+    for (int q = 0; q < NODES; q++)
+        for (int a = 0; a < TAPS - 2; a++) {
+            const realv x = fmin(fabs(u - below + shear * nodes[q].x - (float)(a + FIRST_TAP + 1)), (realv)(1.0f));
+            columns.weight[q][a] = 1.0f - SMOOTHSTEP(x);
+        }
+    return columns;
+}
+
+// `across`: not layer k itself but the difference of those around it.
+inline void resample_row(__global const VOXEL *voxels, const VolumeView *view, const Columns *columns, int v, int k,
+                         bool across, int shading, Rows *rows) {
+    const int at = v & (RING - 1);
+    if (rows->held[at] == v)
+        return;
+    rows->held[at] = v;
+    float span[SPAN_VECTORS * VW];
+    load_row(voxels, view, columns->first, v, across ? k + 1 : k, SPAN_VECTORS, span);
+    if (across) {
+        float before[SPAN_VECTORS * VW];
+        load_row(voxels, view, columns->first, v, k - 1, SPAN_VECTORS, before);
+        for (int i = 0; i < SPAN_VECTORS * VW; i += VW)
+            STOREV(span + i, LOADV(span + i) - LOADV(before + i));
+    }
+    realv tap[TAPS];
+    for (int a = 0; a < TAPS; a++)
+        tap[a] = GATHER(span + a, columns->offset);
+    for (int q = 0; q < NODES; q++) {
+        realv value = 0.0f;
+        for (int a = 0; a < TAPS - 2; a++)
+            value += columns->weight[q][a] * tap[a + 1];
+        rows->value[at][q] = value;
+        if (shading) {
+            realv difference = 0.0f;
+            for (int a = 0; a < TAPS - 2; a++)
+                difference += columns->weight[q][a] * (tap[a + 2] - tap[a]);
+            rows->difference[at][q] = 0.5f * difference;
+        }
+    }
+}
+
+// Splat sums of one layer in a tile, and their central differences in the layer. Of differences across it: these, doubled, alone.
+typedef struct {
+    realv sum[TILE_ROWS], u[TILE_ROWS], v[TILE_ROWS];
+} Sums;
+
+inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p,
+                        __global const float2 *nodes, realv centre_u, realv shear_u, int row, int tile_rows, int k, bool across, int shading, Rows *rows, Sums *sums) {
+    if (!across && BEYOND(k, view)) {
+        for (int r = 0; r < tile_rows; r++) {
+            sums->sum[r] = view->background;
+            sums->u[r] = sums->v[r] = 0.0f;
+        }
+        return;
+    }
+    const Columns columns = place_columns(centre_u + (k - p->centre_layer) * shear_u, shear_u, nodes);
+    for (int i = 0; i < RING; i++)
+        rows->held[i] = INT_MIN;
+    for (int r = 0; r < tile_rows; r++) {
+        const float2 crossing = crossing_of(p, 1, row + r);
+        const float v = crossing.x + (k - p->centre_layer) * crossing.y;
+        const float span = fabs(crossing.y);
+        const int first = convert_int(floor(v - span)) - 1, last = convert_int(floor(v + span)) + 2;
+        for (int j = first; j <= last; j++)
+            resample_row(voxels, view, &columns, j, k, across, shading, rows);
+        realv sum = 0.0f, along_u = 0.0f, along_v = 0.0f;
+        for (int q = 0; q < NODES; q++) {
+            const float y = v + crossing.y * nodes[q].x, below = floor(y), t = SMOOTHSTEP(y - below), w = nodes[q].y;
+            const int j = convert_int(below);
+            const realv r0 = rows->value[j & (RING - 1)][q], r1 = rows->value[(j + 1) & (RING - 1)][q];
+            sum += w * (r0 + t * (r1 - r0));
+            if (shading) {
+                const realv d0 = rows->difference[j & (RING - 1)][q], d1 = rows->difference[(j + 1) & (RING - 1)][q];
+                along_u += w * (d0 + t * (d1 - d0));
+                const realv lo = r1 - rows->value[(j - 1) & (RING - 1)][q], hi = rows->value[(j + 2) & (RING - 1)][q] - r0;
+                along_v += 0.5f * w * (lo + t * (hi - lo));
+            }
+        }
+        sums->sum[r] = sum;
+        sums->u[r] = along_u;
+        sums->v[r] = along_v;
+    }
+}
+
+struct GradientSource {
+    realv u, v, across;
+};
+
+inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+    *u = s->u;
+    *v = s->v;
+    *a = 0.5f * s->across;
+}
+
+__kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, __global const float2 *nodes,
+                                  __global const uchar *visible, __global const float4 *table,
+                                  __global const float4 *slabs, RayLatticeParams p, SampleParams sample, Clipping clip,
+                                  __global float4 *lattice, __global uint *active_samples) {
+    const int tile = get_global_id(0);
+    if (tile >= p.tiles_u * p.tiles_v)
+        return;
+    const int column = tile % p.tiles_u * VW, row = tile / p.tiles_u * TILE_ROWS;
+    const int tile_rows = min(TILE_ROWS, p.height - row), columns = min(VW, p.width - column);
+    const float2 corner_u = crossing_of(&p, 0, column), end_u = crossing_of(&p, 0, column + columns - 1);
+    const float2 corner_v = crossing_of(&p, 1, row), end_v = crossing_of(&p, 1, row + tile_rows - 1);
+    realv centre_u, shear_u;
+    crossings_of_columns(&p, column, &centre_u, &shear_u);
+
+    Rows ring;
+    Sums sums[3], across;
+    int held[3] = {INT_MIN, INT_MIN, INT_MIN};
+    Accumulator gathered[TILE_ROWS];
+    Interval intervals[TILE_ROWS];
+    for (int r = 0; r < TILE_ROWS; r++) {
+        gathered[r] = empty_accumulator(&sample);
+#ifdef CLIPPED
+        intervals[r] = interval_of_columns(&p, &clip, centre_u, shear_u, row + r);
+#endif
+    }
+    const int shading = sample.shading && !GATHERS_VALUES;
+    intv active = 0;
+    const int layers = view.dims_a + 2;
+    for (int n = 0; n < layers; n++) {
+        const int k = p.layer_step > 0 ? n - 1 : view.dims_a - n;
+        const float depth = k - p.centre_layer;
+        const float u0 = corner_u.x + depth * corner_u.y, u1 = end_u.x + depth * end_u.y;
+        const float v0 = corner_v.x + depth * corner_v.y, v1 = end_v.x + depth * end_v.y;
+        if (p.culling && !block_visible(visible, FAR, p.blocks_u, p.blocks_v, convert_int(floor(fmin(u0, u1))),
+                                        convert_int(floor(fmax(u0, u1))) + 1, convert_int(floor(fmin(v0, v1))),
+                                        convert_int(floor(fmax(v0, v1))) + 1, k))
+            continue;
+        for (int j = k - 1; j <= k + 1; j++) {
+            if (held[slot(j)] == j)
+                continue;
+            held[slot(j)] = j;
+            splat_layer(voxels, &view, &p, nodes, centre_u, shear_u, row, tile_rows, j, false, shading,
+                        &ring, &sums[slot(j)]);
+        }
+        if (shading)
+            splat_layer(voxels, &view, &p, nodes, centre_u, shear_u, row, tile_rows, k, true, 0, &ring, &across);
+        int first, count;
+        layer_slabs(&sample, n, layers, &first, &count);
+        const Sums *before = &sums[slot(k - p.layer_step)], *own = &sums[slot(k)], *after = &sums[slot(k + p.layer_step)];
+        bool finished = true;
+        for (int r = 0; r < tile_rows; r++) {
+            const float2 crossing = crossing_of(&p, 1, row + r);
+            const realv step_u = shear_u * sample.step_u;
+            const float step_v = crossing.y * sample.step_v;
+            LayerWay way;
+            way.dt = sqrt(step_u * step_u + (step_v * step_v + sample.step_a * sample.step_a));
+#ifdef CLIPPED
+            way.interval.from = intervals[r].from - depth * p.layer_step;
+            way.interval.to = intervals[r].to - depth * p.layer_step;
+#endif
+            const struct GradientSource source = {own->u[r], own->v[r], across.sum[r]};
+            take_layer(&sample, slabs, first, count, table, before->sum[r], own->sum[r], after->sum[r], &way, &source,
+                       &gathered[r], &active);
+            finished = finished && !any_open(&sample, &gathered[r]);
+        }
+        if (finished)
+            break;
+    }
+
+    active_samples[tile] = counted(active, columns);
+    for (int r = 0; r < tile_rows; r++) {
+        realv color[4];
+        resolve(&sample, table, &gathered[r], &intervals[r], color);
+        store_colors(color, columns, 1, lattice + (size_t)(row + r) * p.width + column);
+    }
+}

@@ -1,0 +1,11 @@
+// The finished 8-bit picture of a frame.
+//
+// One work-item per pixel.
+
+#include "picture/display.cl"
+
+__kernel void present(__global const float4 *frame, float4 background, int pixels, __global uchar4 *rgba) {
+    const int i = get_global_id(0);
+    if (i < pixels)
+        rgba[i] = displayed(frame[i], background);
+}

@@ -1,0 +1,29 @@
+// Ray casting of what is not composited: between two planes (slabs.cl) values are gathered, or an iso-surface is found. `table`:
+// (r, g, b, tau) per value.
+
+#define TABLE float4
+#include "rays/slabs.cl"
+#include "shared/segment.cl"
+
+ALWAYS_INLINE void take_slab(__global const VOXEL *voxels, const VolumeView *view, __global const TABLE *table, const MarchParams *p,
+                             const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
+                             Accumulator *gathered, intv *active) {
+#if BLEND == ISO
+    Lighting lit_front, lit_back;
+#ifndef REFINED
+    if (sample->shading) {
+        differentiate(voxels, view, rays->hits, front);
+        differentiate(voxels, view, rays->hits, back);
+        lit_front = light_gradient(sample, front->u, front->v, front->a);
+        lit_back = light_gradient(sample, back->u, back->v, back->a);
+    }
+#endif
+    const Way way = way_between(front, back);
+    const Part part = {rays->part.from, rays->length > 0.0f ? rays->part.to : rays->part.from};
+    take_crossing(voxels, view, sample, &part, &way, from, to, &lit_front, &lit_back, gathered, active);
+#else
+    accumulate_values(from, to, rays->parameters, gathered, active);
+#endif
+}
+
+#include "rays/march.cl"

@@ -1,0 +1,48 @@
+// Marching along the rays of a row of pixels, past what can show nothing.
+
+#include "shared/screen.cl"
+#include "shared/volume.cl"
+
+// Steps that are looked at together.
+#define CHUNK 8
+
+// visible: a bit per block and slab (slab_visibility.cl), for points in the cells between the slab's two layers.
+inline intv cells_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, realv u, realv v,
+                          realv a) {
+    const intv b = clamp((wholes_below(u) >> 3) + 1, 0, p->blocks_u - 1);
+    const intv c = clamp((wholes_below(v) >> 2) + 1, 0, p->blocks_v - 1);
+    const intv q = clamp(wholes_below(a) + 1, 0, view->dims_a);
+    const intv at = ((q >> 3) * p->blocks_v + c) * p->blocks_u + b;
+#ifdef GATHER_WORDS
+    const intv bits = GATHER_WORDS(visible, at);
+#else
+    const intv bits = GATHER_AS(intv, visible, at);
+#endif
+    return -(bits >> (q & 7) & 1);
+}
+
+// Whether anything can be visible in the box of points between two ends of the rays.
+inline bool box_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, const realv *one,
+                        const realv *other) {
+    int lo[3], hi[3];
+    for (int i = 0; i < 3; i++) {
+        lo[i] = (int)CLAMP(smallest_lane(MIN(one[i], other[i])) - 1e-3f, -1e6f, 1e6f);
+        hi[i] = (int)CLAMP(largest_lane(MAX(one[i], other[i])) + 1e-3f, -1e6f, 1e6f);
+        // (int) rounds towards 0.
+        lo[i] -= 1;
+    }
+    const int b0 = clamp((lo[0] >> 3) + 1, 0, p->blocks_u - 1), b1 = clamp((hi[0] >> 3) + 1, 0, p->blocks_u - 1);
+    const int c0 = clamp((lo[1] >> 2) + 1, 0, p->blocks_v - 1), c1 = clamp((hi[1] >> 2) + 1, 0, p->blocks_v - 1);
+    const int q0 = clamp(lo[2] + 1, 0, view->dims_a) >> 3, q1 = clamp(hi[2] + 1, 0, view->dims_a) >> 3;
+    for (int q = q0; q <= q1; q++)
+        for (int c = c0; c <= c1; c++)
+            for (int b = b0; b <= b1; b++)
+                if (visible[((size_t)q * p->blocks_v + c) * p->blocks_u + b])
+                    return true;
+    return false;
+}
+
+inline void points_at(const RowRays *rays, realv t, realv *point) {
+    for (int i = 0; i < 3; i++)
+        point[i] = rays->o[i] + t * rays->d[i];
+}

@@ -1,0 +1,35 @@
+// The table of pre-integrated slicing: colour and extinction of a slab, over the values in front of and behind it.
+//
+// One work-item per entry, out[front*size + back] = (r, g, b, mean extinction). Within the slab the value changes evenly; it
+// is cut into PARTS, each with the means of its segment of values, which dim those behind them. `integrals` as in
+// preintegration.cl, `nodes` of them; entries are nodes that lie `nodes_per_entry` apart. `thickness` in unit distances.
+
+#include "shared/elementary.cl"
+
+#define PARTS 32
+
+__kernel void preintegrated_table(__global const int4 *integrals, int nodes, float nodes_per_entry, float unit,
+                                  float thickness, int linear, int size, __global float4 *out) {
+    const int id = get_global_id(0);
+    if (id >= size * size)
+        return;
+    const float front = (id / size) * nodes_per_entry, back = (id % size) * nodes_per_entry;
+    const int parts = linear ? 1 : clamp((int)(fabs(back - front) * 0.5f), 1, PARTS);
+    float4 color = 0.0f;
+    float through = 1.0f, depth = 0.0f;
+    for (int i = 0; i < parts; i++) {
+        const float from = front + (back - front) * i / parts, to = front + (back - front) * (i + 1) / parts;
+        // Never empty: at least the segment between two nodes.
+        const int lo = clamp((int)(fmin(from, to) + 0.5f), 0, nodes - 2);
+        const int hi = clamp((int)(fmax(from, to) + 0.5f), lo + 1, nodes - 1);
+        const float4 sum = convert_float4(integrals[hi] - integrals[lo]);
+        const float mean = sum.w * unit / (hi - lo);
+        const float part = mean * thickness / parts;
+        const float opacity = linear ? part : absorbed(part);
+        if (sum.w > 0.0f)
+            color += through * opacity * (float4)(sum.xyz / sum.w, 1.0f);
+        through *= 1.0f - (linear ? 0.0f : opacity);
+        depth += mean / parts;
+    }
+    out[id] = color.w > 0.0f ? (float4)(color.xyz / color.w, depth) : (float4)(0.0f);
+}

@@ -1,0 +1,66 @@
+// Ray casting, front to back: the field at even steps along every ray, classified after interpolation.
+//
+// Sample n lies in the middle of the n-th step, counted from the plane of the volume's centre. `table`: (r, g, b, tau) per value.
+
+#define TABLE float4
+#include "rays/marching.cl"
+#include "shared/field.cl"
+#include "shared/sample.cl"
+
+struct GradientSource {
+    __global const VOXEL *voxels;
+    const VolumeView *view;
+    const realv *point;
+    intv needed;
+};
+
+inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+    differences_at(s->voxels, s->view, s->point[0], s->point[1], s->point[2], s->needed, u, v, a);
+}
+
+// Casts one row of rays.
+ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
+                             __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const RowRays *rays,
+                             const Interval *interval, Accumulator *gathered, intv *active) {
+    const realv step = p->length / rays->length;
+    const realv first = interval->from / step, last = interval->to / step;
+    const intv hits = first < last;
+    const int begin = (int)floor(smallest_lane(hits ? first : (realv)(INFINITY)));
+    const int end = (int)ceil(largest_lane(hits ? last : (realv)(-INFINITY)));
+    for (int n = begin; n < end; n++) {
+        realv point[3];
+        if (p->culling && (n - begin) % CHUNK == 0) {
+            realv other[3];
+            points_at(rays, (realv)(n) * step, point);
+            points_at(rays, (realv)(n + CHUNK) * step, other);
+            if (!box_visible(visible, p, view, point, other)) {
+                n += CHUNK - 1;
+                continue;
+            }
+        }
+        const float middle = n + 0.5f;
+        points_at(rays, middle * step, point);
+#ifdef CLIPPED
+        const realv share = MAX(MIN(last, (realv)(n + 1.0f)) - MAX(first, (realv)(n)), (realv)(0.0f));
+        intv needed = share > 0.0f;
+#else
+        const realv share = 1.0f;
+        intv needed = middle >= first && middle < last;
+#endif
+        needed &= open_rays(sample, gathered);
+        if (p->culling)
+            needed &= cells_visible(visible, p, view, point[0], point[1], point[2]);
+        if (!ANY(needed))
+            continue;
+        const realv value = value_at(voxels, view, point[0], point[1], point[2], needed);
+        const struct GradientSource source = {voxels, view, point, needed};
+        bool lit = false;
+        Lighting lighting;
+        take_sample(sample, table, value, needed ? share : (realv)(0.0f), (realv)(p->length), step, &source, &lit, &lighting,
+                    gathered, active);
+        if (!ANY(hits && open_rays(sample, gathered)))
+            break;
+    }
+}
+
+#include "rays/march.cl"

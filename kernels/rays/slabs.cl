@@ -1,0 +1,108 @@
+// Marching from plane to plane at right angles to the view: the field where rays cross them, and what lies between two, in a
+// way of its own (slicing.cl, cast_segments.cl, cast_values.cl).
+//
+// Plane n crosses rays at the parameter n slice_step, plane 0 the volume's centre.
+
+#include "rays/marching.cl"
+#include "shared/way.cl"
+
+// What is known of the rays on one plane.
+typedef struct {
+    realv point[3], value;
+    realv u, v, a; // gradient
+    bool sampled, differentiated;
+} Plane;
+
+// The rays between two planes.
+typedef struct {
+    intv hits;          // those that meet the volume
+    realv length;       // of the part that counts, in unit distances; 0 where nothing is to be taken
+    realv parameters;   // the same in ray parameters
+    Part part;
+} SlabRays;
+
+ALWAYS_INLINE void differentiate(__global const VOXEL *voxels, const VolumeView *view, intv needed, Plane *plane) {
+    if (!plane->differentiated)
+        differences_at(voxels, view, plane->point[0], plane->point[1], plane->point[2], needed, &plane->u, &plane->v, &plane->a);
+    plane->differentiated = true;
+}
+
+// The way from a plane to the next.
+inline Way way_between(const Plane *front, const Plane *back) {
+    Way way;
+    for (int i = 0; i < 3; i++)
+        way.place[i] = front->point[i], way.step[i] = back->point[i] - front->point[i];
+    return way;
+}
+
+// Takes what lies between two planes; `from` and `to` are the values at the ends of the part that counts.
+ALWAYS_INLINE void take_slab(__global const VOXEL *voxels, const VolumeView *view, __global const TABLE *table, const MarchParams *p,
+                             const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
+                             Accumulator *gathered, intv *active);
+
+// Marches one row of rays from plane to plane.
+ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
+                             __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const RowRays *rays,
+                             const Interval *interval, Accumulator *gathered, intv *active) {
+    const intv hits = interval->from < interval->to;
+    const float step = p->slice_step;
+    const int begin = (int)floor(smallest_lane(hits ? interval->from : (realv)(INFINITY)) / step);
+    const int end = (int)ceil(largest_lane(hits ? interval->to : (realv)(-INFINITY)) / step);
+    Plane front, back;
+    front.sampled = false;
+    back.sampled = false;
+    intv visible_front = 0;
+    bool known = false; // whether visible_front is that of plane n
+    for (int n = begin; n < end; n++) {
+        points_at(rays, (realv)((n + 1) * step), back.point);
+        if (!known)
+            points_at(rays, (realv)(n * step), front.point);
+        if (p->culling && (n - begin) % CHUNK == 0) {
+            realv far[3];
+            points_at(rays, (realv)((n + CHUNK) * step), far);
+            if (!box_visible(visible, p, view, front.point, far)) {
+                n += CHUNK - 1;
+                known = false, front.sampled = false;
+                continue;
+            }
+        }
+        intv needed = hits;
+        if (p->culling && p->thin) {
+            if (!known)
+                visible_front = cells_visible(visible, p, view, front.point[0], front.point[1], front.point[2]);
+            const intv visible_back = cells_visible(visible, p, view, back.point[0], back.point[1], back.point[2]);
+            needed &= visible_front | visible_back;
+            visible_front = visible_back;
+        }
+        needed &= open_rays(sample, gathered);
+        back.sampled = back.differentiated = false;
+        if (ANY(needed)) {
+            if (!front.sampled) {
+                front.value = value_at(voxels, view, front.point[0], front.point[1], front.point[2], hits);
+                front.differentiated = false;
+            }
+            back.value = value_at(voxels, view, back.point[0], back.point[1], back.point[2], hits);
+            back.sampled = true;
+            needed &= MAX(front.value, back.value) >= p->visible_from && MIN(front.value, back.value) <= p->visible_to;
+            SlabRays slab;
+            slab.hits = hits;
+            slab.parameters = (n + 1) * step - n * step;
+            realv from = front.value, to = back.value;
+#ifdef CLIPPED
+            slab.part = part_of(interval, (realv)(n * step), (realv)((n + 1) * step));
+            slab.parameters *= share_of(&slab.part);
+            from = between(front.value, back.value, slab.part.from), to = between(front.value, back.value, slab.part.to);
+            needed &= slab.part.from < slab.part.to;
+#endif
+            if (ANY(needed)) {
+                slab.parameters = needed ? slab.parameters : (realv)(0.0f);
+                slab.length = slab.parameters * rays->length;
+                take_slab(voxels, view, table, p, sample, &slab, from, to, &front, &back, gathered, active);
+                if (!ANY(hits && open_rays(sample, gathered)))
+                    break;
+            }
+        }
+        front = back;
+        known = true;
+    }
+}

@@ -1,0 +1,135 @@
+// What a ray gathers, and what becomes of it, by the blend mode that a program is built for (BLEND). Another blend mode is another
+// accumulator: how it starts, what it takes, which rays are still open, and what colour it ends as.
+
+#include "shared/clipping.cl"
+#include "shared/shading.cl"
+#include "shared/table_entries.cl"
+
+#define COMPOSITE 0
+#define MAXIMUM 1
+#define MINIMUM 2
+#define AVERAGE 3
+#define ISO 4
+#ifndef BLEND
+#error "BLEND: COMPOSITE, MAXIMUM, MINIMUM, AVERAGE or ISO"
+#endif
+// Whether values are gathered, to be shown as colours in the end; colours are gathered otherwise.
+#define GATHERS_VALUES (BLEND == MAXIMUM || BLEND == MINIMUM || BLEND == AVERAGE)
+
+#if GATHERS_VALUES
+
+// The largest or smallest value so far, or the sum of values times the way through them, in ray parameters.
+typedef struct {
+    realv value;
+} Accumulator;
+
+inline Accumulator empty_accumulator(const SampleParams *p) {
+#if BLEND == MAXIMUM
+    const Accumulator a = {(realv)(p->least)};
+#elif BLEND == MINIMUM
+    const Accumulator a = {(realv)(p->largest)};
+#else
+    const Accumulator a = {(realv)(0.0f)};
+#endif
+    return a;
+}
+
+// The rays that anything more can change.
+inline intv open_rays(const SampleParams *p, const Accumulator *a) {
+#if BLEND == MAXIMUM
+    return a->value < p->largest;
+#elif BLEND == MINIMUM
+    return a->value > p->least;
+#else
+    return LANES >= 0;
+#endif
+}
+
+// Takes a segment between two values; `length` in ray parameters, 0 where it does not count.
+inline void accumulate_values(realv from, realv to, realv length, Accumulator *a, intv *active) {
+    const intv counts = length > 0.0f;
+    *active += COUNT_IF(counts);
+#if BLEND == MAXIMUM
+    a->value = counts ? MAX(a->value, MAX(from, to)) : a->value;
+#elif BLEND == MINIMUM
+    a->value = counts ? MIN(a->value, MIN(from, to)) : a->value;
+#else
+    a->value += counts ? 0.5f * (from + to) * length : (realv)(0.0f);
+#endif
+}
+
+// The colour of a ray that counts in an interval: r, g, b, alpha.
+inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
+                    realv *color) {
+    const intv met = interval->from < interval->to;
+    realv value = a->value;
+#if BLEND == AVERAGE
+    value = value / (met ? interval->to - interval->from : (realv)(1.0f));
+#endif
+    realv extinction;
+    table_entries(table, table_index(p, value), &color[0], &color[1], &color[2], &extinction);
+    color[3] = CONVERT_REALV(COUNT_IF(met));
+    for (int i = 0; i < 3; i++)
+        color[i] *= color[3];
+}
+
+#else
+
+// Premultiplied colour and the transmittance left.
+typedef struct {
+    realv r, g, b, t;
+} Accumulator;
+
+inline Accumulator empty_accumulator(const SampleParams *p) {
+    const Accumulator a = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(1.0f)};
+    return a;
+}
+
+// The rays that let enough light pass to go on.
+inline intv open_rays(const SampleParams *p, const Accumulator *a) { return a->t > p->opaque; }
+
+// Composites a colour behind what a ray has gathered.
+ALWAYS_INLINE void accumulate(realv r, realv g, realv b, realv opacity, Accumulator *a) {
+    const realv weight = a->t * opacity;
+    a->r += weight * r;
+    a->g += weight * g;
+    a->b += weight * b;
+    a->t -= weight;
+}
+
+// Lights a colour before.
+ALWAYS_INLINE void accumulate_lit(const SampleParams *p, realv r, realv g, realv b, realv opacity, const Lighting *lighting,
+                                  Accumulator *a) {
+    if (p->shading) {
+        r = MIN(r * lighting->factor + lighting->highlight, (realv)(1.0f));
+        g = MIN(g * lighting->factor + lighting->highlight, (realv)(1.0f));
+        b = MIN(b * lighting->factor + lighting->highlight, (realv)(1.0f));
+    }
+    accumulate(r, g, b, opacity, a);
+}
+
+// The colour of a ray: r, g, b, alpha.
+inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
+                    realv *color) {
+    color[0] = a->r, color[1] = a->g, color[2] = a->b, color[3] = 1.0f - a->t;
+}
+
+#endif
+
+// Whether anything more can change any of VW rays.
+inline bool any_open(const SampleParams *p, const Accumulator *a) { return ANY(open_rays(p, a)); }
+
+// The first `count` of VW colours, to places `stride` apart.
+inline void store_colors(const realv *color, int count, int stride, __global float4 *out) {
+    const float *lanes = (const float *)color;
+    for (int i = 0; i < count; i++)
+        out[(size_t)i * stride] = (float4)(lanes[i], lanes[VW + i], lanes[2 * VW + i], lanes[3 * VW + i]);
+}
+
+// Sum of the first `count` lanes.
+inline uint counted(intv active, int count) {
+    uint total = 0;
+    for (int i = 0; i < count; i++)
+        total += ((const int *)&active)[i];
+    return total;
+}

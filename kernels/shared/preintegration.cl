@@ -1,0 +1,160 @@
+// Pre-integrated classification: colour and opacity of the segment between two samples of a ray.
+//
+// Between the samples the value is taken to change evenly (Engel et al. 2001); or, CURVED, but for the share of a segment that
+// it spends at its ends: between layers the field rises as 3t^2 - 2t^3 and stays longer near them (segment_ends() in
+// src/layers). integrals[i] = (R, G, B, T): extinction times colour, and extinction, integrated from the first value to node i,
+// in whole numbers of one unit: a difference of two nodes is exact, so its quotient by the distance is the mean over
+// the segment. Behind all nodes, table_last + 1 of them, stand the same four at each node, as floats. Light lost inside a
+// segment dims its lighting; its colour where DIMMED says so (dimmed_segment.cl). Nodes of samples alternate between even and odd ones along the ray: no segment is
+// empty, so nothing is divided by 0, and each sample is looked up once for both segments it ends.
+
+#include "shared/accumulator.cl"
+
+// A sample's place in the table.
+typedef struct {
+    intv index, r, g, b, extinction; // integrals
+    realv at_extinction;
+#ifdef CURVED
+    realv at_r, at_g, at_b;
+#endif
+} Node;
+
+// The nearest even or odd node, one of the two that the value lies between.
+inline intv node_index(const SampleParams *p, realv value, int odd) {
+    const realv x = (value - p->table_first) * (0.5f * p->table_per_value) + (odd ? 0.0f : 0.5f);
+    return 2 * CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)((p->table_last - odd) / 2))) + odd;
+}
+
+// The extinction at a node's own value.
+inline realv extinction_at(__global const int4 *integrals, intv index) {
+#ifdef GATHER_WORDS
+    const intv bits = GATHER_WORDS(integrals, index * 16 + 12);
+#else
+    const intv at = index * 4 + 3;
+    const intv bits = GATHER_AS(intv, (__global const int *)integrals, at);
+#endif
+    return AS_REALV(bits);
+}
+
+ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals, realv value, int odd) {
+    Node node;
+    node.index = node_index(p, value, odd);
+    realv r, g, b, extinction;
+    table_entries((__global const float4 *)integrals, node.index, &r, &g, &b, &extinction);
+    node.r = AS_INTV(r), node.g = AS_INTV(g), node.b = AS_INTV(b), node.extinction = AS_INTV(extinction);
+#ifdef CURVED
+    table_entries((__global const float4 *)integrals + p->table_last + 1, node.index, &node.at_r, &node.at_g, &node.at_b,
+                  &node.at_extinction);
+#else
+    if (p->shading)
+        node.at_extinction = extinction_at(integrals, node.index + (p->table_last + 1));
+#endif
+    return node;
+}
+
+// Differences of the table's columns between two samples, in nodes, and their distance in nodes.
+typedef struct {
+    realv r, g, b, extinction, distance;
+} Difference;
+
+// Beyond the table its first and last entry go on. One sample beyond it and one in it or beyond the other end: the
+// entry's share is added. Both beyond one end: the nodes are right as they are.
+inline void extend_difference(const SampleParams *p, __global const int4 *integrals, realv from, realv to, Difference *d) {
+    const realv last = p->table_last;
+    const realv x0 = (from - p->table_first) * p->table_per_value, x1 = (to - p->table_first) * p->table_per_value;
+    const realv below = MIN(x1, (realv)(0.0f)) - MIN(x0, (realv)(0.0f));
+    const realv above = MAX(x1 - last, (realv)(0.0f)) - MAX(x0 - last, (realv)(0.0f));
+    const realv distance = d->distance + below + above;
+    const realv inner = MAX(x0, x1) <= 0.0f || MIN(x0, x1) >= last || fabs(distance) < 0.5f ? (realv)(0.0f) : (realv)(1.0f);
+    const float4 first_entry = as_float4(integrals[p->table_last + 1]);
+    const float4 last_entry = as_float4(integrals[2 * p->table_last + 1]);
+    d->r += inner * (below * first_entry.x + above * last_entry.x);
+    d->g += inner * (below * first_entry.y + above * last_entry.y);
+    d->b += inner * (below * first_entry.z + above * last_entry.z);
+    d->extinction += inner * (below * first_entry.w + above * last_entry.w);
+    d->distance += inner * (below + above);
+}
+
+// TABLE_CUT: values can lie beyond the table. (As a variable it costs all tables 5 %.)
+ALWAYS_INLINE Difference difference_between(const SampleParams *p, __global const int4 *integrals, const Node *front,
+                                            const Node *back, realv from, realv to) {
+    Difference d;
+    d.r = CONVERT_REALV(back->r - front->r);
+    d.g = CONVERT_REALV(back->g - front->g);
+    d.b = CONVERT_REALV(back->b - front->b);
+    d.extinction = CONVERT_REALV(back->extinction - front->extinction);
+    d.distance = CONVERT_REALV(back->index - front->index);
+#ifdef TABLE_CUT
+    extend_difference(p, integrals, from, to, &d);
+#endif
+    return d;
+}
+
+// What lies between two samples: mean colour, optical depth, and where on the way the extinction lies in the mean, 0 ... 1.
+typedef struct {
+    realv r, g, b, depth, centroid;
+} Segment;
+
+// `from` and `to`: the values at the two nodes; `ends`: weights of front and back; `dt`: the length times the table's unit.
+ALWAYS_INLINE Segment segment_between(const SampleParams *p, __global const int4 *integrals, const Node *front,
+                                      const Node *back, realv from, realv to, float2 ends, realv dt) {
+    Difference d = difference_between(p, integrals, front, back, from, to);
+    // Where extinction lies: as of the parabola with the same ends and the same mean.
+    realv moment = 0.5f * d.extinction + 0.0833333f * d.distance * (back->at_extinction - front->at_extinction);
+#ifdef CURVED
+    const float even = 1.0f - ends.x - ends.y;
+    const realv of_front = ends.x * d.distance, of_back = ends.y * d.distance;
+    moment = even * moment + of_back * back->at_extinction;
+    d.r = even * d.r + (of_front * front->at_r + of_back * back->at_r);
+    d.g = even * d.g + (of_front * front->at_g + of_back * back->at_g);
+    d.b = even * d.b + (of_front * front->at_b + of_back * back->at_b);
+    d.extinction = even * d.extinction + (of_front * front->at_extinction + of_back * back->at_extinction);
+#endif
+    // One division for two. Where there is no extinction there is no colour either: any divisor does.
+    const realv divisor = d.extinction == 0.0f ? (realv)(1.0f) : d.extinction;
+    const realv inverse = reciprocal(d.distance * divisor), per_extinction = d.distance * inverse;
+    Segment s;
+    s.r = d.r * per_extinction, s.g = d.g * per_extinction, s.b = d.b * per_extinction;
+    s.depth = d.extinction * (divisor * inverse * dt);
+    s.centroid = CLAMP(moment * per_extinction, (realv)(0.0f), (realv)(1.0f));
+    return s;
+}
+
+// Weights of front and back of the segment from sub-layer l0 to l1.
+inline float2 ends_of(const SampleParams *p, int l0, int l1) {
+    const float *ends = p->ends[min(l0, l1) % p->inner_slabs];
+    return l0 < l1 ? (float2)(ends[0], ends[1]) : (float2)(ends[1], ends[0]);
+}
+
+// Lighting between that of two ends, the one with the stronger gradient counting for more: so light falls on what lies between
+// where gradients mix. Where ends are a layer apart gradients stay near theirs, as the field does.
+inline Lighting mix_lighting(const SampleParams *p, const Lighting *front, const Lighting *back, realv t) {
+    const realv even = t + p->curve * (SMOOTHSTEP(t) - t);
+    const realv of_back = even * back->weight;
+    const realv mixed = of_back * reciprocal((1.0f - even) * front->weight + of_back);
+    const Lighting lighting = {front->factor + mixed * (back->factor - front->factor),
+                               front->highlight + mixed * (back->highlight - front->highlight)};
+    return lighting;
+}
+
+// How far the light of an even segment comes from before its middle, as a share of its length: 1/2 - 1/d + 1/(e^d - 1) for optical
+// depth d; within 0.05, and 0.003 up to a depth of 2.
+inline realv towards_front(realv depth) {
+    return depth * (1.0f + 0.1f * depth) * reciprocal(12.0f + depth * (1.41f + 0.2f * depth));
+}
+
+#if BLEND == COMPOSITE
+// Composites one segment as a whole, of which `part` is taken.
+ALWAYS_INLINE void composite_segment(const SampleParams *p, const Segment *s, const Part *part, realv opacity, const Lighting *front,
+                                     const Lighting *back, Accumulator *a, intv *active) {
+    *active += COUNT_IF(opacity > 0.0f);
+    Lighting lighting;
+    if (p->shading) {
+        // The nearer to one end extinction lies, the less of it is dimmed by the rest.
+        const realv spread = 4.0f * s->centroid * (1.0f - s->centroid);
+        const realv source = s->centroid - spread * towards_front(s->depth);
+        lighting = mix_lighting(p, front, back, IN_PART(part, source));
+    }
+    accumulate_lit(p, s->r, s->g, s->b, opacity, &lighting, a);
+}
+#endif

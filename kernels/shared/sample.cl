@@ -1,0 +1,103 @@
+// One sample by itself: classify, shade, accumulate.
+//
+// Here splatted layers, image-aligned sheets and cast rays end; segments between two samples in preintegration.cl and slicing.cl, and
+// axis-aligned sheets are classified in sorted_splats.cl.
+
+#include "shared/accumulator.cl"
+
+// How the gradient of a layer's samples is found differs by kernel, which defines both.
+struct GradientSource;
+inline void layer_gradient(const struct GradientSource *source, realv *u, realv *v, realv *a);
+
+// What of a sample counts, in sub-slab thicknesses. PER_RAY_STEP: of each ray.
+#ifdef PER_RAY_STEP
+typedef realv Share;
+#else
+typedef float Share;
+#endif
+
+#if !GATHERS_VALUES
+// Opacity of a sample. PER_RAY_STEP: the table holds tau (or alpha), and dt, the length of a sub-slab along each ray, comes with the
+// sample. Otherwise dt is one number per frame, and in the table.
+inline realv opacity_of(const SampleParams *p, realv w, Share share, realv dt) {
+#ifdef PER_RAY_STEP
+    return p->linear ? MIN(w * dt, (realv)(1.0f)) * share : absorbed(w * (dt * share));
+#else
+    if (share == 1.0f)
+        return w;
+    // The outer layers' half sub-slabs; no other share occurs.
+    return p->linear ? w * share : 1.0f - sqrt(1.0f - w);
+#endif
+}
+#endif
+
+// Takes one sample (of VW rays). The lighting of the layer is found when its first visible sample needs it. `length` of a whole sample
+// in ray parameters.
+ALWAYS_INLINE void take_sample(const SampleParams *p, __global const float4 *table, realv value, Share share, realv dt, realv length,
+                               const struct GradientSource *source, bool *lit, Lighting *lighting, Accumulator *a, intv *active) {
+#if GATHERS_VALUES
+    accumulate_values(value, value, length * share, a, active);
+#else
+    const intv index = table_index(p, value);
+    if (!ANY(index >= p->first_visible && index <= p->last_visible))
+        return;
+    realv r, g, b, w;
+    table_entries(table, index, &r, &g, &b, &w);
+    const realv opacity = opacity_of(p, w, share, dt);
+    *active += COUNT_IF(opacity > 0.0f);
+    if (p->shading && !*lit) {
+        realv gu, gv, ga;
+        layer_gradient(source, &gu, &gv, &ga);
+        *lighting = light_gradient(p, gu, gv, ga);
+        *lit = true;
+    }
+    accumulate_lit(p, r, g, b, opacity, lighting, a);
+#endif
+}
+
+// A layer on its way: half a layer before and behind its plane.
+typedef struct {
+    realv dt;           // length of a sub-slab, in unit distances
+    Interval interval;  // that counts, in layers from this one along the ray
+} LayerWay;
+
+// All samples of one layer, from the splat sums of the layer met before, the layer itself and the one met next. Slabs
+// are (weight before, own, after, share), front to back: inner, front and back ones after each other.
+ALWAYS_INLINE void take_layer(const SampleParams *p, __global const float4 *slabs, int first, int count,
+                              __global const float4 *table, realv before, realv own, realv after, const LayerWay *way,
+                              const struct GradientSource *source, Accumulator *a, intv *active) {
+#if !GATHERS_VALUES
+    // Every sample lies between the three sums: one test for all.
+    const intv largest = table_index(p, MAX(MAX(before, after), own));
+    const intv smallest = table_index(p, MIN(MIN(before, after), own));
+    if (!ANY(largest >= p->first_visible && smallest <= p->last_visible))
+        return;
+#endif
+    bool lit = false;
+    Lighting lighting;
+#ifdef CLIPPED
+    // The front layer's slabs begin in its middle.
+    float start = first == p->inner_slabs ? 0.0f : -0.5f;
+#endif
+    for (int i = first; i < first + count; i++) {
+        const float4 slab = slabs[i];
+        Share share = slab.w;
+#ifdef CLIPPED
+        const float end = start + slab.w / p->inner_slabs;
+        const realv inside = MIN(way->interval.to, (realv)(end)) - MAX(way->interval.from, (realv)(start));
+        share *= MAX(inside, (realv)(0.0f)) / (end - start);
+        start = end;
+        if (!ANY(share > 0.0f))
+            continue;
+#endif
+        const realv value = slab.x * before + slab.y * own + slab.z * after;
+        take_sample(p, table, value, share, way->dt, (realv)(1.0f / p->inner_slabs), source, &lit, &lighting, a, active);
+    }
+}
+
+// First slab and number of slabs of the n-th layer (0 ... layers-1) along the ray.
+inline void layer_slabs(const SampleParams *p, int n, int layers, int *first, int *count) {
+    const bool front = n == 0, back = n == layers - 1;
+    *first = front ? p->inner_slabs : back ? p->inner_slabs + p->front_slabs : 0;
+    *count = front ? p->front_slabs : back ? p->back_slabs : p->inner_slabs;
+}

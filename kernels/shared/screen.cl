@@ -1,0 +1,39 @@
+// Tiles of screen pixels, VW columns x TILE_ROWS rows, for the kernels that draw straight onto the screen.
+
+#include "shared/accumulator.cl"
+
+#ifndef TILE_ROWS
+#error "TILE_ROWS: rows of a tile"
+#endif
+
+// The rays of VW neighbouring pixels.
+typedef struct {
+    realv o[3], d[3];
+    realv length; // of d, in unit distances
+} RowRays;
+
+// From a column on; columns beyond the screen take its last one's ray.
+inline RowRays rays_of_row(const ScreenParams *s, int column, int row) {
+    const intv columns = MIN(LANES + column, (intv)(s->width - 1));
+    const realv x = CONVERT_REALV(columns) + 0.5f;
+    const float y = row + 0.5f;
+    RowRays rays;
+    realv squares = 0.0f;
+    for (int i = 0; i < 3; i++) {
+        rays.o[i] = (s->origin[0][i] + y * s->origin[2][i]) + x * s->origin[1][i];
+        rays.d[i] = (s->direction[0][i] + y * s->direction[2][i]) + x * s->direction[1][i];
+        squares += rays.d[i] * rays.d[i] * (s->step[i] * s->step[i]);
+    }
+    rays.length = sqrt(squares);
+    return rays;
+}
+
+// Columns of a tile that are on the screen.
+inline int columns_of(const ScreenParams *s, int column) { return min(VW, s->width - column); }
+
+inline void store_pixels(const ScreenParams *s, const SampleParams *p, __global const float4 *table, int column, int row,
+                         const Accumulator *a, const Interval *interval, __global float4 *frame) {
+    realv color[4];
+    resolve(p, table, a, interval, color);
+    store_colors(color, columns_of(s, column), 1, frame + (size_t)row * s->width + column);
+}

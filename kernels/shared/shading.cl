@@ -1,0 +1,41 @@
+// A sample's place in the table, and how it is lit.
+
+#include "shared/elementary.cl"
+
+// The table entry nearest to a value.
+inline intv table_index(const SampleParams *p, realv value) {
+    const realv x = (value - p->table_first) * p->table_per_value + 0.5f;
+    return CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)(p->table_last)));
+}
+
+// What a colour is multiplied by, and what highlight is added to it; and what it counts where it is mixed with another.
+typedef struct {
+    realv factor, highlight, weight;
+} Lighting;
+
+// Blinn-Phong, two-sided, one white light. Where the gradient is below 1e-3 of the value range per voxel the colour
+// stays as it is, with a smooth fade up to 2e-3: rounding must not flip it.
+inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a) {
+    u *= p->gradient_u;
+    v *= p->gradient_v;
+    a *= p->gradient_a;
+    const realv squared = u * u + v * v + a * a;
+    const realv inverse = inverse_sqrt(MAX(squared, (realv)(1e-20f)));
+    const realv faded = CLAMP((squared * inverse - 1e-3f) * 1e3f, (realv)(0.0f), (realv)(1.0f));
+    const realv lit = SMOOTHSTEP(faded);
+    const realv facing = fabs(u * p->light_u + v * p->light_v + a * p->light_a) * inverse;
+    // A light at the camera has one direction for both.
+    const bool headlight = p->half_u == p->light_u && p->half_v == p->light_v && p->half_a == p->light_a;
+    const realv mirror = headlight ? facing : fabs(u * p->half_u + v * p->half_v + a * p->half_a) * inverse;
+    Lighting lighting;
+    // The root of the gradient's length: a weak one's direction is mostly noise, but a surface has weak ones too.
+    lighting.weight = inverse_sqrt(inverse);
+    lighting.factor = 1.0f + lit * (p->ambient + p->diffuse * facing - 1.0f);
+    lighting.highlight = lit * p->specular * power(mirror, p->power);
+    return lighting;
+}
+
+// Opacity of an optical depth, or of alpha times length.
+inline realv opacity_of_depth(const SampleParams *p, realv depth) {
+    return p->linear ? MIN(depth, (realv)(1.0f)) : absorbed(depth);
+}

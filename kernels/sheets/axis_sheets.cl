@@ -1,0 +1,89 @@
+// Axis-aligned sheet-buffer splatting: voxels are classified and shaded before; those of a slice are summed in one sheet,
+// as extinction and as colour times extinction, and sheets are composited.
+//
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which walks its list of splats, slice by
+// slice from the front.
+
+#include "sheets/sheet.cl"
+
+// What the rays of a tile have gathered, and their length per voxel of depth.
+typedef struct {
+    Accumulator gathered[TILE_ROWS];
+    Interval intervals[TILE_ROWS];
+    RowRays rays[TILE_ROWS];
+    realv length[TILE_ROWS];
+} Tile;
+
+// Composites the sheet of rows [from, to], and empties it.
+ALWAYS_INLINE void composite_sheet(const SampleParams *sample, Tile *tile, float layer, int from, int to, realv sheet[TILE_ROWS][4],
+                                   intv *active) {
+    for (int r = from; r <= to; r++) {
+        realv length = tile->length[r];
+#ifdef CLIPPED
+        const realv along = tile->rays[r].d[2], sign = along > 0.0f ? (realv)(0.5f) : (realv)(-0.5f);
+        const realv at = layer - tile->rays[r].o[2];
+        const Part part = part_of(&tile->intervals[r], (at - sign) / along, (at + sign) / along);
+        length *= share_of(&part);
+#endif
+        const realv extinction = sheet[r][3], depth = extinction * length;
+        const realv opacity = opacity_of_depth(sample, depth);
+        Accumulator *gathered = &tile->gathered[r];
+        const realv weight = gathered->t * opacity / MAX(extinction, (realv)(1e-30f));
+        gathered->r += weight * sheet[r][0];
+        gathered->g += weight * sheet[r][1];
+        gathered->b += weight * sheet[r][2];
+        gathered->t -= gathered->t * opacity;
+        *active += COUNT_IF(opacity > 0.0f);
+        for (int c = 0; c < 4; c++)
+            sheet[r][c] = 0.0f;
+    }
+}
+
+__kernel void axis_sheets(__global const Splat *sorted, __global const uint *ends, __global const uint *lists, int chunks,
+                          ScreenParams s, SplatParams p, SampleParams sample, Clipping clip,
+                          __global float4 *frame, __global uint *active_samples) {
+    const int id = get_global_id(0);
+    if (id >= s.tiles_u * s.tiles_v)
+        return;
+    const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS, rows = min(TILE_ROWS, s.height - row);
+    realv sheet[TILE_ROWS][4];
+    Tile tile;
+    intv active = 0;
+    for (int r = 0; r < rows; r++) {
+        tile.rays[r] = rays_of_row(&s, column, row + r);
+        tile.length[r] = length_per_depth(&p, &tile.rays[r]);
+        tile.gathered[r] = empty_accumulator(&sample);
+#ifdef CLIPPED
+        tile.intervals[r] = interval_of(&clip, tile.rays[r].o, tile.rays[r].d, s.start);
+#endif
+        for (int c = 0; c < 4; c++)
+            sheet[r][c] = 0.0f;
+    }
+    const uint2 list = list_of(ends, s.tiles_u * s.tiles_v, chunks, id);
+    float layer = -1.0f;
+    int from = TILE_ROWS, to = -1;
+    for (uint e = list.x; e < list.y; e++) {
+        PREFETCH(sorted + lists[min(e + AHEAD, list.y - 1)]);
+        const Splat splat = sorted[lists[e]];
+        if (splat.reach != layer) {
+            composite_sheet(&sample, &tile, layer, from, to, sheet, &active);
+            layer = splat.reach;
+            from = TILE_ROWS, to = -1;
+            if (!any_row_open(&sample, tile.gathered, rows))
+                break;
+        }
+        const Footprint f = footprint_of(&p, &splat, column, row, rows);
+        from = min(from, f.from), to = max(to, f.to);
+        for (int r = f.from; r <= f.to; r++) {
+            const realv footprint = weights_on(&p, &splat, &f, r);
+            sheet[r][0] += splat.content.x * footprint;
+            sheet[r][1] += splat.content.y * footprint;
+            sheet[r][2] += splat.content.z * footprint;
+            sheet[r][3] += splat.content.w * footprint;
+        }
+    }
+    composite_sheet(&sample, &tile, layer, from, to, sheet, &active);
+    for (int r = 0; r < rows; r++)
+        store_pixels(&s, &sample, 0, column, row + r, &tile.gathered[r], &tile.intervals[r], frame);
+    active_samples[id] = counted(active, columns_of(&s, column));
+}

@@ -1,0 +1,150 @@
+// Image-aligned sheet-buffer splatting: every splat is cut into slabs, one for each sheet that it reaches; sheets hold the mean density and
+// gradient of their slab, and are classified, shaded and composited per pixel.
+//
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which walks its list of splats front to
+// back. A ring holds the SHEETS sheets that the splats at hand can reach; a sheet is composited when the next splat
+// begins behind it. slabs[i*SHEETS + n]: weight of the n-th sheet for the i-th of SLAB_STEPS+1 fractions.
+
+#include "shared/sample.cl"
+#include "sheets/sheet.cl"
+
+#ifndef SHEETS
+#error "SHEETS: that a splat reaches"
+#endif
+#ifndef SLAB_STEPS
+#error "SLAB_STEPS: fractions, less one, that slab weights are given for"
+#endif
+
+// The sheets of a tile, those of a row together.
+typedef struct {
+    realv at[TILE_ROWS][SHEETS][CHANNELS];
+    uint reached[SHEETS]; // rows that splats have reached, a bit each
+} Ring;
+
+struct GradientSource {
+    const realv *channels;
+};
+
+inline void layer_gradient(const struct GradientSource *source, realv *u, realv *v, realv *a) {
+#if CHANNELS == 4
+    *u = source->channels[1], *v = source->channels[2], *a = source->channels[3];
+#endif
+}
+
+// What the rays of a tile have gathered, and their length per voxel of depth.
+typedef struct {
+    Accumulator gathered[TILE_ROWS];
+    Interval intervals[TILE_ROWS];
+    RowRays rays[TILE_ROWS];
+    realv length[TILE_ROWS];
+    intv active;
+    int rows;
+} Tile;
+
+// Composites a sheet, and empties its place in the ring. False when the tile is opaque.
+ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sample, __global const float4 *table,
+                                   int sheet, Ring *ring, Tile *tile) {
+    const int slot = sheet % SHEETS;
+    const float depth = (sheet + p->first_sheet) * p->sheet_distance;
+    // Where the background shows, every sheet does; and where values are gathered.
+    const uint shown = sample->background_visible || GATHERS_VALUES ? ~0u : ring->reached[slot];
+    const bool ahead = depth >= p->nearest_sheet;
+    for (int r = 0; r < tile->rows; r++) {
+        if (!(shown >> r & 1))
+            continue;
+        realv *channels = ring->at[r][slot];
+        if (ahead) {
+            const struct GradientSource source = {channels};
+            bool lit = false;
+            Lighting lighting;
+            Share share = 1.0f;
+            realv parameters = 1.0f;
+#ifdef CLIPPED
+            const realv enters = parameter_of(p, &tile->rays[r], depth - 0.5f * p->sheet_distance);
+            const realv leaves = parameter_of(p, &tile->rays[r], depth + 0.5f * p->sheet_distance);
+            const Part part = part_of(&tile->intervals[r], enters, leaves);
+            share = share_of(&part), parameters = leaves - enters;
+#endif
+            take_sample(sample, table, p->background + channels[0], share, tile->length[r] * p->sheet_distance, parameters, &source,
+                        &lit, &lighting, &tile->gathered[r], &tile->active);
+        }
+        for (int c = 0; c < CHANNELS; c++)
+            channels[c] = 0.0f;
+    }
+    ring->reached[slot] = 0;
+    return !shown || any_row_open(sample, tile->gathered, tile->rows);
+}
+
+// Adds a splat to the sheets from `first` on.
+ALWAYS_INLINE void splat_slabs(const SplatParams *p, __global const float *slabs, const Splat *splat, int first, int column,
+                               int row, Ring *ring, const Tile *tile) {
+    const float fraction = (first - splat->reach) * SLAB_STEPS;
+    const int step = min((int)fraction, SLAB_STEPS - 1);
+    __global const float *weights = slabs + step * SHEETS;
+    const Footprint f = footprint_of(p, splat, column, row, tile->rows);
+    const float4 content = splat->content;
+    const uint rows = f.from <= f.to ? (2u << f.to) - (1u << f.from) : 0;
+    float4 amount[SHEETS];
+    int slot = first % SHEETS;
+#pragma unroll
+    for (int n = 0; n < SHEETS; n++) {
+        amount[slot] = mix(weights[n], weights[n + SHEETS], fraction - step) * content;
+        ring->reached[n] |= rows;
+        slot = slot + 1 == SHEETS ? 0 : slot + 1;
+    }
+    for (int r = f.from; r <= f.to; r++) {
+        const realv footprint = weights_on(p, splat, &f, r);
+#pragma unroll
+        for (int n = 0; n < SHEETS; n++)
+#pragma unroll
+            for (int c = 0; c < CHANNELS; c++)
+                ring->at[r][n][c] += ((const float *)&amount[n])[c] * footprint;
+    }
+}
+
+__kernel void view_sheets(__global const Splat *sorted, __global const uint *ends,
+                          __global const uint *lists, int chunks, __global const float *slabs,
+                          __global const float4 *table, ScreenParams s, SplatParams p, SampleParams sample,
+                          Clipping clip, __global float4 *frame, __global uint *active_samples) {
+    const int id = get_global_id(0);
+    if (id >= s.tiles_u * s.tiles_v)
+        return;
+    const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
+    Tile tile;
+    tile.rows = min(TILE_ROWS, s.height - row);
+    tile.active = 0;
+    for (int r = 0; r < tile.rows; r++) {
+        tile.rays[r] = rays_of_row(&s, column, row + r);
+        tile.length[r] = length_per_depth(&p, &tile.rays[r]);
+        tile.gathered[r] = empty_accumulator(&sample);
+#ifdef CLIPPED
+        tile.intervals[r] = interval_of(&clip, tile.rays[r].o, tile.rays[r].d, s.start);
+#endif
+    }
+    const uint2 list = list_of(ends, s.tiles_u * s.tiles_v, chunks, id);
+    const int sheets = p.last_sheet - p.first_sheet + 1;
+    if (list.x < list.y || sample.background_visible || GATHERS_VALUES) {
+        Ring ring;
+        for (int n = 0; n < SHEETS; n++) {
+            ring.reached[n] = 0;
+            for (int r = 0; r < TILE_ROWS; r++)
+                for (int c = 0; c < CHANNELS; c++)
+                    ring.at[r][n][c] = 0.0f;
+        }
+        bool open = true;
+        int current = 0; // the first sheet that is not composited yet
+        for (uint e = list.x; e < list.y && open; e++) {
+            PREFETCH(sorted + lists[min(e + AHEAD, list.y - 1)]);
+            const Splat splat = sorted[lists[e]];
+            const int first = first_sheet(splat.reach);
+            while (current < first && open)
+                open = composite_sheet(&p, &sample, table, current++, &ring, &tile);
+            splat_slabs(&p, slabs, &splat, first, column, row, &ring, &tile);
+        }
+        while (current < sheets && open)
+            open = composite_sheet(&p, &sample, table, current++, &ring, &tile);
+    }
+    for (int r = 0; r < tile.rows; r++)
+        store_pixels(&s, &sample, table, column, row + r, &tile.gathered[r], &tile.intervals[r], frame);
+    active_samples[id] = counted(tile.active, columns_of(&s, column));
+}

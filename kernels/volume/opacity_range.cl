@@ -1,0 +1,28 @@
+// What a transfer table shows of a range of values.
+
+#include "shared/elementary.cl"
+#include "shared/volume.cl"
+
+// Widens lo ... hi by the limits of a block in layers from ... to.
+inline void limits_of(__global const VOXEL *limits, float offset, int blocks_u, int blocks_v, int from, int to, int b,
+                      int c, float *lo, float *hi) {
+    for (int j = from; j <= to; j++) {
+        __global const VOXEL *limit = limits + 2 * (((size_t)j * blocks_v + c) * blocks_u + b);
+        *lo = MIN(*lo, convert_float(limit[0]) - offset);
+        *hi = MAX(*hi, convert_float(limit[1]) - offset);
+    }
+}
+
+// Whether a value between lo and hi can change a picture: it has opacity, and lies between `least` and `largest`, those that the blend mode
+// can use.
+inline bool any_visible(float lo, float hi, float least, float largest, float table_first, float table_per_value, int table_last,
+                        __global const uint *visible_before) {
+    // Weights sum to 1 only to rounding: a little more on either side, relative to the values and in entries. No
+    // more: a volume is full of its smallest value, which often is the last invisible one.
+    const float slack = 2e-5f * MAX(fabs(lo), fabs(hi)), last = table_last;
+    if (hi + slack < least || lo - slack > largest)
+        return false;
+    const int first = CLAMP((lo - slack - table_first) * table_per_value + 0.48f, 0.0f, last);
+    const int end = CLAMP((hi + slack - table_first) * table_per_value + 0.52f, 0.0f, last);
+    return visible_before[end + 1] > visible_before[first];
+}

@@ -1,0 +1,305 @@
+//! Kernels of layered rendering.
+
+use super::structs::{
+    Clipping, DirectParams, Float4, LayerOffset, RayLatticeParams, SampleParams, SplatLatticeParams, VolumeView,
+};
+use super::{Defines, Items, Launch, Rendering, VoxelBuffer, kernel, tiles};
+use crate::device::{Buffer, Tuning};
+use crate::volume::VoxelType;
+
+/// How pre-integrated segments are built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Segments {
+    /// Values can lie beyond the table of integrals.
+    pub cut: bool,
+    /// Their ends have weights of their own.
+    pub curved: bool,
+    /// Light lost inside deep ones changes their colour.
+    pub dimmed: bool,
+}
+
+impl Defines {
+    pub(super) fn with_segments(self, segments: Segments) -> Self {
+        self.with_if(true, "TRICUBIC")
+            .with_if(segments.cut, "TABLE_CUT")
+            .with_if(segments.curved, "CURVED")
+            .with_if(segments.dimmed, "DIMMED")
+    }
+}
+
+kernel! {
+    /// Renders a lattice with point-sampled layers and pre-integrated classification.
+    PointLattice = "layered/point_lattice.cl", point_lattice, "lattice";
+    PointLatticeArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        view: VolumeView,
+        /// Bits for rays of shears like these.
+        visible: &'a Buffer<u8>,
+        /// Of what is composited.
+        integrals: &'a Buffer<[i32; 4]>,
+        /// (r, g, b, τ) per value: colours of values that are gathered.
+        table: &'a Buffer<Float4>,
+        p: RayLatticeParams,
+        sample: SampleParams,
+        clip: Clipping,
+        /// RGBA of width by height samples.
+        lattice: &'a Buffer<Float4>,
+        /// One count per tile.
+        active_samples: &'a Buffer<u32>,
+    }
+}
+
+impl Launch for PointLattice {
+    type Variant = (VoxelType, Segments, Rendering);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxel_type, segments, rendering): Self::Variant) -> String {
+        let voxels = Defines::of_voxels(voxel_type, tuning.vector_width);
+        voxels.with_segments(segments).with_rendering(rendering).with("TILE_ROWS", tuning.point_tile_rows).0
+    }
+
+    fn items(a: &PointLatticeArguments, _: &Tuning) -> usize {
+        tiles(a.p.tiles)
+    }
+}
+
+kernel! {
+    /// The same per screen pixel.
+    PointDirect = "layered/point_direct.cl", point_direct, "direct";
+    PointDirectArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        /// Bits for rays of any shear; only those that `p.axis` needs are read.
+        visible_x: &'a Buffer<u8>,
+        visible_y: &'a Buffer<u8>,
+        visible_z: &'a Buffer<u8>,
+        /// Of what is composited.
+        integrals: &'a Buffer<[i32; 4]>,
+        /// (r, g, b, τ) per value: colours of values that are gathered.
+        table: &'a Buffer<Float4>,
+        p: DirectParams,
+        sample: SampleParams,
+        clip: Clipping,
+        width: i32,
+        height: i32,
+        frame: &'a Buffer<Float4>,
+        /// One count per pixel.
+        active_samples: &'a Buffer<u32>,
+    }
+}
+
+impl Launch for PointDirect {
+    type Variant = (VoxelType, Segments, Rendering);
+    const ITEMS: Items = Items::Pixels;
+
+    fn defines(_: &Tuning, (voxel_type, segments, rendering): Self::Variant) -> String {
+        Defines::of_voxels(voxel_type, 1).with_segments(segments).with_rendering(rendering).0
+    }
+
+    fn items(a: &PointDirectArguments, _: &Tuning) -> usize {
+        a.width as usize * a.height as usize
+    }
+}
+
+fn splat_defines(tuning: &Tuning, voxel_type: VoxelType, rendering: Rendering) -> Defines {
+    Defines::of_voxels(voxel_type, tuning.vector_width).with_rendering(rendering).with("TILE_ROWS", tuning.tile_rows)
+}
+
+kernel! {
+    /// Renders the lattice of a parallel view with splatted layers.
+    SplatLattice = "layered/splat_lattice.cl", splat_lattice, "lattice";
+    SplatLatticeArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        view: VolumeView,
+        offsets_u: &'a Buffer<LayerOffset>,
+        offsets_v: &'a Buffer<LayerOffset>,
+        weights: &'a Buffer<f32>,
+        visible: &'a Buffer<u8>,
+        /// (r, g, b, opacity of a sample) per value; where rays are cut or values are gathered, (r, g, b, τ).
+        table: &'a Buffer<Float4>,
+        slabs: &'a Buffer<Float4>,
+        p: SplatLatticeParams,
+        sample: SampleParams,
+        clip: Clipping,
+        /// RGBA of columns by rows samples per voxel.
+        lattice: &'a Buffer<Float4>,
+        /// One count per tile.
+        active_samples: &'a Buffer<u32>,
+    }
+}
+
+impl Launch for SplatLattice {
+    type Variant = (VoxelType, Rendering);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxel_type, rendering): Self::Variant) -> String {
+        // What is cut off differs from ray to ray.
+        let defines = splat_defines(tuning, voxel_type, rendering).with_if(rendering.clipped, "PER_RAY_STEP");
+        defines.with("TILE_VECTORS", tuning.tile_vectors).0
+    }
+
+    fn items(a: &SplatLatticeArguments, _: &Tuning) -> usize {
+        tiles(a.p.per_voxel) * tiles(a.p.tiles)
+    }
+}
+
+kernel! {
+    /// The same of a perspective.
+    SplatPerspective = "layered/splat_perspective.cl", splat_perspective, "lattice";
+    SplatPerspectiveArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        view: VolumeView,
+        /// (z, weight) of eight nodes.
+        nodes: &'a Buffer<[f32; 2]>,
+        visible: &'a Buffer<u8>,
+        /// (r, g, b, τ) per value.
+        table: &'a Buffer<Float4>,
+        slabs: &'a Buffer<Float4>,
+        p: RayLatticeParams,
+        sample: SampleParams,
+        clip: Clipping,
+        /// RGBA of width by height samples.
+        lattice: &'a Buffer<Float4>,
+        /// One count per tile.
+        active_samples: &'a Buffer<u32>,
+    }
+}
+
+impl Launch for SplatPerspective {
+    type Variant = (VoxelType, Rendering);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxel_type, rendering): Self::Variant) -> String {
+        splat_defines(tuning, voxel_type, rendering).with_if(true, "PER_RAY_STEP").0
+    }
+
+    fn items(a: &SplatPerspectiveArguments, _: &Tuning) -> usize {
+        tiles(a.p.tiles)
+    }
+}
+
+kernel! {
+    /// The same per screen pixel, in either projection.
+    SplatDirect = "layered/splat_direct.cl", splat_direct, "direct";
+    SplatDirectArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        /// For layer axes x, y, z; only those that `p.axis` needs are read.
+        visible_x: &'a Buffer<u8>,
+        visible_y: &'a Buffer<u8>,
+        visible_z: &'a Buffer<u8>,
+        /// (r, g, b, τ) per value.
+        table: &'a Buffer<Float4>,
+        slabs: &'a Buffer<Float4>,
+        /// Footprint images and their shears; read only by a kernel built for them.
+        images: &'a Buffer<u8>,
+        shears: &'a Buffer<[f32; 2]>,
+        p: DirectParams,
+        sample: SampleParams,
+        clip: Clipping,
+        width: i32,
+        height: i32,
+        frame: &'a Buffer<Float4>,
+        /// One count per pixel.
+        active_samples: &'a Buffer<u32>,
+    }
+}
+
+impl Launch for SplatDirect {
+    /// And whether footprints are those of the set.
+    type Variant = (VoxelType, bool, Rendering);
+    const ITEMS: Items = Items::Pixels;
+
+    fn defines(_: &Tuning, (voxel_type, set, rendering): Self::Variant) -> String {
+        Defines::of_voxels(voxel_type, 1).with_rendering(rendering).with_if(true, "PER_RAY_STEP").with_if(set, "FOOTPRINT_SET").0
+    }
+
+    fn items(a: &SplatDirectArguments, _: &Tuning) -> usize {
+        a.width as usize * a.height as usize
+    }
+}
+
+kernel! {
+    /// Makes the weights of a lattice in phases.
+    Footprints = "layered/footprints.cl", footprints, "footprints";
+    FootprintsArguments<'a> {
+        /// Per layer, the two outer ones included, and phase.
+        offsets_u: &'a Buffer<LayerOffset>,
+        offsets_v: &'a Buffer<LayerOffset>,
+        shear_u: f32,
+        shear_v: f32,
+        per_voxel_u: i32,
+        per_voxel_v: i32,
+        /// Counts the two outer ones.
+        layers: i32,
+        /// [`Footprints::WEIGHTS`] per layer and phase.
+        weights: &'a Buffer<f32>,
+    }
+}
+
+impl Footprints {
+    /// Weights per layer and phase.
+    pub const WEIGHTS: usize = 16;
+}
+
+impl Launch for Footprints {
+    type Variant = ();
+    const ITEMS: Items = Items::Pixels;
+
+    fn defines(_: &Tuning, (): ()) -> String {
+        Defines::new(1).0
+    }
+
+    fn items(a: &FootprintsArguments, _: &Tuning) -> usize {
+        a.per_voxel_u as usize * a.per_voxel_v as usize * a.layers as usize
+    }
+}
+
+kernel! {
+    /// Makes the set of oriented footprint images.
+    FootprintSet = "layered/footprint_set.cl", footprint_set, "footprint set";
+    FootprintSetArguments<'a> {
+        shears: &'a Buffer<[f32; 2]>,
+        /// Texels of all images.
+        count: i32,
+        /// 64² bytes per entry of `shears`.
+        images: &'a Buffer<u8>,
+    }
+}
+
+impl Launch for FootprintSet {
+    type Variant = ();
+    const ITEMS: Items = Items::Pixels;
+
+    fn defines(_: &Tuning, (): ()) -> String {
+        Defines::new(1).0
+    }
+
+    fn items(a: &FootprintSetArguments, _: &Tuning) -> usize {
+        a.count as usize
+    }
+}
+
+kernel! {
+    /// Turns extinction into opacity for one step length.
+    OpacityTable = "layered/table.cl", table, "table";
+    OpacityTableArguments<'a> {
+        base: &'a Buffer<Float4>,
+        /// Length of a sample in unit distances.
+        dt: f32,
+        linear: i32,
+        count: i32,
+        entries: &'a Buffer<Float4>,
+    }
+}
+
+impl Launch for OpacityTable {
+    type Variant = ();
+    const ITEMS: Items = Items::Pixels;
+
+    fn defines(_: &Tuning, (): ()) -> String {
+        Defines::new(1).0
+    }
+
+    fn items(a: &OpacityTableArguments, _: &Tuning) -> usize {
+        a.count as usize
+    }
+}

@@ -1,0 +1,173 @@
+//! Kernels that march along the rays of screen pixels: by ray casting, by slicing, or from segment to segment.
+
+use super::layered::Segments;
+use super::structs::{Clipping, Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
+use super::{BlendMode, Defines, Items, Launch, Rendering, VoxelBuffer, kernel, tiles};
+use crate::device::{Buffer, Tuning};
+use crate::layers::Interpolation;
+use crate::volume::VoxelType;
+
+/// A kernel of march.cl, in a file that says how a row of rays is marched, and with the table that this reads.
+macro_rules! march {
+    ($(#[$doc:meta])* $kernel:ident = $file:literal, $stage:literal; $arguments:ident, $(#[$table_doc:meta])* $table:ty) => {
+        kernel! {
+            $(#[$doc])*
+            $kernel = $file, march, $stage;
+            $arguments<'a> {
+                /// In the layout of layer axis z.
+                voxels: &'a VoxelBuffer,
+                view: VolumeView,
+                /// A bit per block and slab.
+                visible: &'a Buffer<u8>,
+                $(#[$table_doc])*
+                table: &'a Buffer<$table>,
+                s: ScreenParams,
+                p: MarchParams,
+                sample: SampleParams,
+                clip: Clipping,
+                frame: &'a Buffer<Float4>,
+                /// One count per tile.
+                active_samples: &'a Buffer<u32>,
+            }
+        }
+    };
+}
+
+march! {
+    /// Casts rays through the field of a kernel, each sample classified by itself.
+    Raycast = "rays/raycast.cl", "raycast";
+    RaycastArguments,
+    /// (r, g, b, τ) per value.
+    Float4
+}
+
+march! {
+    /// Slices the trilinear field.
+    Slicing = "rays/slicing.cl", "slicing";
+    SlicingArguments,
+    /// See [`PreintegratedTable`].
+    Float4
+}
+
+march! {
+    /// Casts rays through the cubic's field, with pre-integrated segments.
+    CastSegments = "rays/cast_segments.cl", "raycast";
+    CastSegmentsArguments,
+    /// Integrals.
+    [i32; 4]
+}
+
+march! {
+    /// Gathers values along rays, or finds an iso-surface, in the field of a kernel.
+    CastValues = "rays/cast_values.cl", "raycast";
+    CastValuesArguments,
+    /// (r, g, b, τ) per value.
+    Float4
+}
+
+fn march_defines(tuning: &Tuning, voxel_type: VoxelType, rendering: Rendering) -> Defines {
+    let voxels = Defines::of_voxels(voxel_type, tuning.vector_width);
+    voxels.with_rendering(rendering).with("TILE_ROWS", tuning.screen_tile_rows)
+}
+
+impl Defines {
+    fn with_field(self, interpolation: Interpolation) -> Self {
+        self.with_if(interpolation == Interpolation::Tricubic, "TRICUBIC")
+            .with_if(interpolation == Interpolation::Gaussian, "GAUSSIAN")
+    }
+}
+
+/// Compositing, with rays cut or not.
+fn composite(clipped: bool) -> Rendering {
+    Rendering { blend: BlendMode::Composite, clipped }
+}
+
+impl Launch for Raycast {
+    /// And whether rays are cut.
+    type Variant = (VoxelType, Interpolation, bool);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxel_type, interpolation, clipped): Self::Variant) -> String {
+        let defines = march_defines(tuning, voxel_type, composite(clipped));
+        defines.with_if(true, "PER_RAY_STEP").with_field(interpolation).0
+    }
+
+    fn items(a: &RaycastArguments, _: &Tuning) -> usize {
+        tiles(a.s.tiles)
+    }
+}
+
+impl Launch for Slicing {
+    /// Whether values can lie beyond the table, and whether rays are cut.
+    type Variant = (VoxelType, bool, bool);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxel_type, cut, clipped): Self::Variant) -> String {
+        march_defines(tuning, voxel_type, composite(clipped)).with_if(cut, "TABLE_CUT").0
+    }
+
+    fn items(a: &SlicingArguments, _: &Tuning) -> usize {
+        tiles(a.s.tiles)
+    }
+}
+
+impl Launch for CastSegments {
+    /// And whether rays are cut.
+    type Variant = (VoxelType, Segments, bool);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxel_type, segments, clipped): Self::Variant) -> String {
+        march_defines(tuning, voxel_type, composite(clipped)).with_segments(segments).0
+    }
+
+    fn items(a: &CastSegmentsArguments, _: &Tuning) -> usize {
+        tiles(a.s.tiles)
+    }
+}
+
+impl Launch for CastValues {
+    type Variant = (VoxelType, Interpolation, BlendMode);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxel_type, interpolation, blend): Self::Variant) -> String {
+        march_defines(tuning, voxel_type, Rendering { blend, clipped: true }).with_field(interpolation).0
+    }
+
+    fn items(a: &CastValuesArguments, _: &Tuning) -> usize {
+        tiles(a.s.tiles)
+    }
+}
+
+kernel! {
+    /// Makes the table of slicing.
+    PreintegratedTable = "rays/preintegrated_table.cl", preintegrated_table, "table";
+    PreintegratedTableArguments<'a> {
+        integrals: &'a Buffer<[i32; 4]>,
+        /// Of `integrals`.
+        nodes: i32,
+        /// Between two values of the table.
+        nodes_per_entry: f32,
+        /// Extinction of one unit of `integrals`.
+        unit: f32,
+        /// Of a slab, in unit distances.
+        thickness: f32,
+        linear: i32,
+        /// Values in front and behind.
+        size: i32,
+        /// `size`² entries.
+        out: &'a Buffer<Float4>,
+    }
+}
+
+impl Launch for PreintegratedTable {
+    type Variant = ();
+    const ITEMS: Items = Items::Pixels;
+
+    fn defines(_: &Tuning, (): ()) -> String {
+        Defines::new(1).0
+    }
+
+    fn items(a: &PreintegratedTableArguments, _: &Tuning) -> usize {
+        a.size as usize * a.size as usize
+    }
+}

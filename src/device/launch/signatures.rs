@@ -1,0 +1,66 @@
+//! Every launcher's arguments against those of its kernel.
+
+use super::*;
+use crate::device::{DeviceChoice, sources};
+use crate::layers::Interpolation;
+use opencl3::kernel::Kernel as ClKernel;
+use std::collections::BTreeSet;
+
+/// Compares a launcher with its kernel, by name and type of each argument.
+fn compare<K: Launch>(device: &Device, variant: K::Variant) -> &'static str {
+    let options = format!("{} -cl-kernel-arg-info", K::defines(device.tuning(), variant));
+    let kernel: ClKernel = device.kernel(K::FILE, K::NAME, &options).unwrap();
+    let declared = K::Arguments::signature();
+    let of_kernel: Vec<(String, String)> = (0..kernel.num_args().unwrap())
+        .map(|i| (kernel.get_arg_name(i).unwrap(), kernel.get_arg_type_name(i).unwrap()))
+        .collect();
+    let expected: Vec<(String, String)> =
+        declared.iter().map(|(name, of)| (name.to_string(), of.replace("VOXEL", "short"))).collect();
+    assert_eq!(of_kernel, expected, "{} in {}", K::NAME, K::FILE);
+    K::NAME
+}
+
+#[test]
+fn launchers_are_their_kernels_signatures() {
+    let device = Device::open(&DeviceChoice::Default).unwrap();
+    let d = &device;
+    let voxels = VoxelType::Int16;
+    let segments = layered::Segments { cut: true, curved: true, dimmed: true };
+    let rendering = Rendering { blend: BlendMode::Composite, clipped: true };
+    let others = [BlendMode::Maximum, BlendMode::Minimum, BlendMode::Average, BlendMode::Iso { refined: true }];
+    for blend in others {
+        let rendering = Rendering { blend, clipped: true };
+        compare::<layered::PointLattice>(d, (voxels, segments, rendering));
+        compare::<layered::PointDirect>(d, (voxels, segments, rendering));
+        compare::<rays::CastValues>(d, (voxels, Interpolation::Trilinear, blend));
+    }
+    let compared = [
+        compare::<volume::Transpose>(d, voxels),
+        compare::<volume::FillMinMaxBlocks>(d, voxels),
+        compare::<volume::Visibility>(d, voxels),
+        compare::<volume::SlabVisibility>(d, voxels),
+        compare::<layered::PointLattice>(d, (voxels, segments, rendering)),
+        compare::<layered::PointDirect>(d, (voxels, segments, rendering)),
+        compare::<layered::SplatLattice>(d, (voxels, rendering)),
+        compare::<layered::SplatPerspective>(d, (voxels, rendering)),
+        compare::<layered::SplatDirect>(d, (voxels, true, rendering)),
+        compare::<layered::Footprints>(d, ()),
+        compare::<layered::FootprintSet>(d, ()),
+        compare::<layered::OpacityTable>(d, ()),
+        compare::<rays::Raycast>(d, (voxels, Interpolation::Gaussian, true)),
+        compare::<rays::Slicing>(d, (voxels, true, true)),
+        compare::<rays::CastSegments>(d, (voxels, segments, true)),
+        compare::<rays::CastValues>(d, (voxels, Interpolation::Tricubic, BlendMode::Iso { refined: false })),
+        compare::<rays::PreintegratedTable>(d, ()),
+        compare::<sheets::Splats>(d, voxels),
+        compare::<sheets::Scan>(d, ()),
+        compare::<sheets::SortedSplats>(d, true),
+        compare::<sheets::TiledSplats>(d, ()),
+        compare::<sheets::AxisSheets>(d, true),
+        compare::<sheets::ViewSheets>(d, (5, true, true)),
+        compare::<picture::Warp>(d, ()),
+        compare::<picture::WarpDisplayed>(d, ()),
+        compare::<picture::Present>(d, ()),
+    ];
+    assert_eq!(BTreeSet::from(compared), sources::kernel_names(), "every kernel is compared");
+}

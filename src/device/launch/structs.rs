@@ -1,0 +1,332 @@
+//! Structures that kernels take, each written once: here. Their OpenCL definitions come from these and precede every program.
+
+use super::ClType;
+
+/// `float4`.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Float4(pub [f32; 4]);
+
+/// A type of a field, as OpenCL declares it.
+trait Field {
+    fn declared(name: &str) -> String;
+}
+
+macro_rules! scalar_fields {
+    ($($type:ty),*) => {$(
+        impl Field for $type {
+            fn declared(name: &str) -> String {
+                format!("{} {name}", <$type as ClType>::NAME)
+            }
+        }
+    )*};
+}
+scalar_fields!(i32, u32, i64, f32, Float4);
+
+impl<T: Field, const N: usize> Field for [T; N] {
+    fn declared(name: &str) -> String {
+        T::declared(&format!("{name}[{N}]"))
+    }
+}
+
+/// `kernel_struct!`: a structure of Rust and of OpenCL. `name as [a, b]: T` is an array `[T; 2]` here, and two fields there.
+macro_rules! kernel_struct {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident $(as [$($part:ident),+])? : $type:ty),* $(,)? }) => {
+        $(#[$doc])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub(crate) struct $name { $($(#[$field_doc])* pub $field: kernel_struct!(@type $type $(, $($part),+)?)),* }
+
+        impl ClType for $name {
+            const NAME: &'static str = stringify!($name);
+        }
+
+        impl $name {
+            /// Its definition in OpenCL C, which does not compile where the sizes differ.
+            fn typedef() -> String {
+                let fields: Vec<String> = [$(kernel_struct!(@declared $field, $type $(, $($part),+)?)),*].concat();
+                let (name, bytes) = (stringify!($name), size_of::<$name>());
+                format!(
+                    "typedef struct {{ {}; }} {name};\ntypedef char {name}_size[sizeof({name}) == {bytes} ? 1 : -1];\n",
+                    fields.join("; ")
+                )
+            }
+        }
+    };
+    (@type $type:ty) => { $type };
+    (@type $type:ty, $($part:ident),+) => { [$type; [$(stringify!($part)),+].len()] };
+    (@declared $field:ident, $type:ty) => { vec![<$type as Field>::declared(stringify!($field))] };
+    (@declared $field:ident, $type:ty, $($part:ident),+) => { vec![$(<$type as Field>::declared(stringify!($part))),+] };
+}
+
+kernel_struct! {
+    /// Where the voxels of a layer axis lie, and what lies around them. Axes are u, v, a.
+    VolumeView {
+        /// In voxels; that of u is 1 but for kernels that take any layout.
+        stride as [stride_u, stride_v, stride_a]: i64,
+        /// Voxels along u, v, a.
+        dims as [dims_u, dims_v, dims_a]: i32,
+        /// Value of the voxels missing around the volume, less `offset`.
+        background: f32,
+        /// Taken from every voxel, so that float sums are as fine as the data's own range.
+        offset: f32,
+    }
+}
+
+kernel_struct! {
+    /// What a sample needs to know of its frame, its place in the table, and how it is lit. Axes are u, v, a.
+    SampleParams {
+        /// Value of table entry 0, less the offset.
+        table_first: f32,
+        /// Entries per unit of value.
+        table_per_value: f32,
+        /// Index of the last entry.
+        table_last: i32,
+        /// Entries outside have no opacity.
+        visible as [first_visible, last_visible]: i32,
+        /// Extinction: 1 = min(1, alpha dt), 0 = 1 - exp(-tau dt).
+        linear: i32,
+        /// Samples per layer: all inner ones, and of splatted layers the outer two.
+        samples_per_layer as [inner_slabs, front_slabs, back_slabs]: i32,
+        /// The background has opacity: what lies beside the field's support is masked.
+        background_visible: i32,
+        /// Transmittance below which a tile is finished; 0: never.
+        opaque: f32,
+        shading: i32,
+        /// Voxel differences to gradients in value ranges per voxel of the smallest spacing, world axes.
+        gradient as [gradient_u, gradient_v, gradient_a]: f32,
+        /// Direction to the light, unit length.
+        light as [light_u, light_v, light_a]: f32,
+        /// Between light and eye, unit length.
+        half_way as [half_u, half_v, half_a]: f32,
+        ambient: f32,
+        diffuse: f32,
+        specular: f32,
+        power: f32,
+        /// World size of a voxel step / (unit distance x samples per layer).
+        step as [step_u, step_v, step_a]: f32,
+        /// Extinction of one unit in the table of integrals.
+        table_unit: f32,
+        /// Weights of the lower and the upper end of the segments from a layer to the next.
+        ends: [[f32; 2]; 8],
+        /// Share of the cubic that lighting follows between the ends of a segment, else even.
+        curve: f32,
+        /// Smallest and largest voxel, less the offset.
+        range as [least, largest]: f32,
+        /// Value of an iso-surface, less the offset, and its colour.
+        iso: f32,
+        iso_color as [iso_r, iso_g, iso_b]: f32,
+    }
+}
+
+kernel_struct! {
+    /// Where rays count: in a box, and on the positive side of planes. In voxels, along the kernel's axes.
+    Clipping {
+        lowest: [f32; 3],
+        highest: [f32; 3],
+        /// (n, d): n.p + d >= 0 counts.
+        planes: [[f32; 4]; 6],
+        plane_count: i32,
+    }
+}
+
+kernel_struct! {
+    /// Where the samples of one phase sit in one layer, along one axis: column i lies at base + i + fraction.
+    LayerOffset {
+        base: i32,
+        fraction: f32,
+    }
+}
+
+kernel_struct! {
+    /// The lattice in phases of a parallel view.
+    SplatLatticeParams {
+        /// Samples per voxel.
+        per_voxel as [per_voxel_u, per_voxel_v]: i32,
+        /// Lattice extent in voxels.
+        columns as [columns_u, columns_v]: i32,
+        /// Per phase.
+        tiles as [tiles_u, tiles_v]: i32,
+        /// Of `visible`.
+        blocks as [blocks_u, blocks_v]: i32,
+        /// +1 or -1.
+        layer_step: i32,
+        /// 0: visit every layer, to test that culling changes nothing.
+        culling: i32,
+        shear as [shear_u, shear_v]: f32,
+    }
+}
+
+kernel_struct! {
+    /// A lattice of rays: a ray keeps its (I, J) in all layers, and crosses layer k at u = c_u(I) + (k - k_c) s_u(I),
+    /// v = c_v(J) + (k - k_c) s_v(J), where c and s are affine.
+    RayLatticeParams {
+        size as [width, height]: i32,
+        tiles as [tiles_u, tiles_v]: i32,
+        /// Of `visible`.
+        blocks as [blocks_u, blocks_v]: i32,
+        /// +1 or -1.
+        layer_step: i32,
+        /// 0: visit every layer, to test that culling changes nothing.
+        culling: i32,
+        /// k_c.
+        centre_layer: f32,
+        /// Point-sampled layers: values between which lies all opacity.
+        visible as [visible_from, visible_to]: f32,
+        /// And slabs between which lies all that shows any.
+        slabs as [first_slab, last_slab]: i32,
+        /// Of columns and of rows: c of the one in the middle, the difference to that of the next, and the same of s.
+        rays: [[f32; 4]; 2],
+    }
+}
+
+kernel_struct! {
+    /// The rays of screen pixels where each may have its own layer axis. Axes are x, y, z.
+    DirectParams {
+        /// Of the voxels.
+        stride: [i64; 4],
+        /// A point of a ray: origin[0] + x origin[1] + y origin[2], in voxels.
+        origin: [[f32; 4]; 3],
+        direction: [[f32; 4]; 3],
+        /// Rays start at origin + start * direction; -INFINITY in a parallel view.
+        start: f32,
+        /// World size of a voxel step / (unit distance x samples per layer).
+        spacing: [f32; 3],
+        /// See `SampleParams`.
+        gradient: [f32; 3],
+        light: [f32; 3],
+        half_way: [f32; 3],
+        dims: [i32; 3],
+        /// Of `visible_*`, along u and v.
+        blocks: [[i32; 2]; 3],
+        /// Layer axis of all rays, or -1: each ray's own.
+        axis: i32,
+        culling: i32,
+        /// See `VolumeView`.
+        background: f32,
+        offset: f32,
+    }
+}
+
+kernel_struct! {
+    /// How a lattice comes onto the screen.
+    WarpParams {
+        /// Pixel coordinates (x, y, 1) to lattice positions (I w, J w, w), row by row; sample centres at whole numbers.
+        from_screen: [f32; 9],
+        /// Of the lattice.
+        lattice as [width, height]: i32,
+        /// Of the frame.
+        frame as [columns, rows]: i32,
+        /// Sign of w in front of the eye.
+        forward: f32,
+        /// Samples of a tile.
+        tile as [tile_columns, tile_rows]: i32,
+        /// Of active samples, per tile.
+        counts: i32,
+        /// Places per pixel and axis: more than 1 where a pixel covers more than a voxel.
+        filter: i32,
+        /// Of this lattice in the picture, in floats.
+        share: f32,
+        /// To what the frame holds of other lattices.
+        added: i32,
+    }
+}
+
+kernel_struct! {
+    /// The rays of screen pixels and their tiles. Axes are u, v, a of the voxels' layout.
+    ScreenParams {
+        /// A point of a ray: origin[0] + x origin[1] + y origin[2], in voxels.
+        origin: [[f32; 4]; 3],
+        direction: [[f32; 4]; 3],
+        /// Rays start at origin + start * direction; -INFINITY in a parallel view.
+        start: f32,
+        /// World size of a voxel step, in unit distances.
+        step: [f32; 3],
+        size as [width, height]: i32,
+        tiles as [tiles_u, tiles_v]: i32,
+    }
+}
+
+kernel_struct! {
+    /// How rays are marched.
+    MarchParams {
+        /// Of `visible`.
+        blocks as [blocks_u, blocks_v]: i32,
+        /// 0: visit everything, to test that culling changes nothing.
+        culling: i32,
+        /// Of a step of ray casting, in unit distances.
+        length: f32,
+        /// Ray parameter from one slice to the next.
+        slice_step: f32,
+        /// Slabs between slices are no thicker than a cell: the cells of their ends tell what they can show.
+        thin: i32,
+        /// Of the table over two values.
+        table_first: f32,
+        table_per_value: f32,
+        /// Entries per value.
+        table_size: i32,
+        /// Values between which lies all opacity.
+        visible as [visible_from, visible_to]: f32,
+    }
+}
+
+kernel_struct! {
+    /// The projection of splats, and the sheets that they can reach.
+    SplatParams {
+        /// Rows times (u, v, a, 1): pixel coordinates times w, and w.
+        to_screen: [[f32; 4]; 3],
+        /// The same for the depth, in voxels.
+        along: [f32; 4],
+        /// Pixel offsets to voxels across the view, for w = 1: (f0 dx + f1 dy, f2 dy).
+        footprint: [f32; 3],
+        /// Of a footprint in pixels, for w = 1.
+        half_size as [half_width, half_height]: f32,
+        /// Splats of less depth are left out.
+        nearest: f32,
+        /// And splats of less w.
+        least_w: f32,
+        /// And sheets.
+        nearest_sheet: f32,
+        /// In voxels.
+        sheet_distance: f32,
+        /// That any splat can reach; buckets count from the first.
+        sheets as [first_sheet, last_sheet]: i32,
+        /// Axis-aligned sheets: voxels are met in the reverse of their order.
+        backwards: i32,
+        /// Less the offset.
+        background: f32,
+    }
+}
+
+kernel_struct! {
+    /// A splat on the screen.
+    Splat {
+        /// Pixel coordinates.
+        place as [x, y]: f32,
+        /// Scale.
+        w: f32,
+        /// Where it begins, in sheets from the first; of axis-aligned sheets, its layer.
+        reach: f32,
+        /// (Value less background, gradient), or of axis-aligned sheets (r, g, b, 1) times extinction.
+        content: Float4,
+    }
+}
+
+/// The definitions of all of them in OpenCL C.
+pub(in crate::device) fn typedefs() -> String {
+    [
+        VolumeView::typedef(),
+        SampleParams::typedef(),
+        Clipping::typedef(),
+        LayerOffset::typedef(),
+        SplatLatticeParams::typedef(),
+        RayLatticeParams::typedef(),
+        DirectParams::typedef(),
+        WarpParams::typedef(),
+        ScreenParams::typedef(),
+        MarchParams::typedef(),
+        SplatParams::typedef(),
+        Splat::typedef(),
+    ]
+    .concat()
+}

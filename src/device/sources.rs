@@ -1,0 +1,130 @@
+//! The kernel files, compiled into the binary.
+
+/// `kernel_files!("folder/file.cl"…)`: names and texts of files in kernels/.
+macro_rules! kernel_files {
+    ($($name:literal),* $(,)?) => {
+        const FILES: &[(&str, &str)] = &[$(($name, include_str!(concat!("../../kernels/", $name)))),*];
+    };
+}
+
+kernel_files!(
+    "layered/footprint.cl",
+    "layered/footprint_set.cl",
+    "layered/footprints.cl",
+    "layered/pixel_ray.cl",
+    "layered/point_direct.cl",
+    "layered/point_lattice.cl",
+    "layered/point_layer.cl",
+    "layered/ray_lattice.cl",
+    "layered/splat_direct.cl",
+    "layered/splat_lattice.cl",
+    "layered/splat_perspective.cl",
+    "layered/table.cl",
+    "picture/display.cl",
+    "picture/present.cl",
+    "picture/warp.cl",
+    "rays/cast_segments.cl",
+    "rays/cast_values.cl",
+    "rays/march.cl",
+    "rays/marching.cl",
+    "rays/preintegrated_table.cl",
+    "rays/raycast.cl",
+    "rays/slabs.cl",
+    "rays/slicing.cl",
+    "shared/accumulator.cl",
+    "shared/clipping.cl",
+    "shared/dimmed_segment.cl",
+    "shared/elementary.cl",
+    "shared/field.cl",
+    "shared/preintegration.cl",
+    "shared/sample.cl",
+    "shared/screen.cl",
+    "shared/segment.cl",
+    "shared/shading.cl",
+    "shared/table_entries.cl",
+    "shared/vector.cl",
+    "shared/volume.cl",
+    "shared/way.cl",
+    "sheets/axis_sheets.cl",
+    "sheets/scan.cl",
+    "sheets/sheet.cl",
+    "sheets/sorted_splats.cl",
+    "sheets/splat.cl",
+    "sheets/splats.cl",
+    "sheets/tiled_splats.cl",
+    "sheets/view_sheets.cl",
+    "volume/min_max_blocks.cl",
+    "volume/opacity_range.cl",
+    "volume/slab_visibility.cl",
+    "volume/transpose.cl",
+    "volume/visibility.cl",
+);
+
+/// The text of a kernel file in which each `#include "folder/file.cl"` has become that file, once. Lines keep their numbers in build
+/// logs.
+pub(super) fn with_includes(file: &'static str) -> String {
+    let mut text = String::new();
+    append(file, &mut Vec::new(), &mut text);
+    text
+}
+
+fn append(file: &'static str, included: &mut Vec<&'static str>, text: &mut String) {
+    included.push(file);
+    text.push_str(&format!("#line 1 \"{file}\"\n"));
+    for (number, line) in text_of(file).lines().enumerate() {
+        let Some(name) = included_file(line) else {
+            text.push_str(line);
+            text.push('\n');
+            continue;
+        };
+        if !included.contains(&name) {
+            append(name, included, text);
+        }
+        text.push_str(&format!("#line {} \"{file}\"\n", number + 2));
+    }
+}
+
+fn included_file(line: &'static str) -> Option<&'static str> {
+    line.strip_prefix("#include \"")?.strip_suffix('"')
+}
+
+fn text_of(file: &str) -> &'static str {
+    let found = FILES.iter().find(|(name, _)| *name == file);
+    found.unwrap_or_else(|| panic!("kernels/{file} is not listed in sources.rs")).1
+}
+
+/// Names of the kernels in all files.
+#[cfg(test)]
+pub(super) fn kernel_names() -> std::collections::BTreeSet<&'static str> {
+    let all = FILES.iter().flat_map(|(_, text)| text.split("__kernel void ").skip(1));
+    all.map(|rest| rest.split('(').next().unwrap()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    #[test]
+    fn every_kernel_file_is_compiled_in() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("kernels");
+        let mut on_disk = BTreeSet::new();
+        for folder in root.read_dir().unwrap() {
+            let folder = folder.unwrap();
+            for file in folder.path().read_dir().unwrap() {
+                let names = [folder.file_name(), file.unwrap().file_name()].map(|name| name.into_string().unwrap());
+                on_disk.insert(names.join("/"));
+            }
+        }
+        assert_eq!(on_disk, FILES.iter().map(|(name, _)| name.to_string()).collect());
+    }
+
+    #[test]
+    fn files_are_included_once_and_in_their_place() {
+        let text = with_includes("rays/raycast.cl");
+        assert_eq!(text.matches("inline realv absorbed(").count(), 1);
+        assert!(text.find("inline realv absorbed(").unwrap() < text.find("__kernel void march(").unwrap());
+        assert!(!text.contains("#include"));
+    }
+}

@@ -1,0 +1,63 @@
+//! How dense the samples of a lattice are.
+
+/// How dense samples are where voxels are smaller than pixels, about as large, and much larger.
+struct Rule {
+    /// Samples per pixel, as long as these are no more than `per_voxel`. Hard edges need more than one.
+    per_pixel: f64,
+    /// Samples per voxel that are enough for what the kernel can show, until they are `pixels` apart.
+    per_voxel: f64,
+    /// Most pixels between samples.
+    pixels: f64,
+}
+
+/// Aneurism, 1.16 pixels per voxel: 33.1 dB with 1 sample per voxel, 34.4 with 1 per pixel, 38.5 with 1.6. Neghip,
+/// 4.7 pixels: 51.7 dB with samples 2 pixels apart, 52.1 with 1.6.
+const RELAXED: Rule = Rule { per_pixel: 1.6, per_voxel: 1.86, pixels: 2.0 };
+const FINE: Rule = Rule { per_pixel: 2.1, per_voxel: 2.35, pixels: 1.7 };
+
+/// Samples per voxel of a lattice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Density {
+    /// Nowhere coarser than the screen, at least this many.
+    AtLeast(u32),
+    /// Finer than the screen where voxels are small, coarser where they are large: up to 1.6 samples per pixel, up to 1.86
+    /// per voxel, at most 2 pixels apart. The kernel has no finer detail to show, and the warp interpolates.
+    Relaxed,
+    /// The same with up to 2.1 samples per pixel, 2.35 per voxel, at most 1.7 pixels apart.
+    Fine,
+    /// This many, 1 … 16.
+    Fixed(u32),
+}
+
+impl Rule {
+    fn samples(&self, pixels: f64) -> f64 {
+        (pixels * self.per_pixel).min((pixels / self.pixels).max(self.per_voxel))
+    }
+}
+
+impl Density {
+    /// Samples per voxel where a voxel covers `pixels` pixels; in general not whole.
+    pub(super) fn samples(self, pixels: f64) -> f64 {
+        match self {
+            Density::AtLeast(m) => pixels.max(f64::from(m)),
+            Density::Relaxed => RELAXED.samples(pixels),
+            Density::Fine => FINE.samples(pixels),
+            Density::Fixed(m) => f64::from(m),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn samples_per_voxel_follow_the_screen() {
+        for (pixels, relaxed) in [(0.3, 0.48), (1.0, 1.6), (1.34, 1.86), (3.0, 1.86), (4.8, 2.4), (16.0, 8.0)] {
+            assert_abs_diff_eq!(Density::Relaxed.samples(pixels), relaxed, epsilon = 1e-12);
+            assert_eq!(Density::AtLeast(3).samples(pixels), pixels.max(3.0));
+            assert_eq!(Density::Fixed(7).samples(pixels), 7.0);
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! The sheared lattice of a parallel view: samples move with the ray.
+
+use super::phases::{MAX_SAMPLES_PER_VOXEL, Phases};
+use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source};
+use crate::Viewport;
+use crate::layers::{Axis, Rays};
+use crate::volume::Grid;
+
+/// Largest |s| of a lattice: phases have stencils for 1; others go on where two axes share a picture (`Axis::shares`).
+const MAX_SHEAR_IN_PHASES: f64 = 1.0 + 1e-6;
+const MAX_SHEAR: f64 = 1.06;
+/// Samples around the viewport: the warp's filter reaches two, and one more keeps rounding away.
+const MARGIN: f64 = 3.0;
+/// Samples per voxel this close above a whole number round down to it.
+const CEIL_SLACK: f64 = 1e-6;
+
+/// See [`Lattice::new`]. In phases there are whole samples per voxel, at most [`MAX_SAMPLES_PER_VOXEL`], and whole voxels.
+pub(super) fn lattice(
+    rays: &Rays,
+    viewport: Viewport,
+    grid: &Grid,
+    axis: Axis,
+    density: Density,
+    sampling: Sampling,
+) -> Option<Lattice> {
+    let frame = axis.frame();
+    let direction = rays.central_direction();
+    let shear = frame.shear(direction);
+    let in_phases = sampling == Sampling::Splats;
+    let max_shear = if in_phases { MAX_SHEAR_IN_PHASES } else { MAX_SHEAR };
+    if !shear.iter().all(|s| s.abs() <= max_shear) {
+        return None;
+    }
+    let mut samples_per_voxel = [frame.u, frame.v].map(|i| density.samples(grid.spacing()[i] / rays.pixel_size).max(1.0));
+    if in_phases {
+        samples_per_voxel = samples_per_voxel.map(|m| (m - CEIL_SLACK).ceil());
+        if samples_per_voxel.iter().any(|&m| m > f64::from(MAX_SAMPLES_PER_VOXEL)) {
+            return None;
+        }
+    }
+    let centre = frame.local(grid.centre_in_voxels());
+    let mut lattice = Lattice {
+        frame,
+        dims: [frame.u, frame.v, frame.a].map(|i| grid.dims()[i]),
+        size: [0; 2],
+        samples_per_voxel,
+        layer_step: if direction[frame.a] > 0.0 { 1 } else { -1 },
+        centre_layer: centre.z,
+        rays: shear.map(|s| AffineRays { crossing: [0.0; 2], shear: [s, 0.0] }),
+        phases: None,
+        source: Source::Direction(direction),
+    };
+    for i in 0..2 {
+        let (first, size) = extent(&lattice, rays, viewport, centre.to_array(), i, in_phases);
+        let m = samples_per_voxel[i];
+        lattice.size[i] = size;
+        let middle = centre[i] + first + ((f64::from(size) - 1.0) / 2.0 + anchor(lattice.dims[i], m)) / m;
+        lattice.rays[i].crossing = [middle, 1.0 / m];
+    }
+    if in_phases {
+        let per_voxel = samples_per_voxel.map(|m| m as u32);
+        let columns = [0, 1].map(|i| lattice.size[i] / per_voxel[i]);
+        lattice.phases = Some(Phases { samples_per_voxel: per_voxel, columns });
+    }
+    Some(lattice)
+}
+
+/// First cell, from the centre in voxels, and number of samples along u (`i` = 0) or v (1): whole cells, anchored symmetrically to the
+/// centre, where the volume's shadow along the rays and the viewport overlap. A cell is a sample, or in phases a voxel.
+fn extent(lattice: &Lattice, rays: &Rays, viewport: Viewport, centre: [f64; 3], i: usize, in_phases: bool) -> (f64, u32) {
+    let m = lattice.samples_per_voxel[i];
+    let s = lattice.rays[i].shear[0].abs();
+    let per_cell = if in_phases { m } else { 1.0 };
+    let cell = per_cell / m;
+    let reach = (lattice.dims[i] as f64 + 1.0) / 2.0 + 2.0 * s + s * (lattice.dims[2] as f64 + 1.0) / 2.0;
+    let half = (reach / cell).ceil();
+    let seen = rays.corners(viewport).map(|ray| lattice.crossing_of(ray)[i] - centre[i]);
+    let lo = seen.iter().fold(f64::INFINITY, |a, &b| a.min(b)) - MARGIN / m;
+    let hi = seen.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b)) + MARGIN / m;
+    let first = (lo / cell + half).floor().clamp(0.0, 2.0 * half);
+    let last = (hi / cell + half).ceil().clamp(first, 2.0 * half);
+    ((first - half) * cell, ((last - first) * per_cell) as u32)
+}
+
+/// Where samples lie in their cells: symmetric to the centre, and so that about one per voxel lies on voxels, not between them,
+/// whether their number is even or odd.
+fn anchor(voxels: usize, samples_per_voxel: f64) -> f64 {
+    let between = voxels % 2 == 1 && samples_per_voxel < ANCHOR_LIMIT;
+    if between { 0.0 } else { 0.5 }
+}

@@ -1,0 +1,176 @@
+//! The lattice of a perspective: the shears of eye rays are evenly spaced.
+
+use super::phases::MAX_SAMPLES_PER_VOXEL;
+use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source};
+use crate::Viewport;
+use crate::layers::{Axis, AxisFrame, Rays};
+use crate::volume::Grid;
+use glam::DVec3;
+
+/// Largest |s| of a ray that a lattice takes. A field of view of 30° needs 1.65 when the volume just fits.
+pub const MAX_LATTICE_SHEAR: f64 = 2.0;
+/// The eye must be at least this far, in layers, before the first layer.
+const MIN_EYE_DISTANCE: f64 = 1.0;
+/// Voxels between neighbouring samples in the farthest layer: kernels/layered/splat_perspective.cl has room for 7 per sample.
+const MAX_VOXELS_PER_SAMPLE: f64 = 7.0;
+/// The same for kernels/layered/point_lattice.cl, which looks at two vectors of voxels for one of samples: with the two voxels more on
+/// either side that gradients need, a row of samples spans no more.
+const MAX_VOXELS_PER_POINT: f64 = 1.75;
+/// Longest side of a lattice, in viewport sides: beyond it the near end of the volume is so close that the far end
+/// would be sampled many times too densely, and pixels are fewer than samples.
+const MAX_SIDES: u32 = 4;
+/// Viewport sides that such a lattice may always have.
+const MIN_SIDE: u32 = 64;
+/// Samples around the viewport.
+const MARGIN: f64 = 3.0;
+
+/// See [`Lattice::reaches_perspective`].
+pub(super) fn reaches(rays: &Rays, grid: &Grid, axis: Axis) -> bool {
+    EyeRays::new(rays, grid, axis).is_some()
+}
+
+/// See [`Lattice::new`]. Points are finer where neighbouring rays would be too far apart in the farthest layer.
+pub(super) fn lattice(
+    rays: &Rays,
+    viewport: Viewport,
+    grid: &Grid,
+    axis: Axis,
+    density: Density,
+    sampling: Sampling,
+) -> Option<Lattice> {
+    let eye_rays = EyeRays::new(rays, grid, axis)?;
+    let EyeRays { frame, dims, eye, centre_layer, layer_step } = eye_rays;
+    let (near, far) = eye_rays.layer_distances();
+    let screen = eye_rays.screen_shears(rays, viewport);
+    let mut lattice = Lattice {
+        frame,
+        dims,
+        size: [0; 2],
+        samples_per_voxel: [0.0; 2],
+        layer_step,
+        centre_layer,
+        rays: [AffineRays { crossing: [0.0; 2], shear: [0.0; 2] }; 2],
+        phases: None,
+        source: Source::Eye(eye),
+    };
+    for i in 0..2 {
+        let (mut lo, mut hi) = eye_rays.shear_bounds(i);
+        let pixels = eye_rays.pixels_per_voxel(rays, grid.spacing()[[frame.u, frame.v][i]]);
+        // Where pixels cover several voxels their mean is shown: no voxel may be missed.
+        let least = if pixels < 1.0 { ANCHOR_LIMIT } else { 0.0 };
+        let for_points = if sampling == Sampling::Points { far / near / MAX_VOXELS_PER_POINT } else { 0.0 };
+        let samples_per_voxel = density.samples(pixels).max(for_points).max(least);
+        let step = 1.0 / (samples_per_voxel * near);
+        if let Some(screen) = screen {
+            let (seen_lo, seen_hi) = bounds(&screen.map(|s| s[i]));
+            (lo, hi) = (lo.max(seen_lo - MARGIN * step), hi.min(seen_hi + MARGIN * step));
+        }
+        let samples = ((hi - lo) / step).ceil().max(0.0);
+        // Where pixels cover several voxels it is these that number the samples.
+        let sides =
+            if pixels < 1.0 { Viewport::MAX_SIDE } else { [viewport.width, viewport.height][i].max(MIN_SIDE) * MAX_SIDES };
+        let too_far_apart = sampling == Sampling::Splats && far * step > MAX_VOXELS_PER_SAMPLE;
+        if samples > f64::from(sides) || samples_per_voxel > f64::from(MAX_SAMPLES_PER_VOXEL) || too_far_apart {
+            return None;
+        }
+        lattice.size[i] = samples as u32;
+        lattice.samples_per_voxel[i] = samples_per_voxel;
+        let (middle, to_centre) = ((lo + hi) / 2.0, centre_layer - eye.z);
+        lattice.rays[i] = AffineRays { crossing: [eye[i] + to_centre * middle, to_centre * step], shear: [middle, step] };
+    }
+    Some(lattice)
+}
+
+/// An eye before the layers of a volume.
+struct EyeRays {
+    frame: AxisFrame,
+    /// Voxels along u, v, a.
+    dims: [usize; 3],
+    /// (u, v, a).
+    eye: DVec3,
+    centre_layer: f64,
+    layer_step: i32,
+}
+
+impl EyeRays {
+    /// `None` where a lattice does not reach.
+    fn new(rays: &Rays, grid: &Grid, axis: Axis) -> Option<Self> {
+        let frame = axis.frame();
+        let dims = [frame.u, frame.v, frame.a].map(|i| grid.dims()[i]);
+        let eye = frame.local(rays.eye()?);
+        let centre_layer = (dims[2] as f64 - 1.0) / 2.0;
+        let layer_step = if eye.z < centre_layer { 1 } else { -1 };
+        let eye_rays = Self { frame, dims, eye, centre_layer, layer_step };
+        let (near, _) = eye_rays.layer_distances();
+        let ahead = eye_rays.support_corners().iter().all(|c| rays.depth(eye, *c, frame) > 0.0);
+        let upright = (0..2).all(|i| {
+            let (lo, hi) = eye_rays.shear_bounds(i);
+            lo.abs().max(hi.abs()) <= MAX_LATTICE_SHEAR
+        });
+        (near >= MIN_EYE_DISTANCE && ahead && upright).then_some(eye_rays)
+    }
+
+    /// Pixels that a voxel of the nearest layer would cover, by the shear per pixel at a corner of the volume.
+    fn pixels_per_voxel(&self, rays: &Rays, spacing: f64) -> f64 {
+        let (near, _) = self.layer_distances();
+        let pixels = |c: &DVec3| {
+            let depth = rays.depth(self.eye, *c, self.frame);
+            spacing * (c.z - self.eye.z).abs() / (depth * rays.pixel_size * near)
+        };
+        self.support_corners().iter().map(pixels).fold(0.0, f64::max)
+    }
+
+    /// Distances, in layers, from the eye to the nearest and the farthest layer of the support; the nearest is not
+    /// positive for an eye beside or inside.
+    fn layer_distances(&self) -> (f64, f64) {
+        let to = |k: f64| (k - self.eye.z) * f64::from(self.layer_step);
+        let (a, b) = (to(-1.0), to(self.dims[2] as f64));
+        (a.min(b), a.max(b))
+    }
+
+    /// Shears of the rays to the corners of the support.
+    fn shear_bounds(&self, i: usize) -> (f64, f64) {
+        bounds(&self.support_corners().map(|c| (c[i] - self.eye[i]) / (c.z - self.eye.z)))
+    }
+
+    /// The corners of the field's support, (u, v, a).
+    fn support_corners(&self) -> [DVec3; 8] {
+        std::array::from_fn(|c| {
+            DVec3::from_array(std::array::from_fn(|i| if c >> i & 1 == 0 { -1.0 } else { self.dims[i] as f64 }))
+        })
+    }
+
+    /// Shears of the rays through the viewport's corners, unless one of them runs away from the layers.
+    fn screen_shears(&self, rays: &Rays, viewport: Viewport) -> Option<[[f64; 2]; 4]> {
+        let directions = rays.corners(viewport).map(|ray| ray.direction);
+        let ahead = directions.iter().all(|d| d[self.frame.a] * f64::from(self.layer_step) > 0.0);
+        ahead.then(|| directions.map(|d| self.frame.shear(d)))
+    }
+}
+
+fn bounds(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Camera, Orbit, Projection};
+
+    #[test]
+    fn an_eye_inside_or_a_wide_angle_has_no_lattice() {
+        let grid = Grid::new([32; 3], DVec3::ONE).unwrap();
+        let viewport = Viewport::new(64, 64).unwrap();
+        let at = |azimuth: f64, distance: f64, field_of_view: f64| {
+            let orbit = Orbit { azimuth, elevation: 0.0, roll: 0.0 };
+            let camera = Camera::orbit(grid.centre(), distance, orbit, Projection::Perspective { field_of_view });
+            let rays = Rays::new(&camera, viewport, &grid).unwrap();
+            let axis = Axis::most_parallel(rays.central_direction());
+            lattice(&rays, viewport, &grid, axis, Density::AtLeast(1), Sampling::Splats)
+        };
+        assert!(at(0.0, 104.0, 30.0).is_some());
+        assert!(at(45.0, 104.0, 30.0).is_some());
+        assert!(at(0.0, 3.0, 30.0).is_none());
+        assert!(at(45.0, 38.0, 90.0).is_none());
+    }
+}

@@ -1,0 +1,66 @@
+//! How the field changes between two samples of a ray.
+
+/// Share of the curve that is taken: rays at an angle also cross cells sideways, where the field bends elsewhere. 0.85 is
+/// best or near it on all data sets, and gains least, 1 dB, along diagonals.
+pub const CURVE_SHARE: f64 = 0.85;
+
+/// Weights of the two ends of the n-th of `samples` segments between two layers; what is left to 1 belongs to all values
+/// between, evenly.
+///
+/// Between two layers the field does not change evenly but, along the layer axis, as 3t² − 2t³ (paper, Eq. 2): it stays longer
+/// near layers. With these weights, in the order of layers, mean and variance of the value are those of the curve, or the
+/// mean where a weight would be negative. A single segment has none: 1 to 2 dB are not worth a fifth more time, where two
+/// and three gain 2 to 6 for a tenth.
+pub fn segment_ends(samples: u32, n: u32) -> [f64; 2] {
+    if samples == 1 { [0.0; 2] } else { ends_of_curve(samples, n).map(|weight| CURVE_SHARE * weight) }
+}
+
+/// The same for all of the curve.
+fn ends_of_curve(samples: u32, n: u32) -> [f64; 2] {
+    let samples = f64::from(samples);
+    let [t0, t1] = [f64::from(n) / samples, (f64::from(n) + 1.0) / samples];
+    let smoothstep = |t: f64| t * t * (3.0 - 2.0 * t);
+    // Integrals of the curve and of its square.
+    let first = |t: f64| t.powi(3) - t.powi(4) / 2.0;
+    let second = |t: f64| t.powi(5) * 9.0 / 5.0 - t.powi(6) * 2.0 + t.powi(7) * 4.0 / 7.0;
+    let [mean, square] = [samples * (first(t1) - first(t0)), samples * (second(t1) - second(t0))];
+    let (from, across) = (smoothstep(t0), smoothstep(t1) - smoothstep(t0));
+    let moments = [(mean - from) / across, (square - 2.0 * from * mean + from * from) / (across * across)];
+    // An even spread has the moments 1/2 and 1/3, the ends have 0, 0 and 1, 1.
+    let even = 6.0 * (moments[0] - moments[1]);
+    let (low, high) = (1.0 - moments[0] - even / 2.0, moments[0] - even / 2.0);
+    let ends = match (low < 0.0, high < 0.0) {
+        (false, false) => [low, high],
+        (false, true) => [1.0 - 2.0 * moments[0], 0.0],
+        (true, _) => [0.0, 2.0 * moments[0] - 1.0],
+    };
+    ends.map(|weight| weight.max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn one_segment_has_the_curves_variance() {
+        let [low, high] = ends_of_curve(1, 0);
+        assert_abs_diff_eq!(low, high, epsilon = 1e-12);
+        // ∫ (3t² − 2t³ − ½)² dt = 17/140, of an even spread 1/12, of the ends 1/4.
+        assert_abs_diff_eq!((1.0 - 2.0 * low) / 12.0 + 2.0 * low / 4.0, 17.0 / 140.0, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn segments_mirror_each_other_and_stay_near_layers() {
+        for samples in 1..=8 {
+            for n in 0..samples {
+                let ([a, b], [c, d]) = (segment_ends(samples, n), segment_ends(samples, samples - 1 - n));
+                assert_abs_diff_eq!(a, d, epsilon = 1e-12);
+                assert_abs_diff_eq!(b, c, epsilon = 1e-12);
+                assert!(a >= 0.0 && b >= 0.0 && a + b < 0.5);
+            }
+        }
+        let [low, high] = segment_ends(2, 0);
+        assert!(low > 0.15 && high == 0.0, "{low} {high}");
+    }
+}

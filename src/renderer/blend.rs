@@ -1,0 +1,52 @@
+//! What becomes of the values along a ray.
+
+use crate::error::Error;
+
+/// How the values along a ray make a pixel.
+///
+/// Maximum, minimum and average are taken among the voxels, on \[0, n − 1\] of each axis, where no background enters, and shown through
+/// the transfer function's colours, opaque, without its opacity.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Blend {
+    /// Emission and absorption, front to back.
+    #[default]
+    Composite,
+    /// The largest value.
+    Maximum,
+    /// The smallest value.
+    Minimum,
+    /// The mean over the ray's length.
+    Average,
+    /// The first surface where the field has this value, shaded, opaque, in the transfer function's colour there. Where a segment between
+    /// two samples crosses it; with several samples per layer, as in `high`, refined on the field itself.
+    Iso(f64),
+}
+
+impl Blend {
+    /// Whether values are gathered along rays, and no background may enter.
+    pub fn gathers_values(self) -> bool {
+        matches!(self, Blend::Maximum | Blend::Minimum | Blend::Average)
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Blend::Composite => "composite",
+            Blend::Maximum => "maximum",
+            Blend::Minimum => "minimum",
+            Blend::Average => "average",
+            Blend::Iso(_) => "iso",
+        }
+    }
+
+    /// Checks its number.
+    pub(super) fn check(self) -> Result<(), Error> {
+        match self {
+            Blend::Iso(value) if !value.is_finite() => {
+                Err(Error::OutOfRange { name: "iso value", value: value.to_string(), expected: "a finite number" })
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! What is kept from frame to frame, by what it was made for.
+
+use std::any::Any;
+use std::sync::Arc;
+
+/// Something that can be kept.
+pub(super) trait Kept: Send + Sync + 'static {
+    /// Bytes on the device.
+    fn bytes(&self) -> usize;
+}
+
+/// What a kept thing was made for.
+pub(super) trait Key: PartialEq + Send + 'static {
+    /// The thing.
+    type Value: Kept;
+}
+
+/// Keeps what was used last, as long as it all takes no more than a budget.
+pub(super) struct Cache {
+    /// The last one was used last.
+    entries: Vec<Entry>,
+    budget: usize,
+}
+
+struct Entry {
+    key: Box<dyn Any + Send>,
+    value: Arc<dyn Any + Send + Sync>,
+    bytes: usize,
+}
+
+impl Cache {
+    /// `budget` in bytes. The newest entry stays even if it is larger.
+    pub fn new(budget: usize) -> Self {
+        Self { entries: Vec::new(), budget }
+    }
+
+    /// What was made for a key.
+    pub fn get<K: Key>(&mut self, key: &K) -> Option<Arc<K::Value>> {
+        let found = self.entries.iter().position(|entry| entry.key.downcast_ref() == Some(key))?;
+        let entry = self.entries.remove(found);
+        let value = entry.value.clone().downcast().ok();
+        self.entries.push(entry);
+        value
+    }
+
+    /// Keeps what was made for a key, and forgets what was not used for longest if there is too much.
+    pub fn keep<K: Key>(&mut self, key: K, value: K::Value) -> Arc<K::Value> {
+        let (bytes, value) = (value.bytes(), Arc::new(value));
+        self.entries.push(Entry { key: Box::new(key), value: value.clone(), bytes });
+        let mut sum = 0;
+        let kept = self.entries.iter().rev().take_while(|entry| {
+            sum += entry.bytes;
+            sum <= self.budget
+        });
+        let forgotten = self.entries.len() - kept.count().max(1);
+        self.entries.drain(..forgotten);
+        value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(PartialEq)]
+    struct Number(u32);
+
+    #[derive(PartialEq)]
+    struct Name(u32);
+
+    impl Kept for Vec<u8> {
+        fn bytes(&self) -> usize {
+            self.len()
+        }
+    }
+
+    impl Key for Number {
+        type Value = Vec<u8>;
+    }
+
+    impl Key for Name {
+        type Value = Vec<u8>;
+    }
+
+    #[test]
+    fn what_was_not_used_for_longest_is_forgotten() {
+        let mut cache = Cache::new(25);
+        cache.keep(Number(1), vec![1; 10]);
+        cache.keep(Name(1), vec![2; 10]);
+        assert_eq!(cache.get(&Number(1)).unwrap()[0], 1, "keys of other kinds are others");
+        cache.keep(Number(2), vec![3; 10]);
+        assert!(cache.get(&Name(1)).is_none() && cache.get(&Number(1)).is_some() && cache.get(&Number(2)).is_some());
+        cache.keep(Number(3), vec![4; 100]);
+        assert!(cache.get(&Number(2)).is_none() && cache.get(&Number(3)).is_some(), "the newest stays");
+    }
+}

@@ -1,0 +1,65 @@
+//! What of a volume is shown. The field stays what it is: clipping cuts rays, not data.
+
+use crate::error::Error;
+use glam::DVec3;
+
+/// A box in voxel coordinates (voxel (i, j, k) sits at (i, j, k)): only what lies in it is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CropBox {
+    /// Its lowest corner.
+    pub lowest: DVec3,
+    /// Its highest corner, above the lowest along every axis.
+    pub highest: DVec3,
+}
+
+/// A plane in world coordinates: only what lies on the side that its normal points to is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClipPlane {
+    /// A point of the plane.
+    pub point: DVec3,
+    /// Its normal, of any length but 0.
+    pub normal: DVec3,
+}
+
+/// A crop box and up to six planes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clipping {
+    /// Only what lies in this box is shown; all if there is none.
+    pub crop: Option<CropBox>,
+    /// And before all of these planes.
+    pub planes: [Option<ClipPlane>; Clipping::MAX_PLANES],
+}
+
+impl Clipping {
+    /// Most planes.
+    pub const MAX_PLANES: usize = 6;
+
+    /// With these planes, of which the first [`Clipping::MAX_PLANES`] count.
+    pub fn with_planes(mut self, planes: impl IntoIterator<Item = ClipPlane>) -> Self {
+        let mut planes = planes.into_iter();
+        self.planes = std::array::from_fn(|_| planes.next());
+        self
+    }
+
+    /// Whether nothing is cut off.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Checks every number.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        if let Some(CropBox { lowest, highest }) = self.crop
+            && !(lowest.is_finite() && highest.is_finite() && lowest.cmplt(highest).all())
+        {
+            let value = format!("{lowest} to {highest}");
+            return Err(Error::OutOfRange { name: "crop", value, expected: "a lower before a higher voxel along each axis" });
+        }
+        match self.planes.iter().flatten().find(|p| !p.point.is_finite() || p.normal.try_normalize().is_none()) {
+            Some(p) => {
+                let value = format!("{} with normal {}", p.point, p.normal);
+                Err(Error::OutOfRange { name: "clip plane", value, expected: "a finite point and a finite normal other than 0" })
+            }
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! What both ways of drawing layers per screen pixel need.
+
+use super::super::scene::{SampleAxes, Scene};
+use crate::device::launch::structs::DirectParams;
+use crate::layers::Axis;
+use glam::DVec3;
+
+/// The axes whose blocks kernels get for x, y, z: where all rays have one, those of the others are not read.
+pub(super) fn layer_axes(axis: Option<Axis>) -> [Axis; 3] {
+    axis.map_or(Axis::ALL, |axis| [axis; 3])
+}
+
+/// The rays, and what samples need per axis. `blocks` for layer axes x, y, z.
+pub(super) fn direct_params(scene: &Scene, axis: Option<Axis>, axes: &SampleAxes, blocks: [[i32; 2]; 3]) -> DirectParams {
+    let narrow = |v: DVec3| v.as_vec3().to_array();
+    let affine = |p: &[DVec3; 3]| p.map(|v| v.as_vec3().extend(0.0).to_array());
+    let Scene { rays, ref prepared, settings, .. } = *scene;
+    let (background, offset) = prepared.background();
+    DirectParams {
+        stride: prepared.upload_strides(),
+        origin: affine(&rays.origin),
+        direction: affine(&rays.direction),
+        start: rays.start as f32,
+        spacing: narrow(axes.step),
+        gradient: narrow(axes.gradient),
+        light: narrow(axes.light),
+        half_way: narrow(axes.half_way),
+        dims: prepared.grid().dims().map(|n| n as i32),
+        blocks,
+        axis: axis.map_or(-1, |a| a.index() as i32),
+        culling: i32::from(settings.culling),
+        background,
+        offset,
+    }
+}

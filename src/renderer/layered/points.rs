@@ -1,0 +1,178 @@
+//! Layers sampled at points, with pre-integrated segments between them.
+
+use super::super::blend::Blend;
+use super::super::prepared::{Integrals, PointReach, Table};
+use super::super::region::Region;
+use super::super::scene::Scene;
+use super::super::settings::{Classification, Evaluation};
+use super::super::tiles::{Target, Tiles};
+use super::pixels::{direct_params, layer_axes};
+use crate::device::launch::Launcher;
+use crate::device::launch::layered::{PointDirect, PointDirectArguments, PointLattice, PointLatticeArguments, Segments};
+use crate::device::launch::structs::{RayLatticeParams, SampleParams};
+use crate::error::Error;
+use crate::layers::{Axis, Density, Lattice};
+use std::sync::Arc;
+
+/// Draws point-sampled layers.
+#[derive(Default)]
+pub(in crate::renderer) struct PointLayers {
+    lattice: Launcher<PointLattice>,
+    direct: Launcher<PointDirect>,
+}
+
+/// Pixels that a layer is thick from which on it is sampled once more, and twice more.
+const MAGNIFIED: [f64; 2] = [6.0, 12.0];
+
+/// Samples per layer of layers that are so many pixels thick: where lattices follow the screen, samples along rays do too. Few
+/// voxels are in view then, and what happens between layers is large enough to be seen.
+fn magnified(samples_per_layer: u32, evaluation: Evaluation, pixels: f64) -> u32 {
+    let Evaluation::Lattice(Density::Relaxed | Density::Fine) = evaluation else { return samples_per_layer };
+    let more = MAGNIFIED.iter().filter(|&&limit| pixels >= limit).count() as u32;
+    (samples_per_layer + more).min(Classification::MAX_POINTS)
+}
+
+/// How far the samples of a lattice reach for voxels.
+fn reach(lattice: &Lattice) -> PointReach {
+    let small = lattice.is_parallel() && lattice.shear().iter().all(|s| s.abs() <= 1.0);
+    if small { PointReach::SmallShear } else { PointReach::AnyShear }
+}
+
+impl PointLayers {
+    /// Draws a lattice.
+    pub fn draw_lattice(
+        &mut self,
+        scene: &mut Scene,
+        lattice: &Lattice,
+        samples_per_layer: u32,
+        target: &mut Target,
+    ) -> Result<(), Error> {
+        let Scene { device, settings, .. } = *scene;
+        let frame = lattice.frame;
+        let axis = frame.layer_axis();
+        let per_layer = magnified(samples_per_layer, settings.evaluation, scene.rays.pixels_along(frame.a));
+        let axes = scene.axes(per_layer);
+        let tiles = Tiles::of_points(lattice, device.tuning());
+        let (samples, active_samples) = target.prepare(device, lattice.samples(), tiles, "the lattice")?;
+        if lattice.samples() == 0 {
+            return Ok(());
+        }
+        let visible = scene.prepared.visible_to_points(device, axis, reach(lattice), settings.extinction, settings.blend)?;
+        let integrals = scene.prepared.integrals(device, settings.extinction, axes.step.min_element(), per_layer)?;
+        let layout = scene.prepared.layout(device, axis)?;
+        let mut sample = scene.sample(&axes, frame);
+        integrals.set(&mut sample, per_layer);
+        let region = Region::new(scene, RADIUS, per_layer);
+        let segments = segments(scene, &integrals, per_layer);
+        let table = colors(scene, &mut sample)?;
+        self.lattice.launch(
+            device,
+            (layout.voxels.voxel_type(), segments, region.rendering),
+            &PointLatticeArguments {
+                voxels: &layout.voxels,
+                view: layout.view,
+                visible: &visible.flags,
+                integrals: &integrals.nodes,
+                table: &table.entries,
+                p: RayLatticeParams {
+                    visible: scene.prepared.useful_values(settings.blend).unwrap_or(integrals.visible_values),
+                    slabs: visible.slabs,
+                    ..lattice_params(lattice, tiles, visible.blocks, settings.culling)
+                },
+                sample,
+                clip: region.for_kernels(frame),
+                lattice: samples,
+                active_samples,
+            },
+        )
+    }
+
+    /// Draws per screen pixel, with one layer axis for all rays or each ray's own.
+    pub fn draw_pixels(
+        &mut self,
+        scene: &mut Scene,
+        axis: Option<Axis>,
+        samples_per_layer: u32,
+        target: &mut Target,
+    ) -> Result<(), Error> {
+        let Scene { device, settings, viewport, .. } = *scene;
+        let axes = scene.axes(samples_per_layer);
+        let known = layer_axes(axis);
+        let mut visible = Vec::new();
+        for axis in known {
+            visible.push(scene.prepared.visible_to_points(
+                device,
+                axis,
+                PointReach::AnyShear,
+                settings.extinction,
+                settings.blend,
+            )?);
+        }
+        let integrals = scene.prepared.integrals(device, settings.extinction, axes.step.min_element(), samples_per_layer)?;
+        let mut sample = scene.sample(&axes, Axis::Z.frame());
+        integrals.set(&mut sample, samples_per_layer);
+        let region = Region::new(scene, RADIUS, samples_per_layer);
+        let segments = segments(scene, &integrals, samples_per_layer);
+        let table = colors(scene, &mut sample)?;
+        let voxels = scene.prepared.uploaded();
+        let (frame, active_samples) = target.prepare(device, viewport.pixels(), Tiles::of_pixels(viewport), "the frame")?;
+        self.direct.launch(
+            device,
+            (voxels.voxel_type(), segments, region.rendering),
+            &PointDirectArguments {
+                voxels: &voxels,
+                visible_x: &visible[0].flags,
+                visible_y: &visible[1].flags,
+                visible_z: &visible[2].flags,
+                integrals: &integrals.nodes,
+                table: &table.entries,
+                p: direct_params(scene, axis, &axes, [0, 1, 2].map(|i| visible[i].blocks)),
+                sample,
+                clip: region.for_pixels(),
+                width: viewport.width as i32,
+                height: viewport.height as i32,
+                frame,
+                active_samples,
+            },
+        )
+    }
+}
+
+/// Radius of the kernels of layers, in voxels.
+pub(super) const RADIUS: f64 = 1.0;
+
+/// How segments are built: with their integrals only where they are composited.
+fn segments(scene: &Scene, integrals: &Integrals, per_layer: u32) -> Segments {
+    match scene.settings.blend {
+        Blend::Composite => integrals.segments(scene.settings.extinction, per_layer),
+        _ => Segments { cut: false, curved: false, dimmed: false },
+    }
+}
+
+/// The table of colours, in which samples are looked up where values are gathered.
+fn colors(scene: &mut Scene, sample: &mut SampleParams) -> Result<Arc<Table>, Error> {
+    let table = scene.prepared.table(scene.device, scene.settings.extinction)?;
+    if scene.settings.blend != Blend::Composite {
+        table.set(sample);
+    }
+    Ok(table)
+}
+
+/// A lattice as kernels see it, without what is a matter of points.
+pub(super) fn lattice_params(lattice: &Lattice, tiles: Tiles, blocks: [i32; 2], culling: bool) -> RayLatticeParams {
+    let affine = |i: usize| {
+        let rays = lattice.rays[i];
+        [rays.crossing, rays.shear].as_flattened().iter().map(|&x| x as f32).collect::<Vec<_>>().try_into().expect("four numbers")
+    };
+    RayLatticeParams {
+        size: lattice.size.map(|n| n as i32),
+        tiles: tiles.for_kernels(),
+        blocks,
+        layer_step: lattice.layer_step,
+        culling: i32::from(culling),
+        centre_layer: lattice.centre_layer as f32,
+        visible: [0.0; 2],
+        slabs: [0; 2],
+        rays: [affine(0), affine(1)],
+    }
+}

@@ -1,0 +1,241 @@
+//! Splatted layers, classified after interpolation: the paper's own way.
+
+use super::super::region::Region;
+use super::super::scene::Scene;
+use super::super::scratch::Growing;
+use super::super::settings::Footprints;
+use super::super::tiles::{Target, Tiles};
+use super::pixels::{direct_params, layer_axes};
+use super::points::{RADIUS, lattice_params};
+use crate::device::launch::Launcher;
+use crate::device::launch::layered::{
+    self as kernels, FootprintsArguments, OpacityTable, OpacityTableArguments, SplatDirect, SplatDirectArguments, SplatLattice,
+    SplatLatticeArguments, SplatPerspective, SplatPerspectiveArguments,
+};
+use crate::device::launch::structs::{Float4, LayerOffset, SampleParams, SplatLatticeParams};
+use crate::error::Error;
+use crate::layers::{Axis, Correction, Lattice, LayerSlabs, Phases, SubSlab, quadrature_nodes};
+use crate::transfer::Extinction;
+
+/// Draws splatted layers.
+#[derive(Default)]
+pub(in crate::renderer) struct SplatLayers {
+    lattice: Launcher<SplatLattice>,
+    perspective: Launcher<SplatPerspective>,
+    direct: Launcher<SplatDirect>,
+    footprints: Launcher<kernels::Footprints>,
+    opacity_table: Launcher<OpacityTable>,
+    offsets: [Growing<LayerOffset>; 2],
+    weights: Growing<f32>,
+    table: Growing<Float4>,
+    slabs: Growing<Float4>,
+    nodes: Growing<[f32; 2]>,
+}
+
+impl SplatLayers {
+    /// Draws a lattice.
+    pub fn draw_lattice(
+        &mut self,
+        scene: &mut Scene,
+        lattice: &Lattice,
+        correction: Correction,
+        target: &mut Target,
+    ) -> Result<(), Error> {
+        match lattice.phases {
+            Some(phases) => self.draw_phases(scene, lattice, phases, correction, target),
+            None => self.draw_perspective(scene, lattice, correction, target),
+        }
+    }
+
+    fn draw_phases(
+        &mut self,
+        scene: &mut Scene,
+        lattice: &Lattice,
+        phases: Phases,
+        correction: Correction,
+        target: &mut Target,
+    ) -> Result<(), Error> {
+        let Scene { device, settings, .. } = *scene;
+        let (frame, axis) = (lattice.frame, lattice.frame.layer_axis());
+        let tiles = Tiles::of_phases(phases, device.tuning());
+        let (samples, active_samples) = target.prepare(device, lattice.samples(), tiles, "the lattice")?;
+        if lattice.samples() == 0 {
+            return Ok(());
+        }
+        let per_voxel = phases.samples_per_voxel.map(|m| m as i32);
+        let shear = lattice.shear().map(|s| s as f32);
+        let layers = lattice.dims[2] + 2;
+        let offsets = [0, 1].map(|i| -> Vec<LayerOffset> {
+            let offset = |o: &crate::layers::LayerOffset| LayerOffset { base: o.base, fraction: o.fraction };
+            lattice.offsets(phases, i).iter().map(offset).collect()
+        });
+        let [offsets_u, offsets_v] = &mut self.offsets;
+        let offsets_u = offsets_u.filled(device, &offsets[0], "the lattice offsets")?;
+        let offsets_v = offsets_v.filled(device, &offsets[1], "the lattice offsets")?;
+        let count = layers * per_voxel[0] as usize * per_voxel[1] as usize * kernels::Footprints::WEIGHTS;
+        let weights = self.weights.at_least(device, count, "the footprint weights")?;
+        self.footprints.launch(
+            device,
+            (),
+            &FootprintsArguments {
+                offsets_u,
+                offsets_v,
+                shear_u: shear[0],
+                shear_v: shear[1],
+                per_voxel_u: per_voxel[0],
+                per_voxel_v: per_voxel[1],
+                layers: layers as i32,
+                weights,
+            },
+        )?;
+        let base = scene.prepared.table(device, settings.extinction)?;
+        let axes = scene.axes(correction.samples_per_layer());
+        let mut sample = scene.sample(&axes, frame);
+        base.set(&mut sample);
+        let region = Region::new(scene, RADIUS, 1);
+        let slabs = self.slabs.filled(device, &slab_table(correction, &mut sample), "the sub-slabs")?;
+        let table = if region.rendering.clipped {
+            &base.entries
+        } else {
+            let table = self.table.at_least(device, base.entries.len(), "the opacity table")?;
+            let arguments = OpacityTableArguments {
+                base: &base.entries,
+                dt: axes.sample_length(frame, lattice.shear()) as f32,
+                linear: i32::from(settings.extinction == Extinction::Linear),
+                count: base.entries.len() as i32,
+                entries: table,
+            };
+            self.opacity_table.launch(device, (), &arguments)?;
+            table
+        };
+        let visible = scene.prepared.visible_to_splats(device, axis, settings.extinction, settings.blend)?;
+        let layout = scene.prepared.layout(device, axis)?;
+        self.lattice.launch(
+            device,
+            (layout.voxels.voxel_type(), region.rendering),
+            &SplatLatticeArguments {
+                voxels: &layout.voxels,
+                view: layout.view,
+                offsets_u,
+                offsets_v,
+                weights,
+                visible: &visible.flags,
+                table,
+                slabs,
+                p: SplatLatticeParams {
+                    per_voxel,
+                    columns: phases.columns.map(|c| c as i32),
+                    tiles: tiles.for_kernels(),
+                    blocks: visible.blocks,
+                    layer_step: lattice.layer_step,
+                    culling: i32::from(settings.culling),
+                    shear,
+                },
+                sample,
+                clip: region.for_kernels(lattice.frame),
+                lattice: samples,
+                active_samples,
+            },
+        )
+    }
+
+    fn draw_perspective(
+        &mut self,
+        scene: &mut Scene,
+        lattice: &Lattice,
+        correction: Correction,
+        target: &mut Target,
+    ) -> Result<(), Error> {
+        let Scene { device, settings, .. } = *scene;
+        let axis = lattice.frame.layer_axis();
+        let tiles = Tiles::of_splats(lattice, device.tuning());
+        let (samples, active_samples) = target.prepare(device, lattice.samples(), tiles, "the lattice")?;
+        if lattice.samples() == 0 {
+            return Ok(());
+        }
+        let nodes = quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]);
+        let nodes = self.nodes.filled(device, &nodes, "the quadrature")?;
+        let table = scene.prepared.table(device, settings.extinction)?;
+        let mut sample = scene.sample(&scene.axes(correction.samples_per_layer()), lattice.frame);
+        table.set(&mut sample);
+        let region = Region::new(scene, RADIUS, 1);
+        let slabs = self.slabs.filled(device, &slab_table(correction, &mut sample), "the sub-slabs")?;
+        let visible = scene.prepared.visible_to_splats(device, axis, settings.extinction, settings.blend)?;
+        let layout = scene.prepared.layout(device, axis)?;
+        self.perspective.launch(
+            device,
+            (layout.voxels.voxel_type(), region.rendering),
+            &SplatPerspectiveArguments {
+                voxels: &layout.voxels,
+                view: layout.view,
+                nodes,
+                visible: &visible.flags,
+                table: &table.entries,
+                slabs,
+                p: lattice_params(lattice, tiles, visible.blocks, settings.culling),
+                sample,
+                clip: region.for_kernels(lattice.frame),
+                lattice: samples,
+                active_samples,
+            },
+        )
+    }
+
+    /// Draws per screen pixel, with one layer axis for all rays or each ray's own.
+    pub fn draw_pixels(
+        &mut self,
+        scene: &mut Scene,
+        axis: Option<Axis>,
+        correction: Correction,
+        target: &mut Target,
+    ) -> Result<(), Error> {
+        let Scene { device, settings, viewport, .. } = *scene;
+        let known = layer_axes(axis);
+        let mut visible = Vec::new();
+        for axis in known {
+            visible.push(scene.prepared.visible_to_splats(device, axis, settings.extinction, settings.blend)?);
+        }
+        let set = settings.footprints == Footprints::Set;
+        let images = if set { Some(scene.prepared.footprint_images(device)?) } else { None };
+        // A kernel with exact footprints reads neither: any buffers do.
+        let no_shears = self.nodes.at_least(device, 1, "a placeholder")?;
+        let (images, shears) = images.as_ref().map_or((&visible[0].flags, &*no_shears), |set| (&set.images, &set.shears));
+        let table = scene.prepared.table(device, settings.extinction)?;
+        let axes = scene.axes(correction.samples_per_layer());
+        let mut sample = scene.sample(&axes, Axis::Z.frame());
+        table.set(&mut sample);
+        let region = Region::new(scene, RADIUS, 1);
+        let slabs = self.slabs.filled(device, &slab_table(correction, &mut sample), "the sub-slabs")?;
+        let voxels = scene.prepared.uploaded();
+        let (frame, active_samples) = target.prepare(device, viewport.pixels(), Tiles::of_pixels(viewport), "the frame")?;
+        self.direct.launch(
+            device,
+            (voxels.voxel_type(), set, region.rendering),
+            &SplatDirectArguments {
+                voxels: &voxels,
+                visible_x: &visible[0].flags,
+                visible_y: &visible[1].flags,
+                visible_z: &visible[2].flags,
+                table: &table.entries,
+                slabs,
+                images,
+                shears,
+                p: direct_params(scene, axis, &axes, [0, 1, 2].map(|i| visible[i].blocks)),
+                sample,
+                clip: region.for_pixels(),
+                width: viewport.width as i32,
+                height: viewport.height as i32,
+                frame,
+                active_samples,
+            },
+        )
+    }
+}
+
+/// Sub-slabs as the kernels read them, inner, front and back ones after each other; sets how many there are.
+fn slab_table(correction: Correction, sample: &mut SampleParams) -> Vec<Float4> {
+    let LayerSlabs { inner, front, back } = LayerSlabs::new(correction);
+    sample.samples_per_layer = [&inner, &front, &back].map(|slabs| slabs.len() as i32);
+    let entry = |s: &SubSlab| Float4([s.before, s.own, s.after, s.share].map(|w| w as f32));
+    inner.iter().chain(&front).chain(&back).map(entry).collect()
+}

@@ -1,0 +1,144 @@
+//! From what was drawn to the finished picture.
+
+use super::scratch::Growing;
+use super::tiles::{Target, Tiles, read_samples};
+use crate::Viewport;
+use crate::device::launch::Launcher;
+use crate::device::launch::picture::{Present, PresentArguments, Warp, WarpArguments, WarpDisplayed, WarpDisplayedArguments};
+use crate::device::launch::structs::{Float4, WarpParams};
+use crate::device::{Buffer, Device};
+use crate::error::Error;
+use crate::image::Background;
+use crate::layers::{Lattice, Rays};
+
+/// Most places per pixel and axis that are averaged where it covers many voxels.
+const MOST_FILTERED: f64 = 16.0;
+
+/// Warps lattices onto the screen, and presents pictures.
+#[derive(Default)]
+pub(super) struct Picture {
+    warp: Launcher<Warp>,
+    warp_displayed: Launcher<WarpDisplayed>,
+    present: Launcher<Present>,
+    /// In floats, of lattices.
+    frame: Growing<Float4>,
+    rgba: Growing<[u8; 4]>,
+}
+
+/// The share of a lattice in a frame.
+#[derive(Clone, Copy)]
+pub(super) struct Share {
+    pub share: f64,
+    /// Whether it is added to what the frame has of other lattices.
+    pub added: bool,
+}
+
+impl Share {
+    /// Of a lattice that makes the frame alone.
+    pub const WHOLE: Share = Share { share: 1.0, added: false };
+}
+
+/// What a lattice needs on its way onto the screen.
+#[derive(Clone, Copy)]
+pub(super) struct OntoScreen<'a> {
+    pub lattice: &'a Lattice,
+    pub rays: &'a Rays,
+    pub viewport: Viewport,
+}
+
+impl OntoScreen<'_> {
+    fn params(self, tiles: Tiles, share: Share) -> WarpParams {
+        let Self { lattice, rays, viewport } = self;
+        WarpParams {
+            from_screen: lattice.from_screen(rays).transpose().to_cols_array().map(|m| m as f32),
+            lattice: lattice.size.map(|n| n as i32),
+            frame: [viewport.width as i32, viewport.height as i32],
+            forward: lattice.forward() as f32,
+            tile: tiles.size.map(|n| n as i32),
+            counts: tiles.counts as i32,
+            share: share.share as f32,
+            added: i32::from(share.added),
+            filter: rays.voxels_per_pixel(lattice.frame).ceil().clamp(1.0, MOST_FILTERED) as i32,
+        }
+    }
+}
+
+impl Picture {
+    /// Warps a lattice into the frame of floats.
+    pub fn warp(&mut self, device: &Device, from: &mut Target, onto: OntoScreen, share: Share) -> Result<(), Error> {
+        let (lattice, tiles, active_samples) = from.drawn(device)?;
+        let picture = self.frame.at_least(device, onto.viewport.pixels(), "the frame")?;
+        let background = Float4([0.0; 4]);
+        self.warp.launch(
+            device,
+            (),
+            &WarpArguments { lattice, active_samples, p: onto.params(tiles, share), background, picture },
+        )
+    }
+
+    /// The frame of floats, on the host.
+    pub fn read_warped(&mut self, device: &Device, viewport: Viewport) -> Result<Vec<[f32; 4]>, Error> {
+        read_samples(self.frame.at_least(device, viewport.pixels(), "the frame")?, device, viewport.pixels())
+    }
+
+    /// Warps a lattice straight into an 8-bit picture, on the host.
+    pub fn warp_displayed(
+        &mut self,
+        device: &Device,
+        from: &mut Target,
+        onto: OntoScreen,
+        background: Background,
+    ) -> Result<Vec<u8>, Error> {
+        let (lattice, tiles, active_samples) = from.drawn(device)?;
+        let picture = self.rgba.at_least(device, onto.viewport.pixels(), "the picture")?;
+        let (p, background) = (onto.params(tiles, Share::WHOLE), for_kernels(background));
+        let arguments = WarpDisplayedArguments { lattice, active_samples, p, background, picture };
+        self.warp_displayed.launch(device, (), &arguments)?;
+        read_picture(device, picture, onto.viewport)
+    }
+
+    /// The 8-bit picture of the frame of floats, on the host.
+    pub fn present_warped(&mut self, device: &Device, viewport: Viewport, background: Background) -> Result<Vec<u8>, Error> {
+        let frame = self.frame.at_least(device, viewport.pixels(), "the frame")?;
+        present(&mut self.present, &mut self.rgba, device, frame, viewport, background)
+    }
+
+    /// The 8-bit picture of what was drawn on the screen, on the host.
+    pub fn present(
+        &mut self,
+        device: &Device,
+        from: &mut Target,
+        viewport: Viewport,
+        background: Background,
+    ) -> Result<Vec<u8>, Error> {
+        let (frame, ..) = from.drawn(device)?;
+        present(&mut self.present, &mut self.rgba, device, frame, viewport, background)
+    }
+}
+
+fn present(
+    kernel: &mut Launcher<Present>,
+    rgba: &mut Growing<[u8; 4]>,
+    device: &Device,
+    frame: &Buffer<Float4>,
+    viewport: Viewport,
+    background: Background,
+) -> Result<Vec<u8>, Error> {
+    let rgba = rgba.at_least(device, viewport.pixels(), "the picture")?;
+    let (pixels, background) = (viewport.pixels() as i32, for_kernels(background));
+    kernel.launch(device, (), &PresentArguments { frame, background, pixels, rgba })?;
+    read_picture(device, rgba, viewport)
+}
+
+fn read_picture(device: &Device, rgba: &Buffer<[u8; 4]>, viewport: Viewport) -> Result<Vec<u8>, Error> {
+    let mut picture = vec![[0u8; 4]; viewport.pixels()];
+    rgba.read(device, &mut picture)?;
+    Ok(picture.into_flattened())
+}
+
+fn for_kernels(background: Background) -> Float4 {
+    match background {
+        Background::Color([r, g, b]) => Float4([r, g, b, 1.0]),
+        Background::Transparent => Float4([0.0; 4]),
+    }
+}

@@ -1,0 +1,198 @@
+//! Min-max blocks, and which of them a transfer function can show.
+
+use super::super::blend::Blend;
+use super::super::cache::{Kept, Key};
+use super::tables::TableKey;
+use super::{Layout, Prepared};
+use crate::device::launch::volume::{MinMaxArguments, MinMaxBlocks, Reach, SlabVisibilityArguments, VisibilityArguments};
+use crate::device::{Buffer, Device};
+use crate::error::Error;
+use crate::layers::{Axis, GAUSSIAN_OVERSHOOT};
+use crate::transfer::Extinction;
+use std::sync::Arc;
+
+/// How far samples at points reach for voxels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::renderer) enum PointReach {
+    /// No shear is above one voxel per layer, or samples are looked up by their own cell.
+    SmallShear,
+    /// Some are.
+    AnyShear,
+    /// By their own cell, reconstructed with a Gaussian of radius 2.
+    Gaussian,
+}
+
+impl PointReach {
+    /// What its min-max blocks cover.
+    fn blocks(self) -> Reach {
+        match self {
+            PointReach::SmallShear | PointReach::AnyShear => Reach::POINTS,
+            PointReach::Gaussian => Reach::GAUSSIAN,
+        }
+    }
+
+    /// Blocks to either side that are in reach.
+    fn around(self) -> i32 {
+        i32::from(self == PointReach::AnyShear)
+    }
+
+    /// By how much sums overshoot the voxels' distance from the background.
+    fn slack(self) -> f32 {
+        if self == PointReach::Gaussian { GAUSSIAN_OVERSHOOT as f32 } else { 0.0 }
+    }
+}
+
+/// Which blocks can show anything.
+pub(in crate::renderer) struct VisibleBlocks {
+    /// With splatted layers a byte per block and layer (kernels/volume/visibility.cl), with points a bit per block and slab
+    /// (kernels/volume/slab_visibility.cl).
+    pub flags: Buffer<u8>,
+    /// Blocks along u and v.
+    pub blocks: [i32; 2],
+    /// First and last slab of the chunks in which any block can; the first is beyond the last if there is none. Of points.
+    pub slabs: [i32; 2],
+}
+
+#[derive(PartialEq)]
+struct BlocksKey(Axis, Reach);
+
+impl Key for BlocksKey {
+    type Value = MinMaxBlocks;
+}
+
+impl Kept for MinMaxBlocks {
+    fn bytes(&self) -> usize {
+        self.limits.bytes()
+    }
+}
+
+/// Of splatted layers, or of points that reach so far, for a blend mode.
+#[derive(PartialEq)]
+struct VisibleKey(TableKey, Axis, Option<PointReach>, Blend);
+
+impl Key for VisibleKey {
+    type Value = VisibleBlocks;
+}
+
+impl Kept for VisibleBlocks {
+    fn bytes(&self) -> usize {
+        self.flags.bytes()
+    }
+}
+
+impl Prepared {
+    /// Smallest and largest value, less the offset, that can change a ray which already holds the smallest (of minima: the largest) voxel;
+    /// `None` where opacity decides.
+    pub fn useful_values(&self, blend: Blend) -> Option<[f32; 2]> {
+        match blend {
+            Blend::Composite => None,
+            Blend::Maximum | Blend::Average => Some([f32::MIN_POSITIVE, f32::INFINITY]),
+            Blend::Minimum => Some([f32::NEG_INFINITY, self.largest_value().next_down()]),
+            Blend::Iso(value) => Some([(value - self.offset) as f32; 2]),
+        }
+    }
+
+    /// Less the offset, as kernels see it.
+    pub fn largest_value(&self) -> f32 {
+        self.value_range.1 as f32 - self.offset as f32
+    }
+
+    fn min_max_blocks(&mut self, device: &Device, axis: Axis, reach: Reach) -> Result<Arc<MinMaxBlocks>, Error> {
+        if let Some(kept) = self.cache.get(&BlocksKey(axis, reach)) {
+            return Ok(kept);
+        }
+        let blocks = MinMaxBlocks::new(device, self.local_dims(axis), self.voxel_type(), reach)?;
+        let Layout { voxels, view } = self.layout(device, axis)?;
+        let arguments = MinMaxArguments::new(&voxels, view, reach, &blocks);
+        self.launchers.min_max_blocks.launch(device, voxels.voxel_type(), &arguments)?;
+        Ok(self.cache.keep(BlocksKey(axis, reach), blocks))
+    }
+
+    /// The blocks of a layer axis that splatted layers can show.
+    pub fn visible_to_splats(
+        &mut self,
+        device: &Device,
+        axis: Axis,
+        extinction: Extinction,
+        blend: Blend,
+    ) -> Result<Arc<VisibleBlocks>, Error> {
+        let key = VisibleKey(self.table_key(extinction), axis, None, blend);
+        if let Some(kept) = self.cache.get(&key) {
+            return Ok(kept);
+        }
+        let blocks = self.min_max_blocks(device, axis, Reach::SPLATS)?;
+        let table = self.table(device, extinction)?;
+        let flags = Buffer::new(device, blocks.flags(), "the visibility of blocks")?;
+        let (background, offset) = self.background();
+        let [blocks_u, blocks_v] = blocks.blocks;
+        let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
+        let arguments = VisibilityArguments {
+            limits: &blocks.limits,
+            blocks_u,
+            blocks_v,
+            layers: blocks.layers,
+            background,
+            offset,
+            least,
+            largest,
+            table_first: table.scale.first,
+            table_per_value: table.scale.per_value,
+            table_last: table.scale.last,
+            visible_before: if blend == Blend::Composite { &table.visible_before } else { &table.all_before },
+            visible: &flags,
+        };
+        self.launchers.visibility.launch(device, self.voxels.voxel_type(), &arguments)?;
+        Ok(self.cache.keep(key, VisibleBlocks { flags, blocks: blocks.blocks, slabs: [0, blocks.layers] }))
+    }
+
+    /// The blocks of a layer axis that samples at points can show.
+    pub fn visible_to_points(
+        &mut self,
+        device: &Device,
+        axis: Axis,
+        reach: PointReach,
+        extinction: Extinction,
+        blend: Blend,
+    ) -> Result<Arc<VisibleBlocks>, Error> {
+        let key = VisibleKey(self.table_key(extinction), axis, Some(reach), blend);
+        if let Some(kept) = self.cache.get(&key) {
+            return Ok(kept);
+        }
+        let blocks = self.min_max_blocks(device, axis, reach.blocks())?;
+        let table = self.table(device, extinction)?;
+        let flags = Buffer::new(device, blocks.slab_bytes(), "the visibility of blocks")?;
+        let (background, offset) = self.background();
+        let [blocks_u, blocks_v] = blocks.blocks;
+        let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
+        let arguments = SlabVisibilityArguments {
+            limits: &blocks.limits,
+            blocks_u,
+            blocks_v,
+            layers: blocks.layers,
+            background,
+            offset,
+            least,
+            largest,
+            table_first: table.scale.first,
+            table_per_value: table.scale.per_value,
+            table_last: table.scale.last,
+            visible_before: if blend == Blend::Composite { &table.visible_before } else { &table.all_before },
+            around: reach.around(),
+            slack: reach.slack(),
+            visible: &flags,
+        };
+        self.launchers.slab_visibility.launch(device, self.voxels.voxel_type(), &arguments)?;
+        let slabs = visible_slabs(device, &flags, &blocks)?;
+        Ok(self.cache.keep(key, VisibleBlocks { flags, blocks: blocks.blocks, slabs }))
+    }
+}
+
+/// See [`VisibleBlocks::slabs`].
+fn visible_slabs(device: &Device, bits: &Buffer<u8>, blocks: &MinMaxBlocks) -> Result<[i32; 2], Error> {
+    let mut bytes = vec![0; blocks.chunks() * blocks.per_layer()];
+    bits.read(device, &mut bytes)?;
+    let any = |chunk: &[u8]| chunk.iter().any(|&b| b != 0);
+    let mut chunks = bytes.chunks(blocks.per_layer());
+    let ends = chunks.clone().position(any).zip(chunks.rposition(any));
+    Ok(ends.map_or([0, -1], |(first, last)| [8 * first as i32, (8 * last as i32 + 7).min(blocks.layers)]))
+}

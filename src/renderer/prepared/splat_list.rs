@@ -1,0 +1,140 @@
+//! The voxels that sheets splat.
+
+use super::super::cache::{Kept, Key};
+use super::tables::TableKey;
+use super::{Layout, Prepared};
+use crate::device::launch::sheets::{Pass, Place, ScanArguments, Splats, SplatsArguments};
+use crate::device::launch::structs::Float4;
+use crate::device::{Buffer, Device};
+use crate::error::Error;
+use crate::layers::{Axis, GAUSSIAN_OVERSHOOT};
+use crate::transfer::Extinction;
+use std::sync::Arc;
+
+/// The voxels that are splatted, in the order of a layout.
+pub(in crate::renderer) struct SplatList {
+    pub places: Buffer<Place>,
+    pub contents: Buffer<Float4>,
+    pub count: usize,
+}
+
+/// Which voxels a list holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::renderer) enum Splatted {
+    /// Those that are visible themselves: for classification before splatting.
+    Visible,
+    /// Those that any visible sample can see: for classification after it.
+    InReach,
+    /// All that differ from the background: the same without culling.
+    All,
+}
+
+#[derive(PartialEq)]
+struct SplatListKey(TableKey, Axis, Splatted);
+
+impl Key for SplatListKey {
+    type Value = SplatList;
+}
+
+impl Kept for SplatList {
+    fn bytes(&self) -> usize {
+        self.places.bytes() + self.contents.bytes()
+    }
+}
+
+impl Prepared {
+    /// The splats of sheets along an axis.
+    pub fn axis_splats(&mut self, device: &Device, axis: Axis, extinction: Extinction) -> Result<Arc<SplatList>, Error> {
+        let layout = self.layout(device, axis)?;
+        self.splat_list(device, axis, layout, extinction, Splatted::Visible)
+    }
+
+    /// The splats of sheets across the view, and the layout that they are from.
+    pub fn view_splats(
+        &mut self,
+        device: &Device,
+        extinction: Extinction,
+        splatted: Splatted,
+    ) -> Result<(Arc<SplatList>, Layout), Error> {
+        let layout = self.gaussian_layout(device, extinction)?;
+        let again = Layout { voxels: layout.voxels.clone(), view: layout.view };
+        Ok((self.splat_list(device, Axis::Z, layout, extinction, splatted)?, again))
+    }
+
+    /// The upload as samples reconstructed with a Gaussian see it: where voxels are missing, its own background.
+    pub fn gaussian_layout(&mut self, device: &Device, extinction: Extinction) -> Result<Layout, Error> {
+        let mut layout = self.layout(device, Axis::Z)?;
+        layout.view.background = self.table(device, extinction)?.gaussian_background;
+        Ok(layout)
+    }
+
+    fn splat_list(
+        &mut self,
+        device: &Device,
+        axis: Axis,
+        Layout { voxels, view }: Layout,
+        extinction: Extinction,
+        splatted: Splatted,
+    ) -> Result<Arc<SplatList>, Error> {
+        let key = SplatListKey(self.table_key(extinction), axis, splatted);
+        if let Some(kept) = self.cache.get(&key) {
+            return Ok(kept);
+        }
+        if let Some(n) = view.dims.iter().find(|&&n| n > i32::from(u16::MAX)) {
+            let problem = format!("sheets take up to 65535 voxels along an axis, not {n}: use another --algorithm");
+            return Err(Error::Settings { problem });
+        }
+        let table = self.table(device, extinction)?;
+        let rows = view.dims[1] as usize * view.dims[2] as usize;
+        let counts = Buffer::new(device, rows, "the splats per row")?;
+        let total = Buffer::new(device, 1, "the number of splats")?;
+        let mut list = SplatList {
+            places: Buffer::new(device, 1, "the splats")?,
+            contents: Buffer::new(device, 1, "the splats")?,
+            count: 0,
+        };
+        let (reach, slack) = match splatted {
+            Splatted::Visible => (0, 0.0),
+            Splatted::InReach => (Splats::REACH, GAUSSIAN_OVERSHOOT as f32),
+            Splatted::All => (-1, 0.0),
+        };
+        for pass in [Pass::Count, Pass::Fill] {
+            let arguments = SplatsArguments {
+                voxels: &voxels,
+                view,
+                reach,
+                slack,
+                table_first: table.scale.first,
+                table_per_value: table.scale.per_value,
+                table_last: table.scale.last,
+                visible_before: &table.visible_before,
+                fill: pass.fill(),
+                counts: &counts,
+                places: &list.places,
+                contents: &list.contents,
+            };
+            self.launchers.splats.launch(device, voxels.voxel_type(), &arguments)?;
+            if pass == Pass::Count {
+                let scan = ScanArguments { counts: &counts, chunks: rows as i32, buckets: 1, total: &total };
+                self.launchers.scan.launch(device, (), &scan)?;
+                list.count = read_total(device, &total, "the list of splats")?;
+                list.places = Buffer::new(device, list.count, "the splats")?;
+                list.contents = Buffer::new(device, list.count, "the splats")?;
+            }
+        }
+        Ok(self.cache.keep(key, list))
+    }
+}
+
+/// A total of splats, or an error where there are more than kernels can count.
+pub(in crate::renderer) fn read_total(device: &Device, total: &Buffer<u64>, what: &str) -> Result<usize, Error> {
+    let mut count = [0];
+    total.read(device, &mut count)?;
+    let count = count[0];
+    if count > i32::MAX as u64 {
+        let bytes = |entries: u64| entries.saturating_mul(size_of::<u32>() as u64);
+        let device = device.info().name.clone();
+        return Err(Error::DeviceMemory { what: what.into(), device, needed: bytes(count), available: bytes(i32::MAX as u64) });
+    }
+    Ok(count as usize)
+}

@@ -1,0 +1,224 @@
+//! Tables of a transfer function on the device.
+
+use super::super::cache::{Kept, Key};
+use super::Prepared;
+use crate::device::launch::layered::Segments;
+use crate::device::launch::rays::PreintegratedTableArguments;
+use crate::device::launch::structs::{Float4, SampleParams};
+use crate::device::{Buffer, Device};
+use crate::error::Error;
+use crate::layers::{CURVE_SHARE, segment_ends};
+use crate::transfer::{Extinction, IntegralTable, TransferTable};
+use std::sync::Arc;
+
+/// Values in front and behind that the table of slicing has entries for.
+pub(in crate::renderer) const SLAB_VALUES: usize = 256;
+
+/// Error of a segment's colour from which on it is worth three times the time: 20 dB where it happens. Transfer functions with it
+/// are opaque and of several hues; aneurism's has 0.07.
+const DIMMING: f64 = 0.1;
+
+/// Where values lie in a table.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::renderer) struct Scale {
+    /// Value of the first entry, less the offset.
+    pub first: f32,
+    /// Entries per value.
+    pub per_value: f32,
+    /// Index of the last entry.
+    pub last: i32,
+}
+
+impl Scale {
+    /// The parameters of samples that are looked up in this table.
+    pub fn set(self, sample: &mut SampleParams) {
+        (sample.table_first, sample.table_per_value, sample.table_last) = (self.first, self.per_value, self.last);
+    }
+}
+
+/// A transfer table.
+pub(in crate::renderer) struct Table {
+    on_host: TransferTable,
+    /// (r, g, b, τ), or with linear extinction (r, g, b, α), per value.
+    pub entries: Buffer<Float4>,
+    /// How many entries before each one have opacity.
+    pub visible_before: Buffer<u32>,
+    /// How many entries are before each one.
+    pub all_before: Buffer<u32>,
+    pub scale: Scale,
+    /// First and last entry with opacity; if there is none, the first is beyond the last.
+    pub visible_entries: [i32; 2],
+    /// See [`crate::TransferFunction::gaussian_background`]; less the offset, which is the smallest value.
+    pub gaussian_background: f32,
+}
+
+/// The integrals of a transfer table.
+pub(in crate::renderer) struct Integrals {
+    /// Integrals of all nodes, then their own values, as bits.
+    pub nodes: Buffer<[i32; 4]>,
+    pub scale: Scale,
+    /// Values, less the offset, between which lies all opacity.
+    pub visible_values: [f32; 2],
+    /// Extinction of one unit.
+    pub unit: f32,
+    /// Whether values can lie beyond the nodes.
+    pub cut: bool,
+    /// Whether light lost within a layer can change its colour.
+    pub dimmed: bool,
+}
+
+impl Table {
+    /// The parameters of samples that are classified by this table.
+    pub fn set(&self, sample: &mut SampleParams) {
+        self.scale.set(sample);
+        sample.visible = self.visible_entries;
+    }
+}
+
+impl Integrals {
+    /// The parameters of samples between which segments are classified by these integrals, so many per layer.
+    pub fn set(&self, sample: &mut SampleParams, per_layer: u32) {
+        self.scale.set(sample);
+        sample.table_unit = self.unit;
+        sample.samples_per_layer = [per_layer as i32, 0, 0];
+        for (n, ends) in (0..per_layer).zip(&mut sample.ends) {
+            *ends = segment_ends(per_layer, n).map(|w| w as f32);
+        }
+        // Between layers gradients stay near theirs; nearer samples are as good as straight.
+        sample.curve = if per_layer == 1 { CURVE_SHARE as f32 } else { 0.0 };
+    }
+
+    /// How segments are built from these integrals, so many per layer.
+    pub fn segments(&self, extinction: Extinction, per_layer: u32) -> Segments {
+        Segments {
+            cut: self.cut,
+            curved: segment_ends(per_layer, 0) != [0.0; 2],
+            dimmed: self.dimmed && extinction == Extinction::Exponential,
+        }
+    }
+}
+
+/// What a table depends on: the transfer function's revision, and the kind of extinction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TableKey(u64, Extinction);
+
+impl Key for TableKey {
+    type Value = Table;
+}
+
+impl Kept for Table {
+    fn bytes(&self) -> usize {
+        self.entries.bytes() + self.visible_before.bytes() + self.all_before.bytes()
+    }
+}
+
+/// And the shortest segment, in unit distances, of so many per layer.
+#[derive(Clone, Copy, PartialEq)]
+struct IntegralsKey(TableKey, f64, u32);
+
+impl Key for IntegralsKey {
+    type Value = Integrals;
+}
+
+impl Kept for Integrals {
+    fn bytes(&self) -> usize {
+        self.nodes.bytes()
+    }
+}
+
+/// And the thickness of a slab, in unit distances.
+#[derive(PartialEq)]
+struct SlicingKey(IntegralsKey, f32);
+
+impl Key for SlicingKey {
+    type Value = Buffer<Float4>;
+}
+
+impl Prepared {
+    pub(super) fn table_key(&self, extinction: Extinction) -> TableKey {
+        TableKey(self.revision, extinction)
+    }
+
+    /// The table of the transfer function.
+    pub fn table(&mut self, device: &Device, extinction: Extinction) -> Result<Arc<Table>, Error> {
+        let key = self.table_key(extinction);
+        if let Some(kept) = self.cache.get(&key) {
+            return Ok(kept);
+        }
+        let on_host = TransferTable::new(&self.transfer, self.field_range, extinction);
+        let entries: Vec<Float4> = on_host.entries.iter().map(|&e| Float4(e)).collect();
+        let table = Table {
+            entries: Buffer::from_slice(device, &entries, "the transfer table")?,
+            visible_before: Buffer::from_slice(device, &on_host.visible_before(), "the transfer table")?,
+            all_before: Buffer::from_slice(device, &(0..=entries.len() as u32).collect::<Vec<_>>(), "the transfer table")?,
+            visible_entries: on_host.visible_entries(),
+            scale: self.scale(on_host.first, on_host.per_value, entries.len()),
+            gaussian_background: (self.transfer.gaussian_background(self.offset, self.field_range.0) - self.offset) as f32,
+            on_host,
+        };
+        Ok(self.cache.keep(key, table))
+    }
+
+    /// The integrals of the transfer function for segments of at least `thinnest` unit distances, so many per layer.
+    pub fn integrals(
+        &mut self,
+        device: &Device,
+        extinction: Extinction,
+        thinnest: f64,
+        per_layer: u32,
+    ) -> Result<Arc<Integrals>, Error> {
+        let key = IntegralsKey(self.table_key(extinction), thinnest, per_layer);
+        if let Some(kept) = self.cache.get(&key) {
+            return Ok(kept);
+        }
+        let table = self.table(device, extinction)?;
+        let on_host = table.on_host.integrals(thinnest);
+        let integrals = Integrals {
+            nodes: Buffer::from_slice(device, &integrals_and_values(&on_host), "the table of integrals")?,
+            scale: self.scale(on_host.first, on_host.per_value, on_host.nodes.len()),
+            visible_values: on_host.visible_values().map(|v| (v - self.offset) as f32),
+            unit: on_host.unit as f32,
+            cut: !on_host.spans(self.field_range),
+            dimmed: table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING,
+        };
+        Ok(self.cache.keep(key, integrals))
+    }
+
+    /// The integrals and the table of slicing for slabs of a thickness in unit distances.
+    pub fn slicing_table(
+        &mut self,
+        device: &Device,
+        extinction: Extinction,
+        thickness: f64,
+    ) -> Result<(Arc<Integrals>, Arc<Buffer<Float4>>), Error> {
+        let integrals = self.integrals(device, extinction, thickness, 1)?;
+        let key = SlicingKey(IntegralsKey(self.table_key(extinction), thickness, 1), thickness as f32);
+        if let Some(kept) = self.cache.get(&key) {
+            return Ok((integrals, kept));
+        }
+        let table = Buffer::new(device, SLAB_VALUES * SLAB_VALUES, "the pre-integration table")?;
+        let nodes = integrals.nodes.len() as i32 / 2;
+        let arguments = PreintegratedTableArguments {
+            integrals: &integrals.nodes,
+            nodes,
+            nodes_per_entry: (nodes - 1) as f32 / (SLAB_VALUES - 1) as f32,
+            unit: integrals.unit,
+            thickness: thickness as f32,
+            linear: i32::from(extinction == Extinction::Linear),
+            size: SLAB_VALUES as i32,
+            out: &table,
+        };
+        self.launchers.slicing_table.launch(device, (), &arguments)?;
+        Ok((integrals, self.cache.keep(key, table)))
+    }
+
+    fn scale(&self, first: f64, per_value: f64, entries: usize) -> Scale {
+        Scale { first: (first - self.offset) as f32, per_value: per_value as f32, last: entries as i32 - 1 }
+    }
+}
+
+/// Integrals of all nodes, then their own values, as bits.
+fn integrals_and_values(table: &IntegralTable) -> Vec<[i32; 4]> {
+    let values = table.at_nodes.iter().map(|at| at.map(|c| c.to_bits() as i32));
+    table.nodes.iter().copied().chain(values).collect()
+}

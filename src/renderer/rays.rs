@@ -1,0 +1,237 @@
+//! Frames by ray casting, with and without pre-integrated segments, and by slicing.
+
+use super::prepared::{PointReach, SLAB_VALUES};
+use super::region::Region;
+use super::scene::Scene;
+use super::screen::screen_params;
+use super::tiles::{Target, Tiles};
+use crate::Viewport;
+use crate::device::launch::Launcher;
+use crate::device::launch::layered::Segments;
+use crate::device::launch::rays::{
+    CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, Raycast, RaycastArguments, Slicing, SlicingArguments,
+};
+use crate::device::launch::structs::MarchParams;
+use crate::error::Error;
+use crate::layers::{Axis, Interpolation, Rays};
+
+/// Rays are marched in the upload's own layout.
+const AXIS: Axis = Axis::Z;
+/// Most steps across a volume.
+const MOST_STEPS: f64 = (1 << 22) as f64;
+
+/// Draws by marching along the rays of screen pixels. Steps are lengths in smallest spacings.
+#[derive(Default)]
+pub(super) struct MarchedRays {
+    raycast: Launcher<Raycast>,
+    slicing: Launcher<Slicing>,
+    segments: Launcher<CastSegments>,
+    values: Launcher<CastValues>,
+}
+
+impl MarchedRays {
+    /// Casts rays, each sample classified by itself.
+    pub fn cast(&mut self, scene: &mut Scene, interpolation: Interpolation, step: f64, target: &mut Target) -> Result<(), Error> {
+        check_steps(scene, step)?;
+        let Scene { device, settings, viewport, .. } = *scene;
+        let gaussian = interpolation == Interpolation::Gaussian;
+        let reach = if gaussian { PointReach::Gaussian } else { PointReach::SmallShear };
+        let visible = scene.prepared.visible_to_points(device, AXIS, reach, settings.extinction, settings.blend)?;
+        let table = scene.prepared.table(device, settings.extinction)?;
+        let layout = match reach {
+            PointReach::Gaussian => scene.prepared.gaussian_layout(device, settings.extinction)?,
+            PointReach::SmallShear | PointReach::AnyShear => scene.prepared.layout(device, AXIS)?,
+        };
+        let axes = scene.axes(1);
+        let mut sample = scene.sample(&axes, AXIS.frame());
+        table.set(&mut sample);
+        let region = Region::new(scene, f64::from(interpolation.radius()), 1);
+        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
+        self.raycast.launch(
+            device,
+            (layout.voxels.voxel_type(), interpolation, region.rendering.clipped),
+            &RaycastArguments {
+                voxels: &layout.voxels,
+                view: layout.view,
+                visible: &visible.flags,
+                table: &table.entries,
+                s: screen_params(scene, &axes, AXIS.frame(), tiles),
+                p: MarchParams {
+                    length: (step * axes.step.min_element()) as f32,
+                    ..march_params(visible.blocks, settings.culling)
+                },
+                sample,
+                clip: region.for_kernels(AXIS.frame()),
+                frame,
+                active_samples,
+            },
+        )
+    }
+
+    /// Gathers values, or finds an iso-surface, between planes that are a step apart.
+    pub fn cast_values(
+        &mut self,
+        scene: &mut Scene,
+        interpolation: Interpolation,
+        step: f64,
+        target: &mut Target,
+    ) -> Result<(), Error> {
+        check_steps(scene, step)?;
+        let Scene { device, settings, viewport, .. } = *scene;
+        let gaussian = interpolation == Interpolation::Gaussian;
+        let reach = if gaussian { PointReach::Gaussian } else { PointReach::SmallShear };
+        let visible = scene.prepared.visible_to_points(device, AXIS, reach, settings.extinction, settings.blend)?;
+        let table = scene.prepared.table(device, settings.extinction)?;
+        let layout = scene.prepared.layout(device, AXIS)?;
+        let axes = scene.axes(1);
+        let mut sample = scene.sample(&axes, AXIS.frame());
+        table.set(&mut sample);
+        let region = Region::new(scene, f64::from(interpolation.radius()), 1);
+        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
+        let useful = scene.prepared.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
+        self.values.launch(
+            device,
+            (layout.voxels.voxel_type(), interpolation, region.rendering.blend),
+            &CastValuesArguments {
+                voxels: &layout.voxels,
+                view: layout.view,
+                visible: &visible.flags,
+                table: &table.entries,
+                s: screen_params(scene, &axes, AXIS.frame(), tiles),
+                p: slab_params(scene, step, useful, visible.blocks),
+                sample,
+                clip: region.for_kernels(AXIS.frame()),
+                frame,
+                active_samples,
+            },
+        )
+    }
+
+    /// Slices.
+    pub fn slice(&mut self, scene: &mut Scene, step: f64, target: &mut Target) -> Result<(), Error> {
+        check_steps(scene, step)?;
+        let Scene { device, settings, viewport, .. } = *scene;
+        let axes = scene.axes(1);
+        let thickness = step * axes.step.min_element();
+        let visible =
+            scene.prepared.visible_to_points(device, AXIS, PointReach::SmallShear, settings.extinction, settings.blend)?;
+        let (integrals, slabs) = scene.prepared.slicing_table(device, settings.extinction, thickness)?;
+        let table = scene.prepared.table(device, settings.extinction)?;
+        let layout = scene.prepared.layout(device, AXIS)?;
+        let mut sample = scene.sample(&axes, AXIS.frame());
+        table.set(&mut sample);
+        let region = Region::new(scene, f64::from(Interpolation::Trilinear.radius()), 1);
+        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
+        self.slicing.launch(
+            device,
+            (layout.voxels.voxel_type(), integrals.cut, region.rendering.clipped),
+            &SlicingArguments {
+                voxels: &layout.voxels,
+                view: layout.view,
+                visible: &visible.flags,
+                table: &slabs,
+                s: screen_params(scene, &axes, AXIS.frame(), tiles),
+                p: MarchParams {
+                    table_first: integrals.scale.first,
+                    table_per_value: integrals.scale.per_value * (SLAB_VALUES - 1) as f32 / integrals.scale.last as f32,
+                    table_size: SLAB_VALUES as i32,
+                    ..slab_params(scene, step, integrals.visible_values, visible.blocks)
+                },
+                sample,
+                clip: region.for_kernels(AXIS.frame()),
+                frame,
+                active_samples,
+            },
+        )
+    }
+
+    /// Casts rays with pre-integrated segments.
+    pub fn cast_segments(&mut self, scene: &mut Scene, step: f64, target: &mut Target) -> Result<(), Error> {
+        check_steps(scene, step)?;
+        let Scene { device, settings, viewport, .. } = *scene;
+        // Here steps are what divides a layer, not samples.
+        let axes = scene.axes(1);
+        let per_layer = (1.0 / step).round() as u32;
+        let thinnest = step * axes.step.min_element();
+        let visible =
+            scene.prepared.visible_to_points(device, AXIS, PointReach::SmallShear, settings.extinction, settings.blend)?;
+        let integrals = scene.prepared.integrals(device, settings.extinction, thinnest, per_layer)?;
+        let layout = scene.prepared.layout(device, AXIS)?;
+        let mut sample = scene.sample(&axes, AXIS.frame());
+        integrals.set(&mut sample, 1);
+        sample.curve = 0.0;
+        let segments = Segments { curved: false, ..integrals.segments(settings.extinction, 1) };
+        let region = Region::new(scene, f64::from(Interpolation::Tricubic.radius()), 1);
+        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
+        self.segments.launch(
+            device,
+            (layout.voxels.voxel_type(), segments, region.rendering.clipped),
+            &CastSegmentsArguments {
+                voxels: &layout.voxels,
+                view: layout.view,
+                visible: &visible.flags,
+                table: &integrals.nodes,
+                s: screen_params(scene, &axes, AXIS.frame(), tiles),
+                p: slab_params(scene, step, integrals.visible_values, visible.blocks),
+                sample,
+                clip: region.for_kernels(AXIS.frame()),
+                frame,
+                active_samples,
+            },
+        )
+    }
+}
+
+/// Refuses what would take practically forever, or more steps than floats can count.
+fn check_steps(scene: &Scene, step: f64) -> Result<(), Error> {
+    let grid = scene.prepared.grid();
+    let steps = grid.diagonal() / (step * grid.spacing().min_element());
+    if steps <= MOST_STEPS {
+        return Ok(());
+    }
+    let problem = format!(
+        "a step of {step} smallest spacings cuts the volume's diagonal into {steps:.0} steps, more than {MOST_STEPS:.0}: make \
+         --step longer"
+    );
+    Err(Error::Settings { problem })
+}
+
+/// What all ways of marching need.
+fn march_params(blocks: [i32; 2], culling: bool) -> MarchParams {
+    MarchParams {
+        blocks,
+        culling: i32::from(culling),
+        length: 0.0,
+        slice_step: 0.0,
+        thin: 0,
+        table_first: 0.0,
+        table_per_value: 0.0,
+        table_size: 0,
+        visible: [0.0; 2],
+    }
+}
+
+/// What marching from plane to plane needs, between values that are of use, planes being `step` smallest spacings apart along the central ray; other rays of a
+/// perspective cross them at an angle.
+fn slab_params(scene: &Scene, step: f64, useful: [f32; 2], blocks: [i32; 2]) -> MarchParams {
+    let Scene { rays, ref prepared, .. } = *scene;
+    let spacing = prepared.grid().spacing();
+    // World distance along the central ray per unit of the rays' parameter: the same for all rays.
+    let depth_per_parameter = -(rays.direction[0] * spacing).dot(rays.to_eye);
+    let ray_parameter = step * spacing.min_element() / depth_per_parameter;
+    MarchParams {
+        slice_step: ray_parameter as f32,
+        thin: i32::from(longest_slab(rays, scene.viewport, ray_parameter) <= 1.0),
+        visible: useful,
+        ..march_params(blocks, scene.settings.culling)
+    }
+}
+
+/// The longest way of any ray through a slab along any axis, in voxels: a corner's, since directions are affine in pixels.
+fn longest_slab(rays: &Rays, viewport: Viewport, ray_parameter: f64) -> f64 {
+    rays.corners(viewport).iter().map(|ray| ray.direction.abs().max_element() * ray_parameter).fold(0.0, f64::max)
+}

@@ -1,0 +1,69 @@
+//! What is told of a frame.
+
+use super::plan::Plan;
+use crate::device::StageTimes;
+use crate::layers::{Lattice, Ray};
+use serde::Serialize;
+
+/// What a frame was.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct FrameReport {
+    /// The lattice, unless the frame was evaluated without one; where axes share a frame, that of the most parallel one.
+    pub lattice: Option<LatticeReport>,
+    /// What it took, if that was asked for: [`super::Renderer::measure`].
+    pub measured: Option<Measured>,
+}
+
+/// What a frame took.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Measured {
+    /// Milliseconds per stage.
+    pub stages: StageTimes,
+    /// Composited samples whose opacity was above 0.
+    pub active_samples: u64,
+}
+
+/// The lattice of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LatticeReport {
+    /// Samples per voxel along u and v; in a perspective, in the nearest layer.
+    pub samples_per_voxel: [f64; 2],
+    /// Samples along u.
+    pub width: u32,
+    /// Samples along v.
+    pub height: u32,
+}
+
+/// A composited lattice, before the warp.
+#[derive(Clone, Debug)]
+pub struct LatticePicture {
+    pub(super) lattice: Lattice,
+    /// Samples along u and v.
+    pub size: [u32; 2],
+    /// Premultiplied RGBA, row by row.
+    pub samples: Vec<[f32; 4]>,
+}
+
+impl LatticePicture {
+    /// The ray of a sample.
+    pub fn ray(&self, column: u32, row: u32) -> Ray {
+        self.lattice.ray(column, row)
+    }
+}
+
+impl FrameReport {
+    pub(super) fn new(plan: &Plan, measured: Option<Measured>) -> Self {
+        let lattice = match plan {
+            Plan::Lattice(lattice) => Some(lattice),
+            Plan::Shared(parts) => Some(&parts[0].0),
+            _ => None,
+        };
+        let lattice = lattice.map(|l| {
+            let [width, height] = l.size;
+            LatticeReport { samples_per_voxel: l.samples_per_voxel, width, height }
+        });
+        Self { lattice, measured }
+    }
+}

@@ -1,0 +1,94 @@
+//! What every way of drawing is given, and what it needs to know of a sample.
+
+use super::blend::Blend;
+use super::prepared::Prepared;
+use super::settings::{Classification, Settings};
+use crate::Viewport;
+use crate::device::Device;
+use crate::device::launch::structs::SampleParams;
+use crate::layers::{AxisFrame, Rays};
+use crate::transfer::Extinction;
+use glam::DVec3;
+
+/// A view of a volume, to be drawn.
+pub(super) struct Scene<'a> {
+    pub device: &'a Device,
+    pub prepared: &'a mut Prepared,
+    pub rays: &'a Rays,
+    pub viewport: Viewport,
+    pub settings: &'a Settings,
+}
+
+/// What a sample needs along the grid's axes x, y, z.
+pub(super) struct SampleAxes {
+    /// Voxel differences to gradients in value ranges per voxel of the smallest spacing.
+    pub gradient: DVec3,
+    /// Direction to the light.
+    pub light: DVec3,
+    /// Half-way between light and eye.
+    pub half_way: DVec3,
+    /// World size of a voxel step, in unit distances times samples per layer.
+    pub step: DVec3,
+}
+
+impl SampleAxes {
+    /// Length of a sample along rays of one direction, in unit distances.
+    pub fn sample_length(&self, frame: AxisFrame, shear: [f64; 2]) -> f64 {
+        (DVec3::new(shear[0], shear[1], 1.0) * frame.local(self.step)).length()
+    }
+}
+
+impl Scene<'_> {
+    /// The axes of a sample, of which there are so many per layer.
+    pub fn axes(&self, samples_per_layer: u32) -> SampleAxes {
+        let grid = self.prepared.grid();
+        let spacing = grid.spacing();
+        let smallest = spacing.min_element();
+        let (lo, hi) = self.prepared.value_range();
+        let range = if hi > lo { hi - lo } else { 1.0 };
+        let to_eye = self.rays.to_eye;
+        let light = self.settings.shading.and_then(|s| s.light).map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
+        let unit = self.settings.unit_distance.unwrap_or(smallest) * f64::from(samples_per_layer);
+        SampleAxes {
+            gradient: smallest / spacing / range,
+            light,
+            half_way: (light + to_eye).normalize_or(to_eye),
+            step: spacing / unit,
+        }
+    }
+
+    /// Parameters of samples for a layer axis, without those of a table and of layers. Kernels whose rays may differ in their axis set
+    /// the axes themselves.
+    pub fn sample(&self, axes: &SampleAxes, frame: AxisFrame) -> SampleParams {
+        let settings = self.settings;
+        let shading = settings.shading.unwrap_or_default();
+        let local = |v: DVec3| frame.local(v).as_vec3().to_array();
+        let iso = if let Blend::Iso(value) = settings.blend { Some(value) } else { None };
+        let (_, offset) = self.prepared.background();
+        SampleParams {
+            table_first: 0.0,
+            table_per_value: 0.0,
+            table_last: 0,
+            visible: [0; 2],
+            linear: i32::from(settings.extinction == Extinction::Linear),
+            samples_per_layer: [1, 0, 0],
+            background_visible: i32::from(self.prepared.background_visible()),
+            opaque: if settings.early_termination { Settings::OPAQUE as f32 } else { 0.0 },
+            shading: i32::from(settings.shading.is_some()),
+            gradient: local(axes.gradient),
+            light: local(axes.light),
+            half_way: local(axes.half_way),
+            ambient: shading.ambient as f32,
+            diffuse: shading.diffuse as f32,
+            specular: shading.specular as f32,
+            power: shading.power as f32,
+            step: local(axes.step),
+            table_unit: 0.0,
+            ends: [[0.0; 2]; Classification::MAX_POINTS as usize],
+            curve: 0.0,
+            range: [0.0, self.prepared.largest_value()],
+            iso: iso.map_or(0.0, |value| (value - f64::from(offset)) as f32),
+            iso_color: iso.map_or([0.0; 3], |value| self.prepared.transfer_function().color(value).map(|c| c as f32)),
+        }
+    }
+}

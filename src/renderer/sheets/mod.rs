@@ -1,0 +1,147 @@
+//! Frames by axis-aligned and by image-aligned sheets.
+
+mod order;
+
+use super::prepared::Splatted;
+use super::region::Region;
+use super::scene::Scene;
+use super::screen::screen_params;
+use super::tiles::{Target, Tiles};
+use crate::device::Buffer;
+use crate::device::launch::Launcher;
+use crate::device::launch::sheets::{AxisSheets, AxisSheetsArguments, ViewSheets, ViewSheetsArguments};
+use crate::device::launch::structs::SplatParams;
+use crate::error::Error;
+use crate::layers::{Axis, AxisFrame, GAUSSIAN_RADIUS, SplatProjection, SplatSlabs};
+use crate::volume::Grid;
+use glam::DVec3;
+use order::{SplatOrder, Unsorted};
+
+/// Draws by splatting onto one sheet per layer.
+#[derive(Default)]
+pub(super) struct AxisAlignedSheets {
+    kernel: Launcher<AxisSheets>,
+    order: SplatOrder,
+}
+
+/// Draws by splatting slabs onto sheets across the view.
+#[derive(Default)]
+pub(super) struct ImageAlignedSheets {
+    kernel: Launcher<ViewSheets>,
+    order: SplatOrder,
+    /// With the slabs that they are of.
+    slab_weights: Option<(SplatSlabs, Buffer<f32>)>,
+}
+
+impl AxisAlignedSheets {
+    pub fn draw(&mut self, scene: &mut Scene, axis: Axis, target: &mut Target) -> Result<(), Error> {
+        let Scene { device, rays, viewport, settings, .. } = *scene;
+        let splats = scene.prepared.axis_splats(device, axis, settings.extinction)?;
+        let table = scene.prepared.table(device, settings.extinction)?;
+        let frame = axis.frame();
+        let axes = scene.axes(1);
+        let mut sample = scene.sample(&axes, frame);
+        table.set(&mut sample);
+        let projection = SplatProjection::new(rays, viewport, scene.prepared.grid());
+        let (background, _) = scene.prepared.background();
+        let backwards = i32::from(rays.central_direction()[axis.index()] < 0.0);
+        let params = SplatParams { backwards, ..splat_params(&projection, frame, background) };
+        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let splatted = Splatted::Visible;
+        let order =
+            self.order.sort(device, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport, tiles })?;
+        let region = Region::for_splats(scene, GAUSSIAN_RADIUS);
+        let (picture, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
+        let arguments = AxisSheetsArguments {
+            sorted: order.sorted,
+            ends: order.ends,
+            lists: order.lists,
+            chunks: device.tuning().splat_chunks as i32,
+            s: screen_params(scene, &axes, frame, tiles),
+            p: params,
+            sample,
+            clip: region.for_kernels(frame),
+            frame: picture,
+            active_samples,
+        };
+        self.kernel.launch(device, region.rendering.clipped, &arguments)
+    }
+}
+
+impl ImageAlignedSheets {
+    /// `distance` of sheets in voxels.
+    pub fn draw(&mut self, scene: &mut Scene, distance: f64, target: &mut Target) -> Result<(), Error> {
+        const AXIS: Axis = Axis::Z;
+        let Scene { device, rays, viewport, settings, .. } = *scene;
+        let splatted = if settings.culling { Splatted::InReach } else { Splatted::All };
+        let (splats, layout) = scene.prepared.view_splats(device, settings.extinction, splatted)?;
+        let table = scene.prepared.table(device, settings.extinction)?;
+        let slabs = SplatSlabs { distance };
+        let slab_weights = match &mut self.slab_weights {
+            Some((made_for, weights)) if *made_for == slabs => weights,
+            other => &mut other.insert((slabs, Buffer::from_slice(device, &slab_weights(slabs), "the slabs of a splat")?)).1,
+        };
+        let axes = scene.axes(1);
+        let mut sample = scene.sample(&axes, AXIS.frame());
+        table.set(&mut sample);
+        let projection = SplatProjection::new(rays, viewport, scene.prepared.grid());
+        let params = SplatParams {
+            sheet_distance: distance as f32,
+            sheets: sheets(scene.prepared.grid(), &projection, distance),
+            ..splat_params(&projection, AXIS.frame(), layout.view.background)
+        };
+        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let order =
+            self.order.sort(device, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport, tiles })?;
+        let region = Region::new(scene, GAUSSIAN_RADIUS, 1);
+        let (picture, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
+        let arguments = ViewSheetsArguments {
+            sorted: order.sorted,
+            ends: order.ends,
+            lists: order.lists,
+            chunks: device.tuning().splat_chunks as i32,
+            slabs: slab_weights,
+            table: &table.entries,
+            s: screen_params(scene, &axes, AXIS.frame(), tiles),
+            p: params,
+            sample,
+            clip: region.for_kernels(AXIS.frame()),
+            frame: picture,
+            active_samples,
+        };
+        self.kernel.launch(device, (slabs.count(), settings.shading.is_some(), region.rendering.clipped), &arguments)
+    }
+}
+
+/// The projection as kernels see it, in the axes of `frame`; without sheets.
+fn splat_params(projection: &SplatProjection, frame: AxisFrame, background: f32) -> SplatParams {
+    let row = |coefficients: DVec3, constant: f64| frame.local(coefficients).extend(constant).as_vec4().to_array();
+    let half_size = projection.half_size().as_vec2();
+    SplatParams {
+        to_screen: [0, 1, 2].map(|r| row(projection.to_screen.row(r), projection.offset[r])),
+        along: row(projection.along, -projection.along.dot(projection.centre)),
+        footprint: projection.footprint.map(|f| f as f32),
+        half_size: half_size.to_array(),
+        nearest: projection.nearest as f32,
+        least_w: projection.least_w as f32,
+        nearest_sheet: projection.nearest_sheet() as f32,
+        sheet_distance: 1.0,
+        sheets: [0; 2],
+        backwards: 0,
+        background,
+    }
+}
+
+/// First and last sheet that any voxel's splat can reach.
+fn sheets(grid: &Grid, projection: &SplatProjection, distance: f64) -> [i32; 2] {
+    let size = DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0));
+    let deepest = (projection.along.abs().dot(size) / 2.0 + GAUSSIAN_RADIUS) / distance;
+    [(-deepest - 1.5).floor() as i32, (deepest + 1.5).ceil() as i32]
+}
+
+/// Weights of all sheets that a splat reaches, for evenly spaced fractions.
+fn slab_weights(slabs: SplatSlabs) -> Vec<f32> {
+    let steps = ViewSheets::SLAB_STEPS;
+    let at = |i: usize| (0..slabs.count()).map(move |n| slabs.weight(n, i as f64 / steps as f64) as f32);
+    (0..=steps).flat_map(at).collect()
+}

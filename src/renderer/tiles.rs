@@ -1,0 +1,106 @@
+//! How lattices and screens are cut into tiles, and what these count.
+
+use super::scratch::Growing;
+use crate::Viewport;
+use crate::device::launch::structs::Float4;
+use crate::device::{Buffer, Device, Tuning};
+use crate::error::Error;
+use crate::layers::{Lattice, Phases};
+
+/// Tiles of samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Tiles {
+    /// Samples of a tile, along both axes. Of phases, which lie between each other, of the tiles of all.
+    pub size: [u32; 2],
+    /// Tiles along both axes.
+    pub numbers: [u32; 2],
+    /// Counts per tile.
+    pub counts: u32,
+}
+
+impl Tiles {
+    fn of(samples: [u32; 2], size: [u32; 2]) -> Self {
+        Self { size, numbers: [0, 1].map(|i| samples[i].div_ceil(size[i])), counts: 1 }
+    }
+
+    /// Of a lattice with point-sampled layers.
+    pub fn of_points(lattice: &Lattice, tuning: &Tuning) -> Self {
+        Self::of(lattice.size, [tuning.vector_width, tuning.point_tile_rows])
+    }
+
+    /// Of a lattice with splatted layers in a perspective.
+    pub fn of_splats(lattice: &Lattice, tuning: &Tuning) -> Self {
+        Self::of(lattice.size, [tuning.vector_width, tuning.tile_rows])
+    }
+
+    /// Of a lattice in phases: a tile of each phase counts for itself.
+    pub fn of_phases(phases: Phases, tuning: &Tuning) -> Self {
+        let [m_u, m_v] = phases.samples_per_voxel;
+        let size = [tuning.tile_columns(), tuning.tile_rows];
+        Self { size: [size[0] * m_u, size[1] * m_v], counts: m_u * m_v, ..Self::of(phases.columns, size) }
+    }
+
+    /// Of the screen.
+    pub fn of_screen(viewport: Viewport, tuning: &Tuning) -> Self {
+        Self::of([viewport.width, viewport.height], [tuning.vector_width, tuning.screen_tile_rows])
+    }
+
+    /// A tile for each pixel of the screen.
+    pub fn of_pixels(viewport: Viewport) -> Self {
+        Self::of([viewport.width, viewport.height], [1; 2])
+    }
+
+    /// How many numbers they count.
+    pub fn all_counts(self) -> usize {
+        self.numbers[0] as usize * self.numbers[1] as usize * self.counts as usize
+    }
+
+    /// As kernels take them.
+    pub fn for_kernels(self) -> [i32; 2] {
+        self.numbers.map(|n| n as i32)
+    }
+}
+
+/// Where a kernel draws: samples of RGBA, and its tiles' counts of those that have opacity.
+#[derive(Default)]
+pub(super) struct Target {
+    samples: Growing<Float4>,
+    active_samples: Growing<u32>,
+    tiles: Tiles,
+}
+
+impl Target {
+    /// Room for so many samples in tiles. `what` they are is named if there is not enough memory.
+    pub fn prepare(
+        &mut self,
+        device: &Device,
+        samples: usize,
+        tiles: Tiles,
+        what: &str,
+    ) -> Result<(&Buffer<Float4>, &Buffer<u32>), Error> {
+        self.tiles = tiles;
+        let active_samples = self.active_samples.at_least(device, tiles.all_counts(), "the sample counts")?;
+        Ok((self.samples.at_least(device, samples, what)?, active_samples))
+    }
+
+    /// What was drawn, its tiles, and their counts.
+    pub fn drawn(&mut self, device: &Device) -> Result<(&Buffer<Float4>, Tiles, &Buffer<u32>), Error> {
+        let what = "an empty picture";
+        let active_samples = self.active_samples.at_least(device, 1, what)?;
+        Ok((self.samples.at_least(device, 1, what)?, self.tiles, active_samples))
+    }
+
+    /// Samples with opacity in what was drawn.
+    pub fn count_active(&mut self, device: &Device) -> Result<u64, Error> {
+        let mut counts = vec![0; self.tiles.all_counts()];
+        self.active_samples.at_least(device, counts.len(), "the sample counts")?.read(device, &mut counts)?;
+        Ok(counts.iter().map(|&c| u64::from(c)).sum())
+    }
+}
+
+/// The first `count` samples of a buffer, on the host.
+pub(super) fn read_samples(buffer: &Buffer<Float4>, device: &Device, count: usize) -> Result<Vec<[f32; 4]>, Error> {
+    let mut samples = vec![Float4([0.0; 4]); count];
+    buffer.read(device, &mut samples)?;
+    Ok(samples.into_iter().map(|p| p.0).collect())
+}
