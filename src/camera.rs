@@ -1,7 +1,7 @@
 //! The camera, in world coordinates. Position and axes equal those of a vtkCamera with the same settings.
 
 use crate::error::Error;
-use crate::layers::Viewport;
+use crate::viewport::Viewport;
 use glam::DVec3;
 
 /// How a viewport sees the world.
@@ -110,8 +110,8 @@ impl Camera {
 impl Projection {
     fn check(self) -> Result<(), Error> {
         let (name, value, good) = match self {
-            Projection::Parallel { scale } => ("parallel scale", scale, scale > 0.0 && scale.is_finite()),
-            Projection::Perspective { field_of_view: fov } => ("field of view", fov, fov > 0.0 && fov < 180.0),
+            Projection::Parallel { scale } => ("scale", scale, scale > 0.0 && scale.is_finite()),
+            Projection::Perspective { field_of_view: fov } => ("field_of_view", fov, fov > 0.0 && fov < 180.0),
         };
         if good {
             return Ok(());

@@ -1,6 +1,5 @@
 //! What can go wrong, with the file, the value and the remedy.
 
-use crate::volume::VoxelType;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -33,14 +32,14 @@ pub enum Error {
         problem: String,
     },
     /// A volume file of the wrong size.
-    #[error("{path}: {}x{}x{} voxels of {voxel_type} are {expected} bytes, found {found}: correct --dims or --type", dims[0], dims[1], dims[2])]
+    #[error("{path}: {}x{}x{} voxels of {voxel_type} are {expected} bytes, found {found}: correct dims or voxel_type", dims[0], dims[1], dims[2])]
     FileSize {
         /// The file.
         path: PathBuf,
         /// Stated dimensions.
         dims: [usize; 3],
-        /// Stated type.
-        voxel_type: VoxelType,
+        /// Name of the stated type.
+        voxel_type: String,
         /// Bytes that these need.
         expected: u64,
         /// Bytes found.
@@ -69,7 +68,7 @@ pub enum Error {
     /// A number outside its range.
     #[error("{name} is {value}: expected {expected}")]
     OutOfRange {
-        /// What the number is.
+        /// The field or argument that it was given for.
         name: &'static str,
         /// The number.
         value: String,
@@ -83,8 +82,10 @@ pub enum Error {
         problem: &'static str,
     },
     /// Settings that contradict each other or the view.
-    #[error("{problem}")]
+    #[error("{field}: {problem}")]
     Settings {
+        /// The field that should be another.
+        field: &'static str,
         /// What is wrong and what to do.
         problem: String,
     },
@@ -112,11 +113,23 @@ pub enum Error {
          ocl-icd-libopencl1; Fedora: dnf install pocl ocl-icd; macOS: brew install pocl), or your GPU's driver"
     )]
     NoOpenCl {
-        /// Loader, platform or device.
+        /// Loader or platform.
         missing: &'static str,
     },
-    /// The device does not have the memory.
-    #[error("{what} needs {needed} bytes, but {device} allows {available} in one buffer: use a smaller one or another --device")]
+    /// OpenCL is there, but without a device.
+    #[error("no OpenCL device found, {platforms}: look after the driver, or install PoCL, which runs on any CPU")]
+    NoDevice {
+        /// The platforms, with what each of them answered.
+        platforms: String,
+    },
+    /// PoCL cannot keep the kernels that it compiles, and has no device then.
+    #[error("PoCL cannot write {folder}, where it keeps compiled kernels: set POCL_CACHE_DIR to a folder that it can write")]
+    KernelCache {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// More than the device has in one piece.
+    #[error("{what} needs {needed} bytes, but {device} allows {available} in one buffer: use a smaller one or another device")]
     DeviceMemory {
         /// What was to be stored.
         what: String,
@@ -126,6 +139,23 @@ pub enum Error {
         needed: u64,
         /// Bytes that the device allows.
         available: u64,
+    },
+    /// The device's memory is full.
+    #[error(
+        "{what} needs {needed} bytes, but {device} could not give them, with {left} not taken by this program ({source}): use a \
+         smaller one or another device"
+    )]
+    OutOfDeviceMemory {
+        /// What was to be stored.
+        what: String,
+        /// The device.
+        device: String,
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes of the device that this program has not taken; others may have.
+        left: u64,
+        /// OpenCL's code.
+        source: opencl3::error_codes::ClError,
     },
     /// A kernel did not compile.
     #[error("{program} did not build on {device} ({source}); build log:\n{log}")]
@@ -140,7 +170,7 @@ pub enum Error {
         log: String,
     },
     /// An OpenCL call failed.
-    #[error("{call} failed on {device}: {source}")]
+    #[error("{call} failed on {device}: {source} ({})", source.0)]
     OpenCl {
         /// What was called.
         call: &'static str,
@@ -152,6 +182,18 @@ pub enum Error {
 }
 
 impl Error {
+    /// The fields or arguments that are at fault, by their names in this crate: for those who give them other names.
+    pub fn fields(&self) -> &[&'static str] {
+        match self {
+            Error::Settings { field, .. } => std::slice::from_ref(field),
+            Error::OutOfRange { name, .. } => std::slice::from_ref(name),
+            Error::UnknownName { what, .. } => std::slice::from_ref(what),
+            Error::FileSize { .. } => &["dims", "voxel_type"],
+            Error::DeviceMemory { .. } | Error::OutOfDeviceMemory { .. } => &["device"],
+            _ => &[],
+        }
+    }
+
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {
         Error::Read { path: path.into(), source }
     }

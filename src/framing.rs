@@ -4,9 +4,9 @@
 //! alone, not on how a picture is made.
 
 use crate::camera::{Camera, Orbit, Projection};
-use crate::layers::Viewport;
 use crate::transfer::TransferFunction;
-use crate::volume::Volume;
+use crate::viewport::Viewport;
+use crate::volume::{Grid, Volume};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -42,13 +42,37 @@ impl Framing {
     pub fn visible(volume: &Volume, transfer: &TransferFunction, unit_distance: Option<f64>) -> Self {
         let unit = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
         let faint = -(-FAINT * unit / volume.grid().diagonal()).exp_m1();
+        Self::showing(volume, |lo, hi| transfer.largest_opacity(lo, hi) >= faint)
+    }
+
+    /// The outline of the surface where the field has a value; of the whole grid, if it has it nowhere.
+    pub fn iso(volume: &Volume, value: f64) -> Self {
+        Self::showing(volume, |lo, hi| lo <= value && value <= hi)
+    }
+
+    /// The outline of all voxels.
+    pub fn whole(volume: &Volume) -> Self {
+        Self::of(volume.grid(), corners([0; 3], volume.grid().dims().map(|n| n as i64 - 1)))
+    }
+
+    /// What of it lies in a box in voxels.
+    pub fn cropped(self, grid: &Grid, lowest: DVec3, highest: DVec3) -> Self {
+        let points = self.points.into_iter().map(|p| grid.world_to_voxel(p).max(lowest).min(highest)).collect();
+        Self::of(grid, points)
+    }
+
+    /// The outline of the blocks whose values, from the smallest to the largest, show something.
+    fn showing(volume: &Volume, shows: impl Fn(f64, f64) -> bool + Sync) -> Self {
         let dims = volume.grid().dims().map(|n| n as i64);
         let blocks = dims.map(|n| (n + 1 + BLOCK - 1) / BLOCK);
         let rows = (0..blocks[1] * blocks[2]).into_par_iter();
         let points: Vec<DVec3> =
-            rows.flat_map_iter(|row| row_outline(volume, transfer, faint, dims, [row % blocks[1], row / blocks[1]])).collect();
-        let points = if points.is_empty() { corners([-1; 3], dims) } else { points };
-        let grid = volume.grid();
+            rows.flat_map_iter(|row| row_outline(volume, &shows, dims, [row % blocks[1], row / blocks[1]])).collect();
+        Self::of(volume.grid(), if points.is_empty() { corners([-1; 3], dims) } else { points })
+    }
+
+    /// Of points in voxels.
+    fn of(grid: &Grid, points: Vec<DVec3>) -> Self {
         let world = |p: DVec3| grid.origin() + grid.direction() * (p * grid.spacing());
         Self { points: points.into_iter().map(world).collect() }
     }
@@ -129,10 +153,10 @@ fn aspect(viewport: Viewport) -> f64 {
 }
 
 /// Corners, in voxels, of the first and the last visible block of a row of blocks along x.
-fn row_outline(volume: &Volume, transfer: &TransferFunction, faint: f64, dims: [i64; 3], [by, bz]: [i64; 2]) -> Vec<DVec3> {
+fn row_outline(volume: &Volume, shows: &impl Fn(f64, f64) -> bool, dims: [i64; 3], [by, bz]: [i64; 2]) -> Vec<DVec3> {
     let visible = |bx: i64| {
         let (lo, hi) = block_range(volume, dims, [bx, by, bz]);
-        transfer.largest_opacity(lo, hi) >= faint
+        shows(lo, hi)
     };
     let blocks = (dims[0] + 1 + BLOCK - 1) / BLOCK;
     let Some(first) = (0..blocks).find(|&bx| visible(bx)) else { return Vec::new() };
@@ -170,7 +194,7 @@ fn block_range(volume: &Volume, dims: [i64; 3], block: [i64; 3]) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::layers::Rays;
-    use crate::volume::{Grid, Voxels};
+    use crate::volume::Voxels;
 
     /// A box of 255 from voxel 10 to 13, 20 to 29 and 5 to 24, spacing 1, 2, 1.
     fn scene() -> (Volume, TransferFunction) {

@@ -21,28 +21,39 @@
 //! # }
 //! ```
 //!
+//! Vectors and matrices are those of [`glam`], which is passed on here. The command `layersplat` comes with the default
+//! feature `cli`; a program that only wants the library leaves it out (`default-features = false`). `layers` and
+//! `reference`, which the documentation does not show, are there for this crate's own tests and may change at any time.
+//!
 //! The method is that of Schlegel & Pajarola, *Layered Volume Splatting* (ISVC 2009). ARCHITECTURE.md in the repository
 //! says which module does what.
 #![warn(missing_docs)]
 
 mod camera;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
 pub mod device;
 mod error;
 pub mod framing;
 pub mod image;
+#[doc(hidden)]
 pub mod layers;
+#[doc(hidden)]
 pub mod reference;
 pub mod renderer;
 pub mod transfer;
+mod viewport;
 pub mod volume;
 
 pub use camera::{Basis, Camera, Orbit, Projection};
 pub use device::{Device, DeviceChoice};
 pub use error::Error;
 pub use framing::Framing;
+pub use glam;
 pub use image::{Background, Frame};
-pub use layers::Viewport;
+pub use layers::{Axis, Correction, Density, Interpolation};
 pub use renderer::{Quality, Renderer, Settings};
 pub use transfer::TransferFunction;
+pub use viewport::Viewport;
 pub use volume::{RawOptions, Volume};

@@ -2,6 +2,9 @@
 
 fn main() -> std::process::ExitCode {
     // SAFETY: nothing has started a thread yet.
-    unsafe { layersplat::device::pin_cpu_threads() };
+    unsafe {
+        layersplat::device::pin_cpu_threads();
+        layersplat::device::keep_compiled_kernels();
+    }
     layersplat::cli::main()
 }

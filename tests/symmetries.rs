@@ -283,16 +283,31 @@ fn early_termination_stays_below_its_threshold() {
     }
 }
 
+/// To the bit: with a lattice and without, where a pixel covers several voxels, where two lattices share the picture.
 #[test]
 fn the_devices_8_bit_picture_is_the_frames() {
     let volume = random_volume([20, 20, 20], DVec3::ONE, 9);
     let size = viewport(50, 40);
-    let camera = parallel(&volume, size, 30.0, 20.0);
     let mut renderer = Renderer::new(&device(), &volume, &smooth_transfer()).unwrap();
-    for background in ["black", "#3060c0", "transparent"].map(|b| b.parse().unwrap()) {
-        let (frame, _) = renderer.render(&camera, size, &Settings::default()).unwrap();
-        let (picture, _) = renderer.render_rgba8(&camera, size, &Settings::default(), background).unwrap();
-        let differing = frame.to_rgba8(background).iter().zip(&picture).filter(|(a, b)| a.abs_diff(**b) > 1).count();
-        assert_eq!(differing, 0, "{background:?}");
+    let oblique = parallel(&volume, size, 30.0, 20.0);
+    let cameras = [
+        oblique,
+        scaled(oblique, 8.0 * volume.grid().diagonal()),
+        parallel(&volume, size, 44.5, 0.0),
+        perspective(&volume, 30.0, 20.0, 40.0),
+    ];
+    // Of the last, every channel lies on a half.
+    let backgrounds = ["transparent", "black", "#3060c0", "0.3,0.1,0.7"].map(|b| b.parse().unwrap());
+    for settings in evaluations() {
+        for camera in cameras {
+            let (frame, _) = renderer.render(&camera, size, &settings).unwrap();
+            for background in backgrounds {
+                let (picture, _) = renderer.render_rgba8(&camera, size, &settings, background).unwrap();
+                assert!(frame.to_rgba8(background) == picture, "{settings:?}, {camera:?}, {background:?}");
+                assert!(frame.clone().over(background).to_rgba8(background) == picture, "{settings:?}, {background:?}");
+            }
+        }
     }
+    let (empty, _) = renderer.render(&cameras[1], viewport(8, 8), &Settings::default()).unwrap();
+    assert_eq!(empty.to_rgba8(backgrounds[3])[..4], [77, 26, 179, 255]);
 }

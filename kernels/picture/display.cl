@@ -1,4 +1,10 @@
 // A finished pixel in 8 bits: over a background colour, or with straight alpha.
+//
+// The same rule as src/image/display.rs, to the bit: fma() is named where the compiler could choose, and quotients of denormals
+// are kept out, which a device may take for 0.
+
+// A pixel of less opacity shows nothing.
+#define LEAST_OPACITY 0x1p-100f
 
 #include "shared/elementary.cl"
 
@@ -6,8 +12,9 @@
 inline uchar4 displayed(float4 color, float4 background) {
     float4 shown = 0.0f;
     if (background.w > 0.0f)
-        shown = (float4)(color.xyz + (1.0f - color.w) * background.xyz, 1.0f);
-    else if (color.w > 0.0f)
+        shown = (float4)(fma((float3)(1.0f - color.w), background.xyz, color.xyz), 1.0f);
+    else if (color.w >= LEAST_OPACITY)
         shown = (float4)(color.xyz / color.w, color.w);
-    return convert_uchar4(CLAMP(shown * 255.0f + 0.5f, (float4)(0.0f), (float4)(255.0f)));
+    const float4 rounded = fma(shown, (float4)(255.0f), (float4)(0.5f));
+    return convert_uchar4(CLAMP(rounded, (float4)(0.0f), (float4)(255.0f)));
 }

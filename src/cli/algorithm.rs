@@ -59,21 +59,21 @@ impl AlgorithmOptions {
         };
         let steps = matches!(algorithm, Algorithm::Slicing { .. } | Algorithm::Raycast { .. });
         let given = [
-            (self.sheet_distance.is_some() && !matches!(algorithm, Algorithm::ViewSheets { .. }), "--sheet-distance"),
-            (self.step.is_some() && !steps, "--step"),
-            (self.interpolation.is_some() && !matches!(algorithm, Algorithm::Raycast { .. }), "--interpolation"),
+            (self.sheet_distance.is_some() && !matches!(algorithm, Algorithm::ViewSheets { .. }), "sheet_distance"),
+            (self.step.is_some() && !steps, "step"),
+            (self.interpolation.is_some() && !matches!(algorithm, Algorithm::Raycast { .. }), "interpolation"),
         ];
         no_meaning(algorithm, &given)?;
         Ok(algorithm)
     }
 }
 
-/// Refuses the first option that was given though an algorithm does not have it.
-pub(super) fn no_meaning(algorithm: Algorithm, given: &[(bool, &str)]) -> Result<(), crate::Error> {
+/// Refuses the first field that was given though an algorithm does not have it.
+pub(super) fn no_meaning(algorithm: Algorithm, given: &[(bool, &'static str)]) -> Result<(), crate::Error> {
     match given.iter().find(|(given, _)| *given) {
-        Some((_, option)) => {
-            let problem = format!("{option} has no meaning for --algorithm {}: leave it out", algorithm.name());
-            Err(crate::Error::Settings { problem })
+        Some((_, field)) => {
+            let problem = format!("it has no meaning for {}: leave it out", algorithm.name());
+            Err(crate::Error::Settings { field, problem })
         }
         None => Ok(()),
     }

@@ -42,7 +42,29 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(u8::from(too_far)))
 }
 
+/// A number with some digits; what rounds to 0 has no sign.
+pub(super) fn decibels(psnr: f64, digits: usize) -> String {
+    let text = format!("{psnr:.digits$}");
+    let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
+    text.strip_prefix('-').filter(|_| is_zero).map_or(text.clone(), String::from)
+}
+
 fn text(c: &Comparison) -> String {
-    let psnr = |p: Option<f64>| p.map_or("identical".into(), |p| format!("{p:.2} dB"));
+    let psnr = |p: Option<f64>| p.map_or("identical".into(), |p| format!("{} dB", decibels(p, 2)));
     format!("PSNR RGB        {}\nPSNR RGBA       {}\nmax difference  {:.6}", psnr(c.psnr), psnr(c.psnr_rgba), c.max_difference)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_zero_with_a_sign() {
+        for (psnr, expected) in
+            [(-0.0, "0.00"), (-0.004, "0.00"), (0.0, "0.00"), (-0.006, "-0.01"), (-10.0, "-10.00"), (42.125, "42.12")]
+        {
+            assert_eq!(decibels(psnr, 2), expected, "{psnr}");
+        }
+        assert_eq!(decibels(-0.04, 1), "0.0");
+    }
 }

@@ -52,7 +52,7 @@ impl Transfer {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let volume = Volume::open(&arguments.volume.volume, &arguments.volume.raw())?;
+    let volume = arguments.volume.open()?;
     let transfer = open_transfer(&arguments.transfer, &volume)?;
     let effective_splats = arguments.transfer.transfer.is_some().then(|| transfer.effective_splats(&volume));
     let statistics = volume.statistics();

@@ -2,8 +2,10 @@
 
 mod algorithm;
 mod bench;
+mod blending;
 mod compare;
 mod devices;
+mod fields;
 mod info;
 mod options;
 mod paper;
@@ -11,10 +13,13 @@ mod parse;
 mod render;
 mod rotate;
 mod scene;
+#[cfg(unix)]
+mod signals;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};
 use serde::Serialize;
+use std::io::IsTerminal;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -46,8 +51,9 @@ enum Command {
 
 /// Runs the command line of this process. Exit code 2 for a bad command line, 1 for anything else that fails.
 pub fn main() -> ExitCode {
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into());
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().with_target(false).init();
+    log();
+    #[cfg(unix)]
+    signals::let_files_be_finished();
     let done = match Cli::parse().command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Rotate(arguments) => rotate::run(&arguments),
@@ -58,9 +64,19 @@ pub fn main() -> ExitCode {
         Command::Paper(arguments) => paper::run(&arguments),
     };
     done.unwrap_or_else(|error| {
-        eprintln!("layersplat: {error}");
+        eprintln!("layersplat: {}", fields::with_options(&error));
         ExitCode::from(exit_code(&error))
     })
+}
+
+/// Warnings, or what RUST_LOG asks for, to standard error.
+fn log() {
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into());
+    // Colours for those who look at a terminal, unless they would rather have none (no-color.org).
+    let unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    let colors = std::io::stderr().is_terminal() && !unwanted;
+    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_ansi(colors);
+    builder.without_time().with_target(false).init();
 }
 
 /// 2 where the command line itself is at fault.

@@ -5,19 +5,21 @@ use super::parse;
 use crate::camera::Orbit;
 use crate::device::DeviceChoice;
 use crate::image::Background;
-use crate::layers::{Correction, Density, Viewport};
+use crate::layers::{Correction, Density};
 use crate::renderer::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
 use crate::transfer::Extinction;
-use crate::volume::{Endian, RawOptions, VoxelType};
+use crate::viewport::Viewport;
+use crate::volume::{Endian, RawOptions, Volume, VoxelType};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
+use std::path::PathBuf;
 
 /// Which volume, and what its name does not tell.
 #[derive(Args)]
 pub(super) struct VolumeOptions {
     /// NAME_XxYxZ_TYPE.raw or .raw.gz, or builtin:marschner-lobb, builtin:hydrogen, builtin:cube with @N or @XxYxZ
     #[arg(default_value = "builtin:hydrogen")]
-    pub volume: String,
+    volume: PathBuf,
     /// Voxels along x, y, z, where the file's name does not tell them: XxYxZ
     #[arg(long, value_parser = parse::dims, value_name = "XxYxZ", help_heading = "Volume")]
     dims: Option<[usize; 3]>,
@@ -27,9 +29,9 @@ pub(super) struct VolumeOptions {
     /// Distance between voxels along x, y, z [default: 1,1,1]
     #[arg(long, value_parser = parse::spacing, value_name = "X,Y,Z", allow_hyphen_values = true, help_heading = "Volume")]
     spacing: Option<DVec3>,
-    /// Byte order of the file
-    #[arg(long, default_value = "little", help_heading = "Volume")]
-    endian: EndianName,
+    /// Byte order of the file [default: little]
+    #[arg(long, help_heading = "Volume")]
+    endian: Option<EndianName>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -39,12 +41,19 @@ enum EndianName {
 }
 
 impl VolumeOptions {
-    pub fn raw(&self) -> RawOptions {
+    /// Reads or makes the volume.
+    pub fn open(&self) -> Result<Volume, crate::Error> {
+        let is_builtin = self.volume.to_str().is_some_and(|name| name.starts_with("builtin:"));
+        if is_builtin && self.endian.is_some() {
+            let problem = "built-in volumes have no byte order: leave it out".into();
+            return Err(crate::Error::Settings { field: "endian", problem });
+        }
         let endian = match self.endian {
-            EndianName::Little => Endian::Little,
-            EndianName::Big => Endian::Big,
+            None | Some(EndianName::Little) => Endian::Little,
+            Some(EndianName::Big) => Endian::Big,
         };
-        RawOptions { dims: self.dims, voxel_type: self.voxel_type, spacing: self.spacing, endian }
+        let options = RawOptions { dims: self.dims, voxel_type: self.voxel_type, spacing: self.spacing, endian };
+        Volume::open(&self.volume, &options)
     }
 }
 
@@ -54,7 +63,7 @@ impl VolumeOptions {
 pub(super) struct TransferOptions {
     /// ParaView preset FILE or FILE#NAME, or grey, fire, viridis, cool-warm [default: from the histogram]
     #[arg(long, value_name = "FILE|NAME")]
-    pub transfer: Option<String>,
+    pub transfer: Option<PathBuf>,
     /// Stretch the transfer function onto this range of data values
     #[arg(long, value_parser = parse::range, value_name = "LO,HI", allow_hyphen_values = true)]
     pub transfer_range: Option<(f64, f64)>,
@@ -244,20 +253,20 @@ impl QualityOptions {
         }
         let layer_axis = self.layer_axis != LayerAxis::Auto && algorithm != Algorithm::AxisSheets;
         let given = [
-            (self.quality.is_some(), "--quality"),
-            (self.classification.is_some(), "--classification"),
-            (self.correction.is_some(), "--correction"),
-            (self.sublayers.is_some(), "--sublayers"),
-            (self.lattice.is_some(), "--lattice"),
-            (self.footprints.is_some(), "--footprints"),
-            (layer_axis, "--layer-axis"),
+            (self.quality.is_some(), "quality"),
+            (self.classification.is_some(), "classification"),
+            (self.correction.is_some(), "correction"),
+            (self.sublayers.is_some(), "samples_per_layer"),
+            (self.lattice.is_some(), "evaluation"),
+            (self.footprints.is_some(), "footprints"),
+            (layer_axis, "layer_axis"),
         ];
         no_meaning(algorithm, &given)
     }
 
     /// Corrections and the footprint set are for classification after interpolation, and imply it.
     fn classification(&self, own: Classification) -> Result<Classification, crate::Error> {
-        let conflict = |problem: &str| Err(crate::Error::Settings { problem: problem.into() });
+        let conflict = |problem: &str| Err(crate::Error::Settings { field: "correction", problem: problem.into() });
         let post = match (self.classification, own) {
             (Some(ClassificationName::Post), _) => true,
             (Some(ClassificationName::Preintegrated), _) => false,
@@ -268,7 +277,7 @@ impl QualityOptions {
         };
         if !post {
             if self.correction.is_some() {
-                return conflict("--correction has no meaning where classification is pre-integrated: leave one of them out");
+                return conflict("it has no meaning where classification is pre-integrated: leave one of them out");
             }
             let points = match own {
                 Classification::Preintegrated { samples_per_layer } => samples_per_layer,
@@ -288,7 +297,7 @@ impl QualityOptions {
             (Some(CorrectionName::None), None) => Classification::Post(Correction::None),
             (Some(CorrectionName::Constant), None) => Classification::Post(Correction::Constant),
             (Some(_), Some(_)) => {
-                return conflict("--sublayers goes with --correction sublayers only: leave one of them out");
+                return conflict("only that by sub-layers takes a number of them: leave one of them out");
             }
         })
     }

@@ -1,7 +1,8 @@
 //! Values of options: sizes `XxYxZ`, vectors `X,Y,Z`, switches.
 
-use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL, Viewport};
-use crate::renderer::{Evaluation, LayerAxis};
+use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
+use crate::renderer::{ClipPlane, CropBox, Evaluation, LayerAxis};
+use crate::viewport::Viewport;
 use glam::DVec3;
 
 fn numbers(text: &str) -> Option<Vec<f64>> {
@@ -34,6 +35,29 @@ pub(super) fn vector(text: &str) -> Result<DVec3, String> {
 pub(super) fn spacing(text: &str) -> Result<DVec3, String> {
     let spacing = vector(text).ok().filter(|s| s.min_element() > 0.0);
     spacing.ok_or_else(|| format!("'{text}' is no spacing: write X,Y,Z with numbers above 0"))
+}
+
+/// `X0:X1,Y0:Y1,Z0:Z1`, each lower before higher; nothing for no limit.
+pub(super) fn crop(text: &str) -> Result<CropBox, String> {
+    let side = |side: &str, open: f64| if side.trim().is_empty() { Some(open) } else { finite(side.trim()).ok() };
+    let extent = |extent: &str| {
+        let (lo, hi) = extent.split_once(':')?;
+        let (lo, hi) = (side(lo, f64::NEG_INFINITY)?, side(hi, f64::INFINITY)?);
+        (lo < hi).then_some((lo, hi))
+    };
+    let extents: Option<Vec<_>> = text.split(',').map(extent).collect();
+    let Some(&[x, y, z]) = extents.as_deref() else {
+        return Err(format!("'{text}' is no box: write X0:X1,Y0:Y1,Z0:Z1 with X0 below X1 and so on, in voxels"));
+    };
+    Ok(CropBox { lowest: DVec3::new(x.0, y.0, z.0), highest: DVec3::new(x.1, y.1, z.1) })
+}
+
+/// `X,Y,Z,NX,NY,NZ`, the normal other than 0.
+pub(super) fn clip_plane(text: &str) -> Result<ClipPlane, String> {
+    let plane = numbers(text).and_then(|n| <[f64; 6]>::try_from(n).ok());
+    let plane = plane.map(|[x, y, z, nx, ny, nz]| ClipPlane { point: DVec3::new(x, y, z), normal: DVec3::new(nx, ny, nz) });
+    let good = plane.filter(|plane| plane.normal.try_normalize().is_some());
+    good.ok_or_else(|| format!("'{text}' is no plane: write X,Y,Z,NX,NY,NZ, a point and a normal other than 0"))
 }
 
 /// `LO,HI`.

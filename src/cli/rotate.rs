@@ -40,6 +40,12 @@ pub(super) fn turn(start: Orbit, n: u32, frames: u32) -> Orbit {
     Orbit { azimuth: start.azimuth + 360.0 * f64::from(n) / f64::from(frames), ..start }
 }
 
+/// `frame_0000.png` and so on, with as many digits as the last one needs, so that names sort as numbers do.
+fn frame_name(n: usize, frames: u32) -> String {
+    let digits = (frames - 1).to_string().len().max(4);
+    format!("frame_{n:0digits$}.png")
+}
+
 /// A progress bar on standard error; invisible where that is no terminal.
 pub(super) fn progress(steps: u32, what: &'static str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {elapsed} (about {eta} left)");
@@ -55,7 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let orbits = (0..arguments.frames).map(|n| turn(options.orbit(ELEVATION), n, arguments.frames));
     for (n, camera) in Cameras::new(options, &scene, Fit::Visible).sequence(orbits).iter().enumerate() {
         let (frame, _) = renderer.render(camera, options.size, &scene.settings)?;
-        frame.save(arguments.output.join(format!("frame_{n:04}.png")), options.background)?;
+        frame.save(arguments.output.join(frame_name(n, arguments.frames)), options.background)?;
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -67,4 +73,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     };
     super::report(arguments.json, &rotated, || format!("{} pictures in {}", rotated.frames, rotated.output))?;
     Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_sort_as_numbers_do() {
+        assert_eq!((frame_name(0, 1), frame_name(9999, 10_000)), ("frame_0000.png".into(), "frame_9999.png".into()));
+        for frames in [1, 125, 10_000, 10_001, 100_000] {
+            let names: Vec<String> = (0..frames as usize).map(|n| frame_name(n, frames)).collect();
+            assert!(names.is_sorted(), "{frames}");
+        }
+        assert_eq!(frame_name(9, 10_001), "frame_00009.png");
+    }
 }

@@ -1,11 +1,12 @@
 //! Everything a picture needs, from the shared options.
 
+use super::blending::BlendOptions;
 use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, TransferOptions, VolumeOptions};
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
 use crate::framing::{Fixed, Framing};
-use crate::renderer::{Renderer, Settings};
+use crate::renderer::{Blend, CropBox, Renderer, Settings};
 use crate::transfer::TransferFunction;
 use crate::volume::{Grid, Volume};
 use clap::Args;
@@ -23,6 +24,8 @@ pub(super) struct SceneOptions {
     pub device: DeviceOptions,
     #[command(flatten)]
     pub quality: QualityOptions,
+    #[command(flatten)]
+    pub blend: BlendOptions,
 }
 
 /// A volume with its transfer function, and how it is to be rendered.
@@ -36,8 +39,8 @@ pub(super) struct Scene {
 impl Scene {
     /// Checks the options, opens the device and reads the volume.
     pub fn open(options: &SceneOptions) -> Result<Self, Error> {
-        let settings = options.quality.settings()?;
-        let volume = Volume::open(&options.volume.volume, &options.volume.raw())?;
+        let settings = options.blend.apply(options.quality.settings()?)?;
+        let volume = options.volume.open()?;
         let transfer = open_transfer(&options.transfer, &volume)?;
         if options.transfer.transfer.is_none() {
             eprintln!("transfer function: {} (--transfer takes another)", described(&transfer));
@@ -45,6 +48,19 @@ impl Scene {
         let choice = options.device.choice();
         let device = Device::open(&choice)?;
         Ok(Self { volume, transfer, settings, device })
+    }
+
+    /// The outline of what is shown.
+    fn framing(&self) -> Framing {
+        let framing = match self.settings.blend {
+            Blend::Composite => Framing::visible(&self.volume, &self.transfer, self.settings.unit_distance),
+            Blend::Iso(value) => Framing::iso(&self.volume, value),
+            _ => Framing::whole(&self.volume),
+        };
+        match self.settings.clipping.crop {
+            Some(CropBox { lowest, highest }) => framing.cropped(self.volume.grid(), lowest, highest),
+            None => framing,
+        }
     }
 
     pub fn renderer(&self) -> Result<Renderer, Error> {
@@ -89,8 +105,7 @@ impl<'a> Cameras<'a> {
     /// `default`: what they fit unless the options say otherwise.
     pub fn new(options: &'a CameraOptions, scene: &'a Scene, default: Fit) -> Self {
         let fit = options.fit.unwrap_or(default);
-        let framing =
-            (fit == Fit::Visible).then(|| Framing::visible(&scene.volume, &scene.transfer, scene.settings.unit_distance));
+        let framing = (fit == Fit::Visible).then(|| scene.framing());
         let fixed = Fixed { centre: options.center, scale: options.parallel_scale, distance: options.distance };
         Self { options, grid: scene.volume.grid(), framing, fixed }
     }

@@ -2,6 +2,9 @@
 
 use super::Device;
 use crate::error::Error;
+use opencl3::error_codes::{
+    CL_INVALID_BUFFER_SIZE, CL_MEM_OBJECT_ALLOCATION_FAILURE, CL_OUT_OF_HOST_MEMORY, CL_OUT_OF_RESOURCES, ClError,
+};
 use opencl3::memory::{Buffer as ClBuffer, CL_MEM_READ_WRITE, ClMem, cl_mem};
 use opencl3::types::CL_BLOCKING;
 use std::sync::Arc;
@@ -19,13 +22,13 @@ impl<T: Copy> Buffer<T> {
     pub fn new(device: &Device, len: usize, what: &str) -> Result<Self, Error> {
         let needed = len.max(1) as u64 * size_of::<T>() as u64;
         let info = device.info();
-        let refused = |available| Error::DeviceMemory { what: what.into(), device: info.name.clone(), needed, available };
         if needed > info.largest_buffer_bytes {
-            return Err(refused(info.largest_buffer_bytes));
+            let available = info.largest_buffer_bytes;
+            return Err(Error::DeviceMemory { what: what.into(), device: info.name.clone(), needed, available });
         }
         // SAFETY: no host pointer is given.
         let memory = unsafe { ClBuffer::create(&device.inner.context, CL_MEM_READ_WRITE, len.max(1), std::ptr::null_mut()) }
-            .map_err(|_| refused(info.memory_bytes.saturating_sub(device.allocated_bytes())))?;
+            .map_err(|e| not_created(device, what, needed, e))?;
         let allocated = device.inner.allocated.clone();
         allocated.fetch_add(needed, Ordering::Relaxed);
         Ok(Self { memory, len, allocated })
@@ -77,8 +80,45 @@ impl<T: Copy> Buffer<T> {
     }
 }
 
+/// What clCreateBuffer answers where memory is short; anything else is another mistake.
+const SHORT_OF_MEMORY: [i32; 4] =
+    [CL_MEM_OBJECT_ALLOCATION_FAILURE, CL_OUT_OF_RESOURCES, CL_OUT_OF_HOST_MEMORY, CL_INVALID_BUFFER_SIZE];
+
+fn not_created(device: &Device, what: &str, needed: u64, source: ClError) -> Error {
+    if !SHORT_OF_MEMORY.contains(&source.0) {
+        return device.error("clCreateBuffer", source);
+    }
+    let info = device.info();
+    let left = info.memory_bytes.saturating_sub(device.allocated_bytes());
+    Error::OutOfDeviceMemory { what: what.into(), device: info.name.clone(), needed, left, source }
+}
+
 impl<T> Drop for Buffer<T> {
     fn drop(&mut self) {
         self.allocated.fetch_sub(self.len.max(1) as u64 * size_of::<T>() as u64, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::DeviceChoice;
+    use opencl3::error_codes::{CL_INVALID_CONTEXT, CL_INVALID_HOST_PTR, CL_INVALID_VALUE};
+
+    #[test]
+    fn only_a_lack_of_memory_is_called_so() {
+        let device = Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
+        let message = |code| not_created(&device, "the voxels", 12345, ClError(code)).to_string();
+        for code in SHORT_OF_MEMORY {
+            assert!(message(code).contains("the voxels needs 12345 bytes"), "{}", message(code));
+        }
+        let others = [(CL_INVALID_CONTEXT, "CL_INVALID_CONTEXT"), (CL_INVALID_VALUE, "CL_INVALID_VALUE")];
+        for (code, name) in others.into_iter().chain([(CL_INVALID_HOST_PTR, "-37"), (-9999, "-9999")]) {
+            let message = message(code);
+            assert!(message.contains("clCreateBuffer failed") && message.contains(name), "{message}");
+            assert!(!message.contains("bytes"), "{message}");
+        }
+        let too_large = Buffer::<u8>::new(&device, usize::MAX / 2, "the voxels").err().expect("no device has that much");
+        assert!(too_large.to_string().contains("in one buffer"), "{too_large}");
     }
 }

@@ -1,6 +1,8 @@
 //! The only room that knows OpenCL: device, queue, buffers, programs and typed kernel launchers.
 
 mod buffer;
+mod cache;
+mod kind;
 pub(crate) mod launch;
 mod pinning;
 mod program;
@@ -10,8 +12,10 @@ mod stopwatch;
 mod tuning;
 
 pub(crate) use buffer::Buffer;
+pub use cache::keep_compiled_kernels;
+pub use kind::DeviceKind;
 pub use pinning::pin_cpu_threads;
-pub use selection::{DeviceChoice, DeviceInfo, DeviceKind};
+pub use selection::{DeviceChoice, DeviceInfo};
 pub use stopwatch::StageTimes;
 pub use tuning::Tuning;
 
@@ -43,7 +47,7 @@ struct Inner {
 
 impl Device {
     /// All devices of all platforms, in the order of their indices. Empty platforms are left out; no OpenCL at all is
-    /// an error that says what to install.
+    /// an error that says what to install, and no device one that says what each platform answered.
     pub fn list() -> Result<Vec<DeviceInfo>, Error> {
         selection::list()
     }

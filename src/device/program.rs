@@ -1,8 +1,9 @@
 //! Kernel programs: built with their log at hand, and kept.
 
 use super::launch::structs;
-use super::{Device, sources};
+use super::{Device, cache, sources};
 use crate::error::Error;
+use opencl3::error_codes::ClError;
 use opencl3::kernel::Kernel;
 use opencl3::program::Program;
 use std::collections::HashMap;
@@ -35,12 +36,16 @@ impl Device {
         let ids = self.inner.context.devices();
         match program.build(ids, &options) {
             Ok(()) => Ok(program),
-            Err(e) => Err(Error::Build {
-                program: file,
-                device: self.info().name.clone(),
-                source: e,
-                log: program.get_build_log(ids[0]).unwrap_or_default(),
-            }),
+            Err(e) => Err(self.not_built(file, e, program.get_build_log(ids[0]).unwrap_or_default())),
+        }
+    }
+
+    /// Why a program was not built; PoCL's log does not tell that it had nowhere to put it.
+    fn not_built(&self, program: &'static str, source: ClError, log: String) -> Error {
+        let folder = cache::unwritable_folder().filter(|_| cache::is_pocl(&self.info().platform));
+        match folder {
+            Some(folder) => Error::KernelCache { folder },
+            None => Error::Build { program, device: self.info().name.clone(), source, log },
         }
     }
 }

@@ -1,26 +1,18 @@
 //! Which devices there are, and which one to take.
 
+use super::cache;
+use super::kind::DeviceKind;
 use super::tuning::Tuning;
 use crate::error::Error;
-use opencl3::device::{CL_DEVICE_TYPE_ALL, CL_DEVICE_TYPE_CPU, CL_DEVICE_TYPE_GPU, Device as ClDevice};
+use opencl3::device::{CL_DEVICE_TYPE_ALL, Device as ClDevice};
+use opencl3::error_codes::{DLOPEN_FUNCTION_NOT_AVAILABLE, DLOPEN_RUNTIME_LOAD_FAILED};
 use opencl3::platform::get_platforms;
 use serde::Serialize;
 use std::sync::{Mutex, PoisonError};
 
-/// Kind of a device.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum DeviceKind {
-    /// The host's processors.
-    Cpu,
-    /// A graphics processor.
-    Gpu,
-    /// Anything else.
-    Other,
-}
-
 /// Which device to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum DeviceChoice {
     /// The first GPU if there is one, else the first CPU, else the first device.
     #[default]
@@ -31,6 +23,7 @@ pub enum DeviceChoice {
 
 /// What a device is, and how it would be used.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct DeviceInfo {
     /// Position in the list of all devices.
     pub index: usize,
@@ -95,31 +88,43 @@ fn all() -> Result<Vec<(ClDevice, DeviceInfo)>, Error> {
     let platforms = match get_platforms() {
         Ok(platforms) => platforms,
         Err(e) if e.0 == NO_PLATFORM => Vec::new(),
-        Err(_) => {
+        Err(e) if [DLOPEN_RUNTIME_LOAD_FAILED, DLOPEN_FUNCTION_NOT_AVAILABLE].contains(&e.0) => {
             return Err(Error::NoOpenCl { missing: "library (libOpenCL.so.1)" });
         }
+        Err(source) => return Err(Error::OpenCl { call: "clGetPlatformIDs", device: "this machine".into(), source }),
     };
     if platforms.is_empty() {
         return Err(Error::NoOpenCl { missing: "platform" });
     }
     let mut devices = Vec::new();
+    let mut answers = Vec::new();
     for platform in platforms {
         let platform_name = platform.name().unwrap_or_default();
-        for id in platform.get_devices(CL_DEVICE_TYPE_ALL).unwrap_or_default() {
+        let ids = platform.get_devices(CL_DEVICE_TYPE_ALL);
+        answers.push((platform_name.clone(), ids.as_ref().map(Vec::len).map_err(ToString::to_string)));
+        for id in ids.unwrap_or_default() {
             let device = ClDevice::new(id);
             let info = describe(&device, devices.len(), &platform_name);
             devices.push((device, info));
         }
     }
-    if devices.is_empty() { Err(Error::NoOpenCl { missing: "device" }) } else { Ok(devices) }
+    if devices.is_empty() { Err(no_device(&answers)) } else { Ok(devices) }
+}
+
+/// Why there is no device, from what each platform answered.
+fn no_device(answers: &[(String, Result<usize, String>)]) -> Error {
+    if let Some(folder) = cache::unwritable_folder().filter(|_| answers.iter().any(|(name, _)| cache::is_pocl(name))) {
+        return Error::KernelCache { folder };
+    }
+    let said = |(name, answer): &(String, Result<usize, String>)| match answer {
+        Ok(_) => format!("{name} has none"),
+        Err(code) => format!("{name} answers {code}"),
+    };
+    Error::NoDevice { platforms: answers.iter().map(said).collect::<Vec<_>>().join(", ") }
 }
 
 fn describe(device: &ClDevice, index: usize, platform: &str) -> DeviceInfo {
-    let kind = match device.dev_type().unwrap_or(0) {
-        t if t & CL_DEVICE_TYPE_GPU != 0 => DeviceKind::Gpu,
-        t if t & CL_DEVICE_TYPE_CPU != 0 => DeviceKind::Cpu,
-        _ => DeviceKind::Other,
-    };
+    let kind = DeviceKind::of(device.dev_type().unwrap_or(0));
     let text = |value: opencl3::Result<String>| value.unwrap_or_default().trim().to_owned();
     DeviceInfo {
         index,

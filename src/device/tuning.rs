@@ -1,6 +1,6 @@
 //! Every tuning value and every vendor quirk.
 
-use super::selection::DeviceKind;
+use super::kind::DeviceKind;
 use crate::error::Error;
 use serde::Serialize;
 

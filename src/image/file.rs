@@ -2,14 +2,16 @@
 
 use super::Frame;
 use crate::error::Error;
-use crate::layers::Viewport;
+use crate::viewport::Viewport;
 use image::{ExtendedColorType, ImageEncoder, ImageReader, codecs::png::PngEncoder};
 use npyz::WriterBuilder;
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::{PoisonError, RwLock};
 
 /// File formats of pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ImageFormat {
     /// 8-bit RGBA.
     Png,
@@ -31,8 +33,19 @@ impl ImageFormat {
     }
 }
 
+/// Held for reading while a file is written.
+static WRITING: RwLock<()> = RwLock::new(());
+
+/// Waits until no file is half written, and lets no other begin before `then` returns: a process may end there.
+#[cfg(feature = "cli")]
+pub(crate) fn between_files<T>(then: impl FnOnce() -> T) -> T {
+    let _no_file = WRITING.write().unwrap_or_else(PoisonError::into_inner);
+    then()
+}
+
 /// Writes a file under a temporary name beside it, then renames it: it appears whole or not at all.
 pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
+    let _writing = WRITING.read().unwrap_or_else(PoisonError::into_inner);
     let failed = |e| Error::write(path, e);
     // What a link leads to is written, not the link.
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
@@ -92,9 +105,17 @@ fn read_png(path: &Path) -> Result<Frame, Error> {
     let mut reader = ImageReader::open(path).map_err(|e| Error::read(path, e))?;
     reader.set_format(image::ImageFormat::Png);
     let picture = reader.decode().map_err(damaged)?.into_rgba32f();
-    let viewport = Viewport::new(picture.width(), picture.height())?;
+    let viewport = size_of(path, picture.width(), picture.height())?;
     let premultiplied = |p: &image::Rgba<f32>| [p[0] * p[3], p[1] * p[3], p[2] * p[3], p[3]];
     Ok(Frame::new(viewport, picture.pixels().map(premultiplied).collect()))
+}
+
+/// The size of the picture in a file.
+fn size_of(path: &Path, width: u32, height: u32) -> Result<Viewport, Error> {
+    Viewport::new(width, height).map_err(|_| {
+        let problem = format!("it has {width}x{height} pixels: expected 1 to {} per side", Viewport::MAX_SIDE);
+        Error::Image { path: path.into(), problem }
+    })
 }
 
 fn read_npy(path: &Path) -> Result<Frame, Error> {
@@ -108,7 +129,7 @@ fn read_npy(path: &Path) -> Result<Frame, Error> {
         return Err(damaged("it is in Fortran order: save it in C order".into()));
     }
     let side = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
-    let viewport = Viewport::new(side(width), side(height))?;
+    let viewport = size_of(path, side(width), side(height))?;
     let numbers = array.into_vec::<f32>().map_err(|e| damaged(format!("{e}: it must hold float32")))?;
     let lost = numbers.iter().filter(|n| !n.is_finite()).count();
     if lost > 0 {

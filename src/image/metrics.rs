@@ -4,6 +4,7 @@ use serde::Serialize;
 
 /// Differences of two pictures, in premultiplied values of 0 … 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Comparison {
     /// Peak signal-to-noise ratio over red, green and blue, in dB; `None` when these are identical.
     pub psnr: Option<f64>,
@@ -28,7 +29,8 @@ impl Comparison {
         }
         let psnr = |channels: usize| {
             let mean = squares[..channels].iter().sum::<f64>() / (a.len() * channels) as f64;
-            (mean > 0.0).then(|| -10.0 * mean.log10())
+            // Plus 0: of pictures that differ by 1 everywhere it is 0, not −0.
+            (mean > 0.0).then(|| -10.0 * mean.log10() + 0.0)
         };
         Self { psnr: psnr(3), psnr_rgba: psnr(4), max_difference }
     }
@@ -46,6 +48,8 @@ mod tests {
         assert!((off.psnr.unwrap() - 20.0).abs() < 1e-5);
         assert!((off.psnr_rgba.unwrap() - 20.0 - 10.0 * (4.0f64 / 3.0).log10()).abs() < 1e-5);
         assert!((off.max_difference - 0.1).abs() < 1e-7);
+        let most = Comparison::new(&[[0.0; 4]], &[[1.0; 4]]).psnr.unwrap();
+        assert!(most == 0.0 && most.is_sign_positive());
         assert_eq!(Comparison::new(&[[f32::NAN; 4]], &[[0.0; 4]]).max_difference, f64::INFINITY);
     }
 }

@@ -1,15 +1,18 @@
 //! Pictures: frames, files and how far two of them differ.
 
 mod background;
+mod display;
 mod file;
 mod metrics;
 
 pub use background::Background;
+#[cfg(feature = "cli")]
+pub(crate) use file::between_files;
 pub use file::{ImageFormat, read_image, write_whole};
 pub use metrics::Comparison;
 
 use crate::error::Error;
-use crate::layers::Viewport;
+use crate::viewport::Viewport;
 use std::path::Path;
 
 /// A picture: premultiplied red, green, blue and opacity, 0 … 1, row by row, row 0 on top.
@@ -52,28 +55,17 @@ impl Frame {
     /// Puts the picture over an opaque colour; `Transparent` leaves it as it is.
     pub fn over(mut self, background: Background) -> Self {
         if let Background::Color(color) = background {
-            for [r, g, b, a] in &mut self.pixels {
-                let through = 1.0 - *a;
-                *r += through * color[0];
-                *g += through * color[1];
-                *b += through * color[2];
-                *a = 1.0;
+            for pixel in &mut self.pixels {
+                *pixel = display::over(*pixel, color);
             }
         }
         self
     }
 
-    /// 8-bit RGBA: over an opaque colour, or with straight alpha. The same bytes as the device's own.
+    /// 8-bit RGBA: over an opaque colour, or with straight alpha, halves rounded up. The same bytes as those of
+    /// [`Renderer::render_rgba8`](crate::Renderer::render_rgba8).
     pub fn to_rgba8(&self, background: Background) -> Vec<u8> {
-        let byte = |c: f32| (c * 255.0).round_ties_even() as u8;
-        self.pixels
-            .iter()
-            .flat_map(|&[r, g, b, a]| match background {
-                Background::Color(k) => [r + (1.0 - a) * k[0], g + (1.0 - a) * k[1], b + (1.0 - a) * k[2], 1.0].map(byte),
-                Background::Transparent if a > 0.0 => [r / a, g / a, b / a, a].map(byte),
-                Background::Transparent => [0; 4],
-            })
-            .collect()
+        self.pixels.iter().flat_map(|&pixel| display::displayed(pixel, background)).collect()
     }
 
     /// Writes a `.png` (8 bit) or `.npy` (float32, H×W×4) file, whole or not at all. Without a background, `.npy` keeps

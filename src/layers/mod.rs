@@ -27,7 +27,7 @@ pub use interpolation::Interpolation;
 pub use kernel_function::{kernel_function, kernel_integral};
 pub use lattice::{AffineRays, Density, Lattice, LayerOffset, MAX_LATTICE_SHEAR, MAX_SAMPLES_PER_VOXEL, Phases, Sampling};
 pub use quadrature::{GaussNode, quadrature_nodes};
-pub use rays::{Ray, Rays, Viewport};
+pub use rays::{Ray, Rays};
 pub use segment::{CURVE_SHARE, segment_ends};
 pub use splats::{SplatProjection, SplatSlabs};
 pub use sub_slabs::{Correction, LayerSlabs, SubSlab};

@@ -3,38 +3,9 @@
 use super::axis::AxisFrame;
 use crate::camera::{Camera, Projection};
 use crate::error::Error;
+use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::{DMat3, DVec3};
-
-/// Size of a picture in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Viewport {
-    /// Columns.
-    pub width: u32,
-    /// Rows; row 0 is on top.
-    pub height: u32,
-}
-
-impl Viewport {
-    /// Longest side of a picture, in pixels.
-    pub const MAX_SIDE: u32 = 16_384;
-
-    /// A viewport of 1 … [`Viewport::MAX_SIDE`] pixels per side.
-    pub fn new(width: u32, height: u32) -> Result<Self, Error> {
-        let range = 1..=Self::MAX_SIDE;
-        if range.contains(&width) && range.contains(&height) {
-            Ok(Self { width, height })
-        } else {
-            let value = format!("{width}x{height}");
-            Err(Error::OutOfRange { name: "image size", value, expected: "1 to 16384 pixels per side" })
-        }
-    }
-
-    /// Number of pixels.
-    pub fn pixels(self) -> usize {
-        self.width as usize * self.height as usize
-    }
-}
 
 /// One ray: points `origin + t·direction` for `t > start`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,8 @@
 //! perspective scaled by its depth.
 
 use super::gaussian::{GAUSSIAN_RADIUS, gaussian_integral};
-use super::rays::{Rays, Viewport};
+use super::rays::Rays;
+use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::{DMat3, DVec2, DVec3};
 
@@ -132,7 +133,7 @@ impl SplatSlabs {
 mod tests {
     use super::*;
     use crate::camera::{Camera, Orbit};
-    use crate::layers::Viewport;
+    use crate::viewport::Viewport;
     use approx::assert_abs_diff_eq;
 
     #[test]

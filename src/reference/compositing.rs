@@ -1,8 +1,8 @@
 //! Pictures, and what a ray gathers for them.
 
 use crate::image::Frame;
-use crate::layers::Viewport;
 use crate::transfer::{Extinction, TransferFunction};
+use crate::viewport::Viewport;
 use rayon::prelude::*;
 
 /// The picture of a function from pixel coordinates, of pixels' centres, to premultiplied RGBA.

@@ -6,9 +6,10 @@ use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Interpolation, Ray, Rays, Viewport};
+use crate::layers::{Interpolation, Ray, Rays};
 use crate::renderer::Shading;
 use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
 use crate::volume::Volume;
 use glam::DVec3;
 

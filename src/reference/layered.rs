@@ -6,9 +6,10 @@ use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Axis, Correction, LayerSlabs, Ray, Rays, Viewport, footprint};
+use crate::layers::{Axis, Correction, LayerSlabs, Ray, Rays, footprint};
 use crate::renderer::{Classification, Settings};
 use crate::transfer::{Extinction, TransferFunction};
+use crate::viewport::Viewport;
 use crate::volume::Volume;
 use glam::{DVec2, DVec3};
 

@@ -59,7 +59,7 @@ impl Algorithm {
         let (name, value, (from, to), expected) = match self {
             Algorithm::Layered | Algorithm::AxisSheets => return Ok(()),
             Algorithm::ViewSheets { sheet_distance } => {
-                ("sheet distance", sheet_distance, Self::SHEET_DISTANCES, "0.125 to 4 voxels")
+                ("sheet_distance", sheet_distance, Self::SHEET_DISTANCES, "0.125 to 4 voxels")
             }
             Algorithm::Slicing { step } | Algorithm::Raycast { step, .. } => {
                 ("step", step, Self::STEPS, "0.001 to 64 times the smallest spacing")

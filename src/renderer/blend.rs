@@ -43,9 +43,11 @@ impl Blend {
     /// Checks its number.
     pub(super) fn check(self) -> Result<(), Error> {
         match self {
-            Blend::Iso(value) if !value.is_finite() => {
-                Err(Error::OutOfRange { name: "iso value", value: value.to_string(), expected: "a finite number" })
-            }
+            Blend::Iso(value) if !value.is_finite() => Err(Error::OutOfRange {
+                name: "blend",
+                value: value.to_string(),
+                expected: "an iso-value that is a finite number",
+            }),
             _ => Ok(()),
         }
     }

@@ -49,15 +49,15 @@ impl Clipping {
     /// Checks every number.
     pub(super) fn check(&self) -> Result<(), Error> {
         if let Some(CropBox { lowest, highest }) = self.crop
-            && !(lowest.is_finite() && highest.is_finite() && lowest.cmplt(highest).all())
+            && !lowest.cmplt(highest).all()
         {
             let value = format!("{lowest} to {highest}");
-            return Err(Error::OutOfRange { name: "crop", value, expected: "a lower before a higher voxel along each axis" });
+            return Err(Error::OutOfRange { name: "clipping", value, expected: "a lower before a higher voxel along each axis" });
         }
         match self.planes.iter().flatten().find(|p| !p.point.is_finite() || p.normal.try_normalize().is_none()) {
             Some(p) => {
                 let value = format!("{} with normal {}", p.point, p.normal);
-                Err(Error::OutOfRange { name: "clip plane", value, expected: "a finite point and a finite normal other than 0" })
+                Err(Error::OutOfRange { name: "clipping", value, expected: "a finite point and a finite normal other than 0" })
             }
             None => Ok(()),
         }

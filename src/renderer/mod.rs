@@ -25,13 +25,13 @@ pub use plan::Plan;
 pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};
 pub use settings::{Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
 
-use crate::Viewport;
 use crate::camera::Camera;
 use crate::device::Device;
 use crate::error::Error;
 use crate::image::{Background, Frame};
 use crate::layers::{Lattice, Rays};
 use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
 use layered::{PointLayers, SplatLayers};
 use picture::{OntoScreen, Picture, Share};

@@ -2,7 +2,6 @@
 
 use super::scratch::Growing;
 use super::tiles::{Target, Tiles, read_samples};
-use crate::Viewport;
 use crate::device::launch::Launcher;
 use crate::device::launch::picture::{Present, PresentArguments, Warp, WarpArguments, WarpDisplayed, WarpDisplayedArguments};
 use crate::device::launch::structs::{Float4, WarpParams};
@@ -10,6 +9,7 @@ use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::{Lattice, Rays};
+use crate::viewport::Viewport;
 
 /// Most places per pixel and axis that are averaged where it covers many voxels.
 const MOST_FILTERED: f64 = 16.0;

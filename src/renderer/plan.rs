@@ -3,9 +3,9 @@
 use super::algorithm::Algorithm;
 use super::blend::Blend;
 use super::settings::{Classification, Evaluation, Footprints, LayerAxis, Settings};
-use crate::Viewport;
 use crate::error::Error;
 use crate::layers::{Axis, Density, Interpolation, Lattice, Rays, Sampling};
+use crate::viewport::Viewport;
 use crate::volume::Grid;
 use std::fmt;
 
@@ -125,8 +125,8 @@ impl Plan {
 }
 
 fn too_far(axis: Axis) -> Error {
-    let problem = format!("some rays lean too far from layer axis {axis:?}: choose another --layer-axis, or auto");
-    Error::Settings { problem }
+    let problem = format!("some rays lean too far from layer axis {axis:?}: choose another, or leave it to the view");
+    Error::Settings { field: "layer_axis", problem }
 }
 
 /// How lattices for a kind of classification are sampled.

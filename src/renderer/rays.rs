@@ -5,7 +5,6 @@ use super::region::Region;
 use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Target, Tiles};
-use crate::Viewport;
 use crate::device::launch::Launcher;
 use crate::device::launch::layered::Segments;
 use crate::device::launch::rays::{
@@ -14,6 +13,7 @@ use crate::device::launch::rays::{
 use crate::device::launch::structs::MarchParams;
 use crate::error::Error;
 use crate::layers::{Axis, Interpolation, Rays};
+use crate::viewport::Viewport;
 
 /// Rays are marched in the upload's own layout.
 const AXIS: Axis = Axis::Z;
@@ -195,9 +195,9 @@ fn check_steps(scene: &Scene, step: f64) -> Result<(), Error> {
     }
     let problem = format!(
         "a step of {step} smallest spacings cuts the volume's diagonal into {steps:.0} steps, more than {MOST_STEPS:.0}: make \
-         --step longer"
+         it longer"
     );
-    Err(Error::Settings { problem })
+    Err(Error::Settings { field: "step", problem })
 }
 
 /// What all ways of marching need.

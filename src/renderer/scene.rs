@@ -3,11 +3,11 @@
 use super::blend::Blend;
 use super::prepared::Prepared;
 use super::settings::{Classification, Settings};
-use crate::Viewport;
 use crate::device::Device;
 use crate::device::launch::structs::SampleParams;
 use crate::layers::{AxisFrame, Rays};
 use crate::transfer::Extinction;
+use crate::viewport::Viewport;
 use glam::DVec3;
 
 /// A view of a volume, to be drawn.

@@ -209,7 +209,7 @@ impl Settings {
             }
             _ => return Ok(()),
         };
-        Err(Error::Settings { problem: problem.into() })
+        Err(Error::Settings { field: "blend", problem: problem.into() })
     }
 
     /// Checks every number.
@@ -222,7 +222,7 @@ impl Settings {
         if let Evaluation::Lattice(Density::Fixed(m) | Density::AtLeast(m)) = self.evaluation
             && !(1..=MAX_SAMPLES_PER_VOXEL).contains(&m)
         {
-            return refuse("lattice density", &m, "1 to 16 samples per voxel");
+            return refuse("density", &m, "1 to 16 samples per voxel");
         }
         let samples = self.classification.samples_per_layer();
         let (most, expected) = match self.classification {
@@ -230,10 +230,10 @@ impl Settings {
             Classification::Preintegrated { .. } => (Classification::MAX_POINTS, "1 to 8 where classification is pre-integrated"),
         };
         if !(1..=most).contains(&samples) {
-            return refuse("number of sub-layers", &samples, expected);
+            return refuse("samples_per_layer", &samples, expected);
         }
         if let Some(d) = self.unit_distance.filter(|d| !(d.is_finite() && *d > 0.0)) {
-            return refuse("unit distance", &d, "a finite number above 0");
+            return refuse("unit_distance", &d, "a finite number above 0");
         }
         if let Some(s) = self.shading {
             let good = [s.ambient, s.diffuse, s.specular].iter().all(|c| (0.0..=100.0).contains(c));
@@ -242,16 +242,16 @@ impl Settings {
                 return refuse("shading", &value, "ambient, diffuse and specular from 0 to 100, power above 0 and at most 10000");
             }
             if s.light.is_some_and(|l| l.try_normalize().is_none()) {
-                return refuse("light direction", &s.light.unwrap_or_default(), "a finite vector other than 0");
+                return refuse("light", &s.light.unwrap_or_default(), "a finite vector other than 0");
             }
         }
         if self.footprints == Footprints::Set && matches!(self.classification, Classification::Preintegrated { .. }) {
-            let problem = "the footprint set is for classification after interpolation: add --classification post".into();
-            return Err(Error::Settings { problem });
+            let problem = "the footprint set is for classification after interpolation: choose that, or exact footprints".into();
+            return Err(Error::Settings { field: "classification", problem });
         }
         if self.footprints == Footprints::Set && self.evaluation != Evaluation::Direct {
-            let problem = "the footprint set is for the direct evaluation: add --lattice direct".into();
-            return Err(Error::Settings { problem });
+            let problem = "the footprint set is for the direct evaluation: choose that, or exact footprints".into();
+            return Err(Error::Settings { field: "evaluation", problem });
         }
         Ok(())
     }

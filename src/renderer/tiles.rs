@@ -1,11 +1,11 @@
 //! How lattices and screens are cut into tiles, and what these count.
 
 use super::scratch::Growing;
-use crate::Viewport;
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, Tuning};
 use crate::error::Error;
 use crate::layers::{Lattice, Phases};
+use crate::viewport::Viewport;
 
 /// Tiles of samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -70,19 +70,19 @@ impl TransferFunction {
     }
 
     /// A built-in name, `FILE` or `FILE#PRESET`.
-    pub fn open(source: &str, volume: &Volume) -> Result<Self, Error> {
-        if builtin::NAMES.contains(&source) {
-            return Self::builtin(source, volume);
+    pub fn open(source: impl AsRef<Path>, volume: &Volume) -> Result<Self, Error> {
+        let path = source.as_ref();
+        if let Some(name) = path.to_str().filter(|name| builtin::NAMES.contains(name)) {
+            return Self::builtin(name, volume);
         }
-        let path = Path::new(source);
         if path.exists() {
             return Self::from_file(path, None);
         }
-        match source.rsplit_once('#') {
-            Some((file, preset)) => Self::from_file(Path::new(file), Some(preset)),
+        match paraview::file_and_preset(path) {
+            Some((file, preset)) => Self::from_file(file, Some(preset)),
             None if path.extension().is_none() && path.components().count() == 1 => Err(Error::UnknownName {
                 what: "transfer function",
-                name: source.into(),
+                name: path.display().to_string(),
                 known: format!("{}, or a ParaView .json file", builtin::NAMES.join(", ")),
             }),
             None => Self::from_file(path, None),

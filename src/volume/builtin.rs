@@ -26,7 +26,7 @@ pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume, Erro
     };
     if options.dims.is_some() || options.voxel_type.is_some() {
         let problem = format!("dimensions and types are for files: write builtin:{name}@N or builtin:{name}@XxYxZ");
-        return Err(Error::Settings { problem });
+        return Err(Error::Settings { field: "dims", problem });
     }
     let dims = parse_size(size).ok_or_else(|| Error::OutOfRange {
         name: "size of the built-in volume",

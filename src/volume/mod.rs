@@ -59,10 +59,11 @@ impl Volume {
 
     /// Opens `builtin:NAME[@SIZE]` or a file: `NAME_XxYxZ_TYPE.raw` or `.raw.gz`, with `options` for what the name
     /// does not tell, or tells wrongly.
-    pub fn open(source: &str, options: &RawOptions) -> Result<Self, Error> {
-        match source.strip_prefix("builtin:") {
+    pub fn open(source: impl AsRef<Path>, options: &RawOptions) -> Result<Self, Error> {
+        let source = source.as_ref();
+        match source.to_str().and_then(|name| name.strip_prefix("builtin:")) {
             Some(builtin) => builtin_volume(builtin, options),
-            None => raw::read(Path::new(source), options),
+            None => raw::read(source, options),
         }
     }
 

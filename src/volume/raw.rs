@@ -45,8 +45,9 @@ pub(super) fn read(path: &Path, options: &RawOptions) -> Result<Volume, Error> {
         return Err(Error::read(path, io::Error::other("not a regular file")));
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let zipped = name.ends_with(".gz");
-    let stem = name.strip_suffix(".gz").unwrap_or(&name);
+    let lower = name.to_ascii_lowercase();
+    let zipped = lower.ends_with(".gz");
+    let stem = lower.strip_suffix(".gz").unwrap_or(&lower);
     let Some(stem) = stem.strip_suffix(".raw") else {
         return Err(Error::volume(path, "unknown format: volumes are .raw or .raw.gz files, or builtin:NAME"));
     };
@@ -68,7 +69,7 @@ pub(super) fn read(path: &Path, options: &RawOptions) -> Result<Volume, Error> {
         _ => e,
     })?;
     let expected = grid.voxel_count() as u64 * voxel_type.bytes() as u64;
-    let size = |found: String| Error::FileSize { path: path.into(), dims, voxel_type, expected, found };
+    let size = |found: String| Error::FileSize { path: path.into(), dims, voxel_type: voxel_type.to_string(), expected, found };
     if !zipped && metadata.len() != expected {
         return Err(size(metadata.len().to_string()));
     }

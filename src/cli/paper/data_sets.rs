@@ -55,7 +55,7 @@ fn solid() -> Result<TransferFunction, Error> {
 pub(super) struct Source {
     pub name: String,
     /// File or built-in name.
-    path: String,
+    path: PathBuf,
     transfer: Seen,
     pub paper: Option<PaperRow>,
 }
@@ -97,7 +97,7 @@ impl Library {
         let (mut found, mut missing) = (Vec::new(), Vec::new());
         for paper in TABLE_1 {
             let file = files.iter().find(|path| is_volume(path, paper.name));
-            match file.and_then(|path| path.to_str()) {
+            match file {
                 Some(path) => {
                     let transfer = transfers.as_ref().map(|folder| folder.join(format!("{}.json", paper.name)));
                     let transfer = transfer.filter(|file| file.is_file()).map_or(Seen::Automatic, Seen::File);
@@ -140,7 +140,8 @@ impl Library {
 /// `NAME_…_uint8.raw.gz` and so on; the paper's files are unsigned.
 fn is_volume(path: &Path, name: &str) -> bool {
     let file = path.file_name().and_then(|file| file.to_str()).unwrap_or_default();
-    let raw = file.ends_with(".raw") || file.ends_with(".raw.gz");
+    let lower = file.to_ascii_lowercase();
+    let raw = lower.ends_with(".raw") || lower.ends_with(".raw.gz");
     raw && file.strip_prefix(name).is_some_and(|rest| rest.starts_with('_')) && file.contains("_uint")
 }
 

@@ -8,9 +8,10 @@ use super::systems::{Bench, OF_THE_PAPER, SYSTEMS, VIEW};
 use crate::camera::{Camera, Orbit};
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Correction, Interpolation, Viewport};
+use crate::layers::{Correction, Interpolation};
 use crate::renderer::{Classification, Evaluation, Renderer, Settings};
 use crate::transfer::{Extinction, TransferFunction};
+use crate::viewport::Viewport;
 use crate::volume::{RawOptions, Volume};
 
 /// Samples per layer where only the extinction is to count.

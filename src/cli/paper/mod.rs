@@ -13,7 +13,7 @@ use super::rotate::progress;
 use super::{parse, report};
 use crate::device::Device;
 use crate::error::Error;
-use crate::layers::Viewport;
+use crate::viewport::Viewport;
 use clap::ValueEnum;
 use data_sets::Library;
 use indicatif::ProgressBar;

@@ -1,9 +1,10 @@
 //! Pages in Markdown, and the pictures on them.
 
+use super::super::compare;
 use super::Laboratory;
 use crate::error::Error;
 use crate::image::{Background, Frame, write_whole};
-use crate::layers::Viewport;
+use crate::viewport::Viewport;
 use std::path::{Path, PathBuf};
 
 /// Pixels between pictures of a sheet.
@@ -122,5 +123,5 @@ pub(super) fn psnr(a: &Frame, b: &Frame) -> f64 {
 
 /// A number of dB in a table.
 pub(super) fn decibels(psnr: f64) -> String {
-    if psnr.is_finite() { format!("{psnr:.1}") } else { "identical".into() }
+    if psnr.is_finite() { compare::decibels(psnr, 1) } else { "identical".into() }
 }

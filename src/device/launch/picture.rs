@@ -91,3 +91,79 @@ impl Launch for Present {
         a.pixels as usize
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::launch::Launcher;
+    use crate::device::{Device, DeviceChoice};
+    use crate::image::{Background, Frame};
+    use crate::viewport::Viewport;
+
+    /// Pixels of a row: all in one column would be too many rows.
+    const COLUMNS: usize = 64;
+
+    /// What the device makes of pixels.
+    fn presented(pixels: &[[f32; 4]], background: Background) -> Vec<u8> {
+        let choice = std::env::var("LAYERSPLAT_DEVICE").map_or(DeviceChoice::Default, DeviceChoice::Named);
+        let device = Device::open(&choice).expect("the tests need an OpenCL device: scripts/test installs PoCL");
+        let values: Vec<Float4> = pixels.iter().copied().map(Float4).collect();
+        let frame = Buffer::from_slice(&device, &values, "the frame").unwrap();
+        let rgba = Buffer::new(&device, pixels.len(), "the picture").unwrap();
+        let color = match background {
+            Background::Color([r, g, b]) => Float4([r, g, b, 1.0]),
+            Background::Transparent => Float4([0.0; 4]),
+        };
+        let arguments = PresentArguments { frame: &frame, background: color, pixels: pixels.len() as i32, rgba: &rgba };
+        Launcher::<Present>::default().launch(&device, (), &arguments).unwrap();
+        let mut picture = vec![[0u8; 4]; pixels.len()];
+        rgba.read(&device, &mut picture).unwrap();
+        picture.into_flattened()
+    }
+
+    /// Everywhere that a byte could go one way or the other: each half of a 255th with its neighbours, and what is no colour.
+    fn critical_values() -> Vec<f32> {
+        let halves = (-2..=512).flat_map(|n| {
+            let half = n as f32 / 510.0;
+            (-4..=4).map(move |ulps: i32| f32::from_bits(half.to_bits().wrapping_add_signed(ulps)))
+        });
+        let tenths = (-3..=14).map(|n| n as f32 / 10.0);
+        let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, f32::MIN_POSITIVE, f32::EPSILON];
+        let small = [-0.0, f32::from_bits(1), 1e-38, 1e-39, 2f32.powi(-100), 2f32.powi(-101), 1e-20];
+        halves.chain(tenths).chain(odd).chain(small).collect()
+    }
+
+    /// Every critical value as a colour, with every opacity of a few, and as an opacity.
+    fn critical_pixels() -> Vec<[f32; 4]> {
+        let values = critical_values();
+        let opacities = [1.0, 0.0, 0.3, 0.5, 0.75, 1.0 / 3.0, 1e-3, 1e-30, 2f32.powi(-100), 1e-38, 1e-40, -0.25, 1.5, f32::NAN];
+        let next = |i: usize| values[(i * 7 + 3) % values.len()];
+        let colors = opacities.iter().flat_map(|&a| values.iter().enumerate().map(move |(i, &c)| [c, next(i), c * a, a]));
+        let alphas = values.iter().enumerate().map(|(i, &a)| [a, a * 0.3, next(i), a]);
+        let mut pixels: Vec<_> = colors.chain(alphas).collect();
+        pixels.resize(pixels.len().next_multiple_of(COLUMNS), [0.0; 4]);
+        pixels
+    }
+
+    /// A host that rounds halves to even would be noticed.
+    #[test]
+    fn critical_values_tell_rules_apart() {
+        let even = |c: f32| (c * 255.0).round_ties_even() as u8;
+        let up = |c: f32| c.mul_add(255.0, 0.5) as u8;
+        assert!(critical_values().into_iter().filter(|&c| even(c) != up(c)).count() > 100);
+    }
+
+    #[test]
+    fn bytes_are_those_of_the_host() {
+        let pixels = critical_pixels();
+        let viewport = Viewport::new(COLUMNS as u32, (pixels.len() / COLUMNS) as u32).unwrap();
+        let frame = Frame::new(viewport, pixels.clone());
+        let backgrounds = [[0.0; 3], [1.0; 3], [0.5; 3], [0.1, 0.7, 0.31], [1.0 / 3.0, 0.3, 1e-3]].map(Background::Color);
+        for background in backgrounds.into_iter().chain([Background::Transparent]) {
+            let (device, host) = (presented(&pixels, background), frame.to_rgba8(background));
+            for ((pixel, device), host) in pixels.iter().zip(device.as_chunks::<4>().0).zip(host.as_chunks::<4>().0) {
+                assert_eq!(device, host, "{pixel:?} over {background:?}");
+            }
+        }
+    }
+}

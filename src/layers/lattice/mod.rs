@@ -11,7 +11,7 @@ pub use phases::{LayerOffset, MAX_SAMPLES_PER_VOXEL, Phases};
 
 use super::axis::{Axis, AxisFrame};
 use super::rays::{Ray, Rays, from_rows};
-use crate::Viewport;
+use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::{DMat3, DVec3};
 

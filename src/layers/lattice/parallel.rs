@@ -2,8 +2,8 @@
 
 use super::phases::{MAX_SAMPLES_PER_VOXEL, Phases};
 use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source};
-use crate::Viewport;
 use crate::layers::{Axis, Rays};
+use crate::viewport::Viewport;
 use crate::volume::Grid;
 
 /// Largest |s| of a lattice: phases have stencils for 1; others go on where two axes share a picture (`Axis::shares`).

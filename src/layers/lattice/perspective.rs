@@ -2,8 +2,8 @@
 
 use super::phases::MAX_SAMPLES_PER_VOXEL;
 use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source};
-use crate::Viewport;
 use crate::layers::{Axis, AxisFrame, Rays};
+use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::DVec3;
 

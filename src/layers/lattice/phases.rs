@@ -43,9 +43,9 @@ impl Lattice {
 mod tests {
     use super::super::{Density, Sampling};
     use super::*;
-    use crate::Viewport;
     use crate::camera::{Camera, Orbit, Projection};
     use crate::layers::{Axis, Rays};
+    use crate::viewport::Viewport;
     use crate::volume::Grid;
     use approx::assert_abs_diff_eq;
     use glam::DVec3;

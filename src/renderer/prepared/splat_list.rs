@@ -81,8 +81,8 @@ impl Prepared {
             return Ok(kept);
         }
         if let Some(n) = view.dims.iter().find(|&&n| n > i32::from(u16::MAX)) {
-            let problem = format!("sheets take up to 65535 voxels along an axis, not {n}: use another --algorithm");
-            return Err(Error::Settings { problem });
+            let problem = format!("sheets take up to 65535 voxels along an axis, not {n}: use another");
+            return Err(Error::Settings { field: "algorithm", problem });
         }
         let table = self.table(device, extinction)?;
         let rows = view.dims[1] as usize * view.dims[2] as usize;

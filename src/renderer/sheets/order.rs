@@ -3,7 +3,6 @@
 use super::super::prepared::{SplatList, Splatted, Table, read_total};
 use super::super::scratch::Growing;
 use super::super::tiles::Tiles;
-use crate::Viewport;
 use crate::device::launch::Launcher;
 use crate::device::launch::sheets::{
     Pass, Scan, ScanArguments, SortedSplats, SortedSplatsArguments, TiledSplats, TiledSplatsArguments,
@@ -11,6 +10,7 @@ use crate::device::launch::sheets::{
 use crate::device::launch::structs::{SampleParams, Splat, SplatParams};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
+use crate::viewport::Viewport;
 
 /// Projects, sorts and lists splats per tile.
 #[derive(Default)]

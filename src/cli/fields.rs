@@ -1,0 +1,71 @@
+//! What the command calls the fields of the library.
+
+use crate::error::Error;
+
+/// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
+const OPTIONS: [(&str, &str); 25] = [
+    ("algorithm", "--algorithm"),
+    ("blend", "--blend composite|maximum|minimum|average|iso"),
+    ("classification", "--classification post|preintegrated"),
+    ("clipping", "--clip X,Y,Z,NX,NY,NZ"),
+    ("correction", "--correction none|constant|sublayers"),
+    ("density", "--lattice auto|direct|N"),
+    ("device", "--device"),
+    ("dims", "--dims XxYxZ"),
+    ("endian", "--endian"),
+    ("evaluation", "--lattice direct|auto|N"),
+    ("field_of_view", "--perspective FOV"),
+    ("footprints", "--footprints exact|set"),
+    ("interpolation", "--interpolation"),
+    ("layer_axis", "--layer-axis auto|x|y|z"),
+    ("quality", "--quality"),
+    ("samples_per_layer", "--sublayers N"),
+    ("scale", "--parallel-scale"),
+    ("sheet_distance", "--sheet-distance D"),
+    ("spacing", "--spacing X,Y,Z"),
+    ("step", "--step D"),
+    ("transfer function", "--transfer"),
+    ("transfer range", "--transfer-range LO,HI"),
+    ("unit_distance", "--unit-distance D"),
+    ("viewport", "--size WxH"),
+    ("voxel_type", "--type"),
+];
+
+/// The error's message, with the options that set what is at fault.
+pub(super) fn with_options(error: &Error) -> String {
+    let option_of = |field: &&str| OPTIONS.iter().find(|(name, _)| name == field).map(|(_, option)| *option);
+    let options: Vec<&str> = error.fields().iter().filter_map(option_of).collect();
+    if options.is_empty() { error.to_string() } else { format!("{error} ({})", options.join(", ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn options_are_there() {
+        let command = super::super::Cli::command();
+        let render = command.find_subcommand("render").unwrap();
+        for (field, option) in OPTIONS {
+            let name = option.split(' ').next().unwrap().strip_prefix("--").unwrap();
+            let found = render.get_arguments().find(|argument| argument.get_long() == Some(name));
+            let found = found.unwrap_or_else(|| panic!("{field}: there is no {option}"));
+            let values: Vec<String> = found.get_possible_values().iter().map(|value| value.get_name().into()).collect();
+            if let Some((_, named)) = option.split_once(' ').filter(|_| !values.is_empty()) {
+                assert_eq!(named.split('|').collect::<Vec<_>>(), values, "{option}");
+            }
+        }
+        assert!(OPTIONS.is_sorted());
+    }
+
+    #[test]
+    fn messages_name_field_and_option() {
+        let step = Error::OutOfRange { name: "step", value: "0".into(), expected: "more" };
+        assert_eq!(with_options(&step), "step is 0: expected more (--step D)");
+        let memory = Error::DeviceMemory { what: "it".into(), device: "d".into(), needed: 2, available: 1 };
+        assert!(with_options(&memory).ends_with("(--device)"));
+        let other = Error::Camera { problem: "no view" };
+        assert_eq!(with_options(&other), other.to_string());
+    }
+}

@@ -1,0 +1,28 @@
+//! What devices are there for.
+
+use opencl3::device::{CL_DEVICE_TYPE_CPU, CL_DEVICE_TYPE_GPU};
+use serde::Serialize;
+
+/// Kind of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum DeviceKind {
+    /// The host's processors.
+    Cpu,
+    /// A graphics processor.
+    Gpu,
+    /// Anything else.
+    Other,
+}
+
+impl DeviceKind {
+    /// The kind that OpenCL's CL_DEVICE_TYPE says.
+    pub(super) fn of(device_type: u64) -> Self {
+        match device_type {
+            t if t & CL_DEVICE_TYPE_GPU != 0 => DeviceKind::Gpu,
+            t if t & CL_DEVICE_TYPE_CPU != 0 => DeviceKind::Cpu,
+            _ => DeviceKind::Other,
+        }
+    }
+}

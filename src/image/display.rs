@@ -1,0 +1,78 @@
+//! A finished pixel: over a background, and in 8 bits. The same rule as kernels/display.cl, to the bit.
+
+use super::Background;
+
+/// A pixel of less opacity shows nothing: quotients of denormals, which devices may take for 0, are kept out.
+const LEAST_OPACITY: f32 = f32::from_bits((127 - 100) << 23);
+
+/// A premultiplied pixel over an opaque colour. What is multiplied and added is rounded once.
+pub(super) fn over([r, g, b, a]: [f32; 4], color: [f32; 3]) -> [f32; 4] {
+    let on = |c: f32, below: f32| (1.0 - a).mul_add(below, c);
+    [on(r, color[0]), on(g, color[1]), on(b, color[2]), 1.0]
+}
+
+/// A premultiplied pixel in 8 bits, over an opaque colour or with straight alpha.
+pub(super) fn displayed(pixel: [f32; 4], background: Background) -> [u8; 4] {
+    let [r, g, b, a] = pixel;
+    match background {
+        Background::Color(color) => over(pixel, color).map(byte),
+        Background::Transparent if a >= LEAST_OPACITY => [r / a, g / a, b / a, a].map(byte),
+        Background::Transparent => [0; 4],
+    }
+}
+
+/// 0 … 1 to 0 … 255, halves up; what lies beyond to the nearest end, NaN to 0.
+fn byte(c: f32) -> u8 {
+    // The cast truncates, and saturates.
+    c.mul_add(255.0, 0.5) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_are_rounded_up_and_what_is_beyond_is_cut_off() {
+        let cases = [
+            (0.0, 0),
+            (-0.0, 0),
+            (1.0, 255),
+            (0.3, 77),  // 76.5
+            (0.1, 26),  // 25.5
+            (0.5, 128), // 127.5
+            (0.7, 179), // 178.499997, a half in floats
+            (0.25, 64), // 63.75
+            (1.0 / 255.0, 1),
+            (0.499 / 255.0, 0),
+            (254.499 / 255.0, 254),
+            (-0.3, 0),
+            (-1e30, 0),
+            (1.003, 255),
+            (1e30, 255),
+            (f32::INFINITY, 255),
+            (f32::NEG_INFINITY, 0),
+            (f32::NAN, 0),
+            (f32::from_bits(1), 0),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(byte(value), expected, "{value}");
+        }
+        for n in 0..=255u8 {
+            assert_eq!(byte(f32::from(n) / 255.0), n);
+        }
+    }
+
+    #[test]
+    fn pixels_over_a_colour_and_with_straight_alpha() {
+        let half = [0.3, 0.1, 0.0, 0.5];
+        assert_eq!(displayed(half, Background::BLACK), [77, 26, 0, 255]);
+        assert_eq!(displayed(half, Background::Color([0.0, 0.4, 1.0])), [77, 77, 128, 255]);
+        assert_eq!(displayed(half, Background::Transparent), [153, 51, 0, 128]);
+        // More colour than opacity, none of it, and nothing to speak of.
+        assert_eq!(displayed([0.5, 0.25, 0.0, 0.25], Background::Transparent), [255, 255, 0, 64]);
+        for nothing in [0.0, -0.5, f32::NAN, LEAST_OPACITY / 2.0] {
+            assert_eq!(displayed([0.3, 0.3, 0.3, nothing], Background::Transparent), [0; 4], "{nothing}");
+        }
+        assert_eq!(displayed([f32::NAN, 0.5, 2.0, 1.0], Background::Transparent), [0, 128, 255, 255]);
+    }
+}

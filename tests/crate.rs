@@ -1,0 +1,116 @@
+//! The crate as a whole: what a library user pays for, and that its rooms know each other in one direction only.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::process::Command;
+
+/// What only the command needs.
+const OF_THE_COMMAND: [&str; 6] = ["clap", "cpu-time", "indicatif", "plotters", "signal-hook", "tracing-subscriber"];
+
+/// Every crate that is built into this one with these features.
+fn dependencies(features: &[&str]) -> BTreeSet<String> {
+    let mut command = Command::new(env!("CARGO"));
+    command.args(["tree", "--offline", "--locked", "--edges", "normal", "--prefix", "none"]).args(features);
+    let output = command.current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let lines = String::from_utf8(output.stdout).unwrap();
+    lines.lines().filter_map(|line| line.split(' ').next()).filter(|name| !name.is_empty()).map(String::from).collect()
+}
+
+#[test]
+fn the_library_alone_pays_for_nothing_of_the_command() {
+    let (library, command) = (dependencies(&["--no-default-features"]), dependencies(&[]));
+    assert!(library.contains("opencl3") && library.is_subset(&command), "{library:?}");
+    for name in OF_THE_COMMAND {
+        assert!(command.contains(name) && !library.contains(name), "{name}");
+    }
+}
+
+/// Settings and cameras can be made with nothing but this crate, its hidden rooms left alone.
+#[test]
+fn what_users_need_is_at_hand() {
+    use layersplat::glam::DVec3;
+    use layersplat::renderer::{Classification, Evaluation, LayerAxis};
+    use layersplat::{Axis, Camera, Correction, Density, Orbit, Projection, Settings};
+    let camera = Camera::orbit(DVec3::ZERO, 2.0, Orbit::default(), Projection::Parallel { scale: 1.0 });
+    let settings = Settings {
+        layer_axis: LayerAxis::Forced(Axis::Z),
+        evaluation: Evaluation::Lattice(Density::Fixed(2)),
+        classification: Classification::Post(Correction::SubLayers(2)),
+        ..Settings::default()
+    };
+    assert!(camera.position.z == 2.0 && settings.layer_axis == LayerAxis::Forced(Axis::Z));
+}
+
+/// Rooms (files and folders of src) by name, with the rooms that they name.
+fn rooms() -> BTreeMap<String, BTreeSet<String>> {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut rooms = BTreeMap::new();
+    for entry in std::fs::read_dir(source).unwrap() {
+        let path = entry.unwrap().path();
+        let room = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        if room != "lib" && room != "main" {
+            let known = named_rooms(&code_of(&path)).into_iter().filter(|name| *name != room).collect();
+            rooms.insert(room, known);
+        }
+    }
+    rooms
+}
+
+/// The code of a file, or of all files of a folder, without tests.
+fn code_of(path: &Path) -> String {
+    if path.is_dir() {
+        return std::fs::read_dir(path).unwrap().map(|entry| code_of(&entry.unwrap().path())).collect();
+    }
+    let text = std::fs::read_to_string(path).unwrap();
+    text.split("#[cfg(test)]").next().unwrap().to_owned()
+}
+
+/// Options of the command in a line of code: what follows `--` in a text.
+fn options(line: &str) -> bool {
+    let is_letter = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_lowercase);
+    line.match_indices("--").any(|(at, _)| is_letter(line.as_bytes().get(at + 2)))
+}
+
+/// Library messages name fields; what the command calls these, src/cli/fields.rs knows alone. Readers of volumes still say which
+/// option tells what a file's name does not.
+#[test]
+fn only_the_command_knows_its_options() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for entry in std::fs::read_dir(source).unwrap() {
+        let path = entry.unwrap().path();
+        if ["cli", "volume"].iter().all(|room| !path.ends_with(room)) {
+            let code = code_of(&path);
+            let found: Vec<&str> = code.lines().filter(|l| options(l) && !l.trim_start().starts_with("//")).collect();
+            assert_eq!(found, [""; 0], "{}", path.display());
+        }
+    }
+    assert!(options("correct --dims or") && !options("a - b, c--, -- d"));
+}
+
+/// What follows `crate::` anywhere but in a comment.
+fn named_rooms(code: &str) -> BTreeSet<String> {
+    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+    let mentions = lines.flat_map(|line| line.split("crate::").skip(1));
+    let names = mentions.map(|rest| rest.chars().take_while(|c| c.is_ascii_lowercase() || *c == '_').collect());
+    names.filter(|name: &String| !name.is_empty()).collect()
+}
+
+/// Rooms that lead back to themselves: what is left when those that know nothing but what was taken already are taken, one
+/// after the other.
+fn circular(mut rooms: BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
+    while let Some(free) = rooms.iter().find(|(_, known)| !known.iter().any(|k| rooms.contains_key(k))).map(|(r, _)| r.clone()) {
+        rooms.remove(&free);
+    }
+    rooms.into_keys().collect()
+}
+
+#[test]
+fn rooms_know_each_other_in_one_direction() {
+    let mut rooms = rooms();
+    assert!(rooms.len() >= 10 && rooms["renderer"].contains("device") && rooms["layers"].contains("viewport"), "{rooms:?}");
+    assert_eq!(circular(rooms.clone()), [""; 0]);
+    // The check notices a way back.
+    rooms.get_mut("error").unwrap().insert("volume".into());
+    assert!(circular(rooms).contains(&"volume".into()));
+}
