@@ -4,7 +4,7 @@ mod scene;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use layersplat::layers::Correction;
-use layersplat::renderer::Classification;
+use layersplat::settings::{Classification, Layered};
 use layersplat::{Background, Renderer, Settings};
 use scene::{Scene, viewport};
 use std::time::Duration;
@@ -33,7 +33,10 @@ fn frame_stages(criterion: &mut Criterion, scene: &Scene, name: &str, settings: 
 fn stages(criterion: &mut Criterion) {
     let scene = Scene::built_in("builtin:hydrogen@128");
     let points = Settings::default();
-    let splats = Settings { classification: Classification::Post(Correction::SubLayers(2)), ..points };
+    let splats = Settings {
+        algorithm: Layered { classification: Classification::Post(Correction::SubLayers(2)), ..Layered::default() }.into(),
+        ..points
+    };
     frame_stages(criterion, &scene, "points", &points, &["lattice", "warp"]);
     frame_stages(criterion, &scene, "splats", &splats, &["table", "footprints", "lattice", "warp"]);
 

@@ -42,6 +42,7 @@ pub mod layers;
 #[doc(hidden)]
 pub mod reference;
 pub mod renderer;
+pub mod settings;
 pub mod transfer;
 mod viewport;
 pub mod volume;
@@ -53,7 +54,8 @@ pub use framing::Framing;
 pub use glam;
 pub use image::{Background, Frame};
 pub use layers::{Axis, Correction, Density, Interpolation};
-pub use renderer::{Quality, Renderer, Settings};
+pub use renderer::Renderer;
+pub use settings::{Quality, Settings};
 pub use transfer::TransferFunction;
 pub use viewport::Viewport;
 pub use volume::{RawOptions, Volume};

@@ -6,7 +6,7 @@ use common::*;
 use glam::DVec3;
 use layersplat::layers::Interpolation;
 use layersplat::reference::{Integral, Marched, Sheets};
-use layersplat::renderer::{Algorithm, LayerAxis};
+use layersplat::settings::{Algorithm, LayerAxis};
 use layersplat::transfer::Extinction;
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Frame, Orbit, Settings, TransferFunction, Viewport, Volume};
@@ -23,7 +23,9 @@ const RIM_SHARE: f64 = 6e-3;
 
 fn reference(volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport, settings: &Settings) -> Frame {
     match settings.algorithm {
-        Algorithm::AxisSheets | Algorithm::ViewSheets { .. } => Sheets::new(volume, transfer, settings).render(camera, size),
+        Algorithm::AxisSheets { .. } | Algorithm::ViewSheets { .. } => {
+            Sheets::new(volume, transfer, settings).render(camera, size)
+        }
         _ => Marched::new(volume, transfer, settings).render(camera, size),
     }
     .unwrap()
@@ -152,7 +154,7 @@ fn voxel_types_edges_and_switches() {
     let fog = TransferFunction::new("fog", vec![(0.0, [1.0, 0.5, 0.2])], vec![(0.0, 0.05), (255.0, 0.3)]).unwrap();
     let volume = random_volume(dims, DVec3::ONE, 6);
     let camera = parallel(&volume, size, 25.0, 35.0);
-    for algorithm in OTHERS.into_iter().filter(|a| *a != Algorithm::AxisSheets) {
+    for algorithm in OTHERS.into_iter().filter(|a| !matches!(a, Algorithm::AxisSheets { .. })) {
         let found = render(&volume, &fog, &camera, size, &unlimited(algorithm));
         let expected = reference(&volume, &fog, &camera, size, &unlimited(algorithm));
         // A whole step more or less at the support's edge, of what 5 % per voxel hide.
@@ -167,7 +169,7 @@ fn forced_layer_axes() {
     let size = viewport(30, 30);
     let camera = parallel(&volume, size, 45.0, 0.0);
     let pictures = [layersplat::layers::Axis::X, layersplat::layers::Axis::Z].map(|axis| {
-        let settings = Settings { layer_axis: LayerAxis::Forced(axis), ..unlimited(Algorithm::AxisSheets) };
+        let settings = unlimited(Algorithm::AxisSheets { layer_axis: LayerAxis::Forced(axis) });
         assert_is_reference(&volume, &smooth_transfer(), &camera, size, &settings);
         render(&volume, &smooth_transfer(), &camera, size, &settings)
     });
@@ -196,7 +198,7 @@ fn beer_lambert() {
                 let settings = Settings { shading: None, ..unlimited(algorithm) };
                 let frame = render(&volume, &ramp, &camera, viewport(9, 9), &settings);
                 let limit = match algorithm {
-                    Algorithm::AxisSheets | Algorithm::ViewSheets { .. } => RIPPLE,
+                    Algorithm::AxisSheets { .. } | Algorithm::ViewSheets { .. } => RIPPLE,
                     Algorithm::Raycast { interpolation: Interpolation::Gaussian, .. } => RIPPLE,
                     _ => 0.02,
                 };

@@ -6,7 +6,7 @@ use common::*;
 use glam::DVec3;
 use layersplat::layers::{Axis, Correction, Density, Rays, footprint, nearest_in_set, set_direction};
 use layersplat::reference::Integral;
-use layersplat::renderer::{Classification, Evaluation, Footprints, LayerAxis};
+use layersplat::settings::{Classification, Evaluation, Footprints, LayerAxis, Layered};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Renderer, Settings, TransferFunction, Viewport, Volume};
 
@@ -60,7 +60,11 @@ fn beer_lambert_through_both_faces_of_the_layer_axis() {
                         let tau = -(1.0f64 - 0.05).ln();
                         let expected = (-tau * n.z * step).exp();
                         for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
-                            let settings = Settings { classification, evaluation, unit_distance: Some(unit), ..unshaded() };
+                            let settings = Settings {
+                                algorithm: Layered { classification, evaluation, ..layered(unshaded()) }.into(),
+                                unit_distance: Some(unit),
+                                ..unshaded()
+                            };
                             let found = middle(&volume, &step_transfer(100.0, 0.05), &camera, &settings);
                             assert!(
                                 (found - expected).abs() < FLOAT_TOLERANCE,
@@ -81,7 +85,7 @@ fn beer_lambert_in_perspective() {
     let camera = perspective(&volume, 0.0, 0.0, 20.0);
     let evaluations = [Evaluation::Lattice(Density::AtLeast(2)), Evaluation::Direct];
     for (classification, evaluation) in CLASSIFICATIONS.into_iter().flat_map(|c| evaluations.map(|e| (c, e))) {
-        let settings = Settings { classification, evaluation, ..unshaded() };
+        let settings = Settings { algorithm: Layered { classification, evaluation, ..layered(unshaded()) }.into(), ..unshaded() };
         let frame = render(&volume, &step_transfer(100.0, 0.05), &camera, viewport(65, 65), &settings);
         for (x, y) in [(32, 32), (36, 32), (32, 27), (37, 36)] {
             let rays = Rays::new(&camera, viewport(65, 65), volume.grid()).unwrap();
@@ -108,7 +112,13 @@ fn an_eye_inside_sees_what_is_before_it() {
             let camera = perspective(&volume, 20.0, 10.0, 90.0);
             let eye = camera.focal_point + (camera.position - camera.focal_point).normalize() * distance;
             let camera = Camera { position: eye, ..camera };
-            let frame = render(&volume, &transfer, &camera, size, &Settings { classification, ..unshaded() });
+            let frame = render(
+                &volume,
+                &transfer,
+                &camera,
+                size,
+                &Settings { algorithm: Layered { classification, ..layered(unshaded()) }.into(), ..unshaded() },
+            );
             let truth = Integral::new(&volume, &transfer, None).render(&camera, size).unwrap();
             for (found, expected) in frame.pixels().iter().zip(truth.pixels()) {
                 let [found, expected] = [found, expected].map(|p| -(1.0 - f64::from(p[3])).ln() / tau);
@@ -127,7 +137,7 @@ fn a_step_at_the_first_point_hides_what_is_below() {
     let transfer = TransferFunction::new("step", vec![(100.0, [1.0; 3])], opacities).unwrap();
     let camera = parallel(&volume, viewport(64, 64), 10.0, 5.0);
     for classification in CLASSIFICATIONS {
-        let settings = Settings { classification, ..Settings::default() };
+        let settings = Settings { algorithm: Layered { classification, ..Layered::default() }.into(), ..Settings::default() };
         let frame = render(&volume, &transfer, &camera, viewport(64, 64), &settings);
         let opaque = frame.pixels().iter().filter(|p| p[3] > 0.5).count();
         assert!((1..60).contains(&opaque), "{classification:?}: {opaque} opaque pixels for one voxel");
@@ -139,7 +149,10 @@ fn rays_through_side_faces_are_right_to_one_layer() {
     let volume = cube([10, 10, 16], DVec3::ONE);
     let size = viewport(48, 48);
     let camera = parallel(&volume, size, 35.0, 15.0);
-    let settings = Settings { classification: SPLATTED, evaluation: Evaluation::Direct, ..unshaded() };
+    let settings = Settings {
+        algorithm: Layered { classification: SPLATTED, evaluation: Evaluation::Direct, ..layered(unshaded()) }.into(),
+        ..unshaded()
+    };
     let frame = render(&volume, &step_transfer(100.0, 0.05), &camera, size, &settings);
     let rays = Rays::new(&camera, size, volume.grid()).unwrap();
     let tau = -(1.0f64 - 0.05).ln();
@@ -195,7 +208,15 @@ fn every_ray_is_the_line_integral_where_extinction_is_linear_in_the_value() {
         for (azimuth, elevation) in [(0.0, 0.0), (45.0, 0.0), (30.0, 20.0), (100.0, -40.0), (0.0, 80.0)] {
             for correction in [Correction::None, Correction::Constant, Correction::SubLayers(2), Correction::SubLayers(4)] {
                 for evaluation in [Evaluation::Lattice(Density::Fixed(1)), Evaluation::Direct] {
-                    let settings = Settings { classification: Classification::Post(correction), evaluation, ..unshaded() };
+                    let settings = Settings {
+                        algorithm: Layered {
+                            classification: Classification::Post(correction),
+                            evaluation,
+                            ..layered(unshaded())
+                        }
+                        .into(),
+                        ..unshaded()
+                    };
                     let camera = parallel(&volume, size, azimuth, elevation);
                     let difference = line_integral_difference(&volume, &camera, size, &settings);
                     assert!(
@@ -206,14 +227,17 @@ fn every_ray_is_the_line_integral_where_extinction_is_linear_in_the_value() {
             }
         }
         let camera = perspective(&volume, 20.0, 10.0, 30.0);
-        let lattice = Settings { classification: SPLATTED, ..unshaded() };
-        let direct = Settings { evaluation: Evaluation::Direct, ..lattice };
+        let lattice = Settings { algorithm: Layered { classification: SPLATTED, ..layered(unshaded()) }.into(), ..unshaded() };
+        let direct = Settings { algorithm: Layered { evaluation: Evaluation::Direct, ..layered(lattice) }.into(), ..lattice };
         assert!(line_integral_difference(&volume, &camera, size, &direct) < INTEGRAL_TOLERANCE);
         assert!(line_integral_difference(&volume, &camera, size, &lattice) < QUADRATURE_TOLERANCE);
         // Between point-sampled layers the values are taken to change evenly. Straight on the mean is that of the field.
         for (azimuth, elevation) in [(0.0, 0.0), (90.0, 0.0), (0.0, -90.0)] {
             for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
-                let settings = Settings { classification: POINTS, evaluation, ..unshaded() };
+                let settings = Settings {
+                    algorithm: Layered { classification: POINTS, evaluation, ..layered(unshaded()) }.into(),
+                    ..unshaded()
+                };
                 let difference = line_integral_difference(&volume, &parallel(&volume, size, azimuth, elevation), size, &settings);
                 assert!(difference < INTEGRAL_TOLERANCE, "points, {azimuth}, {elevation}, {evaluation:?}: {difference}");
             }
@@ -223,7 +247,13 @@ fn every_ray_is_the_line_integral_where_extinction_is_linear_in_the_value() {
     let wrong = Settings { unit_distance: Some(1.05), ..unshaded() };
     let transfer = linear_extinction(4e-4);
     let camera = parallel(&volume, size, 30.0, 20.0);
-    let found = render(&volume, &transfer, &camera, size, &Settings { evaluation: Evaluation::Direct, ..wrong });
+    let found = render(
+        &volume,
+        &transfer,
+        &camera,
+        size,
+        &Settings { algorithm: Layered { evaluation: Evaluation::Direct, ..layered(wrong) }.into(), ..wrong },
+    );
     let expected = Integral::new(&volume, &transfer, None).render(&camera, size).unwrap();
     assert!(compare(&found, &expected).max_difference > 2.0 * INTEGRAL_TOLERANCE, "a wrong unit distance must be noticed");
 }
@@ -235,7 +265,11 @@ fn one_voxel_shows_its_footprint() {
     let size = viewport(32, 32);
     for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0), (80.0, -5.0)] {
         for evaluation in [Evaluation::Lattice(Density::Fixed(8)), Evaluation::Direct] {
-            let settings = Settings { classification: Classification::Post(Correction::None), evaluation, ..unshaded() };
+            let settings = Settings {
+                algorithm: Layered { classification: Classification::Post(Correction::None), evaluation, ..layered(unshaded()) }
+                    .into(),
+                ..unshaded()
+            };
             let camera = scaled(parallel(&volume, size, azimuth, elevation), 2.0);
             let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
             let rays = Rays::new(&camera, size, volume.grid()).unwrap();
@@ -280,12 +314,16 @@ fn the_set_keeps_what_is_flat() {
     for (azimuth, elevation) in [(0.0, 0.0), (3.0, 3.0), (10.0, 25.0), (30.0, 20.0), (44.0, 1.0), (40.0, 30.0), (-20.0, -33.0)] {
         let camera = scaled(parallel(&volume, size, azimuth, elevation), 2.0);
         let exact = Settings {
-            evaluation: Evaluation::Direct,
-            classification: Classification::Post(Correction::None),
-            layer_axis: LayerAxis::Forced(Axis::Z),
+            algorithm: Layered {
+                evaluation: Evaluation::Direct,
+                classification: Classification::Post(Correction::None),
+                layer_axis: LayerAxis::Forced(Axis::Z),
+                ..layered(unshaded())
+            }
+            .into(),
             ..unshaded()
         };
-        let set = Settings { footprints: Footprints::Set, ..exact };
+        let set = Settings { algorithm: Layered { footprints: Footprints::Set, ..layered(exact) }.into(), ..exact };
         let [a, b] = [exact, set].map(|s| render(&volume, &transfer, &camera, size, &s));
         for (p, q) in a.pixels().iter().zip(b.pixels()) {
             largest = largest.max(((1.0 - f64::from(q[3])).ln() / (1.0 - f64::from(p[3])).ln() - 1.0).abs());
@@ -299,9 +337,19 @@ fn the_set_is_nearest_and_close() {
     let size = viewport(40, 40);
     let volume = random_volume([20, 20, 20], DVec3::ONE, 5);
     let camera = parallel(&volume, size, 30.0, 20.0);
-    let direct = Settings { classification: SPLATTED, evaluation: Evaluation::Direct, ..Settings::default() };
-    let [exact, set] = [Footprints::Exact, Footprints::Set]
-        .map(|footprints| render(&volume, &smooth_transfer(), &camera, size, &Settings { footprints, ..direct }));
+    let direct = Settings {
+        algorithm: Layered { classification: SPLATTED, evaluation: Evaluation::Direct, ..Layered::default() }.into(),
+        ..Settings::default()
+    };
+    let [exact, set] = [Footprints::Exact, Footprints::Set].map(|footprints| {
+        render(
+            &volume,
+            &smooth_transfer(),
+            &camera,
+            size,
+            &Settings { algorithm: Layered { footprints, ..layered(direct) }.into(), ..direct },
+        )
+    });
     let psnr = compare(&exact, &set).psnr.expect("the set differs");
     assert!((35.0..80.0).contains(&psnr), "{psnr}");
     assert_eq!(nearest_in_set(set_direction(321)), 321);
@@ -319,7 +367,8 @@ fn a_function_is_the_same_wherever_its_points_end() {
     let moved = band(&[(110.0, 0.02), (115.0, 0.9), (120.0, 0.04)]);
     for classification in CLASSIFICATIONS {
         for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
-            let settings = Settings { classification, evaluation, ..unshaded() };
+            let settings =
+                Settings { algorithm: Layered { classification, evaluation, ..layered(unshaded()) }.into(), ..unshaded() };
             let [a, b] = [&short, &long].map(|t| render(&volume, t, &camera, size, &settings));
             let psnr = compare(&a, &b).psnr_rgba.unwrap_or(f64::INFINITY);
             assert!(psnr > 45.0, "{classification:?}, {evaluation:?}: {psnr} dB");

@@ -30,16 +30,20 @@ fn the_library_alone_pays_for_nothing_of_the_command() {
 #[test]
 fn what_users_need_is_at_hand() {
     use layersplat::glam::DVec3;
-    use layersplat::renderer::{Classification, Evaluation, LayerAxis};
+    use layersplat::settings::{Classification, Evaluation, LayerAxis, Layered};
     use layersplat::{Axis, Camera, Correction, Density, Orbit, Projection, Settings};
     let camera = Camera::orbit(DVec3::ZERO, 2.0, Orbit::default(), Projection::Parallel { scale: 1.0 });
     let settings = Settings {
-        layer_axis: LayerAxis::Forced(Axis::Z),
-        evaluation: Evaluation::Lattice(Density::Fixed(2)),
-        classification: Classification::Post(Correction::SubLayers(2)),
+        algorithm: Layered {
+            layer_axis: LayerAxis::Forced(Axis::Z),
+            evaluation: Evaluation::Lattice(Density::Fixed(2)),
+            classification: Classification::Post(Correction::SubLayers(2)),
+            ..Layered::default()
+        }
+        .into(),
         ..Settings::default()
     };
-    assert!(camera.position.z == 2.0 && settings.layer_axis == LayerAxis::Forced(Axis::Z));
+    assert!(camera.position.z == 2.0 && settings.layered().is_some_and(|l| l.layer_axis == LayerAxis::Forced(Axis::Z)));
 }
 
 /// Rooms (files and folders of src) by name, with the rooms that they name.

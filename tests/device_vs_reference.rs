@@ -6,8 +6,9 @@ mod common;
 use common::*;
 use glam::DVec3;
 use layersplat::layers::{Axis, Correction, Density, Rays};
-use layersplat::reference::Layered;
-use layersplat::renderer::{Classification, Evaluation, LayerAxis, Plan};
+use layersplat::reference::Layered as LayeredReference;
+use layersplat::renderer::Plan;
+use layersplat::settings::{Classification, Evaluation, LayerAxis, Layered};
 use layersplat::transfer::Extinction;
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Renderer, Settings, TransferFunction, Viewport, Volume};
@@ -37,12 +38,19 @@ const VIEWS: [(f64, f64); 12] = [
 ];
 
 fn settings(classification: Classification, shading: bool) -> Settings {
-    let settings = Settings { classification, early_termination: false, ..Settings::default() };
+    let settings = Settings {
+        algorithm: Layered { classification, ..Layered::default() }.into(),
+        early_termination: false,
+        ..Settings::default()
+    };
     if shading { settings } else { Settings { shading: None, ..settings } }
 }
 
 fn direct(classification: Classification, shading: bool) -> Settings {
-    Settings { evaluation: Evaluation::Direct, ..settings(classification, shading) }
+    Settings {
+        algorithm: Layered { evaluation: Evaluation::Direct, ..layered(settings(classification, shading)) }.into(),
+        ..settings(classification, shading)
+    }
 }
 
 /// On the lattice of a perspective.
@@ -66,11 +74,11 @@ fn lattice_difference(
     let mut renderer = Renderer::new(&device(), volume, transfer).unwrap();
     let picture = renderer.lattice_picture(camera, size, settings).unwrap()?;
     let rays = Rays::new(camera, size, volume.grid()).unwrap();
-    let axis = match settings.layer_axis {
+    let axis = match layered(*settings).layer_axis {
         LayerAxis::Forced(axis) => axis,
         LayerAxis::Auto => Axis::most_parallel(rays.central_direction()),
     };
-    let reference = Layered::new(volume, transfer, settings);
+    let reference = LayeredReference::new(volume, transfer, settings);
     let mut largest: f64 = 0.0;
     let mut seen: f64 = 0.0;
     // A prime stride visits all phases and tiles without visiting every sample.
@@ -96,8 +104,14 @@ fn lattice_of_parallel_views() {
             for (classification, shading) in each() {
                 let size = viewport(24, 20);
                 let camera = parallel(&volume, size, azimuth, elevation);
-                let settings =
-                    Settings { evaluation: Evaluation::Lattice(Density::Fixed(2)), ..settings(classification, shading) };
+                let settings = Settings {
+                    algorithm: Layered {
+                        evaluation: Evaluation::Lattice(Density::Fixed(2)),
+                        ..layered(settings(classification, shading))
+                    }
+                    .into(),
+                    ..settings(classification, shading)
+                };
                 let difference = lattice_difference(&volume, &smooth_transfer(), &camera, size, &settings).expect("a lattice");
                 let what = format!("{dims:?} at {azimuth}, {elevation}, {classification:?}, shading {shading}");
                 assert!(difference <= DEVICE_TOLERANCE, "{what}: differs by {difference}");
@@ -116,7 +130,7 @@ fn direct_in_parallel_views() {
             for settings in each().map(|(classification, shading)| direct(classification, shading)) {
                 let camera = parallel(&volume, size, azimuth, elevation);
                 let axis = direct_axis(&volume, &camera, size, &settings);
-                let expected = Layered::new(&volume, &smooth_transfer(), &settings).render(&camera, size, axis).unwrap();
+                let expected = LayeredReference::new(&volume, &smooth_transfer(), &settings).render(&camera, size, axis).unwrap();
                 let found = render(&volume, &smooth_transfer(), &camera, size, &settings);
                 assert_close(&format!("{dims:?} at {azimuth}, {elevation}, {settings:?}"), &found, &expected, DEVICE_TOLERANCE);
             }
@@ -140,7 +154,7 @@ fn wide_and_from_inside(volume: &Volume, size: Viewport, direct: &Settings) {
             let camera = perspective(volume, azimuth, elevation, field_of_view);
             let axis = direct_axis(volume, &camera, size, direct);
             own_axes += usize::from(axis.is_none());
-            let expected = Layered::new(volume, &smooth_transfer(), direct).render(&camera, size, axis).unwrap();
+            let expected = LayeredReference::new(volume, &smooth_transfer(), direct).render(&camera, size, axis).unwrap();
             let found = render(volume, &smooth_transfer(), &camera, size, direct);
             // Rays at exactly 45° may take either axis when float and f64 round differently: compare by PSNR there.
             let comparison = compare(&found, &expected);
@@ -154,7 +168,7 @@ fn wide_and_from_inside(volume: &Volume, size: Viewport, direct: &Settings) {
     let inside = Camera { position: volume.grid().centre() + DVec3::new(0.3, 0.2, 2.2), ..perspective(volume, 0.0, 0.0, 60.0) };
     let axis = direct_axis(volume, &inside, size, direct);
     assert_eq!(axis, None);
-    let expected = Layered::new(volume, &smooth_transfer(), direct).render(&inside, size, axis).unwrap();
+    let expected = LayeredReference::new(volume, &smooth_transfer(), direct).render(&inside, size, axis).unwrap();
     let found = render(volume, &smooth_transfer(), &inside, size, direct);
     assert!(compare(&found, &expected).psnr_rgba.is_none_or(|p| p > 50.0), "{:?}", compare(&found, &expected));
 }
@@ -184,7 +198,7 @@ fn lattice_of_perspectives() {
     let rays = Rays::new(&perspective(&volume, 45.0, 0.0, 90.0), size, volume.grid()).unwrap();
     for settings in CLASSIFICATIONS.map(|c| settings(c, true)) {
         let difference = lattice_difference(&volume, &smooth_transfer(), &wide, size, &settings).expect("a lattice");
-        assert!(difference <= perspective_tolerance(settings.classification), "60°: differs by {difference}");
+        assert!(difference <= perspective_tolerance(layered(settings).classification), "60°: differs by {difference}");
         let plan = Plan::new(&rays, size, volume.grid(), &settings).unwrap();
         assert!(matches!(plan, Plan::CastSegments(_) | Plan::Raycast(..)), "{plan}");
     }
@@ -204,8 +218,10 @@ fn every_correction_and_extinction() {
             let settings = Settings { extinction, unit_distance, ..settings(classification, true) };
             let difference = lattice_difference(&volume, &smooth_transfer(), &camera, size, &settings).expect("a lattice");
             assert!(difference <= DEVICE_TOLERANCE, "{classification:?}, {extinction:?}: differs by {difference}");
-            let settings = Settings { evaluation: Evaluation::Direct, ..settings };
-            let expected = Layered::new(&volume, &smooth_transfer(), &settings).render(&camera, size, Some(Axis::Z)).unwrap();
+            let settings =
+                Settings { algorithm: Layered { evaluation: Evaluation::Direct, ..layered(settings) }.into(), ..settings };
+            let expected =
+                LayeredReference::new(&volume, &smooth_transfer(), &settings).render(&camera, size, Some(Axis::Z)).unwrap();
             let found = render(&volume, &smooth_transfer(), &camera, size, &settings);
             assert_close(&format!("direct, {classification:?}, {extinction:?}"), &found, &expected, DEVICE_TOLERANCE);
         }
@@ -255,7 +271,7 @@ fn a_visible_background_ends_with_the_support() {
         }
         let camera = perspective(&volume, 20.0, 10.0, 30.0);
         let difference = lattice_difference(&volume, &transfer, &camera, size, &settings).expect("a lattice");
-        assert!(difference <= perspective_tolerance(settings.classification), "perspective: differs by {difference}");
+        assert!(difference <= perspective_tolerance(layered(settings).classification), "perspective: differs by {difference}");
     }
 }
 
@@ -268,7 +284,7 @@ fn injected_errors_are_noticed() {
         let right = direct(classification, true);
         let found = render(&volume, &smooth_transfer(), &camera, size, &right);
         let reference = |settings: &Settings, axis| {
-            Layered::new(&volume, &smooth_transfer(), settings).render(&camera, size, Some(axis)).unwrap()
+            LayeredReference::new(&volume, &smooth_transfer(), settings).render(&camera, size, Some(axis)).unwrap()
         };
         let good = reference(&right, Axis::Z);
         assert_close("unharmed", &found, &good, DEVICE_TOLERANCE);
@@ -303,7 +319,7 @@ fn deep_segments_of_several_hues() {
             let camera = parallel(&volume, size, azimuth, elevation);
             let axis = direct_axis(&volume, &camera, size, &settings);
             let found = render(&volume, &hues, &camera, size, &settings);
-            let mut reference = Layered::new(&volume, &hues, &settings);
+            let mut reference = LayeredReference::new(&volume, &hues, &settings);
             let whole = reference.render(&camera, size, axis).unwrap();
             reference.in_parts = true;
             let in_parts = reference.render(&camera, size, axis).unwrap();

@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use layersplat::layers::{Correction, Interpolation};
 use layersplat::reference::Integral;
-use layersplat::renderer::{Algorithm, Classification, Evaluation};
+use layersplat::settings::{Algorithm, Classification, Evaluation, Layered};
 use layersplat::{Frame, Quality, Settings, TransferFunction};
 
 /// Least PSNR over RGB, in dB, of `standard` and `high`.
@@ -41,7 +41,10 @@ fn standard_and_high_reach_their_psnr() {
             let (rgb, rgba) = found(quality.settings(), &format!("{quality:?}"));
             assert!(rgb >= least, "{name} {quality:?}: {rgb} dB, less than {least}");
             assert!(rgba >= least - 1.0, "{name} {quality:?}: alpha is off: {rgba} dB");
-            let splatted = Settings { classification: quality.splatted(), ..quality.settings() };
+            let splatted = Settings {
+                algorithm: Layered { classification: quality.splatted(), ..layered(quality.settings()) }.into(),
+                ..quality.settings()
+            };
             let (post, _) = found(splatted, &format!("{quality:?} post"));
             if quality != Quality::Standard {
                 assert!(rgb > post, "{name} {quality:?}: pre-integration must gain, {rgb} dB for {post}");
@@ -49,7 +52,13 @@ fn standard_and_high_reach_their_psnr() {
         }
         found(Quality::Paper.settings(), "Paper");
         for quality in [Quality::Standard, Quality::High] {
-            found(Settings { evaluation: Evaluation::Direct, ..quality.settings() }, &format!("{quality:?} per pixel"));
+            found(
+                Settings {
+                    algorithm: Layered { evaluation: Evaluation::Direct, ..layered(quality.settings()) }.into(),
+                    ..quality.settings()
+                },
+                &format!("{quality:?} per pixel"),
+            );
         }
         let converged = Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.0625 };
         let (on_the_device, _) = found(Settings { algorithm: converged, ..Settings::default() }, "ray casting");
@@ -57,9 +66,15 @@ fn standard_and_high_reach_their_psnr() {
         let picture = |settings: Settings| render(&volume, &transfer, &camera, size, &Settings { shading: None, ..settings });
         let shifted = psnr(&shifted_by_half_a_pixel(&picture(Quality::Standard.settings())), &truth).0;
         assert!(shifted < standard, "{name}: half a pixel must be noticed, {shifted} dB");
-        let high = Settings { classification: Quality::High.splatted(), ..Quality::High.settings() };
+        let high = Settings {
+            algorithm: Layered { classification: Quality::High.splatted(), ..layered(Quality::High.settings()) }.into(),
+            ..Quality::High.settings()
+        };
         let with_kappa = psnr(&picture(high), &truth).0;
-        let without = Settings { classification: Classification::Post(Correction::None), ..high };
+        let without = Settings {
+            algorithm: Layered { classification: Classification::Post(Correction::None), ..layered(high) }.into(),
+            ..high
+        };
         let without_kappa = psnr(&picture(without), &truth).0;
         assert!(without_kappa < with_kappa, "{name}: a missing kappa must cost, {without_kappa} dB");
         for settings in [high, Quality::High.settings()] {
@@ -87,7 +102,7 @@ fn high_is_nearer_to_its_integral_than_sheets_and_slices_to_theirs() {
         let others = [
             (Algorithm::ViewSheets { sheet_distance: 1.0 }, Interpolation::Gaussian),
             (Algorithm::Slicing { step: 1.0 }, Interpolation::Trilinear),
-            (Algorithm::AxisSheets, Interpolation::Gaussian),
+            (Algorithm::AxisSheets { layer_axis: layersplat::settings::LayerAxis::Auto }, Interpolation::Gaussian),
         ];
         for (algorithm, kernel) in others {
             let theirs = psnr(&with(algorithm), &truth(kernel)).0;
@@ -110,9 +125,13 @@ fn pre_integration_finds_thin_shells() {
     let found =
         |settings: Settings| psnr(&render(&volume, &shell, &camera, size, &Settings { shading: None, ..settings }), &truth).0;
     // Per pixel: the shell's edges are finer than any lattice's samples.
-    let high = Settings { evaluation: Evaluation::Direct, ..Quality::High.settings() };
-    let classified = [Classification::Post(Correction::Constant), Quality::High.splatted(), POINTS, high.classification];
-    let [kappa, sub_layers, once, twice] = classified.map(|classification| found(Settings { classification, ..high }));
+    let high = Settings {
+        algorithm: Layered { evaluation: Evaluation::Direct, ..layered(Quality::High.settings()) }.into(),
+        ..Quality::High.settings()
+    };
+    let classified = [Classification::Post(Correction::Constant), Quality::High.splatted(), POINTS, layered(high).classification];
+    let [kappa, sub_layers, once, twice] = classified
+        .map(|classification| found(Settings { algorithm: Layered { classification, ..layered(high) }.into(), ..high }));
     eprintln!(
         "fidelity thin shell in engine: {kappa:.1} dB with kappa, {sub_layers:.1} with four sub-layers, pre-integrated {once:.1} \
          with one sample per layer, {twice:.1} with two"

@@ -5,7 +5,8 @@ mod common;
 use common::*;
 use glam::DVec3;
 use layersplat::layers::{Correction, Density, Rays};
-use layersplat::renderer::{Classification, Evaluation, Plan};
+use layersplat::renderer::Plan;
+use layersplat::settings::{Classification, Evaluation, Layered};
 use layersplat::{Camera, RawOptions, Settings, TransferFunction, Volume};
 
 /// PSNR over RGBA of noise, the hardest case: its finest detail is two voxels, four to six samples.
@@ -22,9 +23,9 @@ fn smooth_volume() -> Volume {
 
 fn psnr(volume: &Volume, transfer: &TransferFunction, camera: &Camera, settings: &Settings) -> f64 {
     let size = viewport(96, 80);
-    let direct = Settings { evaluation: Evaluation::Direct, ..*settings };
+    let direct = Settings { algorithm: Layered { evaluation: Evaluation::Direct, ..layered(*settings) }.into(), ..*settings };
     let rays = Rays::new(camera, size, volume.grid()).unwrap();
-    assert!(!matches!(Plan::new(&rays, size, volume.grid(), settings).unwrap(), Plan::Direct(_)), "no lattice to compare");
+    assert!(!matches!(Plan::new(&rays, size, volume.grid(), settings).unwrap(), Plan::Direct(..)), "no lattice to compare");
     let [a, b] = [settings, &direct].map(|s| render(volume, transfer, camera, size, s));
     assert!(largest_opacity(&b) > 0.05);
     let shifted = compare(&shifted_by_half_a_pixel(&a), &b).psnr_rgba.expect("shifted pictures differ");
@@ -39,7 +40,10 @@ fn parallel_and_perspective_views() {
     for (volume, limit) in [(noise, NOISE_PSNR), (smooth_volume(), SMOOTH_PSNR)] {
         for (azimuth, elevation) in VIEWS {
             for shading in [true, false] {
-                let mut settings = Settings { evaluation: Evaluation::Lattice(Density::AtLeast(3)), ..Settings::default() };
+                let mut settings = Settings {
+                    algorithm: Layered { evaluation: Evaluation::Lattice(Density::AtLeast(3)), ..Layered::default() }.into(),
+                    ..Settings::default()
+                };
                 if !shading {
                     settings.shading = None;
                 }
@@ -63,7 +67,10 @@ fn more_samples_per_voxel_come_closer() {
             &volume,
             &smooth_transfer(),
             &camera,
-            &Settings { evaluation: Evaluation::Lattice(Density::Fixed(m)), ..Settings::default() },
+            &Settings {
+                algorithm: Layered { evaluation: Evaluation::Lattice(Density::Fixed(m)), ..Layered::default() }.into(),
+                ..Settings::default()
+            },
         )
     };
     let found = [2, 4, 8].map(at);
@@ -73,17 +80,28 @@ fn more_samples_per_voxel_come_closer() {
 /// The 45° switch: both layer axes forced on the same view at exactly 45° in voxel units.
 fn popping(volume: &Volume, transfer: &TransferFunction, correction: Correction) -> f64 {
     use layersplat::layers::Axis;
-    use layersplat::renderer::LayerAxis;
+    use layersplat::settings::LayerAxis;
     let size = viewport(256, 256);
     let camera = parallel(volume, size, 45.0, 0.0);
     let settings = Settings {
-        classification: Classification::Post(correction),
+        algorithm: Layered {
+            classification: Classification::Post(correction),
+            evaluation: Evaluation::Lattice(Density::AtLeast(3)),
+            ..Layered::default()
+        }
+        .into(),
         shading: None,
-        evaluation: Evaluation::Lattice(Density::AtLeast(3)),
         ..Settings::default()
     };
-    let [x, z] = [Axis::X, Axis::Z]
-        .map(|axis| render(volume, transfer, &camera, size, &Settings { layer_axis: LayerAxis::Forced(axis), ..settings }));
+    let [x, z] = [Axis::X, Axis::Z].map(|axis| {
+        render(
+            volume,
+            transfer,
+            &camera,
+            size,
+            &Settings { algorithm: Layered { layer_axis: LayerAxis::Forced(axis), ..layered(settings) }.into(), ..settings },
+        )
+    });
     compare(&x, &z).psnr.expect("the axes differ")
 }
 

@@ -7,7 +7,7 @@ use common::*;
 use glam::DVec3;
 use layersplat::layers::{Interpolation, Rays};
 use layersplat::reference::Integral;
-use layersplat::renderer::{Algorithm, Classification, Evaluation, Shading};
+use layersplat::settings::{Algorithm, Classification, Evaluation, Layered, Shading};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Frame, Orbit, Projection, Quality, Settings, TransferFunction, Viewport, Volume};
 
@@ -62,7 +62,13 @@ fn lit_fidelity(name: &str, volume: &Volume, transfer: &TransferFunction, camera
     for (quality, least) in [(Quality::Draft, 0.0), (Quality::Standard, least.0), (Quality::High, least.1)] {
         let db = found(quality.settings(), &format!("{quality:?}"));
         assert!(db >= least, "{name} {quality:?}: {db} dB, less than {least}");
-        found(Settings { classification: quality.splatted(), ..quality.settings() }, &format!("{quality:?} post"));
+        found(
+            Settings {
+                algorithm: Layered { classification: quality.splatted(), ..layered(quality.settings()) }.into(),
+                ..quality.settings()
+            },
+            &format!("{quality:?} post"),
+        );
     }
     found(Quality::Paper.settings(), "Paper");
     let standard = render(volume, transfer, camera, size, &Settings::default());
@@ -74,7 +80,7 @@ fn lit_fidelity(name: &str, volume: &Volume, transfer: &TransferFunction, camera
     found(with(Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.5 }), "raycast tricubic 0.5");
     found(with(Algorithm::Slicing { step: 1.0 }), "slicing");
     found(with(Algorithm::ViewSheets { sheet_distance: 1.0 }), "view-sheets");
-    found(with(Algorithm::AxisSheets), "axis-sheets");
+    found(with(Algorithm::AxisSheets { layer_axis: layersplat::settings::LayerAxis::Auto }), "axis-sheets");
 }
 
 #[test]
@@ -105,8 +111,11 @@ fn more_samples_per_layer_approach_the_integral() {
         let mut last = 0.0;
         for samples_per_layer in 1..=Classification::MAX_POINTS {
             let classification = Classification::Preintegrated { samples_per_layer };
-            let settings =
-                Settings { evaluation: Evaluation::Direct, early_termination: false, classification, ..Settings::default() };
+            let settings = Settings {
+                algorithm: Layered { evaluation: Evaluation::Direct, classification, ..Layered::default() }.into(),
+                early_termination: false,
+                ..Settings::default()
+            };
             let db = psnr(&render(&volume, &transfer, &camera, size, &settings), &truth);
             eprintln!("convergence, {what}, {samples_per_layer} samples per layer: {db:.1} dB");
             assert!(db > last, "{what}, {samples_per_layer} samples: {db} dB after {last}");
@@ -152,8 +161,11 @@ fn highlights_are_where_they_belong() {
     for (azimuth, elevation) in [(0.0, 0.0), (20.0, 10.0), (44.0, 0.0), (44.0, 20.0), (45.0, 35.0), (120.0, -50.0)] {
         let camera = scaled(parallel(&volume, size, azimuth, elevation), 26.0 * 128.0 / 102.0);
         for quality in [Quality::Standard, Quality::High] {
-            for classification in [quality.settings().classification, quality.splatted()] {
-                let settings = Settings { classification, ..quality.settings() };
+            for classification in [quality.layered().classification, quality.splatted()] {
+                let settings = Settings {
+                    algorithm: Layered { classification, ..layered(quality.settings()) }.into(),
+                    ..quality.settings()
+                };
                 let (x, y) = highlight(&render(&volume, &transfer, &camera, size, &settings));
                 let off = x.hypot(y);
                 assert!(off <= 0.5, "{quality:?}, {classification:?} at {azimuth}, {elevation}: off by {x:.2}, {y:.2} pixels");
@@ -208,7 +220,14 @@ fn the_layer_axis_changes_without_a_jump() {
             if quality == Quality::High && name == "aneurism" {
                 let camera = parallel(&volume, size, azimuth, 20.0);
                 let along = |axis| {
-                    let settings = Settings { layer_axis: layersplat::renderer::LayerAxis::Forced(axis), ..quality.settings() };
+                    let settings = Settings {
+                        algorithm: Layered {
+                            layer_axis: layersplat::settings::LayerAxis::Forced(axis),
+                            ..layered(quality.settings())
+                        }
+                        .into(),
+                        ..quality.settings()
+                    };
                     render(&volume, &transfer, &camera, size, &settings)
                 };
                 let [x, z] = [layersplat::layers::Axis::X, layersplat::layers::Axis::Z].map(along);

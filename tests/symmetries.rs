@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use glam::DVec3;
 use layersplat::layers::Density;
-use layersplat::renderer::Evaluation;
+use layersplat::settings::{Evaluation, Layered};
 use layersplat::volume::{Endian, Voxels};
 use layersplat::{Camera, Frame, RawOptions, Renderer, Settings, TransferFunction, Volume};
 
@@ -27,9 +27,12 @@ const VIEWS: [(f64, f64); 4] = [(20.0, 10.0), (-70.0, 25.0), (130.0, -50.0), (10
 fn evaluations() -> Vec<Settings> {
     let settings = Settings { early_termination: false, ..Settings::default() };
     let evaluations = [Evaluation::Lattice(Density::AtLeast(2)), Evaluation::Direct];
-    let layered = CLASSIFICATIONS.into_iter().flat_map(|c| evaluations.map(|e| (c, e)));
-    layered
-        .map(|(classification, evaluation)| Settings { classification, evaluation, ..settings })
+    let choices = CLASSIFICATIONS.into_iter().flat_map(|c| evaluations.map(|e| (c, e)));
+    choices
+        .map(|(classification, evaluation)| Settings {
+            algorithm: Layered { classification, evaluation, ..layered(settings) }.into(),
+            ..settings
+        })
         .chain(OTHERS.map(|algorithm| Settings { algorithm, ..settings }))
         .collect()
 }
@@ -210,7 +213,7 @@ fn culling_never_changes_a_bit() {
                     assert!(difference <= limit, "{azimuth}, {elevation}, {name}: {difference}");
                     // What is visible only between voxels, classification before splatting does not see, and single samples
                     // jump over.
-                    let sees_all = name != "axis-sheets" && !(name == "layered" && settings.classification == SPLATTED);
+                    let sees_all = name != "axis-sheets" && !(name == "layered" && layered(settings).classification == SPLATTED);
                     let seen = largest_opacity(&culled) > 0.01 || !sees_all;
                     assert!(seen, "{azimuth}, {elevation}, {name}, {:?}: the picture is empty", camera.projection);
                 }
@@ -222,7 +225,7 @@ fn culling_never_changes_a_bit() {
 /// A flat volume far from zero with one higher voxel, and edges of opacity just above the flat value.
 #[test]
 fn culling_survives_rounding_and_the_footprint_set() {
-    use layersplat::renderer::Footprints;
+    use layersplat::settings::Footprints;
     let size = viewport(64, 64);
     let dims = [24; 3];
     let mut seen: f32 = 0.0;
@@ -235,13 +238,21 @@ fn culling_survives_rounding_and_the_footprint_set() {
             let opacities = vec![(0.0, 0.0), (edge, 0.0), (edge + 2.0, 0.5), (65_535.0, 0.5)];
             let transfer = TransferFunction::new("edge", vec![(0.0, [1.0; 3])], opacities).unwrap();
             let unshaded = Settings { shading: None, early_termination: false, ..Settings::default() };
-            let direct = Settings { classification: SPLATTED, evaluation: Evaluation::Direct, ..unshaded };
-            let set = Settings { footprints: Footprints::Set, ..direct };
-            for settings in [direct, set, unshaded, Settings { evaluation: Evaluation::Direct, ..unshaded }] {
+            let direct = Settings {
+                algorithm: Layered { classification: SPLATTED, evaluation: Evaluation::Direct, ..layered(unshaded) }.into(),
+                ..unshaded
+            };
+            let set = Settings { algorithm: Layered { footprints: Footprints::Set, ..layered(direct) }.into(), ..direct };
+            for settings in [
+                direct,
+                set,
+                unshaded,
+                Settings { algorithm: Layered { evaluation: Evaluation::Direct, ..layered(unshaded) }.into(), ..unshaded },
+            ] {
                 let camera = parallel(&volume, size, 45.0, 35.0);
                 let culled = render(&volume, &transfer, &camera, size, &settings);
                 let whole = render(&volume, &transfer, &camera, size, &Settings { culling: false, ..settings });
-                assert!(culled == whole, "{flat}, {edge}, {:?}: {:?}", settings.footprints, compare(&culled, &whole));
+                assert!(culled == whole, "{flat}, {edge}, {:?}: {:?}", layered(settings).footprints, compare(&culled, &whole));
                 seen = seen.max(largest_opacity(&whole));
             }
         }

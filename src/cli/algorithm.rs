@@ -2,7 +2,7 @@
 
 use super::parse;
 use crate::layers::Interpolation;
-use crate::renderer::Algorithm;
+use crate::settings::{Algorithm, LayerAxis, Layered};
 use clap::{Args, ValueEnum};
 
 /// Which renderer.
@@ -39,11 +39,11 @@ enum InterpolationName {
 }
 
 impl AlgorithmOptions {
-    /// The algorithm that was asked for, or what is contradictory.
-    pub fn algorithm(&self) -> Result<Algorithm, crate::Error> {
+    /// The algorithm that was asked for, or what is contradictory; `layered` and `layer_axis` are what other options say of these.
+    pub fn algorithm(&self, layered: Layered, layer_axis: LayerAxis) -> Result<Algorithm, crate::Error> {
         let algorithm = match self.algorithm {
-            AlgorithmName::Layered => Algorithm::Layered,
-            AlgorithmName::AxisSheets => Algorithm::AxisSheets,
+            AlgorithmName::Layered => Algorithm::Layered(Layered { layer_axis, ..layered }),
+            AlgorithmName::AxisSheets => Algorithm::AxisSheets { layer_axis },
             AlgorithmName::ViewSheets => {
                 Algorithm::ViewSheets { sheet_distance: self.sheet_distance.unwrap_or(Algorithm::SHEET_DISTANCE) }
             }

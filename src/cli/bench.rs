@@ -7,7 +7,8 @@ use crate::camera::Orbit;
 use crate::device::StageTimes;
 use crate::error::Error;
 use crate::image::Background;
-use crate::renderer::{Algorithm, LatticeReport, Quality, Renderer};
+use crate::renderer::{LatticeReport, Renderer};
+use crate::settings::Quality;
 use cpu_time::ProcessTime;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -126,7 +127,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let bench = Bench {
         volume: scene.volume.name(),
         algorithm: scene.settings.algorithm.name(),
-        quality: (scene.settings.algorithm == Algorithm::Layered).then(|| arguments.scene.quality.quality()),
+        quality: scene.settings.layered().map(|_| arguments.scene.quality.quality()),
         device: &scene.device.info().name,
         frames,
         min_ms: times.iter().copied().fold(f64::INFINITY, f64::min),

@@ -2,7 +2,7 @@
 
 use super::parse;
 use crate::Error;
-use crate::renderer::{Blend, ClipPlane, Clipping, CropBox, Settings};
+use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Settings};
 use clap::{Args, ValueEnum};
 
 /// What becomes of the values along a ray, and of what part of it.

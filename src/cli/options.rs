@@ -6,7 +6,7 @@ use crate::camera::Orbit;
 use crate::device::DeviceChoice;
 use crate::image::Background;
 use crate::layers::{Correction, Density};
-use crate::renderer::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
+use crate::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Layered, Quality, Settings, Shading};
 use crate::transfer::Extinction;
 use crate::viewport::Viewport;
 use crate::volume::{Endian, RawOptions, Volume, VoxelType};
@@ -204,41 +204,43 @@ enum FootprintsName {
 impl QualityOptions {
     /// The quality's settings with what was asked for otherwise, or what is contradictory.
     pub fn settings(&self) -> Result<Settings, crate::Error> {
-        let mut settings = self.quality().settings();
-        settings.algorithm = self.algorithm.algorithm()?;
-        self.check_meaning(settings.algorithm)?;
-        settings.layer_axis = self.layer_axis;
-        settings.unit_distance = self.unit_distance;
-        settings.classification = self.classification(settings.classification)?;
-        settings.extinction = match self.extinction {
-            None => settings.extinction,
-            Some(ExtinctionName::Exponential) => Extinction::Exponential,
-            Some(ExtinctionName::Linear) => Extinction::Linear,
+        let algorithm = self.algorithm.algorithm(self.quality().layered(), self.layer_axis)?;
+        self.check_meaning(algorithm)?;
+        let algorithm = match algorithm {
+            Algorithm::Layered(own) => self.layered(own)?.into(),
+            other => other,
         };
-        if let Some(on) = self.shading {
-            settings.shading = on.then(Shading::default);
-        }
-        settings.footprints = match self.footprints {
-            None => settings.footprints,
+        let settings = Settings::from(algorithm);
+        Ok(Settings {
+            unit_distance: self.unit_distance,
+            extinction: match self.extinction {
+                None => settings.extinction,
+                Some(ExtinctionName::Exponential) => Extinction::Exponential,
+                Some(ExtinctionName::Linear) => Extinction::Linear,
+            },
+            shading: self.shading.map_or(settings.shading, |on| on.then(Shading::default)),
+            early_termination: self.early_termination.unwrap_or(settings.early_termination),
+            ..settings
+        })
+    }
+
+    /// The quality's choices of layered rendering with what was asked for otherwise.
+    fn layered(&self, own: Layered) -> Result<Layered, crate::Error> {
+        let classification = self.classification(own.classification)?;
+        let evaluation = match (self.lattice, own.evaluation) {
+            (None, own) => own,
+            // `auto` leaves a quality its own density, unless that is a number or none.
+            (Some(Evaluation::Lattice(Density::Relaxed)), Evaluation::Lattice(own @ Density::Fine)) => Evaluation::Lattice(own),
+            (Some(evaluation), _) => evaluation,
+        };
+        let footprints = match self.footprints {
+            // The set comes with the paper's direct evaluation; on a lattice it has no meaning.
+            None if self.lattice.is_some() && evaluation != Evaluation::Direct => Footprints::Exact,
+            None => own.footprints,
             Some(FootprintsName::Exact) => Footprints::Exact,
             Some(FootprintsName::Set) => Footprints::Set,
         };
-        if let Some(evaluation) = self.lattice {
-            let kept = match (evaluation, settings.evaluation) {
-                // `auto` leaves a quality its own density, unless that is a number or none.
-                (Evaluation::Lattice(Density::Relaxed), Evaluation::Lattice(own @ Density::Fine)) => Evaluation::Lattice(own),
-                _ => evaluation,
-            };
-            settings.evaluation = kept;
-            // The set comes with the paper's direct evaluation; on a lattice it has no meaning.
-            if self.footprints.is_none() && kept != Evaluation::Direct {
-                settings.footprints = Footprints::Exact;
-            }
-        }
-        if let Some(on) = self.early_termination {
-            settings.early_termination = on;
-        }
-        Ok(settings)
+        Ok(Layered { classification, evaluation, footprints, ..own })
     }
 
     /// The bundle that the options begin with.
@@ -248,10 +250,10 @@ impl QualityOptions {
 
     /// Refuses options that an algorithm does not have.
     fn check_meaning(&self, algorithm: Algorithm) -> Result<(), crate::Error> {
-        if algorithm == Algorithm::Layered {
+        if let Algorithm::Layered(_) = algorithm {
             return Ok(());
         }
-        let layer_axis = self.layer_axis != LayerAxis::Auto && algorithm != Algorithm::AxisSheets;
+        let layer_axis = self.layer_axis != LayerAxis::Auto && !matches!(algorithm, Algorithm::AxisSheets { .. });
         let given = [
             (self.quality.is_some(), "quality"),
             (self.classification.is_some(), "classification"),

@@ -1,7 +1,7 @@
 //! Values of options: sizes `XxYxZ`, vectors `X,Y,Z`, switches.
 
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
-use crate::renderer::{ClipPlane, CropBox, Evaluation, LayerAxis};
+use crate::settings::{ClipPlane, CropBox, Evaluation, LayerAxis};
 use crate::viewport::Viewport;
 use glam::DVec3;
 

@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Interpolation, Ray, Rays};
-use crate::renderer::Shading;
+use crate::settings::Shading;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::Volume;

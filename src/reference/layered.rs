@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Axis, Correction, LayerSlabs, Ray, Rays, footprint};
-use crate::renderer::{Classification, Settings};
+use crate::settings::{Classification, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
@@ -19,6 +19,7 @@ pub struct Layered<'a> {
     pub(super) volume: &'a Volume,
     pub(super) transfer: &'a TransferFunction,
     pub(super) settings: &'a Settings,
+    pub(super) classification: Classification,
     /// Whether pre-integrated segments are cut into fine parts, each dimmed by those before it, as the kernels approach for opaque
     /// transfer functions of several hues. Default: no.
     pub in_parts: bool,
@@ -34,7 +35,8 @@ pub(super) struct Crossing {
 impl<'a> Layered<'a> {
     /// A renderer. Of the settings, those that decide where sums are evaluated and what is skipped are ignored.
     pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
-        Self { field: Field::new(volume, transfer), volume, transfer, settings, in_parts: false }
+        let classification = settings.layered().unwrap_or_default().classification;
+        Self { field: Field::new(volume, transfer), volume, transfer, settings, classification, in_parts: false }
     }
 
     /// The picture of a camera, all rays with one layer axis, or each with its own.
@@ -49,7 +51,7 @@ impl<'a> Layered<'a> {
         let frame = axis.frame();
         let shear = DVec2::from_array(frame.shear(ray.direction));
         let crossing = Crossing { axis, origin: frame.local(ray.origin), shear };
-        match self.settings.classification {
+        match self.classification {
             Classification::Post(correction) => self.composite_splats(ray, &crossing, correction, to_eye),
             Classification::Preintegrated { samples_per_layer } => {
                 self.composite_points(ray, &crossing, samples_per_layer, to_eye)
@@ -109,7 +111,7 @@ impl<'a> Layered<'a> {
     pub(super) fn sample_length(&self, crossing: &Crossing) -> f64 {
         let spacing = self.volume.grid().spacing();
         let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
-        let samples = f64::from(self.settings.classification.samples_per_layer());
+        let samples = f64::from(self.classification.samples_per_layer());
         (crossing.shear.extend(1.0) * crossing.axis.frame().local(spacing)).length() / unit / samples
     }
 

@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Interpolation, Ray, Rays};
-use crate::renderer::{Algorithm, Settings};
+use crate::settings::{Algorithm, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;

@@ -1,6 +1,6 @@
 //! How a colour is lit.
 
-use crate::renderer::Shading;
+use crate::settings::Shading;
 use crate::volume::Volume;
 use glam::DVec3;
 

@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Axis, GAUSSIAN_RADIUS, Interpolation, Ray, Rays, SplatProjection, SplatSlabs, gaussian_footprint};
-use crate::renderer::{Algorithm, LayerAxis, Settings};
+use crate::settings::{Algorithm, LayerAxis, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
@@ -55,7 +55,7 @@ impl<'a> Sheets<'a> {
             let seen: Vec<(&Splat, f64)> = splats.iter().map(|s| (s, weight(s))).filter(|(_, weight)| *weight > 0.0).collect();
             let ray = rays.at(x, y);
             match self.settings.algorithm {
-                Algorithm::AxisSheets => self.by_layer(&ray, &projection, &seen, rays.to_eye),
+                Algorithm::AxisSheets { .. } => self.by_layer(&ray, &projection, &seen, rays.to_eye),
                 Algorithm::ViewSheets { sheet_distance } => self.by_sheet(&ray, &projection, &seen, sheet_distance, rays.to_eye),
                 other => panic!("{} has no sheets", other.name()),
             }
@@ -63,9 +63,9 @@ impl<'a> Sheets<'a> {
     }
 
     fn splats(&self, projection: &SplatProjection, direction: DVec3) -> Vec<Splat> {
-        let axis = match self.settings.layer_axis {
-            LayerAxis::Auto => Axis::most_parallel(direction),
-            LayerAxis::Forced(axis) => axis,
+        let axis = match self.settings.algorithm {
+            Algorithm::AxisSheets { layer_axis: LayerAxis::Forced(axis) } => axis,
+            _ => Axis::most_parallel(direction),
         };
         let a = axis.index();
         let forward = direction[a] >= 0.0;

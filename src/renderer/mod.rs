@@ -1,9 +1,6 @@
 //! Orchestrates a frame: what is kept between frames, what is planned, which kernels run in which order.
 
-mod algorithm;
-mod blend;
 mod cache;
-mod clipping;
 mod layered;
 mod picture;
 mod plan;
@@ -14,22 +11,18 @@ mod report;
 mod scene;
 mod scratch;
 mod screen;
-mod settings;
 mod sheets;
 mod tiles;
 
-pub use algorithm::Algorithm;
-pub use blend::Blend;
-pub use clipping::{ClipPlane, Clipping, CropBox};
 pub use plan::Plan;
 pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};
-pub use settings::{Classification, Evaluation, Footprints, LayerAxis, Quality, Settings, Shading};
 
 use crate::camera::Camera;
 use crate::device::Device;
 use crate::error::Error;
 use crate::image::{Background, Frame};
-use crate::layers::{Lattice, Rays};
+use crate::layers::{Axis, Lattice, Rays};
+use crate::settings::{Classification, Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
@@ -37,7 +30,7 @@ use layered::{PointLayers, SplatLayers};
 use picture::{OntoScreen, Picture, Share};
 use prepared::Prepared;
 use rays::MarchedRays;
-use scene::Scene;
+use scene::View;
 use sheets::{AxisAlignedSheets, ImageAlignedSheets};
 use tiles::{Target, read_samples};
 
@@ -112,7 +105,7 @@ impl Renderer {
         let device = self.frame_device();
         let rays = Rays::new(camera, viewport, self.grid())?;
         let plan = Plan::new(&rays, viewport, self.grid(), settings)?;
-        let (drawn, active_samples) = self.draw(&device, &plan, &rays, viewport, settings)?;
+        let (drawn, active_samples) = self.draw(View { device: &device, rays: &rays, viewport, settings }, &plan)?;
         let pixels = match drawn {
             Drawn::Lattice(lattice) => {
                 let onto = OntoScreen { lattice: &lattice, rays: &rays, viewport };
@@ -136,7 +129,7 @@ impl Renderer {
         let device = self.frame_device();
         let rays = Rays::new(camera, viewport, self.grid())?;
         let plan = Plan::new(&rays, viewport, self.grid(), settings)?;
-        let (drawn, active_samples) = self.draw(&device, &plan, &rays, viewport, settings)?;
+        let (drawn, active_samples) = self.draw(View { device: &device, rays: &rays, viewport, settings }, &plan)?;
         let picture = match drawn {
             Drawn::Lattice(lattice) => {
                 let onto = OntoScreen { lattice: &lattice, rays: &rays, viewport };
@@ -158,12 +151,12 @@ impl Renderer {
     ) -> Result<Option<LatticePicture>, Error> {
         let device = self.frame_device();
         let rays = Rays::new(camera, viewport, self.grid())?;
-        let lattice = match Plan::new(&rays, viewport, self.grid(), settings)? {
-            Plan::Lattice(lattice) => lattice,
-            Plan::Shared(mut parts) => parts.swap_remove(0).0,
+        let (lattice, layered) = match Plan::new(&rays, viewport, self.grid(), settings)? {
+            Plan::Lattice(lattice, layered) => (lattice, layered),
+            Plan::Shared(mut parts, layered) => (parts.swap_remove(0).0, layered),
             _ => return Ok(None),
         };
-        self.draw_lattice(&device, &lattice, &rays, viewport, settings)?;
+        self.draw_lattice(View { device: &device, rays: &rays, viewport, settings }, &lattice, layered)?;
         let samples = read_samples(self.target.drawn(&device)?.0, &device, lattice.samples())?;
         Ok(Some(LatticePicture { size: lattice.size, lattice, samples }))
     }
@@ -174,67 +167,60 @@ impl Renderer {
     }
 
     /// Draws what is planned; and the samples with opacity of lattices that are not in the target any more.
-    fn draw(
-        &mut self,
-        device: &Device,
-        plan: &Plan,
-        rays: &Rays,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<(Drawn, u64), Error> {
+    fn draw(&mut self, view: View, plan: &Plan) -> Result<(Drawn, u64), Error> {
         tracing::debug!("{plan}");
-        let mut counted = 0;
-        match plan {
-            Plan::Lattice(lattice) => {
-                self.draw_lattice(device, lattice, rays, viewport, settings)?;
-                return Ok((Drawn::Lattice(lattice.clone()), counted));
+        let Self { prepared, target, .. } = self;
+        match *plan {
+            Plan::Lattice(ref lattice, layered) => {
+                self.draw_lattice(view, lattice, layered)?;
+                return Ok((Drawn::Lattice(lattice.clone()), 0));
             }
-            Plan::Shared(parts) => {
-                for (n, (lattice, share)) in parts.iter().enumerate() {
-                    if n > 0 && self.measuring {
-                        counted += self.target.count_active(device)?;
-                    }
-                    self.draw_lattice(device, lattice, rays, viewport, settings)?;
-                    let onto = OntoScreen { lattice, rays, viewport };
-                    self.picture.warp(device, &mut self.target, onto, Share { share: *share, added: n > 0 })?;
-                }
-                return Ok((Drawn::Warped, counted));
+            Plan::Shared(ref parts, layered) => return Ok((Drawn::Warped, self.draw_shared(view, parts, layered)?)),
+            Plan::Direct(axis, layered) => self.draw_pixels(view, axis, layered)?,
+            Plan::Raycast(interpolation, step) => self.rays.cast(&mut view.of(prepared), interpolation, step, target)?,
+            Plan::CastValues(interpolation, step) => {
+                self.rays.cast_values(&mut view.of(prepared), interpolation, step, target)?;
             }
-            _ => {}
+            Plan::CastSegments(step) => self.rays.cast_segments(&mut view.of(prepared), step, target)?,
+            Plan::Slicing(step) => self.rays.slice(&mut view.of(prepared), step, target)?,
+            Plan::AxisSheets(axis) => self.axis_sheets.draw(&mut view.of(prepared), axis, target)?,
+            Plan::ViewSheets(distance) => self.view_sheets.draw(&mut view.of(prepared), distance, target)?,
         }
-        let scene = &mut Scene { device, prepared: &mut self.prepared, rays, viewport, settings };
-        let target = &mut self.target;
-        match (plan, settings.classification) {
-            (Plan::Lattice(_) | Plan::Shared(_), _) => {}
-            (Plan::Direct(axis), Classification::Post(correction)) => {
-                self.splats.draw_pixels(scene, *axis, correction, target)?;
-            }
-            (Plan::Direct(axis), Classification::Preintegrated { samples_per_layer }) => {
-                self.points.draw_pixels(scene, *axis, samples_per_layer, target)?;
-            }
-            (Plan::Raycast(interpolation, step), _) => self.rays.cast(scene, *interpolation, *step, target)?,
-            (Plan::CastValues(interpolation, step), _) => self.rays.cast_values(scene, *interpolation, *step, target)?,
-            (Plan::CastSegments(step), _) => self.rays.cast_segments(scene, *step, target)?,
-            (Plan::Slicing(step), _) => self.rays.slice(scene, *step, target)?,
-            (Plan::AxisSheets(axis), _) => self.axis_sheets.draw(scene, *axis, target)?,
-            (Plan::ViewSheets(distance), _) => self.view_sheets.draw(scene, *distance, target)?,
-        }
-        Ok((Drawn::Screen, counted))
+        Ok((Drawn::Screen, 0))
     }
 
-    fn draw_lattice(
-        &mut self,
-        device: &Device,
-        lattice: &Lattice,
-        rays: &Rays,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<(), Error> {
-        let scene = &mut Scene { device, prepared: &mut self.prepared, rays, viewport, settings };
-        match settings.classification {
-            Classification::Post(correction) => self.splats.draw_lattice(scene, lattice, correction, &mut self.target),
+    /// Draws lattices one after the other, each warped with its share; and the samples with opacity of all but the last.
+    fn draw_shared(&mut self, view: View, parts: &[(Lattice, f64)], layered: Layered) -> Result<u64, Error> {
+        let mut counted = 0;
+        for (n, (lattice, share)) in parts.iter().enumerate() {
+            if n > 0 && self.measuring {
+                counted += self.target.count_active(view.device)?;
+            }
+            self.draw_lattice(view, lattice, layered)?;
+            let onto = OntoScreen { lattice, rays: view.rays, viewport: view.viewport };
+            self.picture.warp(view.device, &mut self.target, onto, Share { share: *share, added: n > 0 })?;
+        }
+        Ok(counted)
+    }
+
+    fn draw_lattice(&mut self, view: View, lattice: &Lattice, layered: Layered) -> Result<(), Error> {
+        let Self { prepared, target, .. } = self;
+        let scene = &mut view.of(prepared);
+        match layered.classification {
+            Classification::Post(correction) => self.splats.draw_lattice(scene, lattice, correction, target),
             Classification::Preintegrated { samples_per_layer } => {
-                self.points.draw_lattice(scene, lattice, samples_per_layer, &mut self.target)
+                self.points.draw_lattice(scene, lattice, samples_per_layer, layered.evaluation, target)
+            }
+        }
+    }
+
+    fn draw_pixels(&mut self, view: View, axis: Option<Axis>, layered: Layered) -> Result<(), Error> {
+        let Self { prepared, target, .. } = self;
+        let scene = &mut view.of(prepared);
+        match layered.classification {
+            Classification::Post(correction) => self.splats.draw_pixels(scene, axis, correction, layered.footprints, target),
+            Classification::Preintegrated { samples_per_layer } => {
+                self.points.draw_pixels(scene, axis, samples_per_layer, target)
             }
         }
     }

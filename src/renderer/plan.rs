@@ -1,27 +1,25 @@
 //! Which evaluation a view gets.
 
-use super::algorithm::Algorithm;
-use super::blend::Blend;
-use super::settings::{Classification, Evaluation, Footprints, LayerAxis, Settings};
 use crate::error::Error;
 use crate::layers::{Axis, Density, Interpolation, Lattice, Rays, Sampling};
+use crate::settings::{Algorithm, Blend, Classification, Evaluation, Footprints, LayerAxis, Layered, Settings};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use std::fmt;
 
-/// Largest |s| of a forced layer axis: kernels/direct.cl culls up to here.
+/// Largest |s| of a forced layer axis: kernels/layered/splat_direct.cl culls up to here.
 const MAX_FORCED_SHEAR: f64 = 3.0;
 
 /// How a frame is evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Plan {
     /// On a lattice.
-    Lattice(Lattice),
+    Lattice(Lattice, Layered),
     /// On the lattices of two or three layer axes between which the view lies, each with its share of the picture, the most parallel
     /// first.
-    Shared(Vec<(Lattice, f64)>),
+    Shared(Vec<(Lattice, f64)>, Layered),
     /// Per pixel: with one layer axis, or with each ray's own.
-    Direct(Option<Axis>),
+    Direct(Option<Axis>, Layered),
     /// By axis-aligned sheets.
     AxisSheets(Axis),
     /// By sheets across the view, of a distance in voxels.
@@ -43,33 +41,34 @@ impl Plan {
     /// inside the volume) rays are cast, or, per pixel, each takes its own.
     pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, settings: &Settings) -> Result<Self, Error> {
         settings.check()?;
-        let axis = match settings.layer_axis {
-            LayerAxis::Auto => Axis::most_parallel(rays.central_direction()),
-            LayerAxis::Forced(axis) => axis,
-        };
         match settings.algorithm {
-            Algorithm::Layered => {}
-            Algorithm::AxisSheets => {
+            Algorithm::Layered(layered) => Self::layered(rays, viewport, grid, layered, settings.blend),
+            Algorithm::AxisSheets { layer_axis } => {
+                let axis = chosen(layer_axis, rays);
                 let shear = axis.frame().shear(rays.central_direction());
                 let reached = shear.iter().all(|s| s.abs() <= MAX_FORCED_SHEAR);
-                return if reached { Ok(Plan::AxisSheets(axis)) } else { Err(too_far(axis)) };
+                if reached { Ok(Plan::AxisSheets(axis)) } else { Err(too_far(axis)) }
             }
-            Algorithm::ViewSheets { sheet_distance } => return Ok(Plan::ViewSheets(sheet_distance)),
-            Algorithm::Slicing { step } if settings.blend == Blend::Composite => return Ok(Plan::Slicing(step)),
-            Algorithm::Slicing { step } => return Ok(Plan::CastValues(Interpolation::Trilinear, step)),
-            Algorithm::Raycast { interpolation, step } => return Ok(Self::raycast(interpolation, step, settings.blend)),
+            Algorithm::ViewSheets { sheet_distance } => Ok(Plan::ViewSheets(sheet_distance)),
+            Algorithm::Slicing { step } if settings.blend == Blend::Composite => Ok(Plan::Slicing(step)),
+            Algorithm::Slicing { step } => Ok(Plan::CastValues(Interpolation::Trilinear, step)),
+            Algorithm::Raycast { interpolation, step } => Ok(Self::raycast(interpolation, step, settings.blend)),
         }
-        let direct = Self::direct(rays, grid, axis, settings)?;
-        let Evaluation::Lattice(density) = settings.evaluation else {
+    }
+
+    fn layered(rays: &Rays, viewport: Viewport, grid: &Grid, layered: Layered, blend: Blend) -> Result<Self, Error> {
+        let axis = chosen(layered.layer_axis, rays);
+        let direct = Self::direct(rays, grid, axis, layered)?;
+        let Evaluation::Lattice(density) = layered.evaluation else {
             return Ok(direct);
         };
-        if let Some(shared) = Self::shared(rays, viewport, grid, density, settings) {
+        if let Some(shared) = Self::shared(rays, viewport, grid, density, layered) {
             return Ok(shared);
         }
-        let lattice = Lattice::new(rays, viewport, grid, axis, density, sampling(settings.classification));
-        Ok(lattice.map(Plan::Lattice).unwrap_or_else(|| {
+        let lattice = Lattice::new(rays, viewport, grid, axis, density, sampling(layered.classification));
+        Ok(lattice.map(|lattice| Plan::Lattice(lattice, layered)).unwrap_or_else(|| {
             // A forced axis is not left.
-            let plan = if settings.layer_axis == LayerAxis::Auto { Self::cast(density, settings) } else { direct };
+            let plan = if layered.layer_axis == LayerAxis::Auto { Self::cast(density, layered, blend) } else { direct };
             tracing::info!("no lattice reaches this view: {plan}");
             plan
         }))
@@ -77,21 +76,20 @@ impl Plan {
 
     /// Lattices of all axes that have a share in the view, if these are several and all reach. Splatted layers switch from one
     /// axis to the next, as in the paper.
-    fn shared(rays: &Rays, viewport: Viewport, grid: &Grid, density: Density, settings: &Settings) -> Option<Self> {
-        let Classification::Preintegrated { .. } = settings.classification else { return None };
-        let shares = match settings.layer_axis {
+    fn shared(rays: &Rays, viewport: Viewport, grid: &Grid, density: Density, layered: Layered) -> Option<Self> {
+        let Classification::Preintegrated { .. } = layered.classification else { return None };
+        let shares = match layered.layer_axis {
             LayerAxis::Auto => Axis::shares(rays.central_direction()),
             LayerAxis::Forced(_) => return None,
         };
         let lattice = |axis| Lattice::new(rays, viewport, grid, axis, density, Sampling::Points);
         let parts: Option<Vec<_>> = shares.iter().map(|&(axis, share)| Some((lattice(axis)?, share))).collect();
-        parts.filter(|parts| parts.len() > 1).map(Plan::Shared)
+        parts.filter(|parts| parts.len() > 1).map(|parts| Plan::Shared(parts, layered))
     }
 
     /// Ray casting of at least the fidelity that a lattice would have: 44 to 70 dB with four steps per layer where one sample per layer
     /// has 28 to 47 per pixel, in a fifth of the time (engine and tooth, from inside and at wide angles, lit).
-    fn cast(density: Density, settings: &Settings) -> Self {
-        let Settings { classification, blend, .. } = *settings;
+    fn cast(density: Density, Layered { classification, .. }: Layered, blend: Blend) -> Self {
         let per_layer = if matches!(density, Density::Fixed(_)) { 2.0 } else { 4.0 };
         let step = 1.0 / (per_layer * f64::from(classification.samples_per_layer()));
         match classification {
@@ -107,20 +105,28 @@ impl Plan {
         }
     }
 
-    fn direct(rays: &Rays, grid: &Grid, axis: Axis, settings: &Settings) -> Result<Self, Error> {
+    fn direct(rays: &Rays, grid: &Grid, axis: Axis, layered: Layered) -> Result<Self, Error> {
         // The footprint set ends at 45°, where the axis rule does.
-        let set = settings.footprints == Footprints::Set;
+        let set = layered.footprints == Footprints::Set;
         let limit = if set { 1.0 + 1e-6 } else { MAX_FORCED_SHEAR };
         let reached = if rays.is_parallel() {
             axis.frame().shear(rays.central_direction()).iter().all(|s| s.abs() <= limit)
         } else {
             !set && Lattice::reaches_perspective(rays, grid, axis)
         };
-        match (reached, settings.layer_axis) {
-            (true, _) => Ok(Plan::Direct(Some(axis))),
-            (false, LayerAxis::Auto) => Ok(Plan::Direct(None)),
+        match (reached, layered.layer_axis) {
+            (true, _) => Ok(Plan::Direct(Some(axis), layered)),
+            (false, LayerAxis::Auto) => Ok(Plan::Direct(None, layered)),
             (false, LayerAxis::Forced(_)) => Err(too_far(axis)),
         }
+    }
+}
+
+/// The axis that is asked for, or the most parallel one.
+fn chosen(layer_axis: LayerAxis, rays: &Rays) -> Axis {
+    match layer_axis {
+        LayerAxis::Auto => Axis::most_parallel(rays.central_direction()),
+        LayerAxis::Forced(axis) => axis,
     }
 }
 
@@ -145,14 +151,14 @@ fn write_lattice(f: &mut fmt::Formatter<'_>, lattice: &Lattice) -> fmt::Result {
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Plan::Lattice(lattice) => write_lattice(f, lattice),
-            Plan::Shared(parts) => parts.iter().try_for_each(|(lattice, share)| {
+            Plan::Lattice(lattice, _) => write_lattice(f, lattice),
+            Plan::Shared(parts, _) => parts.iter().try_for_each(|(lattice, share)| {
                 write!(f, "{share:.3} of a ")?;
                 write_lattice(f, lattice)?;
                 write!(f, "; ")
             }),
-            Plan::Direct(Some(axis)) => write!(f, "direct, layer axis {axis:?}"),
-            Plan::Direct(None) => write!(f, "direct, each ray with its own layer axis"),
+            Plan::Direct(Some(axis), _) => write!(f, "direct, layer axis {axis:?}"),
+            Plan::Direct(None, _) => write!(f, "direct, each ray with its own layer axis"),
             Plan::AxisSheets(axis) => write!(f, "sheets along axis {axis:?}"),
             Plan::ViewSheets(distance) => write!(f, "sheets across the view, {distance} voxels apart"),
             Plan::Slicing(step) => write!(f, "slices {step} spacings apart"),

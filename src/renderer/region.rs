@@ -1,11 +1,11 @@
 //! Where rays of a view count.
 
-use super::blend::Blend;
-use super::clipping::ClipPlane;
 use super::scene::Scene;
 use crate::device::launch::structs::Clipping;
 use crate::device::launch::{BlendMode, Rendering};
 use crate::layers::AxisFrame;
+use crate::settings::Blend;
+use crate::settings::ClipPlane;
 use crate::volume::Grid;
 use glam::DVec3;
 
@@ -60,7 +60,7 @@ impl Region {
     /// As kernels take it, in the axes of `frame`.
     pub fn for_kernels(&self, frame: AxisFrame) -> Clipping {
         let narrow = |p: DVec3| frame.local(p).as_vec3().to_array();
-        let mut planes = [[0.0; 4]; super::Clipping::MAX_PLANES];
+        let mut planes = [[0.0; 4]; crate::settings::Clipping::MAX_PLANES];
         for (slot, (normal, d)) in planes.iter_mut().zip(&self.planes) {
             *slot = frame.local(*normal).extend(*d).as_vec4().to_array();
         }

@@ -56,8 +56,8 @@ impl LatticePicture {
 impl FrameReport {
     pub(super) fn new(plan: &Plan, measured: Option<Measured>) -> Self {
         let lattice = match plan {
-            Plan::Lattice(lattice) => Some(lattice),
-            Plan::Shared(parts) => Some(&parts[0].0),
+            Plan::Lattice(lattice, _) => Some(lattice),
+            Plan::Shared(parts, _) => Some(&parts[0].0),
             _ => None,
         };
         let lattice = lattice.map(|l| {

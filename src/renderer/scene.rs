@@ -1,14 +1,23 @@
 //! What every way of drawing is given, and what it needs to know of a sample.
 
-use super::blend::Blend;
 use super::prepared::Prepared;
-use super::settings::{Classification, Settings};
 use crate::device::Device;
 use crate::device::launch::structs::SampleParams;
 use crate::layers::{AxisFrame, Rays};
+use crate::settings::Blend;
+use crate::settings::{Classification, Settings};
 use crate::transfer::Extinction;
 use crate::viewport::Viewport;
 use glam::DVec3;
+
+/// A view, to be drawn.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub device: &'a Device,
+    pub rays: &'a Rays,
+    pub viewport: Viewport,
+    pub settings: &'a Settings,
+}
 
 /// A view of a volume, to be drawn.
 pub(super) struct Scene<'a> {
@@ -17,6 +26,13 @@ pub(super) struct Scene<'a> {
     pub rays: &'a Rays,
     pub viewport: Viewport,
     pub settings: &'a Settings,
+}
+
+impl<'a> View<'a> {
+    pub fn of(self, prepared: &'a mut Prepared) -> Scene<'a> {
+        let Self { device, rays, viewport, settings } = self;
+        Scene { device, prepared, rays, viewport, settings }
+    }
 }
 
 /// What a sample needs along the grid's axes x, y, z.

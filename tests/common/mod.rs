@@ -7,7 +7,8 @@ pub mod command;
 use glam::DVec3;
 use layersplat::image::Comparison;
 use layersplat::layers::{Correction, Interpolation};
-use layersplat::renderer::{Algorithm, Classification, Plan};
+use layersplat::renderer::Plan;
+use layersplat::settings::{Algorithm, Classification, LayerAxis, Layered};
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{
     Camera, Device, DeviceChoice, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume,
@@ -23,7 +24,7 @@ pub const CLASSIFICATIONS: [Classification; 3] = [SPLATTED, POINTS, Classificati
 
 /// The renderers that the paper compares with.
 pub const OTHERS: [Algorithm; 7] = [
-    Algorithm::AxisSheets,
+    Algorithm::AxisSheets { layer_axis: LayerAxis::Auto },
     Algorithm::ViewSheets { sheet_distance: 1.0 },
     Algorithm::ViewSheets { sheet_distance: 0.5 },
     Algorithm::Slicing { step: 0.8 },
@@ -77,6 +78,11 @@ pub fn random_bytes(dims: [usize; 3], seed: u64) -> Vec<u8> {
     values
 }
 
+/// The choices of layered rendering in settings of it.
+pub fn layered(settings: Settings) -> Layered {
+    settings.layered().expect("settings of layered rendering")
+}
+
 pub fn volume(dims: [usize; 3], spacing: DVec3, voxels: Voxels) -> Volume {
     Volume::new("test", Grid::new(dims, spacing).unwrap(), voxels).unwrap()
 }
@@ -125,9 +131,12 @@ pub fn render(volume: &Volume, transfer: &TransferFunction, camera: &Camera, siz
 /// The layer axis that the direct plan of a view has: one, or `None` for each ray's own.
 pub fn direct_axis(volume: &Volume, camera: &Camera, size: Viewport, settings: &Settings) -> Option<layersplat::layers::Axis> {
     let rays = layersplat::layers::Rays::new(camera, size, volume.grid()).unwrap();
-    let direct = Settings { evaluation: layersplat::renderer::Evaluation::Direct, ..*settings };
+    let direct = Settings {
+        algorithm: Layered { evaluation: layersplat::settings::Evaluation::Direct, ..layered(*settings) }.into(),
+        ..*settings
+    };
     match Plan::new(&rays, size, volume.grid(), &direct).unwrap() {
-        Plan::Direct(axis) => axis,
+        Plan::Direct(axis, _) => axis,
         plan => panic!("{plan}"),
     }
 }

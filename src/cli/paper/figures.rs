@@ -9,7 +9,8 @@ use crate::camera::{Camera, Orbit};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Correction, Interpolation};
-use crate::renderer::{Classification, Evaluation, Renderer, Settings};
+use crate::renderer::Renderer;
+use crate::settings::{Classification, Evaluation, Layered, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::{RawOptions, Volume};
@@ -54,13 +55,24 @@ fn compare(
 
 /// Splatted layers per pixel with exact footprints, classified after interpolation.
 fn splatted(correction: Correction) -> Settings {
-    Settings { classification: Classification::Post(correction), evaluation: Evaluation::Direct, ..Settings::default() }
+    Settings {
+        algorithm: Layered {
+            classification: Classification::Post(correction),
+            evaluation: Evaluation::Direct,
+            ..Layered::default()
+        }
+        .into(),
+        ..Settings::default()
+    }
 }
 
 /// Pre-integrated layers per pixel.
 fn preintegrated(samples_per_layer: u32) -> Settings {
     let classification = Classification::Preintegrated { samples_per_layer };
-    Settings { classification, evaluation: Evaluation::Direct, ..Settings::default() }
+    Settings {
+        algorithm: Layered { classification, evaluation: Evaluation::Direct, ..Layered::default() }.into(),
+        ..Settings::default()
+    }
 }
 
 /// Fig. 2: with and without κ.

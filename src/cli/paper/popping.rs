@@ -8,7 +8,7 @@ use crate::camera::Orbit;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Axis, Correction, Interpolation};
-use crate::renderer::{Algorithm, Classification, Evaluation, LayerAxis, Settings};
+use crate::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Settings};
 use crate::volume::Grid;
 
 /// How much differences are enlarged in the pictures.
@@ -18,10 +18,13 @@ const SUB_LAYERS: u32 = 4;
 
 /// The methods, layered ones per pixel: no warp blurs what they differ by.
 fn methods() -> [(&'static str, Settings); 5] {
-    let layered = |classification| Settings { classification, evaluation: Evaluation::Direct, ..Settings::default() };
+    let layered = |classification| Settings {
+        algorithm: Layered { classification, evaluation: Evaluation::Direct, ..Layered::default() }.into(),
+        ..Settings::default()
+    };
     let post = |correction| layered(Classification::Post(correction));
     [
-        ("axis-sheets", Settings { algorithm: Algorithm::AxisSheets, ..Settings::default() }),
+        ("axis-sheets", Settings { algorithm: Algorithm::AxisSheets { layer_axis: LayerAxis::Auto }, ..Settings::default() }),
         ("without κ", post(Correction::None)),
         ("κ", post(Correction::Constant)),
         ("four sub-layers", post(Correction::SubLayers(SUB_LAYERS))),
@@ -81,7 +84,8 @@ fn pop(laboratory: &Laboratory, source: &Source) -> Result<(Vec<Popped>, Vec<Fra
     let truth = bench.truth(view, Interpolation::Tricubic)?;
     let (mut popped, mut differences) = (Vec::new(), Vec::new());
     for (_, settings) in methods() {
-        let mut along = |axis| bench.unshaded(view, &Settings { layer_axis: LayerAxis::Forced(axis), ..settings });
+        let mut along =
+            |axis| bench.unshaded(view, &Settings { algorithm: settings.algorithm.along(LayerAxis::Forced(axis)), ..settings });
         let [x, z] = [along(Axis::X)?, along(Axis::Z)?];
         popped.push(Popped { between: psnr(&x, &z), truth: psnr(&x, &truth) });
         differences.push(enlarged_difference(&x, &z, TIMES));

@@ -7,7 +7,8 @@ use crate::camera::{Camera, Orbit};
 use crate::error::Error;
 use crate::image::{Background, Frame};
 use crate::layers::{Density, Interpolation};
-use crate::renderer::{Algorithm, Classification, Evaluation, Quality, Renderer, Settings};
+use crate::renderer::Renderer;
+use crate::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Quality, Settings};
 use std::time::Instant;
 
 /// The view of pictures and fidelities, as in docs/fidelity.md.
@@ -18,7 +19,11 @@ const CONVERGED: f64 = 1.0 / 16.0;
 
 /// The systems of Table 1, in its order, and two more qualities of ours.
 pub(super) const SYSTEMS: [System; 6] = [
-    System { name: "axis-sheets", kernel: Interpolation::Gaussian, make: Make::Algorithm(Algorithm::AxisSheets) },
+    System {
+        name: "axis-sheets",
+        kernel: Interpolation::Gaussian,
+        make: Make::Algorithm(Algorithm::AxisSheets { layer_axis: LayerAxis::Auto }),
+    },
     System {
         name: "view-sheets",
         kernel: Interpolation::Gaussian,
@@ -63,7 +68,7 @@ enum Make {
 impl System {
     pub fn settings(self) -> Settings {
         match self.make {
-            Make::Algorithm(algorithm) => Settings { algorithm, ..Settings::default() },
+            Make::Algorithm(algorithm) => algorithm.into(),
             Make::Layered(quality) => quality.settings(),
         }
     }
@@ -72,7 +77,7 @@ impl System {
 /// Layered at a density of samples, some per layer.
 pub(super) fn layered(density: Density, samples_per_layer: u32) -> Settings {
     let classification = Classification::Preintegrated { samples_per_layer };
-    Settings { evaluation: Evaluation::Lattice(density), classification, ..Quality::Standard.settings() }
+    Layered { evaluation: Evaluation::Lattice(density), classification, ..Layered::default() }.into()
 }
 
 /// A renderer of one data set, with its views.

@@ -8,7 +8,7 @@ use super::systems::{Bench, LAYERED, OF_THE_PAPER, OTHERS, QUALITIES, SLICING, S
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Density, Interpolation};
-use crate::renderer::{Algorithm, Settings};
+use crate::settings::{Algorithm, Settings};
 
 /// Parts of a turn: systems take turns at them.
 const PARTS: u32 = 5;

@@ -1,10 +1,8 @@
 //! Layers sampled at points, with pre-integrated segments between them.
 
-use super::super::blend::Blend;
 use super::super::prepared::{Integrals, PointReach, Table};
 use super::super::region::Region;
 use super::super::scene::Scene;
-use super::super::settings::{Classification, Evaluation};
 use super::super::tiles::{Target, Tiles};
 use super::pixels::{direct_params, layer_axes};
 use crate::device::launch::Launcher;
@@ -12,6 +10,8 @@ use crate::device::launch::layered::{PointDirect, PointDirectArguments, PointLat
 use crate::device::launch::structs::{RayLatticeParams, SampleParams};
 use crate::error::Error;
 use crate::layers::{Axis, Density, Lattice};
+use crate::settings::Blend;
+use crate::settings::{Classification, Evaluation};
 use std::sync::Arc;
 
 /// Draws point-sampled layers.
@@ -45,12 +45,13 @@ impl PointLayers {
         scene: &mut Scene,
         lattice: &Lattice,
         samples_per_layer: u32,
+        evaluation: Evaluation,
         target: &mut Target,
     ) -> Result<(), Error> {
         let Scene { device, settings, .. } = *scene;
         let frame = lattice.frame;
         let axis = frame.layer_axis();
-        let per_layer = magnified(samples_per_layer, settings.evaluation, scene.rays.pixels_along(frame.a));
+        let per_layer = magnified(samples_per_layer, evaluation, scene.rays.pixels_along(frame.a));
         let axes = scene.axes(per_layer);
         let tiles = Tiles::of_points(lattice, device.tuning());
         let (samples, active_samples) = target.prepare(device, lattice.samples(), tiles, "the lattice")?;

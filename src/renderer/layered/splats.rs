@@ -3,7 +3,6 @@
 use super::super::region::Region;
 use super::super::scene::Scene;
 use super::super::scratch::Growing;
-use super::super::settings::Footprints;
 use super::super::tiles::{Target, Tiles};
 use super::pixels::{direct_params, layer_axes};
 use super::points::{RADIUS, lattice_params};
@@ -15,6 +14,7 @@ use crate::device::launch::layered::{
 use crate::device::launch::structs::{Float4, LayerOffset, SampleParams, SplatLatticeParams};
 use crate::error::Error;
 use crate::layers::{Axis, Correction, Lattice, LayerSlabs, Phases, SubSlab, quadrature_nodes};
+use crate::settings::Footprints;
 use crate::transfer::Extinction;
 
 /// Draws splatted layers.
@@ -187,6 +187,7 @@ impl SplatLayers {
         scene: &mut Scene,
         axis: Option<Axis>,
         correction: Correction,
+        footprints: Footprints,
         target: &mut Target,
     ) -> Result<(), Error> {
         let Scene { device, settings, viewport, .. } = *scene;
@@ -195,7 +196,7 @@ impl SplatLayers {
         for axis in known {
             visible.push(scene.prepared.visible_to_splats(device, axis, settings.extinction, settings.blend)?);
         }
-        let set = settings.footprints == Footprints::Set;
+        let set = footprints == Footprints::Set;
         let images = if set { Some(scene.prepared.footprint_images(device)?) } else { None };
         // A kernel with exact footprints reads neither: any buffers do.
         let no_shears = self.nodes.at_least(device, 1, "a placeholder")?;

@@ -1,6 +1,5 @@
 //! Min-max blocks, and which of them a transfer function can show.
 
-use super::super::blend::Blend;
 use super::super::cache::{Kept, Key};
 use super::tables::TableKey;
 use super::{Layout, Prepared};
@@ -8,6 +7,7 @@ use crate::device::launch::volume::{MinMaxArguments, MinMaxBlocks, Reach, SlabVi
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, GAUSSIAN_OVERSHOOT};
+use crate::settings::Blend;
 use crate::transfer::Extinction;
 use std::sync::Arc;
 

@@ -1,17 +1,20 @@
 //! Which renderer makes a picture.
 
+use super::{LayerAxis, Layered};
 use crate::error::Error;
 use crate::layers::Interpolation;
 
 /// Which renderer makes the picture. All but the first are what the paper compares with, in the same house.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Algorithm {
     /// Layered volume splatting.
-    #[default]
-    Layered,
+    Layered(Layered),
     /// Axis-aligned sheet-buffer splatting (Westover 1990): voxels are classified and shaded, then splatted with a Gaussian
     /// of radius 2 into one sheet per slice.
-    AxisSheets,
+    AxisSheets {
+        /// Which axis sheets are along. An error where the view is more than three voxels per layer away from a forced one.
+        layer_axis: LayerAxis,
+    },
     /// Image-aligned sheet-buffer splatting (Mueller & Crawfis 1998; Neophytou & Mueller 2005): voxels are sorted along the
     /// view in every frame and splatted with slabs of a Gaussian of radius 2; sheets are classified and shaded per pixel.
     ViewSheets {
@@ -33,6 +36,18 @@ pub enum Algorithm {
     },
 }
 
+impl Default for Algorithm {
+    fn default() -> Self {
+        Algorithm::Layered(Layered::default())
+    }
+}
+
+impl From<Layered> for Algorithm {
+    fn from(layered: Layered) -> Self {
+        Algorithm::Layered(layered)
+    }
+}
+
 impl Algorithm {
     /// The default distance of sheets.
     pub const SHEET_DISTANCE: f64 = 1.0;
@@ -43,11 +58,20 @@ impl Algorithm {
     /// Steps that are accepted.
     pub const STEPS: (f64, f64) = (1e-3, 64.0);
 
+    /// The same along a layer axis; what has none stays as it is.
+    pub fn along(self, layer_axis: LayerAxis) -> Self {
+        match self {
+            Algorithm::Layered(layered) => Layered { layer_axis, ..layered }.into(),
+            Algorithm::AxisSheets { .. } => Algorithm::AxisSheets { layer_axis },
+            other => other,
+        }
+    }
+
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
-            Algorithm::Layered => "layered",
-            Algorithm::AxisSheets => "axis-sheets",
+            Algorithm::Layered(_) => "layered",
+            Algorithm::AxisSheets { .. } => "axis-sheets",
             Algorithm::ViewSheets { .. } => "view-sheets",
             Algorithm::Slicing { .. } => "slicing",
             Algorithm::Raycast { .. } => "raycast",
@@ -57,7 +81,8 @@ impl Algorithm {
     /// Checks its number.
     pub(super) fn check(self) -> Result<(), Error> {
         let (name, value, (from, to), expected) = match self {
-            Algorithm::Layered | Algorithm::AxisSheets => return Ok(()),
+            Algorithm::Layered(layered) => return layered.check(),
+            Algorithm::AxisSheets { .. } => return Ok(()),
             Algorithm::ViewSheets { sheet_distance } => {
                 ("sheet_distance", sheet_distance, Self::SHEET_DISTANCES, "0.125 to 4 voxels")
             }

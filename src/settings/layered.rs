@@ -1,0 +1,108 @@
+//! How layers are sampled, classified and evaluated.
+
+use super::Quality;
+use crate::error::Error;
+use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
+
+/// Which layer axis is taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LayerAxis {
+    /// The axis most parallel to the view, in voxel units (the 45° rule).
+    #[default]
+    Auto,
+    /// Always this one; an error where the view leans more than three voxels per layer from it.
+    Forced(Axis),
+}
+
+/// Where splat sums are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Evaluation {
+    /// On the sheared lattice; where none reaches, per pixel.
+    Lattice(Density),
+    /// Per screen pixel.
+    Direct,
+}
+
+/// How samples become colour and opacity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Classification {
+    /// Each sample by itself, after interpolation (the paper): samples mix the splat sums of three layers.
+    Post(Correction),
+    /// The segment between two samples, over all values between theirs. Layers are sampled where rays cross them, this many
+    /// times per layer (1 … [`Classification::MAX_POINTS`]).
+    Preintegrated {
+        /// Samples per layer.
+        samples_per_layer: u32,
+    },
+}
+
+impl Classification {
+    /// Most samples per layer of pre-integration.
+    pub const MAX_POINTS: u32 = 8;
+
+    /// Samples per layer.
+    pub fn samples_per_layer(self) -> u32 {
+        match self {
+            Classification::Post(correction) => correction.samples_per_layer(),
+            Classification::Preintegrated { samples_per_layer } => samples_per_layer,
+        }
+    }
+}
+
+/// Source of the footprints in [`Evaluation::Direct`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Footprints {
+    /// Computed for the view.
+    #[default]
+    Exact,
+    /// The nearest of the paper's 856 oriented images of 64² bytes.
+    Set,
+}
+
+/// The choices of layered rendering.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layered {
+    /// Which layer axis is taken. Default: the 45° rule.
+    pub layer_axis: LayerAxis,
+    /// Where splat sums are evaluated. Default: on a lattice about as fine as the screen.
+    pub evaluation: Evaluation,
+    /// How samples become colour and opacity. Default: pre-integrated.
+    pub classification: Classification,
+    /// Footprints of the direct evaluation of splatted layers. Default: exact; the set is refused elsewhere.
+    pub footprints: Footprints,
+}
+
+impl Default for Layered {
+    fn default() -> Self {
+        Quality::Standard.layered()
+    }
+}
+
+impl Layered {
+    /// Checks every number, and what goes together.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let refuse = |name, value: &dyn ToString, expected| Err(Error::OutOfRange { name, value: value.to_string(), expected });
+        if let Evaluation::Lattice(Density::Fixed(m) | Density::AtLeast(m)) = self.evaluation
+            && !(1..=MAX_SAMPLES_PER_VOXEL).contains(&m)
+        {
+            return refuse("density", &m, "1 to 16 samples per voxel");
+        }
+        let samples = self.classification.samples_per_layer();
+        let (most, expected) = match self.classification {
+            Classification::Post(_) => (Correction::MAX_SUB_LAYERS, "1 to 16"),
+            Classification::Preintegrated { .. } => (Classification::MAX_POINTS, "1 to 8 where classification is pre-integrated"),
+        };
+        if !(1..=most).contains(&samples) {
+            return refuse("samples_per_layer", &samples, expected);
+        }
+        if self.footprints == Footprints::Set && matches!(self.classification, Classification::Preintegrated { .. }) {
+            let problem = "the footprint set is for classification after interpolation: choose that, or exact footprints".into();
+            return Err(Error::Settings { field: "classification", problem });
+        }
+        if self.footprints == Footprints::Set && self.evaluation != Evaluation::Direct {
+            let problem = "the footprint set is for the direct evaluation: choose that, or exact footprints".into();
+            return Err(Error::Settings { field: "evaluation", problem });
+        }
+        Ok(())
+    }
+}
