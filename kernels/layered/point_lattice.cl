@@ -68,10 +68,11 @@ typedef struct {
 } Chunk;
 
 // How many slabs from q on, up to `last` of a ray's order, can show nothing under a tile, as far as that is known: whole
-// chunks first, then a slab of its own. `enters`: 0 or 1, a ray enters slab q at layer q-1+enters.
-ALWAYS_INLINE int slabs_to_skip(__global const uchar *visible, const RayLatticeParams *p, const Tile *tile, int q,
+// chunks first, then a slab of its own. `visible` counts slabs from `first`, the first layer that voxels hold. `enters`: 0 or 1, a ray enters slab q at layer q-1+enters.
+ALWAYS_INLINE int slabs_to_skip(__global const uchar *visible, const RayLatticeParams *p, int first, const Tile *tile, int q,
                                 int last, int enters, Chunk *chunk) {
-    const float to_plane = enters - 1 - p->centre_layer;
+    const float to_plane = first + enters - 1 - p->centre_layer;
+    q -= first, last -= first;
     if (q >> 3 != chunk->index) {
         chunk->index = q >> 3;
         const int end = enters ? max(q & ~7, last) : min(q | 7, last);
@@ -130,7 +131,8 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #endif
     intv active = 0;
     for (int r = 0; r < tile.rows; r++) {
-        gathered[r] = empty_accumulator(&sample);
+        gathered[r] = p.continues ? load_raw(&sample, lattice + (size_t)(row + r) * p.width + column, tile.columns, 1)
+                                  : empty_accumulator(&sample);
 #ifdef CLIPPED
         intervals[r] = interval_of_columns(&p, &clip, tile.centre_u, tile.shear_u, row + r);
 #endif
@@ -147,8 +149,11 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #endif
 
     const int s = sample.inner_slabs, enters = p.layer_step > 0 ? 0 : 1;
-    const int lowest = p.culling ? p.first_slab : 0, highest = p.culling ? p.last_slab : view.dims_a;
-    int open = (1 << tile.rows) - 1; // rows that are not opaque yet
+    const int lowest = p.first_layer, highest = p.last_layer;
+    int open = (1 << tile.rows) - 1; // rows that anything more can change
+    if (p.continues)
+        for (int r = 0; r < tile.rows; r++)
+            open &= ~(any_open_of(&sample, &gathered[r], tile.columns) ? 0 : 1 << r);
     Chunk chunk = {-1, 0};
     for (int n = 0; n <= highest - lowest && open; n++) {
         const int q = enters ? highest - n : lowest + n;
@@ -158,7 +163,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
             continue;
 #endif
         const int skip =
-            p.culling ? slabs_to_skip(visible, &p, &tile, q, enters ? lowest : highest, enters, &chunk) : 0;
+            p.culling ? slabs_to_skip(visible, &p, view.first_a, &tile, q, enters ? lowest : highest, enters, &chunk) : 0;
         if (skip) {
             n += skip - 1;
             continue;
@@ -231,16 +236,14 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 accumulate_values(from, to, share_of(&parts[r]) / s, &gathered[r], &active);
 #endif
 #endif
-                if (!any_open(&sample, &gathered[r]))
+                if (!any_open_of(&sample, &gathered[r], tile.columns))
                     open &= ~(1 << r);
             }
         }
     }
 
-    active_samples[id] = counted(active, tile.columns);
-    for (int r = 0; r < tile.rows; r++) {
-        realv color[4];
-        resolve(&sample, table, &gathered[r], &intervals[r], color);
-        store_colors(color, tile.columns, 1, lattice + (size_t)(row + r) * p.width + column);
-    }
+    uint total = counted(active, tile.columns);
+    for (int r = 0; r < tile.rows; r++)
+        END_RAYS(p, sample, table, &gathered[r], &intervals[r], tile.columns, 1, lattice + (size_t)(row + r) * p.width + column, total)
+    active_samples[id] = total;
 }

@@ -72,7 +72,7 @@ inline Columns columns_under(const VolumeView *view, int samples_per_layer, int 
 ALWAYS_INLINE void load_span(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int j, int k,
                                 int vectors, bool inside, float *span) {
     if (inside || (c->inside && j >= 0 && j < view->dims_v && k >= 0 && k < view->dims_a)) {
-        __global const VOXEL *start = voxels + k * view->stride_a + j * view->stride_v + c->first;
+        __global const VOXEL *start = voxels + (k - view->first_a) * view->stride_a + j * view->stride_v + c->first;
         for (int i = 0; i < vectors; i++)
             STOREV(span + i * VW, LOAD_VOXELS(start + i * VW) - view->offset);
     } else {

@@ -131,6 +131,11 @@ inline Interval interval_of_samples(const VolumeView *view, const SplatLatticePa
 }
 #endif
 
+// Where a sample of a phase lies in the lattice.
+inline size_t place_of(const SplatLatticeParams *p, int phase_u, int phase_v, int column, int row) {
+    return ((size_t)row * p->per_voxel_v + phase_v) * (p->columns_u * p->per_voxel_u) + (size_t)column * p->per_voxel_u + phase_u;
+}
+
 __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __global const LayerOffset *offsets_u,
                       __global const LayerOffset *offsets_v, __global const float *weights,
                       __global const uchar *visible, __global const float4 *table, __global const float4 *slabs,
@@ -153,7 +158,10 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     Interval intervals[TILE_ROWS * TILE_VECTORS];
     intv active[TILE_VECTORS];
     for (int i = 0; i < TILE_ROWS * TILE_VECTORS; i++) {
-        gathered[i] = empty_accumulator(&sample);
+        const int c = i % TILE_VECTORS * VW, r = i / TILE_VECTORS;
+        gathered[i] = p.continues && r < rows && c < columns
+                          ? load_raw(&sample, lattice + place_of(&p, phase_u, phase_v, column + c, row + r), min(VW, columns - c), p.per_voxel_u)
+                          : empty_accumulator(&sample);
 #ifdef CLIPPED
         intervals[i] = interval_of_samples(&view, &p, &clip, offsets_u[phase_u], offsets_v[phase_v], column + i % TILE_VECTORS * VW,
                                            row + i / TILE_VECTORS);
@@ -169,11 +177,16 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     const realv sample_length = 0.0f; // it is in the table
 #endif
     const int border = sample.shading && !GATHERS_VALUES ? 1 : 0, layers = view.dims_a + 2;
-    for (int n = 0; n < layers; n++) {
+    bool finished = p.continues;
+    for (int i = 0; i < rows * TILE_VECTORS && finished; i++)
+        finished = !any_open_of(&sample, &gathered[i], columns - i % TILE_VECTORS * VW);
+    for (int n = 0; n < layers && !finished; n++) {
         const int k = p.layer_step > 0 ? n - 1 : view.dims_a - n;
+        if (k < p.first_layer || k > p.last_layer)
+            continue;
         const LayerOffset u = offsets_u[(k + 1) * p.per_voxel_u + phase_u], v = offsets_v[(k + 1) * p.per_voxel_v + phase_v];
         if (p.culling && !block_visible(visible, NEAR, p.blocks_u, p.blocks_v, u.base + column,
-                                        u.base + column + columns, v.base + row, v.base + row + rows, k))
+                                        u.base + column + columns, v.base + row, v.base + row + rows, k - view.first_a))
             continue;
         for (int j = k - 1; j <= k + 1; j++) {
             if (held[slot(j)] == j)
@@ -203,24 +216,17 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 take_layer(&sample, slabs, first, count, table, LOADV(before), LOADV(source.own), LOADV(after), &way, &source,
                            &gathered[r * TILE_VECTORS + c], &active[c]);
             }
-        bool finished = true;
+        finished = true;
         for (int i = 0; i < rows * TILE_VECTORS && finished; i++)
-            finished = !any_open(&sample, &gathered[i]);
-        if (finished)
-            break;
+            finished = !any_open_of(&sample, &gathered[i], columns - i % TILE_VECTORS * VW);
     }
 
     uint total = 0;
     for (int c = 0; c < TILE_VECTORS; c++)
         total += counted(active[c], clamp(columns - c * VW, 0, VW));
+    for (int r = 0; r < rows; r++)
+        for (int c = 0; c < TILE_VECTORS && c * VW < columns; c++)
+            END_RAYS(p, sample, table, &gathered[r * TILE_VECTORS + c], &intervals[r * TILE_VECTORS + c], min(VW, columns - c * VW),
+                     p.per_voxel_u, lattice + place_of(&p, phase_u, phase_v, column + c * VW, row + r), total)
     active_samples[tile] = total;
-    const int width = p.columns_u * p.per_voxel_u;
-    for (int r = 0; r < rows; r++) {
-        __global float4 *out = lattice + ((size_t)(row + r) * p.per_voxel_v + phase_v) * width + (size_t)column * p.per_voxel_u + phase_u;
-        for (int c = 0; c * VW < columns; c++) {
-            realv color[4];
-            resolve(&sample, table, &gathered[r * TILE_VECTORS + c], &intervals[r * TILE_VECTORS + c], color);
-            store_colors(color, min(VW, columns - c * VW), p.per_voxel_u, out + (size_t)c * VW * p.per_voxel_u);
-        }
-    }
 }

@@ -155,7 +155,8 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
     Accumulator gathered[TILE_ROWS];
     Interval intervals[TILE_ROWS];
     for (int r = 0; r < TILE_ROWS; r++) {
-        gathered[r] = empty_accumulator(&sample);
+        gathered[r] = p.continues && r < tile_rows ? load_raw(&sample, lattice + (size_t)(row + r) * p.width + column, columns, 1)
+                                                   : empty_accumulator(&sample);
 #ifdef CLIPPED
         intervals[r] = interval_of_columns(&p, &clip, centre_u, shear_u, row + r);
 #endif
@@ -163,14 +164,19 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
     const int shading = sample.shading && !GATHERS_VALUES;
     intv active = 0;
     const int layers = view.dims_a + 2;
-    for (int n = 0; n < layers; n++) {
+    bool finished = p.continues;
+    for (int r = 0; r < tile_rows && finished; r++)
+        finished = !any_open_of(&sample, &gathered[r], columns);
+    for (int n = 0; n < layers && !finished; n++) {
         const int k = p.layer_step > 0 ? n - 1 : view.dims_a - n;
+        if (k < p.first_layer || k > p.last_layer)
+            continue;
         const float depth = k - p.centre_layer;
         const float u0 = corner_u.x + depth * corner_u.y, u1 = end_u.x + depth * end_u.y;
         const float v0 = corner_v.x + depth * corner_v.y, v1 = end_v.x + depth * end_v.y;
         if (p.culling && !block_visible(visible, FAR, p.blocks_u, p.blocks_v, convert_int(floor(fmin(u0, u1))),
                                         convert_int(floor(fmax(u0, u1))) + 1, convert_int(floor(fmin(v0, v1))),
-                                        convert_int(floor(fmax(v0, v1))) + 1, k))
+                                        convert_int(floor(fmax(v0, v1))) + 1, k - view.first_a))
             continue;
         for (int j = k - 1; j <= k + 1; j++) {
             if (held[slot(j)] == j)
@@ -184,7 +190,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
         const Sums *before = &sums[slot(k - p.layer_step)], *own = &sums[slot(k)], *after = &sums[slot(k + p.layer_step)];
-        bool finished = true;
+        finished = true;
         for (int r = 0; r < tile_rows; r++) {
             const float2 crossing = crossing_of(&p, 1, row + r);
             const realv step_u = shear_u * sample.step_u;
@@ -198,16 +204,12 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
             const struct GradientSource source = {own->u[r], own->v[r], across.sum[r]};
             take_layer(&sample, slabs, first, count, table, before->sum[r], own->sum[r], after->sum[r], &way, &source,
                        &gathered[r], &active);
-            finished = finished && !any_open(&sample, &gathered[r]);
+            finished = finished && !any_open_of(&sample, &gathered[r], columns);
         }
-        if (finished)
-            break;
     }
 
-    active_samples[tile] = counted(active, columns);
-    for (int r = 0; r < tile_rows; r++) {
-        realv color[4];
-        resolve(&sample, table, &gathered[r], &intervals[r], color);
-        store_colors(color, columns, 1, lattice + (size_t)(row + r) * p.width + column);
-    }
+    uint total = counted(active, columns);
+    for (int r = 0; r < tile_rows; r++)
+        END_RAYS(p, sample, table, &gathered[r], &intervals[r], columns, 1, lattice + (size_t)(row + r) * p.width + column, total)
+    active_samples[tile] = total;
 }

@@ -116,8 +116,9 @@ inline void resolve(const SampleParams *p, __global const float4 *table, const A
 
 #endif
 
-// Whether anything more can change any of VW rays.
+// Whether anything more can change any of VW rays; or of the first `count` of them.
 inline bool any_open(const SampleParams *p, const Accumulator *a) { return ANY(open_rays(p, a)); }
+inline bool any_open_of(const SampleParams *p, const Accumulator *a, int count) { return ANY(open_rays(p, a) && LANES < count); }
 
 // The first `count` of VW colours, to places `stride` apart.
 inline void store_colors(const realv *color, int count, int stride, __global float4 *out) {
@@ -133,3 +134,33 @@ inline uint counted(intv active, int count) {
         total += ((const int *)&active)[i];
     return total;
 }
+
+// The raw state of `count` of VW rays, from or to places `stride` apart.
+#define RAW_NUMBERS ((int)(sizeof(Accumulator) / sizeof(realv)))
+inline Accumulator load_raw(const SampleParams *p, __global const float4 *state, int count, int stride) {
+    Accumulator a = empty_accumulator(p);
+    float *lanes = (float *)&a;
+    for (int i = 0; i < count; i++) {
+        const float4 raw = state[(size_t)i * stride];
+        for (int n = 0; n < RAW_NUMBERS; n++)
+            lanes[n * VW + i] = ((const float *)&raw)[n];
+    }
+    return a;
+}
+inline void store_raw(const Accumulator *a, int count, int stride, __global float4 *out) {
+    const float *lanes = (const float *)a;
+    for (int i = 0; i < count; i++) {
+        float4 raw = 0.0f;
+        for (int n = 0; n < RAW_NUMBERS; n++)
+            ((float *)&raw)[n] = lanes[n * VW + i];
+        out[(size_t)i * stride] = raw;
+    }
+}
+
+// How many of `count` colours are not nothing.
+inline uint shown(const realv *color, int count) {
+    return counted(COUNT_IF(color[0] != 0.0f || color[1] != 0.0f || color[2] != 0.0f || color[3] != 0.0f), count);
+}
+
+// Ends a lattice's rays as `p` says: raw, or resolved to colours. Returns how many show anything, where others were before.
+#define END_RAYS(p, sample, table, gathered, interval, count, stride, out, total)                                          if ((p).raw) {                                                                                                             store_raw(gathered, count, stride, out);                                                                           } else {                                                                                                                   realv color[4];                                                                                                        resolve(&(sample), table, gathered, interval, color);                                                                  store_colors(color, count, stride, out);                                                                               if ((p).continues)                                                                                                         total += shown(color, count);                                                                                  }

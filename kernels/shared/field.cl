@@ -70,7 +70,7 @@ ALWAYS_INLINE Row voxel_row(__global const VOXEL *voxels, const VolumeView *view
     const int *i = (const int *)&c->i, *j = (const int *)&c->j, *k = (const int *)&c->k;
 #if VW > 1
     if (c->interior) {
-        __global const VOXEL *start = voxels + i[0] - 1 + (j[0] + dj) * view->stride_v + (k[0] + dk) * view->stride_a;
+        __global const VOXEL *start = voxels + i[0] - 1 + (j[0] + dj) * view->stride_v + (k[0] + dk - view->first_a) * view->stride_a;
         const intv at = c->i - i[0] + (c->j - j[0]) * (int)view->stride_v + (c->k - k[0]) * (int)view->stride_a;
         row = four_voxels(start, at);
         row.before -= view->offset, row.low -= view->offset, row.high -= view->offset, row.behind -= view->offset;

@@ -17,7 +17,7 @@ inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int 
 #endif
     if (u < 0 || u >= view->dims_u || v < 0 || v >= view->dims_v || k < 0 || k >= view->dims_a)
         return view->background;
-    return convert_float(voxels[u * view->stride_u + v * view->stride_v + k * view->stride_a]) - view->offset;
+    return convert_float(voxels[u * view->stride_u + v * view->stride_v + (k - view->first_a) * view->stride_a]) - view->offset;
 }
 
 // Whether a layer has nothing but background.
@@ -33,7 +33,7 @@ inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u
     v = clamp(v, 0, view->dims_v - 1), k = clamp(k, 0, view->dims_a - 1);
 #endif
     const bool inside = v >= 0 && v < view->dims_v && k >= 0 && k < view->dims_a;
-    __global const VOXEL *start = voxels + v * view->stride_v + k * view->stride_a;
+    __global const VOXEL *start = voxels + v * view->stride_v + (k - view->first_a) * view->stride_a;
     for (int c = 0; c < vectors; c++, u += VW, row += VW) {
         if (inside && u >= 0 && u + VW <= view->dims_u) {
             STOREV(row, LOAD_VOXELS(start + u) - view->offset);
@@ -74,7 +74,8 @@ inline int block_of(int voxel, int size) { return (voxel >> (31 - clz(size))) + 
 #define NEAR 1
 #define FAR 2
 
-// Whether any block under samples in [u0, u1] x [v0, v1] of layer k (-1 ... n) can show anything; bit: NEAR or FAR.
+// Whether any block under samples in [u0, u1] x [v0, v1] of layer k (-1 ... n, counted from the first that voxels hold) can show anything;
+// bit: NEAR or FAR.
 inline bool block_visible(__global const uchar *visible, int bit, int blocks_u, int blocks_v, int u0, int u1, int v0,
                           int v1, int k) {
     const int b0 = max(block_of(u0, BLOCK), 0), b1 = min(block_of(u1, BLOCK), blocks_u - 1);

@@ -5,6 +5,7 @@ mod layered;
 mod picture;
 mod plan;
 mod prepared;
+mod range;
 mod rays;
 mod region;
 mod report;
@@ -29,6 +30,7 @@ use crate::volume::{Grid, Volume};
 use layered::{PointLayers, SplatLayers};
 use picture::{OntoScreen, Picture, Share};
 use prepared::Prepared;
+use range::LayerRange;
 use rays::MarchedRays;
 use scene::View;
 use sheets::{AxisAlignedSheets, ImageAlignedSheets};
@@ -156,7 +158,12 @@ impl Renderer {
             Plan::Shared(mut parts, layered) => (parts.swap_remove(0).0, layered),
             _ => return Ok(None),
         };
-        self.draw_lattice(View { device: &device, rays: &rays, viewport, settings }, &lattice, layered)?;
+        self.draw_lattice(
+            View { device: &device, rays: &rays, viewport, settings },
+            &lattice,
+            layered,
+            &LayerRange::whole(&lattice),
+        )?;
         let samples = read_samples(self.target.drawn(&device)?.0, &device, lattice.samples())?;
         Ok(Some(LatticePicture { size: lattice.size, lattice, samples }))
     }
@@ -172,7 +179,7 @@ impl Renderer {
         let Self { prepared, target, .. } = self;
         match *plan {
             Plan::Lattice(ref lattice, layered) => {
-                self.draw_lattice(view, lattice, layered)?;
+                self.draw_lattice(view, lattice, layered, &LayerRange::whole(lattice))?;
                 return Ok((Drawn::Lattice(lattice.clone()), 0));
             }
             Plan::Shared(ref parts, layered) => return Ok((Drawn::Warped, self.draw_shared(view, parts, layered)?)),
@@ -196,20 +203,20 @@ impl Renderer {
             if n > 0 && self.measuring {
                 counted += self.target.count_active(view.device)?;
             }
-            self.draw_lattice(view, lattice, layered)?;
+            self.draw_lattice(view, lattice, layered, &LayerRange::whole(lattice))?;
             let onto = OntoScreen { lattice, rays: view.rays, viewport: view.viewport };
             self.picture.warp(view.device, &mut self.target, onto, Share { share: *share, added: n > 0 })?;
         }
         Ok(counted)
     }
 
-    fn draw_lattice(&mut self, view: View, lattice: &Lattice, layered: Layered) -> Result<(), Error> {
+    fn draw_lattice(&mut self, view: View, lattice: &Lattice, layered: Layered, range: &LayerRange) -> Result<(), Error> {
         let Self { prepared, target, .. } = self;
         let scene = &mut view.of(prepared);
         match layered.classification {
-            Classification::Post(correction) => self.splats.draw_lattice(scene, lattice, correction, target),
+            Classification::Post(correction) => self.splats.draw_lattice(scene, lattice, correction, range, target),
             Classification::Preintegrated { samples_per_layer } => {
-                self.points.draw_lattice(scene, lattice, samples_per_layer, layered.evaluation, target)
+                self.points.draw_lattice(scene, lattice, samples_per_layer, layered.evaluation, range, target)
             }
         }
     }

@@ -70,6 +70,8 @@ kernel_struct! {
         background: f32,
         /// Taken from every voxel, so that float sums are as fine as the data's own range.
         offset: f32,
+        /// Number of the first layer that the voxels hold; all that is read is among those that they hold.
+        first_a: i32,
     }
 }
 
@@ -153,6 +155,12 @@ kernel_struct! {
         layer_step: i32,
         /// 0: visit every layer, to test that culling changes nothing.
         culling: i32,
+        /// First and last layer, of -1 ... n, that are composited here.
+        layers as [first_layer, last_layer]: i32,
+        /// 1: what the lattice holds, in its raw state, goes on.
+        continues: i32,
+        /// 1: what is gathered stays in its raw state.
+        raw: i32,
         shear as [shear_u, shear_v]: f32,
     }
 }
@@ -173,8 +181,13 @@ kernel_struct! {
         centre_layer: f32,
         /// Point-sampled layers: values between which lies all opacity.
         visible as [visible_from, visible_to]: f32,
-        /// And slabs between which lies all that shows any.
-        slabs as [first_slab, last_slab]: i32,
+        /// First and last layer, of -1 ... n, that are composited here; of point-sampled layers, slab q between layers q-1 and q, of
+        /// 0 ... n.
+        layers as [first_layer, last_layer]: i32,
+        /// 1: what the lattice holds, in its raw state, goes on.
+        continues: i32,
+        /// 1: what is gathered stays in its raw state.
+        raw: i32,
         /// Of columns and of rows: c of the one in the middle, the difference to that of the next, and the same of s.
         rays: [[f32; 4]; 2],
     }

@@ -1,6 +1,7 @@
 //! Layers sampled at points, with pre-integrated segments between them.
 
 use super::super::prepared::{Integrals, PointReach, Table};
+use super::super::range::LayerRange;
 use super::super::region::Region;
 use super::super::scene::Scene;
 use super::super::tiles::{Target, Tiles};
@@ -46,6 +47,7 @@ impl PointLayers {
         lattice: &Lattice,
         samples_per_layer: u32,
         evaluation: Evaluation,
+        range: &LayerRange,
         target: &mut Target,
     ) -> Result<(), Error> {
         let Scene { device, settings, .. } = *scene;
@@ -77,8 +79,8 @@ impl PointLayers {
                 table: &table.entries,
                 p: RayLatticeParams {
                     visible: scene.prepared.useful_values(settings.blend).unwrap_or(integrals.visible_values),
-                    slabs: visible.slabs,
-                    ..lattice_params(lattice, tiles, visible.blocks, settings.culling)
+                    layers: range.slabs(lattice, if settings.culling { visible.slabs } else { [0, lattice.dims[2] as i32] }),
+                    ..lattice_params(lattice, range, tiles, visible.blocks, settings.culling)
                 },
                 sample,
                 clip: region.for_kernels(frame),
@@ -160,7 +162,13 @@ fn colors(scene: &mut Scene, sample: &mut SampleParams) -> Result<Arc<Table>, Er
 }
 
 /// A lattice as kernels see it, without what is a matter of points.
-pub(super) fn lattice_params(lattice: &Lattice, tiles: Tiles, blocks: [i32; 2], culling: bool) -> RayLatticeParams {
+pub(super) fn lattice_params(
+    lattice: &Lattice,
+    range: &LayerRange,
+    tiles: Tiles,
+    blocks: [i32; 2],
+    culling: bool,
+) -> RayLatticeParams {
     let affine = |i: usize| {
         let rays = lattice.rays[i];
         [rays.crossing, rays.shear].as_flattened().iter().map(|&x| x as f32).collect::<Vec<_>>().try_into().expect("four numbers")
@@ -173,7 +181,9 @@ pub(super) fn lattice_params(lattice: &Lattice, tiles: Tiles, blocks: [i32; 2], 
         culling: i32::from(culling),
         centre_layer: lattice.centre_layer as f32,
         visible: [0.0; 2],
-        slabs: [0; 2],
+        layers: range.layers(lattice),
+        continues: i32::from(range.continues),
+        raw: i32::from(range.raw),
         rays: [affine(0), affine(1)],
     }
 }

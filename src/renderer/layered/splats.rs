@@ -1,5 +1,6 @@
 //! Splatted layers, classified after interpolation: the paper's own way.
 
+use super::super::range::LayerRange;
 use super::super::region::Region;
 use super::super::scene::Scene;
 use super::super::scratch::Growing;
@@ -39,11 +40,12 @@ impl SplatLayers {
         scene: &mut Scene,
         lattice: &Lattice,
         correction: Correction,
+        range: &LayerRange,
         target: &mut Target,
     ) -> Result<(), Error> {
         match lattice.phases {
-            Some(phases) => self.draw_phases(scene, lattice, phases, correction, target),
-            None => self.draw_perspective(scene, lattice, correction, target),
+            Some(phases) => self.draw_phases(scene, lattice, phases, correction, range, target),
+            None => self.draw_perspective(scene, lattice, correction, range, target),
         }
     }
 
@@ -53,6 +55,7 @@ impl SplatLayers {
         lattice: &Lattice,
         phases: Phases,
         correction: Correction,
+        range: &LayerRange,
         target: &mut Target,
     ) -> Result<(), Error> {
         let Scene { device, settings, .. } = *scene;
@@ -129,6 +132,9 @@ impl SplatLayers {
                     blocks: visible.blocks,
                     layer_step: lattice.layer_step,
                     culling: i32::from(settings.culling),
+                    layers: range.layers(lattice),
+                    continues: i32::from(range.continues),
+                    raw: i32::from(range.raw),
                     shear,
                 },
                 sample,
@@ -144,6 +150,7 @@ impl SplatLayers {
         scene: &mut Scene,
         lattice: &Lattice,
         correction: Correction,
+        range: &LayerRange,
         target: &mut Target,
     ) -> Result<(), Error> {
         let Scene { device, settings, .. } = *scene;
@@ -172,7 +179,7 @@ impl SplatLayers {
                 visible: &visible.flags,
                 table: &table.entries,
                 slabs,
-                p: lattice_params(lattice, tiles, visible.blocks, settings.culling),
+                p: lattice_params(lattice, range, tiles, visible.blocks, settings.culling),
                 sample,
                 clip: region.for_kernels(lattice.frame),
                 lattice: samples,

@@ -170,7 +170,10 @@ impl Prepared {
             Axis::Z => ([1, x, x * y], self.voxels.clone()),
         };
         let (background, offset) = self.background();
-        Ok(Layout { voxels, view: VolumeView { stride, dims: self.local_dims(axis).map(|n| n as i32), background, offset } })
+        Ok(Layout {
+            voxels,
+            view: VolumeView { stride, dims: self.local_dims(axis).map(|n| n as i32), background, offset, first_a: 0 },
+        })
     }
 
     fn transposed(&mut self, device: &Device) -> Result<Arc<VoxelBuffer>, Error> {

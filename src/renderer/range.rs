@@ -1,0 +1,71 @@
+//! Which layers of a lattice are composited, and onto what.
+
+use crate::layers::Lattice;
+use std::ops::Range;
+
+/// Layers of a lattice, under their numbers in the whole volume.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LayerRange {
+    /// Of the voxels. The outer layers, which have none, go with the first and the last.
+    pub voxels: Range<usize>,
+    /// Whether they continue what the lattice holds, in its raw state.
+    pub continues: bool,
+    /// Whether they leave it so.
+    pub raw: bool,
+}
+
+impl LayerRange {
+    /// All layers of a lattice, from nothing to the end.
+    pub fn whole(lattice: &Lattice) -> Self {
+        Self { voxels: 0..lattice.dims[2], continues: false, raw: false }
+    }
+
+    /// No layers: what the lattice holds becomes colours.
+    pub fn end() -> Self {
+        Self { voxels: 0..0, continues: true, raw: false }
+    }
+
+    /// First and last layer of −1 … n that splats are composited in.
+    pub fn layers(&self, lattice: &Lattice) -> [i32; 2] {
+        let Range { start, end } = self.voxels;
+        if start == end {
+            return [0, -1];
+        }
+        let (first, last) = (start as i32, end as i32 - 1);
+        [if first == 0 { -1 } else { first }, if end == lattice.dims[2] { last + 1 } else { last }]
+    }
+
+    /// First and last slab of 0 … n, slab q lying between layers q−1 and q, as far as these show anything.
+    pub fn slabs(&self, lattice: &Lattice, shown: [i32; 2]) -> [i32; 2] {
+        let [first, last] = self.layers(lattice);
+        [first.max(0).max(shown[0]), last.min(shown[1])]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Camera, Orbit};
+    use crate::layers::{Axis, Density, Rays, Sampling};
+    use crate::viewport::Viewport;
+    use crate::volume::Grid;
+    use glam::DVec3;
+
+    #[test]
+    fn parts_have_each_layer_and_slab_once() {
+        let grid = Grid::new([5, 6, 7], DVec3::ONE).unwrap();
+        let viewport = Viewport::new(8, 8).unwrap();
+        let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), viewport, Orbit::default());
+        let rays = Rays::new(&camera, viewport, &grid).unwrap();
+        let lattice = Lattice::new(&rays, viewport, &grid, Axis::Z, Density::Fixed(1), Sampling::Points).unwrap();
+        let part = |voxels| LayerRange { voxels, ..LayerRange::whole(&lattice) };
+        let of = |find: &dyn Fn(LayerRange) -> [i32; 2]| -> Vec<i32> {
+            [0..3, 3..4, 4..7].into_iter().map(|voxels| find(part(voxels))).flat_map(|[first, last]| first..=last).collect()
+        };
+        assert_eq!(of(&|part| part.layers(&lattice)), (-1..=7).collect::<Vec<_>>());
+        assert_eq!(of(&|part| part.slabs(&lattice, [0, 7])), (0..=7).collect::<Vec<_>>());
+        assert_eq!(LayerRange::whole(&lattice).slabs(&lattice, [2, 5]), [2, 5]);
+        let [first, last] = LayerRange::end().slabs(&lattice, [0, 7]);
+        assert!(first > last);
+    }
+}
