@@ -64,11 +64,20 @@ ALWAYS_INLINE Row four_voxels(__global const VOXEL *start, intv at) {
 }
 #endif
 
-// Of the cells' rows, dj and dk away from them.
+// Of the cells' rows, dj and dk away from them. FAR_VOXELS: voxels can lie farther apart than an int counts in bytes.
 ALWAYS_INLINE Row voxel_row(__global const VOXEL *voxels, const VolumeView *view, const Cells *c, int dj, int dk) {
     Row row;
     const int *i = (const int *)&c->i, *j = (const int *)&c->j, *k = (const int *)&c->k;
-#if VW > 1
+#if VW > 1 && defined(FAR_VOXELS)
+    if (c->interior) {
+        __global const VOXEL *plane = voxels - 1 - (long)view->first_a * view->stride_a;
+#define FOUR_FAR_VOXELS(n) \
+    convert_float4(vload4(0, plane + i[n] + (j[n] + dj) * view->stride_v + (k[n] + dk) * view->stride_a))
+        COMPONENTS(FOUR_FAR_VOXELS, &row.before, &row.low, &row.high, &row.behind);
+        row.before -= view->offset, row.low -= view->offset, row.high -= view->offset, row.behind -= view->offset;
+        return row;
+    }
+#elif VW > 1
     if (c->interior) {
         __global const VOXEL *start = voxels + i[0] - 1 + (j[0] + dj) * view->stride_v + (k[0] + dk - view->first_a) * view->stride_a;
         const intv at = c->i - i[0] + (c->j - j[0]) * (int)view->stride_v + (c->k - k[0]) * (int)view->stride_a;

@@ -14,11 +14,12 @@ mod scratch;
 mod screen;
 mod sheets;
 mod tiles;
+mod world;
 
 pub use plan::Plan;
 pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};
 
-use crate::camera::Camera;
+use crate::camera::{Camera, Projection};
 use crate::device::Device;
 use crate::error::Error;
 use crate::image::{Background, Frame};
@@ -34,7 +35,12 @@ use range::LayerRange;
 use rays::MarchedRays;
 use scene::View;
 use sheets::{AxisAlignedSheets, ImageAlignedSheets};
+use std::ops::RangeInclusive;
 use tiles::{Target, read_samples};
+use world::World;
+
+/// Half heights of parallel views, in smallest spacings, that floats can hold with their reciprocals.
+const SCALES: RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Renders one volume on one device.
 ///
@@ -42,6 +48,8 @@ use tiles::{Target, read_samples};
 /// first use, tables from one transfer function to the next, buffers from frame to frame.
 pub struct Renderer {
     device: Device,
+    grid: Grid,
+    world: World,
     prepared: Prepared,
     measuring: bool,
     points: PointLayers,
@@ -67,9 +75,12 @@ enum Drawn {
 impl Renderer {
     /// Uploads a volume, to be seen through a transfer function.
     pub fn new(device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Self, Error> {
+        let world = World::of(volume.grid());
         Ok(Self {
             device: device.clone(),
-            prepared: Prepared::upload(device, volume, transfer)?,
+            grid: volume.grid().clone(),
+            world,
+            prepared: Prepared::upload(device, volume, world.grid(volume.grid()), transfer)?,
             measuring: false,
             points: PointLayers::default(),
             splats: SplatLayers::default(),
@@ -93,7 +104,7 @@ impl Renderer {
 
     /// Where the volume's voxels lie.
     pub fn grid(&self) -> &Grid {
-        self.prepared.grid()
+        &self.grid
     }
 
     /// Whether the reports of frames say what these took, from the next one on. Without, a frame is read back once, and the queue is
@@ -105,8 +116,9 @@ impl Renderer {
     /// Renders a picture: premultiplied floats, without a background.
     pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
         let device = self.frame_device();
-        let rays = Rays::new(camera, viewport, self.grid())?;
-        let plan = Plan::new(&rays, viewport, self.grid(), settings)?;
+        let (rays, settings) = self.seen(camera, viewport, settings)?;
+        let settings = &settings;
+        let plan = Plan::new(&rays, viewport, self.prepared.grid(), settings)?;
         let (drawn, active_samples) = self.draw(View { device: &device, rays: &rays, viewport, settings }, &plan)?;
         let pixels = match drawn {
             Drawn::Lattice(lattice) => {
@@ -129,8 +141,9 @@ impl Renderer {
         background: Background,
     ) -> Result<(Vec<u8>, FrameReport), Error> {
         let device = self.frame_device();
-        let rays = Rays::new(camera, viewport, self.grid())?;
-        let plan = Plan::new(&rays, viewport, self.grid(), settings)?;
+        let (rays, settings) = self.seen(camera, viewport, settings)?;
+        let settings = &settings;
+        let plan = Plan::new(&rays, viewport, self.prepared.grid(), settings)?;
         let (drawn, active_samples) = self.draw(View { device: &device, rays: &rays, viewport, settings }, &plan)?;
         let picture = match drawn {
             Drawn::Lattice(lattice) => {
@@ -152,8 +165,9 @@ impl Renderer {
         settings: &Settings,
     ) -> Result<Option<LatticePicture>, Error> {
         let device = self.frame_device();
-        let rays = Rays::new(camera, viewport, self.grid())?;
-        let (lattice, layered) = match Plan::new(&rays, viewport, self.grid(), settings)? {
+        let (rays, settings) = self.seen(camera, viewport, settings)?;
+        let settings = &settings;
+        let (lattice, layered) = match Plan::new(&rays, viewport, self.prepared.grid(), settings)? {
             Plan::Lattice(lattice, layered) => (lattice, layered),
             Plan::Shared(mut parts, layered) => (parts.swap_remove(0).0, layered),
             _ => return Ok(None),
@@ -166,6 +180,22 @@ impl Renderer {
         )?;
         let samples = read_samples(self.target.drawn(&device)?.0, &device, lattice.samples())?;
         Ok(Some(LatticePicture { size: lattice.size, lattice, samples }))
+    }
+
+    /// A view as frames see it, in their world.
+    fn seen(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Rays, Settings), Error> {
+        // What is wrong is told in the caller's units.
+        settings.check()?;
+        camera.basis()?;
+        let seen = self.world.camera(camera);
+        if let Projection::Parallel { scale } = seen.projection
+            && !SCALES.contains(&scale)
+        {
+            let expected = "between 1e-30 and 1e30 times the smallest spacing";
+            return Err(Error::OutOfRange { name: "scale", value: (scale * self.world.unit()).to_string(), expected });
+        }
+        let rays = Rays::new(&seen, viewport, self.prepared.grid())?;
+        Ok((rays, self.world.settings(settings)))
     }
 
     /// The device as one frame uses it: what that leaves behind, if it fails, no other sees.

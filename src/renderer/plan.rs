@@ -40,7 +40,6 @@ impl Plan {
     /// All rays share the central ray's axis as long as none leans too far from it; otherwise (wide angles, an eye
     /// inside the volume) rays are cast, or, per pixel, each takes its own.
     pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, settings: &Settings) -> Result<Self, Error> {
-        settings.check()?;
         match settings.algorithm {
             Algorithm::Layered(layered) => Self::layered(rays, viewport, grid, layered, settings.blend),
             Algorithm::AxisSheets { layer_axis } => {

@@ -50,7 +50,7 @@ impl MarchedRays {
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.raycast.launch(
             device,
-            (layout.voxels.voxel_type(), interpolation, region.rendering.clipped),
+            (layout.voxels.kind(), interpolation, region.rendering.clipped),
             &RaycastArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -93,7 +93,7 @@ impl MarchedRays {
         let useful = scene.prepared.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         self.values.launch(
             device,
-            (layout.voxels.voxel_type(), interpolation, region.rendering.blend),
+            (layout.voxels.kind(), interpolation, region.rendering.blend),
             &CastValuesArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -127,7 +127,7 @@ impl MarchedRays {
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.slicing.launch(
             device,
-            (layout.voxels.voxel_type(), integrals.cut, region.rendering.clipped),
+            (layout.voxels.kind(), integrals.cut, region.rendering.clipped),
             &SlicingArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -169,7 +169,7 @@ impl MarchedRays {
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.segments.launch(
             device,
-            (layout.voxels.voxel_type(), segments, region.rendering.clipped),
+            (layout.voxels.kind(), segments, region.rendering.clipped),
             &CastSegmentsArguments {
                 voxels: &layout.voxels,
                 view: layout.view,

@@ -46,8 +46,8 @@ impl TransferTable {
         let below = usize::from(field_range.0 < lo);
         let step = (hi - lo) / (count - 1 - below) as f64;
         let lo = lo - below as f64 * step;
-        // A range too narrow for floats counts as a single value.
-        let per_value = if step > 0.0 && (1.0 / step) < f64::from(f32::MAX) / count as f64 { 1.0 / step } else { 0.0 };
+        // Where floats cannot tell the values of a range, what lies beyond it still has its first or its last entry.
+        let per_value = if step > 0.0 { (1.0 / step).min(f64::from(f32::MAX) / count as f64) } else { 0.0 };
         let entries = (0..count)
             .map(|i| {
                 let value = lo + i as f64 * step;

@@ -47,6 +47,11 @@ impl Grid {
         Ok(Self { dims, spacing, origin, direction })
     }
 
+    /// The same grid in a world of which `unit` is one.
+    pub(crate) fn in_units_of(&self, unit: f64) -> Self {
+        Self { spacing: self.spacing / unit, origin: self.origin / unit, ..*self }
+    }
+
     /// Voxels along x, y, z.
     pub fn dims(&self) -> [usize; 3] {
         self.dims

@@ -3,9 +3,8 @@
 use super::structs::{
     Clipping, DirectParams, Float4, LayerOffset, RayLatticeParams, SampleParams, SplatLatticeParams, VolumeView,
 };
-use super::{Defines, Items, Launch, Rendering, VoxelBuffer, kernel, tiles};
+use super::{Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
-use crate::volume::VoxelType;
 
 /// How pre-integrated segments are built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -50,12 +49,12 @@ kernel! {
 }
 
 impl Launch for PointLattice {
-    type Variant = (VoxelType, Segments, Rendering);
+    type Variant = (VoxelKind, Segments, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxel_type, segments, rendering): Self::Variant) -> String {
-        let voxels = Defines::of_voxels(voxel_type, tuning.vector_width);
-        voxels.with_segments(segments).with_rendering(rendering).with("TILE_ROWS", tuning.point_tile_rows).0
+    fn defines(tuning: &Tuning, (voxels, segments, rendering): Self::Variant) -> String {
+        let defines = Defines::of_kind(voxels, tuning.vector_width);
+        defines.with_segments(segments).with_rendering(rendering).with("TILE_ROWS", tuning.point_tile_rows).0
     }
 
     fn items(a: &PointLatticeArguments, _: &Tuning) -> usize {
@@ -88,11 +87,11 @@ kernel! {
 }
 
 impl Launch for PointDirect {
-    type Variant = (VoxelType, Segments, Rendering);
+    type Variant = (VoxelKind, Segments, Rendering);
     const ITEMS: Items = Items::Pixels;
 
-    fn defines(_: &Tuning, (voxel_type, segments, rendering): Self::Variant) -> String {
-        Defines::of_voxels(voxel_type, 1).with_segments(segments).with_rendering(rendering).0
+    fn defines(_: &Tuning, (voxels, segments, rendering): Self::Variant) -> String {
+        Defines::of_kind(voxels, 1).with_segments(segments).with_rendering(rendering).0
     }
 
     fn items(a: &PointDirectArguments, _: &Tuning) -> usize {
@@ -100,8 +99,8 @@ impl Launch for PointDirect {
     }
 }
 
-fn splat_defines(tuning: &Tuning, voxel_type: VoxelType, rendering: Rendering) -> Defines {
-    Defines::of_voxels(voxel_type, tuning.vector_width).with_rendering(rendering).with("TILE_ROWS", tuning.tile_rows)
+fn splat_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> Defines {
+    Defines::of_kind(voxels, tuning.vector_width).with_rendering(rendering).with("TILE_ROWS", tuning.tile_rows)
 }
 
 kernel! {
@@ -128,12 +127,12 @@ kernel! {
 }
 
 impl Launch for SplatLattice {
-    type Variant = (VoxelType, Rendering);
+    type Variant = (VoxelKind, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxel_type, rendering): Self::Variant) -> String {
+    fn defines(tuning: &Tuning, (voxels, rendering): Self::Variant) -> String {
         // What is cut off differs from ray to ray.
-        let defines = splat_defines(tuning, voxel_type, rendering).with_if(rendering.clipped, "PER_RAY_STEP");
+        let defines = splat_defines(tuning, voxels, rendering).with_if(rendering.clipped, "PER_RAY_STEP");
         defines.with("TILE_VECTORS", tuning.tile_vectors).0
     }
 
@@ -165,11 +164,11 @@ kernel! {
 }
 
 impl Launch for SplatPerspective {
-    type Variant = (VoxelType, Rendering);
+    type Variant = (VoxelKind, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxel_type, rendering): Self::Variant) -> String {
-        splat_defines(tuning, voxel_type, rendering).with_if(true, "PER_RAY_STEP").0
+    fn defines(tuning: &Tuning, (voxels, rendering): Self::Variant) -> String {
+        splat_defines(tuning, voxels, rendering).with_if(true, "PER_RAY_STEP").0
     }
 
     fn items(a: &SplatPerspectiveArguments, _: &Tuning) -> usize {
@@ -205,11 +204,11 @@ kernel! {
 
 impl Launch for SplatDirect {
     /// And whether footprints are those of the set.
-    type Variant = (VoxelType, bool, Rendering);
+    type Variant = (VoxelKind, bool, Rendering);
     const ITEMS: Items = Items::Pixels;
 
-    fn defines(_: &Tuning, (voxel_type, set, rendering): Self::Variant) -> String {
-        Defines::of_voxels(voxel_type, 1).with_rendering(rendering).with_if(true, "PER_RAY_STEP").with_if(set, "FOOTPRINT_SET").0
+    fn defines(_: &Tuning, (voxels, set, rendering): Self::Variant) -> String {
+        Defines::of_kind(voxels, 1).with_rendering(rendering).with_if(true, "PER_RAY_STEP").with_if(set, "FOOTPRINT_SET").0
     }
 
     fn items(a: &SplatDirectArguments, _: &Tuning) -> usize {

@@ -219,6 +219,24 @@ impl VoxelBuffer {
     pub fn bytes(&self) -> usize {
         self.bytes.bytes()
     }
+
+    /// What kernels that read them are built for.
+    pub fn kind(&self) -> VoxelKind {
+        VoxelKind { voxel_type: self.voxel_type, far: is_far(self.bytes()) }
+    }
+}
+
+/// What kernels that read voxels are built for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct VoxelKind {
+    pub voxel_type: VoxelType,
+    /// Two voxels can lie farther apart than an int counts in bytes.
+    pub far: bool,
+}
+
+/// Whether voxels of so many bytes are far apart. A row of four is read at once.
+fn is_far(bytes: usize) -> bool {
+    bytes > i32::MAX as usize - 64
 }
 
 impl Argument for &VoxelBuffer {
@@ -252,6 +270,11 @@ impl Defines {
             VoxelType::Float32 | VoxelType::Float64 => ("float", 1),
         };
         Self::new(width).with("VOXEL", name).with("VOXEL_BYTES", voxel_type.bytes()).with("VOXEL_SIGNED", signed)
+    }
+
+    /// Of those that sample between voxels, too.
+    fn of_kind(voxels: VoxelKind, width: u32) -> Self {
+        Self::of_voxels(voxels.voxel_type, width).with_if(voxels.far, "FAR_VOXELS")
     }
 
     fn with(mut self, name: &str, value: impl std::fmt::Display) -> Self {

@@ -2,10 +2,9 @@
 
 use super::layered::Segments;
 use super::structs::{Clipping, Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
-use super::{BlendMode, Defines, Items, Launch, Rendering, VoxelBuffer, kernel, tiles};
+use super::{BlendMode, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Interpolation;
-use crate::volume::VoxelType;
 
 /// A kernel of march.cl, in a file that says how a row of rays is marched, and with the table that this reads.
 macro_rules! march {
@@ -65,9 +64,9 @@ march! {
     Float4
 }
 
-fn march_defines(tuning: &Tuning, voxel_type: VoxelType, rendering: Rendering) -> Defines {
-    let voxels = Defines::of_voxels(voxel_type, tuning.vector_width);
-    voxels.with_rendering(rendering).with("TILE_ROWS", tuning.screen_tile_rows)
+fn march_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> Defines {
+    let defines = Defines::of_kind(voxels, tuning.vector_width);
+    defines.with_rendering(rendering).with("TILE_ROWS", tuning.screen_tile_rows)
 }
 
 impl Defines {
@@ -84,11 +83,11 @@ fn composite(clipped: bool) -> Rendering {
 
 impl Launch for Raycast {
     /// And whether rays are cut.
-    type Variant = (VoxelType, Interpolation, bool);
+    type Variant = (VoxelKind, Interpolation, bool);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxel_type, interpolation, clipped): Self::Variant) -> String {
-        let defines = march_defines(tuning, voxel_type, composite(clipped));
+    fn defines(tuning: &Tuning, (voxels, interpolation, clipped): Self::Variant) -> String {
+        let defines = march_defines(tuning, voxels, composite(clipped));
         defines.with_if(true, "PER_RAY_STEP").with_field(interpolation).0
     }
 
@@ -99,11 +98,11 @@ impl Launch for Raycast {
 
 impl Launch for Slicing {
     /// Whether values can lie beyond the table, and whether rays are cut.
-    type Variant = (VoxelType, bool, bool);
+    type Variant = (VoxelKind, bool, bool);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxel_type, cut, clipped): Self::Variant) -> String {
-        march_defines(tuning, voxel_type, composite(clipped)).with_if(cut, "TABLE_CUT").0
+    fn defines(tuning: &Tuning, (voxels, cut, clipped): Self::Variant) -> String {
+        march_defines(tuning, voxels, composite(clipped)).with_if(cut, "TABLE_CUT").0
     }
 
     fn items(a: &SlicingArguments, _: &Tuning) -> usize {
@@ -113,11 +112,11 @@ impl Launch for Slicing {
 
 impl Launch for CastSegments {
     /// And whether rays are cut.
-    type Variant = (VoxelType, Segments, bool);
+    type Variant = (VoxelKind, Segments, bool);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxel_type, segments, clipped): Self::Variant) -> String {
-        march_defines(tuning, voxel_type, composite(clipped)).with_segments(segments).0
+    fn defines(tuning: &Tuning, (voxels, segments, clipped): Self::Variant) -> String {
+        march_defines(tuning, voxels, composite(clipped)).with_segments(segments).0
     }
 
     fn items(a: &CastSegmentsArguments, _: &Tuning) -> usize {
@@ -126,11 +125,11 @@ impl Launch for CastSegments {
 }
 
 impl Launch for CastValues {
-    type Variant = (VoxelType, Interpolation, BlendMode);
+    type Variant = (VoxelKind, Interpolation, BlendMode);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxel_type, interpolation, blend): Self::Variant) -> String {
-        march_defines(tuning, voxel_type, Rendering { blend, clipped: true }).with_field(interpolation).0
+    fn defines(tuning: &Tuning, (voxels, interpolation, blend): Self::Variant) -> String {
+        march_defines(tuning, voxels, Rendering { blend, clipped: true }).with_field(interpolation).0
     }
 
     fn items(a: &CastValuesArguments, _: &Tuning) -> usize {

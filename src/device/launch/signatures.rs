@@ -24,7 +24,9 @@ fn compare<K: Launch>(device: &Device, variant: K::Variant) -> &'static str {
 fn launchers_are_their_kernels_signatures() {
     let device = Device::open(&DeviceChoice::Default).unwrap();
     let d = &device;
-    let voxels = VoxelType::Int16;
+    let kind = VoxelType::Int16;
+    let voxels = VoxelKind { voxel_type: kind, far: false };
+    let far = VoxelKind { far: true, ..voxels };
     let segments = layered::Segments { cut: true, curved: true, dimmed: true };
     let rendering = Rendering { blend: BlendMode::Composite, clipped: true };
     let others = [BlendMode::Maximum, BlendMode::Minimum, BlendMode::Average, BlendMode::Iso { refined: true }];
@@ -35,10 +37,10 @@ fn launchers_are_their_kernels_signatures() {
         compare::<rays::CastValues>(d, (voxels, Interpolation::Trilinear, blend));
     }
     let compared = [
-        compare::<volume::Transpose>(d, voxels),
-        compare::<volume::FillMinMaxBlocks>(d, voxels),
-        compare::<volume::Visibility>(d, voxels),
-        compare::<volume::SlabVisibility>(d, voxels),
+        compare::<volume::Transpose>(d, kind),
+        compare::<volume::FillMinMaxBlocks>(d, kind),
+        compare::<volume::Visibility>(d, kind),
+        compare::<volume::SlabVisibility>(d, kind),
         compare::<layered::PointLattice>(d, (voxels, segments, rendering)),
         compare::<layered::PointDirect>(d, (voxels, segments, rendering)),
         compare::<layered::SplatLattice>(d, (voxels, rendering)),
@@ -48,11 +50,11 @@ fn launchers_are_their_kernels_signatures() {
         compare::<layered::FootprintSet>(d, ()),
         compare::<layered::OpacityTable>(d, ()),
         compare::<rays::Raycast>(d, (voxels, Interpolation::Gaussian, true)),
-        compare::<rays::Slicing>(d, (voxels, true, true)),
+        compare::<rays::Slicing>(d, (far, true, true)),
         compare::<rays::CastSegments>(d, (voxels, segments, true)),
         compare::<rays::CastValues>(d, (voxels, Interpolation::Tricubic, BlendMode::Iso { refined: false })),
         compare::<rays::PreintegratedTable>(d, ()),
-        compare::<sheets::Splats>(d, voxels),
+        compare::<sheets::Splats>(d, kind),
         compare::<sheets::Scan>(d, ()),
         compare::<sheets::SortedSplats>(d, true),
         compare::<sheets::TiledSplats>(d, ()),

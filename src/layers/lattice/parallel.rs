@@ -11,6 +11,8 @@ const MAX_SHEAR_IN_PHASES: f64 = 1.0 + 1e-6;
 const MAX_SHEAR: f64 = 1.06;
 /// Samples around the viewport: the warp's filter reaches two, and one more keeps rounding away.
 const MARGIN: f64 = 3.0;
+/// Floats cannot tell the samples of denser lattices apart.
+const MOST_POINTS_PER_VOXEL: f64 = (1 << 20) as f64;
 /// Samples per voxel this close above a whole number round down to it.
 const CEIL_SLACK: f64 = 1e-6;
 
@@ -32,11 +34,14 @@ pub(super) fn lattice(
         return None;
     }
     let mut samples_per_voxel = [frame.u, frame.v].map(|i| density.samples(grid.spacing()[i] / rays.pixel_size).max(1.0));
-    if in_phases {
+    let most = if in_phases {
         samples_per_voxel = samples_per_voxel.map(|m| (m - CEIL_SLACK).ceil());
-        if samples_per_voxel.iter().any(|&m| m > f64::from(MAX_SAMPLES_PER_VOXEL)) {
-            return None;
-        }
+        f64::from(MAX_SAMPLES_PER_VOXEL)
+    } else {
+        MOST_POINTS_PER_VOXEL
+    };
+    if samples_per_voxel.iter().any(|&m| m > most) {
+        return None;
     }
     let centre = frame.local(grid.centre_in_voxels());
     let mut lattice = Lattice {

@@ -70,7 +70,7 @@ impl PointLayers {
         let table = colors(scene, &mut sample)?;
         self.lattice.launch(
             device,
-            (layout.voxels.voxel_type(), segments, region.rendering),
+            (layout.voxels.kind(), segments, region.rendering),
             &PointLatticeArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -121,7 +121,7 @@ impl PointLayers {
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), Tiles::of_pixels(viewport), "the frame")?;
         self.direct.launch(
             device,
-            (voxels.voxel_type(), segments, region.rendering),
+            (voxels.kind(), segments, region.rendering),
             &PointDirectArguments {
                 voxels: &voxels,
                 visible_x: &visible[0].flags,

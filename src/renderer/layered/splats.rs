@@ -115,7 +115,7 @@ impl SplatLayers {
         let layout = scene.prepared.layout(device, axis)?;
         self.lattice.launch(
             device,
-            (layout.voxels.voxel_type(), region.rendering),
+            (layout.voxels.kind(), region.rendering),
             &SplatLatticeArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -171,7 +171,7 @@ impl SplatLayers {
         let layout = scene.prepared.layout(device, axis)?;
         self.perspective.launch(
             device,
-            (layout.voxels.voxel_type(), region.rendering),
+            (layout.voxels.kind(), region.rendering),
             &SplatPerspectiveArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -218,7 +218,7 @@ impl SplatLayers {
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), Tiles::of_pixels(viewport), "the frame")?;
         self.direct.launch(
             device,
-            (voxels.voxel_type(), set, region.rendering),
+            (voxels.kind(), set, region.rendering),
             &SplatDirectArguments {
                 voxels: &voxels,
                 visible_x: &visible[0].flags,

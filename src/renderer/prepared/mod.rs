@@ -100,10 +100,11 @@ impl Kept for FootprintImages {
 }
 
 impl Prepared {
-    pub fn upload(device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Self, Error> {
+    /// `grid` is the volume's, in the world of frames.
+    pub fn upload(device: &Device, volume: &Volume, grid: Grid, transfer: &TransferFunction) -> Result<Self, Error> {
         let voxels = VoxelBuffer::upload(device, volume.voxels(), volume.name())?;
         Ok(Self {
-            grid: volume.grid().clone(),
+            grid,
             value_range: volume.range(),
             field_range: volume.field_range(),
             offset: volume.range().0,
