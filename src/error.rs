@@ -32,15 +32,15 @@ pub enum Error {
         problem: String,
     },
     /// A volume file of the wrong size.
-    #[error("{path}: {}x{}x{} voxels of {voxel_type} are {expected} bytes, found {found}: correct dims or voxel_type", dims[0], dims[1], dims[2])]
+    #[error("{path}: {}x{}x{} voxels of {scalar} are {expected} bytes, found {found}: correct dims, voxel_type or header_bytes", dims[0], dims[1], dims[2])]
     FileSize {
         /// The file.
         path: PathBuf,
         /// Stated dimensions.
         dims: [usize; 3],
         /// Name of the stated type.
-        voxel_type: String,
-        /// Bytes that these need.
+        scalar: String,
+        /// Bytes that these need, a header included.
         expected: u64,
         /// Bytes found.
         found: String,
@@ -56,6 +56,12 @@ pub enum Error {
         expected: u64,
         /// Voxels found.
         found: u64,
+    },
+    /// A grid that cannot be rendered.
+    #[error("the grid cannot be rendered: {problem}")]
+    Grid {
+        /// What is wrong with it and what to do.
+        problem: String,
     },
     /// A transfer function that cannot be used.
     #[error("transfer function {name}: {problem}")]
@@ -128,6 +134,16 @@ pub enum Error {
         /// The folder.
         folder: PathBuf,
     },
+    /// The machine does not have the memory.
+    #[error("{what} needs {needed} bytes of memory, but only {available} are free: use a smaller one, or free some")]
+    HostMemory {
+        /// What was to be stored.
+        what: String,
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes free for this process.
+        available: u64,
+    },
     /// More than the device has in one piece.
     #[error("{what} needs {needed} bytes, but {device} allows {available} in one buffer: use a smaller one or another device")]
     DeviceMemory {
@@ -188,7 +204,7 @@ impl Error {
             Error::Settings { field, .. } => std::slice::from_ref(field),
             Error::OutOfRange { name, .. } => std::slice::from_ref(name),
             Error::UnknownName { what, .. } => std::slice::from_ref(what),
-            Error::FileSize { .. } => &["dims", "voxel_type"],
+            Error::FileSize { .. } => &["dims", "voxel_type", "header_bytes"],
             Error::DeviceMemory { .. } | Error::OutOfDeviceMemory { .. } => &["device"],
             _ => &[],
         }

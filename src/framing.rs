@@ -177,17 +177,11 @@ fn block_range(volume: &Volume, dims: [i64; 3], block: [i64; 3]) -> (f64, f64) {
     let to = from.map(|v| v + BLOCK);
     let outside = (0..3).any(|i| from[i] < 0 || to[i] >= dims[i]);
     let background = volume.background();
-    let mut range = if outside { (background, background) } else { (f64::INFINITY, f64::NEG_INFINITY) };
-    let span = |i: usize| from[i].max(0)..=to[i].min(dims[i] - 1);
-    for z in span(2) {
-        for y in span(1) {
-            for x in span(0) {
-                let value = volume.voxels().value((x + dims[0] * (y + dims[1] * z)) as usize);
-                range = (range.0.min(value), range.1.max(value));
-            }
-        }
-    }
-    range
+    let range = if outside { (background, background) } else { (f64::INFINITY, f64::NEG_INFINITY) };
+    let first: [usize; 3] = std::array::from_fn(|i| from[i].max(0) as usize);
+    let last: [usize; 3] = std::array::from_fn(|i| to[i].min(dims[i] - 1) as usize);
+    let inside = volume.range_in(first, last);
+    (range.0.min(inside.0), range.1.max(inside.1))
 }
 
 #[cfg(test)]
@@ -197,7 +191,7 @@ mod tests {
     use crate::volume::Voxels;
 
     /// A box of 255 from voxel 10 to 13, 20 to 29 and 5 to 24, spacing 1, 2, 1.
-    fn scene() -> (Volume, TransferFunction) {
+    fn scene() -> (Volume<'static>, TransferFunction) {
         let inside =
             |i: usize| (10..14).contains(&(i % 40)) && (20..30).contains(&(i / 40 % 40)) && (5..25).contains(&(i / 1600));
         let voxels = (0..64_000).map(|i| if inside(i) { 255 } else { 0 }).collect();

@@ -39,6 +39,7 @@ pub mod framing;
 pub mod image;
 #[doc(hidden)]
 pub mod layers;
+mod memory;
 #[doc(hidden)]
 pub mod reference;
 pub mod renderer;

@@ -186,7 +186,7 @@ fn beer_lambert() {
     let (dims, alpha) = ([16, 16, 16], 0.05);
     let tau = -(1.0f64 - alpha).ln();
     for spacing in [DVec3::ONE, DVec3::new(1.0, 1.0, 1.7)] {
-        let volume = volume(dims, spacing, Voxels::Uint8(vec![200; 16 * 16 * 16]));
+        let volume = volume(dims, spacing, Voxels::Uint8(vec![200; 16 * 16 * 16])).with_background(0.0).unwrap();
         // Opacity in proportion to the value: depths are line integrals of the field, of which the cube's is its length.
         let ramp = TransferFunction::new("ramp", vec![(0.0, [1.0; 3])], ramp(tau)).unwrap();
         for (azimuth, elevation) in [(0.0, 0.0), (90.0, 0.0), (0.0, 90.0), (8.0, 5.0)] {

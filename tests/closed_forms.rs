@@ -21,8 +21,9 @@ fn unshaded() -> Settings {
     Settings { shading: None, early_termination: false, ..Settings::default() }
 }
 
-fn cube(dims: [usize; 3], spacing: DVec3) -> Volume {
-    volume(dims, spacing, Voxels::Uint8(vec![200; dims.iter().product()]))
+/// Homogeneous, in empty space.
+fn cube(dims: [usize; 3], spacing: DVec3) -> Volume<'static> {
+    volume(dims, spacing, Voxels::Uint8(vec![200; dims.iter().product()])).with_background(0.0).unwrap()
 }
 
 /// Transmittance of the picture's middle.
@@ -260,7 +261,7 @@ fn every_ray_is_the_line_integral_where_extinction_is_linear_in_the_value() {
 
 #[test]
 fn one_voxel_shows_its_footprint() {
-    let volume = volume([1, 1, 1], DVec3::ONE, Voxels::Uint8(vec![255]));
+    let volume = volume([1, 1, 1], DVec3::ONE, Voxels::Uint8(vec![255])).with_background(0.0).unwrap();
     let transfer = linear_extinction(4e-3);
     let size = viewport(32, 32);
     for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0), (80.0, -5.0)] {

@@ -243,8 +243,8 @@ fn every_voxel_type_with_its_background() {
     ];
     let size = viewport(20, 20);
     for (voxels, (lo, hi)) in cases {
-        let kind = voxels.voxel_type();
         let volume = volume(dims, DVec3::ONE, voxels);
+        let kind = volume.voxel_type();
         let transfer = smooth_transfer().stretched(lo, hi).unwrap();
         for (azimuth, elevation) in [(10.0, 5.0), (80.0, -10.0)] {
             let camera = parallel(&volume, size, azimuth, elevation);

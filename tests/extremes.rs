@@ -92,7 +92,7 @@ fn ranges_too_narrow_for_floats_are_steps() {
     let viewport = Viewport::new(25, 25).unwrap();
     let camera = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, Orbit::default());
     for settings in ways() {
-        let mut of = |end: f64| {
+        let of = |end: f64| {
             let mut renderer = Renderer::new(&device(), &volume, &transfer(end)).unwrap();
             renderer.render(&camera, viewport, &settings).unwrap().0
         };

@@ -17,7 +17,7 @@ const SMOOTH_PSNR: f64 = 50.0;
 const VIEWS: [(f64, f64); 8] =
     [(0.0, 0.0), (45.0, 0.0), (0.0, 45.0), (30.0, 20.0), (120.0, -35.0), (-100.0, 10.0), (72.0, 70.0), (180.0, 0.0)];
 
-fn smooth_volume() -> Volume {
+fn smooth_volume() -> Volume<'static> {
     Volume::open("builtin:hydrogen@40x36x44", &RawOptions::default()).unwrap()
 }
 
@@ -111,7 +111,7 @@ const LEAST_GAIN: f64 = 0.5;
 const LEAST_MEAN: f64 = 2.0;
 
 /// Returns the mean gain.
-fn assert_kappa_softens_the_switch(sets: impl IntoIterator<Item = (Volume, TransferFunction)>) -> f64 {
+fn assert_kappa_softens_the_switch(sets: impl IntoIterator<Item = (Volume<'static>, TransferFunction)>) -> f64 {
     let mut gains = Vec::new();
     for (volume, transfer) in sets {
         let without = popping(&volume, &transfer, Correction::None);

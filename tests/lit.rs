@@ -38,7 +38,7 @@ fn psnr_on_the_host(volume: &Volume, transfer: &TransferFunction, camera: &Camer
 }
 
 /// The skull, whose voxels are farther apart along one axis.
-fn skull() -> (Volume, TransferFunction) {
+fn skull() -> (Volume<'static>, TransferFunction) {
     real("cranium_ct_256x256x108_int16.raw.gz", Some(DVec3::new(0.957, 0.957, 1.5)), Some("cranium_ct_int16.json"))
 }
 
@@ -126,7 +126,7 @@ fn more_samples_per_layer_approach_the_integral() {
 }
 
 /// A ball with an edge two voxels wide.
-fn ball(radius: f64) -> Volume {
+fn ball(radius: f64) -> Volume<'static> {
     let n = (2.0 * radius) as usize + 9;
     let centre = DVec3::splat((n as f64 - 1.0) / 2.0);
     let value = |i: usize| {
@@ -257,7 +257,7 @@ fn wide_perspectives_have_no_seam() {
 }
 
 /// A solid cube with some air around.
-fn cube() -> Volume {
+fn cube() -> Volume<'static> {
     let inside = |i: usize| (10..54).contains(&i);
     let value = |i: usize| if inside(i % 64) && inside(i / 64 % 64) && inside(i / 64 / 64) { 255 } else { 0 };
     volume([64; 3], DVec3::ONE, Voxels::Uint8((0..64 * 64 * 64).map(value).collect()))

@@ -131,9 +131,10 @@ fn voxel_types_and_byte_orders() {
     let bytes = random_bytes(dims, 4);
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, data: Vec<u8>, endian: Endian| {
-        let path = folder.path().join(format!("v_13x9x7_{name}.raw"));
+        // Files are mapped: each needs a name of its own.
+        let path = folder.path().join(format!("{endian:?}_13x9x7_{name}.raw"));
         std::fs::write(&path, data).unwrap();
-        Volume::open(path.to_str().unwrap(), &RawOptions { endian, ..RawOptions::default() }).unwrap()
+        Volume::open(path.to_str().unwrap(), &RawOptions { endian: Some(endian), ..RawOptions::default() }).unwrap()
     };
     let wide = |f: fn(u8) -> Vec<u8>| -> Vec<u8> { bytes.iter().flat_map(|&b| f(b)).collect() };
     let volumes = [
@@ -162,7 +163,7 @@ fn voxel_types_and_byte_orders() {
 
 /// A mostly empty volume of 0 and 255, seen where only values between are visible: interpolated values between two
 /// invisible voxels.
-fn between() -> (Volume, TransferFunction) {
+fn between() -> (Volume<'static>, TransferFunction) {
     let dims = [70, 41, 53];
     let mut random = Random(5);
     let mut bytes = vec![0u8; dims.iter().product()];
@@ -176,7 +177,7 @@ fn between() -> (Volume, TransferFunction) {
 }
 
 /// A thick ball of 255 in 0, of which a narrow band of values between shows: invisible voxels inside and out.
-fn shell() -> (Volume, TransferFunction) {
+fn shell() -> (Volume<'static>, TransferFunction) {
     let n = 40;
     let inside = |i: usize| {
         let p = DVec3::new((i % n) as f64, (i / n % n) as f64, (i / n / n) as f64) - DVec3::splat(n as f64 / 2.0);

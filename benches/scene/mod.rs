@@ -10,7 +10,7 @@ const DATA_SETS: [&str; 5] = ["fuel", "neghip", "lobster", "engine", "aneurism"]
 /// A volume with its transfer function.
 pub struct Scene {
     pub name: String,
-    pub volume: Volume,
+    pub volume: Volume<'static>,
     pub transfer: TransferFunction,
 }
 

@@ -7,6 +7,16 @@
 #error "VOXEL: type of a voxel"
 #endif
 
+// The voxel nearest to a value that is not above it, and the one that is not below it; at the ends of the type's range what
+// there is.
+#if VOXEL_BYTES == 4
+#define VOXEL_BELOW(value) (value)
+#define VOXEL_ABOVE(value) (value)
+#else
+#define VOXEL_BELOW(value) CAT(CAT(convert_, VOXEL), _sat_rtn)(value)
+#define VOXEL_ABOVE(value) CAT(CAT(convert_, VOXEL), _sat_rtp)(value)
+#endif
+
 // Place of layer k >= -2 in a ring of the three layers that a sample mixes.
 inline int slot(int k) { return (k + 3) % 3; }
 

@@ -15,7 +15,7 @@ __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int 
     const int u0 = (b - 1) * BLOCK - below, u1 = b * BLOCK - 1 + above;
     const int v0 = (c - 1) * block_rows - below, v1 = c * block_rows - 1 + above;
     const bool whole = u0 >= 0 && u1 < view.dims_u && v0 >= 0 && v1 < view.dims_v && k >= around && k + around < view.dims_a;
-    const VOXEL background = (VOXEL)(view.background + view.offset);
+    const float background = view.background + view.offset;
     const int first_u = clamp(u0, 0, view.dims_u - 1), last_u = clamp(u1, 0, view.dims_u - 1);
     const int first_v = clamp(v0, 0, view.dims_v - 1), last_v = clamp(v1, 0, view.dims_v - 1);
     VOXEL lo = voxels[first_u + first_v * view.stride_v + k * view.stride_a], hi = lo;
@@ -29,6 +29,6 @@ __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int 
             }
     }
     __global VOXEL *out = limits + 2 * (size_t)get_global_id(0);
-    out[0] = whole ? lo : min(lo, background);
-    out[1] = whole ? hi : max(hi, background);
+    out[0] = whole ? lo : min(lo, VOXEL_BELOW(background));
+    out[1] = whole ? hi : max(hi, VOXEL_ABOVE(background));
 }

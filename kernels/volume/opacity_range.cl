@@ -3,13 +3,16 @@
 #include "shared/elementary.cl"
 #include "shared/volume.cl"
 
-// Widens lo ... hi by the limits of a block in layers from ... to.
-inline void limits_of(__global const VOXEL *limits, float offset, int blocks_u, int blocks_v, int from, int to, int b,
+// Widens lo ... hi by the limits of a block in layers from ... to. Limits at an end of the voxels' range stand for a background beyond
+// it as well.
+inline void limits_of(__global const VOXEL *limits, float background, float offset, int blocks_u, int blocks_v, int from, int to, int b,
                       int c, float *lo, float *hi) {
+    const VOXEL below = VOXEL_BELOW(background + offset), above = VOXEL_ABOVE(background + offset);
     for (int j = from; j <= to; j++) {
         __global const VOXEL *limit = limits + 2 * (((size_t)j * blocks_v + c) * blocks_u + b);
-        *lo = MIN(*lo, convert_float(limit[0]) - offset);
-        *hi = MAX(*hi, convert_float(limit[1]) - offset);
+        const float least = convert_float(limit[0]) - offset, most = convert_float(limit[1]) - offset;
+        *lo = MIN(*lo, limit[0] <= below ? MIN(least, background) : least);
+        *hi = MAX(*hi, limit[1] >= above ? MAX(most, background) : most);
     }
 }
 

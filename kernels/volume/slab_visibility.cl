@@ -22,7 +22,7 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
         if (!outside)
             for (int y = max(c - around, 0); y <= min(c + around, blocks_v - 1); y++)
                 for (int x = max(b - around, 0); x <= min(b + around, blocks_u - 1); x++)
-                    limits_of(limits, offset, blocks_u, blocks_v, q, q, x, y, &lo, &hi);
+                    limits_of(limits, background, offset, blocks_u, blocks_v, q, q, x, y, &lo, &hi);
         if (q >= 8 * chunk) {
             const float from = MIN(lo, last_lo), to = MAX(hi, last_hi);
             bits |= any_visible(from - slack * fabs(from - background), to + slack * fabs(to - background), least, largest,

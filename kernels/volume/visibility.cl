@@ -16,11 +16,11 @@ __kernel void visibility(__global const VOXEL *limits, int blocks_u, int blocks_
     const bool outer = k <= 0 || k >= layers - 1;
     float lo = outer ? background : INFINITY, hi = outer ? background : -INFINITY;
     const int from = max(k - 1, 0), to = min(k + 1, layers - 1);
-    limits_of(limits, offset, blocks_u, blocks_v, from, to, b, c, &lo, &hi);
+    limits_of(limits, background, offset, blocks_u, blocks_v, from, to, b, c, &lo, &hi);
     const uchar near = any_visible(lo, hi, least, largest, table_first, table_per_value, table_last, visible_before);
     for (int y = max(c - 1, 0); y <= min(c + 1, blocks_v - 1); y++)
         for (int x = max(b - 1, 0); x <= min(b + 1, blocks_u - 1); x++)
-            limits_of(limits, offset, blocks_u, blocks_v, from, to, x, y, &lo, &hi);
+            limits_of(limits, background, offset, blocks_u, blocks_v, from, to, x, y, &lo, &hi);
     const uchar far = any_visible(lo, hi, least, largest, table_first, table_per_value, table_last, visible_before);
     visible[get_global_id(0)] = (near ? NEAR : 0) | (far ? FAR : 0);
 }

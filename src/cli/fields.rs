@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 25] = [
+const OPTIONS: [(&str, &str); 26] = [
     ("algorithm", "--algorithm"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
     ("classification", "--classification post|preintegrated"),
@@ -16,6 +16,7 @@ const OPTIONS: [(&str, &str); 25] = [
     ("evaluation", "--lattice direct|auto|N"),
     ("field_of_view", "--perspective FOV"),
     ("footprints", "--footprints exact|set"),
+    ("header_bytes", "--header-bytes N"),
     ("interpolation", "--interpolation"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
     ("quality", "--quality"),

@@ -58,7 +58,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let statistics = volume.statistics();
     let info = Info {
         dims: volume.grid().dims(),
-        voxel_type: volume.voxels().voxel_type().to_string(),
+        voxel_type: volume.voxel_type().to_string(),
         spacing: volume.grid().spacing().to_array(),
         min: statistics.min,
         max: statistics.max,

@@ -9,7 +9,7 @@ use crate::layers::{Correction, Density};
 use crate::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Layered, Quality, Settings, Shading};
 use crate::transfer::Extinction;
 use crate::viewport::Viewport;
-use crate::volume::{Endian, RawOptions, Volume, VoxelType};
+use crate::volume::{Endian, RawOptions, ScalarType, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -23,15 +23,21 @@ pub(super) struct VolumeOptions {
     /// Voxels along x, y, z, where the file's name does not tell them: XxYxZ
     #[arg(long, value_parser = parse::dims, value_name = "XxYxZ", help_heading = "Volume")]
     dims: Option<[usize; 3]>,
-    /// uint8, int8, uint16, int16, float32 or float64, where the file's name does not tell it
+    /// uint8, int8, uint16, int16, uint32, int32, float32 or float64, where the file's name does not tell it
     #[arg(long = "type", help_heading = "Volume")]
-    voxel_type: Option<VoxelType>,
+    voxel_type: Option<ScalarType>,
     /// Distance between voxels along x, y, z [default: 1,1,1]
     #[arg(long, value_parser = parse::spacing, value_name = "X,Y,Z", allow_hyphen_values = true, help_heading = "Volume")]
     spacing: Option<DVec3>,
     /// Byte order of the file [default: little]
     #[arg(long, help_heading = "Volume")]
     endian: Option<EndianName>,
+    /// Bytes before the first voxel, of a .gz file once unpacked [default: 0]
+    #[arg(long, value_name = "N", help_heading = "Volume")]
+    header_bytes: Option<u64>,
+    /// Value around the volume and of voxels that are NaN or infinite [default: the smallest valid value; of built-in volumes 0]
+    #[arg(long, value_parser = parse::finite, value_name = "V", allow_hyphen_values = true, help_heading = "Volume")]
+    background_value: Option<f64>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -41,19 +47,22 @@ enum EndianName {
 }
 
 impl VolumeOptions {
-    /// Reads or makes the volume.
-    pub fn open(&self) -> Result<Volume, crate::Error> {
-        let is_builtin = self.volume.to_str().is_some_and(|name| name.starts_with("builtin:"));
-        if is_builtin && self.endian.is_some() {
-            let problem = "built-in volumes have no byte order: leave it out".into();
-            return Err(crate::Error::Settings { field: "endian", problem });
+    /// Opens the volume.
+    pub fn open(&self) -> Result<Volume<'static>, crate::Error> {
+        let volume = Volume::open(&self.volume, &self.raw())?;
+        match self.background_value {
+            Some(value) => volume.with_background(value),
+            None => Ok(volume),
         }
-        let endian = match self.endian {
-            None | Some(EndianName::Little) => Endian::Little,
-            Some(EndianName::Big) => Endian::Big,
-        };
-        let options = RawOptions { dims: self.dims, voxel_type: self.voxel_type, spacing: self.spacing, endian };
-        Volume::open(&self.volume, &options)
+    }
+
+    fn raw(&self) -> RawOptions {
+        let endian = self.endian.map(|endian| match endian {
+            EndianName::Little => Endian::Little,
+            EndianName::Big => Endian::Big,
+        });
+        let Self { dims, voxel_type, spacing, header_bytes, .. } = *self;
+        RawOptions { dims, voxel_type, spacing, endian, header_bytes }
     }
 }
 

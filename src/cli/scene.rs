@@ -31,7 +31,7 @@ pub(super) struct SceneOptions {
 
 /// A volume with its transfer function, and how it is to be rendered.
 pub(super) struct Scene {
-    pub volume: Volume,
+    pub volume: Volume<'static>,
     pub transfer: TransferFunction,
     pub settings: Settings,
     pub device: Device,

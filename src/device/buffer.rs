@@ -43,12 +43,17 @@ impl<T: Copy> Buffer<T> {
 
     /// Overwrites the first values.
     pub fn write(&mut self, device: &Device, values: &[T]) -> Result<(), Error> {
-        assert!(values.len() <= self.len, "{} values do not fit {}", values.len(), self.len);
+        self.write_at(device, 0, values)
+    }
+
+    /// Overwrites values from the one at `first` on.
+    pub fn write_at(&mut self, device: &Device, first: usize, values: &[T]) -> Result<(), Error> {
+        assert!(first + values.len() <= self.len, "{} values from {first} on do not fit {}", values.len(), self.len);
         if values.is_empty() {
             return Ok(());
         }
         // SAFETY: the write blocks, so `values` outlives it, and they fit.
-        unsafe { device.inner.queue.enqueue_write_buffer(&mut self.memory, CL_BLOCKING, 0, values, &[]) }
+        unsafe { device.inner.queue.enqueue_write_buffer(&mut self.memory, CL_BLOCKING, first * size_of::<T>(), values, &[]) }
             .map_err(|e| device.error("clEnqueueWriteBuffer", e))?;
         Ok(())
     }

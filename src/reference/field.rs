@@ -11,13 +11,12 @@ pub(super) struct Field {
     background: f64,
     gaussian_background: f64,
     range: (f64, f64),
-    voxels: Vec<f32>,
+    voxels: Vec<f64>,
 }
 
 impl Field {
     pub fn new(volume: &Volume, transfer: &TransferFunction) -> Self {
-        let mut voxels = Vec::with_capacity(volume.voxels().len());
-        volume.voxels().for_each(|v| voxels.push(v as f32));
+        let voxels = (0..volume.grid().voxel_count()).map(|i| volume.value(i)).collect();
         Self {
             dims: volume.grid().dims().map(|n| n as i64),
             background: volume.background(),
@@ -51,7 +50,7 @@ impl Field {
     pub fn voxel_or(&self, p: [i64; 3], missing: f64) -> f64 {
         let [x, y, z] = self.dims;
         if (0..x).contains(&p[0]) && (0..y).contains(&p[1]) && (0..z).contains(&p[2]) {
-            f64::from(self.voxels[(p[0] + x * (p[1] + y * p[2])) as usize])
+            self.voxels[(p[0] + x * (p[1] + y * p[2])) as usize]
         } else {
             missing
         }
@@ -124,7 +123,7 @@ impl Field {
         let corner = |n: i64| {
             let (di, dj, dk) = (n & 1, n >> 1 & 1, n >> 2);
             match inside {
-                true => f64::from(self.voxels[(i + di + x * (j + dj + y * (k + dk))) as usize]),
+                true => self.voxels[(i + di + x * (j + dj + y * (k + dk))) as usize],
                 false => self.voxel([i + di, j + dj, k + dk]),
             }
         };

@@ -22,7 +22,7 @@ const STEPS: f64 = 16.0;
 pub struct Integral<'a> {
     field: Field,
     transfer: &'a TransferFunction,
-    volume: &'a Volume,
+    volume: &'a Volume<'a>,
     unit_distance: f64,
     /// What reconstructs the field. Default: the paper's cubic (Eq. 1 and 2).
     pub interpolation: Interpolation,
@@ -32,7 +32,7 @@ pub struct Integral<'a> {
 
 impl<'a> Integral<'a> {
     /// The integral for opacities per `unit_distance` (world units; by default the smallest spacing).
-    pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, unit_distance: Option<f64>) -> Self {
+    pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, unit_distance: Option<f64>) -> Self {
         let unit_distance = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
         Self {
             field: Field::new(volume, transfer),

@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3};
 /// The layered renderer in `f64`: every footprint integrated, no lattice, no table, no culling, no early termination.
 pub struct Layered<'a> {
     pub(super) field: Field,
-    pub(super) volume: &'a Volume,
+    pub(super) volume: &'a Volume<'a>,
     pub(super) transfer: &'a TransferFunction,
     pub(super) settings: &'a Settings,
     pub(super) classification: Classification,
@@ -34,7 +34,7 @@ pub(super) struct Crossing {
 
 impl<'a> Layered<'a> {
     /// A renderer. Of the settings, those that decide where sums are evaluated and what is skipped are ignored.
-    pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
+    pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
         let classification = settings.layered().unwrap_or_default().classification;
         Self { field: Field::new(volume, transfer), volume, transfer, settings, classification, in_parts: false }
     }

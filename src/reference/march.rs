@@ -19,14 +19,14 @@ const PARTS: usize = 512;
 /// Both ways of marching along rays in `f64`: no table, no culling, no early termination.
 pub struct Marched<'a> {
     field: Field,
-    volume: &'a Volume,
+    volume: &'a Volume<'a>,
     transfer: &'a TransferFunction,
     settings: &'a Settings,
 }
 
 impl<'a> Marched<'a> {
     /// A renderer; the settings' algorithm is ray casting or slicing.
-    pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
+    pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
         Self { field: Field::new(volume, transfer), volume, transfer, settings }
     }
 

@@ -20,7 +20,7 @@ const OPAQUE: f64 = 16.0;
 /// Sheet-buffer splatting in `f64`: every voxel looks at every pixel; no lists, no tables, no early termination.
 pub struct Sheets<'a> {
     field: Field,
-    volume: &'a Volume,
+    volume: &'a Volume<'a>,
     transfer: &'a TransferFunction,
     settings: &'a Settings,
 }
@@ -38,7 +38,7 @@ struct Splat {
 
 impl<'a> Sheets<'a> {
     /// A renderer; the settings' algorithm is one of the two.
-    pub fn new(volume: &'a Volume, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
+    pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
         Self { field: Field::new(volume, transfer), volume, transfer, settings }
     }
 

@@ -35,7 +35,7 @@ impl Region {
         if let Some(crop) = settings.clipping.crop {
             (lowest, highest) = (lowest.max(crop.lowest), highest.min(crop.highest));
         }
-        let blend = match settings.blend {
+        let blend = match prepared.blend_of_numbers(settings.blend) {
             Blend::Composite => BlendMode::Composite,
             Blend::Maximum => BlendMode::Maximum,
             Blend::Minimum => BlendMode::Minimum,

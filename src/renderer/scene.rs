@@ -60,7 +60,7 @@ impl Scene<'_> {
         let grid = self.prepared.grid();
         let spacing = grid.spacing();
         let smallest = spacing.min_element();
-        let (lo, hi) = self.prepared.value_range();
+        let (lo, hi) = self.prepared.stored_range();
         let range = if hi > lo { hi - lo } else { 1.0 };
         let to_eye = self.rays.to_eye;
         let light = self.settings.shading.and_then(|s| s.light).map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
@@ -80,7 +80,6 @@ impl Scene<'_> {
         let shading = settings.shading.unwrap_or_default();
         let local = |v: DVec3| frame.local(v).as_vec3().to_array();
         let iso = if let Blend::Iso(value) = settings.blend { Some(value) } else { None };
-        let (_, offset) = self.prepared.background();
         SampleParams {
             table_first: 0.0,
             table_per_value: 0.0,
@@ -103,7 +102,7 @@ impl Scene<'_> {
             ends: [[0.0; 2]; Classification::MAX_POINTS as usize],
             curve: 0.0,
             range: [0.0, self.prepared.largest_value()],
-            iso: iso.map_or(0.0, |value| (value - f64::from(offset)) as f32),
+            iso: iso.map_or(0.0, |value| self.prepared.stored_value(value) as f32),
             iso_color: iso.map_or([0.0; 3], |value| self.prepared.transfer_function().color(value).map(|c| c as f32)),
         }
     }

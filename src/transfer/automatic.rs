@@ -110,26 +110,7 @@ fn smoothed(histogram: &[u64]) -> Vec<f64> {
 /// The same thresholds, moved to where surfaces are: to the mean of the values half-way through the edges that cross them, each
 /// weighted with the square of its height. By at most a third of the way to the next threshold.
 fn sharpened(thresholds: Thresholds, statistics: &Statistics, volume: &Volume) -> Thresholds {
-    let dims = volume.grid().dims();
-    let voxels = volume.voxels();
-    let strides = [1, dims[0], dims[0] * dims[1]];
-    let every = (voxels.len() / ASKED).max(1);
-    let mut sums = [(0.0, 0.0); CLASSES - 1];
-    for i in (0..voxels.len()).step_by(every) {
-        for axis in 0..3 {
-            let at = i / strides[axis] % dims[axis];
-            if at == 0 || at + 1 >= dims[axis] {
-                continue;
-            }
-            let (a, b) = (voxels.value(i - strides[axis]), voxels.value(i + strides[axis]));
-            for (sum, threshold) in sums.iter_mut().zip(thresholds) {
-                if (a < threshold) != (b < threshold) {
-                    let weight = (b - a) * (b - a);
-                    *sum = (sum.0 + weight, sum.1 + weight * (a + b) / 2.0);
-                }
-            }
-        }
-    }
+    let sums = volume.look(|value| edges(thresholds, volume, value));
     std::array::from_fn(|n| {
         let below = if n == 0 { statistics.min } else { thresholds[n - 1] };
         let above = if n + 1 == thresholds.len() { statistics.max } else { thresholds[n + 1] };
@@ -140,9 +121,34 @@ fn sharpened(thresholds: Thresholds, statistics: &Statistics, volume: &Volume) -
     })
 }
 
+/// Weights, and weights times values, of the edges that cross each threshold.
+fn edges(thresholds: Thresholds, volume: &Volume, value: &dyn Fn(usize) -> f64) -> [(f64, f64); CLASSES - 1] {
+    let dims = volume.grid().dims();
+    let count = volume.grid().voxel_count();
+    let strides = [1, dims[0], dims[0] * dims[1]];
+    let every = (count / ASKED).max(1);
+    let mut sums = [(0.0, 0.0); CLASSES - 1];
+    for i in (0..count).step_by(every) {
+        for axis in 0..3 {
+            let at = i / strides[axis] % dims[axis];
+            if at == 0 || at + 1 >= dims[axis] {
+                continue;
+            }
+            let (a, b) = (value(i - strides[axis]), value(i + strides[axis]));
+            for (sum, threshold) in sums.iter_mut().zip(thresholds) {
+                if (a < threshold) != (b < threshold) {
+                    let weight = (b - a) * (b - a);
+                    *sum = (sum.0 + weight, sum.1 + weight * (a + b) / 2.0);
+                }
+            }
+        }
+    }
+    sums
+}
+
 /// Opacity of a class from one value to another, in its place.
 fn opacity_for(statistics: &Statistics, from: f64, to: f64, volume: &Volume, class: usize) -> f64 {
-    let count = volume.voxels().len() as f64;
+    let count = volume.grid().voxel_count() as f64;
     let width = (statistics.max - statistics.min) / HISTOGRAM_BINS as f64;
     let own: u64 = (0..HISTOGRAM_BINS)
         .filter(|&bin| (from..to).contains(&(statistics.min + width * (bin as f64 + 0.5))))

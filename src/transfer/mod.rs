@@ -11,7 +11,7 @@ pub use integrals::IntegralTable;
 pub use table::{Extinction, TransferTable};
 
 use crate::error::Error;
-use crate::volume::Volume;
+use crate::volume::{Rescale, Volume};
 use std::path::Path;
 
 /// A control point: a data value and what it maps to.
@@ -112,6 +112,27 @@ impl TransferFunction {
         })
     }
 
+    /// The same function of stored numbers instead of their values.
+    pub(crate) fn of_stored(&self, rescale: Rescale) -> Self {
+        fn mapped<T: Copy>(points: &[ControlPoint<T>], rescale: Rescale) -> Vec<ControlPoint<T>> {
+            let mut points: Vec<ControlPoint<T>> = points.iter().map(|&(x, y)| (rescale.stored(x), y)).collect();
+            if rescale.slope() < 0.0 {
+                points.reverse();
+                // At a step the upper value's side counts, which now comes first.
+                for i in 1..points.len() {
+                    if points[i].0 == points[i - 1].0 {
+                        points[i].0 = points[i].0.next_up();
+                    }
+                }
+            }
+            points
+        }
+        if rescale == Rescale::default() {
+            return self.clone();
+        }
+        Self { name: self.name.clone(), colors: mapped(&self.colors, rescale), opacities: mapped(&self.opacities, rescale) }
+    }
+
     /// The same function with its opacities multiplied by a factor, 0 … 1.
     pub fn faded(&self, factor: f64) -> Result<Self, Error> {
         if !(0.0..=1.0).contains(&factor) {
@@ -172,9 +193,9 @@ impl TransferFunction {
 
     /// The *effective splats* of the paper: voxels whose own value has an opacity above 0.
     pub fn effective_splats(&self, volume: &Volume) -> u64 {
-        let mut count = 0;
-        volume.voxels().for_each(|v| count += u64::from(self.opacity(v) > 0.0));
-        count
+        let background = volume.background();
+        let visible = |count: &mut u64, value: Option<f64>| *count += u64::from(self.opacity(value.unwrap_or(background)) > 0.0);
+        volume.sum_blocks(visible).into_iter().sum()
     }
 
     /// Smallest distance between different values of control points.
@@ -186,15 +207,18 @@ impl TransferFunction {
     }
 }
 
-/// The range onto which functions without values of their own are stretched: the data's, or, where all voxels are
-/// alike, from the background to them.
+/// The range onto which functions without values of their own are stretched: the data's; where all voxels are alike, with the
+/// background's; where that is the same too, from 0 to a value above it, so that it shows.
 fn visible_range(volume: &Volume) -> (f64, f64) {
     let (lo, hi) = volume.range();
     if lo < hi {
         return (lo, hi);
     }
-    let (lo, hi) = volume.field_range();
-    if lo < hi { (lo, hi) } else { (lo, lo + 1.0) }
+    match volume.field_range() {
+        (lo, hi) if lo < hi => (lo, hi),
+        (lo, _) if lo > 0.0 => (0.0, lo),
+        (lo, _) => (lo, lo + 1.0),
+    }
 }
 
 fn interpolate<T: Copy>(points: &[ControlPoint<T>], value: f64, mix: impl Fn(T, T, f64) -> T) -> T {
@@ -249,6 +273,20 @@ mod tests {
         assert_abs_diff_eq!(t.opacity(-1024.0 + 0.4 * 4010.0), 0.4, epsilon = 1e-12);
         assert!(ramp().stretched(1.0, 1.0).is_err());
         assert!(ramp().stretched(f64::NAN, 1.0).is_err());
+    }
+
+    #[test]
+    fn stored_numbers_look_as_their_values() {
+        let step =
+            TransferFunction::new("t", vec![(0.0, [0.0; 3]), (9.0, [1.0; 3])], vec![(0.0, 0.2), (6.0, 0.3), (6.0, 0.8)]).unwrap();
+        for rescale in [(2.0, 0.0), (2.0, -4.0), (-2.0, 0.0), (-0.5, 1.0)].map(|(m, b)| Rescale::new(m, b).unwrap()) {
+            let stored = step.of_stored(rescale);
+            // At the step itself, too.
+            for value in [-1.0, 0.0, 3.5, 5.99, 6.0, 6.01, 9.0, 11.0] {
+                assert_abs_diff_eq!(stored.opacity(rescale.stored(value)), step.opacity(value), epsilon = 1e-12);
+                assert_abs_diff_eq!(stored.color(rescale.stored(value))[0], step.color(value)[0], epsilon = 1e-12);
+            }
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Where voxels lie in the world.
 
 use crate::error::Error;
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 /// A regular grid. Voxel (i, j, k) sits at `origin + direction · (i·h_x, j·h_y, k·h_z)`.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,21 +35,28 @@ impl Grid {
             let expected = "numbers from 1e-30 to 1e30, none above a million times another";
             return Err(Error::OutOfRange { name: "spacing", value, expected });
         }
-        let deviation = direction.transpose() * direction - DMat3::IDENTITY;
-        if !origin.is_finite() || !deviation.to_cols_array().iter().all(|d| d.abs() < 1e-4) {
-            let value = format!("{origin}, {direction}");
-            return Err(Error::OutOfRange {
-                name: "grid orientation",
-                value,
-                expected: "a finite origin and an orthonormal matrix",
-            });
+        if !origin.is_finite() {
+            return Err(Error::Grid { problem: format!("the origin {origin} is not finite") });
         }
+        check_directions(direction)?;
         Ok(Self { dims, spacing, origin, direction })
     }
 
     /// The same grid in a world of which `unit` is one.
     pub(crate) fn in_units_of(&self, unit: f64) -> Self {
         Self { spacing: self.spacing / unit, origin: self.origin / unit, ..*self }
+    }
+
+    /// A grid whose voxel (i, j, k) sits at `index_to_world · (i, j, k)`: turned and mirrored in any way. Axes that are not at right
+    /// angles (a sheared grid) cannot be rendered yet and are an error, as are axes without a length.
+    pub fn from_affine(dims: [usize; 3], index_to_world: DAffine3) -> Result<Self, Error> {
+        let axes = index_to_world.matrix3;
+        let spacing = DVec3::new(axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length());
+        if !spacing.is_finite() || spacing.min_element() == 0.0 {
+            let problem = format!("the transform from voxels to the world, {axes}, gives an axis the length 0, or none");
+            return Err(Error::Grid { problem });
+        }
+        Self::oriented(dims, spacing, index_to_world.translation, axes * DMat3::from_diagonal(1.0 / spacing))
     }
 
     /// Voxels along x, y, z.
@@ -70,6 +77,11 @@ impl Grid {
     /// World directions of the grid's axes, as columns.
     pub fn direction(&self) -> DMat3 {
         self.direction
+    }
+
+    /// Takes a place in voxels to the world.
+    pub fn index_to_world(&self) -> DAffine3 {
+        DAffine3 { matrix3: self.direction * DMat3::from_diagonal(self.spacing), translation: self.origin }
     }
 
     /// Number of voxels.
@@ -112,6 +124,33 @@ impl Grid {
     }
 }
 
+/// How far lengths of directions may be from 1, and cosines between them from 0.
+const ORTHONORMAL: f64 = 1e-4;
+
+/// Refuses directions that are not of length 1 and at right angles, and says what they are.
+fn check_directions(direction: DMat3) -> Result<(), Error> {
+    let products = direction.transpose() * direction;
+    let unit = (0..3).all(|i| (products.col(i)[i] - 1.0).abs() < ORTHONORMAL);
+    if !unit {
+        return Err(Error::Grid { problem: format!("the directions of its axes, {direction}, must be of length 1") });
+    }
+    if direction.determinant().abs() < ORTHONORMAL {
+        return Err(Error::Grid { problem: format!("its axes, {direction}, lie in one plane") });
+    }
+    for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+        let cosine = products.col(i)[j];
+        if cosine.abs() >= ORTHONORMAL {
+            let (axes, angle) = (["x", "y", "z"], cosine.acos().to_degrees());
+            let problem = format!(
+                "it is sheared: its axes {} and {} are {angle:.3} degrees apart, and only right angles can be rendered: resample it",
+                axes[i], axes[j]
+            );
+            return Err(Error::Grid { problem });
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -122,6 +161,42 @@ mod tests {
         let grid = Grid::oriented([3, 5, 7], DVec3::new(1.0, 2.0, 0.5), DVec3::new(10.0, 0.0, 0.0), turn).unwrap();
         assert_eq!(grid.centre(), DVec3::new(6.0, 1.0, 1.5));
         assert_eq!(grid.world_to_voxel(grid.centre()), grid.centre_in_voxels());
+    }
+
+    #[test]
+    fn a_transform_makes_the_grid_and_comes_back() {
+        let turn = DMat3::from_rotation_z(0.3) * DMat3::from_rotation_x(-1.1);
+        // Mirrored, as an axis that is stored backwards.
+        let axes = DMat3::from_cols(turn.x_axis * -0.5, turn.y_axis * 2.0, turn.z_axis * 1.25);
+        let affine = DAffine3::from_mat3_translation(axes, DVec3::new(3.0, -7.0, 11.0));
+        let grid = Grid::from_affine([4, 5, 6], affine).unwrap();
+        assert!(grid.spacing().abs_diff_eq(DVec3::new(0.5, 2.0, 1.25), 1e-15));
+        assert!(grid.index_to_world().abs_diff_eq(affine, 1e-14));
+        let voxel = DVec3::new(1.0, 4.0, 2.0);
+        assert!(grid.world_to_voxel(affine.transform_point3(voxel)).abs_diff_eq(voxel, 1e-13));
+        assert!(grid.index_to_world().transform_point3(grid.centre_in_voxels()).abs_diff_eq(grid.centre(), 1e-14));
+        let plain = Grid::oriented([4; 3], DVec3::new(0.3, 0.7, 1.1), DVec3::ONE, turn).unwrap();
+        let again = Grid::from_affine([4; 3], plain.index_to_world()).unwrap();
+        assert!(again.spacing().abs_diff_eq(plain.spacing(), 1e-15) && again.direction().abs_diff_eq(turn, 1e-15));
+    }
+
+    #[test]
+    fn sheared_and_degenerate_transforms_are_named() {
+        let problem = |axes: DMat3| {
+            let affine = DAffine3::from_mat3_translation(axes, DVec3::ZERO);
+            Grid::from_affine([4; 3], affine).expect_err("no right angles").to_string()
+        };
+        // A gantry tilted by ten degrees.
+        let tilt = 10f64.to_radians();
+        let tilted = problem(DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(0.0, tilt.sin(), tilt.cos()) * 3.0));
+        assert!(tilted.contains("sheared") && tilted.contains("y and z are 80.000 degrees"), "{tilted}");
+        assert!(problem(DMat3::from_cols(DVec3::X, DVec3::X * 2.0, DVec3::Z)).contains("plane"));
+        assert!(problem(DMat3::from_cols(DVec3::X, DVec3::ZERO, DVec3::Z)).contains("length 0"));
+        assert!(problem(DMat3::from_cols(DVec3::X, DVec3::NAN, DVec3::Z)).contains("or none"));
+        assert!(Grid::oriented([2; 3], DVec3::ONE, DVec3::new(f64::INFINITY, 0.0, 0.0), DMat3::IDENTITY).is_err());
+        // Right to what float32 files can hold.
+        let rounded = (DMat3::from_rotation_y(0.7) * 0.3).as_mat3().as_dmat3();
+        assert!(Grid::from_affine([2; 3], DAffine3::from_mat3(rounded)).is_ok());
     }
 
     #[test]

@@ -1,111 +1,201 @@
 //! Volumes: where voxels lie and what they hold. Readers know nothing of rendering.
 
 mod builtin;
+mod description;
+mod format;
 mod grid;
-mod raw;
+mod rescale;
 mod statistics;
+mod storage;
 mod voxels;
+mod wide;
 
 pub use builtin::builtin_volume;
+pub use description::Description;
+pub(crate) use description::Stored;
+pub use format::RawOptions;
 pub use grid::Grid;
-pub use raw::{Endian, RawOptions};
+pub use rescale::Rescale;
 pub use statistics::{HISTOGRAM_BINS, Statistics};
-pub(crate) use voxels::for_voxels;
-pub use voxels::{VoxelType, Voxels};
+pub use storage::Storage;
+pub use voxels::{Endian, ScalarType, Voxel, VoxelType, Voxels, Wide};
 
 use crate::error::Error;
 use std::path::Path;
+use storage::Placed;
+use voxels::{is_valid, with_voxel_type};
 
 /// A narrower range of float values would be lost in the device's floats, which have no denormals.
 const SMALLEST_RANGE: f64 = 1e-30;
-/// Beyond this magnitude a float voxel counts as not finite: sums of a few voxels must not overflow.
-const LARGEST_MAGNITUDE: f32 = 1e30;
 
-/// A scalar volume: a grid and its voxels, x fastest, then y, then z.
+/// A scalar volume: its [`Description`] and its voxels, wherever they lie (`'a` is how long they are borrowed; owned, shared and mapped
+/// ones are `'static`). Cheap to clone: clones share the voxels.
 #[derive(Clone, Debug)]
-pub struct Volume {
-    name: String,
-    grid: Grid,
-    voxels: Voxels,
-    range: (f64, f64),
-    replaced: usize,
+pub struct Volume<'a> {
+    description: Description,
+    voxels: Placed<'a>,
+    invalid: usize,
 }
 
-impl Volume {
-    /// A volume from voxels in memory, x fastest. `name` is shown in messages and reports.
-    ///
-    /// Float voxels that are NaN, infinite or beyond ±1e30 become the [background](Self::background); how many there
-    /// were is kept in [`replaced`](Self::replaced), and a warning is logged.
-    pub fn new(name: impl Into<String>, grid: Grid, mut voxels: Voxels) -> Result<Self, Error> {
-        let name = name.into();
-        if voxels.len() != grid.voxel_count() {
-            let (expected, found) = (grid.voxel_count() as u64, voxels.len() as u64);
-            return Err(Error::VoxelCount { name, dims: grid.dims(), expected, found });
-        }
-        let usable = |v: f32| v.abs() <= LARGEST_MAGNITUDE;
-        let mut range = voxels.range_where(usable).unwrap_or((0.0, 0.0));
-        let replaced = voxels.replace_where_not(usable, range.0.min(0.0) as f32);
-        if replaced > 0 {
-            range.0 = range.0.min(0.0);
-            tracing::warn!("{name}: {replaced} voxels are NaN, infinite or beyond 1e30; they became the background value");
-        }
-        if range.1 - range.0 > 0.0 && range.1 - range.0 < SMALLEST_RANGE {
-            let problem =
-                format!("all values lie within {:e}, too close together for a device: scale them up", range.1 - range.0);
-            return Err(Error::volume(Path::new(&name), problem));
-        }
-        Ok(Self { name, grid, voxels, range, replaced })
-    }
-
+impl Volume<'static> {
     /// Opens `builtin:NAME[@SIZE]` or a file: `NAME_XxYxZ_TYPE.raw` or `.raw.gz`, with `options` for what the name
     /// does not tell, or tells wrongly.
+    ///
+    /// Files that hold voxels as they are get mapped, not read: they must not be cut short while the volume is in use. Others are read
+    /// where there is enough memory.
     pub fn open(source: impl AsRef<Path>, options: &RawOptions) -> Result<Self, Error> {
         let source = source.as_ref();
         match source.to_str().and_then(|name| name.strip_prefix("builtin:")) {
             Some(builtin) => builtin_volume(builtin, options),
-            None => raw::read(source, options),
+            None => format::read(source, options),
         }
+    }
+
+    /// A volume of numbers that are no voxels of a device, x fastest. They are converted: less the smallest one, to the narrowest type
+    /// that holds all whole numbers, or to floats, with a warning where these cannot tell them apart. Values stay what they were.
+    pub fn from_wide<T: Wide>(name: impl Into<String>, grid: Grid, numbers: &[T]) -> Result<Self, Error> {
+        let name = name.into();
+        let (expected, found) = (grid.voxel_count() as u64, numbers.len() as u64);
+        if found != expected {
+            return Err(Error::VoxelCount { name, dims: grid.dims(), expected, found });
+        }
+        let numbers = wide::Numbers { bytes: bytemuck::cast_slice(numbers), scalar: T::TYPE, endian: Endian::NATIVE };
+        wide::volume(name, grid, numbers, Rescale::default())
+    }
+}
+
+impl<'a> Volume<'a> {
+    /// A volume from voxels in memory: a vector, a slice, an `Arc` of either, or any other [`Storage`]; x fastest unless it has strides.
+    /// `name` is shown in messages and reports. Stored numbers are values until [`with_rescale`](Self::with_rescale).
+    ///
+    /// Float voxels that are NaN, infinite or beyond ±1e30 are invalid: they count as the [background](Self::background).
+    /// How many there are is kept in [`invalid`](Self::invalid), and a warning is logged.
+    pub fn new(name: impl Into<String>, grid: Grid, voxels: impl Into<Storage<'a>>) -> Result<Self, Error> {
+        let (name, storage) = (name.into(), voxels.into());
+        let voxel_type = storage.voxel_type();
+        let expected = grid.voxel_count() as u64;
+        if let Some(found) = storage.count().filter(|&found| found != expected) {
+            return Err(Error::VoxelCount { name, dims: grid.dims(), expected, found });
+        }
+        let Some(voxels) = storage.placed(grid.dims()) else {
+            return Err(Error::volume(Path::new(&name), "its first byte and strides lead to voxels outside of its bytes"));
+        };
+        let (range, invalid) = voxels.valid_range();
+        if invalid > 0 {
+            tracing::warn!("{name}: {invalid} voxels are NaN, infinite or beyond 1e30: they count as the background");
+        }
+        let stored_range = range.unwrap_or((0.0, 0.0));
+        let width = stored_range.1 - stored_range.0;
+        if width > 0.0 && width < SMALLEST_RANGE {
+            let problem = format!("all values lie within {width:e}, too close together for a device: scale them up");
+            return Err(Error::volume(Path::new(&name), problem));
+        }
+        let rescale = Rescale::default();
+        let description = Description { name, grid, voxel_type, rescale, stored_range, background: None };
+        Ok(Self { description, voxels, invalid })
+    }
+
+    /// The same volume with another [background](Self::background): any finite value up to ±1e30, whether voxels can have it
+    /// or not.
+    pub fn with_background(mut self, value: f64) -> Result<Self, Error> {
+        self.description.set_background(value)?;
+        Ok(self)
+    }
+
+    /// The same stored numbers with other values. A background that was set before is forgotten: it was one of the old values.
+    pub fn with_rescale(mut self, rescale: Rescale) -> Self {
+        self.description.rescale = rescale;
+        self.description.background = None;
+        self
+    }
+
+    /// What is known of it without its voxels.
+    pub fn description(&self) -> &Description {
+        &self.description
     }
 
     /// File name or `builtin:NAME`.
     pub fn name(&self) -> &str {
-        &self.name
+        self.description.name()
     }
 
     /// Where the voxels lie.
     pub fn grid(&self) -> &Grid {
-        &self.grid
+        self.description.grid()
     }
 
-    /// The voxels, x fastest.
-    pub fn voxels(&self) -> &Voxels {
-        &self.voxels
+    /// Type of the voxels as stored.
+    pub fn voxel_type(&self) -> VoxelType {
+        self.description.voxel_type()
     }
 
-    /// Smallest and largest voxel value.
+    /// See [`Description::range`].
     pub fn range(&self) -> (f64, f64) {
-        self.range
+        self.description.range()
     }
 
-    /// The value of voxels missing around the volume, where kernels still reach: min(0, smallest value), so that CT
-    /// data in Hounsfield units are surrounded by air.
+    /// See [`Description::background`].
     pub fn background(&self) -> f64 {
-        self.range.0.min(0.0)
+        self.description.background()
     }
 
-    /// Range of every interpolated value: that of the voxels and the background.
+    /// See [`Description::field_range`].
     pub fn field_range(&self) -> (f64, f64) {
-        (self.background(), self.range.1.max(self.background()))
+        self.description.field_range()
     }
 
-    /// Float voxels that were not finite and became the background.
-    pub fn replaced(&self) -> usize {
-        self.replaced
+    /// How many voxels are invalid.
+    pub fn invalid(&self) -> usize {
+        self.invalid
     }
 
-    /// Mean and histogram of the voxels.
+    /// Value of voxel `index`, x fastest: the background where it is invalid.
+    pub fn value(&self, index: usize) -> f64 {
+        let stored = self.voxels.number(index);
+        if is_valid(stored) { self.description.rescale.value(stored) } else { self.background() }
+    }
+
+    /// Looks at many values, as [`value`](Self::value) gives them.
+    pub(crate) fn look<R>(&self, at: impl FnOnce(&dyn Fn(usize) -> f64) -> R) -> R {
+        let (rescale, background) = (self.description.rescale, self.background());
+        with_voxel_type!(self.voxel_type(), T => match self.voxels.as_values::<T>() {
+            None => at(&|index| self.value(index)),
+            Some(numbers) => at(&|index| {
+                let number: f64 = numbers[index].into();
+                if is_valid(number) { rescale.value(number) } else { background }
+            }),
+        })
+    }
+
+    /// Smallest and largest value in a box of voxels, `from` to `to` inclusive, invalid ones being background.
+    pub(crate) fn range_in(&self, from: [usize; 3], to: [usize; 3]) -> (f64, f64) {
+        self.description.rescale.range(self.voxels.range_in(from, to, self.description.stored().background))
+    }
+
+    /// Gives every voxel's value, `None` where it is invalid, to sums of blocks of voxels, on all cores. The sums are in the blocks'
+    /// order, which depends on the number of voxels alone.
+    pub(crate) fn sum_blocks<R: Send + Default>(&self, add: impl Fn(&mut R, Option<f64>) + Sync) -> Vec<R> {
+        let rescale = self.description.rescale;
+        with_voxel_type!(self.voxel_type(), T => self.voxels.map_blocks::<T, _>(|numbers| {
+            let mut sum = R::default();
+            for &number in numbers {
+                let number: f64 = number.into();
+                add(&mut sum, is_valid(number).then(|| rescale.value(number)));
+            }
+            sum
+        }))
+    }
+
+    /// Calls `visit` with all stored voxels as a device wants them (x fastest, without gaps, this machine's byte order, the background
+    /// in place of invalid ones), in pieces and in order, and the byte at which each piece begins.
+    pub(crate) fn for_each_piece<E>(&self, visit: impl FnMut(usize, &[u8]) -> Result<(), E>) -> Result<(), E> {
+        let instead = (self.invalid > 0).then(|| self.description.stored().background);
+        self.voxels.for_each_piece(instead, visit)
+    }
+
+    /// Range, mean and histogram of the valid voxels.
     pub fn statistics(&self) -> Statistics {
-        Statistics::new(&self.voxels, self.range)
+        Statistics::new(self)
     }
 }
 
@@ -114,14 +204,35 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
+    fn volume(values: Vec<f32>) -> Volume<'static> {
+        let grid = Grid::new([values.len(), 1, 1], DVec3::ONE).unwrap();
+        Volume::new("t", grid, Voxels::Float32(values)).unwrap()
+    }
+
     #[test]
-    fn voxels_that_are_not_finite_become_the_background() {
-        let grid = Grid::new([2, 2, 1], DVec3::ONE).unwrap();
-        let volume = Volume::new("t", grid, Voxels::Float32(vec![f32::NAN, 5.0, f32::INFINITY, 7.0])).unwrap();
-        assert_eq!((volume.replaced(), volume.background(), volume.range()), (2, 0.0, (0.0, 7.0)));
-        let grid = Grid::new([2, 1, 1], DVec3::ONE).unwrap();
-        let volume = Volume::new("t", grid, Voxels::Float32(vec![-2e31, -5.0])).unwrap();
-        assert_eq!((volume.replaced(), volume.background(), volume.range()), (1, -5.0, (-5.0, -5.0)));
+    fn the_range_is_that_of_valid_voxels() {
+        for odd in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 2e31, -2e31] {
+            let volume = volume(vec![300.0, odd, 280.0, 310.0]);
+            assert_eq!((volume.range(), volume.field_range(), volume.invalid()), ((280.0, 310.0), (280.0, 310.0), 1), "{odd}");
+            assert_eq!((volume.background(), volume.value(1)), (280.0, 280.0));
+            let statistics = volume.statistics();
+            assert_eq!((statistics.min, statistics.max, statistics.histogram.iter().sum::<u64>()), (280.0, 310.0, 3));
+            assert!((statistics.mean - 890.0 / 3.0).abs() < 1e-9);
+        }
+        assert_eq!(volume(vec![f32::NAN; 4]).field_range(), (0.0, 0.0));
+    }
+
+    #[test]
+    fn the_background_is_the_smallest_valid_value_or_what_is_given() {
+        assert_eq!(volume(vec![5.0, 7.0]).background(), 5.0);
+        assert_eq!(volume(vec![-5.0, 7.0]).background(), -5.0);
+        let given = volume(vec![5.0, f32::NAN, 7.0]).with_background(-2.0).unwrap();
+        assert_eq!((given.background(), given.range(), given.field_range()), (-2.0, (5.0, 7.0), (-2.0, 7.0)));
+        assert_eq!([0, 1, 2].map(|i| given.value(i)), [5.0, -2.0, 7.0]);
+        assert_eq!(given.with_background(9.0).unwrap().field_range(), (5.0, 9.0));
+        for bad in [f64::NAN, f64::INFINITY, -2e30] {
+            assert!(volume(vec![5.0]).with_background(bad).is_err());
+        }
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! What a volume's values are like.
 
-use super::voxels::Voxels;
+use super::Volume;
 
 /// Bins of a [`Statistics::histogram`].
 pub const HISTOGRAM_BINS: usize = 256;
 
-/// Range, mean and histogram of a volume's voxels.
+/// Range, mean and histogram of a volume's valid voxels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistics {
     /// Smallest value.
@@ -18,16 +18,35 @@ pub struct Statistics {
     pub histogram: Vec<u64>,
 }
 
+/// Of a block of voxels.
+struct Sums {
+    sum: f64,
+    histogram: Vec<u64>,
+}
+
+impl Default for Sums {
+    fn default() -> Self {
+        Self { sum: 0.0, histogram: vec![0; HISTOGRAM_BINS] }
+    }
+}
+
 impl Statistics {
-    pub(super) fn new(voxels: &Voxels, (min, max): (f64, f64)) -> Self {
-        let mut histogram = vec![0u64; HISTOGRAM_BINS];
-        let mut sum = 0.0;
+    pub(super) fn new(volume: &Volume) -> Self {
+        let (min, max) = volume.range();
         let scale = if max > min { HISTOGRAM_BINS as f64 / (max - min) } else { 0.0 };
-        voxels.for_each(|v| {
-            sum += v;
-            histogram[(((v - min) * scale) as usize).min(HISTOGRAM_BINS - 1)] += 1;
+        let blocks = volume.sum_blocks(|sums: &mut Sums, value| {
+            if let Some(v) = value {
+                sums.sum += v;
+                sums.histogram[(((v - min) * scale) as usize).min(HISTOGRAM_BINS - 1)] += 1;
+            }
         });
-        Self { min, max, mean: sum / voxels.len() as f64, histogram }
+        let mut total = Sums::default();
+        for block in blocks {
+            total.sum += block.sum;
+            total.histogram.iter_mut().zip(block.histogram).for_each(|(bin, more)| *bin += more);
+        }
+        let count = total.histogram.iter().sum::<u64>().max(1);
+        Self { min, max, mean: total.sum / count as f64, histogram: total.histogram }
     }
 
     /// Smallest value that a share `quantile` (0 … 1) of the voxels does not exceed, to a bin's width.
@@ -45,21 +64,32 @@ impl Statistics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::volume::{Grid, Rescale, Voxel};
+    use glam::DVec3;
+
+    fn volume<T: Voxel>(values: Vec<T>) -> Volume<'static> {
+        Volume::new("t", Grid::new([values.len(), 1, 1], DVec3::ONE).unwrap(), values).unwrap()
+    }
 
     #[test]
     fn eight_bit_values_have_a_bin_each() {
-        let values: Vec<u8> = (0..=255).flat_map(|v| std::iter::repeat_n(v, 1 + usize::from(v) % 3)).collect();
-        let statistics = Statistics::new(&Voxels::Uint8(values.clone()), (0.0, 255.0));
-        let expected: Vec<u64> = (0..256).map(|v| 1 + v % 3).collect();
-        assert_eq!(statistics.histogram, expected);
+        // Several blocks of voxels.
+        let values: Vec<u8> = (0..=255).flat_map(|v| std::iter::repeat_n(v, 2000 + usize::from(v) % 3)).collect();
         let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64;
+        let expected: Vec<u64> = (0..256).map(|v| 2000 + v % 3).collect();
+        let volume = volume(values);
+        let statistics = volume.statistics();
+        assert_eq!(statistics.histogram, expected);
         assert!((statistics.mean - mean).abs() < 1e-12);
+        let turned = volume.with_rescale(Rescale::new(-2.0, 10.0).unwrap()).statistics();
+        assert_eq!((turned.min, turned.max), (-500.0, 10.0));
+        assert_eq!(turned.histogram, expected.into_iter().rev().collect::<Vec<_>>());
+        assert!((turned.mean - (10.0 - 2.0 * mean)).abs() < 1e-9);
     }
 
     #[test]
     fn quantiles() {
-        let values: Vec<u16> = (0..1000).collect();
-        let statistics = Statistics::new(&Voxels::Uint16(values), (0.0, 999.0));
+        let statistics = volume((0..1000u16).collect()).statistics();
         assert!((statistics.quantile(0.5) - 500.0).abs() < 8.0);
         assert!((statistics.quantile(1.0) - 999.0).abs() < 1e-9);
     }

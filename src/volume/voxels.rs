@@ -1,9 +1,18 @@
-//! Voxel types and arrays.
+//! Types of voxels and of the numbers in files, and voxels in vectors.
 
+use bytemuck::Pod;
 use std::fmt;
 use std::str::FromStr;
 
-/// Type of a voxel as stored and rendered.
+/// Beyond this magnitude a float voxel counts as invalid: sums of a few voxels must not overflow.
+pub(super) const LARGEST_MAGNITUDE: f64 = 1e30;
+
+/// Whether a number can be a voxel's: neither NaN nor infinite, and small enough that sums of a few do not overflow.
+pub(super) fn is_valid(number: f64) -> bool {
+    number.abs() <= LARGEST_MAGNITUDE
+}
+
+/// Type of a voxel in memory and on the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum VoxelType {
     /// 8 bit, unsigned.
@@ -16,50 +25,216 @@ pub enum VoxelType {
     Int16,
     /// 32-bit float.
     Float32,
-    /// 64-bit float: converted to 32 bits on reading.
-    Float64,
 }
 
 impl VoxelType {
-    const NAMES: [(VoxelType, &'static str); 6] = [
-        (VoxelType::Uint8, "uint8"),
-        (VoxelType::Int8, "int8"),
-        (VoxelType::Uint16, "uint16"),
-        (VoxelType::Int16, "int16"),
-        (VoxelType::Float32, "float32"),
-        (VoxelType::Float64, "float64"),
-    ];
-
-    /// Bytes per voxel in a file.
+    /// Bytes per voxel.
     pub fn bytes(self) -> usize {
-        match self {
-            VoxelType::Uint8 | VoxelType::Int8 => 1,
-            VoxelType::Uint16 | VoxelType::Int16 => 2,
-            VoxelType::Float32 => 4,
-            VoxelType::Float64 => 8,
-        }
+        ScalarType::from(self).bytes()
     }
 }
 
 impl fmt::Display for VoxelType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        ScalarType::from(*self).fmt(f)
+    }
+}
+
+/// Type of a number in a file. Those that are no [`VoxelType`] are converted on reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ScalarType {
+    /// 8 bit, unsigned.
+    Uint8,
+    /// 8 bit, signed.
+    Int8,
+    /// 16 bit, unsigned.
+    Uint16,
+    /// 16 bit, signed.
+    Int16,
+    /// 32 bit, unsigned.
+    Uint32,
+    /// 32 bit, signed.
+    Int32,
+    /// 32-bit float.
+    Float32,
+    /// 64-bit float.
+    Float64,
+}
+
+impl ScalarType {
+    const NAMES: [(ScalarType, &'static str); 8] = [
+        (ScalarType::Uint8, "uint8"),
+        (ScalarType::Int8, "int8"),
+        (ScalarType::Uint16, "uint16"),
+        (ScalarType::Int16, "int16"),
+        (ScalarType::Uint32, "uint32"),
+        (ScalarType::Int32, "int32"),
+        (ScalarType::Float32, "float32"),
+        (ScalarType::Float64, "float64"),
+    ];
+
+    /// Bytes per number.
+    pub fn bytes(self) -> usize {
+        match self {
+            ScalarType::Uint8 | ScalarType::Int8 => 1,
+            ScalarType::Uint16 | ScalarType::Int16 => 2,
+            ScalarType::Uint32 | ScalarType::Int32 | ScalarType::Float32 => 4,
+            ScalarType::Float64 => 8,
+        }
+    }
+
+    /// The same as a type of voxels, if it is one.
+    pub fn voxel_type(self) -> Option<VoxelType> {
+        match self {
+            ScalarType::Uint8 => Some(VoxelType::Uint8),
+            ScalarType::Int8 => Some(VoxelType::Int8),
+            ScalarType::Uint16 => Some(VoxelType::Uint16),
+            ScalarType::Int16 => Some(VoxelType::Int16),
+            ScalarType::Float32 => Some(VoxelType::Float32),
+            ScalarType::Uint32 | ScalarType::Int32 | ScalarType::Float64 => None,
+        }
+    }
+}
+
+impl From<VoxelType> for ScalarType {
+    fn from(voxel_type: VoxelType) -> Self {
+        match voxel_type {
+            VoxelType::Uint8 => ScalarType::Uint8,
+            VoxelType::Int8 => ScalarType::Int8,
+            VoxelType::Uint16 => ScalarType::Uint16,
+            VoxelType::Int16 => ScalarType::Int16,
+            VoxelType::Float32 => ScalarType::Float32,
+        }
+    }
+}
+
+impl fmt::Display for ScalarType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = Self::NAMES.iter().find(|(t, _)| t == self).map_or("", |(_, name)| name);
         f.write_str(name)
     }
 }
 
-impl FromStr for VoxelType {
+impl FromStr for ScalarType {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let found = Self::NAMES.iter().find(|(_, n)| *n == name);
-        found
-            .map(|(t, _)| *t)
-            .ok_or_else(|| format!("unknown voxel type '{name}': use uint8, int8, uint16, int16, float32 or float64"))
+        let found = Self::NAMES.iter().find(|(_, n)| *n == name).map(|(t, _)| *t);
+        found.ok_or_else(|| format!("unknown voxel type '{name}': use {}", Self::NAMES.map(|(_, n)| n).join(", ")))
     }
 }
 
-/// Voxels of one type, x fastest, then y, then z.
+/// Byte order of numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Endian {
+    /// Least significant byte first.
+    #[default]
+    Little,
+    /// Most significant byte first.
+    Big,
+}
+
+impl Endian {
+    /// The order of this machine.
+    pub const NATIVE: Endian = if cfg!(target_endian = "big") { Endian::Big } else { Endian::Little };
+}
+
+/// A number that can be a voxel: `u8`, `i8`, `u16`, `i16` or `f32`.
+pub trait Voxel: Number {
+    /// Its type.
+    const TYPE: VoxelType;
+}
+
+impl Voxel for u8 {
+    const TYPE: VoxelType = VoxelType::Uint8;
+}
+impl Voxel for i8 {
+    const TYPE: VoxelType = VoxelType::Int8;
+}
+impl Voxel for u16 {
+    const TYPE: VoxelType = VoxelType::Uint16;
+}
+impl Voxel for i16 {
+    const TYPE: VoxelType = VoxelType::Int16;
+}
+impl Voxel for f32 {
+    const TYPE: VoxelType = VoxelType::Float32;
+}
+
+/// A number that is no voxel and can be converted to one: `u32`, `i32` or `f64`.
+pub trait Wide: Number {
+    /// Its type.
+    const TYPE: ScalarType;
+}
+
+impl Wide for u32 {
+    const TYPE: ScalarType = ScalarType::Uint32;
+}
+impl Wide for i32 {
+    const TYPE: ScalarType = ScalarType::Int32;
+}
+impl Wide for f64 {
+    const TYPE: ScalarType = ScalarType::Float64;
+}
+
+pub(super) use number::Number;
+mod number {
+    /// A plain number in a file or in memory. Not public: nobody else can make a type a voxel.
+    pub trait Number: super::Pod + PartialOrd + Into<f64> + Send + Sync {
+        /// With its bytes in the other order.
+        fn swapped(self) -> Self;
+        /// The nearest number of this type.
+        fn nearest(value: f64) -> Self;
+    }
+
+    macro_rules! number {
+        ($($type:ty),*) => {$(
+            impl Number for $type {
+                fn swapped(self) -> Self {
+                    let mut bytes = self.to_ne_bytes();
+                    bytes.reverse();
+                    Self::from_ne_bytes(bytes)
+                }
+
+                fn nearest(value: f64) -> Self {
+                    value as $type
+                }
+            }
+        )*};
+    }
+    number!(u8, i8, u16, i16, u32, i32, f32, f64);
+}
+
+/// Runs `$body` with `$Type` standing for the Rust type of a [`VoxelType`].
+macro_rules! with_voxel_type {
+    ($voxel_type:expr, $Type:ident => $body:expr) => {
+        match $voxel_type {
+            $crate::volume::VoxelType::Uint8 => {
+                type $Type = u8;
+                $body
+            }
+            $crate::volume::VoxelType::Int8 => {
+                type $Type = i8;
+                $body
+            }
+            $crate::volume::VoxelType::Uint16 => {
+                type $Type = u16;
+                $body
+            }
+            $crate::volume::VoxelType::Int16 => {
+                type $Type = i16;
+                $body
+            }
+            $crate::volume::VoxelType::Float32 => {
+                type $Type = f32;
+                $body
+            }
+        }
+    };
+}
+pub(super) use with_voxel_type;
+
+/// Voxels in a vector of any of their types, x fastest, then y, then z.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs)]
 pub enum Voxels {
@@ -70,80 +245,20 @@ pub enum Voxels {
     Float32(Vec<f32>),
 }
 
-/// Runs `$body` with `$values` bound to the vector inside.
-macro_rules! for_voxels {
-    ($voxels:expr, $values:ident => $body:expr) => {
-        match $voxels {
-            $crate::volume::Voxels::Uint8($values) => $body,
-            $crate::volume::Voxels::Int8($values) => $body,
-            $crate::volume::Voxels::Uint16($values) => $body,
-            $crate::volume::Voxels::Int16($values) => $body,
-            $crate::volume::Voxels::Float32($values) => $body,
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_sizes() {
+        for (scalar, name) in ScalarType::NAMES {
+            assert_eq!((scalar.to_string().as_str(), name.parse()), (name, Ok(scalar)));
+            let bits: usize = name.trim_start_matches(char::is_alphabetic).parse().unwrap();
+            assert_eq!(8 * scalar.bytes(), bits, "{name}");
+            if let Some(voxel) = scalar.voxel_type() {
+                assert_eq!((ScalarType::from(voxel), voxel.bytes()), (scalar, scalar.bytes()));
+            }
         }
-    };
-}
-pub(crate) use for_voxels;
-
-impl Voxels {
-    /// Number of voxels.
-    pub fn len(&self) -> usize {
-        for_voxels!(self, values => values.len())
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Their type.
-    pub fn voxel_type(&self) -> VoxelType {
-        match self {
-            Voxels::Uint8(_) => VoxelType::Uint8,
-            Voxels::Int8(_) => VoxelType::Int8,
-            Voxels::Uint16(_) => VoxelType::Uint16,
-            Voxels::Int16(_) => VoxelType::Int16,
-            Voxels::Float32(_) => VoxelType::Float32,
-        }
-    }
-
-    /// Value of voxel `index`.
-    pub fn value(&self, index: usize) -> f64 {
-        for_voxels!(self, values => f64::from(values[index]))
-    }
-
-    /// Calls `visit` with every value, in order.
-    pub fn for_each(&self, mut visit: impl FnMut(f64)) {
-        for_voxels!(self, values => values.iter().for_each(|&v| visit(f64::from(v))));
-    }
-
-    /// Smallest and largest value; of floats, those that are `usable`.
-    pub(super) fn range_where(&self, usable: impl Fn(f32) -> bool) -> Option<(f64, f64)> {
-        fn range<T: Copy + PartialOrd + Into<f64>>(values: impl Iterator<Item = T>) -> Option<(f64, f64)> {
-            let bounds = values.fold(None, |bounds: Option<(T, T)>, v| {
-                let (lo, hi) = bounds.unwrap_or((v, v));
-                Some((if v < lo { v } else { lo }, if v > hi { v } else { hi }))
-            });
-            bounds.map(|(lo, hi)| (lo.into(), hi.into()))
-        }
-        match self {
-            Voxels::Uint8(v) => range(v.iter().copied()),
-            Voxels::Int8(v) => range(v.iter().copied()),
-            Voxels::Uint16(v) => range(v.iter().copied()),
-            Voxels::Int16(v) => range(v.iter().copied()),
-            Voxels::Float32(v) => range(v.iter().copied().filter(|&v| usable(v))),
-        }
-    }
-
-    /// Replaces floats that are not `usable`; returns how many.
-    pub(super) fn replace_where_not(&mut self, usable: impl Fn(f32) -> bool, by: f32) -> usize {
-        let Voxels::Float32(values) = self else {
-            return 0;
-        };
-        let mut replaced = 0;
-        for value in values.iter_mut().filter(|v| !usable(**v)) {
-            *value = by;
-            replaced += 1;
-        }
-        replaced
+        assert!("int64".parse::<ScalarType>().unwrap_err().contains("uint32"));
     }
 }

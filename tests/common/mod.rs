@@ -83,12 +83,13 @@ pub fn layered(settings: Settings) -> Layered {
     settings.layered().expect("settings of layered rendering")
 }
 
-pub fn volume(dims: [usize; 3], spacing: DVec3, voxels: Voxels) -> Volume {
+pub fn volume(dims: [usize; 3], spacing: DVec3, voxels: Voxels) -> Volume<'static> {
     Volume::new("test", Grid::new(dims, spacing).unwrap(), voxels).unwrap()
 }
 
-pub fn random_volume(dims: [usize; 3], spacing: DVec3, seed: u64) -> Volume {
-    volume(dims, spacing, Voxels::Uint8(random_bytes(dims, seed)))
+/// Random bytes in empty space.
+pub fn random_volume(dims: [usize; 3], spacing: DVec3, seed: u64) -> Volume<'static> {
+    volume(dims, spacing, Voxels::Uint8(random_bytes(dims, seed))).with_background(0.0).unwrap()
 }
 
 /// Colours and opacities without steps, for bytes: invisible below 20.
@@ -175,7 +176,7 @@ fn real_volumes() -> PathBuf {
 }
 
 /// A file beside the real data sets, with a transfer function from the folder `../transfer`, or `fire`.
-pub fn real(file: &str, spacing: Option<DVec3>, transfer: Option<&str>) -> (Volume, TransferFunction) {
+pub fn real(file: &str, spacing: Option<DVec3>, transfer: Option<&str>) -> (Volume<'static>, TransferFunction) {
     let folder = real_volumes();
     let options = layersplat::RawOptions { spacing, ..Default::default() };
     let volume = Volume::open(folder.join(file).to_str().unwrap(), &options).unwrap();
@@ -187,7 +188,7 @@ pub fn real(file: &str, spacing: Option<DVec3>, transfer: Option<&str>) -> (Volu
 }
 
 /// A real 8-bit data set with its transfer function, `../transfer/NAME.json` beside the volumes' folder.
-pub fn data_set(name: &str) -> (Volume, TransferFunction) {
+pub fn data_set(name: &str) -> (Volume<'static>, TransferFunction) {
     let folder = real_volumes();
     let is_it = |file: &str| file.starts_with(&format!("{name}_")) && file.contains("uint8");
     let mut files = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path());

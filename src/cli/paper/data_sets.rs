@@ -69,7 +69,7 @@ enum Seen {
 
 /// A data set in memory.
 pub(super) struct DataSet {
-    pub volume: Volume,
+    pub volume: Volume<'static>,
     pub transfer: TransferFunction,
 }
 

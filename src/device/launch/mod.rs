@@ -12,7 +12,7 @@ pub(crate) mod volume;
 
 use super::{Buffer, Device, Tuning};
 use crate::error::Error;
-use crate::volume::{VoxelType, Voxels, for_voxels};
+use crate::volume::{Volume, VoxelType};
 use opencl3::kernel::Kernel;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -200,14 +200,11 @@ impl VoxelBuffer {
         Ok(Self { bytes: Buffer::new(device, len * voxel_type.bytes(), what)?, voxel_type })
     }
 
-    /// A copy of a volume's voxels.
-    pub fn upload(device: &Device, voxels: &Voxels, what: &str) -> Result<Self, Error> {
-        let bytes = for_voxels!(voxels, values => {
-            // SAFETY: the values are plain numbers; the slice covers exactly their bytes.
-            let bytes = unsafe { std::slice::from_raw_parts(values.as_ptr().cast::<u8>(), size_of_val(values.as_slice())) };
-            Buffer::from_slice(device, bytes, what)?
-        });
-        Ok(Self { bytes, voxel_type: voxels.voxel_type() })
+    /// A copy of a volume's voxels, the background in place of invalid ones.
+    pub fn upload(device: &Device, volume: &Volume) -> Result<Self, Error> {
+        let mut voxels = Self::new(device, volume.grid().voxel_count(), volume.voxel_type(), volume.name())?;
+        volume.for_each_piece(|first, bytes| voxels.bytes.write_at(device, first, bytes))?;
+        Ok(voxels)
     }
 
     /// Their type.
@@ -267,7 +264,7 @@ impl Defines {
             VoxelType::Int8 => ("char", 1),
             VoxelType::Uint16 => ("ushort", 0),
             VoxelType::Int16 => ("short", 1),
-            VoxelType::Float32 | VoxelType::Float64 => ("float", 1),
+            VoxelType::Float32 => ("float", 1),
         };
         Self::new(width).with("VOXEL", name).with("VOXEL_BYTES", voxel_type.bytes()).with("VOXEL_SIGNED", signed)
     }

@@ -84,17 +84,26 @@ impl Prepared {
     /// Smallest and largest value, less the offset, that can change a ray which already holds the smallest (of minima: the largest) voxel;
     /// `None` where opacity decides.
     pub fn useful_values(&self, blend: Blend) -> Option<[f32; 2]> {
-        match blend {
+        match self.blend_of_numbers(blend) {
             Blend::Composite => None,
             Blend::Maximum | Blend::Average => Some([f32::MIN_POSITIVE, f32::INFINITY]),
             Blend::Minimum => Some([f32::NEG_INFINITY, self.largest_value().next_down()]),
-            Blend::Iso(value) => Some([(value - self.offset) as f32; 2]),
+            Blend::Iso(value) => Some([self.stored_value(value) as f32; 2]),
+        }
+    }
+
+    /// The blend mode of stored numbers that is one of values.
+    pub fn blend_of_numbers(&self, blend: Blend) -> Blend {
+        match blend {
+            Blend::Maximum if self.reverses_values() => Blend::Minimum,
+            Blend::Minimum if self.reverses_values() => Blend::Maximum,
+            other => other,
         }
     }
 
     /// Less the offset, as kernels see it.
     pub fn largest_value(&self) -> f32 {
-        self.value_range.1 as f32 - self.offset as f32
+        self.stored.range.1 as f32 - self.offset() as f32
     }
 
     fn min_max_blocks(&mut self, device: &Device, axis: Axis, reach: Reach) -> Result<Arc<MinMaxBlocks>, Error> {

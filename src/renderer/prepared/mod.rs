@@ -20,7 +20,7 @@ use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, set_direction};
 use crate::transfer::TransferFunction;
-use crate::volume::{Grid, Volume, VoxelType};
+use crate::volume::{Grid, Rescale, Stored, Volume, VoxelType};
 use std::sync::Arc;
 
 /// Bytes that may be kept besides those of the volume, twice: a second layout, and a list of splats.
@@ -29,12 +29,12 @@ const BUDGET: usize = 256 << 20;
 /// A volume on the device, a transfer function, and what is made from both.
 pub(super) struct Prepared {
     grid: Grid,
-    value_range: (f64, f64),
-    field_range: (f64, f64),
-    /// Taken from every voxel by the kernels, so that float sums are as fine as the data's own range.
-    offset: f64,
-    background: f64,
+    stored: Stored,
+    rescale: Rescale,
     voxels: Arc<VoxelBuffer>,
+    /// As it was given.
+    given_transfer: TransferFunction,
+    /// Of stored numbers, as all that follows takes it.
     transfer: TransferFunction,
     /// Changes with the transfer function.
     revision: u64,
@@ -102,49 +102,66 @@ impl Kept for FootprintImages {
 impl Prepared {
     /// `grid` is the volume's, in the world of frames.
     pub fn upload(device: &Device, volume: &Volume, grid: Grid, transfer: &TransferFunction) -> Result<Self, Error> {
-        let voxels = VoxelBuffer::upload(device, volume.voxels(), volume.name())?;
+        let voxels = VoxelBuffer::upload(device, volume)?;
+        let rescale = volume.description().rescale();
         Ok(Self {
             grid,
-            value_range: volume.range(),
-            field_range: volume.field_range(),
-            offset: volume.range().0,
-            background: volume.background(),
+            stored: volume.description().stored(),
+            rescale,
             cache: Cache::new(BUDGET + 2 * voxels.bytes()),
             voxels: Arc::new(voxels),
-            transfer: transfer.clone(),
+            given_transfer: transfer.clone(),
+            transfer: transfer.of_stored(rescale),
             revision: 0,
             launchers: Launchers::default(),
         })
     }
 
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
-        if self.transfer != *transfer {
-            self.transfer = transfer.clone();
+        if self.given_transfer != *transfer {
+            self.transfer = transfer.of_stored(self.rescale);
+            self.given_transfer = transfer.clone();
             self.revision += 1;
         }
     }
 
+    /// As it was given.
     pub fn transfer_function(&self) -> &TransferFunction {
-        &self.transfer
+        &self.given_transfer
+    }
+
+    /// A value as the number that kernels see, less the offset.
+    pub fn stored_value(&self, value: f64) -> f64 {
+        self.rescale.stored(value) - self.offset()
+    }
+
+    /// Whether larger values are smaller numbers.
+    pub fn reverses_values(&self) -> bool {
+        self.rescale.slope() < 0.0
+    }
+
+    /// Taken from every voxel by the kernels, so that float sums are as fine as the data's own range.
+    fn offset(&self) -> f64 {
+        self.stored.range.0
     }
 
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// Smallest and largest voxel.
-    pub fn value_range(&self) -> (f64, f64) {
-        self.value_range
+    /// Smallest and largest number of a voxel.
+    pub fn stored_range(&self) -> (f64, f64) {
+        self.stored.range
     }
 
     /// Whether the background itself has opacity.
     pub fn background_visible(&self) -> bool {
-        self.transfer.opacity(self.field_range.0) > 0.0
+        self.transfer.opacity(self.stored.background) > 0.0
     }
 
     /// The background as kernels see it, and what they take from every voxel.
     pub fn background(&self) -> (f32, f32) {
-        ((self.background - self.offset) as f32, self.offset as f32)
+        ((self.stored.background - self.offset()) as f32, self.offset() as f32)
     }
 
     pub fn voxel_type(&self) -> VoxelType {

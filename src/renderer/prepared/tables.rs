@@ -48,7 +48,7 @@ pub(in crate::renderer) struct Table {
     pub scale: Scale,
     /// First and last entry with opacity; if there is none, the first is beyond the last.
     pub visible_entries: [i32; 2],
-    /// See [`crate::TransferFunction::gaussian_background`]; less the offset, which is the smallest value.
+    /// See [`crate::TransferFunction::gaussian_background`]; less the offset.
     pub gaussian_background: f32,
 }
 
@@ -145,7 +145,7 @@ impl Prepared {
         if let Some(kept) = self.cache.get(&key) {
             return Ok(kept);
         }
-        let on_host = TransferTable::new(&self.transfer, self.field_range, extinction);
+        let on_host = TransferTable::new(&self.transfer, self.stored.field_range(), extinction);
         let entries: Vec<Float4> = on_host.entries.iter().map(|&e| Float4(e)).collect();
         let table = Table {
             entries: Buffer::from_slice(device, &entries, "the transfer table")?,
@@ -153,7 +153,8 @@ impl Prepared {
             all_before: Buffer::from_slice(device, &(0..=entries.len() as u32).collect::<Vec<_>>(), "the transfer table")?,
             visible_entries: on_host.visible_entries(),
             scale: self.scale(on_host.first, on_host.per_value, entries.len()),
-            gaussian_background: (self.transfer.gaussian_background(self.offset, self.field_range.0) - self.offset) as f32,
+            gaussian_background: (self.transfer.gaussian_background(self.stored.smallest_value, self.stored.background)
+                - self.offset()) as f32,
             on_host,
         };
         Ok(self.cache.keep(key, table))
@@ -176,9 +177,9 @@ impl Prepared {
         let integrals = Integrals {
             nodes: Buffer::from_slice(device, &integrals_and_values(&on_host), "the table of integrals")?,
             scale: self.scale(on_host.first, on_host.per_value, on_host.nodes.len()),
-            visible_values: on_host.visible_values().map(|v| (v - self.offset) as f32),
+            visible_values: on_host.visible_values().map(|v| (v - self.offset()) as f32),
             unit: on_host.unit as f32,
-            cut: !on_host.spans(self.field_range),
+            cut: !on_host.spans(self.stored.field_range()),
             dimmed: table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING,
         };
         Ok(self.cache.keep(key, integrals))
@@ -213,7 +214,7 @@ impl Prepared {
     }
 
     fn scale(&self, first: f64, per_value: f64, entries: usize) -> Scale {
-        Scale { first: (first - self.offset) as f32, per_value: per_value as f32, last: entries as i32 - 1 }
+        Scale { first: (first - self.offset()) as f32, per_value: per_value as f32, last: entries as i32 - 1 }
     }
 }
 

@@ -1,0 +1,53 @@
+//! How stored numbers become values.
+
+use crate::error::Error;
+
+/// value = slope · stored + intercept. Voxels stay as they are stored, also on the device: what they are seen through is mapped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rescale {
+    slope: f64,
+    intercept: f64,
+}
+
+impl Default for Rescale {
+    fn default() -> Self {
+        Self { slope: 1.0, intercept: 0.0 }
+    }
+}
+
+impl Rescale {
+    /// A slope from 1e-30 to 1e30, negative or positive, and an intercept of up to ±1e30.
+    pub fn new(slope: f64, intercept: f64) -> Result<Self, Error> {
+        if (1e-30..=1e30).contains(&slope.abs()) && intercept.abs() <= 1e30 {
+            return Ok(Self { slope, intercept });
+        }
+        let expected = "a slope from 1e-30 to 1e30 or the same below 0, and an intercept of at most 1e30";
+        Err(Error::OutOfRange { name: "rescale slope and intercept", value: format!("{slope}, {intercept}"), expected })
+    }
+
+    /// What a stored number is multiplied by.
+    pub fn slope(self) -> f64 {
+        self.slope
+    }
+
+    /// The value of a stored 0.
+    pub fn intercept(self) -> f64 {
+        self.intercept
+    }
+
+    /// The value of a stored number.
+    pub fn value(self, stored: f64) -> f64 {
+        self.slope * stored + self.intercept
+    }
+
+    /// The number that would be stored for a value.
+    pub fn stored(self, value: f64) -> f64 {
+        (value - self.intercept) / self.slope
+    }
+
+    /// Both ends of a range of stored numbers as values, in order.
+    pub(super) fn range(self, (lo, hi): (f64, f64)) -> (f64, f64) {
+        let (a, b) = (self.value(lo), self.value(hi));
+        (a.min(b), a.max(b))
+    }
+}

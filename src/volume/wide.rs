@@ -1,0 +1,121 @@
+//! Numbers that are no voxels of a device, 32-bit integers and 64-bit floats: converted on reading, the smallest one to 0, so that
+//! voxels are as fine as the data's own range, wherever that lies.
+
+use super::voxels::{Endian, Number, ScalarType, is_valid};
+use super::{Grid, Rescale, Storage, Volume};
+use crate::error::Error;
+use crate::memory;
+use bytemuck::Zeroable;
+use rayon::prelude::*;
+
+/// Numbers that one core looks at together.
+const BLOCK: usize = 1 << 16;
+/// Numbers of which it is looked at where most of them lie.
+const ASKED: usize = 1 << 16;
+/// Shares of numbers that are below and above where most of them lie.
+const ODD_SHARE: f64 = 0.05;
+/// Steps that voxels must have where most of them lie: those of 8 bits.
+const STEPS: f64 = 256.0;
+/// Whole numbers up to here are floats.
+const WHOLE_FLOATS: f64 = 16_777_216.0;
+
+/// Numbers as they lie in a file or in memory.
+#[derive(Clone, Copy)]
+pub(super) struct Numbers<'a> {
+    pub bytes: &'a [u8],
+    pub scalar: ScalarType,
+    pub endian: Endian,
+}
+
+impl Numbers<'_> {
+    fn len(self) -> usize {
+        self.bytes.len() / self.scalar.bytes()
+    }
+
+    /// Number `index`; NaN where it is invalid.
+    fn get(self, index: usize) -> f64 {
+        fn number<T: Number>(numbers: Numbers, index: usize) -> f64 {
+            let at = index * size_of::<T>();
+            let number = bytemuck::pod_read_unaligned::<T>(&numbers.bytes[at..at + size_of::<T>()]);
+            if numbers.endian == Endian::NATIVE { number } else { number.swapped() }.into()
+        }
+        let number = match self.scalar {
+            ScalarType::Uint8 => number::<u8>(self, index),
+            ScalarType::Int8 => number::<i8>(self, index),
+            ScalarType::Uint16 => number::<u16>(self, index),
+            ScalarType::Int16 => number::<i16>(self, index),
+            ScalarType::Uint32 => number::<u32>(self, index),
+            ScalarType::Int32 => number::<i32>(self, index),
+            ScalarType::Float32 => number::<f32>(self, index),
+            ScalarType::Float64 => number::<f64>(self, index),
+        };
+        if is_valid(number) { number } else { f64::NAN }
+    }
+
+    /// Smallest and largest valid number.
+    fn range(self) -> Option<(f64, f64)> {
+        let empty = (f64::INFINITY, f64::NEG_INFINITY);
+        let within = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+        // `min` and `max` leave NaN out.
+        let of = |range, i| within(range, (self.get(i), self.get(i)));
+        let range = (0..self.len()).into_par_iter().with_min_len(BLOCK).fold(|| empty, of).reduce(|| empty, within);
+        (range.0 <= range.1).then_some(range)
+    }
+
+    /// All numbers less `smallest`, as voxels.
+    fn less<T: Number + Zeroable>(self, name: &str, smallest: f64) -> Result<Vec<T>, Error> {
+        let mut voxels = memory::zeroed::<T>(name, self.len())?;
+        voxels.par_chunks_mut(BLOCK).enumerate().for_each(|(block, voxels)| {
+            for (i, voxel) in voxels.iter_mut().enumerate() {
+                *voxel = T::nearest(self.get(block * BLOCK + i) - smallest);
+            }
+        });
+        Ok(voxels)
+    }
+
+    /// Where most numbers lie, judged by some of them.
+    fn bulk(self) -> Option<(f64, f64)> {
+        let every = self.len().div_ceil(ASKED);
+        let mut some: Vec<f64> = (0..self.len()).step_by(every).map(|i| self.get(i)).filter(|n| !n.is_nan()).collect();
+        some.sort_by(f64::total_cmp);
+        let at = |share: f64| some.get((share * (some.len() as f64 - 1.0)).round() as usize).copied();
+        at(ODD_SHARE).zip(at(1.0 - ODD_SHARE))
+    }
+}
+
+/// A volume of such numbers; `rescale` is what makes them values.
+pub(super) fn volume(name: String, grid: Grid, numbers: Numbers, rescale: Rescale) -> Result<Volume<'static>, Error> {
+    let (smallest, largest) = numbers.range().unwrap_or((0.0, 0.0));
+    let width = largest - smallest;
+    let whole = matches!(numbers.scalar, ScalarType::Uint32 | ScalarType::Int32);
+    let storage: Storage = if whole && width <= f64::from(u8::MAX) {
+        numbers.less::<u8>(&name, smallest)?.into()
+    } else if whole && width <= f64::from(u16::MAX) {
+        numbers.less::<u16>(&name, smallest)?.into()
+    } else {
+        if whole && width > WHOLE_FLOATS {
+            let step = (width / WHOLE_FLOATS).log2().ceil().exp2();
+            tracing::warn!(
+                "{name}: voxels from {smallest} to {largest} become floats: their values are off by up to {}",
+                step / 2.0
+            );
+        }
+        warn_if_coarse(&name, numbers, smallest);
+        numbers.less::<f32>(&name, smallest)?.into()
+    };
+    let rescale = Rescale::new(rescale.slope(), rescale.value(smallest))?;
+    Ok(Volume::new(name, grid, storage)?.with_rescale(rescale))
+}
+
+/// Warns where a few numbers far from the rest make the range so wide that floats cannot tell the rest apart.
+fn warn_if_coarse(name: &str, numbers: Numbers, smallest: f64) {
+    let Some((lo, hi)) = numbers.bulk() else { return };
+    let far = (hi - smallest) as f32;
+    let steps = (hi - lo) / f64::from(far.next_up() - far);
+    if lo < hi && steps < STEPS {
+        tracing::warn!(
+            "{name}: most voxels lie from {lo} to {hi}, but the smallest is {smallest}: floats that hold both tell only {steps:.0} \
+             values apart there; replace what is far from the rest"
+        );
+    }
+}

@@ -1,0 +1,96 @@
+//! The command and its volumes: what is read how, what is warned of, what is too large.
+
+mod common;
+
+use common::command::*;
+use std::path::Path;
+
+fn write<const N: usize>(folder: &Path, name: &str, numbers: impl IntoIterator<Item = [u8; N]>) {
+    std::fs::write(folder.join(name), numbers.into_iter().flatten().collect::<Vec<u8>>()).unwrap();
+}
+
+/// What `info` says on standard error.
+fn warnings(folder: &Path, volume: &str) -> String {
+    let output = layersplat(folder, &["info", volume]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{message}");
+    message
+}
+
+#[test]
+fn one_voxel_without_a_value_changes_no_range() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let values = (0..512).map(|i| if i == 100 { f32::NAN } else { 280.0 + (i % 31) as f32 });
+    write(f, "warm_8x8x8_float32.raw", values.map(f32::to_le_bytes));
+    let info = json(f, &["info", "warm_8x8x8_float32.raw"]);
+    assert_eq!((info["min"].as_f64(), info["max"].as_f64()), (Some(280.0), Some(310.0)));
+    assert_eq!(info["histogram"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).sum::<u64>(), 511);
+    // What is stretched onto the range ends where the data do.
+    let transfer = &json(f, &["info", "warm_8x8x8_float32.raw", "--transfer", "grey"])["transfer"]["opacities"];
+    assert_eq!((transfer[0][0].as_f64(), transfer[3][0].as_f64()), (Some(280.0), Some(310.0)));
+    assert!(warnings(f, "warm_8x8x8_float32.raw").contains("1 voxels are NaN"));
+}
+
+#[test]
+fn a_background_value_surrounds_the_volume() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    std::fs::write(f.join("positive_8x8x8_uint8.raw"), [200; 512]).unwrap();
+    // Opaque from 50 to 150: nothing of the voxels, only what lies between them and a background below.
+    let between =
+        r#"{"RGBPoints": [0,1,1,1, 255,1,1,1], "Points": [0,0,0.5,0, 49,0,0.5,0, 50,1,0.5,0, 150,1,0.5,0, 151,0,0.5,0]}"#;
+    std::fs::write(f.join("between.json"), between).unwrap();
+    let seen = |more: &[&str]| {
+        let base = ["render", "positive_8x8x8_uint8.raw", "--transfer", "between.json", "--size", "30x30", "-o", "a.npy"];
+        json(f, &[&base[..], more].concat());
+        let frame = layersplat::image::read_image(&f.join("a.npy")).unwrap();
+        frame.pixels().iter().filter(|p| p[3] > 0.5).count()
+    };
+    assert_eq!((seen(&[]), seen(&["--background-value", "180"])), (0, 0));
+    assert!(seen(&["--background-value", "-10.5"]) > 100 && seen(&["--background-value", "0"]) > 100);
+    assert_eq!(json(f, &["info", "positive_8x8x8_uint8.raw", "--background-value", "-10.5"])["min"], 200.0);
+}
+
+#[test]
+fn doubles_far_from_zero_are_no_solid_block() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    // A ball that rises to 4000 above 1e12, where floats are 65536 apart.
+    let value = |i: usize| {
+        let p = [i % 24, i / 24 % 24, i / 576].map(|c| c as f64 - 11.5);
+        1e12 + 4000.0 * (1.0 - p.iter().map(|c| c * c).sum::<f64>().sqrt() / 12.0).max(0.0)
+    };
+    write(f, "far_24x24x24_float64.raw", (0..13_824).map(value).map(f64::to_le_bytes));
+    let info = json(f, &["info", "far_24x24x24_float64.raw"]);
+    let most = 4000.0 * (1.0 - 0.75f64.sqrt() / 12.0);
+    assert!((info["min"].as_f64().unwrap() - 1e12).abs() < 1e-3 && (info["max"].as_f64().unwrap() - 1e12 - most).abs() < 1e-3);
+    json(f, &["render", "far_24x24x24_float64.raw", "--transfer", "fire", "--size", "40x40", "-o", "a.npy"]);
+    let frame = layersplat::image::read_image(&f.join("a.npy")).unwrap();
+    let middle = frame.pixel(20, 20)[3];
+    let between = frame.pixels().iter().filter(|p| p[3] > 0.05 * middle && p[3] < 0.9 * middle).count();
+    assert!(middle > 0.3 && between > 300, "the ball fades: {middle} in the middle, {between} pixels between");
+    assert!(!warnings(f, "far_24x24x24_float64.raw").contains("WARN"));
+
+    // One number far from the rest, as of missing measurements.
+    let missing = |i: usize| if i == 5000 { -9999.0 } else { value(i) };
+    write(f, "lost_24x24x24_float64.raw", (0..13_824).map(missing).map(f64::to_le_bytes));
+    let warning = warnings(f, "lost_24x24x24_float64.raw");
+    assert!(warning.contains("the smallest is -9999") && warning.contains("values apart"), "{warning}");
+    write(f, "wide_2x2x2_int32.raw", (0..8).map(|i| (i * 250_000_001 - 1_000_000_000i32).to_le_bytes()));
+    assert!(warnings(f, "wide_2x2x2_int32.raw").contains("off by up to 64"));
+}
+
+#[test]
+fn options_that_are_for_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    write(f, "photo.dat", [[9; 3]].into_iter().chain((0..8).map(|i| [0, i, i])));
+    let found = json(f, &["info", "photo.dat", "--dims", "3x2x2", "--type", "uint16", "--endian", "big", "--header-bytes", "3"]);
+    assert_eq!((found["min"].as_f64(), found["max"].as_f64()), (Some(0.0), Some(1799.0)));
+    refused(f, &["info", "photo.dat", "--dims", "3x2x2", "--type", "uint16"], 1, &["24 bytes", "27", "--header-bytes"]);
+    for option in [["--endian", "big"], ["--header-bytes", "3"], ["--dims", "2x2x2"], ["--type", "int32"]] {
+        refused(f, &[&["info", "builtin:cube@4"][..], &option].concat(), 2, &["for files"]);
+    }
+    refused(f, &["info", "photo.dat", "--header-bytes", "-3"], 2, &["-3"]);
+}
