@@ -2,6 +2,7 @@
 
 mod cache;
 mod layered;
+mod parts;
 mod picture;
 mod plan;
 mod prepared;
@@ -16,6 +17,7 @@ mod sheets;
 mod tiles;
 mod world;
 
+pub use parts::{CompositedLayers, PartRenderer};
 pub use plan::Plan;
 pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};
 
@@ -27,7 +29,7 @@ use crate::layers::{Axis, Lattice, Rays};
 use crate::settings::{Classification, Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{Grid, Volume};
+use crate::volume::{Grid, Held, Volume};
 use layered::{PointLayers, SplatLayers};
 use picture::{OntoScreen, Picture, Share};
 use prepared::Prepared;
@@ -75,12 +77,18 @@ enum Drawn {
 impl Renderer {
     /// Uploads a volume, to be seen through a transfer function.
     pub fn new(device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Self, Error> {
-        let world = World::of(volume.grid());
+        Self::holding(device, &volume.held(), transfer)
+    }
+
+    /// Uploads what is held.
+    fn holding(device: &Device, held: &Held, transfer: &TransferFunction) -> Result<Self, Error> {
+        let grid = held.description.grid();
+        let world = World::of(grid);
         Ok(Self {
             device: device.clone(),
-            grid: volume.grid().clone(),
+            grid: grid.clone(),
             world,
-            prepared: Prepared::upload(device, volume, world.grid(volume.grid()), transfer)?,
+            prepared: Prepared::upload(device, held, world.grid(grid), transfer)?,
             measuring: false,
             points: PointLayers::default(),
             splats: SplatLayers::default(),

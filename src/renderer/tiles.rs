@@ -83,6 +83,13 @@ impl Target {
         Ok((self.samples.at_least(device, samples, what)?, active_samples))
     }
 
+    /// Puts samples where a kernel goes on drawing.
+    pub fn fill(&mut self, device: &Device, samples: &[[f32; 4]], what: &str) -> Result<(), Error> {
+        let samples: Vec<Float4> = samples.iter().copied().map(Float4).collect();
+        self.samples.filled(device, &samples, what)?;
+        Ok(())
+    }
+
     /// What was drawn, its tiles, and their counts.
     pub fn drawn(&mut self, device: &Device) -> Result<(&Buffer<Float4>, Tiles, &Buffer<u32>), Error> {
         let what = "an empty picture";

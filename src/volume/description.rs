@@ -3,6 +3,10 @@
 use super::voxels::{VoxelType, is_valid};
 use super::{Grid, Rescale};
 use crate::error::Error;
+use std::path::Path;
+
+/// A narrower range of float values would be lost in the device's floats, which have no denormals.
+const SMALLEST_RANGE: f64 = 1e-30;
 
 /// A whole volume, whoever holds its voxels: all of them, a part, or a device. Everything that pictures of parts must agree in comes
 /// from here.
@@ -37,6 +41,39 @@ impl Stored {
 }
 
 impl Description {
+    /// What is known of a volume whose voxels lie elsewhere, or in parts. `stored_range` is that of all valid voxels, as stored; stored
+    /// numbers are values until [`with_rescale`](Self::with_rescale).
+    ///
+    /// # Errors
+    /// A range that is no range, or too narrow for a device.
+    pub fn new(name: impl Into<String>, grid: Grid, voxel_type: VoxelType, stored_range: (f64, f64)) -> Result<Self, Error> {
+        let (name, (lo, hi)) = (name.into(), stored_range);
+        if !(is_valid(lo) && is_valid(hi) && lo <= hi) {
+            let expected = "a smallest and a largest number from -1e30 to 1e30";
+            return Err(Error::OutOfRange { name: "stored range", value: format!("{lo} to {hi}"), expected });
+        }
+        if hi > lo && hi - lo < SMALLEST_RANGE {
+            let problem = format!("all values lie within {:e}, too close together for a device: scale them up", hi - lo);
+            return Err(Error::volume(Path::new(&name), problem));
+        }
+        Ok(Self { name, grid, voxel_type, rescale: Rescale::default(), stored_range, background: None })
+    }
+
+    /// The same with another [background](Self::background): any finite value up to ±1e30, whether voxels can have it or not.
+    pub fn with_background(mut self, value: f64) -> Result<Self, Error> {
+        if !(is_valid(value) && is_valid(self.rescale.stored(value))) {
+            let expected = "a number from -1e30 to 1e30";
+            return Err(Error::OutOfRange { name: "background value", value: value.to_string(), expected });
+        }
+        self.background = Some(value);
+        Ok(self)
+    }
+
+    /// The same stored numbers with other values. A background that was set before is forgotten: it was one of the old values.
+    pub fn with_rescale(self, rescale: Rescale) -> Self {
+        Self { rescale, background: None, ..self }
+    }
+
     /// File name or `builtin:NAME`.
     pub fn name(&self) -> &str {
         &self.name
@@ -78,15 +115,6 @@ impl Description {
         let smallest_value = if self.rescale.slope() < 0.0 { hi } else { lo };
         let background = self.background.map_or(smallest_value, |value| self.rescale.stored(value));
         Stored { range: self.stored_range, smallest_value, background }
-    }
-
-    pub(super) fn set_background(&mut self, value: f64) -> Result<(), Error> {
-        if !(is_valid(value) && is_valid(self.rescale.stored(value))) {
-            let expected = "a number from -1e30 to 1e30";
-            return Err(Error::OutOfRange { name: "background value", value: value.to_string(), expected });
-        }
-        self.background = Some(value);
-        Ok(())
     }
 }
 

@@ -4,6 +4,7 @@ mod builtin;
 mod description;
 mod format;
 mod grid;
+mod part;
 mod rescale;
 mod statistics;
 mod storage;
@@ -15,6 +16,8 @@ pub use description::Description;
 pub(crate) use description::Stored;
 pub use format::RawOptions;
 pub use grid::Grid;
+pub(crate) use part::Held;
+pub use part::VolumePart;
 pub use rescale::Rescale;
 pub use statistics::{HISTOGRAM_BINS, Statistics};
 pub use storage::Storage;
@@ -24,9 +27,6 @@ use crate::error::Error;
 use std::path::Path;
 use storage::Placed;
 use voxels::{is_valid, with_voxel_type};
-
-/// A narrower range of float values would be lost in the device's floats, which have no denormals.
-const SMALLEST_RANGE: f64 = 1e-30;
 
 /// A scalar volume: its [`Description`] and its voxels, wherever they lie (`'a` is how long they are borrowed; owned, shared and mapped
 /// ones are `'static`). Cheap to clone: clones share the voxels.
@@ -84,29 +84,18 @@ impl<'a> Volume<'a> {
         if invalid > 0 {
             tracing::warn!("{name}: {invalid} voxels are NaN, infinite or beyond 1e30: they count as the background");
         }
-        let stored_range = range.unwrap_or((0.0, 0.0));
-        let width = stored_range.1 - stored_range.0;
-        if width > 0.0 && width < SMALLEST_RANGE {
-            let problem = format!("all values lie within {width:e}, too close together for a device: scale them up");
-            return Err(Error::volume(Path::new(&name), problem));
-        }
-        let rescale = Rescale::default();
-        let description = Description { name, grid, voxel_type, rescale, stored_range, background: None };
+        let description = Description::new(name, grid, voxel_type, range.unwrap_or((0.0, 0.0)))?;
         Ok(Self { description, voxels, invalid })
     }
 
-    /// The same volume with another [background](Self::background): any finite value up to ±1e30, whether voxels can have it
-    /// or not.
-    pub fn with_background(mut self, value: f64) -> Result<Self, Error> {
-        self.description.set_background(value)?;
-        Ok(self)
+    /// See [`Description::with_background`].
+    pub fn with_background(self, value: f64) -> Result<Self, Error> {
+        Ok(Self { description: self.description.with_background(value)?, ..self })
     }
 
-    /// The same stored numbers with other values. A background that was set before is forgotten: it was one of the old values.
-    pub fn with_rescale(mut self, rescale: Rescale) -> Self {
-        self.description.rescale = rescale;
-        self.description.background = None;
-        self
+    /// See [`Description::with_rescale`].
+    pub fn with_rescale(self, rescale: Rescale) -> Self {
+        Self { description: self.description.with_rescale(rescale), ..self }
     }
 
     /// What is known of it without its voxels.
@@ -186,11 +175,17 @@ impl<'a> Volume<'a> {
         }))
     }
 
-    /// Calls `visit` with all stored voxels as a device wants them (x fastest, without gaps, this machine's byte order, the background
-    /// in place of invalid ones), in pieces and in order, and the byte at which each piece begins.
-    pub(crate) fn for_each_piece<E>(&self, visit: impl FnMut(usize, &[u8]) -> Result<(), E>) -> Result<(), E> {
+    /// All voxels, for a device.
+    pub(crate) fn held(&self) -> Held<'_> {
         let instead = (self.invalid > 0).then(|| self.description.stored().background);
-        self.voxels.for_each_piece(instead, visit)
+        Held { description: &self.description, first: [0; 3], voxels: &self.voxels, instead }
+    }
+
+    /// The voxels of a box, `first` the lowest of `dims`. They stay where they are.
+    pub fn part(&self, first: [usize; 3], dims: [usize; 3]) -> Result<VolumePart<'a>, Error> {
+        let description = self.description.clone();
+        part::check(&description, first, dims)?;
+        Ok(VolumePart { description, first, voxels: self.voxels.part(first, dims) })
     }
 
     /// Range, mean and histogram of the valid voxels.

@@ -160,7 +160,23 @@ pub(super) struct Placed<'a> {
     swapped: bool,
 }
 
+impl<'a> Placed<'a> {
+    /// The voxels of a box.
+    pub fn part(&self, first: [usize; 3], dims: [usize; 3]) -> Self {
+        let offset: isize = (0..3).map(|i| first[i] as isize * self.strides[i]).sum();
+        let storage = Storage { first: self.storage.first.wrapping_add_signed(offset), ..self.storage.clone() };
+        let [x, y, _] = dims.map(|n| n as isize);
+        let size = self.storage.voxel_type.bytes() as isize;
+        Self { dense: self.strides == [size, size * x, size * x * y], dims, storage, ..*self }
+    }
+}
+
 impl Placed<'_> {
+    /// Voxels along x, y, z.
+    pub fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
     /// Number of voxels.
     pub fn len(&self) -> usize {
         self.dims.iter().product()

@@ -12,7 +12,7 @@ pub(crate) mod volume;
 
 use super::{Buffer, Device, Tuning};
 use crate::error::Error;
-use crate::volume::{Volume, VoxelType};
+use crate::volume::{Held, VoxelType};
 use opencl3::kernel::Kernel;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -200,10 +200,11 @@ impl VoxelBuffer {
         Ok(Self { bytes: Buffer::new(device, len * voxel_type.bytes(), what)?, voxel_type })
     }
 
-    /// A copy of a volume's voxels, the background in place of invalid ones.
-    pub fn upload(device: &Device, volume: &Volume) -> Result<Self, Error> {
-        let mut voxels = Self::new(device, volume.grid().voxel_count(), volume.voxel_type(), volume.name())?;
-        volume.for_each_piece(|first, bytes| voxels.bytes.write_at(device, first, bytes))?;
+    /// A copy of voxels, the background in place of invalid ones.
+    pub fn upload(device: &Device, held: &Held) -> Result<Self, Error> {
+        let description = held.description;
+        let mut voxels = Self::new(device, held.dims().iter().product(), description.voxel_type(), description.name())?;
+        held.for_each_piece(|first, bytes| voxels.bytes.write_at(device, first, bytes))?;
         Ok(voxels)
     }
 

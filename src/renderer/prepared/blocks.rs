@@ -3,6 +3,7 @@
 use super::super::cache::{Kept, Key};
 use super::tables::TableKey;
 use super::{Layout, Prepared};
+use crate::device::launch::structs::VolumeView;
 use crate::device::launch::volume::{MinMaxArguments, MinMaxBlocks, Reach, SlabVisibilityArguments, VisibilityArguments};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
@@ -42,14 +43,15 @@ impl PointReach {
     }
 }
 
-/// Which blocks can show anything.
+/// Which blocks of the layers that are held can show anything.
 pub(in crate::renderer) struct VisibleBlocks {
     /// With splatted layers a byte per block and layer (kernels/volume/visibility.cl), with points a bit per block and slab
     /// (kernels/volume/slab_visibility.cl).
     pub flags: Buffer<u8>,
     /// Blocks along u and v.
     pub blocks: [i32; 2],
-    /// First and last slab of the chunks in which any block can; the first is beyond the last if there is none. Of points.
+    /// First and last slab of the chunks in which any block can, under their numbers in the whole volume; the first is beyond the last if
+    /// there is none. Of points.
     pub slabs: [i32; 2],
 }
 
@@ -110,8 +112,10 @@ impl Prepared {
         if let Some(kept) = self.cache.get(&BlocksKey(axis, reach)) {
             return Ok(kept);
         }
-        let blocks = MinMaxBlocks::new(device, self.local_dims(axis), self.voxel_type(), reach)?;
+        let blocks = MinMaxBlocks::new(device, self.held_local(axis), self.voxel_type(), reach)?;
         let Layout { voxels, view } = self.layout(device, axis)?;
+        // Of what is held alone: the outermost blocks of a part are wrong, and no layer that it draws reaches them.
+        let view = VolumeView { dims: [view.dims[0], view.dims[1], blocks.layers], first_a: 0, ..view };
         let arguments = MinMaxArguments::new(&voxels, view, reach, &blocks);
         self.launchers.min_max_blocks.launch(device, voxels.voxel_type(), &arguments)?;
         Ok(self.cache.keep(BlocksKey(axis, reach), blocks))
@@ -191,7 +195,8 @@ impl Prepared {
             visible: &flags,
         };
         self.launchers.slab_visibility.launch(device, self.voxels.voxel_type(), &arguments)?;
-        let slabs = visible_slabs(device, &flags, &blocks)?;
+        let first = self.held_layers(axis).start as i32;
+        let slabs = visible_slabs(device, &flags, &blocks)?.map(|q| q + first);
         Ok(self.cache.keep(key, VisibleBlocks { flags, blocks: blocks.blocks, slabs }))
     }
 }

@@ -20,15 +20,20 @@ use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, set_direction};
 use crate::transfer::TransferFunction;
-use crate::volume::{Grid, Rescale, Stored, Volume, VoxelType};
+use crate::volume::{Grid, Held, Rescale, Stored, VoxelType};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Bytes that may be kept besides those of the volume, twice: a second layout, and a list of splats.
 const BUDGET: usize = 256 << 20;
 
-/// A volume on the device, a transfer function, and what is made from both.
+/// A volume on the device, or some layers of one, a transfer function, and what is made from both.
 pub(super) struct Prepared {
+    /// Of the whole volume, as all else but the voxels.
     grid: Grid,
+    /// The lowest voxel that is held, and how many are.
+    held_first: [usize; 3],
+    held_dims: [usize; 3],
     stored: Stored,
     rescale: Rescale,
     voxels: Arc<VoxelBuffer>,
@@ -100,13 +105,15 @@ impl Kept for FootprintImages {
 }
 
 impl Prepared {
-    /// `grid` is the volume's, in the world of frames.
-    pub fn upload(device: &Device, volume: &Volume, grid: Grid, transfer: &TransferFunction) -> Result<Self, Error> {
-        let voxels = VoxelBuffer::upload(device, volume)?;
-        let rescale = volume.description().rescale();
+    /// `grid` is that of the whole volume, in the world of frames.
+    pub fn upload(device: &Device, held: &Held, grid: Grid, transfer: &TransferFunction) -> Result<Self, Error> {
+        let voxels = VoxelBuffer::upload(device, held)?;
+        let rescale = held.description.rescale();
         Ok(Self {
             grid,
-            stored: volume.description().stored(),
+            held_first: held.first,
+            held_dims: held.dims(),
+            stored: held.description.stored(),
             rescale,
             cache: Cache::new(BUDGET + 2 * voxels.bytes()),
             voxels: Arc::new(voxels),
@@ -181,7 +188,7 @@ impl Prepared {
 
     /// The voxels for a layer axis. Axes y and z read the upload; x has its own layout.
     pub fn layout(&mut self, device: &Device, axis: Axis) -> Result<Layout, Error> {
-        let [x, y, z] = self.grid.dims().map(|n| n as i64);
+        let [x, y, z] = self.held_dims.map(|n| n as i64);
         let (stride, voxels) = match axis {
             Axis::X => ([1, y, y * z], self.transposed(device)?),
             Axis::Y => ([1, x * y, x], self.voxels.clone()),
@@ -190,7 +197,13 @@ impl Prepared {
         let (background, offset) = self.background();
         Ok(Layout {
             voxels,
-            view: VolumeView { stride, dims: self.local_dims(axis).map(|n| n as i32), background, offset, first_a: 0 },
+            view: VolumeView {
+                stride,
+                dims: local(axis, self.grid.dims()).map(|n| n as i32),
+                background,
+                offset,
+                first_a: self.held_layers(axis).start as i32,
+            },
         })
     }
 
@@ -198,8 +211,9 @@ impl Prepared {
         if let Some(kept) = self.cache.get(&TransposedVoxels) {
             return Ok(kept);
         }
-        let [dims_x, dims_y, dims_z] = self.grid.dims().map(|n| n as i32);
-        let transposed = VoxelBuffer::new(device, self.grid.voxel_count(), self.voxel_type(), "the layout of layer axis x")?;
+        let [dims_x, dims_y, dims_z] = self.held_dims.map(|n| n as i32);
+        let transposed =
+            VoxelBuffer::new(device, self.held_dims.iter().product(), self.voxel_type(), "the layout of layer axis x")?;
         let arguments = TransposeArguments { voxels: &self.voxels, dims_x, dims_y, dims_z, transposed: &transposed };
         self.launchers.transpose.launch(device, self.voxels.voxel_type(), &arguments)?;
         Ok(self.cache.keep(TransposedVoxels, transposed))
@@ -219,9 +233,26 @@ impl Prepared {
         Ok(self.cache.keep(FootprintImagesKey, FootprintImages { images, shears }))
     }
 
-    /// Voxels along u, v, a.
-    fn local_dims(&self, axis: Axis) -> [usize; 3] {
-        let frame = axis.frame();
-        [frame.u, frame.v, frame.a].map(|i| self.grid.dims()[i])
+    /// The layers of an axis that are held.
+    pub fn held_layers(&self, axis: Axis) -> Range<usize> {
+        let a = axis.frame().a;
+        self.held_first[a]..self.held_first[a] + self.held_dims[a]
     }
+
+    /// Whether layers of an axis are held as a whole.
+    pub fn holds_whole_layers(&self, axis: Axis) -> bool {
+        let frame = axis.frame();
+        [frame.u, frame.v].iter().all(|&i| self.held_dims[i] == self.grid.dims()[i])
+    }
+
+    /// Voxels along u, v, a that are held.
+    fn held_local(&self, axis: Axis) -> [usize; 3] {
+        local(axis, self.held_dims)
+    }
+}
+
+/// Numbers along u, v, a.
+fn local(axis: Axis, dims: [usize; 3]) -> [usize; 3] {
+    let frame = axis.frame();
+    [frame.u, frame.v, frame.a].map(|i| dims[i])
 }

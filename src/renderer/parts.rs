@@ -1,0 +1,224 @@
+//! Volumes of which not all layers are at hand: each part composites its own, onto those before.
+
+use super::Renderer;
+use super::picture::{OntoScreen, Share};
+use super::plan::Plan;
+use super::range::LayerRange;
+use super::scene::View;
+use super::tiles::read_samples;
+use crate::camera::Camera;
+use crate::device::Device;
+use crate::error::Error;
+use crate::image::Frame;
+use crate::layers::{Axis, Lattice, Rays};
+use crate::settings::{Blend, Layered, Settings};
+use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
+use crate::volume::VolumePart;
+use std::ops::Range;
+
+/// Renders some layers of a volume: those of a [`VolumePart`].
+///
+/// Layers are composited on a lattice (both classifications) and handed on in their raw state, so that a volume rendered part by part
+/// has the bits of one rendered as a whole. Everything that is a property of the whole volume comes from the part's description. Views
+/// without a lattice, where each ray may have a layer axis of its own, and pictures shared by several layer axes need the whole volume:
+/// they are refused with an error that says so.
+pub struct PartRenderer(Renderer);
+
+/// Layers that were composited, front to back, as a later one can go on with: not yet a picture.
+#[derive(Clone, Debug)]
+pub struct CompositedLayers {
+    view: LatticeView,
+    layers: Range<usize>,
+    /// By the blend mode: premultiplied colour and transmittance, or a value.
+    samples: Vec<[f32; 4]>,
+}
+
+/// A view of a volume through a lattice.
+#[derive(Clone, Debug, PartialEq)]
+struct LatticeView {
+    lattice: Lattice,
+    rays: Rays,
+    viewport: Viewport,
+    layered: Layered,
+    settings: Settings,
+    /// Of stored numbers.
+    blend: Blend,
+}
+
+impl LatticeView {
+    fn axis(&self) -> Axis {
+        self.lattice.frame.layer_axis()
+    }
+
+    fn ascending(&self) -> bool {
+        self.lattice.layer_step > 0
+    }
+
+    /// Whether `behind` begins where `front` ends.
+    fn joins(&self, front: &Range<usize>, behind: &Range<usize>) -> bool {
+        if self.ascending() { front.end == behind.start } else { behind.end == front.start }
+    }
+}
+
+impl CompositedLayers {
+    /// Which layers, under their numbers in the whole volume.
+    pub fn layers(&self) -> Range<usize> {
+        self.layers.clone()
+    }
+
+    /// What `front` and the layers right `behind` it are together, by the blend mode's own rule: each composited from nothing.
+    /// `over` of floats is not associative, and what is behind was not told what ends in front of it: the picture is that of the whole
+    /// volume within rounding (and [`Settings::OPAQUE`], with early termination), not to the bit.
+    ///
+    /// # Errors
+    /// Layers of different views, or that are not next to each other in the order of the view.
+    pub fn combine(front: &Self, behind: &Self) -> Result<Self, Error> {
+        if front.view != behind.view {
+            return Err(refused("these layers are of different views: composite them with the same camera and settings".into()));
+        }
+        check_joined(&front.view, &front.layers, &behind.layers)?;
+        let blend = front.view.blend;
+        let samples = front.samples.iter().zip(&behind.samples).map(|(&f, &b)| combined(blend, f, b)).collect();
+        Ok(Self { view: front.view.clone(), layers: union(&front.layers, &behind.layers), samples })
+    }
+}
+
+impl PartRenderer {
+    /// Layers that must be at hand before and behind those that are composited: for kernels and gradients.
+    pub const AROUND: usize = 2;
+
+    /// The layers that a part must hold to composite `layers` of a volume of so many.
+    pub fn needed(layers: &Range<usize>, of: usize) -> Range<usize> {
+        layers.start.saturating_sub(Self::AROUND)..(layers.end + Self::AROUND).min(of)
+    }
+
+    /// Uploads a part, to be seen through a transfer function.
+    pub fn new(device: &Device, part: &VolumePart, transfer: &TransferFunction) -> Result<Self, Error> {
+        Ok(Self(Renderer::holding(device, &part.held(), transfer)?))
+    }
+
+    /// Takes another transfer function from the next layers on.
+    pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
+        self.0.set_transfer_function(transfer);
+    }
+
+    /// The layer axis of a view, and whether its rays meet layers in the order of their numbers.
+    pub fn order(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Axis, bool), Error> {
+        let view = self.view(camera, viewport, settings)?;
+        Ok((view.axis(), view.ascending()))
+    }
+
+    /// Composites layers, right behind those that were composited `before`, or from nothing.
+    ///
+    /// # Errors
+    /// Layers that the part does not hold with the [`AROUND`](Self::AROUND) they need, that do not follow those before in the
+    /// [order](Self::order) of the view, and views without a lattice of their own.
+    pub fn composite(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        layers: Range<usize>,
+        before: Option<&CompositedLayers>,
+    ) -> Result<CompositedLayers, Error> {
+        let view = self.view(camera, viewport, settings)?;
+        self.check_held(&view, &layers)?;
+        let mut done = layers.clone();
+        if let Some(before) = before {
+            if before.view != view {
+                return Err(refused(
+                    "the layers before are of another view: composite all with the same camera and settings".into(),
+                ));
+            }
+            check_joined(&view, &before.layers, &layers)?;
+            done = union(&before.layers, &layers);
+        }
+        let range = LayerRange { voxels: layers, continues: before.is_some(), raw: true };
+        self.draw(&view, &range, before.map(|b| b.samples.as_slice()))?;
+        let samples = read_samples(self.0.target.drawn(&self.0.device)?.0, &self.0.device, view.lattice.samples())?;
+        Ok(CompositedLayers { view, layers: done, samples })
+    }
+
+    /// The picture of composited layers: premultiplied floats, without a background. Any part of the volume can make it.
+    pub fn finish(&mut self, composited: &CompositedLayers) -> Result<Frame, Error> {
+        let CompositedLayers { view, samples, .. } = composited;
+        self.draw(view, &LayerRange::end(), Some(samples))?;
+        let device = self.0.device.clone();
+        let onto = OntoScreen { lattice: &view.lattice, rays: &view.rays, viewport: view.viewport };
+        self.0.picture.warp(&device, &mut self.0.target, onto, Share::WHOLE)?;
+        Ok(Frame::new(view.viewport, self.0.picture.read_warped(&device, view.viewport)?))
+    }
+
+    fn view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<LatticeView, Error> {
+        let (rays, settings) = self.0.seen(camera, viewport, settings)?;
+        let blend = self.0.prepared.blend_of_numbers(settings.blend);
+        match Plan::new(&rays, viewport, self.0.prepared.grid(), &settings)? {
+            Plan::Lattice(lattice, layered) => Ok(LatticeView { lattice, rays, viewport, layered, settings, blend }),
+            Plan::Shared(parts, _) => {
+                let axes: Vec<_> = parts.iter().map(|(lattice, _)| lattice.frame.layer_axis()).collect();
+                Err(refused(format!("this view is shared by the layer axes {axes:?}: choose one of them")))
+            }
+            other => {
+                Err(refused(format!("only layers on a lattice can be rendered in parts, not {other}: hold the whole volume")))
+            }
+        }
+    }
+
+    fn check_held(&self, view: &LatticeView, layers: &Range<usize>) -> Result<(), Error> {
+        let (axis, all) = (view.axis(), view.lattice.dims[2]);
+        if layers.is_empty() || layers.end > all {
+            let expected = "a range of the volume's layers that is not empty";
+            return Err(Error::OutOfRange { name: "layers", value: format!("{layers:?} of {all}"), expected });
+        }
+        let (held, needed) = (self.0.prepared.held_layers(axis), Self::needed(layers, all));
+        if !self.0.prepared.holds_whole_layers(axis) || needed.start < held.start || needed.end > held.end {
+            let problem =
+                format!("layers {layers:?} of axis {axis:?} need layers {needed:?} as a whole, which this part does not hold");
+            return Err(refused(problem));
+        }
+        Ok(())
+    }
+
+    /// Draws a range of layers onto samples.
+    fn draw(&mut self, view: &LatticeView, range: &LayerRange, onto: Option<&[[f32; 4]]>) -> Result<(), Error> {
+        let device = self.0.device.clone();
+        let LatticeView { lattice, rays, viewport, layered, settings, .. } = view;
+        if let Some(samples) = onto {
+            self.0.target.fill(&device, samples, "the lattice")?;
+        }
+        let seen = View { device: &device, rays, viewport: *viewport, settings };
+        self.0.draw_lattice(seen, lattice, *layered, range)
+    }
+}
+
+fn check_joined(view: &LatticeView, front: &Range<usize>, behind: &Range<usize>) -> Result<(), Error> {
+    if view.joins(front, behind) {
+        return Ok(());
+    }
+    let order = if view.ascending() { "from the first layer to the last" } else { "from the last layer to the first" };
+    Err(refused(format!("layers {behind:?} are not right behind layers {front:?}: this view goes {order}")))
+}
+
+fn refused(problem: String) -> Error {
+    Error::Settings { field: "layer_axis", problem }
+}
+
+fn union(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
+    a.start.min(b.start)..a.end.max(b.end)
+}
+
+/// Two raw samples, one behind the other, as kernels/shared/accumulator.cl has them.
+fn combined(blend: Blend, front: [f32; 4], behind: [f32; 4]) -> [f32; 4] {
+    let value = |value| [value, 0.0, 0.0, 0.0];
+    match blend {
+        Blend::Maximum => value(front[0].max(behind[0])),
+        Blend::Minimum => value(front[0].min(behind[0])),
+        Blend::Average => value(front[0] + behind[0]),
+        Blend::Composite | Blend::Iso(_) => {
+            let passes = front[3];
+            let [r, g, b] = [0, 1, 2].map(|c| front[c] + passes * behind[c]);
+            [r, g, b, passes * behind[3]]
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Parts of volumes, and voxels that a device is to hold.
+
+use super::storage::{Placed, Storage};
+use super::{Description, VoxelType};
+use crate::error::Error;
+use std::path::Path;
+
+/// A box of voxels of a volume, where not all of them are at hand. Everything else is known of the whole volume.
+#[derive(Clone, Debug)]
+pub struct VolumePart<'a> {
+    pub(super) description: Description,
+    pub(super) first: [usize; 3],
+    pub(super) voxels: Placed<'a>,
+}
+
+impl<'a> VolumePart<'a> {
+    /// The voxels of the box from voxel `first` on, of `dims` voxels along x, y, z, of the volume that is described.
+    ///
+    /// # Errors
+    /// A box that is empty or reaches out of the volume, and voxels of another type or number.
+    pub fn new(
+        description: Description,
+        first: [usize; 3],
+        dims: [usize; 3],
+        voxels: impl Into<Storage<'a>>,
+    ) -> Result<Self, Error> {
+        check(&description, first, dims)?;
+        let storage = voxels.into();
+        let name = Path::new(description.name());
+        if storage.voxel_type() != description.voxel_type() {
+            let (found, expected) = (storage.voxel_type(), description.voxel_type());
+            return Err(Error::volume(name, format!("the voxels of a part are {found}, those of the volume {expected}")));
+        }
+        let expected = dims.iter().map(|&n| n as u64).product();
+        if let Some(found) = storage.count().filter(|&found| found != expected) {
+            return Err(Error::VoxelCount { name: description.name().into(), dims, expected, found });
+        }
+        match storage.placed(dims) {
+            Some(voxels) => Ok(Self { description, first, voxels }),
+            None => Err(Error::volume(name, "a part's first byte and strides lead to voxels outside of its bytes")),
+        }
+    }
+
+    /// What is known of the whole volume.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    pub(crate) fn held(&self) -> Held<'_> {
+        // Whether any are invalid is not worth another look at all of them.
+        let floats = self.description.voxel_type() == VoxelType::Float32;
+        let instead = floats.then(|| self.description.stored().background);
+        Held { description: &self.description, first: self.first, voxels: &self.voxels, instead }
+    }
+}
+
+/// Whether a box is one of a volume's.
+pub(super) fn check(description: &Description, first: [usize; 3], dims: [usize; 3]) -> Result<(), Error> {
+    let all = description.grid().dims();
+    if (0..3).all(|i| dims[i] > 0 && first[i].checked_add(dims[i]).is_some_and(|end| end <= all[i])) {
+        return Ok(());
+    }
+    let problem = format!("{dims:?} voxels from {first:?} on are no part of its {all:?}");
+    Err(Error::volume(Path::new(description.name()), problem))
+}
+
+/// Voxels that a device is to hold: of a volume or of a part.
+pub(crate) struct Held<'v> {
+    pub description: &'v Description,
+    /// The lowest voxel.
+    pub first: [usize; 3],
+    pub(super) voxels: &'v Placed<'v>,
+    /// What stands for invalid voxels; `None` if there are none.
+    pub(super) instead: Option<f64>,
+}
+
+impl Held<'_> {
+    /// Voxels along x, y, z.
+    pub fn dims(&self) -> [usize; 3] {
+        self.voxels.dims()
+    }
+
+    /// Calls `visit` with all stored voxels as a device wants them (x fastest, without gaps, this machine's byte order, the background
+    /// in place of invalid ones), in pieces and in order, and the byte at which each piece begins.
+    pub fn for_each_piece<E>(&self, visit: impl FnMut(usize, &[u8]) -> Result<(), E>) -> Result<(), E> {
+        self.voxels.for_each_piece(self.instead, visit)
+    }
+}

@@ -1,0 +1,264 @@
+//! A volume rendered in parts, one after the other, has the bits of one rendered as a whole.
+
+mod common;
+
+use common::*;
+use glam::DVec3;
+use layersplat::renderer::{CompositedLayers, PartRenderer};
+use layersplat::settings::{Blend, Classification, ClipPlane, Clipping, CropBox, LayerAxis, Layered, Quality};
+use layersplat::transfer::Extinction;
+use layersplat::volume::{Description, VolumePart, VoxelType, Voxels};
+use layersplat::{Axis, Camera, Frame, Settings, TransferFunction, Viewport, Volume};
+use std::ops::Range;
+
+const DIMS: [usize; 3] = [21, 18, 23];
+const SEED: u64 = 11;
+/// Rounding of `over` in another order: some 20 layers, half a unit of 2^-24 each.
+const REASSOCIATED: f64 = 2e-6;
+/// What is behind was not told that light ended in front of it.
+const TERMINATED: f64 = Settings::OPAQUE;
+
+/// Views most parallel to each axis, from both sides, both projections.
+fn views(volume: &Volume, size: Viewport) -> Vec<(Axis, Camera)> {
+    let along =
+        [(Axis::X, 80.0, 12.0), (Axis::X, -70.0, -20.0), (Axis::Y, 15.0, 72.0), (Axis::Z, 20.0, -15.0), (Axis::Z, 170.0, 8.0)];
+    let both = |(axis, azimuth, elevation)| {
+        [(axis, parallel(volume, size, azimuth, elevation)), (axis, perspective(volume, azimuth, elevation, 25.0))]
+    };
+    along.into_iter().flat_map(both).collect()
+}
+
+/// Layers 0 to n in k ranges, as even as they come.
+fn ranges(n: usize, k: usize) -> Vec<Range<usize>> {
+    (0..k).map(|i| i * n / k..(i + 1) * n / k).collect()
+}
+
+/// A part of a volume that can composite some layers of an axis, and no more.
+fn part_for<'a>(volume: &Volume<'a>, axis: Axis, layers: &Range<usize>) -> VolumePart<'a> {
+    let (mut first, mut dims) = ([0; 3], volume.grid().dims());
+    let needed = PartRenderer::needed(layers, dims[axis.index()]);
+    (first[axis.index()], dims[axis.index()]) = (needed.start, needed.len());
+    volume.part(first, dims).unwrap()
+}
+
+/// A camera, a viewport and settings with one layer axis.
+struct Shot<'a> {
+    volume: &'a Volume<'static>,
+    transfer: &'a TransferFunction,
+    axis: Axis,
+    camera: Camera,
+    size: Viewport,
+    settings: Settings,
+}
+
+impl Shot<'_> {
+    fn whole(&self) -> Frame {
+        render(self.volume, self.transfer, &self.camera, self.size, &self.settings)
+    }
+
+    fn renderer(&self, layers: &Range<usize>) -> PartRenderer {
+        PartRenderer::new(&device(), &part_for(self.volume, self.axis, layers), self.transfer).unwrap()
+    }
+
+    /// Ranges of layers in the order of the view.
+    fn in_order(&self, k: usize) -> Vec<Range<usize>> {
+        let mut ranges = ranges(self.volume.grid().dims()[self.axis.index()], k);
+        let (axis, ascending) = self.renderer(&ranges[0]).order(&self.camera, self.size, &self.settings).unwrap();
+        assert_eq!(axis, self.axis);
+        if !ascending {
+            ranges.reverse();
+        }
+        ranges
+    }
+
+    fn composite(&self, layers: Range<usize>, before: Option<&CompositedLayers>) -> CompositedLayers {
+        self.renderer(&layers).composite(&self.camera, self.size, &self.settings, layers, before).unwrap()
+    }
+
+    /// One part after the other, each going on with what those before made.
+    fn in_parts(&self, k: usize) -> Frame {
+        let mut done: Option<CompositedLayers> = None;
+        for layers in self.in_order(k) {
+            done = Some(self.composite(layers, done.as_ref()));
+        }
+        let done = done.unwrap();
+        assert_eq!(done.layers(), 0..self.volume.grid().dims()[self.axis.index()]);
+        self.renderer(&(0..1)).finish(&done).unwrap()
+    }
+
+    /// Each part from nothing, then together from behind.
+    fn combined(&self, k: usize) -> Frame {
+        let parts = self.in_order(k).into_iter().map(|layers| self.composite(layers, None));
+        let whole = parts.rev_reduce(|behind, front| CompositedLayers::combine(&front, &behind).unwrap());
+        self.renderer(&(0..1)).finish(&whole).unwrap()
+    }
+}
+
+/// Folds from the last to the first.
+trait RevReduce: Iterator {
+    fn rev_reduce(self, fold: impl FnMut(Self::Item, Self::Item) -> Self::Item) -> Self::Item;
+}
+
+impl<I: DoubleEndedIterator> RevReduce for I {
+    fn rev_reduce(self, fold: impl FnMut(I::Item, I::Item) -> I::Item) -> I::Item {
+        self.rev().reduce(fold).unwrap()
+    }
+}
+
+fn forced(axis: Axis, layered: Layered) -> Settings {
+    Layered { layer_axis: LayerAxis::Forced(axis), ..layered }.into()
+}
+
+/// Both classifications, and `high` of both.
+fn sampled() -> [Layered; 4] {
+    let high = Quality::High.layered();
+    let post = |quality: Quality| Layered { classification: quality.splatted(), ..quality.layered() };
+    [Layered::default(), high, post(Quality::Standard), post(Quality::High)]
+}
+
+#[test]
+fn in_two_three_and_seven_parts() {
+    let volume = random_volume(DIMS, DVec3::new(1.0, 0.9, 1.2), SEED);
+    let (transfer, size) = (smooth_transfer(), viewport(26, 22));
+    for (axis, camera) in views(&volume, size) {
+        for layered in sampled() {
+            let settings = forced(axis, layered);
+            let shot = Shot { volume: &volume, transfer: &transfer, axis, camera, size, settings };
+            let whole = shot.whole();
+            for k in [2, 3, 7] {
+                assert_close(&format!("{axis:?}, {:?}, {layered:?}, {k}", camera.projection), &shot.in_parts(k), &whole, 0.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn whatever_becomes_of_the_values() {
+    let volume = random_volume(DIMS, DVec3::ONE, SEED);
+    let (transfer, size) = (smooth_transfer(), viewport(24, 20));
+    let clipping =
+        Clipping { crop: Some(CropBox { lowest: DVec3::splat(2.5), highest: DVec3::splat(15.2) }), ..Default::default() }
+            .with_planes([ClipPlane { point: volume.grid().centre(), normal: DVec3::new(1.0, 2.0, -0.5) }]);
+    let blends = [Blend::Composite, Blend::Maximum, Blend::Minimum, Blend::Average, Blend::Iso(90.0)];
+    for (n, blend) in blends.into_iter().enumerate() {
+        for (m, layered) in sampled().into_iter().enumerate() {
+            if matches!((blend, layered.classification), (Blend::Iso(_), Classification::Post(_))) {
+                continue; // Splatted layers have no values between samples: Settings refuse it.
+            }
+            let (axis, camera) = views(&volume, size)[(3 * n + m) % 10];
+            let variants = [
+                Settings { blend, ..forced(axis, layered) },
+                Settings {
+                    blend,
+                    clipping,
+                    culling: false,
+                    extinction: Extinction::Linear,
+                    shading: None,
+                    ..forced(axis, layered)
+                },
+            ];
+            for settings in variants {
+                let shot = Shot { volume: &volume, transfer: &transfer, axis, camera, size, settings };
+                let (what, whole) = (format!("{settings:?}"), shot.whole());
+                assert_close(&what, &shot.in_parts(3), &whole, 0.0);
+                let open = Settings { early_termination: false, ..settings };
+                let shot = Shot { settings: open, ..shot };
+                assert_close(&what, &shot.combined(4), &shot.whole(), REASSOCIATED);
+            }
+        }
+    }
+}
+
+/// Parts that are composited each for itself do not know what is opaque before them.
+#[test]
+fn terminated_early() {
+    let volume = random_volume(DIMS, DVec3::ONE, SEED);
+    let (transfer, size) = (step_transfer(100.0, 0.9), viewport(24, 20));
+    let (axis, camera) = views(&volume, size)[0];
+    let shot = Shot { volume: &volume, transfer: &transfer, axis, camera, size, settings: forced(axis, Layered::default()) };
+    assert_close("one after the other", &shot.in_parts(5), &shot.whole(), 0.0);
+    assert_close("each for itself", &shot.combined(5), &shot.whole(), TERMINATED);
+}
+
+/// A part whose own voxels are all in the lower half of the range, around a background that none of them has.
+#[test]
+fn properties_of_the_whole() {
+    let [x, y, z] = DIMS;
+    let layer = |k: usize| if k < z / 2 { 120 } else { 250 };
+    let values: Vec<i16> = (0..x * y * z).map(|n| layer(n / (x * y)) + (n * 7 % 13) as i16).collect();
+    let volume = volume(DIMS, DVec3::ONE, Voxels::Int16(values.clone())).with_background(40.0).unwrap();
+    let (transfer, size) = (smooth_transfer(), viewport(24, 20));
+    let camera = parallel(&volume, size, 20.0, 10.0);
+    let shot =
+        Shot { volume: &volume, transfer: &transfer, axis: Axis::Z, camera, size, settings: forced(Axis::Z, Layered::default()) };
+    let whole = shot.whole();
+    assert_close("parts of the volume", &shot.in_parts(3), &whole, 0.0);
+
+    // The same from voxels that lie elsewhere, described by hand.
+    let description = Description::new("elsewhere", volume.grid().clone(), VoxelType::Int16, (120.0, 262.0)).unwrap();
+    let description = description.with_background(40.0).unwrap();
+    let in_parts = |description: &Description| {
+        let mut done: Option<CompositedLayers> = None;
+        let mut finished = None;
+        for layers in shot.in_order(4) {
+            let needed = PartRenderer::needed(&layers, z);
+            let own = &values[x * y * needed.start..x * y * needed.end];
+            let part = VolumePart::new(description.clone(), [0, 0, needed.start], [x, y, needed.len()], own).unwrap();
+            let mut renderer = PartRenderer::new(&device(), &part, &transfer).unwrap();
+            done = Some(renderer.composite(&camera, size, &shot.settings, layers, done.as_ref()).unwrap());
+            finished = Some(renderer.finish(done.as_ref().unwrap()).unwrap());
+        }
+        finished.unwrap()
+    };
+    assert_close("described by hand", &in_parts(&description), &whole, 0.0);
+    // What a part would think of its own range is seen.
+    let wrong = Description::new("elsewhere", volume.grid().clone(), VoxelType::Int16, (120.0, 132.0)).unwrap();
+    let wrong = wrong.with_background(40.0).unwrap();
+    assert!(compare(&in_parts(&wrong), &whole).max_difference > 0.01, "a part's own range must be noticed");
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let volume = random_volume(DIMS, DVec3::ONE, SEED);
+    let (transfer, size) = (smooth_transfer(), viewport(24, 20));
+    let camera = parallel(&volume, size, 20.0, 10.0);
+    let settings = forced(Axis::Z, Layered::default());
+    let shot = Shot { volume: &volume, transfer: &transfer, axis: Axis::Z, camera, size, settings };
+    let refused = |result: Result<CompositedLayers, layersplat::Error>, words: &str| {
+        let message = result.expect_err(words).to_string();
+        assert!(message.contains(words), "{message} does not say '{words}'");
+    };
+    let mut renderer = shot.renderer(&(8..14));
+    let composite =
+        |r: &mut PartRenderer, layers, before: Option<&CompositedLayers>| r.composite(&camera, size, &settings, layers, before);
+    refused(composite(&mut renderer, 7..14, None), "does not hold");
+    refused(composite(&mut renderer, 8..15, None), "does not hold");
+    #[expect(clippy::reversed_empty_ranges, reason = "that is what is refused")]
+    for nothing in [9..9, 12..10, 20..24] {
+        refused(composite(&mut renderer, nothing, None), "layers");
+    }
+    let middle = composite(&mut renderer, 9..11, None).unwrap();
+    let [above, below] = [11..13, 8..9].map(|layers| composite(&mut renderer, layers, Some(&middle)));
+    assert!(above.is_ok() != below.is_ok(), "layers are behind on one side only");
+    refused(if above.is_ok() { below } else { above }, "not right behind");
+    let farther = composite(&mut renderer, 12..14, None).unwrap();
+    refused(CompositedLayers::combine(&middle, &farther), "not right behind");
+    let turned = renderer.composite(&parallel(&volume, size, 21.0, 10.0), size, &settings, 11..12, Some(&middle));
+    refused(turned, "another view");
+    let auto = Settings::from(Layered::default());
+    let between = parallel(&volume, size, 45.0, 0.0);
+    refused(renderer.composite(&between, size, &auto, 9..10, None), "shared by the layer axes");
+    refused(renderer.composite(&parallel(&volume, size, 90.0, 0.0), size, &auto, 9..10, None), "does not hold");
+    refused(renderer.composite(&camera, size, &Quality::Paper.settings(), 9..10, None), "hold the whole volume");
+    for (first, dims) in [([0; 3], [0, 1, 1]), ([20, 0, 0], [2, 1, 1]), ([usize::MAX, 0, 0], [2, 1, 1])] {
+        assert!(volume.part(first, dims).unwrap_err().to_string().contains("are no part"), "{first:?}, {dims:?}");
+    }
+    let description = volume.description().clone();
+    let wrong_type = VolumePart::new(description.clone(), [0; 3], [2; 3], vec![0u16; 8]).unwrap_err().to_string();
+    assert!(wrong_type.contains("uint16"), "{wrong_type}");
+    let wrong_count = VolumePart::new(description, [0; 3], [2; 3], vec![0u8; 7]).unwrap_err().to_string();
+    assert!(wrong_count.contains('7') && wrong_count.contains('8'), "{wrong_count}");
+    for (lo, hi) in [(1.0, 0.0), (f64::NAN, 1.0), (0.0, 1e-33)] {
+        assert!(Description::new("r", volume.grid().clone(), VoxelType::Float32, (lo, hi)).is_err());
+    }
+}
