@@ -135,7 +135,10 @@ pub enum Error {
         folder: PathBuf,
     },
     /// The machine does not have the memory.
-    #[error("{what} needs {needed} bytes of memory, but only {available} are free: use a smaller one, or free some")]
+    #[error(
+        "{what} needs {needed} bytes of memory, which this process cannot get: {available} are free on the machine, and its own limit \
+         (ulimit -v) may be lower; use a smaller one, or free some"
+    )]
     HostMemory {
         /// What was to be stored.
         what: String,

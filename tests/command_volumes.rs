@@ -94,3 +94,46 @@ fn options_that_are_for_files() {
     }
     refused(f, &["info", "photo.dat", "--header-bytes", "-3"], 2, &["-3"]);
 }
+
+/// Bytes of address space: enough for everything but the pictures and volumes of the test below.
+#[cfg(unix)]
+const LITTLE: u64 = 6 << 30;
+
+/// What does not fit into memory is refused before any of it is made: a file of 100 GB (with holes: it takes no place on the disk), a
+/// packed one that says so, a built-in volume, and pictures, drawn and read.
+#[test]
+#[cfg(unix)]
+fn what_memory_does_not_hold_is_refused() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let file = std::fs::File::create(f.join("large_5000x5000x4000_uint8.raw")).unwrap();
+    // Some file systems have no files of that size.
+    if file.set_len(100_000_000_000).is_ok() {
+        refused_within(
+            LITTLE,
+            f,
+            &["info", "large_5000x5000x4000_uint8.raw"],
+            1,
+            &["large_5000", "100000000000 bytes", "smaller"],
+        );
+    } else {
+        eprintln!("the temporary folder takes no file of 100 GB: its part of the test is skipped");
+    }
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+    let zeros = vec![0u8; 1 << 20];
+    (0..64).for_each(|_| packed.write_all(&zeros).unwrap());
+    let member = packed.finish().unwrap();
+    std::fs::write(f.join("bomb_4096x4096x512_uint8.raw.gz"), member.repeat(128)).unwrap();
+    refused_within(LITTLE, f, &["info", "bomb_4096x4096x512_uint8.raw.gz"], 1, &["bomb_4096", "8589934592 bytes"]);
+    for algorithm in ["layered", "raycast"] {
+        let arguments = ["render", "builtin:cube@4", "--size", "16384x16384", "--algorithm", algorithm, "-o", "a.png"];
+        refused_within(LITTLE, f, &arguments, 1, &["a picture of 16384x16384 needs", "ulimit"]);
+    }
+    let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (16384, 16384, 4), }";
+    let mut npy = b"\x93NUMPY\x01\x00".to_vec();
+    npy.extend((header.len() as u16).to_le_bytes());
+    npy.extend(header.bytes());
+    std::fs::write(f.join("huge.npy"), npy).unwrap();
+    refused_within(3 << 30, f, &["compare", "huge.npy", "huge.npy"], 1, &["huge.npy", "4294967296 bytes"]);
+}

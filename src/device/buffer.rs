@@ -26,6 +26,7 @@ impl<T: Copy> Buffer<T> {
             let available = info.largest_buffer_bytes;
             return Err(Error::DeviceMemory { what: what.into(), device: info.name.clone(), needed, available });
         }
+        device.require(what, needed, 0)?;
         // SAFETY: no host pointer is given.
         let memory = unsafe { ClBuffer::create(&device.inner.context, CL_MEM_READ_WRITE, len.max(1), std::ptr::null_mut()) }
             .map_err(|e| not_created(device, what, needed, e))?;
@@ -60,12 +61,17 @@ impl<T: Copy> Buffer<T> {
 
     /// Copies the first values into `values`.
     pub fn read(&self, device: &Device, values: &mut [T]) -> Result<(), Error> {
-        assert!(values.len() <= self.len, "{} values are more than {}", values.len(), self.len);
+        self.read_at(device, 0, values)
+    }
+
+    /// Copies values from the one at `first` on into `values`.
+    pub fn read_at(&self, device: &Device, first: usize, values: &mut [T]) -> Result<(), Error> {
+        assert!(first + values.len() <= self.len, "there are no {} values from {first} on in {}", values.len(), self.len);
         if values.is_empty() {
             return Ok(());
         }
         // SAFETY: the read blocks, so `values` outlives it, and there are as many.
-        unsafe { device.inner.queue.enqueue_read_buffer(&self.memory, CL_BLOCKING, 0, values, &[]) }
+        unsafe { device.inner.queue.enqueue_read_buffer(&self.memory, CL_BLOCKING, first * size_of::<T>(), values, &[]) }
             .map_err(|e| device.error("clEnqueueReadBuffer", e))?;
         Ok(())
     }

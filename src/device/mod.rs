@@ -20,6 +20,7 @@ pub use stopwatch::StageTimes;
 pub use tuning::Tuning;
 
 use crate::error::Error;
+use crate::memory;
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
 use opencl3::kernel::Kernel;
@@ -82,6 +83,13 @@ impl Device {
     /// Bytes of buffers that are allocated at the moment.
     pub fn allocated_bytes(&self) -> u64 {
         self.inner.allocated.load(Ordering::Relaxed)
+    }
+
+    /// Refuses what would not fit: bytes on the device and beside it on the host. A processor has both in one memory; other devices are
+    /// asked when buffers are made.
+    pub(crate) fn require(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
+        let shared = self.inner.info.kind == DeviceKind::Cpu;
+        memory::require(what, if shared { on_device.saturating_add(on_host) } else { on_host })
     }
 
     /// The tuning values in use.

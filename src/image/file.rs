@@ -2,8 +2,9 @@
 
 use super::Frame;
 use crate::error::Error;
+use crate::memory;
 use crate::viewport::Viewport;
-use image::{ExtendedColorType, ImageEncoder, ImageReader, codecs::png::PngEncoder};
+use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader, Limits, codecs::png::PngEncoder};
 use npyz::WriterBuilder;
 use std::io::{self, Write};
 use std::path::Path;
@@ -97,6 +98,9 @@ pub fn read_image(path: &Path) -> Result<Frame, Error> {
     }
 }
 
+/// Bytes per pixel while a PNG becomes floats: its own, at most 16 bits per channel, as floats, and premultiplied.
+const DECODING: u64 = 8 + 16 + 16;
+
 fn read_png(path: &Path) -> Result<Frame, Error> {
     let damaged = |e: image::ImageError| match e {
         image::ImageError::IoError(e) => Error::read(path, e),
@@ -104,8 +108,16 @@ fn read_png(path: &Path) -> Result<Frame, Error> {
     };
     let mut reader = ImageReader::open(path).map_err(|e| Error::read(path, e))?;
     reader.set_format(image::ImageFormat::Png);
-    let picture = reader.decode().map_err(damaged)?.into_rgba32f();
-    let viewport = size_of(path, picture.width(), picture.height())?;
+    // The numbers of a file are as little to be trusted as the machine is to have the memory.
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(memory::available());
+    (limits.max_image_width, limits.max_image_height) = (Some(Viewport::MAX_SIDE), Some(Viewport::MAX_SIDE));
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    let viewport = size_of(path, width, height)?;
+    memory::require(&path.display().to_string(), viewport.pixels() as u64 * DECODING)?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgba32f();
     let premultiplied = |p: &image::Rgba<f32>| [p[0] * p[3], p[1] * p[3], p[2] * p[3], p[3]];
     Ok(Frame::new(viewport, picture.pixels().map(premultiplied).collect()))
 }
@@ -130,6 +142,7 @@ fn read_npy(path: &Path) -> Result<Frame, Error> {
     }
     let side = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
     let viewport = size_of(path, side(width), side(height))?;
+    memory::require(&path.display().to_string(), viewport.pixels() as u64 * 16)?;
     let numbers = array.into_vec::<f32>().map_err(|e| damaged(format!("{e}: it must hold float32")))?;
     let lost = numbers.iter().filter(|n| !n.is_finite()).count();
     if lost > 0 {

@@ -12,6 +12,7 @@ pub use file::{ImageFormat, read_image, write_whole};
 pub use metrics::Comparison;
 
 use crate::error::Error;
+use crate::memory;
 use crate::viewport::Viewport;
 use std::path::Path;
 
@@ -73,9 +74,15 @@ impl Frame {
     pub fn save(&self, path: impl AsRef<Path>, background: Option<Background>) -> Result<(), Error> {
         let path = path.as_ref();
         match ImageFormat::of(path)? {
-            ImageFormat::Png => file::write_png(path, self.viewport, &self.to_rgba8(background.unwrap_or(Background::BLACK))),
+            ImageFormat::Png => {
+                memory::require("the picture to write", self.pixels.len() as u64 * 4)?;
+                file::write_png(path, self.viewport, &self.to_rgba8(background.unwrap_or(Background::BLACK)))
+            }
             ImageFormat::Npy => match background {
-                Some(background) => file::write_npy(path, &self.clone().over(background)),
+                Some(background) => {
+                    memory::require("the picture to write", self.pixels.len() as u64 * 16)?;
+                    file::write_npy(path, &self.clone().over(background))
+                }
                 None => file::write_npy(path, self),
             },
         }

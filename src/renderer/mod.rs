@@ -31,7 +31,7 @@ use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Held, Volume};
 use layered::{PointLayers, SplatLayers};
-use picture::{OntoScreen, Picture, Share};
+use picture::{FLOATS, OntoScreen, Picture, RGBA8, Share};
 use prepared::Prepared;
 use range::LayerRange;
 use rays::MarchedRays;
@@ -127,6 +127,7 @@ impl Renderer {
         let (rays, settings) = self.seen(camera, viewport, settings)?;
         let settings = &settings;
         let plan = Plan::new(&rays, viewport, self.prepared.grid(), settings)?;
+        self.require_room(&plan, viewport, false)?;
         let (drawn, active_samples) = self.draw(View { device: &device, rays: &rays, viewport, settings }, &plan)?;
         let pixels = match drawn {
             Drawn::Lattice(lattice) => {
@@ -152,6 +153,7 @@ impl Renderer {
         let (rays, settings) = self.seen(camera, viewport, settings)?;
         let settings = &settings;
         let plan = Plan::new(&rays, viewport, self.prepared.grid(), settings)?;
+        self.require_room(&plan, viewport, true)?;
         let (drawn, active_samples) = self.draw(View { device: &device, rays: &rays, viewport, settings }, &plan)?;
         let picture = match drawn {
             Drawn::Lattice(lattice) => {
@@ -209,6 +211,23 @@ impl Renderer {
     /// The device as one frame uses it: what that leaves behind, if it fails, no other sees.
     fn frame_device(&self) -> Device {
         if self.measuring { self.device.timed() } else { self.device.clone() }
+    }
+
+    /// Refuses a picture that would not fit into memory, as floats or displayed, before anything of it is made.
+    fn require_room(&self, plan: &Plan, viewport: Viewport, displayed: bool) -> Result<(), Error> {
+        let pixels = viewport.pixels();
+        let [frame, rgba] = self.picture.missing(viewport);
+        let drawn = match plan {
+            Plan::Lattice(lattice, _) if displayed => self.target.missing(lattice.samples()),
+            Plan::Lattice(lattice, _) => self.target.missing(lattice.samples()) + frame,
+            Plan::Shared(parts, _) => {
+                parts.iter().map(|(lattice, _)| self.target.missing(lattice.samples())).max().unwrap_or(0) + frame
+            }
+            _ => self.target.missing(pixels),
+        };
+        let (on_device, on_host) = if displayed { (drawn + rgba, RGBA8) } else { (drawn, FLOATS) };
+        let what = format!("a picture of {}x{}", viewport.width, viewport.height);
+        self.device.require(&what, on_device, on_host * pixels as u64)
     }
 
     /// Draws what is planned; and the samples with opacity of lattices that are not in the target any more.

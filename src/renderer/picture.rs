@@ -9,6 +9,7 @@ use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::{Lattice, Rays};
+use crate::memory;
 use crate::viewport::Viewport;
 
 /// Most places per pixel and axis that are averaged where it covers many voxels.
@@ -63,7 +64,16 @@ impl OntoScreen<'_> {
     }
 }
 
+/// Bytes of a pixel on the host: as floats, and displayed.
+pub(super) const FLOATS: u64 = size_of::<[f32; 4]>() as u64;
+pub(super) const RGBA8: u64 = size_of::<[u8; 4]>() as u64;
+
 impl Picture {
+    /// Bytes that the frame of floats, and the displayed one, still need.
+    pub fn missing(&self, viewport: Viewport) -> [u64; 2] {
+        [self.frame.missing(viewport.pixels()), self.rgba.missing(viewport.pixels())]
+    }
+
     /// Warps a lattice into the frame of floats.
     pub fn warp(&mut self, device: &Device, from: &mut Target, onto: OntoScreen, share: Share) -> Result<(), Error> {
         let (lattice, tiles, active_samples) = from.drawn(device)?;
@@ -131,7 +141,7 @@ fn present(
 }
 
 fn read_picture(device: &Device, rgba: &Buffer<[u8; 4]>, viewport: Viewport) -> Result<Vec<u8>, Error> {
-    let mut picture = vec![[0u8; 4]; viewport.pixels()];
+    let mut picture = memory::zeroed::<[u8; 4]>("the picture", viewport.pixels())?;
     rgba.read(device, &mut picture)?;
     Ok(picture.into_flattened())
 }

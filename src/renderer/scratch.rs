@@ -13,6 +13,12 @@ impl<T> Default for Growing<T> {
 }
 
 impl<T: Copy> Growing<T> {
+    /// Bytes of a buffer of `len` values that would have to be made; 0 if it is there.
+    pub fn missing(&self, len: usize) -> u64 {
+        let there = self.0.as_ref().is_some_and(|b| b.len() >= len);
+        if there { 0 } else { len as u64 * size_of::<T>() as u64 }
+    }
+
     /// The buffer, made anew if it is shorter than `len`. `what` it holds is named if there is not enough memory.
     pub fn at_least(&mut self, device: &Device, len: usize, what: &str) -> Result<&mut Buffer<T>, Error> {
         if self.0.as_ref().is_some_and(|b| b.len() < len) {

@@ -5,6 +5,7 @@ use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, Tuning};
 use crate::error::Error;
 use crate::layers::{Lattice, Phases};
+use crate::memory;
 use crate::viewport::Viewport;
 
 /// Tiles of samples.
@@ -83,6 +84,11 @@ impl Target {
         Ok((self.samples.at_least(device, samples, what)?, active_samples))
     }
 
+    /// Bytes that so many samples still need.
+    pub fn missing(&self, samples: usize) -> u64 {
+        self.samples.missing(samples)
+    }
+
     /// Puts samples where a kernel goes on drawing.
     pub fn fill(&mut self, device: &Device, samples: &[[f32; 4]], what: &str) -> Result<(), Error> {
         let samples: Vec<Float4> = samples.iter().copied().map(Float4).collect();
@@ -105,9 +111,17 @@ impl Target {
     }
 }
 
+/// Samples that are read at a time: floats on the host are not aligned as those of devices.
+const PIECE: usize = 1 << 18;
+
 /// The first `count` samples of a buffer, on the host.
 pub(super) fn read_samples(buffer: &Buffer<Float4>, device: &Device, count: usize) -> Result<Vec<[f32; 4]>, Error> {
-    let mut samples = vec![Float4([0.0; 4]); count];
-    buffer.read(device, &mut samples)?;
-    Ok(samples.into_iter().map(|p| p.0).collect())
+    let mut samples: Vec<[f32; 4]> = memory::zeroed("the picture", count)?;
+    let mut piece = vec![Float4([0.0; 4]); count.min(PIECE)];
+    for (n, samples) in samples.chunks_mut(PIECE).enumerate() {
+        let piece = &mut piece[..samples.len()];
+        buffer.read_at(device, n * PIECE, piece)?;
+        samples.copy_from_slice(bytemuck::cast_slice(piece));
+    }
+    Ok(samples)
 }

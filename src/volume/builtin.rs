@@ -2,6 +2,7 @@
 
 use super::{RawOptions, Volume};
 use crate::error::Error;
+use crate::memory;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -42,6 +43,7 @@ pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume<'stat
         expected: "N or XxYxZ, at least 1 per axis and at most 2^30 voxels",
     })?;
     let grid = options.grid(dims)?;
+    memory::require(&format!("builtin:{source}"), grid.voxel_count() as u64)?;
     Volume::new(format!("builtin:{source}"), grid, sample(dims))?.with_background(0.0)
 }
 

@@ -34,8 +34,25 @@ pub fn names(folder: &Path) -> Vec<String> {
 /// panic, and no file more than before.
 #[track_caller]
 pub fn refused(folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
+    refused_of(|| layersplat(folder, arguments), folder, arguments, code, words);
+}
+
+/// The same with only so much address space.
+#[cfg(unix)]
+#[track_caller]
+pub fn refused_within(bytes: u64, folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
+    let limited = || {
+        let script = format!("ulimit -v {} && exec \"$0\" \"$@\"", bytes / 1024);
+        let mut command = Command::new("sh");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_layersplat")]).args(arguments).current_dir(folder).output().unwrap()
+    };
+    refused_of(limited, folder, arguments, code, words);
+}
+
+#[track_caller]
+fn refused_of(run: impl FnOnce() -> Output, folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
     let before = names(folder);
-    let output = layersplat(folder, arguments);
+    let output = run();
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
     assert!(!message.contains("panicked") && output.stdout.is_empty(), "{arguments:?}: {message}");

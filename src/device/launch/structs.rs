@@ -1,10 +1,11 @@
 //! Structures that kernels take, each written once: here. Their OpenCL definitions come from these and precede every program.
 
 use super::ClType;
+use bytemuck::{Pod, Zeroable};
 
 /// `float4`.
 #[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(crate) struct Float4(pub [f32; 4]);
 
 /// A type of a field, as OpenCL declares it.
