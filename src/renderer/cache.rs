@@ -20,6 +20,9 @@ pub(super) struct Cache {
     /// The last one was used last.
     entries: Vec<Entry>,
     budget: usize,
+    /// How many things were made, ever.
+    #[cfg(test)]
+    pub made: usize,
 }
 
 struct Entry {
@@ -31,7 +34,12 @@ struct Entry {
 impl Cache {
     /// `budget` in bytes. The newest entry stays even if it is larger.
     pub fn new(budget: usize) -> Self {
-        Self { entries: Vec::new(), budget }
+        Self {
+            entries: Vec::new(),
+            budget,
+            #[cfg(test)]
+            made: 0,
+        }
     }
 
     /// What was made for a key.
@@ -45,6 +53,10 @@ impl Cache {
 
     /// Keeps what was made for a key, and forgets what was not used for longest if there is too much.
     pub fn keep<K: Key>(&mut self, key: K, value: K::Value) -> Arc<K::Value> {
+        #[cfg(test)]
+        {
+            self.made += 1;
+        }
         let (bytes, value) = (value.bytes(), Arc::new(value));
         self.entries.push(Entry { key: Box::new(key), value: value.clone(), bytes });
         let mut sum = 0;

@@ -208,6 +208,14 @@ impl VoxelBuffer {
         Ok(voxels)
     }
 
+    /// Layers of bytes, `stride` bytes apart.
+    #[cfg(test)]
+    pub fn with_gaps<'a>(device: &Device, layers: impl ExactSizeIterator<Item = &'a [u8]>, stride: usize) -> Result<Self, Error> {
+        let mut voxels = Self::new(device, layers.len() * stride, VoxelType::Uint8, "a volume with gaps")?;
+        layers.enumerate().try_for_each(|(n, layer)| voxels.bytes.write_at(device, n * stride, layer))?;
+        Ok(voxels)
+    }
+
     /// Their type.
     pub fn voxel_type(&self) -> VoxelType {
         self.voxel_type

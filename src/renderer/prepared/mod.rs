@@ -256,3 +256,111 @@ fn local(axis: Axis, dims: [usize; 3]) -> [usize; 3] {
     let frame = axis.frame();
     [frame.u, frame.v, frame.a].map(|i| dims[i])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Renderer, View};
+    use super::*;
+    use crate::camera::{Camera, Orbit};
+    use crate::device::DeviceChoice;
+    use crate::layers::Interpolation;
+    use crate::settings::{Algorithm, Quality, Settings};
+    use crate::viewport::Viewport;
+    use crate::volume::{RawOptions, Volume};
+    use glam::DVec3;
+
+    /// And two views, of different layer axes.
+    fn renderer() -> (Renderer, [Camera; 2], Viewport) {
+        let device = Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
+        let volume = Volume::open("builtin:hydrogen@24", &RawOptions::default()).unwrap();
+        let transfer = TransferFunction::builtin("fire", &volume).unwrap();
+        let viewport = Viewport::new(40, 32).unwrap();
+        let camera = |azimuth| {
+            let orbit = Orbit { azimuth, elevation: 10.0, roll: 0.0 };
+            Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit)
+        };
+        (Renderer::new(&device, &volume, &transfer).unwrap(), [20.0, 80.0].map(camera), viewport)
+    }
+
+    /// Dragging in `draft` and letting go in `high`, lit and unlit, from several sides, again and again.
+    #[test]
+    fn what_was_made_once_is_not_made_again() {
+        let (mut renderer, cameras, viewport) = renderer();
+        let unlit = |settings: Settings| Settings { shading: None, ..settings };
+        let drag = |renderer: &mut Renderer| {
+            for settings in [Quality::Draft.settings(), Quality::High.settings(), unlit(Quality::Draft.settings())] {
+                for camera in cameras {
+                    renderer.render(&camera, viewport, &settings).unwrap();
+                }
+            }
+        };
+        drag(&mut renderer);
+        let made = renderer.prepared.cache.made;
+        assert!(made > 4, "tables, integrals and blocks are made");
+        (0..3).for_each(|_| drag(&mut renderer));
+        assert_eq!(renderer.prepared.cache.made, made);
+        renderer.set_transfer_function(&renderer.transfer_function().clone());
+        drag(&mut renderer);
+        assert_eq!(renderer.prepared.cache.made, made, "the same transfer function again is no other");
+    }
+
+    /// Layers so far apart that the distance from one to another in bytes is more than an int counts: rays gather the same voxels there.
+    #[test]
+    fn voxels_far_apart() {
+        /// Rows that a layer would have; 6 layers of it are 2.3 GB, which are never touched but for the few rows that there are.
+        const ROWS: usize = 42_000_000;
+        const DIMS: [usize; 3] = [9, 8, 6];
+        let device = Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
+        let bytes: Vec<u8> = (0..DIMS.iter().product()).map(|n: usize| (n * 37 % 251) as u8).collect();
+        let grid = Grid::new(DIMS, DVec3::ONE).unwrap();
+        let volume = Volume::new("far", grid, bytes.as_slice()).unwrap();
+        let transfer = TransferFunction::builtin("fire", &volume).unwrap();
+        let viewport = Viewport::new(24, 20).unwrap();
+        // Across the layers, so that the rays of a vector are in several.
+        let orbit = Orbit { azimuth: 85.0, elevation: 8.0, roll: 70.0 };
+        let camera = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+        let mut renderer = Renderer::new(&device, &volume, &transfer).unwrap();
+        let raycast = |interpolation| Algorithm::Raycast { interpolation, step: 0.3 };
+        let algorithms = [
+            Algorithm::Slicing { step: 0.5 },
+            raycast(Interpolation::Trilinear),
+            raycast(Interpolation::Tricubic),
+            raycast(Interpolation::Gaussian),
+        ];
+        let frames = |renderer: &mut Renderer| {
+            algorithms.map(|algorithm| renderer.render(&camera, viewport, &algorithm.into()).unwrap().0)
+        };
+        let near = frames(&mut renderer);
+        assert!(near.iter().all(|frame| frame.pixels().iter().any(|p| p[3] > 0.1)));
+        let layer = DIMS[0] * DIMS[1];
+        match VoxelBuffer::with_gaps(&device, bytes.chunks(layer), DIMS[0] * ROWS) {
+            Ok(voxels) => renderer.prepared.voxels = Arc::new(voxels),
+            Err(e) => return eprintln!("SKIPPED: this device has no room for voxels far apart: {e}"),
+        }
+        assert!(renderer.prepared.voxels.kind().far);
+        // Layers of so many rows lie where those of the buffer do; min-max blocks are kept from before.
+        renderer.prepared.held_dims[1] = ROWS;
+        assert!(frames(&mut renderer) == near, "voxels far apart are other ones");
+    }
+
+    /// A frame that was started and never came to its report.
+    #[test]
+    fn a_failed_frame_leaves_nothing_to_the_next() {
+        let (mut renderer, [camera, _], viewport) = renderer();
+        renderer.measure(true);
+        let settings = Settings::default();
+        renderer.render(&camera, viewport, &settings).unwrap();
+        let stages = |renderer: &mut Renderer| -> Vec<&str> {
+            let measured = renderer.render(&camera, viewport, &settings).unwrap().1.measured.unwrap();
+            measured.stages.into_iter().map(|(stage, _)| stage).collect()
+        };
+        let alone = stages(&mut renderer);
+        let cast = Algorithm::Slicing { step: 0.5 }.into();
+        let device = renderer.frame_device();
+        let (rays, cast) = renderer.seen(&camera, viewport, &cast).unwrap();
+        let plan = super::super::Plan::new(&rays, viewport, renderer.prepared.grid(), &cast).unwrap();
+        renderer.draw(View { device: &device, rays: &rays, viewport, settings: &cast }, &plan).unwrap();
+        assert_eq!(stages(&mut renderer), alone);
+        assert_ne!(device.stage_times().unwrap().first().map(|(stage, _)| *stage), None, "the failed one was timed itself");
+    }
+}
