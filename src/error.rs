@@ -134,6 +134,16 @@ pub enum Error {
         /// The folder.
         folder: PathBuf,
     },
+    /// A file's name does not tell what it holds, or tells it wrongly.
+    #[error("{path}: {problem}: name it NAME_XxYxZ_TYPE.raw, or give {field}", path = path.display())]
+    Unnamed {
+        /// The file.
+        path: PathBuf,
+        /// What can be given instead.
+        field: &'static str,
+        /// What is wrong with the name.
+        problem: String,
+    },
     /// The machine does not have the memory.
     #[error(
         "{what} needs {needed} bytes of memory, which this process cannot get: {available} are free on the machine, and its own limit \
@@ -204,7 +214,7 @@ impl Error {
     /// The fields or arguments that are at fault, by their names in this crate: for those who give them other names.
     pub fn fields(&self) -> &[&'static str] {
         match self {
-            Error::Settings { field, .. } => std::slice::from_ref(field),
+            Error::Settings { field, .. } | Error::Unnamed { field, .. } => std::slice::from_ref(field),
             Error::OutOfRange { name, .. } => std::slice::from_ref(name),
             Error::UnknownName { what, .. } => std::slice::from_ref(what),
             Error::FileSize { .. } => &["dims", "voxel_type", "header_bytes"],

@@ -163,4 +163,13 @@ inline uint shown(const realv *color, int count) {
 }
 
 // Ends a lattice's rays as `p` says: raw, or resolved to colours. Returns how many show anything, where others were before.
-#define END_RAYS(p, sample, table, gathered, interval, count, stride, out, total)                                          if ((p).raw) {                                                                                                             store_raw(gathered, count, stride, out);                                                                           } else {                                                                                                                   realv color[4];                                                                                                        resolve(&(sample), table, gathered, interval, color);                                                                  store_colors(color, count, stride, out);                                                                               if ((p).continues)                                                                                                         total += shown(color, count);                                                                                  }
+#define END_RAYS(p, sample, table, gathered, interval, count, stride, out, total) \
+    if ((p).raw) {                                                                \
+        store_raw(gathered, count, stride, out);                                  \
+    } else {                                                                      \
+        realv color[4];                                                           \
+        resolve(&(sample), table, gathered, interval, color);                     \
+        store_colors(color, count, stride, out);                                  \
+        if ((p).continues)                                                        \
+            total += shown(color, count);                                         \
+    }

@@ -44,20 +44,17 @@ impl Format for Raw {
         let named = stem(path);
         let (named_dims, named_type) = named.as_ref().map_or((None, None), |(stem, _)| parse_name(stem));
         let zipped = named.is_some_and(|(_, zipped)| zipped);
-        let dims = options.dims.or(named_dims).ok_or_else(|| {
-            Error::volume(path, "the name does not tell the dimensions: name it NAME_XxYxZ_TYPE.raw, or give --dims XxYxZ")
-        })?;
+        let unnamed = |field, problem: &str| Error::Unnamed { path: path.into(), field, problem: problem.into() };
+        let dims = options.dims.or(named_dims);
+        let dims = dims.ok_or_else(|| unnamed("dims", "the name does not tell the dimensions"))?;
         let scalar = match (options.voxel_type, named_type) {
             (Some(t), _) => t,
             (None, Some(Ok(t))) => t,
-            (None, Some(Err(e))) => return Err(Error::volume(path, format!("{e}, or give --type"))),
-            (None, None) => {
-                let problem = "the name does not tell the voxel type: name it NAME_XxYxZ_TYPE.raw, or give --type";
-                return Err(Error::volume(path, problem));
-            }
+            (None, Some(Err(e))) => return Err(unnamed("voxel_type", &e)),
+            (None, None) => return Err(unnamed("voxel_type", "the name does not tell the voxel type")),
         };
         let grid = options.grid(dims).map_err(|e| match (options.dims, &e) {
-            (None, Error::OutOfRange { name: "dims", .. }) => Error::volume(path, format!("{e}: rename it, or give --dims")),
+            (None, Error::OutOfRange { name: "dims", .. }) => unnamed("dims", &e.to_string()),
             _ => e,
         })?;
         let header = Header { grid, scalar, endian: options.endian.unwrap_or_default(), rescale: Rescale::default() };
@@ -228,8 +225,9 @@ impl VolumeFile for Zipped {
     }
 }
 
-/// Dimensions and type from `NAME_XxYxZ_TYPE`, as far as it tells them.
+/// Dimensions and type from `NAME_XxYxZ_TYPE`, in letters of any case, as far as it tells them.
 fn parse_name(stem: &str) -> (Option<[usize; 3]>, Option<Result<ScalarType, String>>) {
+    let stem = stem.to_ascii_lowercase();
     let parts: Vec<&str> = stem.split('_').collect();
     let found = parts.iter().rposition(|part| parse_dims(part).is_some());
     match found {
