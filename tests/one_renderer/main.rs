@@ -38,7 +38,7 @@ impl Kept {
         let (camera, size, settings) = (scene.camera(&self.volume), scene.size, &scene.settings);
         let mut fresh = Renderer::new(&device(), &self.volume, transfer).unwrap();
         self.renderer.set_transfer_function(transfer);
-        let measuring = [self.random.next() % 2 == 0, self.random.next() % 2 == 0];
+        let measuring = [self.random.next().is_multiple_of(2), self.random.next().is_multiple_of(2)];
         self.renderer.measure(measuring[0]);
         fresh.measure(measuring[1]);
         let expected = fresh.render(&camera, size, settings);
@@ -136,7 +136,7 @@ fn walk(volume: Volume<'static>, seed: u64) {
     for _ in 0..60 {
         let before = scene;
         for _ in 0..1 + random.next() % 4 {
-            if random.next() % 4 == 0 {
+            if random.next().is_multiple_of(4) {
                 scene.settings.algorithm = ALGORITHMS[random.next() as usize % ALGORITHMS.len()];
             }
             CHANGES[random.next() as usize % CHANGES.len()](&mut scene, &mut random);
