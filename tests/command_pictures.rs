@@ -31,6 +31,9 @@ fn decoded(path: &Path) -> Vec<u8> {
     image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).into_rgba8().into_raw()
 }
 
+/// A camera that fits, by where it stands.
+type Fitted<'a> = &'a dyn Fn(Orbit) -> Camera;
+
 /// How large the picture of a camera is: half its height, or how far the eye is.
 fn reach(camera: &Camera) -> f64 {
     match camera.projection {
@@ -52,7 +55,7 @@ fn each_frame_of_a_turn_is_seen_from_its_own_side() {
     let (centre, diagonal) = (volume.grid().centre(), volume.grid().diagonal());
     let framing = Framing::visible(&volume, &transfer, None);
     let around = Fixed { centre: Some(framing.centre()), ..Fixed::default() };
-    let views: [(&str, [f64; 3], &dyn Fn(Orbit) -> Camera); 3] = [
+    let views: [(&str, [f64; 3], Fitted); 3] = [
         ("--azimuth 30 --elevation -10 --roll 15 --fit volume", [30.0, -10.0, 15.0], &|orbit| {
             Camera::fit_parallel(centre, diagonal, size, orbit)
         }),
