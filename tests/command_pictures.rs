@@ -1,0 +1,209 @@
+//! The command and its pictures: turns, comparisons, and files that cannot be written to their end.
+
+mod common;
+
+use common::command::*;
+use common::{device, random_bytes, scaled, viewport};
+use layersplat::framing::{Fixed, Framing};
+use layersplat::{Background, Camera, Orbit, Projection, RawOptions, Renderer, Settings, TransferFunction, Volume};
+use std::io::Write;
+use std::path::Path;
+use std::process::Command;
+
+const DIMS: [usize; 3] = [14, 12, 10];
+const NAME: &str = "plain_14x12x10_uint8.raw";
+
+/// A volume without any symmetry.
+fn write_volume(folder: &Path) -> Volume<'static> {
+    std::fs::write(folder.join(NAME), random_bytes(DIMS, 7)).unwrap();
+    Volume::open(folder.join(NAME), &RawOptions::default()).unwrap()
+}
+
+fn words(text: &str) -> Vec<&str> {
+    text.split_whitespace().collect()
+}
+
+fn run(folder: &Path, arguments: &str) -> Option<i32> {
+    layersplat(folder, &words(arguments)).status.code()
+}
+
+fn decoded(path: &Path) -> Vec<u8> {
+    image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).into_rgba8().into_raw()
+}
+
+/// A camera that fits, by where it stands.
+type Fitted<'a> = &'a dyn Fn(Orbit) -> Camera;
+
+/// How large the picture of a camera is: half its height, or how far the eye is.
+fn reach(camera: &Camera) -> f64 {
+    match camera.projection {
+        Projection::Parallel { scale } => scale,
+        Projection::Perspective { .. } => camera.position.distance(camera.focal_point),
+    }
+}
+
+/// Frame k of n is the picture from azimuth + 360°·k/n, of what all of them are fitted to.
+#[test]
+fn each_frame_of_a_turn_is_seen_from_its_own_side() {
+    const FRAMES: usize = 4;
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let volume = write_volume(f);
+    let transfer = TransferFunction::builtin("fire", &volume).unwrap();
+    let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
+    let size = viewport(36, 28);
+    let (centre, diagonal) = (volume.grid().centre(), volume.grid().diagonal());
+    let framing = Framing::visible(&volume, &transfer, None);
+    let around = Fixed { centre: Some(framing.centre()), ..Fixed::default() };
+    let views: [(&str, [f64; 3], Fitted); 3] = [
+        ("--azimuth 30 --elevation -10 --roll 15 --fit volume", [30.0, -10.0, 15.0], &|orbit| {
+            Camera::fit_parallel(centre, diagonal, size, orbit)
+        }),
+        // From 20° above, if nothing else is said.
+        ("--azimuth -50", [-50.0, 20.0, 0.0], &|orbit| framing.parallel(orbit, size, around)),
+        ("--elevation 0 --perspective 40", [0.0; 3], &|orbit| framing.perspective(orbit, size, 40.0, around)),
+    ];
+    for (arguments, [azimuth, elevation, roll], camera) in views {
+        let turn = format!("rotate {NAME} --frames {FRAMES} --size 36x28 --transfer fire -o turn {arguments}");
+        assert_eq!(run(f, &turn), Some(0), "{arguments}");
+        let side = |k: usize| Orbit { azimuth: azimuth + 90.0 * k as f64, elevation, roll };
+        let cameras: Vec<Camera> = (0..FRAMES).map(|k| camera(side(k))).collect();
+        // One size for all: that of the frame that needs most.
+        let largest = cameras.iter().map(reach).fold(0.0, f64::max);
+        let mut shown: Vec<Vec<u8>> = Vec::new();
+        for (k, camera) in cameras.into_iter().enumerate() {
+            let camera = match camera.projection {
+                Projection::Parallel { .. } => scaled(camera, largest),
+                Projection::Perspective { .. } => {
+                    let to_eye = (camera.position - camera.focal_point).normalize();
+                    Camera { position: camera.focal_point + to_eye * largest, ..camera }
+                }
+            };
+            let (frame, _) = renderer.render(&camera, size, &Settings::default()).unwrap();
+            let found = decoded(&f.join(format!("turn/frame_{k:04}.png")));
+            assert!(found == frame.to_rgba8(Background::BLACK), "{arguments}: frame {k} is another picture");
+            assert!(!shown.contains(&found), "{arguments}: frame {k} is one of those before");
+            shown.push(found);
+        }
+    }
+    assert_eq!(names(&f.join("turn")).len(), FRAMES);
+}
+
+/// Limits that a picture just keeps, and just does not.
+#[test]
+fn comparisons_succeed_and_fail_where_they_must() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    write_volume(f);
+    for (name, azimuth) in [("a.npy", "0"), ("b.npy", "10")] {
+        json(f, &["render", NAME, "--size", "20x16", "--transfer", "fire", "-o", name, "--azimuth", azimuth]);
+    }
+    for same in ["compare a.npy a.npy --min-psnr 1000", "compare b.npy b.npy --max-difference 0 --min-psnr 1000"] {
+        assert_eq!(run(f, same), Some(0), "{same}");
+    }
+    let found = json(f, &["compare", "a.npy", "b.npy"]);
+    let (psnr, difference) = (found["psnr"].as_f64().unwrap(), found["max_difference"].as_f64().unwrap());
+    assert!((3.0..60.0).contains(&psnr) && (0.01..1.0).contains(&difference), "{found}");
+    // By hand: red, green and blue of all pixels, against a white of 1.
+    let [a, b] = ["a.npy", "b.npy"].map(|name| layersplat::image::read_image(&f.join(name)).unwrap());
+    let pairs = a.pixels().iter().zip(b.pixels());
+    let errors: Vec<f64> = pairs.flat_map(|(p, q)| [0, 1, 2].map(|c| (f64::from(p[c]) - f64::from(q[c])).powi(2))).collect();
+    let by_hand = -10.0 * (errors.iter().sum::<f64>() / errors.len() as f64).log10();
+    assert!((psnr - by_hand).abs() < 1e-9, "{psnr}, not {by_hand}");
+    for (limits, code) in [
+        (format!("--min-psnr {psnr}"), 0),
+        (format!("--min-psnr {}", psnr + 1e-6), 1),
+        (format!("--max-difference {difference}"), 0),
+        (format!("--max-difference {}", difference - 1e-6), 1),
+        // Either one is enough to fail.
+        (format!("--max-difference {difference} --min-psnr {}", psnr + 1e-6), 1),
+        (format!("--max-difference {} --min-psnr {psnr}", difference - 1e-6), 1),
+    ] {
+        assert_eq!(run(f, &format!("compare a.npy b.npy {limits}")), Some(code), "{limits}");
+    }
+}
+
+/// gzip files may be written in pieces, one after the other; a header may end in the middle of one.
+#[test]
+fn gzip_files_of_several_members() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    write_volume(f);
+    let bytes = random_bytes(DIMS, 7);
+    let zipped = |bytes: &[u8]| {
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    };
+    let pieces: Vec<Vec<u8>> = [&bytes[..1], &[], &bytes[1..700], &bytes[700..]].map(zipped).into();
+    std::fs::write(f.join("pieces_14x12x10_uint8.raw.gz"), pieces.concat()).unwrap();
+    let with_header: Vec<Vec<u8>> =
+        [&[9; 20][..], &[[9; 5].as_slice(), &bytes[..300]].concat(), &bytes[300..]].map(zipped).into();
+    std::fs::write(f.join("header_14x12x10_uint8.raw.gz"), with_header.concat()).unwrap();
+    let picture = |volume: &str| {
+        let render = format!("render {volume} --size 24x20 --transfer fire -o a.npy");
+        assert_eq!(run(f, &render), Some(0), "{volume}");
+        std::fs::read(f.join("a.npy")).unwrap()
+    };
+    let expected = picture(NAME);
+    assert!(picture("pieces_14x12x10_uint8.raw.gz") == expected, "pieces");
+    assert!(picture("header_14x12x10_uint8.raw.gz --header-bytes 25") == expected, "a header");
+    // A piece that is missing is missed, and one too many is too.
+    for (name, pieces) in [("less", pieces[..3].concat()), ("more", [pieces.concat(), pieces[0].clone()].concat())] {
+        let name = format!("{name}_14x12x10_uint8.raw.gz");
+        std::fs::write(f.join(&name), pieces).unwrap();
+        refused(f, &["render", &name, "-o", "b.npy"], 1, &["1680"]);
+    }
+}
+
+/// What a writer does before it fails.
+#[test]
+fn a_write_that_fails_leaves_the_old_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("old.npy");
+    std::fs::write(&path, "old").unwrap();
+    let written = layersplat::image::write_whole(&path, |out| {
+        out.write_all(&[1; 100_000])?;
+        Err(std::io::Error::other("the disk is full"))
+    });
+    assert!(written.unwrap_err().to_string().contains("old.npy"));
+    let panicked = std::panic::catch_unwind(|| {
+        layersplat::image::write_whole(&path, |out| {
+            out.write_all(&[1; 100_000])?;
+            panic!("of this test");
+        })
+    });
+    assert!(panicked.is_err());
+    assert_eq!((names(folder.path()), std::fs::read(&path).unwrap()), (vec!["old.npy".to_owned()], b"old".to_vec()));
+    layersplat::image::write_whole(&path, |out| out.write_all(b"new")).unwrap();
+    assert_eq!((names(folder.path()), std::fs::read(&path).unwrap()), (vec!["old.npy".to_owned()], b"new".to_vec()));
+}
+
+/// The same of the command, by a limit on the size of files.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_picture_that_does_not_fit_leaves_the_old_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    write_volume(f);
+    let render = |script: &str, azimuth: &str, output: &str| {
+        let script = format!("{script} exec \"$0\" render {NAME} --size 700x500 --transfer fire --azimuth {azimuth} -o {output}");
+        Command::new("sh").current_dir(f).args(["-c", &script, env!("CARGO_BIN_EXE_layersplat")]).output().unwrap()
+    };
+    assert!(render("", "0", "a.npy").status.success());
+    let old = std::fs::read(f.join("a.npy")).unwrap();
+    let before = names(f);
+    // 4000 of the shell's blocks, of 512 bytes or of 1024, hold any kernel, but not the 5 600 000 bytes of the picture. A process that
+    // does not ignore the signal of the limit would be ended by it.
+    let limited = "trap '' XFSZ; ulimit -f 4000;";
+    for output in ["a.npy", "b.npy"] {
+        let done = render(limited, "40", output);
+        let message = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(1), "{message}");
+        assert!(message.contains(output) && message.contains("too large"), "{message}");
+        assert_eq!(names(f), before, "{output}");
+        assert!(std::fs::read(f.join("a.npy")).unwrap() == old, "{output}: the old picture was touched");
+    }
+    assert!(render("", "40", "a.npy").status.success());
+    assert!(std::fs::read(f.join("a.npy")).unwrap() != old, "the same picture from another side");
+}

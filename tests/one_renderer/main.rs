@@ -1,0 +1,188 @@
+//! One renderer, whatever it drew before: each frame is that of a fresh one, bit for bit. What is kept from frame to frame must be
+//! kept by all that it depends on.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod scene;
+
+use common::*;
+use glam::DVec3;
+use layersplat::renderer::{FrameReport, LatticePicture, Measured};
+use layersplat::settings::{Blend, LayerAxis, Layered};
+use layersplat::volume::{Rescale, Voxels};
+use layersplat::{Axis, Background, Error, Renderer, Settings, TransferFunction, Volume};
+use scene::{ALGORITHMS, CHANGES, Scene};
+
+/// A renderer that lives on, and what it shows.
+struct Kept {
+    volume: Volume<'static>,
+    transfers: [TransferFunction; 3],
+    renderer: Renderer,
+    random: Random,
+    drawn: usize,
+    seen: usize,
+    refused: usize,
+}
+
+impl Kept {
+    fn new(volume: Volume<'static>, seed: u64) -> Self {
+        let smooth = smooth_transfer();
+        let transfers = [step_transfer(110.0, 0.3), smooth.faded(0.4).unwrap(), smooth];
+        let renderer = Renderer::new(&device(), &volume, &transfers[0]).unwrap();
+        Self { volume, transfers, renderer, random: Random(seed), drawn: 0, seen: 0, refused: 0 }
+    }
+
+    /// Draws a scene with the renderer that lives on and with a fresh one.
+    fn step(&mut self, scene: &Scene) {
+        let transfer = &self.transfers[scene.transfer];
+        let (camera, size, settings) = (scene.camera(&self.volume), scene.size, &scene.settings);
+        let mut fresh = Renderer::new(&device(), &self.volume, transfer).unwrap();
+        self.renderer.set_transfer_function(transfer);
+        let measuring = [self.random.next().is_multiple_of(2), self.random.next().is_multiple_of(2)];
+        self.renderer.measure(measuring[0]);
+        fresh.measure(measuring[1]);
+        let expected = fresh.render(&camera, size, settings);
+        // One picture in four is taken in another way.
+        let way = self.random.next() % 8;
+        if let Ok((frame, _)) = &expected {
+            self.drawn += 1;
+            self.seen += usize::from(largest_opacity(frame) > 0.02);
+        }
+        let what = || format!("frame {}, {scene:?}", self.drawn);
+        match (way, expected) {
+            (0, Ok((frame, report))) => {
+                let background = Background::Color([0.2, 0.5, 0.9]);
+                let (bytes, told) = self.renderer.render_rgba8(&camera, size, settings, background).expect("as the fresh one");
+                assert!(bytes == frame.to_rgba8(background), "{}: 8 bits of another picture", what());
+                same_reports(&what(), &told, &report);
+            }
+            (1, Ok(_)) => {
+                let kept = self.renderer.lattice_picture(&camera, size, settings).expect("as the fresh one");
+                let expected = fresh.lattice_picture(&camera, size, settings).unwrap();
+                let samples = |picture: Option<LatticePicture>| picture.map(|p| (p.size, p.samples));
+                assert!(samples(kept) == samples(expected), "{}: another lattice", what());
+            }
+            (_, Ok((frame, report))) => {
+                let (found, told) = self.renderer.render(&camera, size, settings).expect("as the fresh one");
+                assert!(found == frame, "{}: off by {}", what(), compare(&found, &frame).max_difference);
+                same_reports(&what(), &told, &report);
+            }
+            (_, Err(expected)) => {
+                let refused: Error = self.renderer.render(&camera, size, settings).expect_err(&what());
+                assert_eq!(refused.to_string(), expected.to_string());
+                self.refused += 1;
+            }
+        }
+    }
+}
+
+/// Times differ; what was counted does not, where both were asked.
+#[track_caller]
+fn same_reports(what: &str, a: &FrameReport, b: &FrameReport) {
+    assert_eq!(a.lattice, b.lattice, "{what}");
+    if let (Some(a), Some(b)) = (&a.measured, &b.measured) {
+        assert_eq!(a.active_samples, b.active_samples, "{what}: samples");
+        let stages = |measured: &Measured| -> Vec<&str> { measured.stages.iter().map(|&(stage, _)| stage).collect() };
+        // A fresh renderer has more to prepare, and `present` makes 8 bits; no stage of an earlier frame may be left over.
+        let stray: Vec<&str> = stages(a).into_iter().filter(|stage| *stage != "present" && !stages(b).contains(stage)).collect();
+        assert!(stray.is_empty(), "{what}: {stray:?}, not in {:?}", stages(b));
+    }
+}
+
+fn bytes_volume() -> Volume<'static> {
+    random_volume([17, 14, 12], DVec3::new(1.0, 1.3, 0.8), 11)
+}
+
+/// Stored with a slope below 0, so that larger values are smaller numbers, and far from 0.
+fn reversed_volume() -> Volume<'static> {
+    let numbers = random_bytes([13, 16, 11], 12).into_iter().map(|b| 3000 - 4 * i16::from(b)).collect();
+    let volume = volume([13, 16, 11], DVec3::new(0.9, 0.7, 1.2), Voxels::Int16(numbers));
+    volume.with_rescale(Rescale::new(-0.25, 750.0).unwrap()).with_background(0.0).unwrap()
+}
+
+/// Most frames must show something.
+fn shown(kept: &Kept, least: usize) {
+    let Kept { drawn, seen, .. } = kept;
+    assert!(*seen >= least && *seen * 5 > *drawn * 4, "{seen} of {drawn} frames show anything");
+}
+
+/// Whatever is drawn, and whichever one thing is then changed.
+#[test]
+fn each_change_counts_in_each_algorithm() {
+    let mut kept = Kept::new(bytes_volume(), 21);
+    let mut random = Random(22);
+    for algorithm in ALGORITHMS {
+        let mut scene = Scene { settings: algorithm.into(), ..Scene::default() };
+        for change in CHANGES {
+            let before = scene;
+            change(&mut scene, &mut random);
+            let refused = kept.refused;
+            kept.step(&scene);
+            if kept.refused > refused {
+                // As if nothing had been asked.
+                scene = before;
+                kept.step(&scene);
+            }
+        }
+    }
+    shown(&kept, ALGORITHMS.len() * CHANGES.len() * 3 / 4);
+}
+
+/// Several things change at once, in any order.
+fn walk(volume: Volume<'static>, seed: u64) {
+    let mut kept = Kept::new(volume, seed);
+    let mut random = Random(seed + 1);
+    let mut scene = Scene::default();
+    for _ in 0..60 {
+        let before = scene;
+        for _ in 0..1 + random.next() % 4 {
+            if random.next().is_multiple_of(4) {
+                scene.settings.algorithm = ALGORITHMS[random.next() as usize % ALGORITHMS.len()];
+            }
+            CHANGES[random.next() as usize % CHANGES.len()](&mut scene, &mut random);
+        }
+        let refused = kept.refused;
+        kept.step(&scene);
+        if kept.refused > refused {
+            scene = before;
+        }
+    }
+    shown(&kept, 35);
+}
+
+#[test]
+fn a_walk_through_bytes() {
+    walk(bytes_volume(), 31);
+}
+
+#[test]
+fn a_walk_through_rescaled_numbers() {
+    walk(reversed_volume(), 41);
+}
+
+/// Each kind of refusal between two frames.
+#[test]
+fn what_is_refused_leaves_nothing_behind() {
+    let mut kept = Kept::new(bytes_volume(), 51);
+    let default = Settings::default();
+    let axis = LayerAxis::Forced(Axis::X);
+    let refusals = [
+        Settings { unit_distance: Some(0.0), ..default },
+        Settings { blend: Blend::Iso(f64::NAN), ..default },
+        Settings { blend: Blend::Maximum, algorithm: ALGORITHMS[5], ..default },
+        // Found out when the view is planned.
+        Settings::from(Layered { layer_axis: axis, ..layered(default) }),
+        Settings::from(layersplat::settings::Algorithm::AxisSheets { layer_axis: axis }),
+    ];
+    for algorithm in ALGORITHMS {
+        let scene = Scene { settings: algorithm.into(), ..Scene::default() };
+        kept.step(&scene);
+        for settings in refusals {
+            // Along z: the x axis is out of reach.
+            let refused = kept.refused;
+            kept.step(&Scene { settings, transfer: 1, orbit: [0.0, 3.0, 0.0], ..scene });
+            assert_eq!(kept.refused, refused + 1, "{settings:?} is not refused");
+        }
+        kept.step(&scene);
+    }
+}

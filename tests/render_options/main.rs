@@ -1,0 +1,160 @@
+//! Every option of `layersplat render`: with it, the command's picture is the library's with the same settings, bit for
+//! bit, and not the one without it.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod rows;
+mod scene;
+
+use common::command::*;
+use common::{compare, device, random_bytes};
+use layersplat::image::read_image;
+use layersplat::{Background, Device, DeviceChoice, Frame};
+use rows::{QUALITIES, Row, SCENES, UNCHANGED};
+use scene::Scene;
+use std::path::Path;
+use std::sync::OnceLock;
+use tempfile::TempDir;
+
+/// Least largest difference that an option must make to its picture.
+const TELLING: f64 = 0.002;
+/// And whether opaque tiles stop: where 1/4096 passes.
+const TELLING_TERMINATION: f64 = 1e-6;
+
+const VOLUME: &str = "plain_14x12x10_uint8.raw";
+const WIDE_VOLUME: &str = "wide_14x12x10_uint16.raw";
+/// The same without its last slice.
+const SLICE_LESS: &str = "less_14x12x9_uint8.raw";
+/// Bytes of a slice.
+const HEADER: u64 = 14 * 12;
+/// First and last colour of a preset: red, green and blue are three numbers.
+const SECOND: [[f64; 3]; 2] = [[1.0, 0.5, 0.0], [0.25, 0.75, 0.875]];
+
+/// The files that the table names, written once.
+fn folder() -> &'static Path {
+    static FOLDER: OnceLock<TempDir> = OnceLock::new();
+    let made = FOLDER.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+        let bytes = random_bytes([14, 12, 10], 7);
+        write(VOLUME, &bytes);
+        write(SLICE_LESS, &bytes[..bytes.len() - HEADER as usize]);
+        // The lower byte counts in the other byte order.
+        let wide: Vec<u8> = bytes.iter().enumerate().flat_map(|(n, &b)| [(n * 37 % 251) as u8, b]).collect();
+        write(WIDE_VOLUME, &wide);
+        let [[r, g, b], [s, h, c]] = SECOND;
+        let presets = format!(
+            r#"[{{"Name": "first", "RGBPoints": [0,0.1,0.9,0.5, 255,0.7,0.2,1], "Points": [0,0,0.5,0, 255,0.4,0.5,0]}},
+                {{"Name": "second", "RGBPoints": [20,{r},{g},{b}, 200,{s},{h},{c}], "Points": [60,0,0.5,0, 180,0.8,0.5,0]}}]"#
+        );
+        write("two.json", presets.as_bytes());
+        folder
+    });
+    made.path()
+}
+
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split_whitespace()
+}
+
+/// The command's picture.
+fn rendered(scene: &Scene, arguments: &str) -> Frame {
+    let output = tempfile::Builder::new().suffix(".npy").tempfile_in(folder()).unwrap();
+    let mut all = vec!["render"];
+    // The default volume is the one that need not be named.
+    all.extend(Some(scene.source).filter(|&source| source != "builtin:hydrogen"));
+    all.extend(["-o", output.path().to_str().unwrap()]);
+    for (option, default) in [("--size", "36x28"), ("--transfer", "fire")] {
+        if !words(arguments).any(|word| word == option) {
+            all.extend([option, default]);
+        }
+    }
+    all.extend(words(arguments));
+    let done = layersplat(folder(), &all);
+    assert!(done.status.success(), "{arguments}: {}", String::from_utf8_lossy(&done.stderr));
+    read_image(output.path()).unwrap()
+}
+
+/// Asserts what the table says.
+fn check(rows: &[Row]) {
+    for Row { option, beside: (others, before), given: (given, change) } in rows {
+        let mut scene = Scene::default();
+        before(&mut scene);
+        let without = scene.frame(folder());
+        change(&mut scene);
+        let with = scene.frame(folder());
+        // A later --transfer would be refused, not taken instead of the first.
+        let others = if words(others).next() == Some(option) && *option != "--clip" { "" } else { others };
+        let found = rendered(&scene, &format!("{others} {given}"));
+        assert!(found == with, "{others} {given}: not the library's picture");
+        if with.width() == without.width() {
+            let telling = if *option == "--early-termination" { TELLING_TERMINATION } else { TELLING };
+            let difference = compare(&with, &without).max_difference;
+            assert!(difference > telling, "{others} {given}: differs by {difference} only from the picture without {option}");
+        }
+    }
+}
+
+#[test]
+fn volumes_transfer_functions_and_cameras() {
+    check(SCENES);
+}
+
+#[test]
+fn qualities_and_algorithms() {
+    let (half, others) = QUALITIES.split_at(QUALITIES.len() / 2);
+    // Two commands at a time: most of each one's time is its start.
+    std::thread::scope(|scope| {
+        scope.spawn(|| check(half));
+        check(others);
+    });
+}
+
+/// A new option needs a row.
+#[test]
+fn the_table_has_every_option() {
+    let help = String::from_utf8(layersplat(folder(), &["render", "--help"]).stdout).unwrap();
+    let listed = help.lines().map(str::trim_start).filter(|line| line.starts_with('-'));
+    let listed = listed.map(|line| words(line).find_map(|word| word.strip_prefix("--")).expect("a long name"));
+    let mut listed: Vec<String> = listed.map(|name| format!("--{name}")).collect();
+    assert!(help.contains("[VOLUME]") && listed.len() > 30, "{help}");
+    listed.push("VOLUME".into());
+    let mut rows: Vec<&str> = SCENES.iter().chain(QUALITIES).map(|row| row.option).collect();
+    rows.extend(UNCHANGED.iter().map(|&(option, _)| option));
+    listed.sort();
+    rows.sort_unstable();
+    rows.dedup();
+    assert_eq!(listed, rows);
+}
+
+/// Without any option: the automatic transfer function, on opaque black, under the default name.
+#[test]
+fn the_default_picture() {
+    let place = tempfile::tempdir().unwrap();
+    let volume = folder().join(VOLUME);
+    let done = layersplat(place.path(), &["render", volume.to_str().unwrap()]);
+    assert!(done.status.success() && names(place.path()) == ["layersplat.png"]);
+    let picture = image::open(place.path().join("layersplat.png")).unwrap().into_rgba8();
+    let scene = Scene { transfer: scene::Transfer::Automatic, size: common::viewport(512, 512), ..Scene::default() };
+    let expected = scene.frame(folder()).to_rgba8(Background::BLACK);
+    assert!(picture.as_raw()[..] == expected[..], "not the library's picture");
+}
+
+/// What a report says, and that asking for it changes no picture; nor does naming the device that is the default.
+#[test]
+fn reports_and_devices() {
+    let scene = Scene::default();
+    let plain = scene.frame(folder());
+    let own = device().info().index.to_string();
+    assert!(rendered(&scene, &format!("--device {own}")) == plain && rendered(&scene, "--json") == plain);
+    for info in Device::list().unwrap() {
+        let report = json(folder(), &["render", VOLUME, "--size", "8x8", "-o", "d.npy", "--device", &info.index.to_string()]);
+        assert_eq!(report["device"].as_str(), Some(info.name.as_str()));
+        assert_eq!((&report["output"], &report["width"]), (&"d.npy".into(), &8.into()));
+        // Part of a name, in other letters.
+        let part = info.name.to_uppercase();
+        let named = Device::open(&DeviceChoice::Named(part.clone())).unwrap();
+        let report = json(folder(), &["render", VOLUME, "--size", "8x8", "-o", "d.npy", "--device", &part]);
+        assert_eq!(report["device"].as_str(), Some(named.info().name.as_str()));
+    }
+}

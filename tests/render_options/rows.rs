@@ -1,0 +1,240 @@
+//! The table: each option of `layersplat render`, and what it is to do.
+
+use crate::scene::{Scene, Transfer};
+use crate::{HEADER, SECOND, common::*};
+use glam::DVec3;
+use layersplat::layers::{Axis, Interpolation};
+use layersplat::settings::{
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Quality,
+};
+use layersplat::transfer::Extinction;
+use layersplat::volume::{Endian, ScalarType};
+use layersplat::{Background, Correction, Density, Settings, TransferFunction};
+
+/// An option, with what it cannot be without.
+pub struct Row {
+    /// As it stands in the help.
+    pub option: &'static str,
+    /// Other arguments, and what these do.
+    pub beside: (&'static str, fn(&mut Scene)),
+    /// The option with its value, and what it does.
+    pub given: (&'static str, fn(&mut Scene)),
+}
+
+/// A row without other arguments.
+const fn row(option: &'static str, given: &'static str, change: fn(&mut Scene)) -> Row {
+    beside("", |_| (), option, given, change)
+}
+
+const fn beside(
+    others: &'static str,
+    before: fn(&mut Scene),
+    option: &'static str,
+    given: &'static str,
+    change: fn(&mut Scene),
+) -> Row {
+    Row { option, beside: (others, before), given: (given, change) }
+}
+
+/// Which volume, through what, from where.
+pub const SCENES: &[Row] = &[
+    row("VOLUME", "", |s| s.source = "builtin:marschner-lobb@12"),
+    beside("", |s| s.source = "builtin:cube@64", "VOLUME", "", |s| s.source = "builtin:hydrogen"),
+    row("--dims", "--dims 10x12x14", |s| s.raw.dims = Some([10, 12, 14])),
+    row("--type", "--type int8", |s| s.raw.voxel_type = Some(ScalarType::Int8)),
+    row("--spacing", "--spacing 1,2.5,0.75", |s| s.raw.spacing = Some(DVec3::new(1.0, 2.5, 0.75))),
+    beside("", |s| s.source = crate::WIDE_VOLUME, "--endian", "--endian big", |s| s.raw.endian = Some(Endian::Big)),
+    // A slice less, at the beginning instead of the end.
+    beside(
+        "--dims 14x12x9",
+        |s| s.source = crate::SLICE_LESS,
+        "--header-bytes",
+        "--header-bytes 168",
+        |s| (s.source, s.raw.dims, s.raw.header_bytes) = (crate::VOLUME, Some([14, 12, 9]), Some(HEADER)),
+    ),
+    row("--background-value", "--background-value 120.5", |s| s.background_value = Some(120.5)),
+    row("--background-value", "--background-value -60", |s| s.background_value = Some(-60.0)),
+    row("--transfer", "--transfer viridis", |s| s.transfer = Transfer::Named("viridis")),
+    row("--transfer", "--transfer two.json#second", |s| s.transfer = Transfer::Made(second)),
+    beside(
+        "--transfer two.json",
+        |s| s.transfer = Transfer::Made(first),
+        "--transfer",
+        "--transfer two.json#second",
+        |s| s.transfer = Transfer::Made(second),
+    ),
+    row("--transfer-range", "--transfer-range -20,140", |s| s.transfer_range = Some((-20.0, 140.0))),
+    row("--azimuth", "--azimuth 35", |s| s.orbit.azimuth = 35.0),
+    row("--elevation", "--elevation -25", |s| s.orbit.elevation = -25.0),
+    row("--roll", "--roll 40", |s| s.orbit.roll = 40.0),
+    row("--fit", "--fit volume", |s| s.whole = true),
+    row("--parallel-scale", "--parallel-scale 4.5", |s| s.fixed.scale = Some(4.5)),
+    row("--perspective", "--perspective 50", |s| s.field_of_view = Some(50.0)),
+    beside(
+        "--perspective 50",
+        |s| s.field_of_view = Some(50.0),
+        "--distance",
+        "--distance 30",
+        |s| {
+            s.fixed.distance = Some(30.0);
+        },
+    ),
+    beside("--perspective 50 --fit volume", of_all_in_perspective, "--distance", "--distance 30", |s| {
+        s.fixed.distance = Some(30.0);
+    }),
+    beside("--fit volume", |s| s.whole = true, "--parallel-scale", "--parallel-scale 4.5", |s| s.fixed.scale = Some(4.5)),
+    beside("--fit volume", |s| s.whole = true, "--center", "--center 9,-1,5.5", |s| s.fixed.centre = Some(CENTRE)),
+    row("--center", "--center 9,-1,5.5", |s| s.fixed.centre = Some(CENTRE)),
+    row("--size", "--size 20x44", |s| s.size = viewport(20, 44)),
+    row("--background", "--background #204060", |s| s.background = "#204060".parse().ok()),
+    row("--background", "--background 1,0,0.5", |s| s.background = Some(Background::Color([1.0, 0.0, 0.5]))),
+];
+
+/// How it is drawn.
+pub const QUALITIES: &[Row] = &[
+    row("--algorithm", "--algorithm axis-sheets", |s| {
+        s.settings.algorithm = Algorithm::AxisSheets { layer_axis: LayerAxis::Auto };
+    }),
+    row("--algorithm", "--algorithm view-sheets", view_sheets),
+    row("--algorithm", "--algorithm slicing", slicing),
+    row("--algorithm", "--algorithm raycast", raycast),
+    beside("--algorithm view-sheets", view_sheets, "--sheet-distance", "--sheet-distance 0.5", |s| {
+        s.settings.algorithm = Algorithm::ViewSheets { sheet_distance: 0.5 };
+    }),
+    beside("--algorithm slicing", slicing, "--step", "--step 2", |s| s.settings.algorithm = Algorithm::Slicing { step: 2.0 }),
+    beside("--algorithm raycast", raycast, "--step", "--step 2", |s| {
+        s.settings.algorithm = Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 2.0 };
+    }),
+    beside("--algorithm raycast", raycast, "--interpolation", "--interpolation tricubic", |s| {
+        s.settings.algorithm = Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.5 };
+    }),
+    beside("--algorithm raycast", raycast, "--interpolation", "--interpolation gaussian", |s| {
+        s.settings.algorithm = Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 0.5 };
+    }),
+    row("--quality", "--quality draft", |s| s.settings = Quality::Draft.settings()),
+    row("--quality", "--quality high", |s| s.settings = Quality::High.settings()),
+    row("--quality", "--quality paper", |s| s.settings = Quality::Paper.settings()),
+    row("--classification", "--classification post", |s| s.layered(|l| l.classification = SPLATTED)),
+    row("--correction", "--correction none", |s| s.layered(|l| l.classification = Classification::Post(Correction::None))),
+    beside("--classification post", post, "--correction", "--correction constant", |s| {
+        s.layered(|l| l.classification = Classification::Post(Correction::Constant));
+    }),
+    beside("--quality draft --classification post", draft_splats, "--correction", "--correction sublayers", post),
+    row("--sublayers", "--sublayers 3", |s| {
+        s.layered(|l| l.classification = Classification::Preintegrated { samples_per_layer: 3 });
+    }),
+    beside("--classification post", post, "--sublayers", "--sublayers 5", |s| {
+        s.layered(|l| l.classification = Classification::Post(Correction::SubLayers(5)));
+    }),
+    row("--extinction", "--extinction linear", |s| s.settings.extinction = Extinction::Linear),
+    row("--shading", "--shading off", |s| s.settings.shading = None),
+    row("--lattice", "--lattice direct", |s| s.layered(|l| l.evaluation = Evaluation::Direct)),
+    row("--lattice", "--lattice 1", |s| s.layered(|l| l.evaluation = Evaluation::Lattice(Density::Fixed(1)))),
+    beside("--lattice direct --classification post", direct_splats, "--footprints", "--footprints set", |s| {
+        s.layered(|l| l.footprints = Footprints::Set);
+    }),
+    beside(
+        "--azimuth 40",
+        |s| s.orbit.azimuth = 40.0,
+        "--layer-axis",
+        "--layer-axis x",
+        |s| {
+            s.layered(|l| l.layer_axis = LayerAxis::Forced(Axis::X));
+        },
+    ),
+    row("--unit-distance", "--unit-distance 3", |s| s.settings.unit_distance = Some(3.0)),
+    // Ten units to a voxel's distance are opaque.
+    beside(
+        "--unit-distance 0.1",
+        |s| s.settings.unit_distance = Some(0.1),
+        "--early-termination",
+        "--early-termination off",
+        |s| s.settings.early_termination = false,
+    ),
+    row("--blend", "--blend maximum", |s| s.settings.blend = Blend::Maximum),
+    row("--blend", "--blend minimum", |s| s.settings.blend = Blend::Minimum),
+    row("--blend", "--blend average", |s| s.settings.blend = Blend::Average),
+    row("--blend", "--blend iso --iso 130", |s| s.settings.blend = Blend::Iso(130.0)),
+    // An iso-surface has no value of its own: two are told apart.
+    beside(
+        "--blend iso",
+        |s| s.settings.blend = Blend::Iso(130.0),
+        "--iso",
+        "--iso 90.5",
+        |s| {
+            s.settings.blend = Blend::Iso(90.5);
+        },
+    ),
+    row("--crop", "--crop 2:9.5,:6,3:", |s| {
+        let (lowest, highest) = (DVec3::new(2.0, f64::NEG_INFINITY, 3.0), DVec3::new(9.5, 6.0, f64::INFINITY));
+        s.settings.clipping.crop = Some(CropBox { lowest, highest });
+    }),
+    row("--clip", "--clip 6,5,4,1,-2,-0.5", |s| s.settings.clipping = Clipping::default().with_planes([plane()])),
+    beside(
+        "--clip 6,5,4,1,-2,-0.5",
+        |s| s.settings.clipping = Clipping::default().with_planes([plane()]),
+        "--clip",
+        "--clip 4,3,4,-1,0,0.25",
+        |s| {
+            let second = ClipPlane { point: DVec3::new(4.0, 3.0, 4.0), normal: DVec3::new(-1.0, 0.0, 0.25) };
+            s.settings.clipping = Clipping::default().with_planes([plane(), second]);
+        },
+    ),
+];
+
+/// Options that can change no picture, with the reason.
+pub const UNCHANGED: &[(&str, &str)] = &[
+    ("--device", "every device shows the same; that it is the one asked for is asserted by its own test"),
+    ("--output", "says where the picture goes; a test of its own looks there"),
+    ("--json", "says what is printed; a test of its own reads it"),
+    ("--help", "prints, and renders nothing"),
+    ("--version", "prints, and renders nothing"),
+];
+
+const CENTRE: DVec3 = DVec3::new(9.0, -1.0, 5.5);
+
+fn of_all_in_perspective(s: &mut Scene) {
+    (s.whole, s.field_of_view) = (true, Some(50.0));
+}
+
+fn view_sheets(s: &mut Scene) {
+    s.settings.algorithm = Algorithm::ViewSheets { sheet_distance: 1.0 };
+}
+
+fn slicing(s: &mut Scene) {
+    s.settings.algorithm = Algorithm::Slicing { step: 1.0 };
+}
+
+fn raycast(s: &mut Scene) {
+    s.settings.algorithm = Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 0.5 };
+}
+
+/// Two sub-layers: that of the default quality.
+fn post(s: &mut Scene) {
+    s.layered(|l| l.classification = SPLATTED);
+}
+
+fn draft_splats(s: &mut Scene) {
+    s.settings = Settings::from(Quality::Draft.layered());
+    s.layered(|l| l.classification = Classification::Post(Correction::Constant));
+}
+
+fn direct_splats(s: &mut Scene) {
+    s.layered(|l| (l.evaluation, l.classification) = (Evaluation::Direct, SPLATTED));
+}
+
+fn plane() -> ClipPlane {
+    ClipPlane { point: DVec3::new(6.0, 5.0, 4.0), normal: DVec3::new(1.0, -2.0, -0.5) }
+}
+
+/// What the first preset of the file says.
+fn first() -> TransferFunction {
+    TransferFunction::new("first", vec![(0.0, [0.1, 0.9, 0.5]), (255.0, [0.7, 0.2, 1.0])], vec![(0.0, 0.0), (255.0, 0.4)])
+        .unwrap()
+}
+
+/// And the second one.
+fn second() -> TransferFunction {
+    let [from, to] = SECOND;
+    TransferFunction::new("second", vec![(20.0, from), (200.0, to)], vec![(60.0, 0.0), (180.0, 0.8)]).unwrap()
+}

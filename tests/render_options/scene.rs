@@ -1,0 +1,126 @@
+//! What `layersplat render` is to show, made with the library alone.
+
+use crate::common::*;
+use glam::DVec3;
+use layersplat::framing::{Fixed, Framing};
+use layersplat::settings::{Blend, Layered};
+use layersplat::{
+    Background, Camera, Frame, Orbit, Projection, RawOptions, Renderer, Settings, TransferFunction, Viewport, Volume,
+};
+use std::path::Path;
+
+/// Where the transfer function comes from.
+#[derive(Clone, Copy)]
+pub enum Transfer {
+    /// From the histogram.
+    Automatic,
+    /// One of the built-in ones, stretched onto a volume.
+    Named(&'static str),
+    /// Written down.
+    Made(fn() -> TransferFunction),
+}
+
+/// All that decides about a picture; `Scene::default()` is what the command's own defaults are to be, but for a small picture, a
+/// small volume and a transfer function that shows something of it.
+#[derive(Clone)]
+pub struct Scene {
+    /// A file, or `builtin:NAME`.
+    pub source: &'static str,
+    pub raw: RawOptions,
+    pub background_value: Option<f64>,
+    pub transfer: Transfer,
+    pub transfer_range: Option<(f64, f64)>,
+    pub orbit: Orbit,
+    /// Whether the whole volume fits, from all sides, instead of what is visible.
+    pub whole: bool,
+    pub fixed: Fixed,
+    pub field_of_view: Option<f64>,
+    pub size: Viewport,
+    pub settings: Settings,
+    pub background: Option<Background>,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            source: crate::VOLUME,
+            raw: RawOptions::default(),
+            background_value: None,
+            transfer: Transfer::Named("fire"),
+            transfer_range: None,
+            orbit: Orbit::default(),
+            whole: false,
+            fixed: Fixed::default(),
+            field_of_view: None,
+            size: viewport(36, 28),
+            settings: Settings::default(),
+            background: None,
+        }
+    }
+}
+
+impl Scene {
+    /// Changes the choices of layered rendering.
+    pub fn layered(&mut self, change: impl FnOnce(&mut Layered)) {
+        let mut own = layered(self.settings);
+        change(&mut own);
+        self.settings.algorithm = own.into();
+    }
+
+    /// The picture; files are in a folder.
+    pub fn frame(&self, folder: &Path) -> Frame {
+        let place = if self.source.starts_with("builtin:") { self.source.into() } else { folder.join(self.source) };
+        let mut volume = Volume::open(place, &self.raw).unwrap();
+        if let Some(value) = self.background_value {
+            volume = volume.with_background(value).unwrap();
+        }
+        let mut transfer = match self.transfer {
+            Transfer::Automatic => TransferFunction::automatic(&volume),
+            Transfer::Named(name) => TransferFunction::builtin(name, &volume).unwrap(),
+            Transfer::Made(make) => make(),
+        };
+        if let Some((lo, hi)) = self.transfer_range {
+            transfer = transfer.stretched(lo, hi).unwrap();
+        }
+        let camera = self.camera(&volume, &transfer);
+        let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
+        let (frame, _) = renderer.render(&camera, self.size, &self.settings).unwrap();
+        match self.background {
+            Some(background) => frame.over(background),
+            None => frame,
+        }
+    }
+
+    fn camera(&self, volume: &Volume, transfer: &TransferFunction) -> Camera {
+        if self.whole {
+            return self.camera_of_all(volume);
+        }
+        let mut framing = match self.settings.blend {
+            Blend::Composite => Framing::visible(volume, transfer, self.settings.unit_distance),
+            Blend::Iso(value) => Framing::iso(volume, value),
+            _ => Framing::whole(volume),
+        };
+        if let Some(crop) = self.settings.clipping.crop {
+            framing = framing.cropped(volume.grid(), crop.lowest, crop.highest);
+        }
+        match self.field_of_view {
+            Some(field_of_view) => framing.perspective(self.orbit, self.size, field_of_view, self.fixed),
+            None => framing.parallel(self.orbit, self.size, self.fixed),
+        }
+    }
+
+    fn camera_of_all(&self, volume: &Volume) -> Camera {
+        let grid = volume.grid();
+        let centre: DVec3 = self.fixed.centre.unwrap_or_else(|| grid.centre());
+        match (self.field_of_view, self.fixed) {
+            (Some(field_of_view), Fixed { distance: Some(distance), .. }) => {
+                Camera::orbit(centre, distance, self.orbit, Projection::Perspective { field_of_view })
+            }
+            (Some(field_of_view), _) => Camera::fit_perspective(centre, grid.diagonal(), field_of_view, self.size, self.orbit),
+            (None, Fixed { scale: Some(scale), .. }) => {
+                Camera::orbit(centre, grid.diagonal(), self.orbit, Projection::Parallel { scale })
+            }
+            (None, _) => Camera::fit_parallel(centre, grid.diagonal(), self.size, self.orbit),
+        }
+    }
+}
