@@ -33,6 +33,9 @@ pub const OTHERS: [Algorithm; 7] = [
     Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 0.6 },
 ];
 
+/// Ray casting in steps of 1/16: the integral on the device.
+pub const CONVERGED: Algorithm = Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.0625 };
+
 thread_local! {
     static DEVICE: Device = {
         let choice = std::env::var("LAYERSPLAT_DEVICE").map_or(DeviceChoice::Default, DeviceChoice::Named);
@@ -198,4 +201,9 @@ pub fn data_set(name: &str) -> (Volume<'static>, TransferFunction) {
     let volume = Volume::open(file.to_str().unwrap(), &layersplat::RawOptions::default()).unwrap();
     let transfer = TransferFunction::from_file(&folder.join("../transfer").join(format!("{name}.json")), None).unwrap();
     (volume, transfer)
+}
+
+/// The skull, whose voxels are farther apart along one axis.
+pub fn skull() -> (Volume<'static>, TransferFunction) {
+    real("cranium_ct_256x256x108_int16.raw.gz", Some(DVec3::new(0.957, 0.957, 1.5)), Some("cranium_ct_int16.json"))
 }
