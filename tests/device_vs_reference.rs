@@ -13,9 +13,6 @@ use layersplat::transfer::Extinction;
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Renderer, Settings, TransferFunction, Viewport, Volume};
 
-/// Per sample the table's nearest entry is off by half an entry of 4096, the highlight's logarithms by 1e-4; tens of
-/// samples add up. One step of an 8-bit picture is 4e-3.
-const DEVICE_TOLERANCE: f64 = 2e-3;
 /// Eight quadrature nodes stand for the footprint integral: up to 0.25 % of the value range per splat sum at |s| = 1,
 /// more at |s| = 2.
 const QUADRATURE_TOLERANCE: f64 = 1.5e-2;

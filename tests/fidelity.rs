@@ -135,7 +135,7 @@ const BUILT_IN: [(&str, [[f64; 14]; 4]); 2] = [
 fn every_way_reaches_what_was_measured_on_built_in_volumes() {
     let size = viewport(128, 128);
     for (name, measured) in BUILT_IN {
-        let volume = Volume::open(&format!("builtin:{name}"), &RawOptions::default()).unwrap();
+        let volume = Volume::open(format!("builtin:{name}"), &RawOptions::default()).unwrap();
         let cameras = [parallel(&volume, size, 72.0, 20.0), perspective(&volume, 72.0, 20.0, 30.0)];
         let views = cameras.into_iter().flat_map(|camera| [(camera, None), (camera, Some(Shading::default()))]);
         for ((camera, shading), measured) in views.zip(measured) {

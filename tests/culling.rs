@@ -1,0 +1,112 @@
+//! Culling: it never changes a bit of a picture, and it saves work.
+
+mod common;
+
+use common::*;
+use glam::DVec3;
+use layersplat::settings::{Evaluation, Layered};
+use layersplat::volume::Voxels;
+use layersplat::{Settings, TransferFunction, Volume};
+
+/// A splat that no voxel within three of it makes visible can still weigh a thousandth in a sample that others do.
+const SPLATS_LEFT_OUT: f64 = 1e-3;
+
+/// A mostly empty volume of 0 and 255, seen where only values between are visible: interpolated values between two
+/// invisible voxels.
+fn between() -> (Volume<'static>, TransferFunction) {
+    let dims = [70, 41, 53];
+    let mut random = Random(5);
+    let mut bytes = vec![0u8; dims.iter().product()];
+    for _ in 0..60 {
+        let at = random.next() as usize % bytes.len();
+        bytes[at] = 255;
+    }
+    let opacities = vec![(0.0, 0.0), (60.0, 0.0), (120.0, 0.8), (200.0, 0.0), (255.0, 0.0)];
+    let transfer = TransferFunction::new("between", vec![(0.0, [1.0, 0.8, 0.6])], opacities).unwrap();
+    (volume(dims, DVec3::ONE, Voxels::Uint8(bytes)), transfer)
+}
+
+/// A thick ball of 255 in 0, of which a narrow band of values between shows: invisible voxels inside and out.
+fn shell() -> (Volume<'static>, TransferFunction) {
+    let n = 40;
+    let inside = |i: usize| {
+        let p = DVec3::new((i % n) as f64, (i / n % n) as f64, (i / n / n) as f64) - DVec3::splat(n as f64 / 2.0);
+        p.length() < 14.3
+    };
+    let bytes = (0..n * n * n).map(|i| if inside(i) { 255 } else { 0 }).collect();
+    let opacities = vec![(0.0, 0.0), (110.0, 0.0), (128.0, 0.7), (146.0, 0.0), (255.0, 0.0)];
+    let transfer = TransferFunction::new("shell", vec![(0.0, [1.0, 0.8, 0.6])], opacities).unwrap();
+    (volume([n; 3], DVec3::ONE, Voxels::Uint8(bytes)), transfer)
+}
+
+#[test]
+fn culling_never_changes_a_bit() {
+    let fog =
+        TransferFunction::new("fog", vec![(0.0, [1.0; 3])], vec![(0.0, 0.02), (10.0, 0.0), (250.0, 0.0), (255.0, 0.5)]).unwrap();
+    let random = random_volume([45, 30, 37], DVec3::new(1.0, 1.5, 0.8), 6);
+    let size = viewport(64, 64);
+    for (volume, transfer) in [between(), shell(), (between().0, fog), (random, smooth_transfer())] {
+        for (azimuth, elevation) in [(0.0, 0.0), (45.0, 0.0), (30.0, 20.0), (100.0, -40.0), (10.0, 80.0)] {
+            let views = [
+                parallel(&volume, size, azimuth, elevation),
+                perspective(&volume, azimuth, elevation, 30.0),
+                perspective(&volume, azimuth, elevation, 90.0),
+                perspective(&volume, azimuth, elevation, 150.0),
+            ];
+            for camera in views {
+                for settings in evaluations() {
+                    let culled = render(&volume, &transfer, &camera, size, &settings);
+                    let whole = render(&volume, &transfer, &camera, size, &Settings { culling: false, ..settings });
+                    let name = settings.algorithm.name();
+                    // What sheets leave out may weigh a little; everything else is exact.
+                    let limit = if name == "view-sheets" { SPLATS_LEFT_OUT } else { 0.0 };
+                    let difference = compare(&culled, &whole).max_difference;
+                    assert!(difference <= limit, "{azimuth}, {elevation}, {name}: {difference}");
+                    // What is visible only between voxels, classification before splatting does not see, and single samples
+                    // jump over.
+                    let sees_all = name != "axis-sheets" && !(name == "layered" && layered(settings).classification == SPLATTED);
+                    let seen = largest_opacity(&culled) > 0.01 || !sees_all;
+                    assert!(seen, "{azimuth}, {elevation}, {name}, {:?}: the picture is empty", camera.projection);
+                }
+            }
+        }
+    }
+}
+
+/// A flat volume far from zero with one higher voxel, and edges of opacity just above the flat value.
+#[test]
+fn culling_survives_rounding_and_the_footprint_set() {
+    use layersplat::settings::Footprints;
+    let size = viewport(64, 64);
+    let dims = [24; 3];
+    let mut seen: f32 = 0.0;
+    for (flat, peak) in [(100u16, 255u16), (60_000, 65_535)] {
+        let mut values = vec![flat; 24 * 24 * 24];
+        values[12 * 24 * 24 + 11 * 24 + 13] = peak;
+        let volume = volume(dims, DVec3::ONE, Voxels::Uint16(values));
+        for edge in [0.01, 0.1, 0.3, 0.5] {
+            let edge = f64::from(flat) + edge;
+            let opacities = vec![(0.0, 0.0), (edge, 0.0), (edge + 2.0, 0.5), (65_535.0, 0.5)];
+            let transfer = TransferFunction::new("edge", vec![(0.0, [1.0; 3])], opacities).unwrap();
+            let unshaded = Settings { shading: None, early_termination: false, ..Settings::default() };
+            let direct = Settings {
+                algorithm: Layered { classification: SPLATTED, evaluation: Evaluation::Direct, ..layered(unshaded) }.into(),
+                ..unshaded
+            };
+            let set = Settings { algorithm: Layered { footprints: Footprints::Set, ..layered(direct) }.into(), ..direct };
+            for settings in [
+                direct,
+                set,
+                unshaded,
+                Settings { algorithm: Layered { evaluation: Evaluation::Direct, ..layered(unshaded) }.into(), ..unshaded },
+            ] {
+                let camera = parallel(&volume, size, 45.0, 35.0);
+                let culled = render(&volume, &transfer, &camera, size, &settings);
+                let whole = render(&volume, &transfer, &camera, size, &Settings { culling: false, ..settings });
+                assert!(culled == whole, "{flat}, {edge}, {:?}: {:?}", layered(settings).footprints, compare(&culled, &whole));
+                seen = seen.max(largest_opacity(&whole));
+            }
+        }
+    }
+    assert!(seen > 0.1);
+}
