@@ -187,7 +187,7 @@ fn culling_knows_the_gaussians_reach_and_error() {
 /// How many times longer the whole takes, at least, where a small block is to be seen: 11 to 40 times are measured.
 const LEAST_GAIN: f64 = 4.0;
 /// The shortest of so many frames counts: other programs lengthen some.
-const TRIES: usize = 4;
+const TRIES: usize = 3;
 
 #[test]
 fn culling_saves_work() {
@@ -195,7 +195,7 @@ fn culling_saves_work() {
     let is_inside = |i: usize| [i % n, i / n % n, i / n / n].iter().all(|c| (60..68).contains(c));
     let values = (0..n * n * n).map(|i| if is_inside(i) { 200 } else { 0 }).collect();
     let volume = volume([n; 3], DVec3::ONE, Voxels::Uint8(values));
-    let size = viewport(128, 128);
+    let size = viewport(96, 96);
     let camera = parallel(&volume, size, 30.0, 20.0);
     // Sheets splat what is visible alone, culled or not.
     for settings in evaluations().into_iter().filter(|s| !s.algorithm.name().ends_with("sheets")) {
