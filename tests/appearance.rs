@@ -115,13 +115,11 @@ fn lights_and_turned_grids_are_the_references() {
                 let layered = Layered { classification, evaluation: Evaluation::Direct, ..Layered::default() };
                 let right = Settings { shading: lit(light), early_termination: false, ..layered.into() };
                 let axis = direct_axis(&volume, &camera, size, &right);
-                let reference = |settings: &Settings| {
-                    LayeredReference::new(&volume, &smooth_transfer(), settings).render(&camera, size, axis).unwrap()
-                };
-                let found = render(&volume, &smooth_transfer(), &camera, size, &right);
-                assert_close(&format!("{light:?}, {layered:?}"), &found, &reference(&right), DEVICE_TOLERANCE);
-                let default = Settings { shading: Some(Shading::default()), ..right };
-                let noticed = compare(&found, &reference(&default)).max_difference > 5.0 * DEVICE_TOLERANCE;
+                let expected = LayeredReference::new(&volume, &smooth_transfer(), &right).render(&camera, size, axis).unwrap();
+                let found = |settings: &Settings| render(&volume, &smooth_transfer(), &camera, size, settings);
+                assert_close(&format!("{light:?}, {layered:?}"), &found(&right), &expected, DEVICE_TOLERANCE);
+                let default = found(&Settings { shading: Some(Shading::default()), ..right });
+                let noticed = compare(&default, &expected).max_difference > 5.0 * DEVICE_TOLERANCE;
                 assert!(noticed, "{light:?}: another light must be noticed");
             }
         }
