@@ -72,6 +72,36 @@ fn beer_lambert_through_both_faces_of_the_layer_axis() {
     assert!(cases > 200, "{cases} cases");
 }
 
+/// Sums of weights are right to 1e-6, values thus to 2e-4, of which ten layers see the opacity change by a thousandth in all.
+const WEIGHTS_TOLERANCE: f64 = 1e-3;
+
+/// What is flat keeps its value to six digits, whatever layers it is mixed from: a function that rises from 199.9 to 200.1 sees the
+/// fourth digit of κ.
+#[test]
+fn layers_are_mixed_by_weights_that_sum_up_to_one() {
+    let n = 12;
+    let mut values = vec![200; n * n * n];
+    // Tables end with the largest value: one beyond, far from the rays in the middle.
+    values[0] = 255;
+    let volume = volume([n; 3], DVec3::ONE, Voxels::Uint8(values)).with_background(0.0).unwrap();
+    let steep = vec![(199.9, 0.0), (200.1, 0.1), (255.0, 0.1)];
+    let steep = TransferFunction::new("steep", vec![(0.0, [1.0; 3])], steep).unwrap();
+    for (azimuth, elevation) in [(0.0, 0.0), (-90.0, 0.0), (0.0, 90.0)] {
+        let camera = scaled(parallel(&volume, viewport(33, 33), azimuth, elevation), 1.0);
+        // Slabs into which nothing spills over from the background, in layers.
+        for (correction, layers) in [(Correction::Constant, 10.0), (Correction::SubLayers(2), 11.0)] {
+            for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
+                let classification = Classification::Post(correction);
+                let layered = Layered { classification, evaluation, ..layered(unshaded()) };
+                let found = middle(&volume, &steep, &camera, &Settings { algorithm: layered.into(), ..unshaded() });
+                let expected = (1.0f64 - 0.05).powf(layers);
+                let what = format!("{azimuth}, {elevation}, {layered:?}");
+                assert!((found - expected).abs() < WEIGHTS_TOLERANCE, "{what}: {found} for {expected}");
+            }
+        }
+    }
+}
+
 #[test]
 fn beer_lambert_in_perspective() {
     let volume = cube([24, 24, 12], DVec3::new(1.0, 1.0, 1.5));

@@ -163,11 +163,16 @@ fn culling_knows_the_gaussians_reach_and_error() {
     };
     let above = || opacities(&[(0.0, 0.0), (100.5, 0.0), (102.0, 0.3), (104.0, 0.0), (255.0, 0.0)]);
     let below = || opacities(&[(0.0, 0.0), (98.0, 0.0), (98.5, 0.3), (99.5, 0.0), (255.0, 0.0)]);
+    // Where only the largest sums are, and the smallest.
+    let far_above = || opacities(&[(0.0, 0.0), (103.2, 0.0), (103.6, 0.5), (105.0, 0.0), (255.0, 0.0)]);
+    let far_below = || opacities(&[(0.0, 0.0), (95.0, 0.0), (96.4, 0.5), (96.8, 0.0), (255.0, 0.0)]);
     let faint = || opacities(&[(0.0, 0.0), (1e-3, 1e-3), (0.1, 0.2), (255.0, 0.5)]);
     let algorithm = Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 0.5 };
     let cases = [
         ("above", block(), above()),
         ("below", block(), below()),
+        ("far above", block(), far_above()),
+        ("far below", block(), far_below()),
         ("faint", block(), faint()),
         ("faint threads", between().0, faint()),
         ("above, beside another background", hole(), above()),
