@@ -1,12 +1,13 @@
-//! Closed forms on the device: Beer–Lambert, exact line integrals, one voxel's footprint, the footprint set.
+//! Closed forms on the device: Beer–Lambert, exact line integrals, where rays end.
 
 mod common;
 
 use common::*;
 use glam::DVec3;
-use layersplat::layers::{Axis, Correction, Density, Rays, footprint, nearest_in_set, set_direction};
+use layersplat::layers::{Axis, Correction, Density, Rays};
 use layersplat::reference::Integral;
-use layersplat::settings::{Classification, Evaluation, Footprints, LayerAxis, Layered};
+use layersplat::settings::{Classification, Evaluation, Layered};
+use layersplat::transfer::Extinction;
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Renderer, Settings, TransferFunction, Viewport, Volume};
 
@@ -16,15 +17,6 @@ const FLOAT_TOLERANCE: f64 = 2e-5;
 const INTEGRAL_TOLERANCE: f64 = 5e-4;
 /// The perspective lattice's quadrature: 0.25 % of the values, in an exponent of about 1.
 const QUADRATURE_TOLERANCE: f64 = 3e-3;
-
-fn unshaded() -> Settings {
-    Settings { shading: None, early_termination: false, ..Settings::default() }
-}
-
-/// Homogeneous, in empty space.
-fn cube(dims: [usize; 3], spacing: DVec3) -> Volume<'static> {
-    volume(dims, spacing, Voxels::Uint8(vec![200; dims.iter().product()])).with_background(0.0).unwrap()
-}
 
 /// Transmittance of the picture's middle.
 fn middle(volume: &Volume, transfer: &TransferFunction, camera: &Camera, settings: &Settings) -> f64 {
@@ -80,6 +72,36 @@ fn beer_lambert_through_both_faces_of_the_layer_axis() {
     assert!(cases > 200, "{cases} cases");
 }
 
+/// Sums of weights are right to 1e-6, values thus to 2e-4, of which ten layers see the opacity change by a thousandth in all.
+const WEIGHTS_TOLERANCE: f64 = 1e-3;
+
+/// What is flat keeps its value to six digits, whatever layers it is mixed from: a function that rises from 199.9 to 200.1 sees the
+/// fourth digit of κ.
+#[test]
+fn layers_are_mixed_by_weights_that_sum_up_to_one() {
+    let n = 12;
+    let mut values = vec![200; n * n * n];
+    // Tables end with the largest value: one beyond, far from the rays in the middle.
+    values[0] = 255;
+    let volume = volume([n; 3], DVec3::ONE, Voxels::Uint8(values)).with_background(0.0).unwrap();
+    let steep = vec![(199.9, 0.0), (200.1, 0.1), (255.0, 0.1)];
+    let steep = TransferFunction::new("steep", vec![(0.0, [1.0; 3])], steep).unwrap();
+    for (azimuth, elevation) in [(0.0, 0.0), (-90.0, 0.0), (0.0, 90.0)] {
+        let camera = scaled(parallel(&volume, viewport(33, 33), azimuth, elevation), 1.0);
+        // Slabs into which nothing spills over from the background, in layers.
+        for (correction, layers) in [(Correction::Constant, 10.0), (Correction::SubLayers(2), 11.0)] {
+            for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
+                let classification = Classification::Post(correction);
+                let layered = Layered { classification, evaluation, ..layered(unshaded()) };
+                let found = middle(&volume, &steep, &camera, &Settings { algorithm: layered.into(), ..unshaded() });
+                let expected = (1.0f64 - 0.05).powf(layers);
+                let what = format!("{azimuth}, {elevation}, {layered:?}");
+                assert!((found - expected).abs() < WEIGHTS_TOLERANCE, "{what}: {found} for {expected}");
+            }
+        }
+    }
+}
+
 #[test]
 fn beer_lambert_in_perspective() {
     let volume = cube([24, 24, 12], DVec3::new(1.0, 1.0, 1.5));
@@ -97,6 +119,49 @@ fn beer_lambert_in_perspective() {
             // The warp interpolates between rays of slightly different lengths.
             assert!((found - expected).abs() < 5.0 * FLOAT_TOLERANCE, "{evaluation:?} at {x}, {y}: {found} for {expected}");
         }
+    }
+}
+
+/// Splats of a Gaussian do not sum up to exactly 1.
+const GAUSSIAN_SUM_TOLERANCE: f64 = 0.05;
+
+/// α·Δt of 1.2 to 2.4 per sample is all of the light, and not more than all.
+#[test]
+fn linear_extinction_takes_no_more_light_than_there_is() {
+    let volume = cube([12; 3], DVec3::ONE);
+    for settings in evaluations() {
+        let settings = Settings { extinction: Extinction::Linear, unit_distance: Some(0.25), shading: None, ..settings };
+        for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0)] {
+            let camera = parallel(&volume, viewport(33, 33), azimuth, elevation);
+            let frame = render(&volume, &step_transfer(100.0, 0.6), &camera, viewport(33, 33), &settings);
+            let what = format!("{:?} at {azimuth}, {elevation}", settings.algorithm);
+            let tolerance = if settings.algorithm.name() == "axis-sheets" { GAUSSIAN_SUM_TOLERANCE } else { FLOAT_TOLERANCE };
+            for channel in frame.pixel(16, 16) {
+                assert!((f64::from(channel) - 1.0).abs() <= tolerance, "{what}: {channel} of 1 in the middle");
+            }
+            let most = f64::from(largest_opacity(&frame));
+            assert!(most <= 1.0 + tolerance, "{what}: {most}");
+        }
+    }
+}
+
+/// 3 % of the light is lost per layer.
+const THIN: f64 = 0.03;
+
+/// Rays end at the first sample that leaves less than 1/4096, a number that users rely on, and not before.
+#[test]
+fn early_termination_is_at_one_4096th() {
+    let limit = 1.0 / 4096.0;
+    let volume = cube([8, 8, 300], DVec3::ONE);
+    let camera = scaled(parallel(&volume, viewport(33, 33), 0.0, 0.0), 1.0);
+    for settings in evaluations() {
+        let [left, all] = [true, false].map(|early_termination| {
+            let settings = Settings { early_termination, shading: None, ..settings };
+            middle(&volume, &step_transfer(100.0, THIN), &camera, &settings)
+        });
+        let what = format!("{:?}", settings.algorithm);
+        assert!(all < 0.6 * limit, "{what}: {all} is left without it");
+        assert!(left <= limit && left > (1.0 - 2.0 * THIN) * limit, "{what}: {left} is left, of {limit}");
     }
 }
 
@@ -178,12 +243,6 @@ fn rays_through_side_faces_are_right_to_one_layer() {
     assert!(seen > 200);
 }
 
-/// α = 1 − e^{−cρ}, whose τ is linear in the value, by 512 control points.
-fn linear_extinction(c: f64) -> TransferFunction {
-    let opacities = (0..=512).map(|i| f64::from(i) * 255.0 / 512.0).map(|v| (v, 1.0 - (-c * v).exp())).collect();
-    TransferFunction::new("linear", vec![(0.0, [1.0; 3])], opacities).unwrap()
-}
-
 /// Largest difference in opacity between the lattice or pixels and the exact line integral, over all rays.
 fn line_integral_difference(volume: &Volume, camera: &Camera, size: Viewport, settings: &Settings) -> f64 {
     let transfer = linear_extinction(4e-4);
@@ -257,103 +316,6 @@ fn every_ray_is_the_line_integral_where_extinction_is_linear_in_the_value() {
     );
     let expected = Integral::new(&volume, &transfer, None).render(&camera, size).unwrap();
     assert!(compare(&found, &expected).max_difference > 2.0 * INTEGRAL_TOLERANCE, "a wrong unit distance must be noticed");
-}
-
-#[test]
-fn one_voxel_shows_its_footprint() {
-    let volume = volume([1, 1, 1], DVec3::ONE, Voxels::Uint8(vec![255])).with_background(0.0).unwrap();
-    let transfer = linear_extinction(4e-3);
-    let size = viewport(32, 32);
-    for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0), (80.0, -5.0)] {
-        for evaluation in [Evaluation::Lattice(Density::Fixed(8)), Evaluation::Direct] {
-            let settings = Settings {
-                algorithm: Layered { classification: Classification::Post(Correction::None), evaluation, ..layered(unshaded()) }
-                    .into(),
-                ..unshaded()
-            };
-            let camera = scaled(parallel(&volume, size, azimuth, elevation), 2.0);
-            let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
-            let rays = Rays::new(&camera, size, volume.grid()).unwrap();
-            let frame = Axis::most_parallel(rays.central_direction()).frame();
-            let [su, sv] = frame.shear(rays.central_direction());
-            let dt = DVec3::new(su, sv, 1.0).length();
-            let samples: Vec<_> = match renderer.lattice_picture(&camera, size, &settings).unwrap() {
-                Some(p) => {
-                    (0..p.samples.len()).map(|i| (p.ray(i as u32 % p.size[0], i as u32 / p.size[0]), p.samples[i])).collect()
-                }
-                None => {
-                    let picture = renderer.render(&camera, size, &settings).unwrap().0;
-                    (0..1024)
-                        .map(|i| (rays.at(f64::from(i % 32) + 0.5, f64::from(i / 32) + 0.5), picture.pixel(i % 32, i / 32)))
-                        .collect()
-                }
-            };
-            let mut largest: f64 = 0.0;
-            for (ray, [_, _, _, alpha]) in samples {
-                let o = frame.local(ray.origin);
-                let expected = footprint(o.x - o.z * su, o.y - o.z * sv, su, sv);
-                largest = largest.max(expected);
-                let found = -(1.0 - f64::from(alpha)).ln() / (4e-3 * 255.0 * dt);
-                // Half a table entry is 1/8192 of the range.
-                assert!((found - expected).abs() < 5e-4, "{azimuth}: {found} for {expected}");
-            }
-            assert!(largest > 0.5);
-        }
-    }
-}
-
-/// Floats: the 8-bit images' weights are divided by their sum.
-const SET_SUM_TOLERANCE: f64 = 1e-4;
-
-#[test]
-fn the_set_keeps_what_is_flat() {
-    // Deep inside a homogeneous cube whose extinction is linear in the value, ln T is proportional to the lattice sum.
-    let volume = cube([40, 40, 6], DVec3::ONE);
-    let transfer = linear_extinction(2e-4);
-    let size = viewport(16, 16);
-    let mut largest: f64 = 0.0;
-    for (azimuth, elevation) in [(0.0, 0.0), (3.0, 3.0), (10.0, 25.0), (30.0, 20.0), (44.0, 1.0), (40.0, 30.0), (-20.0, -33.0)] {
-        let camera = scaled(parallel(&volume, size, azimuth, elevation), 2.0);
-        let exact = Settings {
-            algorithm: Layered {
-                evaluation: Evaluation::Direct,
-                classification: Classification::Post(Correction::None),
-                layer_axis: LayerAxis::Forced(Axis::Z),
-                ..layered(unshaded())
-            }
-            .into(),
-            ..unshaded()
-        };
-        let set = Settings { algorithm: Layered { footprints: Footprints::Set, ..layered(exact) }.into(), ..exact };
-        let [a, b] = [exact, set].map(|s| render(&volume, &transfer, &camera, size, &s));
-        for (p, q) in a.pixels().iter().zip(b.pixels()) {
-            largest = largest.max(((1.0 - f64::from(q[3])).ln() / (1.0 - f64::from(p[3])).ln() - 1.0).abs());
-        }
-    }
-    assert!(largest < SET_SUM_TOLERANCE, "{largest}");
-}
-
-#[test]
-fn the_set_is_nearest_and_close() {
-    let size = viewport(40, 40);
-    let volume = random_volume([20, 20, 20], DVec3::ONE, 5);
-    let camera = parallel(&volume, size, 30.0, 20.0);
-    let direct = Settings {
-        algorithm: Layered { classification: SPLATTED, evaluation: Evaluation::Direct, ..Layered::default() }.into(),
-        ..Settings::default()
-    };
-    let [exact, set] = [Footprints::Exact, Footprints::Set].map(|footprints| {
-        render(
-            &volume,
-            &smooth_transfer(),
-            &camera,
-            size,
-            &Settings { algorithm: Layered { footprints, ..layered(direct) }.into(), ..direct },
-        )
-    });
-    let psnr = compare(&exact, &set).psnr.expect("the set differs");
-    assert!((35.0..80.0).contains(&psnr), "{psnr}");
-    assert_eq!(nearest_in_set(set_direction(321)), 321);
 }
 
 #[test]

@@ -3,16 +3,16 @@
 mod common;
 
 use common::*;
-use glam::DVec3;
-use layersplat::layers::{Correction, Density, Rays};
-use layersplat::renderer::Plan;
+use glam::{DMat3, DVec3};
+use layersplat::layers::{Correction, Density, Ray, Rays};
+use layersplat::renderer::{LatticePicture, Plan};
 use layersplat::settings::{Classification, Evaluation, Layered};
-use layersplat::{Camera, RawOptions, Settings, TransferFunction, Volume};
+use layersplat::{Camera, Frame, RawOptions, Renderer, Settings, TransferFunction, Volume};
 
-/// PSNR over RGBA of noise, the hardest case: its finest detail is two voxels, four to six samples.
-const NOISE_PSNR: f64 = 38.0;
-/// PSNR of a smooth volume.
-const SMOOTH_PSNR: f64 = 50.0;
+/// PSNR over RGBA of noise, the hardest case: its finest detail is two voxels, four to six samples. 1 dB below what is measured, here
+/// and of a smooth volume.
+const NOISE_PSNR: f64 = 39.5;
+const SMOOTH_PSNR: f64 = 62.0;
 
 const VIEWS: [(f64, f64); 8] =
     [(0.0, 0.0), (45.0, 0.0), (0.0, 45.0), (30.0, 20.0), (120.0, -35.0), (-100.0, 10.0), (72.0, 70.0), (180.0, 0.0)];
@@ -58,6 +58,9 @@ fn parallel_and_perspective_views() {
     }
 }
 
+/// With 2, 4 and 8 samples per voxel, 1 dB below what is measured.
+const LEAST_BY_SAMPLES: [f64; 3] = [40.8, 47.7, 55.8];
+
 #[test]
 fn more_samples_per_voxel_come_closer() {
     let volume = random_volume([28, 33, 25], DVec3::ONE, 2);
@@ -74,7 +77,61 @@ fn more_samples_per_voxel_come_closer() {
         )
     };
     let found = [2, 4, 8].map(at);
-    assert!(found[0] + 3.0 < found[1] && found[1] + 3.0 < found[2], "{found:?}");
+    assert!(found.iter().zip(LEAST_BY_SAMPLES).all(|(found, least)| *found > least), "{found:?}");
+}
+
+/// Positions in a lattice of a hundred samples are floats, and neighbouring samples differ by up to 1.
+const WARP_TOLERANCE: f64 = 2e-5;
+
+/// Weights of the samples −1 … 2 for a place between 0 and 1: the cubics of Catmull and Rom.
+fn catmull_rom(t: f64) -> [f64; 4] {
+    let outer = |d: f64| -0.5 * d * d * d + 2.5 * d * d - 4.0 * d + 2.0;
+    let inner = |d: f64| 1.5 * d * d * d - 2.5 * d * d + 1.0;
+    [outer(1.0 + t), inner(t), inner(1.0 - t), outer(2.0 - t)]
+}
+
+/// What a ray sees of a lattice: its samples interpolated where the ray meets their plane, within the range of the four samples around,
+/// and colours within the opacity.
+fn seen_by(ray: &Ray, lattice: &LatticePicture) -> [f64; 4] {
+    let [corner, column, row] = [(0, 0), (1, 0), (0, 1)].map(|(c, r)| lattice.ray(c, r).origin);
+    let place = DMat3::from_cols(column - corner, row - corner, -ray.direction).inverse() * (ray.origin - corner);
+    let [width, height] = lattice.size.map(i64::from);
+    let sample = |i: i64, j: i64| {
+        let inside = (0..width).contains(&i) && (0..height).contains(&j);
+        if inside { lattice.samples[(j * width + i) as usize].map(f64::from) } else { [0.0; 4] }
+    };
+    let (i, j) = (place.x.floor() as i64, place.y.floor() as i64);
+    let (across, down) = (catmull_rom(place.x - i as f64), catmull_rom(place.y - j as f64));
+    let mut seen: [f64; 4] = std::array::from_fn(|c| {
+        let taps = (0..16).map(|n| across[n % 4] * down[n / 4] * sample(i - 1 + n as i64 % 4, j - 1 + n as i64 / 4)[c]);
+        let around = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(a, b)| sample(i + a, j + b)[c]);
+        taps.sum::<f64>().clamp(around.into_iter().fold(1.0, f64::min), around.into_iter().fold(0.0, f64::max))
+    });
+    seen = seen.map(|c| c.min(seen[3]));
+    seen
+}
+
+/// The warp against its definition, before which a quarter of a sample or a simpler filter would be small beside the lattice's own error.
+#[test]
+fn the_warp_interpolates_the_samples_around_each_ray() {
+    let noise = random_volume([28, 33, 25], DVec3::new(1.0, 0.8, 1.2), 4);
+    let size = viewport(96, 80);
+    for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0), (120.0, -15.0)] {
+        for camera in [parallel(&noise, size, azimuth, elevation), perspective(&noise, azimuth, elevation, 20.0)] {
+            for density in [Density::Fixed(1), Density::AtLeast(3)] {
+                let layered = Layered { evaluation: Evaluation::Lattice(density), ..Layered::default() };
+                let mut renderer = Renderer::new(&device(), &noise, &smooth_transfer()).unwrap();
+                let lattice = renderer.lattice_picture(&camera, size, &layered.into()).unwrap().expect("a lattice");
+                let (frame, _) = renderer.render(&camera, size, &layered.into()).unwrap();
+                let rays = Rays::new(&camera, size, noise.grid()).unwrap();
+                let expected = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
+                let expected =
+                    expected.map(|(x, y)| seen_by(&rays.at(f64::from(x) + 0.5, f64::from(y) + 0.5), &lattice).map(|c| c as f32));
+                let expected = Frame::new(size, expected.collect());
+                assert_close(&format!("{azimuth}, {elevation}, {density:?}"), &frame, &expected, WARP_TOLERANCE);
+            }
+        }
+    }
 }
 
 /// The 45° switch: both layer axes forced on the same view at exactly 45° in voxel units.

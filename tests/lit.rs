@@ -1,100 +1,27 @@
-//! Lit pictures, against the converged integral that is lit at every step: fidelity, convergence, highlights, the switch of the layer
-//! axis, opaque hues, magnification and its opposite.
+//! Lit pictures, against the converged integral that is lit at every step: convergence, highlights, the switch of the layer axis,
+//! opaque hues, magnification and its opposite. How near the data sets come is in fidelity.rs.
 
 mod common;
 
 use common::*;
 use glam::DVec3;
-use layersplat::layers::{Interpolation, Rays};
+use layersplat::layers::Interpolation;
 use layersplat::reference::Integral;
 use layersplat::settings::{Algorithm, Classification, Evaluation, Layered, Shading};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Frame, Orbit, Projection, Quality, Settings, TransferFunction, Viewport, Volume};
 
-/// Ray casting in steps of 1/16, lit at each: the truth on the device, which `the_truth_on_the_device` holds against the host's.
-const CONVERGED: Algorithm = Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.0625 };
-
-fn converged(volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport) -> Frame {
-    render(volume, transfer, camera, size, &Settings { algorithm: CONVERGED, ..Settings::default() })
-}
-
 fn psnr(a: &Frame, b: &Frame) -> f64 {
     compare(a, b).psnr.unwrap_or(f64::INFINITY)
 }
 
-/// PSNR of the host's integral on every n-th pixel of a picture.
-fn psnr_on_the_host(volume: &Volume, transfer: &TransferFunction, camera: &Camera, picture: &Frame, every: usize) -> f64 {
-    let rays = Rays::new(camera, viewport(picture.width(), picture.height()), volume.grid()).unwrap();
-    let mut integral = Integral::new(volume, transfer, None);
-    integral.shading = Some(Shading::default());
-    let (mut squares, mut count) = (0.0, 0.0);
-    for i in (0..picture.pixels().len()).step_by(every) {
-        let (x, y) = (i as u32 % picture.width(), i as u32 / picture.width());
-        let expected = integral.composite(&rays.at(f64::from(x) + 0.5, f64::from(y) + 0.5), rays.to_eye);
-        squares += (0..3).map(|c| (expected[c] - f64::from(picture.pixel(x, y)[c])).powi(2)).sum::<f64>();
-        count += 3.0;
-    }
-    -10.0 * (squares / count).log10()
+/// Ray casting in small steps, lit at each.
+fn converged(volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport) -> Frame {
+    render(volume, transfer, camera, size, &Settings { algorithm: CONVERGED, ..Settings::default() })
 }
 
-/// The skull, whose voxels are farther apart along one axis.
-fn skull() -> (Volume<'static>, TransferFunction) {
-    real("cranium_ct_256x256x108_int16.raw.gz", Some(DVec3::new(0.957, 0.957, 1.5)), Some("cranium_ct_int16.json"))
-}
-
-/// Least PSNR over RGB, in dB, of `standard` and `high`, as shipped: what was asked, well below what is reached.
-const LEAST: [(&str, f64, f64); 5] =
-    [("fuel", 57.0, 63.0), ("neghip", 47.0, 52.5), ("lobster", 47.5, 54.0), ("engine", 44.5, 51.5), ("aneurism", 38.3, 41.0)];
-const LEAST_SKULL: (f64, f64) = (31.0, 37.0);
-/// Device and host differ by floats and by the nearest of 4096 table entries.
-const LEAST_TRUTH: f64 = 70.0;
-
-fn lit_fidelity(name: &str, volume: &Volume, transfer: &TransferFunction, camera: &Camera, least: (f64, f64)) {
-    let size = viewport(512, 512);
-    let truth = converged(volume, transfer, camera, size);
-    let on_the_host = psnr_on_the_host(volume, transfer, camera, &truth, 101);
-    assert!(on_the_host > LEAST_TRUTH, "{name}: {on_the_host} dB between the truths of device and host");
-    let found = |settings: Settings, what: &str| {
-        let db = psnr(&render(volume, transfer, camera, size, &settings), &truth);
-        eprintln!("fidelity {name} lit {what}: {db:.1} dB RGB");
-        db
-    };
-    for (quality, least) in [(Quality::Draft, 0.0), (Quality::Standard, least.0), (Quality::High, least.1)] {
-        let db = found(quality.settings(), &format!("{quality:?}"));
-        assert!(db >= least, "{name} {quality:?}: {db} dB, less than {least}");
-        found(
-            Settings {
-                algorithm: Layered { classification: quality.splatted(), ..layered(quality.settings()) }.into(),
-                ..quality.settings()
-            },
-            &format!("{quality:?} post"),
-        );
-    }
-    found(Quality::Paper.settings(), "Paper");
-    let standard = render(volume, transfer, camera, size, &Settings::default());
-    let shifted = psnr(&shifted_by_half_a_pixel(&standard), &truth);
-    let right = psnr(&standard, &truth);
-    assert!(shifted < right - 1.0, "{name}: half a pixel must be noticed, {shifted} dB for {right}");
-    let with = |algorithm| Settings { algorithm, ..Settings::default() };
-    found(with(Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 0.5 }), "raycast trilinear 0.5");
-    found(with(Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.5 }), "raycast tricubic 0.5");
-    found(with(Algorithm::Slicing { step: 1.0 }), "slicing");
-    found(with(Algorithm::ViewSheets { sheet_distance: 1.0 }), "view-sheets");
-    found(with(Algorithm::AxisSheets { layer_axis: layersplat::settings::LayerAxis::Auto }), "axis-sheets");
-}
-
-#[test]
-#[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
-fn standard_and_high_reach_their_psnr() {
-    for (name, standard, high) in LEAST {
-        let (volume, transfer) = data_set(name);
-        let camera = parallel(&volume, viewport(512, 512), 72.0, 20.0);
-        lit_fidelity(name, &volume, &transfer, &camera, (standard, high));
-    }
-    let (volume, transfer) = skull();
-    let camera = scaled(parallel(&volume, viewport(512, 512), 30.0, 20.0), 70.0);
-    lit_fidelity("skull", &volume, &transfer, &camera, LEAST_SKULL);
-}
+/// PSNR with eight samples per layer, 1 dB below what is measured.
+const LEAST_APPROACHED: f64 = 83.5;
 
 /// Per pixel, the integral is approached with every sample more.
 #[test]
@@ -121,7 +48,7 @@ fn more_samples_per_layer_approach_the_integral() {
             assert!(db > last, "{what}, {samples_per_layer} samples: {db} dB after {last}");
             last = db;
         }
-        assert!(last > 60.0, "{what}: {last} dB with 8 samples per layer");
+        assert!(last > LEAST_APPROACHED, "{what}: {last} dB with 8 samples per layer");
     }
 }
 
@@ -191,7 +118,7 @@ fn jump(a: &Frame, b: &Frame) -> f64 {
 }
 
 /// Most that a turn by 0.02° may change where the layer axis does, in `standard` and in `high`.
-const MOST_JUMP: [(Quality, f64); 2] = [(Quality::Standard, 4.0), (Quality::High, 2.5)];
+const MOST_JUMP: [(Quality, f64); 2] = [(Quality::Standard, 2.2), (Quality::High, 2.0)];
 
 #[test]
 #[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
@@ -245,12 +172,12 @@ fn wide_perspectives_have_no_seam() {
     let size = viewport(128, 128);
     let camera = perspective(&volume, 45.0, 0.0, 100.0);
     let truth = converged(&volume, &transfer, &camera, size);
-    for (quality, least) in [(Quality::Draft, 36.0), (Quality::Standard, 42.0), (Quality::High, 50.0)] {
+    for (quality, least) in [(Quality::Draft, 57.3), (Quality::Standard, 63.8), (Quality::High, 72.4)] {
         let found = render(&volume, &transfer, &camera, size, &quality.settings());
         let (db, rms) = (psnr(&found, &truth), jump(&found, &truth));
         eprintln!("wide perspective {quality:?}: {db:.1} dB, {rms:.2} steps");
         assert!(db > least, "{quality:?}: {db} dB");
-        assert!(quality == Quality::Draft || rms < 2.0, "{quality:?}: {rms} steps");
+        assert!(quality == Quality::Draft || rms < 0.6, "{quality:?}: {rms} steps");
         let everything = Settings { culling: false, ..quality.settings() };
         assert_eq!(found, render(&volume, &transfer, &camera, size, &everything), "{quality:?}: culling shows");
     }
@@ -282,7 +209,7 @@ fn opaque_hues_show_their_front() {
             let camera = parallel(&volume, size, 30.0, 20.0);
             let step = Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.015_625 };
             let truth = render(&volume, &transfer, &camera, size, &Settings { algorithm: step, ..Settings::default() });
-            for (quality, least) in [(Quality::Standard, 35.0), (Quality::High, 40.0)] {
+            for (quality, least) in [(Quality::Standard, 36.7), (Quality::High, 41.3)] {
                 let db = psnr(&render(&volume, &transfer, &camera, size, &quality.settings()), &truth);
                 eprintln!("{hues} hues, alpha {alpha}, {quality:?}: {db:.1} dB");
                 assert!(db >= least, "{hues} hues, alpha {alpha}, {quality:?}: {db} dB");
@@ -299,7 +226,7 @@ fn faces_at_grazing_angles_have_no_stripes() {
     let transfer = TransferFunction::automatic(&volume);
     let camera = parallel(&volume, size, 30.0, 20.0);
     let truth = converged(&volume, &transfer, &camera, size);
-    for (quality, least) in [(Quality::Standard, 36.0), (Quality::High, 40.0)] {
+    for (quality, least) in [(Quality::Standard, 59.0), (Quality::High, 66.0)] {
         let db = psnr(&render(&volume, &transfer, &camera, size, &quality.settings()), &truth);
         eprintln!("solid block {quality:?}: {db:.1} dB");
         assert!(db > least, "{quality:?}: {db} dB");
@@ -340,7 +267,7 @@ fn averaged(frame: &Frame, n: u32) -> Frame {
 }
 
 /// Least PSNR of pictures with a quarter of a pixel per voxel; with one sample per pixel aneurism had 29.4.
-const LEAST_FILTERED: f64 = 40.0;
+const LEAST_FILTERED: f64 = 43.0;
 
 fn zoomed_out(name: &str, volume: &Volume, transfer: &TransferFunction, voxels_across: f64, perspective: bool) {
     let size = viewport(64, 64);

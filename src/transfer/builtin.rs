@@ -38,4 +38,16 @@ mod tests {
         }
         assert!(named("pink").is_err());
     }
+
+    #[test]
+    fn red_green_and_blue_half_way_between_two_points() {
+        for (name, value, expected) in [
+            ("fire", 0.575, [0.95, 0.425, 0.05]),
+            ("viridis", 0.125, [0.2485, 0.1635, 0.4375]),
+            ("cool-warm", 0.25, [0.55, 0.585, 0.81]),
+        ] {
+            let color = named(name).unwrap().color(value);
+            assert!((0..3).all(|c| (color[c] - expected[c]).abs() < 1e-12), "{name}: {color:?}");
+        }
+    }
 }

@@ -6,9 +6,9 @@ pub mod command;
 
 use glam::DVec3;
 use layersplat::image::Comparison;
-use layersplat::layers::{Correction, Interpolation};
+use layersplat::layers::{Correction, Density, Interpolation};
 use layersplat::renderer::Plan;
-use layersplat::settings::{Algorithm, Classification, LayerAxis, Layered};
+use layersplat::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered};
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{
     Camera, Device, DeviceChoice, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume,
@@ -32,6 +32,13 @@ pub const OTHERS: [Algorithm; 7] = [
     Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.6 },
     Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 0.6 },
 ];
+
+/// Ray casting in steps of 1/16: the integral on the device.
+pub const CONVERGED: Algorithm = Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.0625 };
+
+/// Per sample the table's nearest entry is off by half an entry of 4096, the highlight's logarithms by 1e-4; tens of
+/// samples add up. One step of an 8-bit picture is 4e-3.
+pub const DEVICE_TOLERANCE: f64 = 2e-3;
 
 thread_local! {
     static DEVICE: Device = {
@@ -92,6 +99,29 @@ pub fn random_volume(dims: [usize; 3], spacing: DVec3, seed: u64) -> Volume<'sta
     volume(dims, spacing, Voxels::Uint8(random_bytes(dims, seed))).with_background(0.0).unwrap()
 }
 
+/// Each classification on its lattice and per pixel, and the other algorithms.
+pub fn evaluations() -> Vec<Settings> {
+    let settings = Settings { early_termination: false, ..Settings::default() };
+    let evaluations = [Evaluation::Lattice(Density::AtLeast(2)), Evaluation::Direct];
+    let choices = CLASSIFICATIONS.into_iter().flat_map(|c| evaluations.map(|e| (c, e)));
+    choices
+        .map(|(classification, evaluation)| Settings {
+            algorithm: Layered { classification, evaluation, ..layered(settings) }.into(),
+            ..settings
+        })
+        .chain(OTHERS.map(|algorithm| Settings { algorithm, ..settings }))
+        .collect()
+}
+
+pub fn unshaded() -> Settings {
+    Settings { shading: None, early_termination: false, ..Settings::default() }
+}
+
+/// Homogeneous, in empty space.
+pub fn cube(dims: [usize; 3], spacing: DVec3) -> Volume<'static> {
+    volume(dims, spacing, Voxels::Uint8(vec![200; dims.iter().product()])).with_background(0.0).unwrap()
+}
+
 /// Colours and opacities without steps, for bytes: invisible below 20.
 pub fn smooth_transfer() -> TransferFunction {
     let colors = vec![(0.0, [0.1, 0.2, 0.9]), (90.0, [0.2, 0.9, 0.3]), (255.0, [1.0, 0.6, 0.1])];
@@ -102,6 +132,12 @@ pub fn smooth_transfer() -> TransferFunction {
 pub fn step_transfer(threshold: f64, alpha: f64) -> TransferFunction {
     let opacities = vec![(0.0, 0.0), (threshold, 0.0), (threshold, alpha), (2.0 * threshold, alpha)];
     TransferFunction::new("step", vec![(0.0, [1.0; 3])], opacities).unwrap()
+}
+
+/// α = 1 − e^{−cρ}, whose τ is linear in the value, by 512 control points.
+pub fn linear_extinction(c: f64) -> TransferFunction {
+    let opacities = (0..=512).map(|i| f64::from(i) * 255.0 / 512.0).map(|v| (v, 1.0 - (-c * v).exp())).collect();
+    TransferFunction::new("linear", vec![(0.0, [1.0; 3])], opacities).unwrap()
 }
 
 pub fn viewport(width: u32, height: u32) -> Viewport {
@@ -132,10 +168,7 @@ pub fn render(volume: &Volume, transfer: &TransferFunction, camera: &Camera, siz
 /// The layer axis that the direct plan of a view has: one, or `None` for each ray's own.
 pub fn direct_axis(volume: &Volume, camera: &Camera, size: Viewport, settings: &Settings) -> Option<layersplat::layers::Axis> {
     let rays = layersplat::layers::Rays::new(camera, size, volume.grid()).unwrap();
-    let direct = Settings {
-        algorithm: Layered { evaluation: layersplat::settings::Evaluation::Direct, ..layered(*settings) }.into(),
-        ..*settings
-    };
+    let direct = Settings { algorithm: Layered { evaluation: Evaluation::Direct, ..layered(*settings) }.into(), ..*settings };
     match Plan::new(&rays, size, volume.grid(), &direct).unwrap() {
         Plan::Direct(axis, _) => axis,
         plan => panic!("{plan}"),
@@ -198,4 +231,9 @@ pub fn data_set(name: &str) -> (Volume<'static>, TransferFunction) {
     let volume = Volume::open(file.to_str().unwrap(), &layersplat::RawOptions::default()).unwrap();
     let transfer = TransferFunction::from_file(&folder.join("../transfer").join(format!("{name}.json")), None).unwrap();
     (volume, transfer)
+}
+
+/// The skull, whose voxels are farther apart along one axis.
+pub fn skull() -> (Volume<'static>, TransferFunction) {
+    real("cranium_ct_256x256x108_int16.raw.gz", Some(DVec3::new(0.957, 0.957, 1.5)), Some("cranium_ct_int16.json"))
 }

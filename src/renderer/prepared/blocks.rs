@@ -175,6 +175,9 @@ impl Prepared {
         let table = self.table(device, extinction)?;
         let flags = Buffer::new(device, blocks.slab_bytes(), "the visibility of blocks")?;
         let (background, offset) = self.background();
+        // What ray casting takes missing voxels for is what its sums overshoot the distance from.
+        let gaussian = reach == PointReach::Gaussian && blend == Blend::Composite;
+        let background = if gaussian { table.gaussian_background } else { background };
         let [blocks_u, blocks_v] = blocks.blocks;
         let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         let arguments = SlabVisibilityArguments {

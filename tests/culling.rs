@@ -1,0 +1,223 @@
+//! Culling: it never changes a bit of a picture, and it saves work.
+
+mod common;
+
+use common::*;
+use glam::DVec3;
+use layersplat::layers::{Axis, Interpolation};
+use layersplat::settings::{Algorithm, Evaluation, LayerAxis, Layered};
+use layersplat::volume::Voxels;
+use layersplat::{Camera, Renderer, Settings, TransferFunction, Volume};
+
+/// A splat that no voxel within three of it makes visible can still weigh a thousandth in a sample that others do.
+const SPLATS_LEFT_OUT: f64 = 1e-3;
+
+/// A mostly empty volume of 0 and 255, seen where only values between are visible: interpolated values between two
+/// invisible voxels.
+fn between() -> (Volume<'static>, TransferFunction) {
+    let dims = [70, 41, 53];
+    let mut random = Random(5);
+    let mut bytes = vec![0u8; dims.iter().product()];
+    for _ in 0..60 {
+        let at = random.next() as usize % bytes.len();
+        bytes[at] = 255;
+    }
+    let opacities = vec![(0.0, 0.0), (60.0, 0.0), (120.0, 0.8), (200.0, 0.0), (255.0, 0.0)];
+    let transfer = TransferFunction::new("between", vec![(0.0, [1.0, 0.8, 0.6])], opacities).unwrap();
+    (volume(dims, DVec3::ONE, Voxels::Uint8(bytes)), transfer)
+}
+
+/// A thick ball of 255 in 0, of which a narrow band of values between shows: invisible voxels inside and out.
+fn shell() -> (Volume<'static>, TransferFunction) {
+    let n = 40;
+    let inside = |i: usize| {
+        let p = DVec3::new((i % n) as f64, (i / n % n) as f64, (i / n / n) as f64) - DVec3::splat(n as f64 / 2.0);
+        p.length() < 14.3
+    };
+    let bytes = (0..n * n * n).map(|i| if inside(i) { 255 } else { 0 }).collect();
+    let opacities = vec![(0.0, 0.0), (110.0, 0.0), (128.0, 0.7), (146.0, 0.0), (255.0, 0.0)];
+    let transfer = TransferFunction::new("shell", vec![(0.0, [1.0, 0.8, 0.6])], opacities).unwrap();
+    (volume([n; 3], DVec3::ONE, Voxels::Uint8(bytes)), transfer)
+}
+
+#[test]
+fn culling_never_changes_a_bit() {
+    let fog =
+        TransferFunction::new("fog", vec![(0.0, [1.0; 3])], vec![(0.0, 0.02), (10.0, 0.0), (250.0, 0.0), (255.0, 0.5)]).unwrap();
+    let random = random_volume([45, 30, 37], DVec3::new(1.0, 1.5, 0.8), 6);
+    let size = viewport(64, 64);
+    for (volume, transfer) in [between(), shell(), (between().0, fog), (random, smooth_transfer())] {
+        for (azimuth, elevation) in [(0.0, 0.0), (45.0, 0.0), (30.0, 20.0), (100.0, -40.0), (10.0, 80.0)] {
+            let views = [
+                parallel(&volume, size, azimuth, elevation),
+                perspective(&volume, azimuth, elevation, 30.0),
+                perspective(&volume, azimuth, elevation, 90.0),
+                perspective(&volume, azimuth, elevation, 150.0),
+            ];
+            for camera in views {
+                for settings in evaluations() {
+                    let culled = render(&volume, &transfer, &camera, size, &settings);
+                    let whole = render(&volume, &transfer, &camera, size, &Settings { culling: false, ..settings });
+                    let name = settings.algorithm.name();
+                    // What sheets leave out may weigh a little; everything else is exact.
+                    let limit = if name == "view-sheets" { SPLATS_LEFT_OUT } else { 0.0 };
+                    let difference = compare(&culled, &whole).max_difference;
+                    assert!(difference <= limit, "{azimuth}, {elevation}, {name}: {difference}");
+                    // What is visible only between voxels, classification before splatting does not see, and single samples
+                    // jump over.
+                    let sees_all = name != "axis-sheets" && !(name == "layered" && layered(settings).classification == SPLATTED);
+                    let seen = largest_opacity(&culled) > 0.01 || !sees_all;
+                    assert!(seen, "{azimuth}, {elevation}, {name}, {:?}: the picture is empty", camera.projection);
+                }
+            }
+        }
+    }
+}
+
+/// A flat volume far from zero with one higher voxel, and edges of opacity just above the flat value.
+#[test]
+fn culling_survives_rounding_and_the_footprint_set() {
+    use layersplat::settings::Footprints;
+    let size = viewport(64, 64);
+    let dims = [24; 3];
+    let mut seen: f32 = 0.0;
+    for (flat, peak) in [(100u16, 255u16), (60_000, 65_535)] {
+        let mut values = vec![flat; 24 * 24 * 24];
+        values[12 * 24 * 24 + 11 * 24 + 13] = peak;
+        let volume = volume(dims, DVec3::ONE, Voxels::Uint16(values));
+        for edge in [0.01, 0.1, 0.3, 0.5] {
+            let edge = f64::from(flat) + edge;
+            let opacities = vec![(0.0, 0.0), (edge, 0.0), (edge + 2.0, 0.5), (65_535.0, 0.5)];
+            let transfer = TransferFunction::new("edge", vec![(0.0, [1.0; 3])], opacities).unwrap();
+            let unshaded = Settings { shading: None, early_termination: false, ..Settings::default() };
+            let direct = Settings {
+                algorithm: Layered { classification: SPLATTED, evaluation: Evaluation::Direct, ..layered(unshaded) }.into(),
+                ..unshaded
+            };
+            let set = Settings { algorithm: Layered { footprints: Footprints::Set, ..layered(direct) }.into(), ..direct };
+            for settings in [
+                direct,
+                set,
+                unshaded,
+                Settings { algorithm: Layered { evaluation: Evaluation::Direct, ..layered(unshaded) }.into(), ..unshaded },
+            ] {
+                let camera = parallel(&volume, size, 45.0, 35.0);
+                let culled = render(&volume, &transfer, &camera, size, &settings);
+                let whole = render(&volume, &transfer, &camera, size, &Settings { culling: false, ..settings });
+                assert!(culled == whole, "{flat}, {edge}, {:?}: {:?}", layered(settings).footprints, compare(&culled, &whole));
+                seen = seen.max(largest_opacity(&whole));
+            }
+        }
+    }
+    assert!(seen > 0.1);
+}
+
+/// Renders with and without culling, to the bit; returns how many pixels show something.
+#[track_caller]
+fn assert_culled_right(what: &str, volume: &Volume, transfer: &TransferFunction, camera: &Camera, settings: Settings) -> usize {
+    let size = viewport(64, 64);
+    let culled = render(volume, transfer, camera, size, &settings);
+    let whole = render(volume, transfer, camera, size, &Settings { culling: false, ..settings });
+    assert!(culled == whole, "{what}, {settings:?}: {:?}", compare(&culled, &whole));
+    whole.pixels().iter().filter(|p| p[3] > 0.01).count()
+}
+
+/// Forced axes, from which rays lean up to three voxels per layer and reach over blocks to the sides.
+#[test]
+fn culling_sees_where_leaning_rays_reach() {
+    let faint =
+        TransferFunction::new("faint", vec![(0.0, [1.0, 0.8, 0.6])], vec![(0.0, 0.0), (0.5, 1e-3), (255.0, 0.5)]).unwrap();
+    for (volume, transfer) in [between(), shell(), (between().0, faint)] {
+        for (azimuth, elevation) in [(50.0, 0.0), (63.0, 10.0), (-70.0, 5.0), (15.0, 68.0), (120.0, -50.0)] {
+            for classification in CLASSIFICATIONS {
+                for evaluation in [Layered::default().evaluation, Evaluation::Direct] {
+                    let layered =
+                        Layered { layer_axis: LayerAxis::Forced(Axis::Z), classification, evaluation, ..Layered::default() };
+                    let camera = parallel(&volume, viewport(64, 64), azimuth, elevation);
+                    let seen = assert_culled_right("leaning", &volume, &transfer, &camera, layered.into());
+                    assert!(seen > 0 || classification == SPLATTED, "{azimuth}, {elevation}: the picture is empty");
+                }
+            }
+        }
+    }
+}
+
+/// A Gaussian reaches two voxels far, and its sums are up to 4.4 % beside the values that they are of.
+#[test]
+fn culling_knows_the_gaussians_reach_and_error() {
+    let n = 24;
+    let opacities = |points: &[(f64, f64)]| TransferFunction::new("band", vec![(0.0, [1.0, 0.8, 0.6])], points.to_vec()).unwrap();
+    // One voxel is beyond all others: tables end with the largest value.
+    let with_peak = |mut values: Vec<u8>| {
+        values[n * n + n + 1] = 255;
+        volume([n; 3], DVec3::ONE, Voxels::Uint8(values))
+    };
+    let block = || {
+        let is_inside = |i: usize| [i % n, i / n % n, i / n / n].iter().all(|c| (5..19).contains(c));
+        with_peak((0..n * n * n).map(|i| if is_inside(i) { 100 } else { 0 }).collect())
+    };
+    let hole = || {
+        let mut values = vec![100; n * n * n];
+        values[n * n * 12 + n * 12 + 12] = 0;
+        with_peak(values).with_background(100.0).unwrap()
+    };
+    let above = || opacities(&[(0.0, 0.0), (100.5, 0.0), (102.0, 0.3), (104.0, 0.0), (255.0, 0.0)]);
+    let below = || opacities(&[(0.0, 0.0), (98.0, 0.0), (98.5, 0.3), (99.5, 0.0), (255.0, 0.0)]);
+    // Where only the largest sums are, and the smallest.
+    let far_above = || opacities(&[(0.0, 0.0), (103.2, 0.0), (103.6, 0.5), (105.0, 0.0), (255.0, 0.0)]);
+    let far_below = || opacities(&[(0.0, 0.0), (95.0, 0.0), (96.4, 0.5), (96.8, 0.0), (255.0, 0.0)]);
+    let faint = || opacities(&[(0.0, 0.0), (1e-3, 1e-3), (0.1, 0.2), (255.0, 0.5)]);
+    let algorithm = Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 0.5 };
+    let cases = [
+        ("above", block(), above()),
+        ("below", block(), below()),
+        ("far above", block(), far_above()),
+        ("far below", block(), far_below()),
+        ("faint", block(), faint()),
+        ("faint threads", between().0, faint()),
+        ("above, beside another background", hole(), above()),
+        ("below, beside another background", hole(), below()),
+    ];
+    for (what, volume, transfer) in cases {
+        for camera in [parallel(&volume, viewport(64, 64), 30.0, 20.0), perspective(&volume, -100.0, 40.0, 40.0)] {
+            for shading in [Settings::default().shading, None] {
+                let settings = Settings { shading, early_termination: false, ..algorithm.into() };
+                let seen = assert_culled_right(what, &volume, &transfer, &camera, settings);
+                assert!(seen > 100, "{what}: {seen} pixels show anything");
+            }
+        }
+    }
+}
+
+/// How many times longer the whole takes, at least, where a small block is to be seen: 11 to 40 times are measured.
+const LEAST_GAIN: f64 = 4.0;
+/// The shortest of so many frames counts: other programs lengthen some.
+const TRIES: usize = 3;
+
+#[test]
+fn culling_saves_work() {
+    let n = 128;
+    let is_inside = |i: usize| [i % n, i / n % n, i / n / n].iter().all(|c| (60..68).contains(c));
+    let values = (0..n * n * n).map(|i| if is_inside(i) { 200 } else { 0 }).collect();
+    let volume = volume([n; 3], DVec3::ONE, Voxels::Uint8(values));
+    let size = viewport(96, 96);
+    let camera = parallel(&volume, size, 30.0, 20.0);
+    // Sheets splat what is visible alone, culled or not.
+    for settings in evaluations().into_iter().filter(|s| !s.algorithm.name().ends_with("sheets")) {
+        let mut renderer = Renderer::new(&device(), &volume, &step_transfer(100.0, 0.3)).unwrap();
+        renderer.measure(true);
+        let mut milliseconds = |culling: bool| {
+            let settings = Settings { culling, ..settings };
+            let frame = || {
+                let measured = renderer.render(&camera, size, &settings).unwrap().1.measured.expect("asked for");
+                assert!(measured.active_samples > 0, "{settings:?}: the picture is empty");
+                measured.stages.iter().map(|(_, ms)| ms).sum::<f64>()
+            };
+            // The first also prepares.
+            std::iter::repeat_with(frame).take(TRIES + 1).skip(1).fold(f64::INFINITY, f64::min)
+        };
+        let (culled, whole) = (milliseconds(true), milliseconds(false));
+        eprintln!("{:?}: {culled:.2} of {whole:.2} ms", settings.algorithm);
+        assert!(whole > LEAST_GAIN * culled, "{:?}: {culled} of {whole} ms", settings.algorithm);
+    }
+}
