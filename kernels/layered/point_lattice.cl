@@ -227,13 +227,13 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 composite_way(voxels, &view, &sample, integrals, &segments[r], &parts[r], &way, PART_OF(dt[r], &parts[r]),
                               &front->lighting[r], &behind->lighting[r], &gathered[r], &active);
 #else
-                const realv from = between(front->field[r], behind->field[r], parts[r].from);
-                const realv to = between(front->field[r], behind->field[r], parts[r].to);
+                const realv from = front->field[r], to = behind->field[r];
 #if BLEND == ISO
                 take_crossing(voxels, &view, &sample, &parts[r], &way, from, to, &front->lighting[r], &behind->lighting[r],
                               &gathered[r], &active);
 #else
-                accumulate_values(from, to, share_of(&parts[r]) / s, &gathered[r], &active);
+                accumulate_values(between(from, to, parts[r].from), between(from, to, parts[r].to), share_of(&parts[r]) / s,
+                                  &gathered[r], &active);
 #endif
 #endif
                 if (!any_open_of(&sample, &gathered[r], tile.columns))

@@ -92,6 +92,12 @@ impl Prepared {
         }
     }
 
+    /// What surrounds the voxels, less the offset: where values are gathered, the smallest one, which no sum of kernels can be told from;
+    /// edges go on there.
+    pub fn background_of(&self, blend: Blend) -> f32 {
+        if blend.gathers_values() { 0.0 } else { self.background().0 }
+    }
+
     /// The blend mode of stored numbers that is one of values.
     pub fn blend_of_numbers(&self, blend: Blend) -> Blend {
         match blend {
@@ -170,7 +176,7 @@ impl Prepared {
         let blocks = self.min_max_blocks(device, axis, reach.blocks())?;
         let table = self.table(device, extinction)?;
         let flags = Buffer::new(device, blocks.slab_bytes(), "the visibility of blocks")?;
-        let (background, offset) = self.background();
+        let (_, offset) = self.background();
         let [blocks_u, blocks_v] = blocks.blocks;
         let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         let arguments = SlabVisibilityArguments {
@@ -178,7 +184,7 @@ impl Prepared {
             blocks_u,
             blocks_v,
             layers: blocks.layers,
-            background,
+            background: self.background_of(blend),
             offset,
             least,
             largest,
