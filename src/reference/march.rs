@@ -112,8 +112,12 @@ impl<'a> Marched<'a> {
     fn values(&self, ray: &Ray, interpolation: Interpolation, step: f64, to_eye: DVec3) -> [f64; 4] {
         let mut values = Values::new(self.settings.blend);
         for slab in self.slabs(ray, interpolation, self.between_planes(ray, step, to_eye)) {
-            let ends = slab.points(ray).map(|p| self.field.reconstructed(interpolation, p));
-            values.add(slab.part.ends_of(ends), slab.part.length());
+            // The field itself at both ends: it bends where voxels end.
+            let ends = [slab.part.from, slab.part.to].map(|t| {
+                let t = slab.front + t * (slab.back - slab.front);
+                self.field.reconstructed(interpolation, ray.origin + ray.direction * t)
+            });
+            values.add(ends, slab.part.length());
         }
         values.rgba(self.transfer, &self.field)
     }

@@ -26,7 +26,11 @@ impl Layered<'_> {
                         return opaque(color);
                     }
                 }
-                _ => values.add(segment.part.ends_of(segment.values), segment.part.length()),
+                // The field itself at both ends: it bends where voxels end.
+                _ => {
+                    let ends = [segment.part.from, segment.part.to].map(|t| self.field.value(segment.place(t)));
+                    values.add(ends, segment.part.length());
+                }
             }
         }
         if self.settings.blend.gathers_values() { values.rgba(self.transfer, &self.field) } else { gathered.rgba() }

@@ -3,6 +3,7 @@
 
 #[cfg(feature = "cli")]
 pub mod command;
+pub mod reference;
 
 use glam::DVec3;
 use layersplat::image::Comparison;
