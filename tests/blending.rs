@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::blends::*;
 use common::reference::Pair;
 use common::*;
 use glam::DVec3;
@@ -10,67 +11,6 @@ use layersplat::renderer::Plan;
 use layersplat::settings::{Algorithm, Blend, Classification, Clipping, CropBox, Evaluation, LayerAxis, Layered};
 use layersplat::volume::{Rescale, Voxels};
 use layersplat::{Camera, Error, Renderer, Settings, TransferFunction, Volume};
-
-/// Values are looked up as the nearest of 4096 entries; a highlight's logarithms are off by 1e-4. One step of an 8-bit picture is 4e-3.
-const DEVICE_TOLERANCE: f64 = 2e-3;
-/// Eight quadrature nodes stand for the footprint integral of a splat sum in a perspective: up to 0.25 % of the value range, of which
-/// colours make 0.5 % per cent.
-const QUADRATURE_TOLERANCE: f64 = 1.5e-2;
-/// Refined surfaces are found in three steps of false position: within 0.01 of a segment's length, and lit there.
-const REFINED_TOLERANCE: f64 = 1e-2;
-
-/// Between most voxels of the outer shell and those of the middle.
-const ISO: f64 = 120.0;
-const BLENDS: [Blend; 4] = [Blend::Maximum, Blend::Minimum, Blend::Average, Blend::Iso(ISO)];
-const VALUES: [Blend; 3] = [Blend::Maximum, Blend::Minimum, Blend::Average];
-const REFINED: Classification = Classification::Preintegrated { samples_per_layer: 2 };
-
-/// Everything that has blend modes.
-fn algorithms() -> Vec<Algorithm> {
-    let mut all = Vec::new();
-    for classification in [SPLATTED, POINTS, REFINED] {
-        for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
-            all.push(Layered { classification, evaluation, ..Layered::default() }.into());
-        }
-    }
-    all.push(Algorithm::Slicing { step: 0.8 });
-    for interpolation in [Interpolation::Trilinear, Interpolation::Tricubic, Interpolation::Gaussian] {
-        all.push(Algorithm::Raycast { interpolation, step: 0.6 });
-    }
-    all
-}
-
-fn is_splatted(algorithm: Algorithm) -> bool {
-    matches!(algorithm, Algorithm::Layered(Layered { classification: Classification::Post(_), .. }))
-}
-
-fn settings(algorithm: Algorithm, blend: Blend) -> Settings {
-    Settings { algorithm, blend, ..Settings::default() }
-}
-
-fn tolerance(settings: &Settings, parallel: bool) -> f64 {
-    match settings.algorithm {
-        Algorithm::Layered(layered) if layered.classification == REFINED && matches!(settings.blend, Blend::Iso(_)) => {
-            REFINED_TOLERANCE
-        }
-        Algorithm::Layered(Layered { evaluation: Evaluation::Lattice(_), .. })
-            if is_splatted(settings.algorithm) && !parallel =>
-        {
-            QUADRATURE_TOLERANCE
-        }
-        _ => DEVICE_TOLERANCE,
-    }
-}
-
-/// A bump in noise, of an odd size, flat voxels, in space far below it.
-fn bump() -> Volume<'static> {
-    random_volume([11, 8, 13], DVec3::new(1.0, 0.7, 1.3), 21).with_background(-40.0).unwrap()
-}
-
-/// Whether an algorithm has a blend mode.
-fn has(algorithm: Algorithm, blend: Blend) -> bool {
-    !(is_splatted(algorithm) && matches!(blend, Blend::Iso(_)))
-}
 
 #[test]
 fn every_algorithm_and_blend_mode_is_the_reference() {
@@ -278,23 +218,6 @@ fn an_iso_plane_in_closed_form() {
             assert!((f64::from(*c) - e).abs() < LIGHT, "{algorithm:?}: {shown:?}, not {expected:?}");
         }
     }
-}
-
-/// A block and a bump in a large empty corner: some tiles have nothing that culling leaves.
-fn mostly_empty() -> Volume<'static> {
-    let dims = [40, 24, 30];
-    let noise = random_bytes([14, 12, 13], 3);
-    let value = |n: usize| {
-        let (i, j, k) = (n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1]));
-        if i < 14 && j < 12 && k < 13 {
-            noise[i + 14 * (j + 12 * k)]
-        } else if i > 30 && j > 15 {
-            255
-        } else {
-            0
-        }
-    };
-    volume(dims, DVec3::new(1.0, 1.1, 0.9), Voxels::Uint8((0..dims.iter().product()).map(value).collect()))
 }
 
 #[test]
