@@ -16,40 +16,6 @@ use layersplat::{Camera, Error, Frame, Orbit, Renderer, Settings, TransferFuncti
 /// The same numbers in another order, or in a kernel that was built for something else.
 const ROUNDING: f64 = 2e-5;
 
-/// Everything that composites.
-fn compositing() -> Vec<Algorithm> {
-    algorithms().into_iter().filter(|a| matches!(a, Algorithm::Layered(_))).chain(OTHERS).collect()
-}
-
-fn crop(lowest: [f64; 3], highest: [f64; 3]) -> Clipping {
-    let crop = Some(CropBox { lowest: lowest.into(), highest: highest.into() });
-    Clipping { crop, ..Clipping::default() }
-}
-
-fn plane(point: [f64; 3], normal: [f64; 3]) -> ClipPlane {
-    ClipPlane { point: point.into(), normal: normal.into() }
-}
-
-/// A crop box and two leaning planes through [`bump`], none of them at whole or half voxels.
-fn cuts() -> Clipping {
-    let planes = [plane([3.1, 2.2, 12.0], [1.0, 0.4, -0.6]), plane([6.3, 4.0, 9.0], [-0.3, -2.0, 0.7])];
-    crop([1.3, 0.8, 2.37], [8.71, 20.0, 11.2]).with_planes(planes)
-}
-
-fn clipped(algorithm: Algorithm, blend: Blend, clipping: Clipping) -> Settings {
-    Settings { clipping, ..settings(algorithm, blend) }
-}
-
-fn composited(algorithm: Algorithm, clipping: Clipping) -> Settings {
-    Settings { early_termination: false, ..clipped(algorithm, Blend::Composite, clipping) }
-}
-
-/// Slicing looks up the nearest of 256 values in front and behind.
-fn tolerance_of(settings: &Settings, parallel: bool) -> f64 {
-    let slicing = matches!(settings.algorithm, Algorithm::Slicing { .. }) && settings.blend == Blend::Composite;
-    if slicing { 6e-3 } else { tolerance(settings, parallel) }
-}
-
 #[test]
 fn every_algorithm_is_the_reference() {
     let volume = bump();
@@ -69,7 +35,9 @@ fn every_algorithm_is_the_reference() {
 fn every_blend_mode_is_the_reference() {
     let volume = bump();
     let size = viewport(23, 19);
-    let views = [parallel(&volume, size, 33.0, 21.0), perspective(&volume, -70.0, 15.0, 35.0)];
+    let far = perspective(&volume, -70.0, 15.0, 30.0);
+    let near = Camera { position: far.focal_point + (far.position - far.focal_point) * 0.7, ..far };
+    let views = [parallel(&volume, size, 33.0, 21.0), near];
     for algorithm in algorithms() {
         for blend in BLENDS.into_iter().filter(|&blend| has(algorithm, blend)) {
             let settings = clipped(algorithm, blend, cuts());

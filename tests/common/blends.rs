@@ -2,7 +2,7 @@
 
 use super::*;
 use layersplat::layers::Density;
-use layersplat::settings::{Blend, Evaluation};
+use layersplat::settings::{Blend, ClipPlane, Clipping, CropBox, Evaluation};
 
 /// Values are looked up as the nearest of 4096 entries; a highlight's logarithms are off by 1e-4. One step of an 8-bit picture is 4e-3.
 pub const DEVICE_TOLERANCE: f64 = 2e-3;
@@ -80,4 +80,38 @@ pub fn mostly_empty() -> Volume<'static> {
         }
     };
     volume(dims, DVec3::new(1.0, 1.1, 0.9), Voxels::Uint8((0..dims.iter().product()).map(value).collect()))
+}
+
+/// Everything that composites.
+pub fn compositing() -> Vec<Algorithm> {
+    algorithms().into_iter().filter(|a| matches!(a, Algorithm::Layered(_))).chain(OTHERS).collect()
+}
+
+pub fn crop(lowest: [f64; 3], highest: [f64; 3]) -> Clipping {
+    let crop = Some(CropBox { lowest: lowest.into(), highest: highest.into() });
+    Clipping { crop, ..Clipping::default() }
+}
+
+pub fn plane(point: [f64; 3], normal: [f64; 3]) -> ClipPlane {
+    ClipPlane { point: point.into(), normal: normal.into() }
+}
+
+/// A crop box and two leaning planes through [`bump`], none of them at whole or half voxels.
+pub fn cuts() -> Clipping {
+    let planes = [plane([3.1, 2.2, 12.0], [1.0, 0.4, -0.6]), plane([6.3, 4.0, 9.0], [-0.3, -2.0, 0.7])];
+    crop([1.3, 0.8, 2.37], [8.71, 20.0, 11.2]).with_planes(planes)
+}
+
+pub fn clipped(algorithm: Algorithm, blend: Blend, clipping: Clipping) -> Settings {
+    Settings { clipping, ..settings(algorithm, blend) }
+}
+
+pub fn composited(algorithm: Algorithm, clipping: Clipping) -> Settings {
+    Settings { early_termination: false, ..clipped(algorithm, Blend::Composite, clipping) }
+}
+
+/// Slicing looks up the nearest of 256 values in front and behind.
+pub fn tolerance_of(settings: &Settings, parallel: bool) -> f64 {
+    let slicing = matches!(settings.algorithm, Algorithm::Slicing { .. }) && settings.blend == Blend::Composite;
+    if slicing { 6e-3 } else { tolerance(settings, parallel) }
 }
