@@ -8,7 +8,7 @@ use common::*;
 use glam::DVec3;
 use layersplat::layers::{Density, Interpolation};
 use layersplat::renderer::Plan;
-use layersplat::settings::{Algorithm, Blend, Classification, Clipping, CropBox, Evaluation, LayerAxis, Layered};
+use layersplat::settings::{Algorithm, Blend, Clipping, CropBox, Evaluation, LayerAxis, Layered};
 use layersplat::volume::{Rescale, Voxels};
 use layersplat::{Camera, Error, Renderer, Settings, TransferFunction, Volume};
 

@@ -96,6 +96,6 @@ fn difference(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 }
 
 fn differing(a: &[[f64; 4]], b: &[[f64; 4]], tolerance: f64) -> f64 {
-    let off = a.iter().zip(b).filter(|(a, b)| !(difference(a, b) <= tolerance)).count();
-    off as f64 / a.len() as f64
+    let same = a.iter().zip(b).filter(|(a, b)| difference(a, b) <= tolerance).count();
+    1.0 - same as f64 / a.len() as f64
 }
