@@ -350,3 +350,25 @@ fn what_has_no_blend_mode_says_so() {
         assert!(problem.contains("blend") && problem.contains("finite"), "{problem}");
     }
 }
+
+/// Invalid voxels are background, and so are among the values, also where it lies beyond all others.
+#[test]
+fn invalid_voxels_are_background() {
+    let dims = [9, 10, 8];
+    let bytes = random_bytes(dims, 14);
+    let value = |n: usize| if n % 7 == 3 { f32::NAN } else { f32::from(bytes[n]) };
+    let size = viewport(21, 17);
+    for background in [-60.0, 300.0] {
+        let volume = volume(dims, DVec3::ONE, Voxels::Float32((0..bytes.len()).map(value).collect()));
+        let volume = volume.with_background(background).unwrap();
+        let camera = parallel(&volume, size, 50.0, -20.0);
+        let colors = vec![(-60.0, [0.0, 0.3, 1.0]), (300.0, [1.0, 0.8, 0.0])];
+        let transfer = TransferFunction::new("wide", colors, vec![(0.0, 0.5), (255.0, 0.5)]).unwrap();
+        for algorithm in [Layered::default().into(), Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 0.6 }] {
+            for blend in VALUES {
+                let pair = Pair::of(&volume, &transfer, &camera, size, &settings(algorithm, blend));
+                pair.assert_same(&format!("{algorithm:?} {blend:?}, {background}"), DEVICE_TOLERANCE);
+            }
+        }
+    }
+}

@@ -7,9 +7,9 @@ use common::reference::Pair;
 use common::*;
 use glam::{DMat3, DQuat, DVec3};
 use layersplat::layers::{Density, Interpolation, Rays};
-use layersplat::reference::Integral;
+use layersplat::reference::{Integral, Layered as LayeredReference};
 use layersplat::renderer::Plan;
-use layersplat::settings::{Algorithm, Blend, ClipPlane, Clipping, CropBox, Evaluation, Layered};
+use layersplat::settings::{Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Layered};
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{Camera, Error, Frame, Orbit, Renderer, Settings, TransferFunction, Volume};
 
@@ -371,6 +371,40 @@ fn what_is_no_box_or_plane_says_so() {
             }
             Err(other) => panic!("{other}"),
             Ok(_) => panic!("{clipping:?} was drawn"),
+        }
+    }
+}
+
+/// Opaque segments of several hues, which are taken in parts: the parts of what is left of them.
+#[test]
+fn deep_segments_are_cut_before_they_are_parted() {
+    /// dB, as of whole segments (device_vs_reference.rs).
+    const LEAST: f64 = 40.0;
+    let inside = |i: usize| (5..15).contains(&i);
+    let block = |i: usize| if inside(i % 20) && inside(i / 20 % 20) && inside(i / 400) { 255 } else { 0 };
+    let volume = volume([20; 3], DVec3::new(1.0, 0.9, 1.2), Voxels::Uint8((0..8000).map(block).collect()));
+    let colors = vec![(0.0, [0.1, 0.2, 0.9]), (255.0, [0.9, 0.5, 0.1])];
+    let hues = TransferFunction::new("hues", colors, vec![(0.0, 0.0), (30.0, 0.0), (60.0, 0.95), (255.0, 0.95)]).unwrap();
+    let size = viewport(20, 20);
+    // Through the segments between 0 and 255.
+    let (cut, whole) = (crop([4.3, 4.35, 4.4], [14.7, 14.6, 14.55]), crop([-5.0; 3], [30.0; 3]));
+    for samples_per_layer in [1, 2] {
+        let classification = Classification::Preintegrated { samples_per_layer };
+        let layered = Layered { classification, evaluation: Evaluation::Direct, ..Layered::default() };
+        for (azimuth, elevation) in [(0.0, 0.0), (90.0, 0.0), (183.0, -5.0)] {
+            let camera = parallel(&volume, size, azimuth, elevation);
+            let settings = composited(layered.into(), cut);
+            let found = render(&volume, &hues, &camera, size, &settings);
+            let axis = direct_axis(&volume, &camera, size, &settings);
+            let psnr = |clipping| {
+                let settings = composited(layered.into(), clipping);
+                let mut reference = LayeredReference::new(&volume, &hues, &settings);
+                reference.in_parts = true;
+                compare(&found, &reference.render(&camera, size, axis).unwrap()).psnr.unwrap()
+            };
+            let (near, far) = (psnr(cut), psnr(whole));
+            let what = format!("{samples_per_layer} samples at {azimuth}, {elevation}");
+            assert!(near > LEAST && far < near - 6.0, "{what}: {near} dB, and {far} without the cuts");
         }
     }
 }

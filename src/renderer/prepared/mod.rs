@@ -30,6 +30,8 @@ const BUDGET: usize = 256 << 20;
 pub(super) struct Prepared {
     grid: Grid,
     stored: Stored,
+    /// Whether some voxels are invalid, and count as background.
+    holed: bool,
     rescale: Rescale,
     voxels: Arc<VoxelBuffer>,
     /// As it was given.
@@ -107,6 +109,7 @@ impl Prepared {
         Ok(Self {
             grid,
             stored: volume.description().stored(),
+            holed: volume.invalid() > 0,
             rescale,
             cache: Cache::new(BUDGET + 2 * voxels.bytes()),
             voxels: Arc::new(voxels),
