@@ -8,9 +8,9 @@ use common::*;
 use glam::DVec3;
 use layersplat::layers::{Density, Interpolation};
 use layersplat::renderer::Plan;
-use layersplat::settings::{Algorithm, Blend, Clipping, CropBox, Evaluation, LayerAxis, Layered};
+use layersplat::settings::{Algorithm, Blend, Clipping, CropBox, Evaluation, Layered};
 use layersplat::volume::{Rescale, Voxels};
-use layersplat::{Camera, Error, Renderer, Settings, TransferFunction, Volume};
+use layersplat::{Camera, Settings, TransferFunction, Volume};
 
 #[test]
 fn every_algorithm_and_blend_mode_is_the_reference() {
@@ -320,34 +320,6 @@ fn opaque_between_two_axes() {
         let pixel = render(&volume, &brightness(200.0), &camera, size, &settings).pixel(15, 15);
         let expected = if blend == Blend::Iso(50.0) { 0.25 } else { 0.5 };
         assert!((pixel[0] - expected).abs() < 1e-3 && (pixel[3] - 1.0).abs() < 1e-5, "{blend:?}: {pixel:?}");
-    }
-}
-
-#[test]
-fn what_has_no_blend_mode_says_so() {
-    let volume = bump();
-    let size = viewport(8, 8);
-    let camera = parallel(&volume, size, 0.0, 0.0);
-    let mut renderer = Renderer::new(&device(), &volume, &smooth_transfer()).unwrap();
-    let mut problem = |algorithm, blend| match renderer.render(&camera, size, &settings(algorithm, blend)) {
-        Err(error @ (Error::Settings { .. } | Error::OutOfRange { .. })) => error.to_string(),
-        Err(other) => panic!("{other}"),
-        Ok(_) => panic!("{algorithm:?} {blend:?} was drawn"),
-    };
-    for blend in BLENDS {
-        for sheets in [Algorithm::AxisSheets { layer_axis: LayerAxis::Auto }, Algorithm::ViewSheets { sheet_distance: 1.0 }] {
-            let problem = problem(sheets, blend);
-            assert!(problem.contains("blend") && problem.contains("sheets mix voxels"), "{problem}");
-        }
-    }
-    for evaluation in [Evaluation::Direct, Evaluation::Lattice(Density::Relaxed)] {
-        let splatted = Layered { classification: SPLATTED, evaluation, ..Layered::default() };
-        let problem = problem(splatted.into(), Blend::Iso(ISO));
-        assert!(problem.contains("blend") && problem.contains("pre-integrated"), "{problem}");
-    }
-    for value in [f64::NAN, f64::INFINITY] {
-        let problem = problem(Algorithm::default(), Blend::Iso(value));
-        assert!(problem.contains("blend") && problem.contains("finite"), "{problem}");
     }
 }
 

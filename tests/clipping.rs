@@ -11,7 +11,7 @@ use layersplat::reference::{Integral, Layered as LayeredReference};
 use layersplat::renderer::Plan;
 use layersplat::settings::{Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Layered};
 use layersplat::volume::{Grid, Voxels};
-use layersplat::{Camera, Error, Frame, Orbit, Renderer, Settings, TransferFunction, Volume};
+use layersplat::{Camera, Frame, Orbit, Settings, TransferFunction, Volume};
 
 /// The same numbers in another order, or in a kernel that was built for something else.
 const ROUNDING: f64 = 2e-5;
@@ -348,38 +348,11 @@ fn nothing_is_left_of_what_lies_elsewhere() {
     }
 }
 
-#[test]
-fn what_is_no_box_or_plane_says_so() {
-    let volume = bump();
-    let size = viewport(8, 8);
-    let camera = parallel(&volume, size, 0.0, 0.0);
-    let mut renderer = Renderer::new(&device(), &volume, &smooth_transfer()).unwrap();
-    let only = |p| Clipping::default().with_planes([p]);
-    for (clipping, expected) in [
-        (crop([2.0, 0.0, 0.0], [2.0, 5.0, 5.0]), "a lower before a higher"),
-        (crop([2.0, 6.0, 0.0], [4.0, 5.0, 5.0]), "a lower before a higher"),
-        (crop([2.0, f64::NAN, 0.0], [4.0, 5.0, 5.0]), "a lower before a higher"),
-        (only(plane([0.0; 3], [0.0; 3])), "a finite normal other than 0"),
-        (only(plane([0.0; 3], [f64::NAN, 1.0, 0.0])), "a finite normal other than 0"),
-        (only(plane([f64::INFINITY, 0.0, 0.0], [1.0; 3])), "a finite point"),
-    ] {
-        let settings = clipped(Algorithm::default(), Blend::Composite, clipping);
-        match renderer.render(&camera, size, &settings) {
-            Err(error @ Error::OutOfRange { .. }) => {
-                let message = error.to_string();
-                assert!(message.contains("clipping") && message.contains(expected), "{message}");
-            }
-            Err(other) => panic!("{other}"),
-            Ok(_) => panic!("{clipping:?} was drawn"),
-        }
-    }
-}
-
 /// Opaque segments of several hues, which are taken in parts: the parts of what is left of them.
 #[test]
 fn deep_segments_are_cut_before_they_are_parted() {
     /// dB, as of whole segments (device_vs_reference.rs).
-    const LEAST: f64 = 40.0;
+    const LEAST: f64 = 50.0;
     let inside = |i: usize| (5..15).contains(&i);
     let block = |i: usize| if inside(i % 20) && inside(i / 20 % 20) && inside(i / 400) { 255 } else { 0 };
     let volume = volume([20; 3], DVec3::new(1.0, 0.9, 1.2), Voxels::Uint8((0..8000).map(block).collect()));
