@@ -10,8 +10,6 @@ use layersplat::settings::{Algorithm, Evaluation, Layered};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Frame, Settings, TransferFunction, Viewport, Volume};
 
-/// See tests/device_vs_reference.rs: nearest entries of a table, tens of samples.
-const DEVICE_TOLERANCE: f64 = 2e-3;
 /// Slicing looks up the nearest of 256 values in front and behind.
 const SLICING_TOLERANCE: f64 = 8e-3;
 /// Share of pixels whose step at the edge of the support falls to the other side in floats.

@@ -64,10 +64,10 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
                 lit[e] = light_gradient(&sample, along_u, along_v, along_a);
             }
 #endif
-            const float value_from = between(field[0], field[1], part.from);
-            const float value_to = between(field[0], field[1], part.to);
             const Way way = {{at_u[0], at_v[0], at_k[0]}, {at_u[1] - at_u[0], at_v[1] - at_v[0], at_k[1] - at_k[0]}};
 #if BLEND == COMPOSITE
+            const float value_from = between(field[0], field[1], part.from);
+            const float value_to = between(field[0], field[1], part.to);
             const float dt = ray.dt * share_of(&part) * sample.table_unit;
             const Node from = node_of(&sample, integrals, value_from, l[0] & 1);
             const Node to = node_of(&sample, integrals, value_to, l[1] & 1);
@@ -75,9 +75,9 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
                 segment_between(&sample, integrals, &from, &to, value_from, value_to, ends_of(&sample, l[0], l[1]), dt);
             composite_way(voxels, &view, &sample, integrals, &segment, &part, &way, dt, &lit[0], &lit[1], &gathered, &active);
 #elif BLEND == ISO
-            take_crossing(voxels, &view, &sample, &part, &way, value_from, value_to, &lit[0], &lit[1], &gathered, &active);
+            take_crossing(voxels, &view, &sample, &part, &way, field[0], field[1], &lit[0], &lit[1], &gathered, &active);
 #else
-            accumulate_values(value_from, value_to, share_of(&part) / s, &gathered, &active);
+            take_values(voxels, &view, &part, &way, field[0], field[1], share_of(&part) / s, &gathered, &active);
 #endif
         }
         if (!any_open(&sample, &gathered))

@@ -20,9 +20,10 @@ ALWAYS_INLINE void take_slab(__global const VOXEL *voxels, const VolumeView *vie
 #endif
     const Way way = way_between(front, back);
     const Part part = {rays->part.from, rays->length > 0.0f ? rays->part.to : rays->part.from};
-    take_crossing(voxels, view, sample, &part, &way, from, to, &lit_front, &lit_back, gathered, active);
+    take_crossing(voxels, view, sample, &part, &way, front->value, back->value, &lit_front, &lit_back, gathered, active);
 #else
-    accumulate_values(from, to, rays->parameters, gathered, active);
+    const Way way = way_between(front, back);
+    take_values(voxels, view, &rays->part, &way, front->value, back->value, rays->parameters, gathered, active);
 #endif
 }
 

@@ -83,7 +83,9 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
             }
             back.value = value_at(voxels, view, back.point[0], back.point[1], back.point[2], hits);
             back.sampled = true;
+#if !GATHERS_VALUES
             needed &= MAX(front.value, back.value) >= p->visible_from && MIN(front.value, back.value) <= p->visible_to;
+#endif
             SlabRays slab;
             slab.hits = hits;
             slab.parameters = (n + 1) * step - n * step;

@@ -162,7 +162,8 @@ inline uint shown(const realv *color, int count) {
     return counted(COUNT_IF(color[0] != 0.0f || color[1] != 0.0f || color[2] != 0.0f || color[3] != 0.0f), count);
 }
 
-// Ends a lattice's rays as `p` says: raw, or resolved to colours. Returns how many show anything, where others were before.
+// Ends a lattice's rays as `p` says: raw, or resolved to colours. Counts those that show anything where what was taken here does not tell:
+// others were before, or rays start with a value that shows.
 #define END_RAYS(p, sample, table, gathered, interval, count, stride, out, total) \
     if ((p).raw) {                                                                \
         store_raw(gathered, count, stride, out);                                  \
@@ -170,6 +171,6 @@ inline uint shown(const realv *color, int count) {
         realv color[4];                                                           \
         resolve(&(sample), table, gathered, interval, color);                     \
         store_colors(color, count, stride, out);                                  \
-        if ((p).continues)                                                        \
+        if ((p).continues || GATHERS_VALUES)                                      \
             total += shown(color, count);                                         \
     }

@@ -12,8 +12,12 @@ typedef struct {
 inline Interval interval_of(const Clipping *c, const realv *origin, const realv *direction, float start) {
     Interval e = {(realv)(start), (realv)(INFINITY)};
     for (int i = 0; i < 3; i++) {
-        const realv inverse = fabs(direction[i]) < 1e-30f ? (realv)(1e30f) : 1.0f / direction[i];
-        const realv a = (c->lowest[i] - origin[i]) * inverse, b = (c->highest[i] - origin[i]) * inverse;
+        // Rays along a face lie in the box from end to end or not at all; in a face they do.
+        const intv along = fabs(direction[i]) < 1e-30f;
+        const realv inverse = 1.0f / (along ? (realv)(1.0f) : direction[i]);
+        const realv above = c->lowest[i] - origin[i], below = c->highest[i] - origin[i];
+        const realv a = along ? (above <= 0.0f ? (realv)(-INFINITY) : (realv)(INFINITY)) : above * inverse;
+        const realv b = along ? (below >= 0.0f ? (realv)(INFINITY) : (realv)(-INFINITY)) : below * inverse;
         e.from = MAX(e.from, MIN(a, b));
         e.to = MIN(e.to, MAX(a, b));
     }

@@ -31,11 +31,16 @@ inline realv opacity_of(const SampleParams *p, realv w, Share share, realv dt) {
 }
 #endif
 
+// Of a sample that lies across the end of an interval, what a maximum or minimum takes notice of: less is rounding.
+#define LEAST_SHARE 1e-3f
+
 // Takes one sample (of VW rays). The lighting of the layer is found when its first visible sample needs it. `length` of a whole sample
 // in ray parameters.
 ALWAYS_INLINE void take_sample(const SampleParams *p, __global const float4 *table, realv value, Share share, realv dt, realv length,
                                const struct GradientSource *source, bool *lit, Lighting *lighting, Accumulator *a, intv *active) {
-#if GATHERS_VALUES
+#if BLEND == MAXIMUM || BLEND == MINIMUM
+    accumulate_values(value, value, share > LEAST_SHARE ? length * share : 0.0f, a, active);
+#elif GATHERS_VALUES
     accumulate_values(value, value, length * share, a, active);
 #else
     const intv index = table_index(p, value);

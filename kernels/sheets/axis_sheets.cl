@@ -54,7 +54,8 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
         tile.length[r] = length_per_depth(&p, &tile.rays[r]);
         tile.gathered[r] = empty_accumulator(&sample);
 #ifdef CLIPPED
-        tile.intervals[r] = interval_of(&clip, tile.rays[r].o, tile.rays[r].d, s.start);
+        // Splats before the eye are drawn as they are.
+        tile.intervals[r] = interval_of(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
 #endif
         for (int c = 0; c < 4; c++)
             sheet[r][c] = 0.0f;

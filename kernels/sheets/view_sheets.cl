@@ -118,7 +118,8 @@ __kernel void view_sheets(__global const Splat *sorted, __global const uint *end
         tile.length[r] = length_per_depth(&p, &tile.rays[r]);
         tile.gathered[r] = empty_accumulator(&sample);
 #ifdef CLIPPED
-        tile.intervals[r] = interval_of(&clip, tile.rays[r].o, tile.rays[r].d, s.start);
+        // Sheets at the eye are left out as a whole.
+        tile.intervals[r] = interval_of(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
 #endif
     }
     const uint2 list = list_of(ends, s.tiles_u * s.tiles_v, chunks, id);

@@ -1,6 +1,7 @@
 //! Voxels in floats, with the background around them.
 
 use crate::layers::{Interpolation, Ray};
+use crate::settings::Blend;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use glam::DVec3;
@@ -11,17 +12,27 @@ pub(super) struct Field {
     background: f64,
     gaussian_background: f64,
     range: (f64, f64),
+    /// Where a voxel is missing the nearest one stands for it, and no background enters.
+    edge_goes_on: bool,
     voxels: Vec<f64>,
 }
 
 impl Field {
-    pub fn new(volume: &Volume, transfer: &TransferFunction) -> Self {
+    /// As a blend mode sees it.
+    pub fn new(volume: &Volume, transfer: &TransferFunction, blend: Blend) -> Self {
+        let gaussian_background = match blend {
+            Blend::Composite => transfer.gaussian_background(volume.range().0, volume.background()),
+            Blend::Iso(_) => volume.background(),
+            // What a Gaussian's sums, which are only near 1, miss of the value: of its distance from the smallest one.
+            _ => volume.range().0,
+        };
         let voxels = (0..volume.grid().voxel_count()).map(|i| volume.value(i)).collect();
         Self {
             dims: volume.grid().dims().map(|n| n as i64),
             background: volume.background(),
-            gaussian_background: transfer.gaussian_background(volume.range().0, volume.background()),
+            gaussian_background,
             range: volume.field_range(),
+            edge_goes_on: blend.gathers_values(),
             voxels,
         }
     }
@@ -49,6 +60,8 @@ impl Field {
     /// Any voxel, or what it counts as where it is missing.
     pub fn voxel_or(&self, p: [i64; 3], missing: f64) -> f64 {
         let [x, y, z] = self.dims;
+        let nearest = |i: usize| p[i].clamp(0, self.dims[i] - 1);
+        let p = if self.edge_goes_on { [nearest(0), nearest(1), nearest(2)] } else { p };
         if (0..x).contains(&p[0]) && (0..y).contains(&p[1]) && (0..z).contains(&p[2]) {
             self.voxels[(p[0] + x * (p[1] + y * p[2])) as usize]
         } else {
@@ -91,7 +104,8 @@ impl Field {
         DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
     }
 
-    /// Where a ray is in the support of a kernel's field, [−r, n−1+r] per axis, as parameters of the ray.
+    /// Where a ray before its eye is in the support of a kernel's field, [−r, n−1+r] per axis, as parameters of the ray: beyond, there
+    /// is nothing to be marched through.
     pub fn support(&self, interpolation: Interpolation, ray: &Ray) -> Option<(f64, f64)> {
         let radius = f64::from(interpolation.radius());
         let (mut enter, mut leave) = (ray.start, f64::INFINITY);

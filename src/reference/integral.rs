@@ -2,12 +2,13 @@
 
 use super::compositing::{Gathered, picture};
 use super::field::Field;
+use super::interval::{Interval, Region};
 use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Interpolation, Ray, Rays};
-use crate::settings::Shading;
+use crate::settings::{Blend, Clipping, Shading};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::Volume;
@@ -28,6 +29,8 @@ pub struct Integral<'a> {
     pub interpolation: Interpolation,
     /// How it is lit. Default: not at all.
     pub shading: Option<Shading>,
+    /// What of it is shown. Default: all.
+    pub clipping: Clipping,
 }
 
 impl<'a> Integral<'a> {
@@ -35,12 +38,13 @@ impl<'a> Integral<'a> {
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, unit_distance: Option<f64>) -> Self {
         let unit_distance = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
         Self {
-            field: Field::new(volume, transfer),
+            field: Field::new(volume, transfer, Blend::Composite),
             transfer,
             volume,
             unit_distance,
             interpolation: Interpolation::Tricubic,
             shading: None,
+            clipping: Clipping::default(),
         }
     }
 
@@ -50,9 +54,17 @@ impl<'a> Integral<'a> {
         Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), rays.to_eye)))
     }
 
+    /// Where a ray is in the field, and counts.
+    fn interval(&self, ray: &Ray) -> Option<(f64, f64)> {
+        let (enter, leave) = self.field.support(self.interpolation, ray)?;
+        let Interval { from, to } = Region::of_clipping(self.volume, &self.clipping).of(ray)?;
+        let (enter, leave) = (enter.max(from), leave.min(to));
+        (enter < leave).then_some((enter, leave))
+    }
+
     /// Premultiplied RGBA along one ray; `to_eye` is the central ray's direction back to the eye, in the grid's axes.
     pub fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
-        let Some((enter, leave)) = self.field.support(self.interpolation, ray) else {
+        let Some((enter, leave)) = self.interval(ray) else {
             return [0.0; 4];
         };
         let spacing = self.volume.grid().spacing();

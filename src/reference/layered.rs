@@ -1,13 +1,15 @@
 //! Layered splatting from its definition.
 
+use super::blending::Values;
 use super::compositing::{Gathered, picture};
 use super::field::Field;
+use super::interval::{Interval, Part, Region};
 use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Axis, Correction, LayerSlabs, Ray, Rays, footprint};
-use crate::settings::{Classification, Settings};
+use crate::settings::{Blend, Classification, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
@@ -20,23 +22,33 @@ pub struct Layered<'a> {
     pub(super) transfer: &'a TransferFunction,
     pub(super) settings: &'a Settings,
     pub(super) classification: Classification,
+    region: Region,
     /// Whether pre-integrated segments are cut into fine parts, each dimmed by those before it, as the kernels approach for opaque
     /// transfer functions of several hues. Default: no.
     pub in_parts: bool,
 }
+
+/// Radius of the kernels of layers, in voxels.
+const RADIUS: f64 = 1.0;
 
 /// A ray in the coordinates of its layer axis.
 pub(super) struct Crossing {
     pub axis: Axis,
     pub origin: DVec3,
     pub shear: DVec2,
+    /// Layers per unit of the ray's parameter.
+    climb: f64,
+    /// Where it counts.
+    interval: Interval,
 }
 
 impl<'a> Layered<'a> {
     /// A renderer. Of the settings, those that decide where sums are evaluated and what is skipped are ignored.
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
         let classification = settings.layered().unwrap_or_default().classification;
-        Self { field: Field::new(volume, transfer), volume, transfer, settings, classification, in_parts: false }
+        let field = Field::new(volume, transfer, settings.blend);
+        let region = Region::new(volume, transfer, settings.blend, &settings.clipping, RADIUS);
+        Self { field, volume, transfer, settings, classification, region, in_parts: false }
     }
 
     /// The picture of a camera, all rays with one layer axis, or each with its own.
@@ -50,61 +62,73 @@ impl<'a> Layered<'a> {
         let axis = axis.unwrap_or_else(|| Axis::most_parallel(ray.direction));
         let frame = axis.frame();
         let shear = DVec2::from_array(frame.shear(ray.direction));
-        let crossing = Crossing { axis, origin: frame.local(ray.origin), shear };
+        let Some(interval) = self.region.of(ray) else { return [0.0; 4] };
+        let crossing = Crossing { axis, origin: frame.local(ray.origin), shear, climb: ray.direction[frame.a], interval };
         match self.classification {
-            Classification::Post(correction) => self.composite_splats(ray, &crossing, correction, to_eye),
-            Classification::Preintegrated { samples_per_layer } => {
-                self.composite_points(ray, &crossing, samples_per_layer, to_eye)
-            }
+            Classification::Post(correction) => self.composite_splats(&crossing, correction, to_eye),
+            Classification::Preintegrated { samples_per_layer } => self.composite_points(&crossing, samples_per_layer, to_eye),
         }
     }
 
-    fn composite_splats(&self, ray: &Ray, crossing: &Crossing, correction: Correction, to_eye: DVec3) -> [f64; 4] {
-        let frame = crossing.axis.frame();
-        let dims = self.local_dims(crossing.axis);
+    fn composite_splats(&self, crossing: &Crossing, correction: Correction, to_eye: DVec3) -> [f64; 4] {
+        let [.., last] = self.local_dims(crossing.axis);
         let samples = f64::from(correction.samples_per_layer());
-        let dt = self.sample_length(crossing);
         let slabs = LayerSlabs::new(correction);
-
-        let forward = ray.direction[frame.a] > 0.0;
-        let order: Vec<i64> = if forward { (-1..=dims[2]).collect() } else { (-1..=dims[2]).rev().collect() };
-        let step = if forward { 1 } else { -1 };
-        let mut gathered = Gathered::new();
+        let step = crossing.step();
+        let order: Vec<i64> = if step > 0 { (-1..=last).collect() } else { (-1..=last).rev().collect() };
+        let (mut gathered, mut values) = (Gathered::new(), Values::new(self.settings.blend));
         for (n, &k) in order.iter().enumerate() {
-            // Distance from the eye, in layers: what lies behind it is cut off.
-            let from_eye = step as f64 * (k as f64 - crossing.origin.z - ray.start * ray.direction[frame.a]);
-            if from_eye <= -0.5 || !self.in_support(crossing, k as f64) {
-                continue;
-            }
-            let [before, own, after] = [k - step, k, k + step].map(|j| self.splat_sum(crossing, j, crossing.at(j as f64)));
             let samples_of_layer = match n {
                 0 => &slabs.front,
                 _ if n + 1 == order.len() => &slabs.back,
                 _ => &slabs.inner,
             };
-            let mut start = from_eye - if n == 0 { 0.0 } else { 0.5 };
+            // In layers from this one's plane, along the ray.
+            let mut start = if n == 0 { 0.0 } else { -0.5 };
+            let mut sums = None;
             for slab in samples_of_layer {
                 let end = start + slab.share / samples;
-                let ahead = if start < 0.0 { (end / (end - start)).max(0.0) } else { 1.0 };
+                let part = crossing.part_of(k as f64 + step as f64 * start, k as f64 + step as f64 * end);
                 start = end;
-                let share = slab.share * ahead;
+                let Some(part) = part else { continue };
+                let [before, own, after] = *sums
+                    .get_or_insert_with(|| [k - step, k, k + step].map(|j| self.splat_sum(crossing, j, crossing.at(j as f64))));
                 let value = slab.before * before + slab.own * own + slab.after * after;
-                if self.transfer.opacity(value) == 0.0 {
-                    continue;
+                if self.settings.blend == Blend::Composite {
+                    self.composite_sample(crossing, k, value, slab.share, part, to_eye, &mut gathered);
+                } else {
+                    values.add_sample(value, slab.share, part);
                 }
-                let opacity = match self.settings.extinction {
-                    Extinction::Exponential => -(-self.transfer.extinction(value) * dt * share).exp_m1(),
-                    Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0) * share,
-                };
-                let mut c = self.transfer.color(value);
-                if let Some(shading) = self.settings.shading {
-                    let gradient = self.gradient(crossing, k);
-                    c = shade(self.volume, shading, c, gradient, to_eye);
-                }
-                gathered.add(c, opacity);
             }
         }
-        gathered.rgba()
+        if self.settings.blend == Blend::Composite { gathered.rgba() } else { values.rgba(self.transfer, &self.field) }
+    }
+
+    /// Composites a part of a sample of layer k, which has a share of a whole one's length.
+    #[expect(clippy::too_many_arguments, reason = "what a sample is made of")]
+    fn composite_sample(
+        &self,
+        crossing: &Crossing,
+        k: i64,
+        value: f64,
+        share: f64,
+        part: Part,
+        to_eye: DVec3,
+        gathered: &mut Gathered,
+    ) {
+        if self.transfer.opacity(value) == 0.0 {
+            return;
+        }
+        let (dt, share) = (self.sample_length(crossing), share * part.length());
+        let opacity = match self.settings.extinction {
+            Extinction::Exponential => -(-self.transfer.extinction(value) * dt * share).exp_m1(),
+            Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0) * share,
+        };
+        let mut color = self.transfer.color(value);
+        if let Some(shading) = self.settings.shading {
+            color = shade(self.volume, shading, color, self.gradient(crossing, k), to_eye);
+        }
+        gathered.add(color, opacity);
     }
 
     /// Length of a sample, in unit distances.
@@ -118,14 +142,6 @@ impl<'a> Layered<'a> {
     pub(super) fn local_dims(&self, axis: Axis) -> [i64; 3] {
         let frame = axis.frame();
         [frame.u, frame.v, frame.a].map(|i| self.field.dims()[i])
-    }
-
-    /// Whether a sample at layer k, not always whole, counts: always where the background is invisible; else only within the field's support.
-    pub(super) fn in_support(&self, crossing: &Crossing, k: f64) -> bool {
-        let dims = self.local_dims(crossing.axis);
-        let p = crossing.at(k);
-        let inside = |p: f64, n: i64| (-1.0..=n as f64).contains(&p);
-        self.transfer.opacity(self.field.background()) == 0.0 || (inside(p.x, dims[0]) && inside(p.y, dims[1]))
     }
 
     /// S_k at (u, v): the sum of all footprints in layer k. Background beyond the layers.
@@ -166,5 +182,16 @@ impl Crossing {
     /// Where the ray crosses layer k, or a plane between layers.
     pub(super) fn at(&self, k: f64) -> DVec2 {
         self.origin.truncate() + self.shear * (k - self.origin.z)
+    }
+
+    /// The direction in which layers are met: 1 or -1.
+    pub fn step(&self) -> i64 {
+        if self.climb > 0.0 { 1 } else { -1 }
+    }
+
+    /// What counts of the way between two places on the layer axis.
+    pub fn part_of(&self, front: f64, back: f64) -> Option<Part> {
+        let parameter = |z: f64| (z - self.origin.z) / self.climb;
+        self.interval.part_of(parameter(front), parameter(back))
     }
 }

@@ -1,13 +1,15 @@
 //! Ray casting and pre-integrated slicing from their definitions.
 
+use super::blending::{Values, crossing, opaque};
 use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
 use super::field::Field;
-use super::shading::shade;
+use super::interval::{Part, Region};
+use super::shading::{Lighting, shade};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Interpolation, Ray, Rays};
-use crate::settings::{Algorithm, Settings};
+use crate::settings::{Algorithm, Blend, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
@@ -27,7 +29,7 @@ pub struct Marched<'a> {
 impl<'a> Marched<'a> {
     /// A renderer; the settings' algorithm is ray casting or slicing.
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
-        Self { field: Field::new(volume, transfer), volume, transfer, settings }
+        Self { field: Field::new(volume, transfer, settings.blend), volume, transfer, settings }
     }
 
     /// The picture of a camera.
@@ -36,10 +38,20 @@ impl<'a> Marched<'a> {
     /// With another algorithm.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
-        Ok(picture(viewport, |x, y| match self.settings.algorithm {
-            Algorithm::Raycast { interpolation, step } => self.cast(&rays.at(x, y), interpolation, step, rays.to_eye),
-            Algorithm::Slicing { step } => self.slice(&rays.at(x, y), step, rays.to_eye),
+        let (kernel, step) = match self.settings.algorithm {
+            Algorithm::Raycast { interpolation, step } => (interpolation, step),
+            Algorithm::Slicing { step } => (Interpolation::Trilinear, step),
             other => panic!("{} does not march along rays", other.name()),
+        };
+        let slicing = matches!(self.settings.algorithm, Algorithm::Slicing { .. });
+        Ok(picture(viewport, |x, y| {
+            let ray = &rays.at(x, y);
+            match self.settings.blend {
+                Blend::Composite if slicing => self.slice(ray, step, rays.to_eye),
+                Blend::Composite => self.cast(ray, kernel, step, rays.to_eye),
+                Blend::Iso(iso) => self.surface(ray, kernel, step, iso, rays.to_eye),
+                _ => self.values(ray, kernel, step, rays.to_eye),
+            }
         }))
     }
 
@@ -50,20 +62,21 @@ impl<'a> Marched<'a> {
         ((vector * spacing).length() / unit, spacing.min_element() / unit)
     }
 
+    /// Casts a ray, each sample by itself.
     fn cast(&self, ray: &Ray, interpolation: Interpolation, step: f64, to_eye: DVec3) -> [f64; 4] {
         let mut gathered = Gathered::new();
-        let Some((enter, leave)) = self.field.support(interpolation, ray) else {
-            return gathered.rgba();
-        };
         let (per_parameter, smallest) = self.lengths(ray.direction);
         let dt = step * smallest;
-        let place = |n: i64| (n as f64 + 0.5) * dt / per_parameter;
-        let first = (enter * per_parameter / dt).floor() as i64;
-        for t in (first..).map(place).skip_while(|&t| t < enter).take_while(|&t| t < leave) {
-            let p = ray.origin + ray.direction * t;
+        for slab in self.slabs(ray, interpolation, dt / per_parameter) {
+            // In the middle of the whole step, whatever is cut from it.
+            let p = ray.origin + ray.direction * ((slab.front + slab.back) / 2.0);
             let value = self.field.within_range(self.field.reconstructed(interpolation, p));
             if self.transfer.opacity(value) > 0.0 {
-                let opacity = opacity_over(self.transfer, value, dt, self.settings.extinction);
+                let share = slab.part.length();
+                let opacity = match self.settings.extinction {
+                    Extinction::Exponential => opacity_over(self.transfer, value, dt * share, Extinction::Exponential),
+                    Extinction::Linear => opacity_over(self.transfer, value, dt, Extinction::Linear) * share,
+                };
                 let mut color = self.transfer.color(value);
                 if let Some(shading) = self.settings.shading {
                     color = shade(self.volume, shading, color, self.field.differences(interpolation, p), to_eye);
@@ -74,43 +87,105 @@ impl<'a> Marched<'a> {
         gathered.rgba()
     }
 
+    /// Slices.
     fn slice(&self, ray: &Ray, step: f64, to_eye: DVec3) -> [f64; 4] {
         const KERNEL: Interpolation = Interpolation::Trilinear;
         let mut gathered = Gathered::new();
-        let Some((enter, leave)) = self.field.support(KERNEL, ray) else {
-            return gathered.rgba();
-        };
-        let spacing = self.volume.grid().spacing();
         let (per_parameter, smallest) = self.lengths(ray.direction);
-        let depth_per_parameter = -(ray.direction * spacing).dot(to_eye);
-        let between = step * spacing.min_element() / depth_per_parameter;
-        let background = self.transfer.opacity(self.field.background()) > 0.0;
-        let mut n = (enter / between).floor();
-        while n * between < leave {
-            let (from, to) = ((n * between).max(ray.start), (n + 1.0) * between);
-            n += 1.0;
-            let middle = (from + to) / 2.0;
-            if background && !(enter..=leave).contains(&middle) {
-                continue;
-            }
-            let [p, q] = [from, to].map(|t| ray.origin + ray.direction * t);
-            let values = [p, q].map(|p| self.field.reconstructed(KERNEL, p));
-            let Some((extinction, mut color)) = slab(self.transfer, values, step * smallest, self.settings.extinction) else {
+        for slab in self.slabs(ray, KERNEL, self.between_planes(ray, step, to_eye)) {
+            let points = slab.points(ray);
+            let values = slab.part.ends_of(points.map(|p| self.field.reconstructed(KERNEL, p)));
+            let Some((mean, mut color)) = slab_between(self.transfer, values, step * smallest, self.settings.extinction) else {
                 continue;
             };
-            let opacity = opacity_of_depth(extinction * (to - from) * per_parameter, self.settings.extinction);
+            let length = slab.part.length() * (slab.back - slab.front) * per_parameter;
             if let Some(shading) = self.settings.shading {
-                let [g, h] = [p, q].map(|p| self.field.differences(KERNEL, p));
+                let [g, h] = points.map(|p| self.field.differences(KERNEL, p));
                 color = shade(self.volume, shading, color, (g + h) / 2.0, to_eye);
             }
-            gathered.add(color, opacity);
+            gathered.add(color, opacity_of_depth(mean * length, self.settings.extinction));
         }
         gathered.rgba()
+    }
+
+    /// Gathers values from plane to plane.
+    fn values(&self, ray: &Ray, interpolation: Interpolation, step: f64, to_eye: DVec3) -> [f64; 4] {
+        let mut values = Values::new(self.settings.blend);
+        for slab in self.slabs(ray, interpolation, self.between_planes(ray, step, to_eye)) {
+            // The field itself at both ends: it bends where voxels end.
+            let ends = [slab.part.from, slab.part.to].map(|t| {
+                let t = slab.front + t * (slab.back - slab.front);
+                self.field.reconstructed(interpolation, ray.origin + ray.direction * t)
+            });
+            values.add(ends, slab.part.length());
+        }
+        values.rgba(self.transfer, &self.field)
+    }
+
+    /// The first surface between two planes.
+    fn surface(&self, ray: &Ray, interpolation: Interpolation, step: f64, iso: f64, to_eye: DVec3) -> [f64; 4] {
+        for slab in self.slabs(ray, interpolation, self.between_planes(ray, step, to_eye)) {
+            let points = slab.points(ray);
+            let Some(t) = crossing(points.map(|p| self.field.reconstructed(interpolation, p)), iso) else { continue };
+            if (slab.part.from..=slab.part.to).contains(&t) {
+                let color = self.transfer.color(iso);
+                return opaque(self.settings.shading.map_or(color, |shading| {
+                    let gradient = |p: DVec3| self.field.differences(interpolation, p);
+                    let [front, back] = points.map(|p| Lighting::new(self.volume, shading, gradient(p), to_eye));
+                    front.mix(back, t).on(color)
+                }));
+            }
+        }
+        [0.0; 4]
+    }
+
+    /// Ray parameter from one plane across the view to the next.
+    fn between_planes(&self, ray: &Ray, step: f64, to_eye: DVec3) -> f64 {
+        let spacing = self.volume.grid().spacing();
+        step * spacing.min_element() / -(ray.direction * spacing).dot(to_eye)
+    }
+
+    /// The slabs of a thickness in ray parameters that the ray meets in the field and that count, front to back; one of them begins at
+    /// the parameter 0.
+    fn slabs(&self, ray: &Ray, interpolation: Interpolation, thickness: f64) -> impl Iterator<Item = Slab> {
+        let ends = self.field.support(interpolation, ray).map(|(enter, leave)| (enter / thickness, leave / thickness));
+        let (first, end) = ends.map_or((0, 0), |(enter, leave)| (enter.floor() as i64, leave.ceil() as i64));
+        let region = Region::new(
+            self.volume,
+            self.transfer,
+            self.settings.blend,
+            &self.settings.clipping,
+            f64::from(interpolation.radius()),
+        );
+        let interval = region.of(ray);
+        (first..end).filter_map(move |n| {
+            let (front, back) = (n as f64 * thickness, (n + 1) as f64 * thickness);
+            Some(Slab { front, back, part: interval?.part_of(front, back)? })
+        })
+    }
+}
+
+/// Between two parameters of a ray.
+struct Slab {
+    front: f64,
+    back: f64,
+    part: Part,
+}
+
+impl Slab {
+    /// Its ends, of the whole.
+    fn points(&self, ray: &Ray) -> [DVec3; 2] {
+        [self.front, self.back].map(|t| ray.origin + ray.direction * t)
     }
 }
 
 /// Mean extinction of a slab over which the value changes evenly, and its colour, for a slab of one thickness.
-fn slab(transfer: &TransferFunction, [from, to]: [f64; 2], thickness: f64, extinction: Extinction) -> Option<(f64, [f64; 3])> {
+fn slab_between(
+    transfer: &TransferFunction,
+    [from, to]: [f64; 2],
+    thickness: f64,
+    extinction: Extinction,
+) -> Option<(f64, [f64; 3])> {
     let parts = if from == to { 1 } else { PARTS };
     let share = thickness / parts as f64;
     let mut gathered = Gathered::new();

@@ -1,9 +1,12 @@
 //! Point-sampled layers with pre-integrated classification, from their definition.
 
+use super::blending::{Values, crossing, opaque, refined_crossing};
 use super::compositing::{Gathered, opacity_of_depth, opacity_over};
+use super::interval::Part;
 use super::layered::{Crossing, Layered};
 use super::shading::Lighting;
-use crate::layers::{CURVE_SHARE, Interpolation, Ray, segment_ends};
+use crate::layers::{CURVE_SHARE, Interpolation, segment_ends};
+use crate::settings::Blend;
 use crate::transfer::{Extinction, TransferFunction};
 use glam::DVec3;
 
@@ -12,90 +15,124 @@ const PARTS: usize = 512;
 
 impl Layered<'_> {
     /// Premultiplied RGBA along one ray, sampled `samples_per_layer` times per layer.
-    pub(super) fn composite_points(&self, ray: &Ray, crossing: &Crossing, samples_per_layer: u32, to_eye: DVec3) -> [f64; 4] {
-        let frame = crossing.axis.frame();
-        let dims = self.local_dims(crossing.axis);
-        let samples = i64::from(samples_per_layer);
-        let dt = self.sample_length(crossing);
-        let step = if ray.direction[frame.a] > 0.0 { 1 } else { -1 };
-        let mut gathered = Gathered::new();
-        for n in 0..samples * (dims[2] + 1) {
-            let l = if step > 0 { n } else { samples * (dims[2] + 1) - n };
-            // Where the segment begins and ends, in layers.
-            let [z0, z1] = [l, l + step].map(|l| l as f64 / samples as f64 - 1.0);
-            let from_eye = step as f64 * (z0 - crossing.origin.z - ray.start * ray.direction[frame.a]);
-            let cut = (-from_eye * samples as f64).clamp(0.0, 1.0);
-            if cut == 1.0 || !self.in_support(crossing, (z0 + z1) / 2.0) {
-                continue;
-            }
-            let n = (if step > 0 { l } else { l - 1 }) % samples;
-            let [low, high] = segment_ends(samples_per_layer, n as u32);
-            let points = [z0, z1].map(|z| frame.global(crossing.at(z).extend(z)));
-            let [from, to] = points.map(|p| self.field.value(p));
-            let segment = Segment {
-                from: from + cut * (to - from),
-                to,
-                ends: if step > 0 { [low, high] } else { [high, low] },
-                length: dt * (1.0 - cut),
-                begin: points[0].lerp(points[1], cut),
-                end: points[1],
-            };
-            let lighting = self.settings.shading.map(|shading| {
-                points.map(|p| Lighting::new(self.volume, shading, self.field.differences(Interpolation::Tricubic, p), to_eye))
-            });
-            if self.in_parts {
-                self.composite_parts(&segment, lighting, &mut gathered);
-            } else {
-                self.composite_whole(&segment, lighting, samples_per_layer, &mut gathered);
+    pub(super) fn composite_points(&self, crossing: &Crossing, samples_per_layer: u32, to_eye: DVec3) -> [f64; 4] {
+        let (mut gathered, mut values) = (Gathered::new(), Values::new(self.settings.blend));
+        for segment in self.segments(crossing, samples_per_layer) {
+            match self.settings.blend {
+                Blend::Composite if self.in_parts => self.composite_parts(&segment, to_eye, &mut gathered),
+                Blend::Composite => self.composite_whole(&segment, samples_per_layer, to_eye, &mut gathered),
+                Blend::Iso(iso) => {
+                    if let Some(color) = self.surface(&segment, samples_per_layer, iso, to_eye) {
+                        return opaque(color);
+                    }
+                }
+                // The field itself at both ends: it bends where voxels end.
+                _ => {
+                    let ends = [segment.part.from, segment.part.to].map(|t| self.field.value(segment.place(t)));
+                    values.add(ends, segment.part.length());
+                }
             }
         }
-        gathered.rgba()
+        if self.settings.blend.gathers_values() { values.rgba(self.transfer, &self.field) } else { gathered.rgba() }
+    }
+
+    /// The segments that count, front to back.
+    fn segments<'a>(&'a self, crossing: &'a Crossing, samples_per_layer: u32) -> impl Iterator<Item = Segment> + 'a {
+        let frame = crossing.axis.frame();
+        let [.., layers] = self.local_dims(crossing.axis);
+        let (samples, step) = (i64::from(samples_per_layer), crossing.step());
+        (0..samples * (layers + 1)).filter_map(move |n| {
+            let l = if step > 0 { n } else { samples * (layers + 1) - n };
+            // Where the segment begins and ends, in layers.
+            let [z0, z1] = [l, l + step].map(|l| l as f64 / samples as f64 - 1.0);
+            let part = crossing.part_of(z0, z1)?;
+            let points = [z0, z1].map(|z| frame.global(crossing.at(z).extend(z)));
+            let [low, high] = segment_ends(samples_per_layer, (l.min(l + step) % samples) as u32);
+            Some(Segment {
+                points,
+                values: points.map(|p| self.field.value(p)),
+                part,
+                ends: if step > 0 { [low, high] } else { [high, low] },
+                length: self.sample_length(crossing) * part.length(),
+            })
+        })
+    }
+
+    fn lighting(&self, points: [DVec3; 2], to_eye: DVec3) -> Option<[Lighting; 2]> {
+        let shading = self.settings.shading?;
+        Some(points.map(|p| Lighting::new(self.volume, shading, self.field.differences(Interpolation::Tricubic, p), to_eye)))
     }
 
     /// A segment of one colour, lit where most of its light comes from.
-    fn composite_whole(
-        &self,
-        segment: &Segment,
-        lighting: Option<[Lighting; 2]>,
-        samples_per_layer: u32,
-        gathered: &mut Gathered,
-    ) {
+    fn composite_whole(&self, segment: &Segment, samples_per_layer: u32, to_eye: DVec3, gathered: &mut Gathered) {
         let extinction = self.settings.extinction;
         let Some(mean) = mean(self.transfer, segment, extinction) else { return };
         let depth = mean.attenuation * segment.length;
         let opacity = opacity_of_depth(depth, extinction);
-        let color = lighting.map_or(mean.color, |[front, back]| {
+        let color = self.lighting(segment.points, to_eye).map_or(mean.color, |ends| {
             // Light comes from before the centroid, by as much as what lies behind is dimmed, if extinction is even.
             let dimmed = if depth > 1e-6 { 0.5 - 1.0 / depth + 1.0 / depth.exp_m1() } else { 0.0 };
-            let t = mean.centroid - 4.0 * mean.centroid * (1.0 - mean.centroid) * dimmed;
-            let curve = if samples_per_layer == 1 { CURVE_SHARE } else { 0.0 };
-            front.mix(back, t + curve * (t * t * (3.0 - 2.0 * t) - t)).on(mean.color)
+            let source = mean.centroid - 4.0 * mean.centroid * (1.0 - mean.centroid) * dimmed;
+            along_curve(ends, segment.part.at(source), samples_per_layer).on(mean.color)
         });
         gathered.add(color, opacity);
     }
 
     /// A segment through the field itself, in parts.
-    fn composite_parts(&self, segment: &Segment, lighting: Option<[Lighting; 2]>, gathered: &mut Gathered) {
+    fn composite_parts(&self, segment: &Segment, to_eye: DVec3, gathered: &mut Gathered) {
+        let lighting = self.lighting(segment.points, to_eye);
         for n in 0..PARTS {
-            let t = (n as f64 + 0.5) / PARTS as f64;
-            let value = self.field.value(segment.begin.lerp(segment.end, t));
+            let t = segment.part.at((n as f64 + 0.5) / PARTS as f64);
+            let value = self.field.value(segment.place(t));
             let opacity = opacity_over(self.transfer, value, segment.length / PARTS as f64, self.settings.extinction);
             let color = self.transfer.color(value);
             gathered.add(lighting.map_or(color, |[front, back]| front.mix(back, t).on(color)), opacity);
         }
     }
+
+    /// The colour of a surface where the segment crosses it, if it does in the part that counts.
+    fn surface(&self, segment: &Segment, samples_per_layer: u32, iso: f64, to_eye: DVec3) -> Option<[f64; 3]> {
+        let mut t = crossing(segment.values, iso)?;
+        let refined = samples_per_layer > 1;
+        if refined {
+            t = refined_crossing(|t| self.field.value(segment.place(t)), segment.values[0], iso);
+        }
+        if !(segment.part.from..=segment.part.to).contains(&t) {
+            return None;
+        }
+        let color = self.transfer.color(iso);
+        let lighting = if refined {
+            self.lighting([segment.place(t); 2], to_eye).map(|[at, _]| at)
+        } else {
+            self.lighting(segment.points, to_eye).map(|ends| along_curve(ends, t, samples_per_layer))
+        };
+        Some(lighting.map_or(color, |lighting| lighting.on(color)))
+    }
+}
+
+/// Lighting between that of two ends: where these are a layer apart it stays near theirs, as the field does.
+fn along_curve([front, back]: [Lighting; 2], t: f64, samples_per_layer: u32) -> Lighting {
+    let curve = if samples_per_layer == 1 { CURVE_SHARE } else { 0.0 };
+    front.mix(back, t + curve * (t * t * (3.0 - 2.0 * t) - t))
 }
 
 /// From one sample of a ray to the next.
 struct Segment {
-    from: f64,
-    to: f64,
-    /// Weights of both values; what is left belongs to those between, evenly.
+    points: [DVec3; 2],
+    /// There.
+    values: [f64; 2],
+    /// What counts; the value changes evenly to its ends.
+    part: Part,
+    /// Weights of the values at both ends of the part; what is left belongs to those between, evenly.
     ends: [f64; 2],
-    /// In unit distances.
+    /// Of the part, in unit distances.
     length: f64,
-    begin: DVec3,
-    end: DVec3,
+}
+
+impl Segment {
+    fn place(&self, t: f64) -> DVec3 {
+        self.points[0].lerp(self.points[1], t)
+    }
 }
 
 /// Of a segment: attenuation per unit distance, the colour weighted with it, and where it lies on the way, 0 … 1.
@@ -107,7 +144,7 @@ struct Mean {
 
 /// The mean of a segment; `None` if all of it is transparent.
 fn mean(transfer: &TransferFunction, segment: &Segment, extinction: Extinction) -> Option<Mean> {
-    let Segment { from, to, ends, .. } = *segment;
+    let ([from, to], ends) = (segment.part.ends_of(segment.values), segment.ends);
     let attenuation_at = |value: f64| match extinction {
         Extinction::Exponential => transfer.extinction(value).min(f64::MAX / PARTS as f64),
         Extinction::Linear => transfer.opacity(value),

@@ -2,6 +2,7 @@
 
 use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
 use super::field::Field;
+use super::interval::Region;
 use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
@@ -39,7 +40,7 @@ struct Splat {
 impl<'a> Sheets<'a> {
     /// A renderer; the settings' algorithm is one of the two.
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
-        Self { field: Field::new(volume, transfer), volume, transfer, settings }
+        Self { field: Field::new(volume, transfer, settings.blend), volume, transfer, settings }
     }
 
     /// The picture of a camera.
@@ -55,7 +56,7 @@ impl<'a> Sheets<'a> {
             let seen: Vec<(&Splat, f64)> = splats.iter().map(|s| (s, weight(s))).filter(|(_, weight)| *weight > 0.0).collect();
             let ray = rays.at(x, y);
             match self.settings.algorithm {
-                Algorithm::AxisSheets { .. } => self.by_layer(&ray, &projection, &seen, rays.to_eye),
+                Algorithm::AxisSheets { .. } => self.by_layer(&ray, &projection, &seen, rays.central_direction(), rays.to_eye),
                 Algorithm::ViewSheets { sheet_distance } => self.by_sheet(&ray, &projection, &seen, sheet_distance, rays.to_eye),
                 other => panic!("{} has no sheets", other.name()),
             }
@@ -63,11 +64,7 @@ impl<'a> Sheets<'a> {
     }
 
     fn splats(&self, projection: &SplatProjection, direction: DVec3) -> Vec<Splat> {
-        let axis = match self.settings.algorithm {
-            Algorithm::AxisSheets { layer_axis: LayerAxis::Forced(axis) } => axis,
-            _ => Axis::most_parallel(direction),
-        };
-        let a = axis.index();
+        let a = self.layer_axis(direction).index();
         let forward = direction[a] >= 0.0;
         let [nx, ny, nz] = self.field.dims();
         let missing = match self.settings.algorithm {
@@ -98,6 +95,14 @@ impl<'a> Sheets<'a> {
         splats
     }
 
+    /// The axis that axis-aligned sheets are along, in a view of a central direction.
+    fn layer_axis(&self, direction: DVec3) -> Axis {
+        match self.settings.algorithm {
+            Algorithm::AxisSheets { layer_axis: LayerAxis::Forced(axis) } => axis,
+            _ => Axis::most_parallel(direction),
+        }
+    }
+
     /// Length of a ray per voxel of depth, in unit distances.
     fn length_per_depth(&self, ray: &Ray, projection: &SplatProjection) -> f64 {
         let spacing = self.volume.grid().spacing();
@@ -110,7 +115,14 @@ impl<'a> Sheets<'a> {
         self.settings.shading.map_or(color, |shading| shade(self.volume, shading, color, gradient, to_eye))
     }
 
-    fn by_layer(&self, ray: &Ray, projection: &SplatProjection, seen: &[(&Splat, f64)], to_eye: DVec3) -> [f64; 4] {
+    fn by_layer(
+        &self,
+        ray: &Ray,
+        projection: &SplatProjection,
+        seen: &[(&Splat, f64)],
+        central: DVec3,
+        to_eye: DVec3,
+    ) -> [f64; 4] {
         // Extinction times colour, and extinction.
         let mut layers: BTreeMap<i64, [f64; 4]> = BTreeMap::new();
         for (splat, weight) in seen {
@@ -127,9 +139,16 @@ impl<'a> Sheets<'a> {
             }
         }
         let length = self.length_per_depth(ray, projection);
+        let interval = Region::of_clipping(self.volume, &self.settings.clipping).of_line(ray);
+        let a = self.layer_axis(central).index();
+        let parameter = |k: f64| (k - ray.origin[a]) / ray.direction[a];
         let mut gathered = Gathered::new();
-        for [r, g, b, extinction] in layers.into_values() {
-            let opacity = opacity_of_depth(extinction * length, self.settings.extinction);
+        for (layer, [r, g, b, extinction]) in layers {
+            // A sheet stands for the space half-way to the next.
+            let k = layer as f64 * central[a].signum();
+            let [front, back] = [-0.5, 0.5].map(|half| parameter(k + half * ray.direction[a].signum()));
+            let Some(part) = interval.and_then(|interval| interval.part_of(front, back)) else { continue };
+            let opacity = opacity_of_depth(extinction * length * part.length(), self.settings.extinction);
             gathered.add([r, g, b].map(|c| c / extinction), opacity);
         }
         gathered.rgba()
@@ -163,17 +182,22 @@ impl<'a> Sheets<'a> {
             }
         }
         let dt = self.length_per_depth(ray, projection) * distance;
-        let extent = self.field.support(Interpolation::Gaussian, ray);
+        let parameter = |depth: f64| (depth - projection.depth(ray.origin)) / projection.along.dot(ray.direction);
+        let (blend, clipping) = (self.settings.blend, &self.settings.clipping);
+        let interval = Region::new(self.volume, self.transfer, blend, clipping, GAUSSIAN_RADIUS).of_line(ray);
         let mut gathered = Gathered::new();
         for (sheet, (difference, gradient)) in sheets {
             let depth = sheet as f64 * distance;
-            let t = (depth - projection.depth(ray.origin)) / projection.along.dot(ray.direction);
-            let inside = extent.is_some_and(|(enter, leave)| (enter..=leave).contains(&t));
-            if depth < projection.nearest_sheet() || (visible && !inside) {
-                continue;
-            }
+            // A sheet stands for the space half-way to the next.
+            let [front, back] = [-0.5, 0.5].map(|half| parameter(depth + half * distance));
+            let part = interval.and_then(|interval| interval.part_of(front, back));
+            let Some(part) = part.filter(|_| depth >= projection.nearest_sheet()) else { continue };
             let value = self.field.within_range(background + difference);
-            let opacity = opacity_over(self.transfer, value, dt, self.settings.extinction);
+            let share = part.length();
+            let opacity = match self.settings.extinction {
+                Extinction::Exponential => opacity_over(self.transfer, value, dt * share, Extinction::Exponential),
+                Extinction::Linear => opacity_over(self.transfer, value, dt, Extinction::Linear) * share,
+            };
             if opacity > 0.0 {
                 gathered.add(self.shaded(value, gradient, to_eye), opacity);
             }

@@ -12,8 +12,7 @@ use crate::device::launch::rays::{
 };
 use crate::device::launch::structs::MarchParams;
 use crate::error::Error;
-use crate::layers::{Axis, Interpolation, Rays};
-use crate::viewport::Viewport;
+use crate::layers::{Axis, Interpolation};
 
 /// Rays are marched in the upload's own layout.
 const AXIS: Axis = Axis::Z;
@@ -45,7 +44,7 @@ impl MarchedRays {
         let axes = scene.axes(1);
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
-        let region = Region::new(scene, f64::from(interpolation.radius()), 1);
+        let region = Region::marched(scene, f64::from(interpolation.radius()), step);
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.raycast.launch(
@@ -83,11 +82,12 @@ impl MarchedRays {
         let reach = if gaussian { PointReach::Gaussian } else { PointReach::SmallShear };
         let visible = scene.prepared.visible_to_points(device, AXIS, reach, settings.extinction, settings.blend)?;
         let table = scene.prepared.table(device, settings.extinction)?;
-        let layout = scene.prepared.layout(device, AXIS)?;
+        let mut layout = scene.prepared.layout(device, AXIS)?;
+        layout.view.background = scene.prepared.background_of(settings.blend);
         let axes = scene.axes(1);
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
-        let region = Region::new(scene, f64::from(interpolation.radius()), 1);
+        let region = Region::marched(scene, f64::from(interpolation.radius()), longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         let useful = scene.prepared.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
@@ -122,7 +122,7 @@ impl MarchedRays {
         let layout = scene.prepared.layout(device, AXIS)?;
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
-        let region = Region::new(scene, f64::from(Interpolation::Trilinear.radius()), 1);
+        let region = Region::marched(scene, f64::from(Interpolation::Trilinear.radius()), longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.slicing.launch(
@@ -164,7 +164,7 @@ impl MarchedRays {
         integrals.set(&mut sample, 1);
         sample.curve = 0.0;
         let segments = Segments { curved: false, ..integrals.segments(settings.extinction, 1) };
-        let region = Region::new(scene, f64::from(Interpolation::Tricubic.radius()), 1);
+        let region = Region::marched(scene, f64::from(Interpolation::Tricubic.radius()), longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.segments.launch(
@@ -215,23 +215,28 @@ fn march_params(blocks: [i32; 2], culling: bool) -> MarchParams {
     }
 }
 
-/// What marching from plane to plane needs, between values that are of use, planes being `step` smallest spacings apart along the central ray; other rays of a
-/// perspective cross them at an angle.
+/// What marching from plane to plane needs, between values that are of use, planes being `step` smallest spacings apart along the
+/// central ray; other rays of a perspective cross them at an angle.
 fn slab_params(scene: &Scene, step: f64, useful: [f32; 2], blocks: [i32; 2]) -> MarchParams {
-    let Scene { rays, ref prepared, .. } = *scene;
-    let spacing = prepared.grid().spacing();
-    // World distance along the central ray per unit of the rays' parameter: the same for all rays.
-    let depth_per_parameter = -(rays.direction[0] * spacing).dot(rays.to_eye);
-    let ray_parameter = step * spacing.min_element() / depth_per_parameter;
     MarchParams {
-        slice_step: ray_parameter as f32,
-        thin: i32::from(longest_slab(rays, scene.viewport, ray_parameter) <= 1.0),
+        slice_step: slab_parameter(scene, step) as f32,
+        thin: i32::from(longest_slab(scene, step) <= 1.0),
         visible: useful,
         ..march_params(blocks, scene.settings.culling)
     }
 }
 
+/// Ray parameter from one plane to the next: the same for all rays.
+fn slab_parameter(scene: &Scene, step: f64) -> f64 {
+    let Scene { rays, ref prepared, .. } = *scene;
+    let spacing = prepared.grid().spacing();
+    // World distance along the central ray per unit of the rays' parameter.
+    let depth_per_parameter = -(rays.direction[0] * spacing).dot(rays.to_eye);
+    step * spacing.min_element() / depth_per_parameter
+}
+
 /// The longest way of any ray through a slab along any axis, in voxels: a corner's, since directions are affine in pixels.
-fn longest_slab(rays: &Rays, viewport: Viewport, ray_parameter: f64) -> f64 {
-    rays.corners(viewport).iter().map(|ray| ray.direction.abs().max_element() * ray_parameter).fold(0.0, f64::max)
+fn longest_slab(scene: &Scene, step: f64) -> f64 {
+    let longest = scene.rays.corners(scene.viewport).iter().map(|ray| ray.direction.abs().max_element()).fold(0.0, f64::max);
+    longest * slab_parameter(scene, step)
 }

@@ -9,6 +9,11 @@ use crate::settings::ClipPlane;
 use crate::volume::Grid;
 use glam::DVec3;
 
+/// Room for rounding where steps end.
+const LONGER: f64 = 1.01;
+/// A plane that nothing lies before: a box turned inside out would hold what lies between its faces.
+const NOTHING: (DVec3, f64) = (DVec3::ZERO, -1.0);
+
 /// The part of a volume in which rays count, in voxels (x, y, z): a box and planes.
 pub(super) struct Region {
     lowest: DVec3,
@@ -20,21 +25,44 @@ pub(super) struct Region {
 }
 
 impl Region {
-    /// For a field that is reconstructed with kernels of a radius, with so many samples per layer.
+    /// For layers or sheets of a field that is reconstructed with kernels of a radius, with so many samples per layer.
     pub fn new(scene: &Scene, radius: f64, samples_per_layer: u32) -> Self {
+        Self::reached(scene, radius, samples_per_layer, f64::INFINITY)
+    }
+
+    /// For rays that are marched through such a field, with steps of at most this many voxels along any axis: what lies beyond the field
+    /// by more is never met.
+    pub fn marched(scene: &Scene, radius: f64, step: f64) -> Self {
+        Self::reached(scene, radius, 1, LONGER * step)
+    }
+
+    /// For splats that are drawn as they are, wherever the field ends or the eye is.
+    pub fn for_splats(scene: &Scene) -> Self {
+        let clipped = !scene.settings.clipping.is_empty();
+        let everything = DVec3::splat(f64::INFINITY);
+        Self::cropped(scene, (-everything, everything), Rendering { blend: BlendMode::Composite, clipped })
+    }
+
+    /// `beyond`: how far from the field steps can begin or end that reach into it.
+    fn reached(scene: &Scene, radius: f64, samples_per_layer: u32, beyond: f64) -> Self {
         let Scene { prepared, settings, .. } = scene;
-        let grid = prepared.grid();
-        let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0));
+        let last = DVec3::from_array(prepared.grid().dims().map(|n| n as f64 - 1.0));
         let support = (DVec3::splat(-radius), last + radius);
-        let (mut lowest, mut highest) = support;
-        if settings.blend.gathers_values() {
+        let background_shows = settings.blend == Blend::Composite && prepared.background_visible();
+        let clipped = !settings.clipping.is_empty()
+            || settings.blend != Blend::Composite
+            || background_shows
+            || !scene.rays.all_ahead(support.0, support.1);
+        let whole = if settings.blend.gathers_values() {
             // An axis of a single voxel has no length among voxels: its layer has.
             let half_layer = DVec3::select(last.cmpeq(DVec3::ZERO), DVec3::splat(0.5), DVec3::ZERO);
-            (lowest, highest) = (-half_layer, last + half_layer);
-        }
-        if let Some(crop) = settings.clipping.crop {
-            (lowest, highest) = (lowest.max(crop.lowest), highest.min(crop.highest));
-        }
+            (-half_layer, last + half_layer)
+        } else if clipped && !background_shows {
+            // Nothing shows beyond the field: to cut steps where it ends would only take from what they hold inside.
+            (support.0 - beyond, support.1 + beyond)
+        } else {
+            support
+        };
         let blend = match prepared.blend_of_numbers(settings.blend) {
             Blend::Composite => BlendMode::Composite,
             Blend::Maximum => BlendMode::Maximum,
@@ -42,19 +70,21 @@ impl Region {
             Blend::Average => BlendMode::Average,
             Blend::Iso(_) => BlendMode::Iso { refined: samples_per_layer > 1 },
         };
-        let clipped = !settings.clipping.is_empty()
-            || settings.blend != Blend::Composite
-            || prepared.background_visible()
-            || !scene.rays.all_ahead(support.0, support.1);
-        let planes = settings.clipping.planes.iter().flatten().map(|plane| in_voxels(plane, grid)).collect();
-        Self { lowest, highest, planes, rendering: Rendering { blend, clipped } }
+        Self::cropped(scene, whole, Rendering { blend, clipped })
     }
 
-    /// The same without a cut for what only the background or an eye inside would need: for splats that are drawn as they are.
-    pub fn for_splats(scene: &Scene, radius: f64) -> Self {
-        let mut region = Self::new(scene, radius, 1);
-        region.rendering.clipped = !scene.settings.clipping.is_empty();
-        region
+    /// What clipping leaves of a box.
+    fn cropped(scene: &Scene, (mut lowest, mut highest): (DVec3, DVec3), rendering: Rendering) -> Self {
+        let Scene { prepared, settings, .. } = scene;
+        if let Some(crop) = settings.clipping.crop {
+            (lowest, highest) = (lowest.max(crop.lowest), highest.min(crop.highest));
+        }
+        let planes = if lowest.cmplt(highest).all() {
+            settings.clipping.planes.iter().flatten().map(|plane| in_voxels(plane, prepared.grid())).collect()
+        } else {
+            vec![NOTHING]
+        };
+        Self { lowest, highest, planes, rendering }
     }
 
     /// As kernels take it, in the axes of `frame`.

@@ -101,7 +101,7 @@ impl Scene<'_> {
             table_unit: 0.0,
             ends: [[0.0; 2]; Classification::MAX_POINTS as usize],
             curve: 0.0,
-            range: [0.0, self.prepared.largest_value()],
+            range: self.prepared.voxel_values(),
             iso: iso.map_or(0.0, |value| self.prepared.stored_value(value) as f32),
             iso_color: iso.map_or([0.0; 3], |value| self.prepared.transfer_function().color(value).map(|c| c as f32)),
         }

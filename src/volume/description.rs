@@ -20,6 +20,7 @@ pub struct Description {
     pub(super) stored_range: (f64, f64),
     /// What was set; the smallest value otherwise.
     pub(super) background: Option<f64>,
+    pub(super) invalid_voxels: bool,
 }
 
 /// Values as numbers that would be stored, as kernels see them.
@@ -56,7 +57,7 @@ impl Description {
             let problem = format!("all values lie within {:e}, too close together for a device: scale them up", hi - lo);
             return Err(Error::volume(Path::new(&name), problem));
         }
-        Ok(Self { name, grid, voxel_type, rescale: Rescale::default(), stored_range, background: None })
+        Ok(Self { name, grid, voxel_type, rescale: Rescale::default(), stored_range, background: None, invalid_voxels: false })
     }
 
     /// The same with another [background](Self::background): any finite value up to ±1e30, whether voxels can have it or not.
@@ -67,6 +68,11 @@ impl Description {
         }
         self.background = Some(value);
         Ok(self)
+    }
+
+    /// The same where some voxels are invalid, wherever they lie: NaN, infinite or beyond ±1e30.
+    pub fn with_invalid_voxels(self) -> Self {
+        Self { invalid_voxels: true, ..self }
     }
 
     /// The same stored numbers with other values. A background that was set before is forgotten: it was one of the old values.
@@ -108,6 +114,11 @@ impl Description {
     /// Range of every interpolated value: that of the voxels and the background.
     pub fn field_range(&self) -> (f64, f64) {
         with(self.range(), self.background())
+    }
+
+    /// Whether some voxels are invalid, and count as [background](Self::background).
+    pub fn has_invalid_voxels(&self) -> bool {
+        self.invalid_voxels
     }
 
     pub(crate) fn stored(&self) -> Stored {

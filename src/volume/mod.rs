@@ -85,6 +85,7 @@ impl<'a> Volume<'a> {
             tracing::warn!("{name}: {invalid} voxels are NaN, infinite or beyond 1e30: they count as the background");
         }
         let description = Description::new(name, grid, voxel_type, range.unwrap_or((0.0, 0.0)))?;
+        let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
         Ok(Self { description, voxels, invalid })
     }
 

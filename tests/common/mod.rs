@@ -1,8 +1,10 @@
 //! What the tests share: the device, volumes, transfer functions, views and comparisons.
 #![allow(dead_code, reason = "each test crate uses its own part")]
 
+pub mod blends;
 #[cfg(feature = "cli")]
 pub mod command;
+pub mod reference;
 
 use glam::DVec3;
 use layersplat::image::Comparison;

@@ -55,6 +55,11 @@ pub(in crate::renderer) struct VisibleBlocks {
     pub slabs: [i32; 2],
 }
 
+/// The next float, of those that kernels tell from 0.
+fn next_value(value: f32) -> f32 {
+    if value == 0.0 { f32::MIN_POSITIVE } else { value.next_up() }
+}
+
 #[derive(PartialEq)]
 struct BlocksKey(Axis, Reach);
 
@@ -86,12 +91,22 @@ impl Prepared {
     /// Smallest and largest value, less the offset, that can change a ray which already holds the smallest (of minima: the largest) voxel;
     /// `None` where opacity decides.
     pub fn useful_values(&self, blend: Blend) -> Option<[f32; 2]> {
+        let [least, largest] = self.voxel_values();
         match self.blend_of_numbers(blend) {
             Blend::Composite => None,
-            Blend::Maximum | Blend::Average => Some([f32::MIN_POSITIVE, f32::INFINITY]),
-            Blend::Minimum => Some([f32::NEG_INFINITY, self.largest_value().next_down()]),
+            Blend::Maximum => Some([next_value(least), f32::INFINITY]),
+            Blend::Minimum => Some([f32::NEG_INFINITY, -next_value(-largest)]),
+            // Only 0 adds nothing to a sum.
+            Blend::Average if least < 0.0 => Some([f32::NEG_INFINITY, f32::INFINITY]),
+            Blend::Average => Some([next_value(0.0), f32::INFINITY]),
             Blend::Iso(value) => Some([self.stored_value(value) as f32; 2]),
         }
+    }
+
+    /// What surrounds the voxels, less the offset: where values are gathered, the smallest one, which no sum of kernels can be told from;
+    /// edges go on there.
+    pub fn background_of(&self, blend: Blend) -> f32 {
+        if blend.gathers_values() { 0.0 } else { self.background().0 }
     }
 
     /// The blend mode of stored numbers that is one of values.
@@ -103,9 +118,11 @@ impl Prepared {
         }
     }
 
-    /// Less the offset, as kernels see it.
-    pub fn largest_value(&self) -> f32 {
-        self.stored.range.1 as f32 - self.offset() as f32
+    /// Smallest and largest number of a voxel, less the offset, invalid ones included.
+    pub fn voxel_values(&self) -> [f32; 2] {
+        let largest = self.stored.range.1 as f32 - self.offset() as f32;
+        let (background, _) = self.background();
+        if self.holed { [background.min(0.0), background.max(largest)] } else { [0.0, largest] }
     }
 
     fn min_max_blocks(&mut self, device: &Device, axis: Axis, reach: Reach) -> Result<Arc<MinMaxBlocks>, Error> {
@@ -174,10 +191,10 @@ impl Prepared {
         let blocks = self.min_max_blocks(device, axis, reach.blocks())?;
         let table = self.table(device, extinction)?;
         let flags = Buffer::new(device, blocks.slab_bytes(), "the visibility of blocks")?;
-        let (background, offset) = self.background();
+        let (_, offset) = self.background();
         // What ray casting takes missing voxels for is what its sums overshoot the distance from.
         let gaussian = reach == PointReach::Gaussian && blend == Blend::Composite;
-        let background = if gaussian { table.gaussian_background } else { background };
+        let background = if gaussian { table.gaussian_background } else { self.background_of(blend) };
         let [blocks_u, blocks_v] = blocks.blocks;
         let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         let arguments = SlabVisibilityArguments {

@@ -35,6 +35,8 @@ pub(super) struct Prepared {
     held_first: [usize; 3],
     held_dims: [usize; 3],
     stored: Stored,
+    /// Whether some voxels are invalid, and count as background.
+    holed: bool,
     rescale: Rescale,
     voxels: Arc<VoxelBuffer>,
     /// As it was given.
@@ -114,6 +116,7 @@ impl Prepared {
             held_first: held.first,
             held_dims: held.dims(),
             stored: held.description.stored(),
+            holed: held.description.has_invalid_voxels(),
             rescale,
             cache: Cache::new(BUDGET + 2 * voxels.bytes()),
             voxels: Arc::new(voxels),

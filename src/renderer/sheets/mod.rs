@@ -50,7 +50,7 @@ impl AxisAlignedSheets {
         let splatted = Splatted::Visible;
         let order =
             self.order.sort(device, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport, tiles })?;
-        let region = Region::for_splats(scene, GAUSSIAN_RADIUS);
+        let region = Region::for_splats(scene);
         let (picture, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         let arguments = AxisSheetsArguments {
             sorted: order.sorted,

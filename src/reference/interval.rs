@@ -1,0 +1,116 @@
+//! Where a ray counts: one interval, since all that cuts it is convex.
+
+use crate::layers::Ray;
+use crate::settings::{Blend, Clipping};
+use crate::transfer::TransferFunction;
+use crate::volume::Volume;
+use glam::DVec3;
+
+/// Parameters of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Interval {
+    pub from: f64,
+    pub to: f64,
+}
+
+/// What of a segment counts, as shares of the way from its front to its back: 0 ≤ from < to ≤ 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Part {
+    pub from: f64,
+    pub to: f64,
+}
+
+impl Interval {
+    /// The part of the segment between two parameters; `None` if there is none.
+    pub fn part_of(self, front: f64, back: f64) -> Option<Part> {
+        let (from, to) = (self.from.max(front), self.to.min(back));
+        let share = |t: f64| (t - front) / (back - front);
+        (from < to).then(|| Part { from: share(from), to: share(to) })
+    }
+}
+
+impl Part {
+    /// Its share of the segment.
+    pub fn length(self) -> f64 {
+        self.to - self.from
+    }
+
+    /// A place in it, 0 … 1, as one in the segment.
+    pub fn at(self, t: f64) -> f64 {
+        self.from + t * (self.to - self.from)
+    }
+
+    /// A number that changes evenly along the segment, at both ends of the part.
+    pub fn ends_of(self, [front, back]: [f64; 2]) -> [f64; 2] {
+        [self.from, self.to].map(|t| front + t * (back - front))
+    }
+}
+
+/// Closed half-spaces of which all must hold a point for it to count: (n, d) holds p, in voxels, if n·p + d ≥ 0.
+pub(super) struct Region {
+    half_spaces: Vec<(DVec3, f64)>,
+}
+
+impl Region {
+    /// Of a field that ends `radius` beyond the outer voxels: what is among the voxels, for blend modes that gather values; what is in
+    /// the field, where a background that shows would go on for ever; and in any case what clipping leaves.
+    pub fn new(volume: &Volume, transfer: &TransferFunction, blend: Blend, clipping: &Clipping, radius: f64) -> Self {
+        let mut region = Self::of_clipping(volume, clipping);
+        let last = DVec3::from_array(volume.grid().dims().map(|n| n as f64 - 1.0));
+        if blend.gathers_values() {
+            // An axis of one voxel has no length among voxels: its layer has.
+            let around = DVec3::from_array(last.to_array().map(|n| if n == 0.0 { 0.5 } else { 0.0 }));
+            region.cut_to_box(-around, last + around);
+        } else if blend == Blend::Composite && transfer.opacity(volume.background()) > 0.0 {
+            region.cut_to_box(DVec3::splat(-radius), last + radius);
+        }
+        region
+    }
+
+    /// What clipping leaves of all space.
+    pub fn of_clipping(volume: &Volume, clipping: &Clipping) -> Self {
+        let mut region = Self { half_spaces: Vec::new() };
+        if let Some(crop) = clipping.crop {
+            region.cut_to_box(crop.lowest, crop.highest);
+        }
+        let to_world = volume.grid().index_to_world();
+        for plane in clipping.planes.iter().flatten() {
+            let height = |p: DVec3| plane.normal.dot(to_world.transform_point3(p) - plane.point);
+            let at_origin = height(DVec3::ZERO);
+            let normal = DVec3::new(height(DVec3::X), height(DVec3::Y), height(DVec3::Z)) - at_origin;
+            region.half_spaces.push((normal, at_origin));
+        }
+        region
+    }
+
+    fn cut_to_box(&mut self, lowest: DVec3, highest: DVec3) {
+        for axis in DVec3::AXES {
+            self.half_spaces.push((axis, -lowest.dot(axis)));
+            self.half_spaces.push((-axis, highest.dot(axis)));
+        }
+    }
+
+    /// The interval of a ray before its eye; `None` if it has none.
+    pub fn of(&self, ray: &Ray) -> Option<Interval> {
+        self.of_line(&Ray { start: f64::NEG_INFINITY, ..*ray }).and_then(|line| {
+            let from = line.from.max(ray.start);
+            (from < line.to).then_some(Interval { from, to: line.to })
+        })
+    }
+
+    /// That of its whole line, behind the eye too.
+    pub fn of_line(&self, ray: &Ray) -> Option<Interval> {
+        let mut interval = Interval { from: f64::NEG_INFINITY, to: f64::INFINITY };
+        for &(normal, d) in &self.half_spaces {
+            let (height, climb) = (normal.dot(ray.origin) + d, normal.dot(ray.direction));
+            if climb > 0.0 {
+                interval.from = interval.from.max(-height / climb);
+            } else if climb < 0.0 {
+                interval.to = interval.to.min(-height / climb);
+            } else if height < 0.0 {
+                return None;
+            }
+        }
+        (interval.from < interval.to).then_some(interval)
+    }
+}

@@ -1,0 +1,115 @@
+//! Everything that has blend modes and clipping, and volumes to show it.
+
+use super::*;
+use layersplat::layers::Density;
+use layersplat::settings::{Blend, ClipPlane, Clipping, CropBox, Evaluation};
+
+/// Eight quadrature nodes stand for the footprint integral of a splat sum in a perspective: up to 0.25 % of the value range, of which
+/// colours make 0.5 % per cent.
+pub const QUADRATURE_TOLERANCE: f64 = 1.5e-2;
+/// Refined surfaces are found in three steps of false position: within 0.01 of a segment's length, and lit there.
+pub const REFINED_TOLERANCE: f64 = 1e-2;
+
+/// Between most voxels of the outer shell and those of the middle.
+pub const ISO: f64 = 120.0;
+pub const BLENDS: [Blend; 4] = [Blend::Maximum, Blend::Minimum, Blend::Average, Blend::Iso(ISO)];
+pub const VALUES: [Blend; 3] = [Blend::Maximum, Blend::Minimum, Blend::Average];
+pub const REFINED: Classification = Classification::Preintegrated { samples_per_layer: 2 };
+
+/// Everything that has blend modes.
+pub fn algorithms() -> Vec<Algorithm> {
+    let mut all = Vec::new();
+    for classification in [SPLATTED, POINTS, REFINED] {
+        for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
+            all.push(Layered { classification, evaluation, ..Layered::default() }.into());
+        }
+    }
+    all.push(Algorithm::Slicing { step: 0.8 });
+    for interpolation in [Interpolation::Trilinear, Interpolation::Tricubic, Interpolation::Gaussian] {
+        all.push(Algorithm::Raycast { interpolation, step: 0.6 });
+    }
+    all
+}
+
+pub fn is_splatted(algorithm: Algorithm) -> bool {
+    matches!(algorithm, Algorithm::Layered(Layered { classification: Classification::Post(_), .. }))
+}
+
+pub fn settings(algorithm: Algorithm, blend: Blend) -> Settings {
+    Settings { algorithm, blend, ..Settings::default() }
+}
+
+pub fn tolerance(settings: &Settings, parallel: bool) -> f64 {
+    match settings.algorithm {
+        Algorithm::Layered(layered) if layered.classification == REFINED && matches!(settings.blend, Blend::Iso(_)) => {
+            REFINED_TOLERANCE
+        }
+        Algorithm::Layered(Layered { evaluation: Evaluation::Lattice(_), .. })
+            if is_splatted(settings.algorithm) && !parallel =>
+        {
+            QUADRATURE_TOLERANCE
+        }
+        _ => DEVICE_TOLERANCE,
+    }
+}
+
+/// Whether an algorithm has a blend mode.
+pub fn has(algorithm: Algorithm, blend: Blend) -> bool {
+    !(is_splatted(algorithm) && matches!(blend, Blend::Iso(_)))
+}
+
+/// A bump in noise, of an odd size, flat voxels, in space far below it.
+pub fn bump() -> Volume<'static> {
+    random_volume([11, 8, 13], DVec3::new(1.0, 0.7, 1.3), 21).with_background(-40.0).unwrap()
+}
+
+/// A block and a bump in a large empty corner: some tiles have nothing that culling leaves.
+pub fn mostly_empty() -> Volume<'static> {
+    let dims = [40, 24, 30];
+    let noise = random_bytes([14, 12, 13], 3);
+    let value = |n: usize| {
+        let (i, j, k) = (n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1]));
+        if i < 14 && j < 12 && k < 13 {
+            noise[i + 14 * (j + 12 * k)]
+        } else if i > 30 && j > 15 {
+            255
+        } else {
+            0
+        }
+    };
+    volume(dims, DVec3::new(1.0, 1.1, 0.9), Voxels::Uint8((0..dims.iter().product()).map(value).collect()))
+}
+
+/// Everything that composites.
+pub fn compositing() -> Vec<Algorithm> {
+    algorithms().into_iter().filter(|a| matches!(a, Algorithm::Layered(_))).chain(OTHERS).collect()
+}
+
+pub fn crop(lowest: [f64; 3], highest: [f64; 3]) -> Clipping {
+    let crop = Some(CropBox { lowest: lowest.into(), highest: highest.into() });
+    Clipping { crop, ..Clipping::default() }
+}
+
+pub fn plane(point: [f64; 3], normal: [f64; 3]) -> ClipPlane {
+    ClipPlane { point: point.into(), normal: normal.into() }
+}
+
+/// A crop box and two leaning planes through [`bump`], none of them at whole or half voxels.
+pub fn cuts() -> Clipping {
+    let planes = [plane([3.1, 2.2, 12.0], [1.0, 0.4, -0.6]), plane([6.3, 4.0, 9.0], [-0.3, -2.0, 0.7])];
+    crop([1.3, 0.8, 2.37], [8.71, 20.0, 11.2]).with_planes(planes)
+}
+
+pub fn clipped(algorithm: Algorithm, blend: Blend, clipping: Clipping) -> Settings {
+    Settings { clipping, ..settings(algorithm, blend) }
+}
+
+pub fn composited(algorithm: Algorithm, clipping: Clipping) -> Settings {
+    Settings { early_termination: false, ..clipped(algorithm, Blend::Composite, clipping) }
+}
+
+/// Slicing looks up the nearest of 256 values in front and behind.
+pub fn tolerance_of(settings: &Settings, parallel: bool) -> f64 {
+    let slicing = matches!(settings.algorithm, Algorithm::Slicing { .. }) && settings.blend == Blend::Composite;
+    if slicing { 6e-3 } else { tolerance(settings, parallel) }
+}

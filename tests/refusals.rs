@@ -1,0 +1,64 @@
+//! Settings that go with nothing, and what is said of them.
+
+mod common;
+
+use common::blends::*;
+use common::*;
+use layersplat::layers::Density;
+use layersplat::settings::{Algorithm, Blend, Clipping, Evaluation, LayerAxis, Layered};
+use layersplat::{Error, Renderer};
+
+#[test]
+fn what_has_no_blend_mode_says_so() {
+    let volume = bump();
+    let size = viewport(8, 8);
+    let camera = parallel(&volume, size, 0.0, 0.0);
+    let mut renderer = Renderer::new(&device(), &volume, &smooth_transfer()).unwrap();
+    let mut problem = |algorithm, blend| match renderer.render(&camera, size, &settings(algorithm, blend)) {
+        Err(error @ (Error::Settings { .. } | Error::OutOfRange { .. })) => error.to_string(),
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("{algorithm:?} {blend:?} was drawn"),
+    };
+    for blend in BLENDS {
+        for sheets in [Algorithm::AxisSheets { layer_axis: LayerAxis::Auto }, Algorithm::ViewSheets { sheet_distance: 1.0 }] {
+            let problem = problem(sheets, blend);
+            assert!(problem.contains("blend") && problem.contains("sheets mix voxels"), "{problem}");
+        }
+    }
+    for evaluation in [Evaluation::Direct, Evaluation::Lattice(Density::Relaxed)] {
+        let splatted = Layered { classification: SPLATTED, evaluation, ..Layered::default() };
+        let problem = problem(splatted.into(), Blend::Iso(ISO));
+        assert!(problem.contains("blend") && problem.contains("pre-integrated"), "{problem}");
+    }
+    for value in [f64::NAN, f64::INFINITY] {
+        let problem = problem(Algorithm::default(), Blend::Iso(value));
+        assert!(problem.contains("blend") && problem.contains("finite"), "{problem}");
+    }
+}
+
+#[test]
+fn what_is_no_box_or_plane_says_so() {
+    let volume = bump();
+    let size = viewport(8, 8);
+    let camera = parallel(&volume, size, 0.0, 0.0);
+    let mut renderer = Renderer::new(&device(), &volume, &smooth_transfer()).unwrap();
+    let only = |p| Clipping::default().with_planes([p]);
+    for (clipping, expected) in [
+        (crop([2.0, 0.0, 0.0], [2.0, 5.0, 5.0]), "a lower before a higher"),
+        (crop([2.0, 6.0, 0.0], [4.0, 5.0, 5.0]), "a lower before a higher"),
+        (crop([2.0, f64::NAN, 0.0], [4.0, 5.0, 5.0]), "a lower before a higher"),
+        (only(plane([0.0; 3], [0.0; 3])), "a finite normal other than 0"),
+        (only(plane([0.0; 3], [f64::NAN, 1.0, 0.0])), "a finite normal other than 0"),
+        (only(plane([f64::INFINITY, 0.0, 0.0], [1.0; 3])), "a finite point"),
+    ] {
+        let settings = clipped(Algorithm::default(), Blend::Composite, clipping);
+        match renderer.render(&camera, size, &settings) {
+            Err(error @ Error::OutOfRange { .. }) => {
+                let message = error.to_string();
+                assert!(message.contains("clipping") && message.contains(expected), "{message}");
+            }
+            Err(other) => panic!("{other}"),
+            Ok(_) => panic!("{clipping:?} was drawn"),
+        }
+    }
+}
