@@ -19,6 +19,18 @@ impl Pair {
         Self::against(volume, transfer, camera, size, settings, settings)
     }
 
+    /// The same, drawn by a device of other tuning values.
+    pub fn on(
+        device: &Device,
+        volume: &Volume,
+        transfer: &TransferFunction,
+        camera: &Camera,
+        size: Viewport,
+        settings: &Settings,
+    ) -> Self {
+        Self::drawn(Renderer::new(device, volume, transfer).unwrap(), volume, camera, size, settings, settings)
+    }
+
     /// The same with other settings for the reference: to show that a comparison can fail.
     pub fn against(
         volume: &Volume,
@@ -28,8 +40,19 @@ impl Pair {
         settings: &Settings,
         expected: &Settings,
     ) -> Self {
+        Self::drawn(Renderer::new(&device(), volume, transfer).unwrap(), volume, camera, size, settings, expected)
+    }
+
+    fn drawn(
+        mut renderer: Renderer,
+        volume: &Volume,
+        camera: &Camera,
+        size: Viewport,
+        settings: &Settings,
+        expected: &Settings,
+    ) -> Self {
         let rays = Rays::new(camera, size, volume.grid()).unwrap();
-        let mut renderer = Renderer::new(&device(), volume, transfer).unwrap();
+        let transfer = &renderer.transfer_function().clone();
         let reference = LayeredReference::new(volume, transfer, expected);
         let plan = Plan::new(&rays, size, volume.grid(), settings).unwrap();
         let expected = match plan {
