@@ -116,7 +116,7 @@ fn a_ramp_in_closed_form() {
     let volume = ramp(dims, DVec3::new(1.0, 0.8, 1.5));
     let size = viewport(25, 21);
     let transfer = brightness(120.0);
-    for camera in [parallel(&volume, size, 40.0, 25.0), perspective(&volume, 130.0, -20.0, 40.0)] {
+    for camera in [parallel(&volume, size, 40.0, 25.0), perspective(&volume, -130.0, -20.0, 40.0)] {
         let rays = layersplat::layers::Rays::new(&camera, size, volume.grid()).unwrap();
         for algorithm in
             [Algorithm::Slicing { step: 0.7 }, Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 1.3 }]
@@ -222,17 +222,16 @@ fn an_iso_plane_in_closed_form() {
 
 #[test]
 fn culling_and_early_ends_change_no_bit() {
-    let volume = mostly_empty();
-    let transfer = smooth_transfer();
     let size = viewport(48, 40);
-    for camera in
-        [parallel(&volume, size, 20.0, 15.0), parallel(&volume, size, 0.0, 0.0), perspective(&volume, 200.0, -30.0, 40.0)]
-    {
-        for algorithm in algorithms() {
-            for blend in BLENDS.into_iter().filter(|&blend| has(algorithm, blend)) {
-                let culled = render(&volume, &transfer, &camera, size, &settings(algorithm, blend));
+    for (volume, blends) in [(mostly_empty(), &BLENDS[..]), (mostly_full(), &VALUES[..])] {
+        let views =
+            [parallel(&volume, size, 20.0, 15.0), parallel(&volume, size, 0.0, 0.0), perspective(&volume, 200.0, -30.0, 40.0)];
+        let cases = algorithms().into_iter().flat_map(|a| blends.iter().map(move |&blend| (a, blend)));
+        for (algorithm, blend) in cases.filter(|&(a, blend)| has(a, blend)) {
+            for camera in &views {
+                let culled = render(&volume, &smooth_transfer(), camera, size, &settings(algorithm, blend));
                 let whole = Settings { culling: false, early_termination: false, ..settings(algorithm, blend) };
-                let all = render(&volume, &transfer, &camera, size, &whole);
+                let all = render(&volume, &smooth_transfer(), camera, size, &whole);
                 let off = culled.pixels().iter().zip(all.pixels()).filter(|(a, b)| a != b).count();
                 assert_eq!(off, 0, "{algorithm:?} {blend:?}: pixels with other bits");
                 // Rays through nothing but the smallest value show it.

@@ -67,6 +67,15 @@ pub fn bump() -> Volume<'static> {
 
 /// A block and a bump in a large empty corner: some tiles have nothing that culling leaves.
 pub fn mostly_empty() -> Volume<'static> {
+    empty_but_for_a_corner(|value| value)
+}
+
+/// The same with values turned round: what is culled of minima there is of maxima here.
+pub fn mostly_full() -> Volume<'static> {
+    empty_but_for_a_corner(|value| 255 - value)
+}
+
+fn empty_but_for_a_corner(turned: fn(u8) -> u8) -> Volume<'static> {
     let dims = [40, 24, 30];
     let noise = random_bytes([14, 12, 13], 3);
     let value = |n: usize| {
@@ -79,7 +88,7 @@ pub fn mostly_empty() -> Volume<'static> {
             0
         }
     };
-    volume(dims, DVec3::new(1.0, 1.1, 0.9), Voxels::Uint8((0..dims.iter().product()).map(value).collect()))
+    volume(dims, DVec3::new(1.0, 1.1, 0.9), Voxels::Uint8((0..dims.iter().product()).map(|n| turned(value(n))).collect()))
 }
 
 /// Everything that composites.
