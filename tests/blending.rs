@@ -126,11 +126,7 @@ fn a_ramp_in_closed_form() {
                 let mut met = 0;
                 for (n, pixel) in frame.pixels().iter().enumerate() {
                     let ray = rays.at((n % 25) as f64 + 0.5, (n / 25) as f64 + 0.5);
-                    let ends = (0..3).map(|i| {
-                        let [a, b] = [0.0, dims[i] as f64 - 1.0].map(|face| (face - ray.origin[i]) / ray.direction[i]);
-                        (a.min(b), a.max(b))
-                    });
-                    let (enter, leave) = ends.fold((ray.start, f64::INFINITY), |(a, b), (c, d)| (a.max(c), b.min(d)));
+                    let (enter, leave) = span_in(&ray, [0.0; 3], dims.map(|n| n as f64 - 1.0));
                     let [a, b] = [enter, leave].map(|t| (ray.origin.x + t * ray.direction.x) / 12.0);
                     let expected = match blend {
                         Blend::Maximum => a.max(b),

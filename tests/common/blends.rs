@@ -1,7 +1,7 @@
 //! Everything that has blend modes and clipping, and volumes to show it.
 
 use super::*;
-use layersplat::layers::Density;
+use layersplat::layers::{Density, Ray};
 use layersplat::settings::{Blend, ClipPlane, Clipping, CropBox, Evaluation};
 
 /// Values are looked up as the nearest of 4096 entries; a highlight's logarithms are off by 1e-4. One step of an 8-bit picture is 4e-3.
@@ -123,4 +123,14 @@ pub fn composited(algorithm: Algorithm, clipping: Clipping) -> Settings {
 pub fn tolerance_of(settings: &Settings, parallel: bool) -> f64 {
     let slicing = matches!(settings.algorithm, Algorithm::Slicing { .. }) && settings.blend == Blend::Composite;
     if slicing { 6e-3 } else { tolerance(settings, parallel) }
+}
+
+/// Where a ray enters a box, not before its eye, and where it leaves it; behind where it enters if it does at all.
+pub fn span_in(ray: &Ray, lowest: [f64; 3], highest: [f64; 3]) -> (f64, f64) {
+    let (mut enter, mut leave) = (ray.start, f64::INFINITY);
+    for i in (0..3).filter(|&i| ray.direction[i].abs() > 1e-9) {
+        let [a, b] = [lowest[i], highest[i]].map(|face| (face - ray.origin[i]) / ray.direction[i]);
+        (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+    }
+    (enter, leave)
 }
