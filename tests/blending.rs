@@ -67,8 +67,6 @@ fn from_inside_rays_begin_at_the_eye() {
             // Rays of which float and f64 take different axes.
             let (share, largest) = (pair.differing(tolerance(&settings, false)), pair.largest());
             assert!(share < 0.02, "{algorithm:?} {blend:?}: {share} of the rays off, up to {largest}");
-            let outside = Pair::of(&volume, &smooth_transfer(), &Camera { position: eye, ..inside }, size, &settings);
-            assert_eq!(pair.found, outside.found);
         }
     }
 }
