@@ -67,8 +67,6 @@ fn from_inside_rays_begin_at_the_eye() {
             // Rays of which float and f64 take different axes.
             let (share, largest) = (pair.differing(tolerance(&settings, false)), pair.largest());
             assert!(share < 0.02, "{algorithm:?} {blend:?}: {share} of the rays off, up to {largest}");
-            let outside = Pair::of(&volume, &smooth_transfer(), &Camera { position: eye, ..inside }, size, &settings);
-            assert_eq!(pair.found, outside.found);
         }
     }
 }
@@ -116,7 +114,7 @@ fn a_ramp_in_closed_form() {
     let volume = ramp(dims, DVec3::new(1.0, 0.8, 1.5));
     let size = viewport(25, 21);
     let transfer = brightness(120.0);
-    for camera in [parallel(&volume, size, 40.0, 25.0), perspective(&volume, 130.0, -20.0, 40.0)] {
+    for camera in [parallel(&volume, size, 40.0, 25.0), perspective(&volume, -130.0, -20.0, 40.0)] {
         let rays = layersplat::layers::Rays::new(&camera, size, volume.grid()).unwrap();
         for algorithm in
             [Algorithm::Slicing { step: 0.7 }, Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 1.3 }]
@@ -126,11 +124,7 @@ fn a_ramp_in_closed_form() {
                 let mut met = 0;
                 for (n, pixel) in frame.pixels().iter().enumerate() {
                     let ray = rays.at((n % 25) as f64 + 0.5, (n / 25) as f64 + 0.5);
-                    let ends = (0..3).map(|i| {
-                        let [a, b] = [0.0, dims[i] as f64 - 1.0].map(|face| (face - ray.origin[i]) / ray.direction[i]);
-                        (a.min(b), a.max(b))
-                    });
-                    let (enter, leave) = ends.fold((ray.start, f64::INFINITY), |(a, b), (c, d)| (a.max(c), b.min(d)));
+                    let (enter, leave) = span_in(&ray, [0.0; 3], dims.map(|n| n as f64 - 1.0));
                     let [a, b] = [enter, leave].map(|t| (ray.origin.x + t * ray.direction.x) / 12.0);
                     let expected = match blend {
                         Blend::Maximum => a.max(b),
@@ -222,17 +216,16 @@ fn an_iso_plane_in_closed_form() {
 
 #[test]
 fn culling_and_early_ends_change_no_bit() {
-    let volume = mostly_empty();
-    let transfer = smooth_transfer();
     let size = viewport(48, 40);
-    for camera in
-        [parallel(&volume, size, 20.0, 15.0), parallel(&volume, size, 0.0, 0.0), perspective(&volume, 200.0, -30.0, 40.0)]
-    {
-        for algorithm in algorithms() {
-            for blend in BLENDS.into_iter().filter(|&blend| has(algorithm, blend)) {
-                let culled = render(&volume, &transfer, &camera, size, &settings(algorithm, blend));
+    for (volume, blends) in [(mostly_empty(), &BLENDS[..]), (mostly_full(), &VALUES[..])] {
+        let views =
+            [parallel(&volume, size, 20.0, 15.0), parallel(&volume, size, 0.0, 0.0), perspective(&volume, 200.0, -30.0, 40.0)];
+        let cases = algorithms().into_iter().flat_map(|a| blends.iter().map(move |&blend| (a, blend)));
+        for (algorithm, blend) in cases.filter(|&(a, blend)| has(a, blend)) {
+            for camera in &views {
+                let culled = render(&volume, &smooth_transfer(), camera, size, &settings(algorithm, blend));
                 let whole = Settings { culling: false, early_termination: false, ..settings(algorithm, blend) };
-                let all = render(&volume, &transfer, &camera, size, &whole);
+                let all = render(&volume, &smooth_transfer(), camera, size, &whole);
                 let off = culled.pixels().iter().zip(all.pixels()).filter(|(a, b)| a != b).count();
                 assert_eq!(off, 0, "{algorithm:?} {blend:?}: pixels with other bits");
                 // Rays through nothing but the smallest value show it.

@@ -156,7 +156,8 @@ fn beer_lambert_through_a_crop() {
                 let frame = render(&volume, &transfer, &camera, size, &settings);
                 for (n, pixel) in frame.pixels().iter().enumerate() {
                     let ray = rays.at((n % 7) as f64 + 0.5, (n / 7) as f64 + 0.5);
-                    let length = length_in(&ray, lowest, highest);
+                    let (enter, leave) = span_in(&ray, lowest, highest);
+                    let length = (leave - enter) * ray.direction.length();
                     let depth = -(1.0 - f64::from(pixel[3])).ln() / tau;
                     let limit = if rippling { RIPPLE * length } else { FLOATS * length };
                     assert!((depth - length).abs() < limit, "{algorithm:?} {azimuth} {elevation}: {depth} for {length}");
@@ -164,16 +165,6 @@ fn beer_lambert_through_a_crop() {
             }
         }
     }
-}
-
-/// Length of a ray in a box, in voxels.
-fn length_in(ray: &layersplat::layers::Ray, lowest: [f64; 3], highest: [f64; 3]) -> f64 {
-    let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
-    for i in (0..3).filter(|&i| ray.direction[i].abs() > 1e-9) {
-        let [a, b] = [lowest[i], highest[i]].map(|face| (face - ray.origin[i]) / ray.direction[i]);
-        (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
-    }
-    (leave - enter) * ray.direction.length()
 }
 
 /// Planes at a crop's faces cut as it does, in a turned world too; and what cuts nothing changes nothing.
@@ -200,6 +191,27 @@ fn planes_at_the_faces_are_the_crop() {
             assert_close(&format!("{algorithm:?}, planes"), &boxed, &planed, 10.0 * ROUNDING);
             assert_close(&format!("{algorithm:?}, far away"), &nearly_all, &all, 10.0 * ROUNDING);
             assert!(compare(&boxed, &all).max_difference > 0.05, "{algorithm:?}: the crop must be seen");
+        }
+    }
+}
+
+/// Where nothing shows beyond the field it is not cut: steps that leave it show what they hold inside, and surfaces between the outer
+/// voxels and the background have no holes.
+#[test]
+fn an_invisible_end_of_the_field_is_no_cut() {
+    let volume = volume([9, 8, 10], DVec3::new(1.0, 1.2, 0.9), Voxels::Uint8(vec![200; 720])).with_background(0.0).unwrap();
+    let far = crop([-90.0; 3], [70.0; 3]);
+    let size = viewport(23, 19);
+    for camera in [parallel(&volume, size, 33.0, 21.0), perspective(&volume, -70.0, 15.0, 35.0)] {
+        for algorithm in compositing() {
+            let [nearly_all, all] = [far, Clipping::default()]
+                .map(|clipping| render(&volume, &smooth_transfer(), &camera, size, &composited(algorithm, clipping)));
+            assert_close(&format!("{algorithm:?}"), &nearly_all, &all, 10.0 * ROUNDING);
+        }
+        let surface = Blend::Iso(100.0);
+        for algorithm in algorithms().into_iter().filter(|&a| has(a, surface)) {
+            let pair = Pair::of(&volume, &smooth_transfer(), &camera, size, &settings(algorithm, surface));
+            pair.assert_same(&format!("{algorithm:?}, a surface"), REFINED_TOLERANCE);
         }
     }
 }

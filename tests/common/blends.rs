@@ -1,7 +1,7 @@
 //! Everything that has blend modes and clipping, and volumes to show it.
 
 use super::*;
-use layersplat::layers::Density;
+use layersplat::layers::{Density, Ray};
 use layersplat::settings::{Blend, ClipPlane, Clipping, CropBox, Evaluation};
 
 /// Eight quadrature nodes stand for the footprint integral of a splat sum in a perspective: up to 0.25 % of the value range, of which
@@ -65,6 +65,15 @@ pub fn bump() -> Volume<'static> {
 
 /// A block and a bump in a large empty corner: some tiles have nothing that culling leaves.
 pub fn mostly_empty() -> Volume<'static> {
+    empty_but_for_a_corner(|value| value)
+}
+
+/// The same with values turned round: what is culled of minima there is of maxima here.
+pub fn mostly_full() -> Volume<'static> {
+    empty_but_for_a_corner(|value| 255 - value)
+}
+
+fn empty_but_for_a_corner(turned: fn(u8) -> u8) -> Volume<'static> {
     let dims = [40, 24, 30];
     let noise = random_bytes([14, 12, 13], 3);
     let value = |n: usize| {
@@ -77,7 +86,7 @@ pub fn mostly_empty() -> Volume<'static> {
             0
         }
     };
-    volume(dims, DVec3::new(1.0, 1.1, 0.9), Voxels::Uint8((0..dims.iter().product()).map(value).collect()))
+    volume(dims, DVec3::new(1.0, 1.1, 0.9), Voxels::Uint8((0..dims.iter().product()).map(|n| turned(value(n))).collect()))
 }
 
 /// Everything that composites.
@@ -112,4 +121,14 @@ pub fn composited(algorithm: Algorithm, clipping: Clipping) -> Settings {
 pub fn tolerance_of(settings: &Settings, parallel: bool) -> f64 {
     let slicing = matches!(settings.algorithm, Algorithm::Slicing { .. }) && settings.blend == Blend::Composite;
     if slicing { 6e-3 } else { tolerance(settings, parallel) }
+}
+
+/// Where a ray enters a box, not before its eye, and where it leaves it; behind where it enters if it does at all.
+pub fn span_in(ray: &Ray, lowest: [f64; 3], highest: [f64; 3]) -> (f64, f64) {
+    let (mut enter, mut leave) = (ray.start, f64::INFINITY);
+    for i in (0..3).filter(|&i| ray.direction[i].abs() > 1e-9) {
+        let [a, b] = [lowest[i], highest[i]].map(|face| (face - ray.origin[i]) / ray.direction[i]);
+        (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+    }
+    (enter, leave)
 }
