@@ -81,8 +81,9 @@ const WEIGHTS_TOLERANCE: f64 = 1e-3;
 fn layers_are_mixed_by_weights_that_sum_up_to_one() {
     let n = 12;
     let mut values = vec![200; n * n * n];
-    // Tables end with the largest value: one beyond, far from the rays in the middle.
+    // Tables end with the largest value, and numbers count from the smallest: both are in corners, far from the rays in the middle.
     values[0] = 255;
+    values[n * n * n - 1] = 0;
     let volume = volume([n; 3], DVec3::ONE, Voxels::Uint8(values)).with_background(0.0).unwrap();
     let steep = vec![(199.9, 0.0), (200.1, 0.1), (255.0, 0.1)];
     let steep = TransferFunction::new("steep", vec![(0.0, [1.0; 3])], steep).unwrap();
