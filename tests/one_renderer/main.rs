@@ -177,8 +177,8 @@ fn segments_of_one_length_from_layers_of_two() {
         Scene { settings: Settings { unit_distance: Some(unit_distance), ..settings }, transfer: 2, ..Scene::default() }
     };
     // Two lengths that are not twice one another apart, from thin to deep.
-    for n in 0..7 {
-        let unit = 6.0 / 1.7f64.powi(n);
+    for n in 0..8 {
+        let unit = 1.2 / 1.7f64.powi(n);
         kept.step(&per_layer(1, unit));
         kept.step(&per_layer(2, unit / 2.0));
     }
