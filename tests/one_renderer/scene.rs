@@ -22,7 +22,7 @@ pub struct Scene {
 }
 
 /// Where rays come from.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Eye {
     /// Parallel, so many times nearer than what fits.
     Parallel(f64),
@@ -34,7 +34,7 @@ impl Default for Scene {
     fn default() -> Self {
         Self {
             settings: Settings::default(),
-            transfer: 2,
+            transfer: 0,
             orbit: [20.0, 10.0, 0.0],
             eye: Eye::Parallel(1.0),
             size: viewport(32, 24),
@@ -82,48 +82,78 @@ pub const ALGORITHMS: [Algorithm; 16] = [
     Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 1.1 },
 ];
 
-/// One of several.
-fn any<T: Copy>(random: &mut Random, of: &[T]) -> T {
-    of[random.next() as usize % of.len()]
+/// One of several that is not what there is.
+fn other<T: Copy + PartialEq>(random: &mut Random, now: T, of: &[T]) -> T {
+    let others: Vec<T> = of.iter().copied().filter(|one| *one != now).collect();
+    others[random.next() as usize % others.len()]
 }
 
-/// What may change, one at a time. Each makes something else of what it was.
-pub const CHANGES: [fn(&mut Scene, &mut Random); 17] = [
-    |s, _| s.transfer = (s.transfer + 1) % 3,
-    |s, r| s.settings.unit_distance = any(r, &[None, Some(0.5), Some(1.7), Some(3.0)]),
-    |s, _| {
-        s.settings.extinction = match s.settings.extinction {
-            Extinction::Exponential => Extinction::Linear,
-            Extinction::Linear => Extinction::Exponential,
-        };
-    },
+fn another_unit(s: &mut Scene, r: &mut Random) {
+    s.settings.unit_distance = other(r, s.settings.unit_distance, &[None, Some(0.5), Some(1.7), Some(3.0)]);
+}
+
+fn other_extinction(s: &mut Scene, _: &mut Random) {
+    s.settings.extinction = match s.settings.extinction {
+        Extinction::Exponential => Extinction::Linear,
+        Extinction::Linear => Extinction::Exponential,
+    };
+}
+
+fn other_transfer(s: &mut Scene, r: &mut Random) {
+    s.transfer = other(r, s.transfer, &[0, 1, 2]);
+}
+
+fn other_blend(s: &mut Scene, r: &mut Random) {
+    let blends = [Blend::Maximum, Blend::Minimum, Blend::Average, Blend::Iso(90.0), Blend::Iso(140.0)];
+    s.settings.blend = other(r, s.settings.blend, &blends);
+}
+
+fn other_axis(s: &mut Scene, r: &mut Random) {
+    let axes = [Axis::X, Axis::Y, Axis::Z].map(LayerAxis::Forced);
+    s.settings.algorithm = s.settings.algorithm.along(other(r, LayerAxis::Auto, &axes));
+}
+
+fn other_planes(s: &mut Scene, r: &mut Random) {
+    let plane = |normal| ClipPlane { point: DVec3::new(7.0, 6.0, 5.0), normal };
+    let planes = [plane(DVec3::new(1.0, 0.3, -0.2)), plane(DVec3::NEG_Y)];
+    let clipping =
+        |count| Clipping { crop: s.settings.clipping.crop, ..Clipping::default() }.with_planes(planes.into_iter().take(count));
+    s.settings.clipping = other(r, s.settings.clipping, &[clipping(0), clipping(1), clipping(2)]);
+}
+
+fn other_crop(s: &mut Scene, r: &mut Random) {
+    let from = DVec3::new(4.0, 3.0, 2.5) * r.unit();
+    let crop = Some(CropBox { lowest: from, highest: from + DVec3::splat(8.5) });
+    s.settings.clipping.crop = other(r, s.settings.clipping.crop, &[None, crop]);
+}
+
+/// What may change that tables and lists are made for, one after the other, beginning with nothing.
+pub const TABLES: [fn(&mut Scene, &mut Random); 11] = [
+    |_, _| (),
+    another_unit,
+    other_transfer,
+    another_unit,
     |s, r| s.orbit = [360.0 * r.unit(), 180.0 * r.unit() - 90.0, 360.0 * r.unit()],
-    |s, r| s.settings.blend = any(r, &[Blend::Maximum, Blend::Minimum, Blend::Average, Blend::Iso(90.0), Blend::Iso(140.0)]),
-    |s, _| s.transfer = (s.transfer + 2) % 3,
+    other_blend,
+    other_extinction,
     |s, _| s.settings.blend = Blend::Composite,
+    another_unit,
+    other_transfer,
+    other_extinction,
+];
+
+/// And what else may.
+pub const OTHER: [fn(&mut Scene, &mut Random); 9] = [
     |s, r| {
-        s.settings.shading =
-            any(r, &[None, Some(Shading::default()), Some(Shading { light: Some(DVec3::X), ..Shading::default() })]);
+        let shadings = [None, Some(Shading::default()), Some(Shading { light: Some(DVec3::X), ..Shading::default() })];
+        s.settings.shading = other(r, s.settings.shading, &shadings);
     },
     |s, _| s.settings.culling = !s.settings.culling,
-    |s, r| s.eye = any(r, &[Eye::Perspective(40.0, 1.6), Eye::Perspective(110.0, 0.2), Eye::Perspective(75.0, 0.9)]),
+    |s, r| s.eye = other(r, s.eye, &[Eye::Perspective(40.0, 1.6), Eye::Perspective(110.0, 0.2), Eye::Perspective(75.0, 0.9)]),
     |s, _| s.settings.early_termination = !s.settings.early_termination,
     |s, r| s.size = viewport(1 + r.next() as u32 % 40, 1 + r.next() as u32 % 40),
-    |s, r| {
-        let from = DVec3::new(4.0, 3.0, 2.5) * r.unit();
-        s.settings.clipping.crop = any(r, &[None, Some(CropBox { lowest: from, highest: from + DVec3::splat(8.5) })]);
-    },
-    |s, r| {
-        let plane = |normal| ClipPlane { point: DVec3::new(7.0, 6.0, 5.0), normal };
-        let planes = [plane(DVec3::new(1.0, 0.3, -0.2)), plane(DVec3::NEG_Y)];
-        let crop = s.settings.clipping.crop;
-        let count = any(r, &[0, 1, 2]);
-        s.settings.clipping = Clipping { crop, ..Clipping::default() }.with_planes(planes.into_iter().take(count));
-    },
-    |s, r| {
-        let axis = any(r, &[LayerAxis::Auto, LayerAxis::Forced(Axis::X), LayerAxis::Forced(Axis::Y), LayerAxis::Forced(Axis::Z)]);
-        s.settings.algorithm = s.settings.algorithm.along(axis);
-    },
+    other_crop,
+    other_planes,
+    other_axis,
     |s, r| s.eye = Eye::Parallel(0.6 + 2.0 * r.unit()),
-    |s, r| s.settings.unit_distance = any(r, &[None, Some(0.4), Some(1.3), Some(-1.0)]),
 ];

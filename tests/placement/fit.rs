@@ -6,7 +6,7 @@ use crate::{OFF, OFF_IN_PERSPECTIVE, colored, one_voxel, ways};
 use glam::DVec3;
 use layersplat::framing::{Fixed, Framing};
 use layersplat::volume::Voxels;
-use layersplat::{Camera, Orbit, Settings, Volume};
+use layersplat::{Camera, Orbit, Settings, TransferFunction, Volume};
 
 /// Wide, upright and square.
 const SIZES: [[u32; 2]; 3] = [[80, 40], [40, 80], [56, 56]];
@@ -65,24 +65,30 @@ fn block() -> Volume<'static> {
     volume([9; 3], DVec3::new(1.0, 2.0, 1.0), Voxels::Uint8(vec![255; 729])).with_background(0.0).unwrap()
 }
 
-/// Opacity above which a pixel counts as covered, and by how many pixels the skirt's faintest part stays below it.
+/// Opacity above which a pixel counts as covered.
 const COVERED: f64 = 0.02;
-const FAINT: f64 = 1.5;
+/// How much of a kernel's skirt stays below that, in world units: much less than the margin, which is 0.3 at the tighter axis.
+const FAINT: f64 = 0.1;
+
+/// Opaque from the first value above the background on.
+fn sudden() -> TransferFunction {
+    TransferFunction::new("sudden", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (1.0, 0.0), (2.0, 0.9)]).unwrap()
+}
 
 /// What is visible has its margin of a twentieth on either side of the tighter axis, and more on the other.
 #[test]
 fn what_is_visible_fills_the_picture_but_for_its_margin() {
-    let (volume, transfer) = (block(), colored());
+    let (volume, transfer) = (block(), sudden());
     let framing = Framing::visible(&volume, &transfer, None);
     let settings = Settings { shading: None, ..ways()[1] };
     for (size, orbit, box_size) in [
-        ([80, 40], [0.0, 0.0, 0.0], [10.0, 20.0]),
-        ([40, 80], [0.0, 0.0, 0.0], [10.0, 20.0]),
-        ([30, 90], [0.0, 0.0, 0.0], [10.0, 20.0]),
-        ([90, 30], [0.0, 0.0, 90.0], [20.0, 10.0]),
-        ([30, 90], [0.0, 0.0, 90.0], [20.0, 10.0]),
-        ([40, 80], [90.0, 0.0, 0.0], [10.0, 20.0]),
-        ([40, 80], [0.0, 90.0, 0.0], [10.0, 10.0]),
+        ([240, 120], [0.0, 0.0, 0.0], [10.0, 20.0]),
+        ([120, 240], [0.0, 0.0, 0.0], [10.0, 20.0]),
+        ([80, 240], [0.0, 0.0, 0.0], [10.0, 20.0]),
+        ([240, 80], [0.0, 0.0, 90.0], [20.0, 10.0]),
+        ([80, 240], [0.0, 0.0, 90.0], [20.0, 10.0]),
+        ([120, 240], [90.0, 0.0, 0.0], [10.0, 20.0]),
+        ([120, 240], [0.0, 90.0, 0.0], [10.0, 10.0]),
     ] {
         let [azimuth, elevation, roll] = orbit;
         let camera = framing.parallel(Orbit { azimuth, elevation, roll }, viewport(size[0], size[1]), Fixed::default());
@@ -94,7 +100,8 @@ fn what_is_visible_fills_the_picture_but_for_its_margin() {
             let half = box_size[i] / 2.0 * scale;
             let (low, high) = (sides[i] / 2.0 - half, sides[i] / 2.0 + half);
             let inside = first >= low - 1.0 && last + 1.0 <= high + 1.0;
-            let tight = first <= low + FAINT && last + 1.0 >= high - FAINT;
+            let faint = FAINT * scale + 1.0;
+            let tight = first <= low + faint && last + 1.0 >= high - faint;
             assert!(inside && tight, "{size:?} {orbit:?}: {first} to {last} on side {i}, not {low:.1} to {high:.1}");
         }
     }
