@@ -308,3 +308,27 @@ fn mapped_files_look_as_read_ones() {
     std::fs::remove_file(&plain).unwrap();
     assert_eq!(clone.statistics(), read.statistics());
 }
+
+/// Two renderers of voxels that are on the device already have them once, and draw what each would draw alone.
+#[test]
+fn voxels_on_the_device_are_shared() {
+    use layersplat::Renderer;
+    use layersplat::renderer::UploadedVolume;
+    // A device of its own: its bytes are counted.
+    let device = layersplat::Device::open(&layersplat::DeviceChoice::Default).unwrap();
+    let volume = Volume::new("shared", grid(), numbers()).unwrap();
+    let (size, camera) = (viewport(24, 22), parallel(&volume, viewport(24, 22), 20.0, 10.0));
+    let transfers = ["fire", "viridis"].map(|name| TransferFunction::builtin(name, &volume).unwrap());
+    let uploaded = UploadedVolume::new(&device, &volume).unwrap();
+    let bytes = device.allocated_bytes();
+    assert_eq!(bytes, 2 * DIMS.iter().product::<usize>() as u64);
+    let mut renderers = transfers.each_ref().map(|transfer| Renderer::of(&uploaded, transfer).unwrap());
+    assert_eq!(device.allocated_bytes(), bytes);
+    drop(uploaded);
+    for (renderer, transfer) in renderers.iter_mut().zip(&transfers) {
+        let (frame, _) = renderer.render(&camera, size, &Settings::default()).unwrap();
+        assert_close(transfer.name(), &frame, &render(&volume, transfer, &camera, size, &Settings::default()), 0.0);
+    }
+    let part = UploadedVolume::part(&device, &volume.part([0, 0, 1], [9, 8, 3]).unwrap()).unwrap();
+    assert!(!part.is_whole() && Renderer::of(&part, &transfers[0]).err().unwrap().to_string().contains("PartRenderer"));
+}

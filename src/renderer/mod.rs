@@ -15,11 +15,13 @@ mod scratch;
 mod screen;
 mod sheets;
 mod tiles;
+mod uploaded;
 mod world;
 
 pub use parts::{CompositedLayers, PartRenderer};
 pub use plan::Plan;
 pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};
+pub use uploaded::UploadedVolume;
 
 use crate::camera::{Camera, Projection};
 use crate::device::Device;
@@ -29,7 +31,7 @@ use crate::layers::{Axis, Lattice, Rays};
 use crate::settings::{Classification, Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{Grid, Held, Volume};
+use crate::volume::{Grid, Volume};
 use layered::{PointLayers, SplatLayers};
 use picture::{FLOATS, OntoScreen, Picture, RGBA8, Share};
 use prepared::Prepared;
@@ -77,18 +79,30 @@ enum Drawn {
 impl Renderer {
     /// Uploads a volume, to be seen through a transfer function.
     pub fn new(device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Self, Error> {
-        Self::holding(device, &volume.held(), transfer)
+        Self::of(&UploadedVolume::new(device, volume)?, transfer)
     }
 
-    /// Uploads what is held.
-    fn holding(device: &Device, held: &Held, transfer: &TransferFunction) -> Result<Self, Error> {
-        let grid = held.description.grid();
+    /// Renders a volume that is on a device already.
+    ///
+    /// # Errors
+    /// Where only a part of it is: that is for a [`PartRenderer`].
+    pub fn of(volume: &UploadedVolume, transfer: &TransferFunction) -> Result<Self, Error> {
+        if volume.is_whole() {
+            return Ok(Self::holding(volume, transfer));
+        }
+        let name = std::path::Path::new(volume.description().name());
+        Err(Error::volume(name, "only a part of it is on the device: render it with a PartRenderer"))
+    }
+
+    /// Renders what is held.
+    fn holding(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
+        let grid = volume.description().grid();
         let world = World::of(grid);
-        Ok(Self {
-            device: device.clone(),
+        Self {
+            device: volume.device.clone(),
             grid: grid.clone(),
             world,
-            prepared: Prepared::upload(device, held, world.grid(grid), transfer)?,
+            prepared: Prepared::new(volume, world.grid(grid), transfer),
             measuring: false,
             points: PointLayers::default(),
             splats: SplatLayers::default(),
@@ -97,7 +111,7 @@ impl Renderer {
             view_sheets: ImageAlignedSheets::default(),
             target: Target::default(),
             picture: Picture::default(),
-        })
+        }
     }
 
     /// Takes another transfer function from the next frame on.

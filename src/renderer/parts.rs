@@ -1,11 +1,11 @@
 //! Volumes of which not all layers are at hand: each part composites its own, onto those before.
 
-use super::Renderer;
 use super::picture::{OntoScreen, Share};
 use super::plan::Plan;
 use super::range::LayerRange;
 use super::scene::View;
 use super::tiles::read_samples;
+use super::{Renderer, UploadedVolume};
 use crate::camera::Camera;
 use crate::device::Device;
 use crate::error::Error;
@@ -95,7 +95,12 @@ impl PartRenderer {
 
     /// Uploads a part, to be seen through a transfer function.
     pub fn new(device: &Device, part: &VolumePart, transfer: &TransferFunction) -> Result<Self, Error> {
-        Ok(Self(Renderer::holding(device, &part.held(), transfer)?))
+        Ok(Self::of(&UploadedVolume::part(device, part)?, transfer))
+    }
+
+    /// Renders layers of a volume, or of a part of one, that is on a device already.
+    pub fn of(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
+        Self(Renderer::holding(volume, transfer))
     }
 
     /// Takes another transfer function from the next layers on.

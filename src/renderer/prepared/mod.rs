@@ -9,6 +9,7 @@ pub(super) use blocks::PointReach;
 pub(super) use splat_list::{SplatList, Splatted, read_total};
 pub(super) use tables::{Integrals, SLAB_VALUES, Table};
 
+use super::UploadedVolume;
 use super::cache::{Cache, Kept, Key};
 use crate::device::launch::layered::{FootprintSet, FootprintSetArguments};
 use crate::device::launch::rays::PreintegratedTable;
@@ -20,7 +21,7 @@ use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, set_direction};
 use crate::transfer::TransferFunction;
-use crate::volume::{Grid, Held, Rescale, Stored, VoxelType};
+use crate::volume::{Grid, Rescale, Stored, VoxelType};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -108,23 +109,23 @@ impl Kept for FootprintImages {
 
 impl Prepared {
     /// `grid` is that of the whole volume, in the world of frames.
-    pub fn upload(device: &Device, held: &Held, grid: Grid, transfer: &TransferFunction) -> Result<Self, Error> {
-        let voxels = VoxelBuffer::upload(device, held)?;
-        let rescale = held.description.rescale();
-        Ok(Self {
+    pub fn new(volume: &UploadedVolume, grid: Grid, transfer: &TransferFunction) -> Self {
+        let UploadedVolume { description, voxels, first, dims, .. } = volume;
+        let rescale = description.rescale();
+        Self {
             grid,
-            held_first: held.first,
-            held_dims: held.dims(),
-            stored: held.description.stored(),
-            holed: held.description.has_invalid_voxels(),
+            held_first: *first,
+            held_dims: *dims,
+            stored: description.stored(),
+            holed: description.has_invalid_voxels(),
             rescale,
             cache: Cache::new(BUDGET + 2 * voxels.bytes()),
-            voxels: Arc::new(voxels),
+            voxels: voxels.clone(),
             given_transfer: transfer.clone(),
             transfer: transfer.of_stored(rescale),
             revision: 0,
             launchers: Launchers::default(),
-        })
+        }
     }
 
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {

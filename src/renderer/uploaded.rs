@@ -1,0 +1,45 @@
+//! Voxels that are already on a device.
+
+use crate::device::Device;
+use crate::device::launch::VoxelBuffer;
+use crate::error::Error;
+use crate::volume::{Description, Held, Volume, VolumePart};
+use std::sync::Arc;
+
+/// The voxels of a volume, or of a part of one, on a device. Cheap to clone: clones, and all renderers that are made from it, share them.
+#[derive(Clone)]
+pub struct UploadedVolume {
+    pub(super) device: Device,
+    pub(super) description: Description,
+    /// The lowest voxel that is held, and how many are, along x, y, z.
+    pub(super) first: [usize; 3],
+    pub(super) dims: [usize; 3],
+    pub(super) voxels: Arc<VoxelBuffer>,
+}
+
+impl UploadedVolume {
+    /// Uploads a volume.
+    pub fn new(device: &Device, volume: &Volume) -> Result<Self, Error> {
+        Self::holding(device, &volume.held())
+    }
+
+    /// Uploads a part of a volume, for [`PartRenderer::of`](super::PartRenderer::of).
+    pub fn part(device: &Device, part: &VolumePart) -> Result<Self, Error> {
+        Self::holding(device, &part.held())
+    }
+
+    fn holding(device: &Device, held: &Held) -> Result<Self, Error> {
+        let voxels = Arc::new(VoxelBuffer::upload(device, held)?);
+        Ok(Self { device: device.clone(), description: held.description.clone(), first: held.first, dims: held.dims(), voxels })
+    }
+
+    /// What is known of the whole volume.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// Whether all voxels are held.
+    pub fn is_whole(&self) -> bool {
+        self.dims == self.description.grid().dims()
+    }
+}
