@@ -62,8 +62,8 @@ const fn made(evaluation: Evaluation, classification: Classification, footprints
     Algorithm::Layered(Layered { layer_axis: LayerAxis::Auto, evaluation, classification, footprints })
 }
 
-/// Every way to draw.
-pub const ALGORITHMS: [Algorithm; 16] = [
+/// Every way to draw. A fresh renderer takes half a second for the last one's set of footprints.
+pub const ALGORITHMS: [Algorithm; 17] = [
     points(Density::Relaxed, 1),
     points(Density::Fine, 2),
     points(Density::Fixed(1), 1),
@@ -78,8 +78,9 @@ pub const ALGORITHMS: [Algorithm; 16] = [
     OTHERS[6],
     Algorithm::Slicing { step: 1.6 },
     made(Evaluation::Direct, Classification::Preintegrated { samples_per_layer: 1 }, Footprints::Exact),
-    made(Evaluation::Direct, Classification::Post(Correction::Constant), Footprints::Set),
+    made(Evaluation::Direct, Classification::Post(Correction::Constant), Footprints::Exact),
     Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 1.1 },
+    made(Evaluation::Direct, Classification::Post(Correction::Constant), Footprints::Set),
 ];
 
 /// One of several that is not what there is.
