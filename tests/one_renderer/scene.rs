@@ -62,8 +62,8 @@ const fn made(evaluation: Evaluation, classification: Classification, footprints
     Algorithm::Layered(Layered { layer_axis: LayerAxis::Auto, evaluation, classification, footprints })
 }
 
-/// Every way to draw.
-pub const ALGORITHMS: [Algorithm; 16] = [
+/// Every way to draw. A fresh renderer takes half a second for the last one's set of footprints.
+pub const ALGORITHMS: [Algorithm; 17] = [
     points(Density::Relaxed, 1),
     points(Density::Fine, 2),
     points(Density::Fixed(1), 1),
@@ -78,8 +78,9 @@ pub const ALGORITHMS: [Algorithm; 16] = [
     OTHERS[6],
     Algorithm::Slicing { step: 1.6 },
     made(Evaluation::Direct, Classification::Preintegrated { samples_per_layer: 1 }, Footprints::Exact),
-    made(Evaluation::Direct, Classification::Post(Correction::Constant), Footprints::Set),
+    made(Evaluation::Direct, Classification::Post(Correction::Constant), Footprints::Exact),
     Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 1.1 },
+    made(Evaluation::Direct, Classification::Post(Correction::Constant), Footprints::Set),
 ];
 
 /// One of several that is not what there is.
@@ -128,12 +129,14 @@ fn other_crop(s: &mut Scene, r: &mut Random) {
 }
 
 /// What may change that tables and lists are made for, one after the other, beginning with nothing.
-pub const TABLES: [fn(&mut Scene, &mut Random); 11] = [
+pub const TABLES: [fn(&mut Scene, &mut Random); 12] = [
     |_, _| (),
     another_unit,
     other_transfer,
     another_unit,
-    |s, r| s.orbit = [360.0 * r.unit(), 180.0 * r.unit() - 90.0, 360.0 * r.unit()],
+    // From near the x axis, and then from near the y axis: layers lie along others.
+    |s, r| s.orbit = [80.0 + 20.0 * r.unit(), 15.0, 360.0 * r.unit()],
+    |s, r| s.orbit = [360.0 * r.unit(), 75.0, 0.0],
     other_blend,
     other_extinction,
     |s, _| s.settings.blend = Blend::Composite,
@@ -143,7 +146,8 @@ pub const TABLES: [fn(&mut Scene, &mut Random); 11] = [
 ];
 
 /// And what else may.
-pub const OTHER: [fn(&mut Scene, &mut Random); 9] = [
+pub const OTHER: [fn(&mut Scene, &mut Random); 10] = [
+    |s, r| s.orbit = [360.0 * r.unit(), 180.0 * r.unit() - 90.0, 360.0 * r.unit()],
     |s, r| {
         let shadings = [None, Some(Shading::default()), Some(Shading { light: Some(DVec3::X), ..Shading::default() })];
         s.settings.shading = other(r, s.settings.shading, &shadings);
