@@ -19,7 +19,8 @@ pub enum Blend {
     /// The mean over the ray's length.
     Average,
     /// The first surface where the field has this value, shaded, opaque, in the transfer function's colour there. Where a segment between
-    /// two samples crosses it; with several samples per layer, as in `high`, refined on the field itself.
+    /// two samples crosses it; with several samples per layer, as in `high`, refined on the field itself. Where no lattice reaches and rays
+    /// are cast instead, these go in quarters of a spacing at most and are not refined.
     Iso(f64),
 }
 
