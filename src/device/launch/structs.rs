@@ -199,7 +199,7 @@ kernel_struct! {
     DirectParams {
         /// Of the voxels.
         stride: [i64; 4],
-        /// A point of a ray: origin[0] + x origin[1] + y origin[2], in voxels.
+        /// A point of a ray: origin\[0\] + x origin\[1\] + y origin\[2\], in voxels.
         origin: [[f32; 4]; 3],
         direction: [[f32; 4]; 3],
         /// Rays start at origin + start * direction; -INFINITY in a parallel view.
@@ -249,7 +249,7 @@ kernel_struct! {
 kernel_struct! {
     /// The rays of screen pixels and their tiles. Axes are u, v, a of the voxels' layout.
     ScreenParams {
-        /// A point of a ray: origin[0] + x origin[1] + y origin[2], in voxels.
+        /// A point of a ray: origin\[0\] + x origin\[1\] + y origin\[2\], in voxels.
         origin: [[f32; 4]; 3],
         direction: [[f32; 4]; 3],
         /// Rays start at origin + start * direction; -INFINITY in a parallel view.
