@@ -53,19 +53,3 @@ fn every_width_and_tuning() {
         }
     }
 }
-
-/// Blend modes of other kernels' loops: one each.
-#[test]
-fn blend_modes_at_every_width() {
-    let (volume, transfer, size) = (bump(), smooth_transfer(), viewport(21, 19));
-    let camera = parallel(&volume, size, 25.0, 15.0);
-    let of = |blend| algorithms().into_iter().filter(move |&a| has(a, blend)).map(move |a| (a, blend));
-    let pairs: Vec<_> = BLENDS.into_iter().enumerate().filter_map(|(n, blend)| of(blend).nth(2 * n)).collect();
-    for (algorithm, blend) in pairs {
-        let settings = settings(algorithm, blend);
-        for (name, device) in devices() {
-            let pair = Pair::on(&device, &volume, &transfer, &camera, size, &settings);
-            pair.assert_same(&format!("{name}: {algorithm:?}, {blend:?}"), tolerance_of(&settings, true));
-        }
-    }
-}
