@@ -17,15 +17,7 @@ fn every_algorithm_and_blend_mode_is_the_reference() {
     let volume = bump();
     let size = viewport(23, 19);
     let views = [parallel(&volume, size, 33.0, 21.0), perspective(&volume, -70.0, 15.0, 35.0)];
-    for algorithm in algorithms() {
-        for blend in BLENDS.into_iter().filter(|&blend| has(algorithm, blend)) {
-            let settings = settings(algorithm, blend);
-            for (n, camera) in views.iter().enumerate() {
-                let pair = Pair::of(&volume, &smooth_transfer(), camera, size, &settings);
-                pair.assert_same(&format!("{algorithm:?} {blend:?}, view {n}"), tolerance(&settings, n == 0));
-            }
-        }
-    }
+    assert_every_blend(&volume, views, size, Clipping::default());
 }
 
 /// What a comparison must not let pass: another blend mode, another surface, a value over half a ray.

@@ -38,15 +38,7 @@ fn every_blend_mode_is_the_reference() {
     let far = perspective(&volume, -70.0, 15.0, 30.0);
     let near = Camera { position: far.focal_point + (far.position - far.focal_point) * 0.7, ..far };
     let views = [parallel(&volume, size, 33.0, 21.0), near];
-    for algorithm in algorithms() {
-        for blend in BLENDS.into_iter().filter(|&blend| has(algorithm, blend)) {
-            let settings = clipped(algorithm, blend, cuts());
-            for (n, camera) in views.iter().enumerate() {
-                let pair = Pair::of(&volume, &smooth_transfer(), camera, size, &settings);
-                pair.assert_same(&format!("{algorithm:?} {blend:?}, view {n}"), tolerance_of(&settings, n == 0));
-            }
-        }
-    }
+    assert_every_blend(&volume, views, size, cuts());
 }
 
 /// From inside, and with a background that shows as far as the field goes.
@@ -365,11 +357,7 @@ fn nothing_is_left_of_what_lies_elsewhere() {
 fn deep_segments_are_cut_before_they_are_parted() {
     /// dB, as of whole segments (device_vs_reference.rs).
     const LEAST: f64 = 50.0;
-    let inside = |i: usize| (5..15).contains(&i);
-    let block = |i: usize| if inside(i % 20) && inside(i / 20 % 20) && inside(i / 400) { 255 } else { 0 };
-    let volume = volume([20; 3], DVec3::new(1.0, 0.9, 1.2), Voxels::Uint8((0..8000).map(block).collect()));
-    let colors = vec![(0.0, [0.1, 0.2, 0.9]), (255.0, [0.9, 0.5, 0.1])];
-    let hues = TransferFunction::new("hues", colors, vec![(0.0, 0.0), (30.0, 0.0), (60.0, 0.95), (255.0, 0.95)]).unwrap();
+    let (volume, hues) = block_of_hues();
     let size = viewport(20, 20);
     // Through the segments between 0 and 255.
     let (cut, whole) = (crop([4.3, 4.35, 4.4], [14.7, 14.6, 14.55]), crop([-5.0; 3], [30.0; 3]));

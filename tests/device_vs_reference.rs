@@ -303,11 +303,7 @@ const LEAST_IN_PARTS: f64 = 50.0;
 /// Opaque and of two hues: deep segments are cut into parts that dim each other, and would differ much if they were not.
 #[test]
 fn deep_segments_of_several_hues() {
-    let inside = |i: usize| (5..15).contains(&i);
-    let block = |i: usize| if inside(i % 20) && inside(i / 20 % 20) && inside(i / 400) { 255 } else { 0 };
-    let volume = volume([20; 3], DVec3::new(1.0, 0.9, 1.2), Voxels::Uint8((0..8000).map(block).collect()));
-    let colors = vec![(0.0, [0.1, 0.2, 0.9]), (255.0, [0.9, 0.5, 0.1])];
-    let hues = TransferFunction::new("hues", colors, vec![(0.0, 0.0), (30.0, 0.0), (60.0, 0.95), (255.0, 0.95)]).unwrap();
+    let (volume, hues) = block_of_hues();
     let size = viewport(20, 20);
     for (classification, shading) in each().filter(|(c, _)| *c != SPLATTED) {
         // Nearly straight on: elsewhere rays cut edges between samples that neither sees.

@@ -1,5 +1,6 @@
 //! Everything that has blend modes and clipping, and volumes to show it.
 
+use super::reference::Pair;
 use super::*;
 use layersplat::layers::{Density, Ray};
 use layersplat::settings::{Blend, ClipPlane, Clipping, CropBox, Evaluation};
@@ -87,6 +88,20 @@ fn empty_but_for_a_corner(turned: fn(u8) -> u8) -> Volume<'static> {
         }
     };
     volume(dims, DVec3::new(1.0, 1.1, 0.9), Voxels::Uint8((0..dims.iter().product()).map(|n| turned(value(n))).collect()))
+}
+
+/// Asserts that every algorithm draws every blend mode that it has as the reference does, cut so: in a parallel view and in another.
+#[track_caller]
+pub fn assert_every_blend(volume: &Volume, views: [Camera; 2], size: Viewport, clipping: Clipping) {
+    for algorithm in algorithms() {
+        for blend in BLENDS.into_iter().filter(|&blend| has(algorithm, blend)) {
+            let settings = clipped(algorithm, blend, clipping);
+            for (n, camera) in views.iter().enumerate() {
+                let pair = Pair::of(volume, &smooth_transfer(), camera, size, &settings);
+                pair.assert_same(&format!("{algorithm:?} {blend:?}, view {n}"), tolerance(&settings, n == 0));
+            }
+        }
+    }
 }
 
 /// Everything that composites.

@@ -130,6 +130,16 @@ pub fn smooth_transfer() -> TransferFunction {
     TransferFunction::new("smooth", colors, vec![(0.0, 0.0), (20.0, 0.0), (120.0, 0.15), (255.0, 0.5)]).unwrap()
 }
 
+/// A block of 255 in 0, opaque and of two hues: segments into it are deep, and dim themselves.
+pub fn block_of_hues() -> (Volume<'static>, TransferFunction) {
+    let inside = |i: usize| (5..15).contains(&i);
+    let block = |i: usize| if inside(i % 20) && inside(i / 20 % 20) && inside(i / 400) { 255 } else { 0 };
+    let volume = volume([20; 3], DVec3::new(1.0, 0.9, 1.2), Voxels::Uint8((0..8000).map(block).collect()));
+    let colors = vec![(0.0, [0.1, 0.2, 0.9]), (255.0, [0.9, 0.5, 0.1])];
+    let hues = TransferFunction::new("hues", colors, vec![(0.0, 0.0), (30.0, 0.0), (60.0, 0.95), (255.0, 0.95)]).unwrap();
+    (volume, hues)
+}
+
 /// White, with opacity `alpha` from `threshold` on and none below.
 pub fn step_transfer(threshold: f64, alpha: f64) -> TransferFunction {
     let opacities = vec![(0.0, 0.0), (threshold, 0.0), (threshold, alpha), (2.0 * threshold, alpha)];
