@@ -54,7 +54,7 @@ pub use error::Error;
 pub use framing::Framing;
 pub use glam;
 pub use image::{Background, Frame};
-pub use layers::{Axis, Correction, Density, Interpolation};
+pub use layers::{Axis, Correction, Density, Kernel};
 pub use renderer::Renderer;
 pub use settings::{Quality, Settings};
 pub use transfer::TransferFunction;

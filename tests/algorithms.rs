@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use glam::DVec3;
-use layersplat::layers::Interpolation;
+use layersplat::layers::Kernel;
 use layersplat::reference::{Integral, Marched, Sheets};
 use layersplat::settings::{Algorithm, LayerAxis};
 use layersplat::transfer::Extinction;
@@ -199,7 +199,7 @@ fn beer_lambert() {
                 let frame = render(&volume, &ramp, &camera, viewport(9, 9), &settings);
                 let limit = match algorithm {
                     Algorithm::AxisSheets { .. } | Algorithm::ViewSheets { .. } => RIPPLE,
-                    Algorithm::Raycast { interpolation: Interpolation::Gaussian, .. } => RIPPLE,
+                    Algorithm::Raycast { kernel: Kernel::Gaussian, .. } => RIPPLE,
                     _ => 0.02,
                 };
                 for p in frame.pixels() {
@@ -229,19 +229,19 @@ fn convergence_to_the_own_integral() {
     let transfer = TransferFunction::automatic(&volume);
     let size = viewport(64, 64);
     let camera = parallel(&volume, size, 35.0, 20.0);
-    let truth = |interpolation| {
+    let truth = |kernel| {
         let mut integral = Integral::new(&volume, &transfer, None);
-        integral.interpolation = interpolation;
+        integral.kernel = kernel;
         integral.render(&camera, size).unwrap()
     };
-    let kernels = [Interpolation::Trilinear, Interpolation::Tricubic, Interpolation::Gaussian];
+    let kernels = [Kernel::Linear, Kernel::Cubic, Kernel::Gaussian];
     let truths = kernels.map(truth);
     let mut cases: Vec<(usize, Vec<Algorithm>, f64)> = vec![
         (2, [1.0, 0.5, 0.25].map(|sheet_distance| Algorithm::ViewSheets { sheet_distance }).to_vec(), 60.0),
         (0, [1.0, 0.5, 0.25].map(|step| Algorithm::Slicing { step }).to_vec(), 50.0),
     ];
-    for (kernel, interpolation) in kernels.into_iter().enumerate() {
-        cases.push((kernel, [1.0, 0.5, 0.0625].map(|step| Algorithm::Raycast { interpolation, step }).to_vec(), 60.0));
+    for (kernel, kernel) in kernels.into_iter().enumerate() {
+        cases.push((kernel, [1.0, 0.5, 0.0625].map(|step| Algorithm::Raycast { kernel, step }).to_vec(), 60.0));
     }
     for (kernel, steps, least) in cases {
         let psnr = |algorithm: &Algorithm, kernel: usize| {

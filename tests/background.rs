@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use glam::DVec3;
-use layersplat::layers::Interpolation;
+use layersplat::layers::Kernel;
 use layersplat::reference::{Layered as LayeredReference, Marched, Sheets};
 use layersplat::settings::{Algorithm, Evaluation, Layered};
 use layersplat::volume::Voxels;
@@ -28,7 +28,7 @@ fn every_way() -> Vec<Settings> {
 /// Whether it reconstructs with Gaussians. Their sums are off by a share of the distance from the background, so they take the smallest
 /// value for it where that is invisible.
 fn is_gaussian(algorithm: Algorithm) -> bool {
-    matches!(algorithm, Algorithm::ViewSheets { .. } | Algorithm::Raycast { interpolation: Interpolation::Gaussian, .. })
+    matches!(algorithm, Algorithm::ViewSheets { .. } | Algorithm::Raycast { kernel: Kernel::Gaussian, .. })
 }
 
 /// The same, and the layered ones on their lattices.

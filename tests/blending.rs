@@ -6,7 +6,7 @@ use common::blends::*;
 use common::reference::Pair;
 use common::*;
 use glam::DVec3;
-use layersplat::layers::{Density, Interpolation};
+use layersplat::layers::{Density, Kernel};
 use layersplat::renderer::Plan;
 use layersplat::settings::{Algorithm, Blend, Clipping, CropBox, Evaluation, Layered};
 use layersplat::volume::{Rescale, Voxels};
@@ -70,7 +70,7 @@ fn thin_volumes_among_their_voxels() {
         let volume = random_volume(dims, DVec3::new(1.0, 0.9, 1.2), 5);
         let camera = parallel(&volume, size, 35.0, 25.0);
         for algorithm in [
-            Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 0.6 },
+            Algorithm::Raycast { kernel: Kernel::Linear, step: 0.6 },
             Layered { classification: POINTS, evaluation: Evaluation::Direct, ..Layered::default() }.into(),
             Layered { classification: SPLATTED, evaluation: Evaluation::Lattice(Density::Fixed(2)), ..Layered::default() }.into(),
         ] {
@@ -109,7 +109,7 @@ fn a_ramp_in_closed_form() {
     for camera in [parallel(&volume, size, 40.0, 25.0), perspective(&volume, -130.0, -20.0, 40.0)] {
         let rays = layersplat::layers::Rays::new(&camera, size, volume.grid()).unwrap();
         for algorithm in
-            [Algorithm::Slicing { step: 0.7 }, Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 1.3 }]
+            [Algorithm::Slicing { step: 0.7 }, Algorithm::Raycast { kernel: Kernel::Linear, step: 1.3 }]
         {
             for blend in VALUES {
                 let frame = render(&volume, &transfer, &camera, size, &settings(algorithm, blend));
@@ -147,7 +147,7 @@ fn a_ramp_along_the_layers() {
     for azimuth in [90.0, -90.0] {
         let camera = scaled(parallel(&volume, size, azimuth, 0.0), 3.0);
         for algorithm in algorithms().into_iter().filter(|&a| !is_splatted(a)) {
-            if matches!(algorithm, Algorithm::Raycast { interpolation: Interpolation::Gaussian, .. }) {
+            if matches!(algorithm, Algorithm::Raycast { kernel: Kernel::Gaussian, .. }) {
                 continue;
             }
             for (blend, expected) in [(Blend::Maximum, 1.0), (Blend::Minimum, 0.0), (Blend::Average, 0.5)] {
@@ -185,9 +185,9 @@ fn an_iso_plane_in_closed_form() {
     }
     for algorithm in algorithms().into_iter().filter(|&a| !is_splatted(a)) {
         let place = match algorithm {
-            Algorithm::Raycast { interpolation: Interpolation::Gaussian, .. } => continue,
+            Algorithm::Raycast { kernel: Kernel::Gaussian, .. } => continue,
             // Steps that are not layers' lie anywhere between voxels.
-            Algorithm::Raycast { interpolation: Interpolation::Tricubic, .. } => continue,
+            Algorithm::Raycast { kernel: Kernel::Cubic, .. } => continue,
             Algorithm::Layered(layered) if layered.classification == REFINED => 4.0 + bent,
             _ => 4.2,
         };
@@ -246,7 +246,7 @@ fn mirrored_values_and_views() {
         let picture = |volume, transfer, camera, blend| render(volume, transfer, camera, size, &settings(algorithm, blend));
         let largest = picture(&positive, &rising, &front, Blend::Maximum);
         let smallest = picture(&negative, &falling, &front, Blend::Minimum);
-        if !matches!(algorithm, Algorithm::Raycast { interpolation: Interpolation::Gaussian, .. }) {
+        if !matches!(algorithm, Algorithm::Raycast { kernel: Kernel::Gaussian, .. }) {
             // A Gaussian's sums err by 4 % of the distance from the smallest value.
             assert_close(&format!("{algorithm:?}"), &largest, &smallest, ENTRIES);
         }
@@ -279,7 +279,7 @@ fn backgrounds_and_rescaled_values() {
         }
     }
     for algorithm in algorithms() {
-        if matches!(algorithm, Algorithm::Raycast { interpolation: Interpolation::Gaussian, .. }) {
+        if matches!(algorithm, Algorithm::Raycast { kernel: Kernel::Gaussian, .. }) {
             // Its sums err by 4 % of the distance from the smallest stored number.
             continue;
         }
@@ -321,7 +321,7 @@ fn invalid_voxels_are_background() {
         let camera = parallel(&volume, size, 50.0, -20.0);
         let colors = vec![(-60.0, [0.0, 0.3, 1.0]), (300.0, [1.0, 0.8, 0.0])];
         let transfer = TransferFunction::new("wide", colors, vec![(0.0, 0.5), (255.0, 0.5)]).unwrap();
-        for algorithm in [Layered::default().into(), Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 0.6 }] {
+        for algorithm in [Layered::default().into(), Algorithm::Raycast { kernel: Kernel::Linear, step: 0.6 }] {
             for blend in VALUES {
                 let pair = Pair::of(&volume, &transfer, &camera, size, &settings(algorithm, blend));
                 pair.assert_same(&format!("{algorithm:?} {blend:?}, {background}"), DEVICE_TOLERANCE);

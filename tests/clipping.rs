@@ -6,7 +6,7 @@ use common::blends::*;
 use common::reference::Pair;
 use common::*;
 use glam::{DMat3, DQuat, DVec3};
-use layersplat::layers::{Density, Interpolation, Rays};
+use layersplat::layers::{Density, Kernel, Rays};
 use layersplat::reference::{Integral, Layered as LayeredReference};
 use layersplat::renderer::Plan;
 use layersplat::settings::{Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Layered};
@@ -143,7 +143,7 @@ fn beer_lambert_through_a_crop() {
                     algorithm,
                     Algorithm::AxisSheets { .. }
                         | Algorithm::ViewSheets { .. }
-                        | Algorithm::Raycast { interpolation: Interpolation::Gaussian, .. }
+                        | Algorithm::Raycast { kernel: Kernel::Gaussian, .. }
                 );
                 let frame = render(&volume, &transfer, &camera, size, &settings);
                 for (n, pixel) in frame.pixels().iter().enumerate() {
@@ -216,7 +216,7 @@ fn rays_in_a_face() {
     // Pixel centres at whole voxels.
     let camera = scaled(parallel(&volume, size, 0.0, 0.0), 6.0);
     for algorithm in [
-        Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 0.6 },
+        Algorithm::Raycast { kernel: Kernel::Linear, step: 0.6 },
         Layered { evaluation: Evaluation::Direct, ..Layered::default() }.into(),
         Layered { evaluation: Evaluation::Lattice(Density::Fixed(1)), ..Layered::default() }.into(),
     ] {
@@ -362,7 +362,7 @@ fn deep_segments_are_cut_before_they_are_parted() {
     // Through the segments between 0 and 255.
     let (cut, whole) = (crop([4.3, 4.35, 4.4], [14.7, 14.6, 14.55]), crop([-5.0; 3], [30.0; 3]));
     for samples_per_layer in [1, 2] {
-        let classification = Classification::Preintegrated { samples_per_layer };
+        let classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer };
         let layered = Layered { classification, evaluation: Evaluation::Direct, ..Layered::default() };
         for (azimuth, elevation) in [(0.0, 0.0), (90.0, 0.0), (183.0, -5.0)] {
             let camera = parallel(&volume, size, azimuth, elevation);

@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use glam::DVec3;
-use layersplat::layers::{Axis, Interpolation};
+use layersplat::layers::{Axis, Kernel};
 use layersplat::settings::{Algorithm, Evaluation, LayerAxis, Layered};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Renderer, Settings, TransferFunction, Volume};
@@ -167,7 +167,7 @@ fn culling_knows_the_gaussians_reach_and_error() {
     let far_above = || opacities(&[(0.0, 0.0), (103.2, 0.0), (103.6, 0.5), (105.0, 0.0), (255.0, 0.0)]);
     let far_below = || opacities(&[(0.0, 0.0), (95.0, 0.0), (96.4, 0.5), (96.8, 0.0), (255.0, 0.0)]);
     let faint = || opacities(&[(0.0, 0.0), (1e-3, 1e-3), (0.1, 0.2), (255.0, 0.5)]);
-    let algorithm = Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 0.5 };
+    let algorithm = Algorithm::Raycast { kernel: Kernel::Gaussian, step: 0.5 };
     let cases = [
         ("above", block(), above()),
         ("below", block(), below()),

@@ -208,7 +208,7 @@ fn every_correction_and_extinction() {
     let camera = parallel(&volume, size, 30.0, 20.0);
     let corrections =
         [Correction::None, Correction::Constant, Correction::SubLayers(3), Correction::SubLayers(4), Correction::SubLayers(16)];
-    let points = [1, 2, 3].map(|samples_per_layer| Classification::Preintegrated { samples_per_layer });
+    let points = [1, 2, 3].map(|samples_per_layer| Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer });
     for classification in corrections.map(Classification::Post).into_iter().chain(points) {
         // The last makes alpha times length more than 1, where linear extinction is cut off.
         for (extinction, unit) in [(Extinction::Exponential, 0.8), (Extinction::Linear, 0.8), (Extinction::Linear, 0.2)] {

@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use layersplat::layers::{Correction, Interpolation, Rays};
+use layersplat::layers::{Correction, Kernel, Rays};
 use layersplat::reference::Integral;
 use layersplat::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Shading};
 use layersplat::{Camera, Frame, Quality, RawOptions, Settings, TransferFunction, Viewport, Volume};
@@ -51,8 +51,8 @@ fn ways() -> Vec<(String, Settings)> {
     let per_pixel = [Quality::Standard, Quality::High]
         .map(|q| with(q, Layered { evaluation: Evaluation::Direct, ..q.layered() }, " per pixel"));
     let others = [
-        Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 0.5 },
-        Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.5 },
+        Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 },
+        Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 },
         Algorithm::Slicing { step: 1.0 },
         Algorithm::ViewSheets { sheet_distance: 1.0 },
         Algorithm::AxisSheets { layer_axis: LayerAxis::Auto },
@@ -189,14 +189,14 @@ fn high_is_nearer_to_its_integral_than_sheets_and_slices_to_theirs() {
         let camera = parallel(&volume, size, 72.0, 20.0);
         let unshaded = Settings { shading: None, ..Settings::default() };
         let with = |algorithm| render(&volume, &transfer, &camera, size, &Settings { algorithm, ..unshaded });
-        let truth = |interpolation| with(Algorithm::Raycast { interpolation, step: 0.0625 });
-        let cubic = truth(Interpolation::Tricubic);
+        let truth = |kernel| with(Algorithm::Raycast { kernel, step: 0.0625 });
+        let cubic = truth(Kernel::Cubic);
         let high = Settings { shading: None, ..Quality::High.settings() };
         let ours = psnr(&render(&volume, &transfer, &camera, size, &high), &cubic);
         let others = [
-            (Algorithm::ViewSheets { sheet_distance: 1.0 }, Interpolation::Gaussian),
-            (Algorithm::Slicing { step: 1.0 }, Interpolation::Trilinear),
-            (Algorithm::AxisSheets { layer_axis: LayerAxis::Auto }, Interpolation::Gaussian),
+            (Algorithm::ViewSheets { sheet_distance: 1.0 }, Kernel::Gaussian),
+            (Algorithm::Slicing { step: 1.0 }, Kernel::Linear),
+            (Algorithm::AxisSheets { layer_axis: LayerAxis::Auto }, Kernel::Gaussian),
         ];
         for (algorithm, kernel) in others {
             let theirs = psnr(&with(algorithm), &truth(kernel));

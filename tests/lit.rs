@@ -5,7 +5,7 @@ mod common;
 
 use common::*;
 use glam::DVec3;
-use layersplat::layers::Interpolation;
+use layersplat::layers::Kernel;
 use layersplat::reference::Integral;
 use layersplat::settings::{Algorithm, Classification, Evaluation, Layered, Shading};
 use layersplat::volume::Voxels;
@@ -37,7 +37,7 @@ fn more_samples_per_layer_approach_the_integral() {
         let truth = integral.render(&camera, size).unwrap();
         let mut last = 0.0;
         for samples_per_layer in 1..=Classification::MAX_POINTS {
-            let classification = Classification::Preintegrated { samples_per_layer };
+            let classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer };
             let settings = Settings {
                 algorithm: Layered { evaluation: Evaluation::Direct, classification, ..Layered::default() }.into(),
                 early_termination: false,
@@ -207,7 +207,7 @@ fn opaque_hues_show_their_front() {
             let transfer = TransferFunction::new("hues", colors.clone(), vec![(0.0, 0.0), (1.0, alpha), (255.0, alpha)]).unwrap();
             let volume = cube();
             let camera = parallel(&volume, size, 30.0, 20.0);
-            let step = Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.015_625 };
+            let step = Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.015_625 };
             let truth = render(&volume, &transfer, &camera, size, &Settings { algorithm: step, ..Settings::default() });
             for (quality, least) in [(Quality::Standard, 36.7), (Quality::High, 41.3)] {
                 let db = psnr(&render(&volume, &transfer, &camera, size, &quality.settings()), &truth);
@@ -317,7 +317,7 @@ fn an_offset_changes_nothing() {
         volume([24, 20, 22], DVec3::ONE, Voxels::Float32(values))
     };
     let size = viewport(64, 64);
-    let gaussian = Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 0.5 };
+    let gaussian = Algorithm::Raycast { kernel: Kernel::Gaussian, step: 0.5 };
     for algorithm in [Algorithm::ViewSheets { sheet_distance: 1.0 }, gaussian] {
         let settings = Settings { algorithm, ..Settings::default() };
         let camera = parallel(&near, size, 30.0, 20.0);

@@ -1,7 +1,7 @@
 //! The options that choose a renderer.
 
 use super::parse;
-use crate::layers::Interpolation;
+use crate::layers::Kernel;
 use crate::settings::{Algorithm, LayerAxis, Layered};
 use clap::{Args, ValueEnum};
 
@@ -17,9 +17,10 @@ pub(super) struct AlgorithmOptions {
     /// Distance of slices (slicing) or samples (raycast) in smallest spacings [default: 1 and 0.5]
     #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
     step: Option<f64>,
-    /// Reconstruction of raycast [default: trilinear]
-    #[arg(long)]
-    interpolation: Option<InterpolationName>,
+    /// What reconstructs the field, of layered (not with --classification post, which splats the cubic) and raycast; gaussian of raycast
+    /// only [default: by --quality; of raycast linear]
+    #[arg(long, visible_alias = "interpolation")]
+    kernel: Option<KernelName>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -32,9 +33,13 @@ enum AlgorithmName {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum InterpolationName {
-    Trilinear,
-    Tricubic,
+enum KernelName {
+    #[value(alias = "tricubic")]
+    Cubic,
+    #[value(alias = "trilinear")]
+    Linear,
+    CatmullRom,
+    Bspline,
     Gaussian,
 }
 
@@ -49,22 +54,30 @@ impl AlgorithmOptions {
             }
             AlgorithmName::Slicing => Algorithm::Slicing { step: self.step.unwrap_or(Algorithm::SLICE_DISTANCE) },
             AlgorithmName::Raycast => Algorithm::Raycast {
-                interpolation: match self.interpolation {
-                    None | Some(InterpolationName::Trilinear) => Interpolation::Trilinear,
-                    Some(InterpolationName::Tricubic) => Interpolation::Tricubic,
-                    Some(InterpolationName::Gaussian) => Interpolation::Gaussian,
-                },
+                kernel: self.kernel().unwrap_or(Kernel::Linear),
                 step: self.step.unwrap_or(0.5),
             },
         };
+        let kernels = matches!(algorithm, Algorithm::Layered(_) | Algorithm::Raycast { .. });
         let steps = matches!(algorithm, Algorithm::Slicing { .. } | Algorithm::Raycast { .. });
         let given = [
             (self.sheet_distance.is_some() && !matches!(algorithm, Algorithm::ViewSheets { .. }), "sheet_distance"),
             (self.step.is_some() && !steps, "step"),
-            (self.interpolation.is_some() && !matches!(algorithm, Algorithm::Raycast { .. }), "interpolation"),
+            (self.kernel.is_some() && !kernels, "kernel"),
         ];
         no_meaning(algorithm, &given)?;
         Ok(algorithm)
+    }
+
+    /// The kernel that was asked for.
+    pub fn kernel(&self) -> Option<Kernel> {
+        self.kernel.map(|name| match name {
+            KernelName::Cubic => Kernel::Cubic,
+            KernelName::Linear => Kernel::Linear,
+            KernelName::CatmullRom => Kernel::CatmullRom,
+            KernelName::Bspline => Kernel::BSpline,
+            KernelName::Gaussian => Kernel::Gaussian,
+        })
     }
 }
 

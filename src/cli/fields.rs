@@ -17,7 +17,7 @@ const OPTIONS: [(&str, &str); 26] = [
     ("field_of_view", "--perspective FOV"),
     ("footprints", "--footprints exact|set"),
     ("header_bytes", "--header-bytes N"),
-    ("interpolation", "--interpolation"),
+    ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
     ("quality", "--quality"),
     ("samples_per_layer", "--sublayers N"),

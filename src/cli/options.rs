@@ -5,7 +5,7 @@ use super::parse;
 use crate::camera::Orbit;
 use crate::device::DeviceChoice;
 use crate::image::Background;
-use crate::layers::{Correction, Density};
+use crate::layers::{Correction, Density, Kernel};
 use crate::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Layered, Quality, Settings, Shading};
 use crate::transfer::Extinction;
 use crate::viewport::Viewport;
@@ -278,6 +278,7 @@ impl QualityOptions {
     /// Corrections and the footprint set are for classification after interpolation, and imply it.
     fn classification(&self, own: Classification) -> Result<Classification, crate::Error> {
         let conflict = |problem: &str| Err(crate::Error::Settings { field: "correction", problem: problem.into() });
+        let asked_kernel = self.algorithm.kernel();
         let post = match (self.classification, own) {
             (Some(ClassificationName::Post), _) => true,
             (Some(ClassificationName::Preintegrated), _) => false,
@@ -290,11 +291,18 @@ impl QualityOptions {
             if self.correction.is_some() {
                 return conflict("it has no meaning where classification is pre-integrated: leave one of them out");
             }
-            let points = match own {
-                Classification::Preintegrated { samples_per_layer } => samples_per_layer,
-                Classification::Post(_) => 1,
+            let (kernel, points) = match own {
+                Classification::Preintegrated { kernel, samples_per_layer } => (kernel, samples_per_layer),
+                Classification::Post(_) => (Kernel::Cubic, 1),
             };
-            return Ok(Classification::Preintegrated { samples_per_layer: self.sublayers.unwrap_or(points) });
+            return Ok(Classification::Preintegrated {
+                kernel: asked_kernel.unwrap_or(kernel),
+                samples_per_layer: self.sublayers.unwrap_or(points),
+            });
+        }
+        if asked_kernel.is_some_and(|kernel| kernel != Kernel::Cubic) {
+            let problem = "splats are the paper's cubic: leave it out, or choose --classification preintegrated".into();
+            return Err(crate::Error::Settings { field: "kernel", problem });
         }
         Ok(match (self.correction, self.sublayers) {
             (None, None) => match own {

@@ -8,9 +8,10 @@ mod axis;
 mod footprint;
 mod footprint_set;
 mod gaussian;
-mod interpolation;
+mod kernel;
 mod kernel_function;
 mod lattice;
+mod prefilter;
 mod quadrature;
 mod rays;
 mod segment;
@@ -23,11 +24,12 @@ pub use footprint_set::{FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, nearest_in_set, s
 pub use gaussian::{
     GAUSSIAN_OVERSHOOT, GAUSSIAN_RADIUS, gaussian, gaussian_footprint, gaussian_footprint_factor, gaussian_integral,
 };
-pub use interpolation::Interpolation;
+pub use kernel::Kernel;
 pub use kernel_function::{kernel_function, kernel_integral};
 pub use lattice::{AffineRays, Density, Lattice, LayerOffset, MAX_LATTICE_SHEAR, MAX_SAMPLES_PER_VOXEL, Phases, Sampling};
+pub use prefilter::{PREFILTER_RADIUS, prefilter};
 pub use quadrature::{GaussNode, quadrature_nodes};
 pub use rays::{Ray, Rays};
-pub use segment::{CURVE_SHARE, segment_ends};
+pub use segment::{lighting_curve, segment_ends};
 pub use splats::{SplatProjection, SplatSlabs};
 pub use sub_slabs::{Correction, LayerSlabs, SubSlab};

@@ -1,18 +1,26 @@
 //! How the field changes between two samples of a ray.
 
+use super::kernel::Kernel;
+
 /// Share of the curve that is taken: rays at an angle also cross cells sideways, where the field bends elsewhere. 0.85 is
 /// best or near it on all data sets, and gains least, 1 dB, along diagonals.
-pub const CURVE_SHARE: f64 = 0.85;
+const CURVE_SHARE: f64 = 0.85;
+
+/// Share of the curve 3t² − 2t³ that lighting follows between two samples, of which a layer has so many: gradients of the paper's cubic
+/// stay near those of layers, nearer samples are as good as straight, and other kernels have no such curve.
+pub fn lighting_curve(kernel: Kernel, samples: u32) -> f64 {
+    if kernel == Kernel::Cubic && samples == 1 { CURVE_SHARE } else { 0.0 }
+}
 
 /// Weights of the two ends of the n-th of `samples` segments between two layers; what is left to 1 belongs to all values
 /// between, evenly.
 ///
-/// Between two layers the field does not change evenly but, along the layer axis, as 3t² − 2t³ (paper, Eq. 2): it stays longer
-/// near layers. With these weights, in the order of layers, mean and variance of the value are those of the curve, or the
+/// Between two layers the field of the paper's cubic does not change evenly but, along the layer axis, as 3t² − 2t³ (Eq. 2): it stays
+/// longer near layers. (Other kernels have no weights there.) With these weights, in the order of layers, mean and variance of the value are those of the curve, or the
 /// mean where a weight would be negative. A single segment has none: 1 to 2 dB are not worth a fifth more time, where two
 /// and three gain 2 to 6 for a tenth.
-pub fn segment_ends(samples: u32, n: u32) -> [f64; 2] {
-    if samples == 1 { [0.0; 2] } else { ends_of_curve(samples, n).map(|weight| CURVE_SHARE * weight) }
+pub fn segment_ends(kernel: Kernel, samples: u32, n: u32) -> [f64; 2] {
+    if kernel != Kernel::Cubic || samples == 1 { [0.0; 2] } else { ends_of_curve(samples, n).map(|weight| CURVE_SHARE * weight) }
 }
 
 /// The same for all of the curve.
@@ -52,15 +60,17 @@ mod tests {
 
     #[test]
     fn segments_mirror_each_other_and_stay_near_layers() {
+        let cubic = |samples, n| segment_ends(Kernel::Cubic, samples, n);
         for samples in 1..=8 {
             for n in 0..samples {
-                let ([a, b], [c, d]) = (segment_ends(samples, n), segment_ends(samples, samples - 1 - n));
+                let ([a, b], [c, d]) = (cubic(samples, n), cubic(samples, samples - 1 - n));
                 assert_abs_diff_eq!(a, d, epsilon = 1e-12);
                 assert_abs_diff_eq!(b, c, epsilon = 1e-12);
                 assert!(a >= 0.0 && b >= 0.0 && a + b < 0.5);
             }
         }
-        let [low, high] = segment_ends(2, 0);
+        let [low, high] = cubic(2, 0);
         assert!(low > 0.15 && high == 0.0, "{low} {high}");
+        assert_eq!(segment_ends(Kernel::CatmullRom, 2, 0), [0.0; 2]);
     }
 }

@@ -1,6 +1,6 @@
 //! Voxels in floats, with the background around them.
 
-use crate::layers::{Interpolation, Ray};
+use crate::layers::{Kernel, Ray};
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
@@ -48,8 +48,8 @@ impl Field {
     }
 
     /// The same as a kernel takes it.
-    pub fn background_of(&self, interpolation: Interpolation) -> f64 {
-        if interpolation == Interpolation::Gaussian { self.gaussian_background } else { self.background }
+    pub fn background_of(&self, kernel: Kernel) -> f64 {
+        if kernel == Kernel::Gaussian { self.gaussian_background } else { self.background }
     }
 
     /// Any voxel, inside or around the volume.
@@ -71,17 +71,17 @@ impl Field {
 
     /// The field that a kernel reconstructs, at a point in voxels: background + Σ (ρ − background) × weights. (Weights sum to 1
     /// but for the Gaussian's.)
-    pub fn reconstructed(&self, interpolation: Interpolation, p: DVec3) -> f64 {
-        if interpolation == Interpolation::Tricubic {
+    pub fn reconstructed(&self, kernel: Kernel, p: DVec3) -> f64 {
+        if kernel == Kernel::Cubic {
             return self.value(p);
         }
-        let r = i64::from(interpolation.radius());
+        let r = i64::from(kernel.radius());
         let below = p.floor().to_array().map(|c| c as i64);
         let weights: [Vec<(i64, f64)>; 3] = std::array::from_fn(|a| {
             let taps = below[a] - r + 1..=below[a] + r;
-            taps.map(|i| (i, interpolation.weight(p[a] - i as f64))).collect()
+            taps.map(|i| (i, kernel.weight(p[a] - i as f64))).collect()
         });
-        let missing = self.background_of(interpolation);
+        let missing = self.background_of(kernel);
         let mut sum = 0.0;
         for &(k, wz) in &weights[2] {
             for &(j, wy) in &weights[1] {
@@ -99,15 +99,15 @@ impl Field {
     }
 
     /// Central differences of the same over two voxels.
-    pub fn differences(&self, interpolation: Interpolation, p: DVec3) -> DVec3 {
-        let along = |d: DVec3| (self.reconstructed(interpolation, p + d) - self.reconstructed(interpolation, p - d)) / 2.0;
+    pub fn differences(&self, kernel: Kernel, p: DVec3) -> DVec3 {
+        let along = |d: DVec3| (self.reconstructed(kernel, p + d) - self.reconstructed(kernel, p - d)) / 2.0;
         DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
     }
 
     /// Where a ray before its eye is in the support of a kernel's field, [−r, n−1+r] per axis, as parameters of the ray: beyond, there
     /// is nothing to be marched through.
-    pub fn support(&self, interpolation: Interpolation, ray: &Ray) -> Option<(f64, f64)> {
-        let radius = f64::from(interpolation.radius());
+    pub fn support(&self, kernel: Kernel, ray: &Ray) -> Option<(f64, f64)> {
+        let radius = f64::from(kernel.radius());
         let (mut enter, mut leave) = (ray.start, f64::INFINITY);
         for i in 0..3 {
             let (lo, hi) = (-radius, self.dims[i] as f64 - 1.0 + radius);

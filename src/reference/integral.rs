@@ -7,7 +7,7 @@ use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Interpolation, Ray, Rays};
+use crate::layers::{Kernel, Ray, Rays};
 use crate::settings::{Blend, Clipping, Shading};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -26,7 +26,7 @@ pub struct Integral<'a> {
     volume: &'a Volume<'a>,
     unit_distance: f64,
     /// What reconstructs the field. Default: the paper's cubic (Eq. 1 and 2).
-    pub interpolation: Interpolation,
+    pub kernel: Kernel,
     /// How it is lit. Default: not at all.
     pub shading: Option<Shading>,
     /// What of it is shown. Default: all.
@@ -42,7 +42,7 @@ impl<'a> Integral<'a> {
             transfer,
             volume,
             unit_distance,
-            interpolation: Interpolation::Tricubic,
+            kernel: Kernel::Cubic,
             shading: None,
             clipping: Clipping::default(),
         }
@@ -56,7 +56,7 @@ impl<'a> Integral<'a> {
 
     /// Where a ray is in the field, and counts.
     fn interval(&self, ray: &Ray) -> Option<(f64, f64)> {
-        let (enter, leave) = self.field.support(self.interpolation, ray)?;
+        let (enter, leave) = self.field.support(self.kernel, ray)?;
         let Interval { from, to } = Region::of_clipping(self.volume, &self.clipping).of(ray)?;
         let (enter, leave) = (enter.max(from), leave.min(to));
         (enter < leave).then_some((enter, leave))
@@ -76,14 +76,14 @@ impl<'a> Integral<'a> {
         let mut gathered = Gathered::new();
         for n in 0..steps as usize {
             let p = ray.origin + ray.direction * (enter + (n as f64 + 0.5) * step);
-            let value = self.field.within_range(self.field.reconstructed(self.interpolation, p));
+            let value = self.field.within_range(self.field.reconstructed(self.kernel, p));
             if self.transfer.opacity(value) == 0.0 {
                 continue;
             }
             let opacity = -(-self.transfer.extinction(value) * dt).exp_m1();
             let mut color = self.transfer.color(value);
             if let Some(shading) = self.shading {
-                color = shade(self.volume, shading, color, self.field.differences(self.interpolation, p), to_eye);
+                color = shade(self.volume, shading, color, self.field.differences(self.kernel, p), to_eye);
             }
             gathered.add(color, opacity);
             if gathered.transmittance < 1e-12 {

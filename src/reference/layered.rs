@@ -66,7 +66,9 @@ impl<'a> Layered<'a> {
         let crossing = Crossing { axis, origin: frame.local(ray.origin), shear, climb: ray.direction[frame.a], interval };
         match self.classification {
             Classification::Post(correction) => self.composite_splats(&crossing, correction, to_eye),
-            Classification::Preintegrated { samples_per_layer } => self.composite_points(&crossing, samples_per_layer, to_eye),
+            Classification::Preintegrated { kernel, samples_per_layer } => {
+                self.composite_points(&crossing, kernel, samples_per_layer, to_eye)
+            },
         }
     }
 

@@ -8,7 +8,7 @@ use super::shading::{Lighting, shade};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Interpolation, Ray, Rays};
+use crate::layers::{Kernel, Ray, Rays};
 use crate::settings::{Algorithm, Blend, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
@@ -39,8 +39,8 @@ impl<'a> Marched<'a> {
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
         let (kernel, step) = match self.settings.algorithm {
-            Algorithm::Raycast { interpolation, step } => (interpolation, step),
-            Algorithm::Slicing { step } => (Interpolation::Trilinear, step),
+            Algorithm::Raycast { kernel, step } => (kernel, step),
+            Algorithm::Slicing { step } => (Kernel::Linear, step),
             other => panic!("{} does not march along rays", other.name()),
         };
         let slicing = matches!(self.settings.algorithm, Algorithm::Slicing { .. });
@@ -63,14 +63,14 @@ impl<'a> Marched<'a> {
     }
 
     /// Casts a ray, each sample by itself.
-    fn cast(&self, ray: &Ray, interpolation: Interpolation, step: f64, to_eye: DVec3) -> [f64; 4] {
+    fn cast(&self, ray: &Ray, kernel: Kernel, step: f64, to_eye: DVec3) -> [f64; 4] {
         let mut gathered = Gathered::new();
         let (per_parameter, smallest) = self.lengths(ray.direction);
         let dt = step * smallest;
-        for slab in self.slabs(ray, interpolation, dt / per_parameter) {
+        for slab in self.slabs(ray, kernel, dt / per_parameter) {
             // In the middle of the whole step, whatever is cut from it.
             let p = ray.origin + ray.direction * ((slab.front + slab.back) / 2.0);
-            let value = self.field.within_range(self.field.reconstructed(interpolation, p));
+            let value = self.field.within_range(self.field.reconstructed(kernel, p));
             if self.transfer.opacity(value) > 0.0 {
                 let share = slab.part.length();
                 let opacity = match self.settings.extinction {
@@ -79,7 +79,7 @@ impl<'a> Marched<'a> {
                 };
                 let mut color = self.transfer.color(value);
                 if let Some(shading) = self.settings.shading {
-                    color = shade(self.volume, shading, color, self.field.differences(interpolation, p), to_eye);
+                    color = shade(self.volume, shading, color, self.field.differences(kernel, p), to_eye);
                 }
                 gathered.add(color, opacity);
             }
@@ -89,7 +89,7 @@ impl<'a> Marched<'a> {
 
     /// Slices.
     fn slice(&self, ray: &Ray, step: f64, to_eye: DVec3) -> [f64; 4] {
-        const KERNEL: Interpolation = Interpolation::Trilinear;
+        const KERNEL: Kernel = Kernel::Linear;
         let mut gathered = Gathered::new();
         let (per_parameter, smallest) = self.lengths(ray.direction);
         for slab in self.slabs(ray, KERNEL, self.between_planes(ray, step, to_eye)) {
@@ -109,13 +109,13 @@ impl<'a> Marched<'a> {
     }
 
     /// Gathers values from plane to plane.
-    fn values(&self, ray: &Ray, interpolation: Interpolation, step: f64, to_eye: DVec3) -> [f64; 4] {
+    fn values(&self, ray: &Ray, kernel: Kernel, step: f64, to_eye: DVec3) -> [f64; 4] {
         let mut values = Values::new(self.settings.blend);
-        for slab in self.slabs(ray, interpolation, self.between_planes(ray, step, to_eye)) {
+        for slab in self.slabs(ray, kernel, self.between_planes(ray, step, to_eye)) {
             // The field itself at both ends: it bends where voxels end.
             let ends = [slab.part.from, slab.part.to].map(|t| {
                 let t = slab.front + t * (slab.back - slab.front);
-                self.field.reconstructed(interpolation, ray.origin + ray.direction * t)
+                self.field.reconstructed(kernel, ray.origin + ray.direction * t)
             });
             values.add(ends, slab.part.length());
         }
@@ -123,14 +123,14 @@ impl<'a> Marched<'a> {
     }
 
     /// The first surface between two planes.
-    fn surface(&self, ray: &Ray, interpolation: Interpolation, step: f64, iso: f64, to_eye: DVec3) -> [f64; 4] {
-        for slab in self.slabs(ray, interpolation, self.between_planes(ray, step, to_eye)) {
+    fn surface(&self, ray: &Ray, kernel: Kernel, step: f64, iso: f64, to_eye: DVec3) -> [f64; 4] {
+        for slab in self.slabs(ray, kernel, self.between_planes(ray, step, to_eye)) {
             let points = slab.points(ray);
-            let Some(t) = crossing(points.map(|p| self.field.reconstructed(interpolation, p)), iso) else { continue };
+            let Some(t) = crossing(points.map(|p| self.field.reconstructed(kernel, p)), iso) else { continue };
             if (slab.part.from..=slab.part.to).contains(&t) {
                 let color = self.transfer.color(iso);
                 return opaque(self.settings.shading.map_or(color, |shading| {
-                    let gradient = |p: DVec3| self.field.differences(interpolation, p);
+                    let gradient = |p: DVec3| self.field.differences(kernel, p);
                     let [front, back] = points.map(|p| Lighting::new(self.volume, shading, gradient(p), to_eye));
                     front.mix(back, t).on(color)
                 }));
@@ -147,15 +147,15 @@ impl<'a> Marched<'a> {
 
     /// The slabs of a thickness in ray parameters that the ray meets in the field and that count, front to back; one of them begins at
     /// the parameter 0.
-    fn slabs(&self, ray: &Ray, interpolation: Interpolation, thickness: f64) -> impl Iterator<Item = Slab> {
-        let ends = self.field.support(interpolation, ray).map(|(enter, leave)| (enter / thickness, leave / thickness));
+    fn slabs(&self, ray: &Ray, kernel: Kernel, thickness: f64) -> impl Iterator<Item = Slab> {
+        let ends = self.field.support(kernel, ray).map(|(enter, leave)| (enter / thickness, leave / thickness));
         let (first, end) = ends.map_or((0, 0), |(enter, leave)| (enter.floor() as i64, leave.ceil() as i64));
         let region = Region::new(
             self.volume,
             self.transfer,
             self.settings.blend,
             &self.settings.clipping,
-            f64::from(interpolation.radius()),
+            f64::from(kernel.radius()),
         );
         let interval = region.of(ray);
         (first..end).filter_map(move |n| {

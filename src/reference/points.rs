@@ -5,7 +5,7 @@ use super::compositing::{Gathered, opacity_of_depth, opacity_over};
 use super::interval::Part;
 use super::layered::{Crossing, Layered};
 use super::shading::Lighting;
-use crate::layers::{CURVE_SHARE, Interpolation, segment_ends};
+use crate::layers::{CURVE_SHARE, Kernel, segment_ends};
 use crate::settings::Blend;
 use crate::transfer::{Extinction, TransferFunction};
 use glam::DVec3;
@@ -15,7 +15,7 @@ const PARTS: usize = 512;
 
 impl Layered<'_> {
     /// Premultiplied RGBA along one ray, sampled `samples_per_layer` times per layer.
-    pub(super) fn composite_points(&self, crossing: &Crossing, samples_per_layer: u32, to_eye: DVec3) -> [f64; 4] {
+    pub(super) fn composite_points(&self, crossing: &Crossing, _kernel: Kernel, samples_per_layer: u32, to_eye: DVec3) -> [f64; 4] {
         let (mut gathered, mut values) = (Gathered::new(), Values::new(self.settings.blend));
         for segment in self.segments(crossing, samples_per_layer) {
             match self.settings.blend {
@@ -60,7 +60,7 @@ impl Layered<'_> {
 
     fn lighting(&self, points: [DVec3; 2], to_eye: DVec3) -> Option<[Lighting; 2]> {
         let shading = self.settings.shading?;
-        Some(points.map(|p| Lighting::new(self.volume, shading, self.field.differences(Interpolation::Tricubic, p), to_eye)))
+        Some(points.map(|p| Lighting::new(self.volume, shading, self.field.differences(Kernel::Cubic, p), to_eye)))
     }
 
     /// A segment of one colour, lit where most of its light comes from.

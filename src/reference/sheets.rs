@@ -7,7 +7,7 @@ use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Axis, GAUSSIAN_RADIUS, Interpolation, Ray, Rays, SplatProjection, SplatSlabs, gaussian_footprint};
+use crate::layers::{Axis, GAUSSIAN_RADIUS, Kernel, Ray, Rays, SplatProjection, SplatSlabs, gaussian_footprint};
 use crate::settings::{Algorithm, LayerAxis, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
@@ -68,7 +68,7 @@ impl<'a> Sheets<'a> {
         let forward = direction[a] >= 0.0;
         let [nx, ny, nz] = self.field.dims();
         let missing = match self.settings.algorithm {
-            Algorithm::ViewSheets { .. } => self.field.background_of(Interpolation::Gaussian),
+            Algorithm::ViewSheets { .. } => self.field.background_of(Kernel::Gaussian),
             _ => self.field.background(),
         };
         let mut splats = Vec::new();
@@ -165,7 +165,7 @@ impl<'a> Sheets<'a> {
         let slabs = SplatSlabs { distance };
         // Difference from the background, and gradient.
         let mut sheets: BTreeMap<i64, (f64, DVec3)> = BTreeMap::new();
-        let background = self.field.background_of(Interpolation::Gaussian);
+        let background = self.field.background_of(Kernel::Gaussian);
         let visible = self.transfer.opacity(background) > 0.0;
         if visible {
             let size = DVec3::from_array(self.field.dims().map(|n| n as f64));

@@ -255,9 +255,9 @@ impl Renderer {
             }
             Plan::Shared(ref parts, layered) => return Ok((Drawn::Warped, self.draw_shared(view, parts, layered)?)),
             Plan::Direct(axis, layered) => self.draw_pixels(view, axis, layered)?,
-            Plan::Raycast(interpolation, step) => self.rays.cast(&mut view.of(prepared), interpolation, step, target)?,
-            Plan::CastValues(interpolation, step) => {
-                self.rays.cast_values(&mut view.of(prepared), interpolation, step, target)?;
+            Plan::Raycast(kernel, step) => self.rays.cast(&mut view.of(prepared), kernel, step, target)?,
+            Plan::CastValues(kernel, step) => {
+                self.rays.cast_values(&mut view.of(prepared), kernel, step, target)?;
             }
             Plan::CastSegments(step) => self.rays.cast_segments(&mut view.of(prepared), step, target)?,
             Plan::Slicing(step) => self.rays.slice(&mut view.of(prepared), step, target)?,
@@ -286,8 +286,8 @@ impl Renderer {
         let scene = &mut view.of(prepared);
         match layered.classification {
             Classification::Post(correction) => self.splats.draw_lattice(scene, lattice, correction, range, target),
-            Classification::Preintegrated { samples_per_layer } => {
-                self.points.draw_lattice(scene, lattice, samples_per_layer, layered.evaluation, range, target)
+            Classification::Preintegrated { kernel, samples_per_layer } => {
+                self.points.draw_lattice(scene, lattice, (kernel, samples_per_layer), layered.evaluation, range, target)
             }
         }
     }
@@ -297,8 +297,8 @@ impl Renderer {
         let scene = &mut view.of(prepared);
         match layered.classification {
             Classification::Post(correction) => self.splats.draw_pixels(scene, axis, correction, layered.footprints, target),
-            Classification::Preintegrated { samples_per_layer } => {
-                self.points.draw_pixels(scene, axis, samples_per_layer, target)
+            Classification::Preintegrated { kernel, samples_per_layer } => {
+                self.points.draw_pixels(scene, axis, (kernel, samples_per_layer), target)
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Which evaluation a view gets.
 
 use crate::error::Error;
-use crate::layers::{Axis, Density, Interpolation, Lattice, Rays, Sampling};
+use crate::layers::{Axis, Density, Kernel, Lattice, Rays, Sampling};
 use crate::settings::{Algorithm, Blend, Classification, Evaluation, Footprints, LayerAxis, Layered, Settings};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
@@ -27,9 +27,9 @@ pub enum Plan {
     /// By slices, of a distance in smallest spacings.
     Slicing(f64),
     /// By ray casting, with a step in smallest spacings.
-    Raycast(Interpolation, f64),
+    Raycast(Kernel, f64),
     /// By ray casting where values are gathered, or an iso-surface is found: planes of a distance in smallest spacings.
-    CastValues(Interpolation, f64),
+    CastValues(Kernel, f64),
     /// By ray casting with pre-integrated segments of a length in smallest spacings: layers where no lattice reaches.
     CastSegments(f64),
 }
@@ -50,8 +50,8 @@ impl Plan {
             }
             Algorithm::ViewSheets { sheet_distance } => Ok(Plan::ViewSheets(sheet_distance)),
             Algorithm::Slicing { step } if settings.blend == Blend::Composite => Ok(Plan::Slicing(step)),
-            Algorithm::Slicing { step } => Ok(Plan::CastValues(Interpolation::Trilinear, step)),
-            Algorithm::Raycast { interpolation, step } => Ok(Self::raycast(interpolation, step, settings.blend)),
+            Algorithm::Slicing { step } => Ok(Plan::CastValues(Kernel::Linear, step)),
+            Algorithm::Raycast { kernel, step } => Ok(Self::raycast(kernel, step, settings.blend)),
         }
     }
 
@@ -93,14 +93,14 @@ impl Plan {
         let step = 1.0 / (per_layer * f64::from(classification.samples_per_layer()));
         match classification {
             Classification::Preintegrated { .. } if blend == Blend::Composite => Plan::CastSegments(step),
-            _ => Self::raycast(Interpolation::Tricubic, step, blend),
+            _ => Self::raycast(Kernel::Cubic, step, blend),
         }
     }
 
-    fn raycast(interpolation: Interpolation, step: f64, blend: Blend) -> Self {
+    fn raycast(kernel: Kernel, step: f64, blend: Blend) -> Self {
         match blend {
-            Blend::Composite => Plan::Raycast(interpolation, step),
-            _ => Plan::CastValues(interpolation, step),
+            Blend::Composite => Plan::Raycast(kernel, step),
+            _ => Plan::CastValues(kernel, step),
         }
     }
 
@@ -162,10 +162,10 @@ impl fmt::Display for Plan {
             Plan::ViewSheets(distance) => write!(f, "sheets across the view, {distance} voxels apart"),
             Plan::Slicing(step) => write!(f, "slices {step} spacings apart"),
             Plan::CastSegments(step) => write!(f, "rays, pre-integrated in steps of {step} spacings"),
-            Plan::CastValues(interpolation, step) => {
-                write!(f, "rays through values, {interpolation:?}, in steps of {step} spacings")
+            Plan::CastValues(kernel, step) => {
+                write!(f, "rays through values, {kernel:?}, in steps of {step} spacings")
             }
-            Plan::Raycast(interpolation, step) => write!(f, "rays, {interpolation:?}, in steps of {step} spacings"),
+            Plan::Raycast(kernel, step) => write!(f, "rays, {kernel:?}, in steps of {step} spacings"),
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::device::launch::rays::{
 };
 use crate::device::launch::structs::MarchParams;
 use crate::error::Error;
-use crate::layers::{Axis, Interpolation};
+use crate::layers::{Axis, Kernel};
 
 /// Rays are marched in the upload's own layout.
 const AXIS: Axis = Axis::Z;
@@ -30,10 +30,10 @@ pub(super) struct MarchedRays {
 
 impl MarchedRays {
     /// Casts rays, each sample classified by itself.
-    pub fn cast(&mut self, scene: &mut Scene, interpolation: Interpolation, step: f64, target: &mut Target) -> Result<(), Error> {
+    pub fn cast(&mut self, scene: &mut Scene, kernel: Kernel, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
-        let gaussian = interpolation == Interpolation::Gaussian;
+        let gaussian = kernel == Kernel::Gaussian;
         let reach = if gaussian { PointReach::Gaussian } else { PointReach::SmallShear };
         let visible = scene.prepared.visible_to_points(device, AXIS, reach, settings.extinction, settings.blend)?;
         let table = scene.prepared.table(device, settings.extinction)?;
@@ -44,12 +44,12 @@ impl MarchedRays {
         let axes = scene.axes(1);
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
-        let region = Region::marched(scene, f64::from(interpolation.radius()), step);
+        let region = Region::marched(scene, f64::from(kernel.radius()), step);
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.raycast.launch(
             device,
-            (layout.voxels.kind(), interpolation, region.rendering.clipped),
+            (layout.voxels.kind(), kernel, region.rendering.clipped),
             &RaycastArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -72,13 +72,13 @@ impl MarchedRays {
     pub fn cast_values(
         &mut self,
         scene: &mut Scene,
-        interpolation: Interpolation,
+        kernel: Kernel,
         step: f64,
         target: &mut Target,
     ) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
-        let gaussian = interpolation == Interpolation::Gaussian;
+        let gaussian = kernel == Kernel::Gaussian;
         let reach = if gaussian { PointReach::Gaussian } else { PointReach::SmallShear };
         let visible = scene.prepared.visible_to_points(device, AXIS, reach, settings.extinction, settings.blend)?;
         let table = scene.prepared.table(device, settings.extinction)?;
@@ -87,13 +87,13 @@ impl MarchedRays {
         let axes = scene.axes(1);
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
-        let region = Region::marched(scene, f64::from(interpolation.radius()), longest_slab(scene, step));
+        let region = Region::marched(scene, f64::from(kernel.radius()), longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         let useful = scene.prepared.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         self.values.launch(
             device,
-            (layout.voxels.kind(), interpolation, region.rendering.blend),
+            (layout.voxels.kind(), kernel, region.rendering.blend),
             &CastValuesArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -122,7 +122,7 @@ impl MarchedRays {
         let layout = scene.prepared.layout(device, AXIS)?;
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
-        let region = Region::marched(scene, f64::from(Interpolation::Trilinear.radius()), longest_slab(scene, step));
+        let region = Region::marched(scene, f64::from(Kernel::Linear.radius()), longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.slicing.launch(
@@ -164,7 +164,7 @@ impl MarchedRays {
         integrals.set(&mut sample, 1);
         sample.curve = 0.0;
         let segments = Segments { curved: false, ..integrals.segments(settings.extinction, 1) };
-        let region = Region::marched(scene, f64::from(Interpolation::Tricubic.radius()), longest_slab(scene, step));
+        let region = Region::marched(scene, f64::from(Kernel::Cubic.radius()), longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.segments.launch(

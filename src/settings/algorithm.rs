@@ -2,7 +2,7 @@
 
 use super::{LayerAxis, Layered};
 use crate::error::Error;
-use crate::layers::Interpolation;
+use crate::layers::Kernel;
 
 /// Which renderer makes the picture. All but the first are what the paper compares with, in the same house.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub enum Algorithm {
     /// Ray casting, front to back, each sample classified after interpolation.
     Raycast {
         /// The kernel that reconstructs the field.
-        interpolation: Interpolation,
+        kernel: Kernel,
         /// Distance of samples, in smallest spacings ([`Algorithm::STEPS`]).
         step: f64,
     },

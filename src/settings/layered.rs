@@ -2,7 +2,7 @@
 
 use super::Quality;
 use crate::error::Error;
-use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
+use crate::layers::{Axis, Correction, Density, Kernel, MAX_SAMPLES_PER_VOXEL};
 
 /// Which layer axis is taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,6 +31,8 @@ pub enum Classification {
     /// The segment between two samples, over all values between theirs. Layers are sampled where rays cross them, this many
     /// times per layer (1 … [`Classification::MAX_POINTS`]).
     Preintegrated {
+        /// What reconstructs the field, one of [`Kernel::OF_LAYERS`].
+        kernel: Kernel,
         /// Samples per layer.
         samples_per_layer: u32,
     },
@@ -44,7 +46,7 @@ impl Classification {
     pub fn samples_per_layer(self) -> u32 {
         match self {
             Classification::Post(correction) => correction.samples_per_layer(),
-            Classification::Preintegrated { samples_per_layer } => samples_per_layer,
+            Classification::Preintegrated { samples_per_layer, .. } => samples_per_layer,
         }
     }
 }
@@ -94,6 +96,12 @@ impl Layered {
         };
         if !(1..=most).contains(&samples) {
             return refuse("samples_per_layer", &samples, expected);
+        }
+        if let Classification::Preintegrated { kernel, .. } = self.classification
+            && !Kernel::OF_LAYERS.contains(&kernel)
+        {
+            let problem = format!("layers are not sampled with the {} kernel, whose weights do not sum to one", kernel.name());
+            return Err(Error::Settings { field: "kernel", problem });
         }
         if self.footprints == Footprints::Set && matches!(self.classification, Classification::Preintegrated { .. }) {
             let problem = "the footprint set is for classification after interpolation: choose that, or exact footprints".into();

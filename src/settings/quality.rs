@@ -1,7 +1,7 @@
 //! Bundles of settings.
 
 use super::{Classification, Evaluation, Footprints, LayerAxis, Layered, Settings};
-use crate::layers::{Correction, Density};
+use crate::layers::{Correction, Density, Kernel};
 use serde::Serialize;
 use std::str::FromStr;
 
@@ -40,13 +40,13 @@ impl Quality {
 
     /// The choices of layered rendering in the bundle.
     pub fn layered(self) -> Layered {
-        let lattice = |density, samples_per_layer| {
-            (Evaluation::Lattice(density), Footprints::Exact, Classification::Preintegrated { samples_per_layer })
+        let lattice = |density, kernel, samples_per_layer| {
+            (Evaluation::Lattice(density), Footprints::Exact, Classification::Preintegrated { kernel, samples_per_layer })
         };
         let (evaluation, footprints, classification) = match self {
-            Quality::Draft => lattice(Density::Fixed(1), 1),
-            Quality::Standard => lattice(Density::Relaxed, 1),
-            Quality::High => lattice(Density::Fine, 2),
+            Quality::Draft => lattice(Density::Fixed(1), Kernel::Cubic, 1),
+            Quality::Standard => lattice(Density::Relaxed, Kernel::Cubic, 1),
+            Quality::High => lattice(Density::Fine, Kernel::Cubic, 2),
             Quality::Paper => (Evaluation::Direct, Footprints::Set, self.splatted()),
         };
         Layered { layer_axis: LayerAxis::Auto, evaluation, classification, footprints }

@@ -15,7 +15,7 @@ pub const REFINED_TOLERANCE: f64 = 1e-2;
 pub const ISO: f64 = 120.0;
 pub const BLENDS: [Blend; 4] = [Blend::Maximum, Blend::Minimum, Blend::Average, Blend::Iso(ISO)];
 pub const VALUES: [Blend; 3] = [Blend::Maximum, Blend::Minimum, Blend::Average];
-pub const REFINED: Classification = Classification::Preintegrated { samples_per_layer: 2 };
+pub const REFINED: Classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 2 };
 
 /// Everything that has blend modes.
 pub fn algorithms() -> Vec<Algorithm> {
@@ -26,8 +26,8 @@ pub fn algorithms() -> Vec<Algorithm> {
         }
     }
     all.push(Algorithm::Slicing { step: 0.8 });
-    for interpolation in [Interpolation::Trilinear, Interpolation::Tricubic, Interpolation::Gaussian] {
-        all.push(Algorithm::Raycast { interpolation, step: 0.6 });
+    for kernel in [Kernel::Linear, Kernel::Cubic, Kernel::Gaussian] {
+        all.push(Algorithm::Raycast { kernel, step: 0.6 });
     }
     all
 }

@@ -8,7 +8,7 @@ pub mod reference;
 
 use glam::DVec3;
 use layersplat::image::Comparison;
-use layersplat::layers::{Correction, Density, Interpolation};
+use layersplat::layers::{Correction, Density, Kernel};
 use layersplat::renderer::Plan;
 use layersplat::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered};
 use layersplat::volume::{Grid, Voxels};
@@ -20,9 +20,9 @@ use std::path::PathBuf;
 /// Splatted layers with two sub-layers, classified after interpolation.
 pub const SPLATTED: Classification = Classification::Post(Correction::SubLayers(2));
 /// Point-sampled layers, pre-integrated.
-pub const POINTS: Classification = Classification::Preintegrated { samples_per_layer: 1 };
+pub const POINTS: Classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 1 };
 /// Each way that layers are sampled and classified.
-pub const CLASSIFICATIONS: [Classification; 3] = [SPLATTED, POINTS, Classification::Preintegrated { samples_per_layer: 2 }];
+pub const CLASSIFICATIONS: [Classification; 3] = [SPLATTED, POINTS, Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 2 }];
 
 /// The renderers that the paper compares with.
 pub const OTHERS: [Algorithm; 7] = [
@@ -30,13 +30,13 @@ pub const OTHERS: [Algorithm; 7] = [
     Algorithm::ViewSheets { sheet_distance: 1.0 },
     Algorithm::ViewSheets { sheet_distance: 0.5 },
     Algorithm::Slicing { step: 0.8 },
-    Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 0.6 },
-    Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.6 },
-    Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 0.6 },
+    Algorithm::Raycast { kernel: Kernel::Linear, step: 0.6 },
+    Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.6 },
+    Algorithm::Raycast { kernel: Kernel::Gaussian, step: 0.6 },
 ];
 
 /// Ray casting in steps of 1/16: the integral on the device.
-pub const CONVERGED: Algorithm = Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.0625 };
+pub const CONVERGED: Algorithm = Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.0625 };
 
 /// Per sample the table's nearest entry is off by half an entry of 4096, the highlight's logarithms by 1e-4; tens of
 /// samples add up. One step of an 8-bit picture is 4e-3.

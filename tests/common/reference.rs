@@ -73,8 +73,8 @@ impl Pair {
             Plan::AxisSheets(_) | Plan::ViewSheets(_) => Sheets::new(volume, transfer, expected).render(camera, size),
             Plan::Slicing(_) => Marched::new(volume, transfer, expected).render(camera, size),
             // What layers and slices become where none can be drawn.
-            Plan::Raycast(interpolation, step) | Plan::CastValues(interpolation, step) => {
-                let cast = Settings { algorithm: Algorithm::Raycast { interpolation, step }, ..*expected };
+            Plan::Raycast(kernel, step) | Plan::CastValues(kernel, step) => {
+                let cast = Settings { algorithm: Algorithm::Raycast { kernel, step }, ..*expected };
                 Marched::new(volume, transfer, &cast).render(camera, size)
             }
             other => panic!("no reference for {other}"),

@@ -174,7 +174,7 @@ fn segments_of_one_length_from_layers_of_two() {
     let mut kept = Kept::new(bytes_volume(), 61);
     let per_layer = |samples_per_layer, unit_distance| {
         let own = layered(Settings::default());
-        let classification = Classification::Preintegrated { samples_per_layer };
+        let classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer };
         let settings = Layered { classification, ..own }.into();
         Scene { settings: Settings { unit_distance: Some(unit_distance), ..settings }, transfer: 2, ..Scene::default() }
     };

@@ -2,7 +2,7 @@
 
 use crate::common::*;
 use glam::DVec3;
-use layersplat::layers::{Density, Interpolation};
+use layersplat::layers::{Density, Kernel};
 use layersplat::settings::{
     Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Layered, Shading,
 };
@@ -55,7 +55,7 @@ impl Scene {
 }
 
 const fn points(density: Density, samples_per_layer: u32) -> Algorithm {
-    made(Evaluation::Lattice(density), Classification::Preintegrated { samples_per_layer }, Footprints::Exact)
+    made(Evaluation::Lattice(density), Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer }, Footprints::Exact)
 }
 
 const fn made(evaluation: Evaluation, classification: Classification, footprints: Footprints) -> Algorithm {
@@ -77,9 +77,9 @@ pub const ALGORITHMS: [Algorithm; 17] = [
     OTHERS[5],
     OTHERS[6],
     Algorithm::Slicing { step: 1.6 },
-    made(Evaluation::Direct, Classification::Preintegrated { samples_per_layer: 1 }, Footprints::Exact),
+    made(Evaluation::Direct, Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 1 }, Footprints::Exact),
     made(Evaluation::Direct, Classification::Post(Correction::Constant), Footprints::Exact),
-    Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 1.1 },
+    Algorithm::Raycast { kernel: Kernel::Gaussian, step: 1.1 },
     made(Evaluation::Direct, Classification::Post(Correction::Constant), Footprints::Set),
 ];
 

@@ -49,7 +49,7 @@ fn colored() -> TransferFunction {
 /// Every way to draw, unlit, so that all of a blot has one colour.
 fn ways() -> Vec<Settings> {
     let post = Classification::Post(Correction::SubLayers(2));
-    let points = Classification::Preintegrated { samples_per_layer: 1 };
+    let points = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 1 };
     let (lattice, direct) = (Evaluation::Lattice(Density::AtLeast(3)), Evaluation::Direct);
     let layered = [(lattice, post), (lattice, points), (direct, post), (direct, points)].map(|(evaluation, classification)| {
         Layered { evaluation, classification, footprints: Footprints::Exact, ..Layered::default() }.into()

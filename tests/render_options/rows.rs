@@ -3,7 +3,7 @@
 use crate::scene::{Scene, Transfer};
 use crate::{HEADER, SECOND, common::*};
 use glam::DVec3;
-use layersplat::layers::{Axis, Interpolation};
+use layersplat::layers::{Axis, Kernel};
 use layersplat::settings::{
     Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Quality,
 };
@@ -103,13 +103,13 @@ pub const QUALITIES: &[Row] = &[
     }),
     beside("--algorithm slicing", slicing, "--step", "--step 2", |s| s.settings.algorithm = Algorithm::Slicing { step: 2.0 }),
     beside("--algorithm raycast", raycast, "--step", "--step 2", |s| {
-        s.settings.algorithm = Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 2.0 };
+        s.settings.algorithm = Algorithm::Raycast { kernel: Kernel::Linear, step: 2.0 };
     }),
-    beside("--algorithm raycast", raycast, "--interpolation", "--interpolation tricubic", |s| {
-        s.settings.algorithm = Algorithm::Raycast { interpolation: Interpolation::Tricubic, step: 0.5 };
+    beside("--algorithm raycast", raycast, "--kernel", "--kernel cubic", |s| {
+        s.settings.algorithm = Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 };
     }),
-    beside("--algorithm raycast", raycast, "--interpolation", "--interpolation gaussian", |s| {
-        s.settings.algorithm = Algorithm::Raycast { interpolation: Interpolation::Gaussian, step: 0.5 };
+    beside("--algorithm raycast", raycast, "--kernel", "--kernel gaussian", |s| {
+        s.settings.algorithm = Algorithm::Raycast { kernel: Kernel::Gaussian, step: 0.5 };
     }),
     row("--quality", "--quality draft", |s| s.settings = Quality::Draft.settings()),
     row("--quality", "--quality high", |s| s.settings = Quality::High.settings()),
@@ -121,7 +121,7 @@ pub const QUALITIES: &[Row] = &[
     }),
     beside("--quality draft --classification post", draft_splats, "--correction", "--correction sublayers", post),
     row("--sublayers", "--sublayers 3", |s| {
-        s.layered(|l| l.classification = Classification::Preintegrated { samples_per_layer: 3 });
+        s.layered(|l| l.classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 3 });
     }),
     beside("--classification post", post, "--sublayers", "--sublayers 5", |s| {
         s.layered(|l| l.classification = Classification::Post(Correction::SubLayers(5)));
@@ -206,7 +206,7 @@ fn slicing(s: &mut Scene) {
 }
 
 fn raycast(s: &mut Scene) {
-    s.settings.algorithm = Algorithm::Raycast { interpolation: Interpolation::Trilinear, step: 0.5 };
+    s.settings.algorithm = Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 };
 }
 
 /// Two sub-layers: that of the default quality.

@@ -8,7 +8,7 @@ use super::systems::{Bench, OF_THE_PAPER, SYSTEMS, VIEW};
 use crate::camera::{Camera, Orbit};
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Correction, Interpolation};
+use crate::layers::{Correction, Kernel};
 use crate::renderer::Renderer;
 use crate::settings::{Classification, Evaluation, Layered, Settings};
 use crate::transfer::{Extinction, TransferFunction};
@@ -33,7 +33,7 @@ fn compare(
         laboratory.bar.set_message(format!("{figure}: {}", source.name));
         let set = source.open()?;
         let mut bench = Bench::new(laboratory, &set)?;
-        let truth = bench.truth(view, Interpolation::Tricubic)?;
+        let truth = bench.truth(view, Kernel::Cubic)?;
         let mut row = vec![source.name.clone()];
         for (_, settings) in settings {
             row.push(decibels(psnr(&bench.unshaded(view, settings)?, &truth)));
@@ -68,7 +68,7 @@ fn splatted(correction: Correction) -> Settings {
 
 /// Pre-integrated layers per pixel.
 fn preintegrated(samples_per_layer: u32) -> Settings {
-    let classification = Classification::Preintegrated { samples_per_layer };
+    let classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer };
     Settings {
         algorithm: Layered { classification, evaluation: Evaluation::Direct, ..Layered::default() }.into(),
         ..Settings::default()
@@ -178,7 +178,7 @@ pub(super) fn systems(laboratory: &Laboratory, page: &mut Page) -> Result<(), Er
     let mut set = source.open()?;
     set.transfer = set.transfer.faded(FADED)?;
     let mut bench = Bench::new(laboratory, &set)?;
-    let truth = bench.truth(VIEW, Interpolation::Tricubic)?;
+    let truth = bench.truth(VIEW, Kernel::Cubic)?;
     let (mut pictures, mut rows): (Vec<Frame>, Vec<Vec<String>>) = Default::default();
     for system in &SYSTEMS[..OF_THE_PAPER] {
         pictures.push(bench.picture(VIEW, &system.settings())?);

@@ -7,7 +7,7 @@ use super::systems::Bench;
 use crate::camera::Orbit;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Axis, Correction, Interpolation};
+use crate::layers::{Axis, Correction, Kernel};
 use crate::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Settings};
 use crate::volume::Grid;
 
@@ -28,7 +28,7 @@ fn methods() -> [(&'static str, Settings); 5] {
         ("without κ", post(Correction::None)),
         ("κ", post(Correction::Constant)),
         ("four sub-layers", post(Correction::SubLayers(SUB_LAYERS))),
-        ("pre-integrated", layered(Classification::Preintegrated { samples_per_layer: 1 })),
+        ("pre-integrated", layered(Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 1 })),
     ]
 }
 
@@ -81,7 +81,7 @@ fn pop(laboratory: &Laboratory, source: &Source) -> Result<(Vec<Popped>, Vec<Fra
     let set = source.open()?;
     let mut bench = Bench::new(laboratory, &set)?;
     let view = diagonal_view(set.volume.grid());
-    let truth = bench.truth(view, Interpolation::Tricubic)?;
+    let truth = bench.truth(view, Kernel::Cubic)?;
     let (mut popped, mut differences) = (Vec::new(), Vec::new());
     for (_, settings) in methods() {
         let mut along =

@@ -6,7 +6,7 @@ use super::data_sets::DataSet;
 use crate::camera::{Camera, Orbit};
 use crate::error::Error;
 use crate::image::{Background, Frame};
-use crate::layers::{Density, Interpolation};
+use crate::layers::{Density, Kernel};
 use crate::renderer::Renderer;
 use crate::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Quality, Settings};
 use std::time::Instant;
@@ -21,22 +21,22 @@ const CONVERGED: f64 = 1.0 / 16.0;
 pub(super) const SYSTEMS: [System; 6] = [
     System {
         name: "axis-sheets",
-        kernel: Interpolation::Gaussian,
+        kernel: Kernel::Gaussian,
         make: Make::Algorithm(Algorithm::AxisSheets { layer_axis: LayerAxis::Auto }),
     },
     System {
         name: "view-sheets",
-        kernel: Interpolation::Gaussian,
+        kernel: Kernel::Gaussian,
         make: Make::Algorithm(Algorithm::ViewSheets { sheet_distance: Algorithm::SHEET_DISTANCE }),
     },
-    System { name: "layered", kernel: Interpolation::Tricubic, make: Make::Layered(Quality::Standard) },
+    System { name: "layered", kernel: Kernel::Cubic, make: Make::Layered(Quality::Standard) },
     System {
         name: "slicing",
-        kernel: Interpolation::Trilinear,
+        kernel: Kernel::Linear,
         make: Make::Algorithm(Algorithm::Slicing { step: Algorithm::SLICE_DISTANCE }),
     },
-    System { name: "layered draft", kernel: Interpolation::Tricubic, make: Make::Layered(Quality::Draft) },
-    System { name: "layered high", kernel: Interpolation::Tricubic, make: Make::Layered(Quality::High) },
+    System { name: "layered draft", kernel: Kernel::Cubic, make: Make::Layered(Quality::Draft) },
+    System { name: "layered high", kernel: Kernel::Cubic, make: Make::Layered(Quality::High) },
 ];
 
 /// How many of [`SYSTEMS`] the paper has.
@@ -55,7 +55,7 @@ pub(super) const OTHERS: [usize; 3] = [0, VIEW_SHEETS, SLICING];
 pub(super) struct System {
     pub name: &'static str,
     /// What reconstructs its field.
-    pub kernel: Interpolation,
+    pub kernel: Kernel,
     make: Make,
 }
 
@@ -76,7 +76,7 @@ impl System {
 
 /// Layered at a density of samples, some per layer.
 pub(super) fn layered(density: Density, samples_per_layer: u32) -> Settings {
-    let classification = Classification::Preintegrated { samples_per_layer };
+    let classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer };
     Layered { evaluation: Evaluation::Lattice(density), classification, ..Layered::default() }.into()
 }
 
@@ -110,8 +110,8 @@ impl<'a> Bench<'a> {
     }
 
     /// The converged integral of a kernel's field, unshaded.
-    pub fn truth(&mut self, orbit: Orbit, kernel: Interpolation) -> Result<Frame, Error> {
-        let algorithm = Algorithm::Raycast { interpolation: kernel, step: CONVERGED };
+    pub fn truth(&mut self, orbit: Orbit, kernel: Kernel) -> Result<Frame, Error> {
+        let algorithm = Algorithm::Raycast { kernel, step: CONVERGED };
         self.unshaded(orbit, &Settings { algorithm, early_termination: false, ..Settings::default() })
     }
 

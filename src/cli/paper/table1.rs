@@ -7,7 +7,7 @@ use super::page::{Page, decibels, psnr};
 use super::systems::{Bench, LAYERED, OF_THE_PAPER, OTHERS, QUALITIES, SLICING, SYSTEMS, System, VIEW, VIEW_SHEETS, layered};
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Density, Interpolation};
+use crate::layers::{Density, Kernel};
 use crate::settings::{Algorithm, Settings};
 
 /// Parts of a turn: systems take turns at them.
@@ -104,7 +104,7 @@ fn ratios(page: &mut Page, measured: &[Measured]) {
 fn fidelities(page: &mut Page, measured: &[Measured]) {
     page.paragraph(
         "Fidelity in dB (RGB, unshaded, azimuth 72°, elevation 20°): to the converged integral of the system's own kernel, and to \
-         that of the paper's cubic (Eq. 2), both by `--algorithm raycast --step 0.0625 --shading off --early-termination off` with that `--interpolation`.",
+         that of the paper's cubic (Eq. 2), both by `--algorithm raycast --step 0.0625 --shading off --early-termination off` with that `--kernel`.",
     );
     by_system(
         page,
@@ -144,7 +144,7 @@ fn measure(laboratory: &Laboratory, source: &Source) -> Result<Measured, Error> 
     let set = source.open()?;
     let mut bench = Bench::new(laboratory, &set)?;
     let mut truths = Vec::new();
-    for kernel in [Interpolation::Trilinear, Interpolation::Tricubic, Interpolation::Gaussian] {
+    for kernel in [Kernel::Linear, Kernel::Cubic, Kernel::Gaussian] {
         truths.push(bench.truth(VIEW, kernel)?);
         bar.inc(1);
     }
@@ -152,7 +152,7 @@ fn measure(laboratory: &Laboratory, source: &Source) -> Result<Measured, Error> 
     for system in SYSTEMS {
         let picture = bench.unshaded(VIEW, &system.settings())?;
         own.push(psnr(&picture, &truths[system.kernel as usize]));
-        cubic.push(psnr(&picture, &truths[Interpolation::Tricubic as usize]));
+        cubic.push(psnr(&picture, &truths[Kernel::Cubic as usize]));
     }
     let pictures =
         SYSTEMS[..OF_THE_PAPER].iter().map(|system| bench.picture(VIEW, &system.settings())).collect::<Result<_, Error>>()?;
@@ -204,7 +204,7 @@ fn layered_settings() -> Vec<(String, Settings)> {
 fn equal_fidelities(bench: &mut Bench, truths: &[Frame], own: &[f64]) -> Result<Vec<Equal>, Error> {
     let mut ladder = Vec::new();
     for (name, settings) in layered_settings() {
-        let fidelity = psnr(&bench.unshaded(VIEW, &settings)?, &truths[Interpolation::Tricubic as usize]);
+        let fidelity = psnr(&bench.unshaded(VIEW, &settings)?, &truths[Kernel::Cubic as usize]);
         ladder.push((name, fidelity, short_turn(bench, &settings)?));
     }
     let mut equal = Vec::new();

@@ -4,7 +4,7 @@ use super::layered::Segments;
 use super::structs::{Clipping, Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
 use super::{BlendMode, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
-use crate::layers::Interpolation;
+use crate::layers::Kernel;
 
 /// A kernel of march.cl, in a file that says how a row of rays is marched, and with the table that this reads.
 macro_rules! march {
@@ -70,9 +70,9 @@ fn march_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> De
 }
 
 impl Defines {
-    fn with_field(self, interpolation: Interpolation) -> Self {
-        self.with_if(interpolation == Interpolation::Tricubic, "TRICUBIC")
-            .with_if(interpolation == Interpolation::Gaussian, "GAUSSIAN")
+    fn with_field(self, kernel: Kernel) -> Self {
+        self.with_if(kernel == Kernel::Cubic, "TRICUBIC")
+            .with_if(kernel == Kernel::Gaussian, "GAUSSIAN")
     }
 }
 
@@ -83,12 +83,12 @@ fn composite(clipped: bool) -> Rendering {
 
 impl Launch for Raycast {
     /// And whether rays are cut.
-    type Variant = (VoxelKind, Interpolation, bool);
+    type Variant = (VoxelKind, Kernel, bool);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, interpolation, clipped): Self::Variant) -> String {
+    fn defines(tuning: &Tuning, (voxels, kernel, clipped): Self::Variant) -> String {
         let defines = march_defines(tuning, voxels, composite(clipped));
-        defines.with_if(true, "PER_RAY_STEP").with_field(interpolation).0
+        defines.with_if(true, "PER_RAY_STEP").with_field(kernel).0
     }
 
     fn items(a: &RaycastArguments, _: &Tuning) -> usize {
@@ -125,11 +125,11 @@ impl Launch for CastSegments {
 }
 
 impl Launch for CastValues {
-    type Variant = (VoxelKind, Interpolation, BlendMode);
+    type Variant = (VoxelKind, Kernel, BlendMode);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, interpolation, blend): Self::Variant) -> String {
-        march_defines(tuning, voxels, Rendering { blend, clipped: true }).with_field(interpolation).0
+    fn defines(tuning: &Tuning, (voxels, kernel, blend): Self::Variant) -> String {
+        march_defines(tuning, voxels, Rendering { blend, clipped: true }).with_field(kernel).0
     }
 
     fn items(a: &CastValuesArguments, _: &Tuning) -> usize {

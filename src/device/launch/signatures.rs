@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::device::{DeviceChoice, sources};
-use crate::layers::Interpolation;
+use crate::layers::Kernel;
 use opencl3::kernel::Kernel as ClKernel;
 use std::collections::BTreeSet;
 
@@ -34,7 +34,7 @@ fn launchers_are_their_kernels_signatures() {
         let rendering = Rendering { blend, clipped: true };
         compare::<layered::PointLattice>(d, (voxels, segments, rendering));
         compare::<layered::PointDirect>(d, (voxels, segments, rendering));
-        compare::<rays::CastValues>(d, (voxels, Interpolation::Trilinear, blend));
+        compare::<rays::CastValues>(d, (voxels, Kernel::Linear, blend));
     }
     let compared = [
         compare::<volume::Transpose>(d, kind),
@@ -49,10 +49,10 @@ fn launchers_are_their_kernels_signatures() {
         compare::<layered::Footprints>(d, ()),
         compare::<layered::FootprintSet>(d, ()),
         compare::<layered::OpacityTable>(d, ()),
-        compare::<rays::Raycast>(d, (voxels, Interpolation::Gaussian, true)),
+        compare::<rays::Raycast>(d, (voxels, Kernel::Gaussian, true)),
         compare::<rays::Slicing>(d, (far, true, true)),
         compare::<rays::CastSegments>(d, (voxels, segments, true)),
-        compare::<rays::CastValues>(d, (voxels, Interpolation::Tricubic, BlendMode::Iso { refined: false })),
+        compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, BlendMode::Iso { refined: false })),
         compare::<rays::PreintegratedTable>(d, ()),
         compare::<sheets::Splats>(d, kind),
         compare::<sheets::Scan>(d, ()),

@@ -267,7 +267,7 @@ mod tests {
     use super::*;
     use crate::camera::{Camera, Orbit};
     use crate::device::DeviceChoice;
-    use crate::layers::Interpolation;
+    use crate::layers::Kernel;
     use crate::settings::{Algorithm, Quality, Settings};
     use crate::viewport::Viewport;
     use crate::volume::{RawOptions, Volume};
@@ -324,8 +324,8 @@ mod tests {
         let orbit = Orbit { azimuth: 85.0, elevation: 8.0, roll: 70.0 };
         let camera = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
         let mut renderer = Renderer::new(&device, &volume, &transfer).unwrap();
-        let raycast = |interpolation| Algorithm::Raycast { interpolation, step: 0.3 };
-        let algorithms = [Algorithm::Slicing { step: 0.5 }, raycast(Interpolation::Tricubic)];
+        let raycast = |kernel| Algorithm::Raycast { kernel, step: 0.3 };
+        let algorithms = [Algorithm::Slicing { step: 0.5 }, raycast(Kernel::Cubic)];
         let frames = |renderer: &mut Renderer| {
             algorithms.map(|algorithm| renderer.render(&camera, viewport, &algorithm.into()).unwrap().0)
         };
