@@ -240,8 +240,8 @@ fn convergence_to_the_own_integral() {
         (2, [1.0, 0.5, 0.25].map(|sheet_distance| Algorithm::ViewSheets { sheet_distance }).to_vec(), 60.0),
         (0, [1.0, 0.5, 0.25].map(|step| Algorithm::Slicing { step }).to_vec(), 50.0),
     ];
-    for (kernel, kernel) in kernels.into_iter().enumerate() {
-        cases.push((kernel, [1.0, 0.5, 0.0625].map(|step| Algorithm::Raycast { kernel, step }).to_vec(), 60.0));
+    for (n, kernel) in kernels.into_iter().enumerate() {
+        cases.push((n, [1.0, 0.5, 0.0625].map(|step| Algorithm::Raycast { kernel, step }).to_vec(), 60.0));
     }
     for (kernel, steps, least) in cases {
         let psnr = |algorithm: &Algorithm, kernel: usize| {

@@ -108,9 +108,7 @@ fn a_ramp_in_closed_form() {
     let transfer = brightness(120.0);
     for camera in [parallel(&volume, size, 40.0, 25.0), perspective(&volume, -130.0, -20.0, 40.0)] {
         let rays = layersplat::layers::Rays::new(&camera, size, volume.grid()).unwrap();
-        for algorithm in
-            [Algorithm::Slicing { step: 0.7 }, Algorithm::Raycast { kernel: Kernel::Linear, step: 1.3 }]
-        {
+        for algorithm in [Algorithm::Slicing { step: 0.7 }, Algorithm::Raycast { kernel: Kernel::Linear, step: 1.3 }] {
             for blend in VALUES {
                 let frame = render(&volume, &transfer, &camera, size, &settings(algorithm, blend));
                 let mut met = 0;

@@ -5,7 +5,7 @@ mod common;
 
 use common::*;
 use glam::DVec3;
-use layersplat::layers::{Axis, Correction, Density, Rays};
+use layersplat::layers::{Axis, Correction, Density, Kernel, Rays};
 use layersplat::reference::Layered as LayeredReference;
 use layersplat::renderer::Plan;
 use layersplat::settings::{Classification, Evaluation, LayerAxis, Layered};

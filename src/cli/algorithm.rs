@@ -53,10 +53,9 @@ impl AlgorithmOptions {
                 Algorithm::ViewSheets { sheet_distance: self.sheet_distance.unwrap_or(Algorithm::SHEET_DISTANCE) }
             }
             AlgorithmName::Slicing => Algorithm::Slicing { step: self.step.unwrap_or(Algorithm::SLICE_DISTANCE) },
-            AlgorithmName::Raycast => Algorithm::Raycast {
-                kernel: self.kernel().unwrap_or(Kernel::Linear),
-                step: self.step.unwrap_or(0.5),
-            },
+            AlgorithmName::Raycast => {
+                Algorithm::Raycast { kernel: self.kernel().unwrap_or(Kernel::Linear), step: self.step.unwrap_or(0.5) }
+            }
         };
         let kernels = matches!(algorithm, Algorithm::Layered(_) | Algorithm::Raycast { .. });
         let steps = matches!(algorithm, Algorithm::Slicing { .. } | Algorithm::Raycast { .. });

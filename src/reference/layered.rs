@@ -68,7 +68,7 @@ impl<'a> Layered<'a> {
             Classification::Post(correction) => self.composite_splats(&crossing, correction, to_eye),
             Classification::Preintegrated { kernel, samples_per_layer } => {
                 self.composite_points(&crossing, kernel, samples_per_layer, to_eye)
-            },
+            }
         }
     }
 

@@ -150,13 +150,8 @@ impl<'a> Marched<'a> {
     fn slabs(&self, ray: &Ray, kernel: Kernel, thickness: f64) -> impl Iterator<Item = Slab> {
         let ends = self.field.support(kernel, ray).map(|(enter, leave)| (enter / thickness, leave / thickness));
         let (first, end) = ends.map_or((0, 0), |(enter, leave)| (enter.floor() as i64, leave.ceil() as i64));
-        let region = Region::new(
-            self.volume,
-            self.transfer,
-            self.settings.blend,
-            &self.settings.clipping,
-            f64::from(kernel.radius()),
-        );
+        let region =
+            Region::new(self.volume, self.transfer, self.settings.blend, &self.settings.clipping, f64::from(kernel.radius()));
         let interval = region.of(ray);
         (first..end).filter_map(move |n| {
             let (front, back) = (n as f64 * thickness, (n + 1) as f64 * thickness);

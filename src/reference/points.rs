@@ -5,7 +5,7 @@ use super::compositing::{Gathered, opacity_of_depth, opacity_over};
 use super::interval::Part;
 use super::layered::{Crossing, Layered};
 use super::shading::Lighting;
-use crate::layers::{CURVE_SHARE, Kernel, segment_ends};
+use crate::layers::{Kernel, lighting_curve, segment_ends};
 use crate::settings::Blend;
 use crate::transfer::{Extinction, TransferFunction};
 use glam::DVec3;
@@ -15,7 +15,13 @@ const PARTS: usize = 512;
 
 impl Layered<'_> {
     /// Premultiplied RGBA along one ray, sampled `samples_per_layer` times per layer.
-    pub(super) fn composite_points(&self, crossing: &Crossing, _kernel: Kernel, samples_per_layer: u32, to_eye: DVec3) -> [f64; 4] {
+    pub(super) fn composite_points(
+        &self,
+        crossing: &Crossing,
+        _kernel: Kernel,
+        samples_per_layer: u32,
+        to_eye: DVec3,
+    ) -> [f64; 4] {
         let (mut gathered, mut values) = (Gathered::new(), Values::new(self.settings.blend));
         for segment in self.segments(crossing, samples_per_layer) {
             match self.settings.blend {
@@ -47,7 +53,7 @@ impl Layered<'_> {
             let [z0, z1] = [l, l + step].map(|l| l as f64 / samples as f64 - 1.0);
             let part = crossing.part_of(z0, z1)?;
             let points = [z0, z1].map(|z| frame.global(crossing.at(z).extend(z)));
-            let [low, high] = segment_ends(samples_per_layer, (l.min(l + step) % samples) as u32);
+            let [low, high] = segment_ends(Kernel::Cubic, samples_per_layer, (l.min(l + step) % samples) as u32);
             Some(Segment {
                 points,
                 values: points.map(|p| self.field.value(p)),
@@ -112,7 +118,7 @@ impl Layered<'_> {
 
 /// Lighting between that of two ends: where these are a layer apart it stays near theirs, as the field does.
 fn along_curve([front, back]: [Lighting; 2], t: f64, samples_per_layer: u32) -> Lighting {
-    let curve = if samples_per_layer == 1 { CURVE_SHARE } else { 0.0 };
+    let curve = lighting_curve(Kernel::Cubic, samples_per_layer);
     front.mix(back, t + curve * (t * t * (3.0 - 2.0 * t) - t))
 }
 

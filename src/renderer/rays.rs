@@ -6,7 +6,6 @@ use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Target, Tiles};
 use crate::device::launch::Launcher;
-use crate::device::launch::layered::Segments;
 use crate::device::launch::rays::{
     CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, Raycast, RaycastArguments, Slicing, SlicingArguments,
 };
@@ -69,13 +68,7 @@ impl MarchedRays {
     }
 
     /// Gathers values, or finds an iso-surface, between planes that are a step apart.
-    pub fn cast_values(
-        &mut self,
-        scene: &mut Scene,
-        kernel: Kernel,
-        step: f64,
-        target: &mut Target,
-    ) -> Result<(), Error> {
+    pub fn cast_values(&mut self, scene: &mut Scene, kernel: Kernel, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
         let gaussian = kernel == Kernel::Gaussian;
@@ -161,9 +154,8 @@ impl MarchedRays {
         let integrals = scene.prepared.integrals(device, settings.extinction, thinnest, per_layer)?;
         let layout = scene.prepared.layout(device, AXIS)?;
         let mut sample = scene.sample(&axes, AXIS.frame());
-        integrals.set(&mut sample, 1);
-        sample.curve = 0.0;
-        let segments = Segments { curved: false, ..integrals.segments(settings.extinction, 1) };
+        integrals.set(&mut sample, Kernel::Linear, 1);
+        let segments = integrals.segments(settings.extinction, Kernel::Linear, 1);
         let region = Region::marched(scene, f64::from(Kernel::Cubic.radius()), longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;

@@ -22,7 +22,8 @@ pub const SPLATTED: Classification = Classification::Post(Correction::SubLayers(
 /// Point-sampled layers, pre-integrated.
 pub const POINTS: Classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 1 };
 /// Each way that layers are sampled and classified.
-pub const CLASSIFICATIONS: [Classification; 3] = [SPLATTED, POINTS, Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 2 }];
+pub const CLASSIFICATIONS: [Classification; 3] =
+    [SPLATTED, POINTS, Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 2 }];
 
 /// The renderers that the paper compares with.
 pub const OTHERS: [Algorithm; 7] = [

@@ -7,6 +7,7 @@ mod scene;
 
 use common::*;
 use glam::DVec3;
+use layersplat::layers::Kernel;
 use layersplat::renderer::{FrameReport, LatticePicture, Measured};
 use layersplat::settings::{Blend, Classification, LayerAxis, Layered};
 use layersplat::volume::{Rescale, Voxels};

@@ -55,7 +55,11 @@ impl Scene {
 }
 
 const fn points(density: Density, samples_per_layer: u32) -> Algorithm {
-    made(Evaluation::Lattice(density), Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer }, Footprints::Exact)
+    made(
+        Evaluation::Lattice(density),
+        Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer },
+        Footprints::Exact,
+    )
 }
 
 const fn made(evaluation: Evaluation, classification: Classification, footprints: Footprints) -> Algorithm {

@@ -11,6 +11,7 @@ use common::*;
 use decoded::Picture;
 use glam::DVec3;
 use layersplat::layers::Density;
+use layersplat::layers::Kernel;
 use layersplat::settings::{Classification, Evaluation, Footprints, Layered};
 use layersplat::volume::Voxels;
 use layersplat::{

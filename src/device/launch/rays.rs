@@ -71,8 +71,7 @@ fn march_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> De
 
 impl Defines {
     fn with_field(self, kernel: Kernel) -> Self {
-        self.with_if(kernel == Kernel::Cubic, "TRICUBIC")
-            .with_if(kernel == Kernel::Gaussian, "GAUSSIAN")
+        self.with_if(kernel == Kernel::Cubic, "TRICUBIC").with_if(kernel == Kernel::Gaussian, "GAUSSIAN")
     }
 }
 

@@ -10,7 +10,7 @@ use crate::device::launch::Launcher;
 use crate::device::launch::layered::{PointDirect, PointDirectArguments, PointLattice, PointLatticeArguments, Segments};
 use crate::device::launch::structs::{RayLatticeParams, SampleParams};
 use crate::error::Error;
-use crate::layers::{Axis, Density, Lattice};
+use crate::layers::{Axis, Density, Kernel, Lattice};
 use crate::settings::Blend;
 use crate::settings::{Classification, Evaluation};
 use std::sync::Arc;
@@ -45,7 +45,7 @@ impl PointLayers {
         &mut self,
         scene: &mut Scene,
         lattice: &Lattice,
-        samples_per_layer: u32,
+        (kernel, samples_per_layer): (Kernel, u32),
         evaluation: Evaluation,
         range: &LayerRange,
         target: &mut Target,
@@ -64,9 +64,9 @@ impl PointLayers {
         let integrals = scene.prepared.integrals(device, settings.extinction, axes.step.min_element(), per_layer)?;
         let layout = scene.prepared.layout(device, axis)?;
         let mut sample = scene.sample(&axes, frame);
-        integrals.set(&mut sample, per_layer);
+        integrals.set(&mut sample, kernel, per_layer);
         let region = Region::new(scene, RADIUS, per_layer);
-        let segments = segments(scene, &integrals, per_layer);
+        let segments = segments(scene, &integrals, kernel, per_layer);
         let table = colors(scene, &mut sample)?;
         self.lattice.launch(
             device,
@@ -95,7 +95,7 @@ impl PointLayers {
         &mut self,
         scene: &mut Scene,
         axis: Option<Axis>,
-        samples_per_layer: u32,
+        (kernel, samples_per_layer): (Kernel, u32),
         target: &mut Target,
     ) -> Result<(), Error> {
         let Scene { device, settings, viewport, .. } = *scene;
@@ -113,9 +113,9 @@ impl PointLayers {
         }
         let integrals = scene.prepared.integrals(device, settings.extinction, axes.step.min_element(), samples_per_layer)?;
         let mut sample = scene.sample(&axes, Axis::Z.frame());
-        integrals.set(&mut sample, samples_per_layer);
+        integrals.set(&mut sample, kernel, samples_per_layer);
         let region = Region::new(scene, RADIUS, samples_per_layer);
-        let segments = segments(scene, &integrals, samples_per_layer);
+        let segments = segments(scene, &integrals, kernel, samples_per_layer);
         let table = colors(scene, &mut sample)?;
         let voxels = scene.prepared.uploaded();
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), Tiles::of_pixels(viewport), "the frame")?;
@@ -145,9 +145,9 @@ impl PointLayers {
 pub(super) const RADIUS: f64 = 1.0;
 
 /// How segments are built: with their integrals only where they are composited.
-fn segments(scene: &Scene, integrals: &Integrals, per_layer: u32) -> Segments {
+fn segments(scene: &Scene, integrals: &Integrals, kernel: Kernel, per_layer: u32) -> Segments {
     match scene.settings.blend {
-        Blend::Composite => integrals.segments(scene.settings.extinction, per_layer),
+        Blend::Composite => integrals.segments(scene.settings.extinction, kernel, per_layer),
         _ => Segments { cut: false, curved: false, dimmed: false },
     }
 }

@@ -7,7 +7,7 @@ use crate::device::launch::rays::PreintegratedTableArguments;
 use crate::device::launch::structs::{Float4, SampleParams};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
-use crate::layers::{CURVE_SHARE, segment_ends};
+use crate::layers::{Kernel, lighting_curve, segment_ends};
 use crate::transfer::{Extinction, IntegralTable, TransferTable};
 use std::sync::Arc;
 
@@ -77,22 +77,21 @@ impl Table {
 
 impl Integrals {
     /// The parameters of samples between which segments are classified by these integrals, so many per layer.
-    pub fn set(&self, sample: &mut SampleParams, per_layer: u32) {
+    pub fn set(&self, sample: &mut SampleParams, kernel: Kernel, per_layer: u32) {
         self.scale.set(sample);
         sample.table_unit = self.unit;
         sample.samples_per_layer = [per_layer as i32, 0, 0];
         for (n, ends) in (0..per_layer).zip(&mut sample.ends) {
-            *ends = segment_ends(per_layer, n).map(|w| w as f32);
+            *ends = segment_ends(kernel, per_layer, n).map(|w| w as f32);
         }
-        // Between layers gradients stay near theirs; nearer samples are as good as straight.
-        sample.curve = if per_layer == 1 { CURVE_SHARE as f32 } else { 0.0 };
+        sample.curve = lighting_curve(kernel, per_layer) as f32;
     }
 
     /// How segments are built from these integrals, so many per layer.
-    pub fn segments(&self, extinction: Extinction, per_layer: u32) -> Segments {
+    pub fn segments(&self, extinction: Extinction, kernel: Kernel, per_layer: u32) -> Segments {
         Segments {
             cut: self.cut,
-            curved: segment_ends(per_layer, 0) != [0.0; 2],
+            curved: segment_ends(kernel, per_layer, 0) != [0.0; 2],
             dimmed: self.dimmed && extinction == Extinction::Exponential,
         }
     }
