@@ -36,7 +36,7 @@ fn ranges(n: usize, k: usize) -> Vec<Range<usize>> {
 /// A part of a volume that can composite some layers of an axis, and no more.
 fn part_for<'a>(volume: &Volume<'a>, axis: Axis, layers: &Range<usize>) -> VolumePart<'a> {
     let (mut first, mut dims) = ([0; 3], volume.grid().dims());
-    let needed = PartRenderer::needed(layers, dims[axis.index()]);
+    let needed = PartRenderer::needed(layers, dims[axis.index()], settings);
     (first[axis.index()], dims[axis.index()]) = (needed.start, needed.len());
     volume.part(first, dims).unwrap()
 }
@@ -201,7 +201,7 @@ fn properties_of_the_whole() {
         let mut done: Option<CompositedLayers> = None;
         let mut finished = None;
         for layers in shot.in_order(4) {
-            let needed = PartRenderer::needed(&layers, z);
+            let needed = PartRenderer::needed(&layers, z, &settings);
             let own = &values[x * y * needed.start..x * y * needed.end];
             let part = VolumePart::new(description.clone(), [0, 0, needed.start], [x, y, needed.len()], own).unwrap();
             let mut renderer = PartRenderer::new(&device(), &part, &transfer).unwrap();

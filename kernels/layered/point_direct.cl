@@ -17,7 +17,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
     const VolumeView view = ray.view;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
     const int blocks_u = p.blocks[ray.axis][0], blocks_v = p.blocks[ray.axis][1];
-    const int s = sample.inner_slabs, slabs = view.dims_a + 1, back = ray.layer_step > 0 ? 0 : 1;
+    const int s = sample.inner_slabs, slabs = view.dims_a + 2 * RADIUS - 1, back = ray.layer_step > 0 ? 0 : 1;
 
     Accumulator gathered = empty_accumulator(&sample);
     Interval interval;
@@ -27,7 +27,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
     int active = 0;
     for (int n = 0; n < slabs; n++) {
         const int q = back ? slabs - 1 - n : n;
-        const float enters = q - 1 + back;
+        const float enters = q - RADIUS + back;
 #ifdef CLIPPED
         const float entry = ray.layer_step * (enters - ray.o_a);
         if (entry >= interval.to || entry + 1.0f <= interval.from)
@@ -35,7 +35,8 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
 #endif
         const float u = ray.o_u + (enters - ray.o_a) * ray.s_u, v = ray.o_v + (enters - ray.o_a) * ray.s_v;
         const float to_u = u + ray.layer_step * ray.s_u, to_v = v + ray.layer_step * ray.s_v;
-        if (fmax(u, to_u) < -1.0f || fmin(u, to_u) > view.dims_u || fmax(v, to_v) < -1.0f || fmin(v, to_v) > view.dims_v)
+        if (fmax(u, to_u) < -RADIUS || fmin(u, to_u) > view.dims_u + (RADIUS - 1) || fmax(v, to_v) < -RADIUS ||
+            fmin(v, to_v) > view.dims_v + (RADIUS - 1))
             continue;
         const int b = clamp(block_of(whole_below(u), BLOCK), 0, blocks_u - 1);
         const int c = clamp(block_of(whole_below(v), POINT_BLOCK_ROWS), 0, blocks_v - 1);
@@ -45,7 +46,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             const int l[2] = {back ? (q + 1) * s - i : q * s + i, back ? (q + 1) * s - i - 1 : q * s + i + 1};
             float at_u[2], at_v[2], at_k[2], field[2];
             for (int e = 0; e < 2; e++) {
-                at_k[e] = (float)l[e] / s - 1.0f;
+                at_k[e] = (float)l[e] / s - RADIUS;
                 at_u[e] = ray.o_u + (at_k[e] - ray.o_a) * ray.s_u, at_v[e] = ray.o_v + (at_k[e] - ray.o_a) * ray.s_v;
                 field[e] = value_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1);
             }
@@ -60,7 +61,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
 #if !GATHERS_VALUES && !defined(REFINED)
             for (int e = 0; e < (sample.shading ? 2 : 0); e++) {
                 float along_u, along_v, along_a;
-                differences_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1, &along_u, &along_v, &along_a);
+                gradient_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1, &along_u, &along_v, &along_a);
                 lit[e] = light_gradient(&sample, along_u, along_v, along_a);
             }
 #endif

@@ -1,7 +1,7 @@
 // Layered rendering with point-sampled layers, on the lattice of any view.
 //
-// A layer is sampled where the rays cross it: P = sum of voxels x f(u) f(v), the reconstructed field itself, since of all
-// kernels only the layer's own reach its plane (point_layer.cl). Between two samples the classification is pre-integrated.
+// A layer is sampled where the rays cross it: the reconstructed field itself, which on the plane of a layer needs that alone, with all
+// kernels but the B-spline (point_layer.cl). Between two samples the classification is pre-integrated.
 // One work-item per tile of VW x TILE_ROWS samples, id = tile_v*tiles_u + tile_u. lattice[J*width + I] = RGBA;
 // visible: a bit per block and slab, from slab_visibility.cl.
 
@@ -68,10 +68,11 @@ typedef struct {
 } Chunk;
 
 // How many slabs from q on, up to `last` of a ray's order, can show nothing under a tile, as far as that is known: whole
-// chunks first, then a slab of its own. `visible` counts slabs from `first`, the first layer that voxels hold. `enters`: 0 or 1, a ray enters slab q at layer q-1+enters.
+// chunks first, then a slab of its own. `visible` counts slabs from `first`, the first layer that voxels hold. `enters`: 0 or 1, a ray enters
+// slab q at layer q-RADIUS+enters.
 ALWAYS_INLINE int slabs_to_skip(__global const uchar *visible, const RayLatticeParams *p, int first, const Tile *tile, int q,
                                 int last, int enters, Chunk *chunk) {
-    const float to_plane = first + enters - 1 - p->centre_layer;
+    const float to_plane = first + enters - RADIUS - p->centre_layer;
     q -= first, last -= first;
     if (q >> 3 != chunk->index) {
         chunk->index = q >> 3;
@@ -101,7 +102,7 @@ inline void bounds_of(const Interval *intervals, int rows, float *from, float *t
 
 // The sub-layers at both ends of a segment. Samples one unless it is held.
 #define HELD(l) (&held[(l) & 1])
-#define COLUMNS_AT(l) (tile.centre_u + ((float)(l) / s - 1.0f - p.centre_layer) * tile.shear_u)
+#define COLUMNS_AT(l) (tile.centre_u + ((float)(l) / s - RADIUS - p.centre_layer) * tile.shear_u)
 // Whether ends of segments are lit, or the places in between that are found.
 #if GATHERS_VALUES || defined(REFINED)
 #define LIT_AT_ENDS false
@@ -158,7 +159,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     for (int n = 0; n <= highest - lowest && open; n++) {
         const int q = enters ? highest - n : lowest + n;
 #ifdef CLIPPED
-        const float entry = p.layer_step * (q - 1 + enters - p.centre_layer);
+        const float entry = p.layer_step * (q - RADIUS + enters - p.centre_layer);
         if (entry >= end || entry + 1.0f <= begin)
             continue;
 #endif
@@ -188,7 +189,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 light_layer(voxels, &view, &sample, s, COLUMNS_AT(l0), shown, front);
                 light_layer(voxels, &view, &sample, s, COLUMNS_AT(l1), shown, behind);
             }
-            const float k = (float)l0 / s - 1.0f, step = (float)p.layer_step / s;
+            const float k = (float)l0 / s - RADIUS, step = (float)p.layer_step / s;
             Part parts[TILE_ROWS];
 #ifdef CLIPPED
             const float enters_at = p.layer_step * (k - p.centre_layer);

@@ -1,17 +1,20 @@
 // Marching along the rays of a row of pixels, past what can show nothing.
 
+#include "shared/reconstruction.cl"
 #include "shared/screen.cl"
 #include "shared/volume.cl"
 
 // Steps that are looked at together.
 #define CHUNK 8
 
+#define LAST_SLAB(view) ((view)->dims_a + (2 * RADIUS - 2))
+
 // visible: a bit per block and slab (slab_visibility.cl), for points in the cells between the slab's two layers.
 inline intv cells_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, realv u, realv v,
                           realv a) {
     const intv b = clamp((wholes_below(u) >> 3) + 1, 0, p->blocks_u - 1);
     const intv c = clamp((wholes_below(v) >> 2) + 1, 0, p->blocks_v - 1);
-    const intv q = clamp(wholes_below(a) + 1, 0, view->dims_a);
+    const intv q = clamp(wholes_below(a) + RADIUS, 0, LAST_SLAB(view));
     const intv at = ((q >> 3) * p->blocks_v + c) * p->blocks_u + b;
 #ifdef GATHER_WORDS
     const intv bits = GATHER_WORDS(visible, at);
@@ -33,7 +36,7 @@ inline bool box_visible(__global const uchar *visible, const MarchParams *p, con
     }
     const int b0 = clamp((lo[0] >> 3) + 1, 0, p->blocks_u - 1), b1 = clamp((hi[0] >> 3) + 1, 0, p->blocks_u - 1);
     const int c0 = clamp((lo[1] >> 2) + 1, 0, p->blocks_v - 1), c1 = clamp((hi[1] >> 2) + 1, 0, p->blocks_v - 1);
-    const int q0 = clamp(lo[2] + 1, 0, view->dims_a) >> 3, q1 = clamp(hi[2] + 1, 0, view->dims_a) >> 3;
+    const int q0 = clamp(lo[2] + RADIUS, 0, LAST_SLAB(view)) >> 3, q1 = clamp(hi[2] + RADIUS, 0, LAST_SLAB(view)) >> 3;
     for (int q = q0; q <= q1; q++)
         for (int c = c0; c <= c1; c++)
             for (int b = b0; b <= b1; b++)

@@ -15,7 +15,7 @@ struct GradientSource {
 };
 
 inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
-    differences_at(s->voxels, s->view, s->point[0], s->point[1], s->point[2], s->needed, u, v, a);
+    gradient_at(s->voxels, s->view, s->point[0], s->point[1], s->point[2], s->needed, u, v, a);
 }
 
 // Casts one row of rays.

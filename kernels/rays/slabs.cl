@@ -23,7 +23,7 @@ typedef struct {
 
 ALWAYS_INLINE void differentiate(__global const VOXEL *voxels, const VolumeView *view, intv needed, Plane *plane) {
     if (!plane->differentiated)
-        differences_at(voxels, view, plane->point[0], plane->point[1], plane->point[2], needed, &plane->u, &plane->v, &plane->a);
+        gradient_at(voxels, view, plane->point[0], plane->point[1], plane->point[2], needed, &plane->u, &plane->v, &plane->a);
     plane->differentiated = true;
 }
 

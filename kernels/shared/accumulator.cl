@@ -66,6 +66,8 @@ inline void resolve(const SampleParams *p, __global const float4 *table, const A
 #if BLEND == AVERAGE
     value = value / (met ? interval->to - interval->from : (realv)(1.0f));
 #endif
+    // Kernels with negative weights overshoot: what is gathered stays among the voxels.
+    value = CLAMP(value, (realv)(p->least), (realv)(p->largest));
     realv extinction;
     table_entries(table, table_index(p, value), &color[0], &color[1], &color[2], &extinction);
     color[3] = CONVERT_REALV(COUNT_IF(met));

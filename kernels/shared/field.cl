@@ -1,7 +1,6 @@
-// The reconstructed field at any points, VW at once: by 1 - |x| per axis, or with TRICUBIC by the paper's cubic (Eq. 2),
-// or with GAUSSIAN by the sheet methods' kernel, cut off at two voxels per axis.
+// The field that a kernel (reconstruction.cl) reconstructs, and its gradient, at any points, VW at once.
 
-#include "shared/elementary.cl"
+#include "shared/reconstruction.cl"
 #include "shared/table_entries.cl"
 #include "shared/volume.cl"
 
@@ -93,88 +92,65 @@ ALWAYS_INLINE Row voxel_row(__global const VOXEL *voxels, const VolumeView *view
     return row;
 }
 
-#ifdef GAUSSIAN
-// c1 exp(-2 x^2), c1 = sqrt(2/pi) / erf(2 sqrt 2).
-inline realv gaussian(realv x) { return 0.7979350f * exp2_of(x * x * -2.8853900818f); }
-
-ALWAYS_INLINE realv value_in(__global const VOXEL *voxels, const VolumeView *view, const Cells *c) {
-    const float missing = view->background;
-    const realv x0 = gaussian(c->x + 1.0f), x1 = gaussian(c->x), x2 = gaussian(1.0f - c->x), x3 = gaussian(2.0f - c->x);
-    realv sum = 0.0f;
-#pragma unroll
-    for (int dk = -1; dk <= 2; dk++) {
-        realv plane = 0.0f;
-#pragma unroll
-        for (int dj = -1; dj <= 2; dj++) {
-            const Row row = voxel_row(voxels, view, c, dj, dk);
-            plane += gaussian(c->y - dj) * (x0 * (row.before - missing) + x1 * (row.low - missing) +
-                                            x2 * (row.high - missing) + x3 * (row.behind - missing));
-        }
-        sum += gaussian(c->z - dk) * plane;
-    }
-    return missing + sum;
-}
-
 ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed) {
     const Cells c = cells_of(view, u, v, a, needed);
-    return value_in(voxels, view, &c);
+    const Weights x = value_weights(c.x), y = value_weights(c.y), z = value_weights(c.z);
+    realv planes[4];
+#pragma unroll
+    for (int dk = FIRST_TAP; dk <= LAST_TAP; dk++) {
+        realv rows[4];
+#pragma unroll
+        for (int dj = FIRST_TAP; dj <= LAST_TAP; dj++) {
+            Row row = voxel_row(voxels, view, &c, dj, dk);
+#if KERNEL == GAUSSIAN
+            // Weights that do not sum to one must not scale the background.
+            row.before -= view->background, row.low -= view->background;
+            row.high -= view->background, row.behind -= view->background;
+#endif
+            rows[dj + 1] = MIXED(x.of, row.before, row.low, row.high, row.behind);
+        }
+        planes[dk + 1] = MIXED(y.of, rows[0], rows[1], rows[2], rows[3]);
+    }
+    const realv value = MIXED(z.of, planes[0], planes[1], planes[2], planes[3]);
+    return KERNEL == GAUSSIAN ? view->background + value : value;
 }
 
-// Central differences over two voxels.
-inline void differences_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
-                           realv *along_u, realv *along_v, realv *along_a) {
+#if KERNEL == GAUSSIAN
+// The gradient, in voxel differences: central ones of the field over one voxel each way.
+inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
+                        realv *along_u, realv *along_v, realv *along_a) {
     *along_u = 0.5f * (value_at(voxels, view, u + 1.0f, v, a, needed) - value_at(voxels, view, u - 1.0f, v, a, needed));
     *along_v = 0.5f * (value_at(voxels, view, u, v + 1.0f, a, needed) - value_at(voxels, view, u, v - 1.0f, a, needed));
     *along_a = 0.5f * (value_at(voxels, view, u, v, a + 1.0f, needed) - value_at(voxels, view, u, v, a - 1.0f, needed));
 }
 #else
-#ifdef TRICUBIC
-#define WEIGHT(x) SMOOTHSTEP(x)
-#else
-#define WEIGHT(x) (x)
-#endif
-
-inline realv mixed(realv a, realv b, realv t) { return a + t * (b - a); }
-
-ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed) {
+// The gradient, in voxel differences: slopes along its axis, values along the others. The same rows serve all three.
+inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
+                        realv *along_u, realv *along_v, realv *along_a) {
     const Cells c = cells_of(view, u, v, a, needed);
-    const realv x = WEIGHT(c.x), y = WEIGHT(c.y), z = WEIGHT(c.z);
-    realv plane[2];
+    const Weights x = value_weights(c.x), y = value_weights(c.y), z = value_weights(c.z);
+    const Weights slope_x = slope_weights(c.x), slope_y = slope_weights(c.y), slope_z = slope_weights(c.z);
+    realv planes[4], planes_u[4], planes_v[4];
 #pragma unroll
-    for (int dk = 0; dk < 2; dk++) {
-        const Row low = voxel_row(voxels, view, &c, 0, dk), high = voxel_row(voxels, view, &c, 1, dk);
-        plane[dk] = mixed(mixed(low.low, low.high, x), mixed(high.low, high.high, x), y);
-    }
-    return mixed(plane[0], plane[1], z);
-}
-
-// Central differences over two voxels: twelve rows serve all three.
-inline void differences_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
-                           realv *along_u, realv *along_v, realv *along_a) {
-    const Cells c = cells_of(view, u, v, a, needed);
-    const realv x = WEIGHT(c.x), y = WEIGHT(c.y), z = WEIGHT(c.z);
-    realv value[4][4], difference[2][2]; // rows (dj + 1, dk + 1), interpolated along u; and of the inner ones the difference
-#pragma unroll
-    for (int dk = -1; dk <= 2; dk++)
+    for (int dk = -1; dk <= 2; dk++) {
+        realv rows[4], rows_u[4];
 #pragma unroll
         for (int dj = -1; dj <= 2; dj++) {
-            const bool inner_j = dj == 0 || dj == 1, inner_k = dk == 0 || dk == 1;
-            if (!inner_j && !inner_k)
+            if (!IS_TAP(dj) && !IS_TAP(dk))
                 continue;
             const Row row = voxel_row(voxels, view, &c, dj, dk);
-            value[dk + 1][dj + 1] = mixed(row.low, row.high, x);
-            if (inner_j && inner_k)
-                difference[dk][dj] = mixed(row.high - row.before, row.behind - row.low, x);
+            rows[dj + 1] = MIXED(x.of, row.before, row.low, row.high, row.behind);
+            if (IS_TAP(dj) && IS_TAP(dk))
+                rows_u[dj + 1] = SLOPE(slope_x.of, row.before, row.low, row.high, row.behind);
         }
-    *along_u = 0.5f * mixed(mixed(difference[0][0], difference[0][1], y), mixed(difference[1][0], difference[1][1], y), z);
-    realv across[2];
-#pragma unroll
-    for (int n = 0; n < 2; n++)
-        across[n] = mixed(value[n + 1][2] - value[n + 1][0], value[n + 1][3] - value[n + 1][1], y);
-    *along_v = 0.5f * mixed(across[0], across[1], z);
-#pragma unroll
-    for (int n = 0; n < 2; n++)
-        across[n] = mixed(value[2][n + 1] - value[0][n + 1], value[3][n + 1] - value[1][n + 1], z);
-    *along_a = 0.5f * mixed(across[0], across[1], y);
+        planes[dk + 1] = MIXED(y.of, rows[0], rows[1], rows[2], rows[3]);
+        if (IS_TAP(dk)) {
+            planes_u[dk + 1] = MIXED(y.of, rows_u[0], rows_u[1], rows_u[2], rows_u[3]);
+            planes_v[dk + 1] = SLOPE(slope_y.of, rows[0], rows[1], rows[2], rows[3]);
+        }
+    }
+    *along_u = MIXED(z.of, planes_u[0], planes_u[1], planes_u[2], planes_u[3]);
+    *along_v = MIXED(z.of, planes_v[0], planes_v[1], planes_v[2], planes_v[3]);
+    *along_a = SLOPE(slope_z.of, planes[0], planes[1], planes[2], planes[3]);
 }
 #endif

@@ -42,7 +42,7 @@ ALWAYS_INLINE void take_crossing(__global const VOXEL *voxels, const VolumeView 
     }
     if (p->shading) {
         realv u, v, w;
-        differences_at(voxels, view, way->place[0] + t * way->step[0], way->place[1] + t * way->step[1],
+        gradient_at(voxels, view, way->place[0] + t * way->step[0], way->place[1] + t * way->step[1],
                        way->place[2] + t * way->step[2], crosses, &u, &v, &w);
         lighting = light_gradient(p, u, v, w);
     }

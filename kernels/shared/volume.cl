@@ -20,10 +20,22 @@
 // Place of layer k >= -2 in a ring of the three layers that a sample mixes.
 inline int slot(int k) { return (k + 3) % 3; }
 
+#ifdef EDGE_GOES_ON
+// The voxel that stands for one at or beyond the edge: the nearest one. MIRRORED: the one as far inside, so that the spline which these
+// are the coefficients of goes on.
+inline int stand_in(int i, int dims) {
+#ifdef MIRRORED
+    i = abs(i);
+    i = i < dims ? i : 2 * (dims - 1) - i;
+#endif
+    return clamp(i, 0, dims - 1);
+}
+#endif
+
 // Any voxel, inside or around the volume.
 inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k) {
 #ifdef EDGE_GOES_ON
-    u = clamp(u, 0, view->dims_u - 1), v = clamp(v, 0, view->dims_v - 1), k = clamp(k, 0, view->dims_a - 1);
+    u = stand_in(u, view->dims_u), v = stand_in(v, view->dims_v), k = stand_in(k, view->dims_a);
 #endif
     if (u < 0 || u >= view->dims_u || v < 0 || v >= view->dims_v || k < 0 || k >= view->dims_a)
         return view->background;
@@ -40,7 +52,7 @@ inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int 
 // `vectors` x VW voxels of row v, layer k, from u on, as floats. Needs stride_u = 1.
 inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, int vectors, float *row) {
 #ifdef EDGE_GOES_ON
-    v = clamp(v, 0, view->dims_v - 1), k = clamp(k, 0, view->dims_a - 1);
+    v = stand_in(v, view->dims_v), k = stand_in(k, view->dims_a);
 #endif
     const bool inside = v >= 0 && v < view->dims_v && k >= 0 && k < view->dims_a;
     __global const VOXEL *start = voxels + v * view->stride_v + (k - view->first_a) * view->stride_a;
@@ -50,7 +62,7 @@ inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u
 #ifdef EDGE_GOES_ON
         } else {
             for (int i = 0; i < VW; i++)
-                row[i] = convert_float(start[clamp(u + i, 0, view->dims_u - 1)]) - view->offset;
+                row[i] = convert_float(start[stand_in(u + i, view->dims_u)]) - view->offset;
         }
 #else
         } else if (!inside || u + VW <= 0 || u >= view->dims_u) {

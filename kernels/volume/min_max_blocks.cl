@@ -1,4 +1,4 @@
-// Smallest and largest voxel that any sample of a block can reach within its layer, or within `around` layers of it.
+// Smallest and largest voxel that any sample of a block can reach within its layer.
 //
 // One work-item per (block u, block v, layer 0 ... n-1), u fastest: limits[2*((layer*blocks_v + v)*blocks_u + u)] is the smallest,
 // the next one the largest of the BLOCK x BLOCK voxels, `below` more before and `above` more behind them along u and v. Block 0 is the margin before voxel 0.
@@ -6,28 +6,24 @@
 #include "shared/volume.cl"
 
 __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int blocks_u, int blocks_v,
-                        int block_rows, int below, int above, int around,
-                        __global VOXEL *limits) {
+                             int block_rows, int below, int above, __global VOXEL *limits) {
     const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
     const int k = get_global_id(0) / (blocks_u * blocks_v);
     if (k >= view.dims_a)
         return;
     const int u0 = (b - 1) * BLOCK - below, u1 = b * BLOCK - 1 + above;
     const int v0 = (c - 1) * block_rows - below, v1 = c * block_rows - 1 + above;
-    const bool whole = u0 >= 0 && u1 < view.dims_u && v0 >= 0 && v1 < view.dims_v && k >= around && k + around < view.dims_a;
+    const bool whole = u0 >= 0 && u1 < view.dims_u && v0 >= 0 && v1 < view.dims_v;
     const float background = view.background + view.offset;
     const int first_u = clamp(u0, 0, view.dims_u - 1), last_u = clamp(u1, 0, view.dims_u - 1);
     const int first_v = clamp(v0, 0, view.dims_v - 1), last_v = clamp(v1, 0, view.dims_v - 1);
     VOXEL lo = voxels[first_u + first_v * view.stride_v + k * view.stride_a], hi = lo;
-    for (int layer = max(k - around, 0); layer <= min(k + around, view.dims_a - 1); layer++) {
-        __global const VOXEL *start = voxels + layer * view.stride_a;
-        for (int v = first_v; v <= last_v; v++)
-            for (int u = first_u; u <= last_u; u++) {
-                const VOXEL value = start[u + v * view.stride_v];
-                lo = min(lo, value);
-                hi = max(hi, value);
-            }
-    }
+    for (int v = first_v; v <= last_v; v++)
+        for (int u = first_u; u <= last_u; u++) {
+            const VOXEL value = voxels[u + v * view.stride_v + k * view.stride_a];
+            lo = min(lo, value);
+            hi = max(hi, value);
+        }
     __global VOXEL *out = limits + 2 * (size_t)get_global_id(0);
     out[0] = whole ? lo : min(lo, VOXEL_BELOW(background));
     out[1] = whole ? hi : max(hi, VOXEL_ABOVE(background));

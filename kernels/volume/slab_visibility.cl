@@ -1,35 +1,43 @@
 // Which blocks of a slab, the space between two layers, can show anything with point-sampled layers.
 //
-// One work-item per (block u, block v, chunk of 8 slabs), u fastest. Slab q = 0 ... n lies between layers q-1 and q.
-// `around`: blocks to either side that a ray can reach within a slab; 0 where it leans at most one voxel per layer, which
-// `limits` allow for. `slack`: by how much sums of kernels overshoot the voxels' distance from the background. Bit q % 8 of
-// visible[id].
+// One work-item per (block u, block v, chunk of 8 slabs), u fastest. Slab q = 0 ... n + 2 radius - 2 lies between layers q - radius and
+// q - radius + 1; samples in it reach radius - 1 layers farther. `around`: blocks to either side that a ray can reach within a slab; 0
+// where it leans at most one voxel per layer, which `limits` allow for. By how much sums of kernels overshoot: `overshoot` of the distance
+// between the smallest and the largest voxel in reach, and `slack` of that from the background. Bit q % 8 of visible[id].
 
 #include "volume/opacity_range.cl"
 
-__kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int blocks_v, int layers, float background,
+#define MOST_RADIUS 2
+// Layers that the slabs of a chunk reach.
+#define LAYERS (8 + 2 * MOST_RADIUS - 1)
+
+__kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int blocks_v, int layers, int radius, float background,
                               float offset, float least, float largest, float table_first, float table_per_value, int table_last,
-                              __global const uint *visible_before, int around, float slack, __global uchar *visible) {
+                              __global const uint *visible_before, int around, float overshoot, float slack,
+                              __global uchar *visible) {
     const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
-    const int chunk = get_global_id(0) / (blocks_u * blocks_v);
-    if (chunk > layers >> 3)
+    const int chunk = get_global_id(0) / (blocks_u * blocks_v), slabs = layers + 2 * radius - 1;
+    if (8 * chunk >= slabs)
         return;
-    int bits = 0;
-    float last_lo = 0.0f, last_hi = 0.0f; // of the layer before
-    for (int q = 8 * chunk - 1; q < min(8 * chunk + 8, layers + 1); q++) {
-        const bool outside = q < 0 || q >= layers;
-        float lo = outside ? background : INFINITY, hi = outside ? background : -INFINITY;
+    const int reached = 2 * radius, first = 8 * chunk + 1 - reached;
+    float lo[LAYERS], hi[LAYERS];
+    for (int n = 0; n < 7 + reached; n++) {
+        const int k = first + n;
+        const bool outside = k < 0 || k >= layers;
+        lo[n] = outside ? background : INFINITY, hi[n] = outside ? background : -INFINITY;
         if (!outside)
             for (int y = max(c - around, 0); y <= min(c + around, blocks_v - 1); y++)
                 for (int x = max(b - around, 0); x <= min(b + around, blocks_u - 1); x++)
-                    limits_of(limits, background, offset, blocks_u, blocks_v, q, q, x, y, &lo, &hi);
-        if (q >= 8 * chunk) {
-            const float from = MIN(lo, last_lo), to = MAX(hi, last_hi);
-            bits |= any_visible(from - slack * fabs(from - background), to + slack * fabs(to - background), least, largest,
-                                table_first, table_per_value, table_last, visible_before)
-                    << (q & 7);
-        }
-        last_lo = lo, last_hi = hi;
+                    limits_of(limits, background, offset, blocks_u, blocks_v, k, k, x, y, &lo[n], &hi[n]);
+    }
+    int bits = 0;
+    for (int i = 0; i < min(8, slabs - 8 * chunk); i++) {
+        float from = lo[i], to = hi[i];
+        for (int n = i + 1; n < i + reached; n++)
+            from = MIN(from, lo[n]), to = MAX(to, hi[n]);
+        const float below = overshoot * (to - from) + slack * fabs(from - background);
+        const float above = overshoot * (to - from) + slack * fabs(to - background);
+        bits |= any_visible(from - below, to + above, least, largest, table_first, table_per_value, table_last, visible_before) << i;
     }
     visible[get_global_id(0)] = bits;
 }

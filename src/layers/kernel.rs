@@ -77,14 +77,23 @@ impl Kernel {
         }
     }
 
-    /// How far sums over a lattice of what it weights (of the B-spline, coefficients) can lie beyond the largest and below the smallest,
-    /// as a share of the distance between these: half of what the magnitudes of all weights sum to beyond one. The Gaussian's do not
-    /// sum to one; see [`GAUSSIAN_OVERSHOOT`](super::GAUSSIAN_OVERSHOOT).
+    /// How far sums of what it weights (of the B-spline, coefficients) can lie beyond the largest and below the smallest, as a share of the
+    /// distance between these: half of what the magnitudes of all weights sum to beyond one. The Gaussian's do not sum to one; see
+    /// [`GAUSSIAN_OVERSHOOT`](super::GAUSSIAN_OVERSHOOT).
     pub fn overshoot(self) -> f64 {
         match self {
             // At most 1.25 per axis, in the middle between two voxels.
             Kernel::CatmullRom => (1.25f64.powi(3) - 1.0) / 2.0,
             Kernel::Linear | Kernel::Cubic | Kernel::BSpline | Kernel::Gaussian => 0.0,
+        }
+    }
+
+    /// How far the field can lie beyond the largest and below the smallest voxel, as a share of the distance between these.
+    pub fn field_overshoot(self) -> f64 {
+        match self {
+            // The weights of voxels in an interpolating cubic spline: at most 1.5491 per axis, in the middle between two.
+            Kernel::BSpline => (1.5491f64.powi(3) - 1.0) / 2.0,
+            other => other.overshoot(),
         }
     }
 }

@@ -259,7 +259,7 @@ impl Renderer {
             Plan::CastValues(kernel, step) => {
                 self.rays.cast_values(&mut view.of(prepared), kernel, step, target)?;
             }
-            Plan::CastSegments(step) => self.rays.cast_segments(&mut view.of(prepared), step, target)?,
+            Plan::CastSegments(kernel, step) => self.rays.cast_segments(&mut view.of(prepared), kernel, step, target)?,
             Plan::Slicing(step) => self.rays.slice(&mut view.of(prepared), step, target)?,
             Plan::AxisSheets(axis) => self.axis_sheets.draw(&mut view.of(prepared), axis, target)?,
             Plan::ViewSheets(distance) => self.view_sheets.draw(&mut view.of(prepared), distance, target)?,

@@ -10,8 +10,8 @@ use crate::camera::Camera;
 use crate::device::Device;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Axis, Lattice, Rays};
-use crate::settings::{Blend, Layered, Settings};
+use crate::layers::{Axis, Kernel, Lattice, PREFILTER_RADIUS, Rays};
+use crate::settings::{Blend, Classification, Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::VolumePart;
@@ -85,12 +85,20 @@ impl CompositedLayers {
 }
 
 impl PartRenderer {
-    /// Layers that must be at hand before and behind those that are composited: for kernels and gradients.
-    pub const AROUND: usize = 2;
+    /// Layers that must be at hand before and behind those that are composited: two for kernels and gradients, and of the B-spline those
+    /// that its coefficients are made from.
+    pub fn around(settings: &Settings) -> usize {
+        let classification = settings.layered().map(|layered| layered.classification);
+        match classification {
+            Some(Classification::Preintegrated { kernel: Kernel::BSpline, .. }) => 2 + PREFILTER_RADIUS,
+            _ => 2,
+        }
+    }
 
     /// The layers that a part must hold to composite `layers` of a volume of so many.
-    pub fn needed(layers: &Range<usize>, of: usize) -> Range<usize> {
-        layers.start.saturating_sub(Self::AROUND)..(layers.end + Self::AROUND).min(of)
+    pub fn needed(layers: &Range<usize>, of: usize, settings: &Settings) -> Range<usize> {
+        let around = Self::around(settings);
+        layers.start.saturating_sub(around)..(layers.end + around).min(of)
     }
 
     /// Uploads a part, to be seen through a transfer function.
@@ -117,7 +125,7 @@ impl PartRenderer {
     /// Composites layers, right behind those that were composited `before`, or from nothing.
     ///
     /// # Errors
-    /// Layers that the part does not hold with the [`AROUND`](Self::AROUND) they need, that do not follow those before in the
+    /// Layers that the part does not hold with those [`around`](Self::around) that they need, that do not follow those before in the
     /// [order](Self::order) of the view, and views without a lattice of their own.
     pub fn composite(
         &mut self,
@@ -176,7 +184,7 @@ impl PartRenderer {
             let expected = "a range of the volume's layers that is not empty";
             return Err(Error::OutOfRange { name: "layers", value: format!("{layers:?} of {all}"), expected });
         }
-        let (held, needed) = (self.0.prepared.held_layers(axis), Self::needed(layers, all));
+        let (held, needed) = (self.0.prepared.held_layers(axis), Self::needed(layers, all, &view.settings));
         if !self.0.prepared.holds_whole_layers(axis) || needed.start < held.start || needed.end > held.end {
             let problem =
                 format!("layers {layers:?} of axis {axis:?} need layers {needed:?} as a whole, which this part does not hold");

@@ -31,7 +31,7 @@ pub enum Plan {
     /// By ray casting where values are gathered, or an iso-surface is found: planes of a distance in smallest spacings.
     CastValues(Kernel, f64),
     /// By ray casting with pre-integrated segments of a length in smallest spacings: layers where no lattice reaches.
-    CastSegments(f64),
+    CastSegments(Kernel, f64),
 }
 
 impl Plan {
@@ -76,12 +76,12 @@ impl Plan {
     /// Lattices of all axes that have a share in the view, if these are several and all reach. Splatted layers switch from one
     /// axis to the next, as in the paper.
     fn shared(rays: &Rays, viewport: Viewport, grid: &Grid, density: Density, layered: Layered) -> Option<Self> {
-        let Classification::Preintegrated { .. } = layered.classification else { return None };
+        let Classification::Preintegrated { kernel, .. } = layered.classification else { return None };
         let shares = match layered.layer_axis {
             LayerAxis::Auto => Axis::shares(rays.central_direction()),
             LayerAxis::Forced(_) => return None,
         };
-        let lattice = |axis| Lattice::new(rays, viewport, grid, axis, density, Sampling::Points);
+        let lattice = |axis| Lattice::new(rays, viewport, grid, axis, density, Sampling::Points(kernel));
         let parts: Option<Vec<_>> = shares.iter().map(|&(axis, share)| Some((lattice(axis)?, share))).collect();
         parts.filter(|parts| parts.len() > 1).map(|parts| Plan::Shared(parts, layered))
     }
@@ -92,8 +92,9 @@ impl Plan {
         let per_layer = if matches!(density, Density::Fixed(_)) { 2.0 } else { 4.0 };
         let step = 1.0 / (per_layer * f64::from(classification.samples_per_layer()));
         match classification {
-            Classification::Preintegrated { .. } if blend == Blend::Composite => Plan::CastSegments(step),
-            _ => Self::raycast(Kernel::Cubic, step, blend),
+            Classification::Preintegrated { kernel, .. } if blend == Blend::Composite => Plan::CastSegments(kernel, step),
+            Classification::Preintegrated { kernel, .. } => Self::raycast(kernel, step, blend),
+            Classification::Post(_) => Self::raycast(Kernel::Cubic, step, blend),
         }
     }
 
@@ -111,7 +112,7 @@ impl Plan {
         let reached = if rays.is_parallel() {
             axis.frame().shear(rays.central_direction()).iter().all(|s| s.abs() <= limit)
         } else {
-            !set && Lattice::reaches_perspective(rays, grid, axis)
+            !set && Lattice::reaches_perspective(rays, grid, axis, sampling(layered.classification))
         };
         match (reached, layered.layer_axis) {
             (true, _) => Ok(Plan::Direct(Some(axis), layered)),
@@ -138,7 +139,7 @@ fn too_far(axis: Axis) -> Error {
 fn sampling(classification: Classification) -> Sampling {
     match classification {
         Classification::Post(_) => Sampling::Splats,
-        Classification::Preintegrated { .. } => Sampling::Points,
+        Classification::Preintegrated { kernel, .. } => Sampling::Points(kernel),
     }
 }
 
@@ -161,7 +162,7 @@ impl fmt::Display for Plan {
             Plan::AxisSheets(axis) => write!(f, "sheets along axis {axis:?}"),
             Plan::ViewSheets(distance) => write!(f, "sheets across the view, {distance} voxels apart"),
             Plan::Slicing(step) => write!(f, "slices {step} spacings apart"),
-            Plan::CastSegments(step) => write!(f, "rays, pre-integrated in steps of {step} spacings"),
+            Plan::CastSegments(kernel, step) => write!(f, "rays, {kernel:?}, pre-integrated in steps of {step} spacings"),
             Plan::CastValues(kernel, step) => {
                 write!(f, "rays through values, {kernel:?}, in steps of {step} spacings")
             }

@@ -35,10 +35,19 @@ impl LayerRange {
         [if first == 0 { -1 } else { first }, if end == lattice.dims[2] { last + 1 } else { last }]
     }
 
-    /// First and last slab of 0 … n, slab q lying between layers q−1 and q, as far as these show anything.
-    pub fn slabs(&self, lattice: &Lattice, shown: [i32; 2]) -> [i32; 2] {
-        let [first, last] = self.layers(lattice);
-        [first.max(0).max(shown[0]), last.min(shown[1])]
+    /// First and last slab of a kernel's field, slab q lying between layers q − radius and q − radius + 1, as far as these show anything
+    /// (`None`: all). A slab goes with the later of its layers; those around the voxels with the first and the last.
+    pub fn slabs(&self, lattice: &Lattice, radius: i32, shown: Option<[i32; 2]>) -> [i32; 2] {
+        let Range { start, end } = self.voxels;
+        if start == end {
+            return [0, -1];
+        }
+        let all = lattice.dims[2];
+        let of_layer = |k: usize| k as i32 + radius - 1;
+        let first = if start == 0 { 0 } else { of_layer(start) };
+        let last = of_layer(end - 1) + if end == all { radius } else { 0 };
+        let [shown_first, shown_last] = shown.unwrap_or([first, last]);
+        [first.max(shown_first), last.min(shown_last)]
     }
 }
 
@@ -46,7 +55,7 @@ impl LayerRange {
 mod tests {
     use super::*;
     use crate::camera::{Camera, Orbit};
-    use crate::layers::{Axis, Density, Rays, Sampling};
+    use crate::layers::{Axis, Density, Kernel, Rays, Sampling};
     use crate::viewport::Viewport;
     use crate::volume::Grid;
     use glam::DVec3;
@@ -57,15 +66,20 @@ mod tests {
         let viewport = Viewport::new(8, 8).unwrap();
         let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), viewport, Orbit::default());
         let rays = Rays::new(&camera, viewport, &grid).unwrap();
-        let lattice = Lattice::new(&rays, viewport, &grid, Axis::Z, Density::Fixed(1), Sampling::Points).unwrap();
+        let lattice = Lattice::new(&rays, viewport, &grid, Axis::Z, Density::Fixed(1), Sampling::Points(Kernel::Cubic)).unwrap();
         let part = |voxels| LayerRange { voxels, ..LayerRange::whole(&lattice) };
         let of = |find: &dyn Fn(LayerRange) -> [i32; 2]| -> Vec<i32> {
             [0..3, 3..4, 4..7].into_iter().map(|voxels| find(part(voxels))).flat_map(|[first, last]| first..=last).collect()
         };
         assert_eq!(of(&|part| part.layers(&lattice)), (-1..=7).collect::<Vec<_>>());
-        assert_eq!(of(&|part| part.slabs(&lattice, [0, 7])), (0..=7).collect::<Vec<_>>());
-        assert_eq!(LayerRange::whole(&lattice).slabs(&lattice, [2, 5]), [2, 5]);
-        let [first, last] = LayerRange::end().slabs(&lattice, [0, 7]);
-        assert!(first > last);
+        for radius in [1, 2] {
+            let slabs = 7 + 2 * radius - 1;
+            assert_eq!(of(&|part| part.slabs(&lattice, radius, None)), (0..slabs).collect::<Vec<_>>());
+            assert_eq!(LayerRange::whole(&lattice).slabs(&lattice, radius, Some([2, 5])), [2, 5]);
+            let [first, last] = LayerRange::end().slabs(&lattice, radius, None);
+            assert!(first > last);
+        }
+        // Slab 3 lies between layers 2 and 3, or with a radius of two between layers 1 and 2.
+        assert_eq!((part(3..4).slabs(&lattice, 1, None), part(2..3).slabs(&lattice, 2, None)), ([3, 3], [3, 3]));
     }
 }

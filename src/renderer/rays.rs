@@ -32,18 +32,17 @@ impl MarchedRays {
     pub fn cast(&mut self, scene: &mut Scene, kernel: Kernel, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
-        let gaussian = kernel == Kernel::Gaussian;
-        let reach = if gaussian { PointReach::Gaussian } else { PointReach::SmallShear };
+        let reach = PointReach::of_cells(kernel);
         let visible = scene.prepared.visible_to_points(device, AXIS, reach, settings.extinction, settings.blend)?;
-        let table = scene.prepared.table(device, settings.extinction)?;
-        let layout = match reach {
-            PointReach::Gaussian => scene.prepared.gaussian_layout(device, settings.extinction)?,
-            PointReach::SmallShear | PointReach::AnyShear => scene.prepared.layout(device, AXIS)?,
+        let table = scene.prepared.table(device, settings.extinction, kernel)?;
+        let layout = match kernel {
+            Kernel::Gaussian => scene.prepared.gaussian_layout(device, settings.extinction)?,
+            _ => scene.prepared.weighted(device, AXIS, kernel)?,
         };
         let axes = scene.axes(1);
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
-        let region = Region::marched(scene, f64::from(kernel.radius()), step);
+        let region = Region::marched(scene, kernel, step);
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.raycast.launch(
@@ -71,16 +70,15 @@ impl MarchedRays {
     pub fn cast_values(&mut self, scene: &mut Scene, kernel: Kernel, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
-        let gaussian = kernel == Kernel::Gaussian;
-        let reach = if gaussian { PointReach::Gaussian } else { PointReach::SmallShear };
+        let reach = PointReach::of_cells(kernel);
         let visible = scene.prepared.visible_to_points(device, AXIS, reach, settings.extinction, settings.blend)?;
-        let table = scene.prepared.table(device, settings.extinction)?;
-        let mut layout = scene.prepared.layout(device, AXIS)?;
+        let table = scene.prepared.table(device, settings.extinction, kernel)?;
+        let mut layout = scene.prepared.weighted(device, AXIS, kernel)?;
         layout.view.background = scene.prepared.background_of(settings.blend);
         let axes = scene.axes(1);
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
-        let region = Region::marched(scene, f64::from(kernel.radius()), longest_slab(scene, step));
+        let region = Region::marched(scene, kernel, longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         let useful = scene.prepared.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
@@ -108,14 +106,19 @@ impl MarchedRays {
         let Scene { device, settings, viewport, .. } = *scene;
         let axes = scene.axes(1);
         let thickness = step * axes.step.min_element();
-        let visible =
-            scene.prepared.visible_to_points(device, AXIS, PointReach::SmallShear, settings.extinction, settings.blend)?;
+        let visible = scene.prepared.visible_to_points(
+            device,
+            AXIS,
+            PointReach::of_cells(Kernel::Linear),
+            settings.extinction,
+            settings.blend,
+        )?;
         let (integrals, slabs) = scene.prepared.slicing_table(device, settings.extinction, thickness)?;
-        let table = scene.prepared.table(device, settings.extinction)?;
+        let table = scene.prepared.table(device, settings.extinction, Kernel::Linear)?;
         let layout = scene.prepared.layout(device, AXIS)?;
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
-        let region = Region::marched(scene, f64::from(Kernel::Linear.radius()), longest_slab(scene, step));
+        let region = Region::marched(scene, Kernel::Linear, longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.slicing.launch(
@@ -142,7 +145,7 @@ impl MarchedRays {
     }
 
     /// Casts rays with pre-integrated segments.
-    pub fn cast_segments(&mut self, scene: &mut Scene, step: f64, target: &mut Target) -> Result<(), Error> {
+    pub fn cast_segments(&mut self, scene: &mut Scene, kernel: Kernel, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
         // Here steps are what divides a layer, not samples.
@@ -150,18 +153,18 @@ impl MarchedRays {
         let per_layer = (1.0 / step).round() as u32;
         let thinnest = step * axes.step.min_element();
         let visible =
-            scene.prepared.visible_to_points(device, AXIS, PointReach::SmallShear, settings.extinction, settings.blend)?;
-        let integrals = scene.prepared.integrals(device, settings.extinction, thinnest, per_layer)?;
-        let layout = scene.prepared.layout(device, AXIS)?;
+            scene.prepared.visible_to_points(device, AXIS, PointReach::of_cells(kernel), settings.extinction, settings.blend)?;
+        let integrals = scene.prepared.integrals(device, settings.extinction, kernel, thinnest, per_layer)?;
+        let layout = scene.prepared.weighted(device, AXIS, kernel)?;
         let mut sample = scene.sample(&axes, AXIS.frame());
         integrals.set(&mut sample, Kernel::Linear, 1);
         let segments = integrals.segments(settings.extinction, Kernel::Linear, 1);
-        let region = Region::marched(scene, f64::from(Kernel::Cubic.radius()), longest_slab(scene, step));
+        let region = Region::marched(scene, kernel, longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.segments.launch(
             device,
-            (layout.voxels.kind(), segments, region.rendering.clipped),
+            (layout.voxels.kind(), kernel, segments, region.rendering.clipped),
             &CastSegmentsArguments {
                 voxels: &layout.voxels,
                 view: layout.view,

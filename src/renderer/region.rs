@@ -3,7 +3,7 @@
 use super::scene::Scene;
 use crate::device::launch::structs::Clipping;
 use crate::device::launch::{BlendMode, Rendering};
-use crate::layers::AxisFrame;
+use crate::layers::{AxisFrame, Kernel};
 use crate::settings::Blend;
 use crate::settings::ClipPlane;
 use crate::volume::Grid;
@@ -25,15 +25,15 @@ pub(super) struct Region {
 }
 
 impl Region {
-    /// For layers or sheets of a field that is reconstructed with kernels of a radius, with so many samples per layer.
-    pub fn new(scene: &Scene, radius: f64, samples_per_layer: u32) -> Self {
-        Self::reached(scene, radius, samples_per_layer, f64::INFINITY)
+    /// For layers of a kernel's field, with so many samples per layer.
+    pub fn new(scene: &Scene, kernel: Kernel, samples_per_layer: u32) -> Self {
+        Self::reached(scene, kernel, samples_per_layer, f64::INFINITY)
     }
 
     /// For rays that are marched through such a field, with steps of at most this many voxels along any axis: what lies beyond the field
     /// by more is never met.
-    pub fn marched(scene: &Scene, radius: f64, step: f64) -> Self {
-        Self::reached(scene, radius, 1, LONGER * step)
+    pub fn marched(scene: &Scene, kernel: Kernel, step: f64) -> Self {
+        Self::reached(scene, kernel, 1, LONGER * step)
     }
 
     /// For splats that are drawn as they are, wherever the field ends or the eye is.
@@ -44,8 +44,9 @@ impl Region {
     }
 
     /// `beyond`: how far from the field steps can begin or end that reach into it.
-    fn reached(scene: &Scene, radius: f64, samples_per_layer: u32, beyond: f64) -> Self {
+    fn reached(scene: &Scene, kernel: Kernel, samples_per_layer: u32, beyond: f64) -> Self {
         let Scene { prepared, settings, .. } = scene;
+        let radius = f64::from(kernel.radius());
         let last = DVec3::from_array(prepared.grid().dims().map(|n| n as f64 - 1.0));
         let support = (DVec3::splat(-radius), last + radius);
         let background_shows = settings.blend == Blend::Composite && prepared.background_visible();

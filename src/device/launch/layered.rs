@@ -5,6 +5,7 @@ use super::structs::{
 };
 use super::{Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
+use crate::layers::Kernel;
 
 /// How pre-integrated segments are built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -19,10 +20,7 @@ pub(crate) struct Segments {
 
 impl Defines {
     pub(super) fn with_segments(self, segments: Segments) -> Self {
-        self.with_if(true, "TRICUBIC")
-            .with_if(segments.cut, "TABLE_CUT")
-            .with_if(segments.curved, "CURVED")
-            .with_if(segments.dimmed, "DIMMED")
+        self.with_if(segments.cut, "TABLE_CUT").with_if(segments.curved, "CURVED").with_if(segments.dimmed, "DIMMED")
     }
 }
 
@@ -49,11 +47,11 @@ kernel! {
 }
 
 impl Launch for PointLattice {
-    type Variant = (VoxelKind, Segments, Rendering);
+    type Variant = (VoxelKind, Kernel, Segments, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, segments, rendering): Self::Variant) -> String {
-        let defines = Defines::of_kind(voxels, tuning.vector_width);
+    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
+        let defines = Defines::of_kind(voxels, tuning.vector_width).with_kernel(kernel);
         defines.with_segments(segments).with_rendering(rendering).with("TILE_ROWS", tuning.point_tile_rows).0
     }
 
@@ -87,11 +85,11 @@ kernel! {
 }
 
 impl Launch for PointDirect {
-    type Variant = (VoxelKind, Segments, Rendering);
+    type Variant = (VoxelKind, Kernel, Segments, Rendering);
     const ITEMS: Items = Items::Pixels;
 
-    fn defines(_: &Tuning, (voxels, segments, rendering): Self::Variant) -> String {
-        Defines::of_kind(voxels, 1).with_segments(segments).with_rendering(rendering).0
+    fn defines(_: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
+        Defines::of_kind(voxels, 1).with_kernel(kernel).with_segments(segments).with_rendering(rendering).0
     }
 
     fn items(a: &PointDirectArguments, _: &Tuning) -> usize {

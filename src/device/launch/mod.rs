@@ -12,8 +12,9 @@ pub(crate) mod volume;
 
 use super::{Buffer, Device, Tuning};
 use crate::error::Error;
+use crate::layers::Kernel;
 use crate::volume::{Held, VoxelType};
-use opencl3::kernel::Kernel;
+use opencl3::kernel::Kernel as ClKernel;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::fmt::Write;
@@ -55,7 +56,7 @@ pub(crate) enum Items {
 /// The arguments of a kernel, in its order.
 pub(crate) trait Arguments {
     /// Sets all of them.
-    fn set(&self, kernel: &Kernel) -> opencl3::Result<()>;
+    fn set(&self, kernel: &ClKernel) -> opencl3::Result<()>;
     /// Their names and OpenCL types.
     #[cfg(test)]
     fn signature() -> Vec<(&'static str, String)>;
@@ -63,7 +64,7 @@ pub(crate) trait Arguments {
 
 /// A kernel, built for each variant when that is first needed.
 pub(crate) struct Launcher<K: Launch> {
-    built: HashMap<K::Variant, Kernel>,
+    built: HashMap<K::Variant, ClKernel>,
 }
 
 impl<K: Launch> Default for Launcher<K> {
@@ -126,7 +127,7 @@ use kernel;
 
 /// Something that can be an argument of a kernel.
 trait Argument {
-    fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()>;
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()>;
 }
 
 /// The OpenCL type of an argument.
@@ -163,7 +164,7 @@ cl_types!(
 );
 
 impl<T: ClType> Argument for T {
-    fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
         // SAFETY: a plain value, of the type that the kernel declares at `index`.
         unsafe { kernel.set_arg(index, self) }
     }
@@ -176,7 +177,7 @@ impl<T: ClType> Typed for T {
 }
 
 impl<T: ClType> Argument for &Buffer<T> {
-    fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
         // SAFETY: a live buffer of the type that the kernel declares at `index`.
         unsafe { kernel.set_arg(index, &self.handle()) }
     }
@@ -232,6 +233,22 @@ impl VoxelBuffer {
     }
 }
 
+/// Voxels of floats, for kernels that take nothing else.
+pub(crate) struct Floats<'a>(pub &'a VoxelBuffer);
+
+impl Argument for Floats<'_> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
+        debug_assert_eq!(self.0.voxel_type(), VoxelType::Float32);
+        self.0.set(kernel, index)
+    }
+}
+
+impl Typed for Floats<'_> {
+    fn name() -> String {
+        "float*".into()
+    }
+}
+
 /// What kernels that read voxels are built for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct VoxelKind {
@@ -246,7 +263,7 @@ fn is_far(bytes: usize) -> bool {
 }
 
 impl Argument for &VoxelBuffer {
-    fn set(&self, kernel: &Kernel, index: u32) -> opencl3::Result<()> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
         (&self.bytes).set(kernel, index)
     }
 }
@@ -330,6 +347,20 @@ impl Defines {
             .with_if(rendering.clipped, "CLIPPED")
             .with_if(gathers_values, "EDGE_GOES_ON")
             .with_if(rendering.blend == BlendMode::Iso { refined: true }, "REFINED")
+    }
+}
+
+impl Defines {
+    /// Of programs that reconstruct the field.
+    fn with_kernel(self, kernel: Kernel) -> Self {
+        let name = match kernel {
+            Kernel::Linear => "LINEAR",
+            Kernel::Cubic => "CUBIC",
+            Kernel::CatmullRom => "CATMULL_ROM",
+            Kernel::BSpline => "BSPLINE",
+            Kernel::Gaussian => "GAUSSIAN",
+        };
+        self.with("KERNEL", name).with_if(kernel == Kernel::BSpline, "MIRRORED")
     }
 }
 

@@ -49,7 +49,7 @@ march! {
 }
 
 march! {
-    /// Casts rays through the cubic's field, with pre-integrated segments.
+    /// Casts rays through the field of a kernel, with pre-integrated segments.
     CastSegments = "rays/cast_segments.cl", "raycast";
     CastSegmentsArguments,
     /// Integrals.
@@ -69,12 +69,6 @@ fn march_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> De
     defines.with_rendering(rendering).with("TILE_ROWS", tuning.screen_tile_rows)
 }
 
-impl Defines {
-    fn with_field(self, kernel: Kernel) -> Self {
-        self.with_if(kernel == Kernel::Cubic, "TRICUBIC").with_if(kernel == Kernel::Gaussian, "GAUSSIAN")
-    }
-}
-
 /// Compositing, with rays cut or not.
 fn composite(clipped: bool) -> Rendering {
     Rendering { blend: BlendMode::Composite, clipped }
@@ -87,7 +81,7 @@ impl Launch for Raycast {
 
     fn defines(tuning: &Tuning, (voxels, kernel, clipped): Self::Variant) -> String {
         let defines = march_defines(tuning, voxels, composite(clipped));
-        defines.with_if(true, "PER_RAY_STEP").with_field(kernel).0
+        defines.with_if(true, "PER_RAY_STEP").with_kernel(kernel).0
     }
 
     fn items(a: &RaycastArguments, _: &Tuning) -> usize {
@@ -101,7 +95,7 @@ impl Launch for Slicing {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, (voxels, cut, clipped): Self::Variant) -> String {
-        march_defines(tuning, voxels, composite(clipped)).with_if(cut, "TABLE_CUT").0
+        march_defines(tuning, voxels, composite(clipped)).with_kernel(Kernel::Linear).with_if(cut, "TABLE_CUT").0
     }
 
     fn items(a: &SlicingArguments, _: &Tuning) -> usize {
@@ -111,11 +105,11 @@ impl Launch for Slicing {
 
 impl Launch for CastSegments {
     /// And whether rays are cut.
-    type Variant = (VoxelKind, Segments, bool);
+    type Variant = (VoxelKind, Kernel, Segments, bool);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, segments, clipped): Self::Variant) -> String {
-        march_defines(tuning, voxels, composite(clipped)).with_segments(segments).0
+    fn defines(tuning: &Tuning, (voxels, kernel, segments, clipped): Self::Variant) -> String {
+        march_defines(tuning, voxels, composite(clipped)).with_kernel(kernel).with_segments(segments).0
     }
 
     fn items(a: &CastSegmentsArguments, _: &Tuning) -> usize {
@@ -128,7 +122,7 @@ impl Launch for CastValues {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, (voxels, kernel, blend): Self::Variant) -> String {
-        march_defines(tuning, voxels, Rendering { blend, clipped: true }).with_field(kernel).0
+        march_defines(tuning, voxels, Rendering { blend, clipped: true }).with_kernel(kernel).0
     }
 
     fn items(a: &CastValuesArguments, _: &Tuning) -> usize {

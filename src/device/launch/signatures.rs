@@ -32,17 +32,19 @@ fn launchers_are_their_kernels_signatures() {
     let others = [BlendMode::Maximum, BlendMode::Minimum, BlendMode::Average, BlendMode::Iso { refined: true }];
     for blend in others {
         let rendering = Rendering { blend, clipped: true };
-        compare::<layered::PointLattice>(d, (voxels, segments, rendering));
-        compare::<layered::PointDirect>(d, (voxels, segments, rendering));
+        compare::<layered::PointLattice>(d, (voxels, Kernel::BSpline, segments, rendering));
+        compare::<layered::PointDirect>(d, (voxels, Kernel::Linear, segments, rendering));
         compare::<rays::CastValues>(d, (voxels, Kernel::Linear, blend));
     }
     let compared = [
         compare::<volume::Transpose>(d, kind),
+        compare::<volume::PrefilterRows>(d, kind),
+        compare::<volume::PrefilterColumns>(d, ()),
         compare::<volume::FillMinMaxBlocks>(d, kind),
         compare::<volume::Visibility>(d, kind),
         compare::<volume::SlabVisibility>(d, kind),
-        compare::<layered::PointLattice>(d, (voxels, segments, rendering)),
-        compare::<layered::PointDirect>(d, (voxels, segments, rendering)),
+        compare::<layered::PointLattice>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
+        compare::<layered::PointDirect>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare::<layered::SplatLattice>(d, (voxels, rendering)),
         compare::<layered::SplatPerspective>(d, (voxels, rendering)),
         compare::<layered::SplatDirect>(d, (voxels, true, rendering)),
@@ -51,7 +53,7 @@ fn launchers_are_their_kernels_signatures() {
         compare::<layered::OpacityTable>(d, ()),
         compare::<rays::Raycast>(d, (voxels, Kernel::Gaussian, true)),
         compare::<rays::Slicing>(d, (far, true, true)),
-        compare::<rays::CastSegments>(d, (voxels, segments, true)),
+        compare::<rays::CastSegments>(d, (voxels, Kernel::Cubic, segments, true)),
         compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, BlendMode::Iso { refined: false })),
         compare::<rays::PreintegratedTable>(d, ()),
         compare::<sheets::Splats>(d, kind),

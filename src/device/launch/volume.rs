@@ -1,8 +1,9 @@
 //! Kernels that prepare a volume: its layouts, its min-max blocks, and which of these can be seen.
 
-use super::{Defines, Items, Launch, VoxelBuffer, kernel, structs::VolumeView};
+use super::{Defines, Floats, Items, Launch, VoxelBuffer, kernel, structs::VolumeView};
 use crate::device::{Buffer, Device, Tuning};
 use crate::error::Error;
+use crate::layers::PREFILTER_RADIUS;
 use crate::volume::VoxelType;
 
 kernel! {
@@ -31,24 +32,91 @@ impl Launch for Transpose {
     }
 }
 
+kernel! {
+    /// The B-spline's coefficients along x.
+    PrefilterRows = "volume/prefilter_rows.cl", prefilter_rows, "prefilter";
+    PrefilterRowsArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        /// Taken from every voxel.
+        offset: f32,
+        /// See [`prefilter`](crate::layers::prefilter).
+        taps: &'a Buffer<f32>,
+        /// Of the axis: the first voxel that is held, how many are, and how many there are.
+        first: i32,
+        held: i32,
+        whole: i32,
+        rows: i32,
+        /// As many as `voxels`.
+        coefficients: Floats<'a>,
+    }
+}
+
+fn prefilter_defines(tuning: &Tuning, voxel_type: VoxelType) -> String {
+    Defines::of_voxels(voxel_type, tuning.vector_width).with("PREFILTER_RADIUS", PREFILTER_RADIUS).0
+}
+
+impl Launch for PrefilterRows {
+    type Variant = VoxelType;
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, voxel_type: VoxelType) -> String {
+        prefilter_defines(tuning, voxel_type)
+    }
+
+    fn items(a: &PrefilterRowsArguments, _: &Tuning) -> usize {
+        a.rows as usize
+    }
+}
+
+kernel! {
+    /// And along y or z, in place.
+    PrefilterColumns = "volume/prefilter_columns.cl", prefilter_columns, "prefilter";
+    PrefilterColumnsArguments<'a> {
+        coefficients: Floats<'a>,
+        taps: &'a Buffer<f32>,
+        first: i32,
+        held: i32,
+        whole: i32,
+        /// From one number of a column to the next.
+        stride: u64,
+        /// Of neighbouring columns, in a line of so many.
+        chunks: i32,
+        width: i32,
+        lines: i32,
+        line_stride: u64,
+    }
+}
+
+impl Launch for PrefilterColumns {
+    type Variant = ();
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (): ()) -> String {
+        prefilter_defines(tuning, VoxelType::Float32)
+    }
+
+    fn items(a: &PrefilterColumnsArguments, _: &Tuning) -> usize {
+        a.chunks as usize * a.lines as usize
+    }
+}
+
 /// Blocks of voxels, and how far samples reach for voxels around theirs, within a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Reach {
     pub below: i32,
     pub above: i32,
-    /// How many layers to either side.
-    pub around: i32,
     /// Rows of a block.
     pub rows: i32,
 }
 
 impl Reach {
     /// Splat sums of three layers, |s| ≤ 1: 1 + |s| around their crossings, |s| to either side.
-    pub const SPLATS: Reach = Reach { below: 3, above: 4, around: 0, rows: 8 };
-    /// Point samples at either end of a slab, |s| ≤ 1.
-    pub const POINTS: Reach = Reach { below: 1, above: 2, around: 0, rows: 4 };
-    /// Points between two layers, reconstructed with a kernel of radius 2.
-    pub const GAUSSIAN: Reach = Reach { below: 1, above: 2, around: 1, rows: 4 };
+    pub const SPLATS: Reach = Reach { below: 3, above: 4, rows: 8 };
+
+    /// Point samples at either end of a slab, |s| ≤ 1, of a kernel of a radius.
+    pub const fn points(radius: i32) -> Reach {
+        Reach { below: radius, above: radius + 1, rows: 4 }
+    }
 }
 
 /// Smallest and largest value in reach of each block of a layer axis.
@@ -77,9 +145,9 @@ impl MinMaxBlocks {
         self.per_layer() * (self.layers as usize + 2)
     }
 
-    /// Bytes that [`SlabVisibility`] writes, a bit per block and slab 0 … n, and seven more: kernels read eight blocks at once.
-    pub fn slab_bytes(&self) -> usize {
-        self.per_layer() * self.chunks() + 7
+    /// Bytes that [`SlabVisibility`] writes, a bit per block and slab, and seven more: kernels read eight blocks at once.
+    pub fn slab_bytes(&self, radius: i32) -> usize {
+        self.per_layer() * self.chunks(radius) + 7
     }
 
     /// Blocks of a layer.
@@ -87,9 +155,14 @@ impl MinMaxBlocks {
         self.blocks[0] as usize * self.blocks[1] as usize
     }
 
+    /// The spaces between layers that a kernel of a radius fills.
+    pub fn slabs(&self, radius: i32) -> i32 {
+        self.layers + 2 * radius - 1
+    }
+
     /// Groups of eight slabs.
-    pub fn chunks(&self) -> usize {
-        self.layers as usize / 8 + 1
+    pub fn chunks(&self, radius: i32) -> usize {
+        self.slabs(radius).unsigned_abs().div_ceil(8) as usize
     }
 }
 
@@ -105,7 +178,6 @@ kernel! {
         block_rows: i32,
         below: i32,
         above: i32,
-        around: i32,
         limits: &'a VoxelBuffer,
     }
 }
@@ -113,8 +185,8 @@ kernel! {
 impl<'a> MinMaxArguments<'a> {
     pub fn new(voxels: &'a VoxelBuffer, view: VolumeView, reach: Reach, blocks: &'a MinMaxBlocks) -> Self {
         let ([blocks_u, blocks_v], limits) = (blocks.blocks, &blocks.limits);
-        let Reach { below, above, around, rows: block_rows } = reach;
-        Self { voxels, view, blocks_u, blocks_v, block_rows, below, above, around, limits }
+        let Reach { below, above, rows: block_rows } = reach;
+        Self { voxels, view, blocks_u, blocks_v, block_rows, below, above, limits }
     }
 }
 
@@ -180,6 +252,8 @@ kernel! {
         blocks_u: i32,
         blocks_v: i32,
         layers: i32,
+        /// Of the kernel.
+        radius: i32,
         background: f32,
         offset: f32,
         /// Values that the blend mode can use, less the offset.
@@ -195,7 +269,9 @@ kernel! {
         visible_before: &'a Buffer<u32>,
         /// Blocks to either side that are in reach.
         around: i32,
-        /// By how much sums of kernels overshoot.
+        /// By how much sums overshoot: shares of the distance between the largest and the smallest number in reach, and of that from the
+        /// background.
+        overshoot: f32,
         slack: f32,
         /// [`MinMaxBlocks::slab_bytes`].
         visible: &'a Buffer<u8>,

@@ -10,6 +10,7 @@ pub use perspective::MAX_LATTICE_SHEAR;
 pub use phases::{LayerOffset, MAX_SAMPLES_PER_VOXEL, Phases};
 
 use super::axis::{Axis, AxisFrame};
+use super::kernel::Kernel;
 use super::rays::{Ray, Rays, from_rows};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
@@ -23,8 +24,18 @@ const ANCHOR_LIMIT: f64 = 1.5;
 pub enum Sampling {
     /// By splatting their voxels: in a parallel view in phases.
     Splats,
-    /// At points.
-    Points,
+    /// At points, of a kernel's field.
+    Points(Kernel),
+}
+
+impl Sampling {
+    /// How far the field reaches beyond the outer voxels.
+    fn radius(self) -> f64 {
+        match self {
+            Sampling::Splats => 1.0,
+            Sampling::Points(kernel) => f64::from(kernel.radius()),
+        }
+    }
 }
 
 /// The rays of the columns (or rows) of a lattice along u (or v): both numbers of ray I are affine in I − middle, where `middle` is half
@@ -84,8 +95,8 @@ impl Lattice {
 
     /// Whether a lattice of this layer axis can reach all rays of a perspective: none has too large a shear, and the eye is before the
     /// volume's layers.
-    pub fn reaches_perspective(rays: &Rays, grid: &Grid, axis: Axis) -> bool {
-        perspective::reaches(rays, grid, axis)
+    pub fn reaches_perspective(rays: &Rays, grid: &Grid, axis: Axis, sampling: Sampling) -> bool {
+        perspective::reaches(rays, grid, axis, sampling)
     }
 
     /// Whether all rays are parallel.
@@ -180,7 +191,7 @@ mod tests {
                 let camera = Camera::orbit(grid.centre(), 140.0, orbit, projection);
                 let rays = Rays::new(&camera, viewport, &grid).unwrap();
                 let axis = Axis::most_parallel(rays.central_direction());
-                for sampling in [Sampling::Splats, Sampling::Points] {
+                for sampling in [Sampling::Splats, Sampling::Points(Kernel::Cubic), Sampling::Points(Kernel::CatmullRom)] {
                     let lattice = Lattice::new(&rays, viewport, &grid, axis, Density::Relaxed, sampling).unwrap();
                     let place = lattice.from_screen(&rays) * DVec3::new(30.5, 20.5, 1.0);
                     assert!(place.z * lattice.forward() > 0.0);

@@ -56,7 +56,7 @@ pub(super) fn lattice(
         source: Source::Direction(direction),
     };
     for i in 0..2 {
-        let (first, size) = extent(&lattice, rays, viewport, centre.to_array(), i, in_phases);
+        let (first, size) = extent(&lattice, rays, viewport, centre.to_array(), i, sampling);
         let m = samples_per_voxel[i];
         lattice.size[i] = size;
         let middle = centre[i] + first + ((f64::from(size) - 1.0) / 2.0 + anchor(lattice.dims[i], m)) / m;
@@ -72,12 +72,13 @@ pub(super) fn lattice(
 
 /// First cell, from the centre in voxels, and number of samples along u (`i` = 0) or v (1): whole cells, anchored symmetrically to the
 /// centre, where the volume's shadow along the rays and the viewport overlap. A cell is a sample, or in phases a voxel.
-fn extent(lattice: &Lattice, rays: &Rays, viewport: Viewport, centre: [f64; 3], i: usize, in_phases: bool) -> (f64, u32) {
+fn extent(lattice: &Lattice, rays: &Rays, viewport: Viewport, centre: [f64; 3], i: usize, sampling: Sampling) -> (f64, u32) {
     let m = lattice.samples_per_voxel[i];
     let s = lattice.rays[i].shear[0].abs();
-    let per_cell = if in_phases { m } else { 1.0 };
+    let per_cell = if sampling == Sampling::Splats { m } else { 1.0 };
     let cell = per_cell / m;
-    let reach = (lattice.dims[i] as f64 + 1.0) / 2.0 + 2.0 * s + s * (lattice.dims[2] as f64 + 1.0) / 2.0;
+    let half_support = |voxels: usize| (voxels as f64 - 1.0) / 2.0 + sampling.radius();
+    let reach = half_support(lattice.dims[i]) + 2.0 * s + s * half_support(lattice.dims[2]);
     let half = (reach / cell).ceil();
     let seen = rays.corners(viewport).map(|ray| lattice.crossing_of(ray)[i] - centre[i]);
     let lo = seen.iter().fold(f64::INFINITY, |a, &b| a.min(b)) - MARGIN / m;

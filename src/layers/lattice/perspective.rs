@@ -25,8 +25,8 @@ const MIN_SIDE: u32 = 64;
 const MARGIN: f64 = 3.0;
 
 /// See [`Lattice::reaches_perspective`].
-pub(super) fn reaches(rays: &Rays, grid: &Grid, axis: Axis) -> bool {
-    EyeRays::new(rays, grid, axis).is_some()
+pub(super) fn reaches(rays: &Rays, grid: &Grid, axis: Axis, sampling: Sampling) -> bool {
+    EyeRays::new(rays, grid, axis, sampling).is_some()
 }
 
 /// See [`Lattice::new`]. Points are finer where neighbouring rays would be too far apart in the farthest layer.
@@ -38,8 +38,8 @@ pub(super) fn lattice(
     density: Density,
     sampling: Sampling,
 ) -> Option<Lattice> {
-    let eye_rays = EyeRays::new(rays, grid, axis)?;
-    let EyeRays { frame, dims, eye, centre_layer, layer_step } = eye_rays;
+    let eye_rays = EyeRays::new(rays, grid, axis, sampling)?;
+    let EyeRays { frame, dims, eye, centre_layer, layer_step, .. } = eye_rays;
     let (near, far) = eye_rays.layer_distances();
     let screen = eye_rays.screen_shears(rays, viewport);
     let mut lattice = Lattice {
@@ -58,7 +58,7 @@ pub(super) fn lattice(
         let pixels = eye_rays.pixels_per_voxel(rays, grid.spacing()[[frame.u, frame.v][i]]);
         // Where pixels cover several voxels their mean is shown: no voxel may be missed.
         let least = if pixels < 1.0 { ANCHOR_LIMIT } else { 0.0 };
-        let for_points = if sampling == Sampling::Points { far / near / MAX_VOXELS_PER_POINT } else { 0.0 };
+        let for_points = if sampling != Sampling::Splats { far / near / MAX_VOXELS_PER_POINT } else { 0.0 };
         let samples_per_voxel = density.samples(pixels).max(for_points).max(least);
         let step = 1.0 / (samples_per_voxel * near);
         if let Some(screen) = screen {
@@ -90,17 +90,19 @@ struct EyeRays {
     eye: DVec3,
     centre_layer: f64,
     layer_step: i32,
+    /// How far the field reaches beyond the outer voxels.
+    radius: f64,
 }
 
 impl EyeRays {
     /// `None` where a lattice does not reach.
-    fn new(rays: &Rays, grid: &Grid, axis: Axis) -> Option<Self> {
+    fn new(rays: &Rays, grid: &Grid, axis: Axis, sampling: Sampling) -> Option<Self> {
         let frame = axis.frame();
         let dims = [frame.u, frame.v, frame.a].map(|i| grid.dims()[i]);
         let eye = frame.local(rays.eye()?);
         let centre_layer = (dims[2] as f64 - 1.0) / 2.0;
         let layer_step = if eye.z < centre_layer { 1 } else { -1 };
-        let eye_rays = Self { frame, dims, eye, centre_layer, layer_step };
+        let eye_rays = Self { frame, dims, eye, centre_layer, layer_step, radius: sampling.radius() };
         let (near, _) = eye_rays.layer_distances();
         let ahead = eye_rays.support_corners().iter().all(|c| rays.depth(eye, *c, frame) > 0.0);
         let upright = (0..2).all(|i| {
@@ -124,7 +126,7 @@ impl EyeRays {
     /// positive for an eye beside or inside.
     fn layer_distances(&self) -> (f64, f64) {
         let to = |k: f64| (k - self.eye.z) * f64::from(self.layer_step);
-        let (a, b) = (to(-1.0), to(self.dims[2] as f64));
+        let (a, b) = (to(-self.radius), to(self.dims[2] as f64 - 1.0 + self.radius));
         (a.min(b), a.max(b))
     }
 
@@ -136,7 +138,8 @@ impl EyeRays {
     /// The corners of the field's support, (u, v, a).
     fn support_corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|c| {
-            DVec3::from_array(std::array::from_fn(|i| if c >> i & 1 == 0 { -1.0 } else { self.dims[i] as f64 }))
+            let (lowest, beyond) = (-self.radius, self.radius - 1.0);
+            DVec3::from_array(std::array::from_fn(|i| if c >> i & 1 == 0 { lowest } else { self.dims[i] as f64 + beyond }))
         })
     }
 

@@ -1,7 +1,7 @@
 //! What both ways of drawing layers per screen pixel need.
 
 use super::super::scene::{SampleAxes, Scene};
-use crate::device::launch::structs::DirectParams;
+use crate::device::launch::structs::{DirectParams, VolumeView};
 use crate::layers::Axis;
 use glam::DVec3;
 
@@ -10,14 +10,20 @@ pub(super) fn layer_axes(axis: Option<Axis>) -> [Axis; 3] {
     axis.map_or(Axis::ALL, |axis| [axis; 3])
 }
 
-/// The rays, and what samples need per axis. `blocks` for layer axes x, y, z.
-pub(super) fn direct_params(scene: &Scene, axis: Option<Axis>, axes: &SampleAxes, blocks: [[i32; 2]; 3]) -> DirectParams {
+/// The rays, and what samples need per axis. `view` of layer axis z; `blocks` for layer axes x, y, z.
+pub(super) fn direct_params(
+    scene: &Scene,
+    axis: Option<Axis>,
+    axes: &SampleAxes,
+    view: &VolumeView,
+    blocks: [[i32; 2]; 3],
+) -> DirectParams {
     let narrow = |v: DVec3| v.as_vec3().to_array();
     let affine = |p: &[DVec3; 3]| p.map(|v| v.as_vec3().extend(0.0).to_array());
-    let Scene { rays, ref prepared, settings, .. } = *scene;
-    let (background, offset) = prepared.background();
+    let Scene { rays, settings, .. } = *scene;
+    let [x, y, z] = view.stride;
     DirectParams {
-        stride: prepared.upload_strides(),
+        stride: [x, y, z, 0],
         origin: affine(&rays.origin),
         direction: affine(&rays.direction),
         start: rays.start as f32,
@@ -25,11 +31,11 @@ pub(super) fn direct_params(scene: &Scene, axis: Option<Axis>, axes: &SampleAxes
         gradient: narrow(axes.gradient),
         light: narrow(axes.light),
         half_way: narrow(axes.half_way),
-        dims: prepared.grid().dims().map(|n| n as i32),
+        dims: view.dims,
         blocks,
         axis: axis.map_or(-1, |a| a.index() as i32),
         culling: i32::from(settings.culling),
-        background,
-        offset,
+        background: view.background,
+        offset: view.offset,
     }
 }

@@ -34,9 +34,9 @@ fn magnified(samples_per_layer: u32, evaluation: Evaluation, pixels: f64) -> u32
 }
 
 /// How far the samples of a lattice reach for voxels.
-fn reach(lattice: &Lattice) -> PointReach {
+fn reach(lattice: &Lattice, kernel: Kernel) -> PointReach {
     let small = lattice.is_parallel() && lattice.shear().iter().all(|s| s.abs() <= 1.0);
-    if small { PointReach::SmallShear } else { PointReach::AnyShear }
+    PointReach { kernel, any_shear: !small }
 }
 
 impl PointLayers {
@@ -60,17 +60,18 @@ impl PointLayers {
         if lattice.samples() == 0 {
             return Ok(());
         }
-        let visible = scene.prepared.visible_to_points(device, axis, reach(lattice), settings.extinction, settings.blend)?;
-        let integrals = scene.prepared.integrals(device, settings.extinction, axes.step.min_element(), per_layer)?;
-        let layout = scene.prepared.layout(device, axis)?;
+        let reach = reach(lattice, kernel);
+        let visible = scene.prepared.visible_to_points(device, axis, reach, settings.extinction, settings.blend)?;
+        let integrals = scene.prepared.integrals(device, settings.extinction, kernel, axes.step.min_element(), per_layer)?;
+        let layout = scene.prepared.weighted(device, axis, kernel)?;
         let mut sample = scene.sample(&axes, frame);
         integrals.set(&mut sample, kernel, per_layer);
-        let region = Region::new(scene, RADIUS, per_layer);
+        let region = Region::new(scene, kernel, per_layer);
         let segments = segments(scene, &integrals, kernel, per_layer);
-        let table = colors(scene, &mut sample)?;
+        let table = colors(scene, kernel, &mut sample)?;
         self.lattice.launch(
             device,
-            (layout.voxels.kind(), segments, region.rendering),
+            (layout.voxels.kind(), kernel, segments, region.rendering),
             &PointLatticeArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -79,7 +80,7 @@ impl PointLayers {
                 table: &table.entries,
                 p: RayLatticeParams {
                     visible: scene.prepared.useful_values(settings.blend).unwrap_or(integrals.visible_values),
-                    layers: range.slabs(lattice, if settings.culling { visible.slabs } else { [0, lattice.dims[2] as i32] }),
+                    layers: range.slabs(lattice, kernel.radius(), settings.culling.then_some(visible.slabs)),
                     ..lattice_params(lattice, range, tiles, visible.blocks, settings.culling)
                 },
                 sample,
@@ -106,30 +107,31 @@ impl PointLayers {
             visible.push(scene.prepared.visible_to_points(
                 device,
                 axis,
-                PointReach::AnyShear,
+                PointReach { kernel, any_shear: true },
                 settings.extinction,
                 settings.blend,
             )?);
         }
-        let integrals = scene.prepared.integrals(device, settings.extinction, axes.step.min_element(), samples_per_layer)?;
+        let integrals =
+            scene.prepared.integrals(device, settings.extinction, kernel, axes.step.min_element(), samples_per_layer)?;
         let mut sample = scene.sample(&axes, Axis::Z.frame());
         integrals.set(&mut sample, kernel, samples_per_layer);
-        let region = Region::new(scene, RADIUS, samples_per_layer);
+        let region = Region::new(scene, kernel, samples_per_layer);
         let segments = segments(scene, &integrals, kernel, samples_per_layer);
-        let table = colors(scene, &mut sample)?;
-        let voxels = scene.prepared.uploaded();
+        let table = colors(scene, kernel, &mut sample)?;
+        let layout = scene.prepared.weighted(device, Axis::Z, kernel)?;
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), Tiles::of_pixels(viewport), "the frame")?;
         self.direct.launch(
             device,
-            (voxels.kind(), segments, region.rendering),
+            (layout.voxels.kind(), kernel, segments, region.rendering),
             &PointDirectArguments {
-                voxels: &voxels,
+                voxels: &layout.voxels,
                 visible_x: &visible[0].flags,
                 visible_y: &visible[1].flags,
                 visible_z: &visible[2].flags,
                 integrals: &integrals.nodes,
                 table: &table.entries,
-                p: direct_params(scene, axis, &axes, [0, 1, 2].map(|i| visible[i].blocks)),
+                p: direct_params(scene, axis, &axes, &layout.view, [0, 1, 2].map(|i| visible[i].blocks)),
                 sample,
                 clip: region.for_pixels(),
                 width: viewport.width as i32,
@@ -141,9 +143,6 @@ impl PointLayers {
     }
 }
 
-/// Radius of the kernels of layers, in voxels.
-pub(super) const RADIUS: f64 = 1.0;
-
 /// How segments are built: with their integrals only where they are composited.
 fn segments(scene: &Scene, integrals: &Integrals, kernel: Kernel, per_layer: u32) -> Segments {
     match scene.settings.blend {
@@ -153,8 +152,8 @@ fn segments(scene: &Scene, integrals: &Integrals, kernel: Kernel, per_layer: u32
 }
 
 /// The table of colours, in which samples are looked up where values are gathered.
-fn colors(scene: &mut Scene, sample: &mut SampleParams) -> Result<Arc<Table>, Error> {
-    let table = scene.prepared.table(scene.device, scene.settings.extinction)?;
+fn colors(scene: &mut Scene, kernel: Kernel, sample: &mut SampleParams) -> Result<Arc<Table>, Error> {
+    let table = scene.prepared.table(scene.device, scene.settings.extinction, kernel)?;
     if scene.settings.blend != Blend::Composite {
         table.set(sample);
     }

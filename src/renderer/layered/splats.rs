@@ -6,7 +6,7 @@ use super::super::scene::Scene;
 use super::super::scratch::Growing;
 use super::super::tiles::{Target, Tiles};
 use super::pixels::{direct_params, layer_axes};
-use super::points::{RADIUS, lattice_params};
+use super::points::lattice_params;
 use crate::device::launch::Launcher;
 use crate::device::launch::layered::{
     self as kernels, FootprintsArguments, OpacityTable, OpacityTableArguments, SplatDirect, SplatDirectArguments, SplatLattice,
@@ -14,7 +14,7 @@ use crate::device::launch::layered::{
 };
 use crate::device::launch::structs::{Float4, LayerOffset, SampleParams, SplatLatticeParams};
 use crate::error::Error;
-use crate::layers::{Axis, Correction, Lattice, LayerSlabs, Phases, SubSlab, quadrature_nodes};
+use crate::layers::{Axis, Correction, Kernel, Lattice, LayerSlabs, Phases, SubSlab, quadrature_nodes};
 use crate::settings::Footprints;
 use crate::transfer::Extinction;
 
@@ -91,11 +91,11 @@ impl SplatLayers {
                 weights,
             },
         )?;
-        let base = scene.prepared.table(device, settings.extinction)?;
+        let base = scene.prepared.table(device, settings.extinction, Kernel::Cubic)?;
         let axes = scene.axes(correction.samples_per_layer());
         let mut sample = scene.sample(&axes, frame);
         base.set(&mut sample);
-        let region = Region::new(scene, RADIUS, 1);
+        let region = Region::new(scene, Kernel::Cubic, 1);
         let slabs = self.slabs.filled(device, &slab_table(correction, &mut sample), "the sub-slabs")?;
         let table = if region.rendering.clipped {
             &base.entries
@@ -162,10 +162,10 @@ impl SplatLayers {
         }
         let nodes = quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]);
         let nodes = self.nodes.filled(device, &nodes, "the quadrature")?;
-        let table = scene.prepared.table(device, settings.extinction)?;
+        let table = scene.prepared.table(device, settings.extinction, Kernel::Cubic)?;
         let mut sample = scene.sample(&scene.axes(correction.samples_per_layer()), lattice.frame);
         table.set(&mut sample);
-        let region = Region::new(scene, RADIUS, 1);
+        let region = Region::new(scene, Kernel::Cubic, 1);
         let slabs = self.slabs.filled(device, &slab_table(correction, &mut sample), "the sub-slabs")?;
         let visible = scene.prepared.visible_to_splats(device, axis, settings.extinction, settings.blend)?;
         let layout = scene.prepared.layout(device, axis)?;
@@ -208,19 +208,19 @@ impl SplatLayers {
         // A kernel with exact footprints reads neither: any buffers do.
         let no_shears = self.nodes.at_least(device, 1, "a placeholder")?;
         let (images, shears) = images.as_ref().map_or((&visible[0].flags, &*no_shears), |set| (&set.images, &set.shears));
-        let table = scene.prepared.table(device, settings.extinction)?;
+        let table = scene.prepared.table(device, settings.extinction, Kernel::Cubic)?;
         let axes = scene.axes(correction.samples_per_layer());
         let mut sample = scene.sample(&axes, Axis::Z.frame());
         table.set(&mut sample);
-        let region = Region::new(scene, RADIUS, 1);
+        let region = Region::new(scene, Kernel::Cubic, 1);
         let slabs = self.slabs.filled(device, &slab_table(correction, &mut sample), "the sub-slabs")?;
-        let voxels = scene.prepared.uploaded();
+        let layout = scene.prepared.layout(device, Axis::Z)?;
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), Tiles::of_pixels(viewport), "the frame")?;
         self.direct.launch(
             device,
-            (voxels.kind(), set, region.rendering),
+            (layout.voxels.kind(), set, region.rendering),
             &SplatDirectArguments {
-                voxels: &voxels,
+                voxels: &layout.voxels,
                 visible_x: &visible[0].flags,
                 visible_y: &visible[1].flags,
                 visible_z: &visible[2].flags,
@@ -228,7 +228,7 @@ impl SplatLayers {
                 slabs,
                 images,
                 shears,
-                p: direct_params(scene, axis, &axes, [0, 1, 2].map(|i| visible[i].blocks)),
+                p: direct_params(scene, axis, &axes, &layout.view, [0, 1, 2].map(|i| visible[i].blocks)),
                 sample,
                 clip: region.for_pixels(),
                 width: viewport.width as i32,

@@ -7,39 +7,29 @@ use crate::device::launch::structs::VolumeView;
 use crate::device::launch::volume::{MinMaxArguments, MinMaxBlocks, Reach, SlabVisibilityArguments, VisibilityArguments};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
-use crate::layers::{Axis, GAUSSIAN_OVERSHOOT};
+use crate::layers::{Axis, GAUSSIAN_OVERSHOOT, Kernel};
 use crate::settings::Blend;
 use crate::transfer::Extinction;
 use std::sync::Arc;
 
 /// How far samples at points reach for voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::renderer) enum PointReach {
-    /// No shear is above one voxel per layer, or samples are looked up by their own cell.
-    SmallShear,
-    /// Some are.
-    AnyShear,
-    /// By their own cell, reconstructed with a Gaussian of radius 2.
-    Gaussian,
+pub(in crate::renderer) struct PointReach {
+    /// What reconstructs them.
+    pub kernel: Kernel,
+    /// Whether some shear is above one voxel per layer, and samples are not looked up by their own cell.
+    pub any_shear: bool,
 }
 
 impl PointReach {
-    /// What its min-max blocks cover.
-    fn blocks(self) -> Reach {
-        match self {
-            PointReach::SmallShear | PointReach::AnyShear => Reach::POINTS,
-            PointReach::Gaussian => Reach::GAUSSIAN,
-        }
-    }
-
-    /// Blocks to either side that are in reach.
-    fn around(self) -> i32 {
-        i32::from(self == PointReach::AnyShear)
+    /// Of samples that are looked up by their own cell.
+    pub fn of_cells(kernel: Kernel) -> Self {
+        Self { kernel, any_shear: false }
     }
 
     /// By how much sums overshoot the voxels' distance from the background.
     fn slack(self) -> f32 {
-        if self == PointReach::Gaussian { GAUSSIAN_OVERSHOOT as f32 } else { 0.0 }
+        if self.kernel == Kernel::Gaussian { GAUSSIAN_OVERSHOOT as f32 } else { 0.0 }
     }
 }
 
@@ -60,8 +50,9 @@ fn next_value(value: f32) -> f32 {
     if value == 0.0 { f32::MIN_POSITIVE } else { value.next_up() }
 }
 
+/// Of voxels, or of the B-spline's coefficients.
 #[derive(PartialEq)]
-struct BlocksKey(Axis, Reach);
+struct BlocksKey(Axis, Reach, bool);
 
 impl Key for BlocksKey {
     type Value = MinMaxBlocks;
@@ -125,17 +116,19 @@ impl Prepared {
         if self.holed { [background.min(0.0), background.max(largest)] } else { [0.0, largest] }
     }
 
-    fn min_max_blocks(&mut self, device: &Device, axis: Axis, reach: Reach) -> Result<Arc<MinMaxBlocks>, Error> {
-        if let Some(kept) = self.cache.get(&BlocksKey(axis, reach)) {
+    /// Of what a kernel weights.
+    fn min_max_blocks(&mut self, device: &Device, axis: Axis, reach: Reach, kernel: Kernel) -> Result<Arc<MinMaxBlocks>, Error> {
+        let key = BlocksKey(axis, reach, kernel == Kernel::BSpline);
+        if let Some(kept) = self.cache.get(&key) {
             return Ok(kept);
         }
-        let blocks = MinMaxBlocks::new(device, self.held_local(axis), self.voxel_type(), reach)?;
-        let Layout { voxels, view } = self.layout(device, axis)?;
+        let Layout { voxels, view } = self.weighted(device, axis, kernel)?;
+        let blocks = MinMaxBlocks::new(device, self.held_local(axis), voxels.voxel_type(), reach)?;
         // Of what is held alone: the outermost blocks of a part are wrong, and no layer that it draws reaches them.
         let view = VolumeView { dims: [view.dims[0], view.dims[1], blocks.layers], first_a: 0, ..view };
         let arguments = MinMaxArguments::new(&voxels, view, reach, &blocks);
         self.launchers.min_max_blocks.launch(device, voxels.voxel_type(), &arguments)?;
-        Ok(self.cache.keep(BlocksKey(axis, reach), blocks))
+        Ok(self.cache.keep(key, blocks))
     }
 
     /// The blocks of a layer axis that splatted layers can show.
@@ -146,12 +139,12 @@ impl Prepared {
         extinction: Extinction,
         blend: Blend,
     ) -> Result<Arc<VisibleBlocks>, Error> {
-        let key = VisibleKey(self.table_key(extinction), axis, None, blend);
+        let key = VisibleKey(self.table_key(extinction, Kernel::Cubic), axis, None, blend);
         if let Some(kept) = self.cache.get(&key) {
             return Ok(kept);
         }
-        let blocks = self.min_max_blocks(device, axis, Reach::SPLATS)?;
-        let table = self.table(device, extinction)?;
+        let blocks = self.min_max_blocks(device, axis, Reach::SPLATS, Kernel::Cubic)?;
+        let table = self.table(device, extinction, Kernel::Cubic)?;
         let flags = Buffer::new(device, blocks.flags(), "the visibility of blocks")?;
         let (background, offset) = self.background();
         let [blocks_u, blocks_v] = blocks.blocks;
@@ -184,16 +177,19 @@ impl Prepared {
         extinction: Extinction,
         blend: Blend,
     ) -> Result<Arc<VisibleBlocks>, Error> {
-        let key = VisibleKey(self.table_key(extinction), axis, Some(reach), blend);
+        let PointReach { kernel, any_shear } = reach;
+        let key = VisibleKey(self.table_key(extinction, kernel), axis, Some(reach), blend);
         if let Some(kept) = self.cache.get(&key) {
             return Ok(kept);
         }
-        let blocks = self.min_max_blocks(device, axis, reach.blocks())?;
-        let table = self.table(device, extinction)?;
-        let flags = Buffer::new(device, blocks.slab_bytes(), "the visibility of blocks")?;
-        let (_, offset) = self.background();
+        let radius = kernel.radius();
+        let blocks = self.min_max_blocks(device, axis, Reach::points(radius), kernel)?;
+        let table = self.table(device, extinction, kernel)?;
+        let flags = Buffer::new(device, blocks.slab_bytes(radius), "the visibility of blocks")?;
+        // Limits are of numbers as they are stored.
+        let Layout { voxels, view } = self.weighted(device, axis, kernel)?;
         // What ray casting takes missing voxels for is what its sums overshoot the distance from.
-        let gaussian = reach == PointReach::Gaussian && blend == Blend::Composite;
+        let gaussian = kernel == Kernel::Gaussian && blend == Blend::Composite;
         let background = if gaussian { table.gaussian_background } else { self.background_of(blend) };
         let [blocks_u, blocks_v] = blocks.blocks;
         let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
@@ -202,31 +198,33 @@ impl Prepared {
             blocks_u,
             blocks_v,
             layers: blocks.layers,
+            radius,
             background,
-            offset,
+            offset: view.offset,
             least,
             largest,
             table_first: table.scale.first,
             table_per_value: table.scale.per_value,
             table_last: table.scale.last,
             visible_before: if blend == Blend::Composite { &table.visible_before } else { &table.all_before },
-            around: reach.around(),
+            around: i32::from(any_shear),
+            overshoot: kernel.overshoot() as f32,
             slack: reach.slack(),
             visible: &flags,
         };
-        self.launchers.slab_visibility.launch(device, self.voxels.voxel_type(), &arguments)?;
+        self.launchers.slab_visibility.launch(device, voxels.voxel_type(), &arguments)?;
         let first = self.held_layers(axis).start as i32;
-        let slabs = visible_slabs(device, &flags, &blocks)?.map(|q| q + first);
+        let slabs = visible_slabs(device, &flags, &blocks, radius)?.map(|q| q + first);
         Ok(self.cache.keep(key, VisibleBlocks { flags, blocks: blocks.blocks, slabs }))
     }
 }
 
 /// See [`VisibleBlocks::slabs`].
-fn visible_slabs(device: &Device, bits: &Buffer<u8>, blocks: &MinMaxBlocks) -> Result<[i32; 2], Error> {
-    let mut bytes = vec![0; blocks.chunks() * blocks.per_layer()];
+fn visible_slabs(device: &Device, bits: &Buffer<u8>, blocks: &MinMaxBlocks, radius: i32) -> Result<[i32; 2], Error> {
+    let mut bytes = vec![0; blocks.chunks(radius) * blocks.per_layer()];
     bits.read(device, &mut bytes)?;
     let any = |chunk: &[u8]| chunk.iter().any(|&b| b != 0);
     let mut chunks = bytes.chunks(blocks.per_layer());
     let ends = chunks.clone().position(any).zip(chunks.rposition(any));
-    Ok(ends.map_or([0, -1], |(first, last)| [8 * first as i32, (8 * last as i32 + 7).min(blocks.layers)]))
+    Ok(ends.map_or([0, -1], |(first, last)| [8 * first as i32, (8 * last as i32 + 7).min(blocks.slabs(radius) - 1)]))
 }

@@ -2,10 +2,12 @@
 //! Everything is made when a frame first asks for it, and kept as long as memory allows.
 
 mod blocks;
+mod layouts;
 mod splat_list;
 mod tables;
 
 pub(super) use blocks::PointReach;
+pub(super) use layouts::Layout;
 pub(super) use splat_list::{SplatList, Splatted, read_total};
 pub(super) use tables::{Integrals, SLAB_VALUES, Table};
 
@@ -14,18 +16,18 @@ use super::cache::{Cache, Kept, Key};
 use crate::device::launch::layered::{FootprintSet, FootprintSetArguments};
 use crate::device::launch::rays::PreintegratedTable;
 use crate::device::launch::sheets::{Scan, Splats};
-use crate::device::launch::structs::VolumeView;
-use crate::device::launch::volume::{FillMinMaxBlocks, SlabVisibility, Transpose, TransposeArguments, Visibility};
+use crate::device::launch::volume::{FillMinMaxBlocks, PrefilterColumns, PrefilterRows, SlabVisibility, Transpose, Visibility};
 use crate::device::launch::{Launcher, VoxelBuffer};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, set_direction};
 use crate::transfer::TransferFunction;
-use crate::volume::{Grid, Rescale, Stored, VoxelType};
+use crate::volume::{Grid, Rescale, Stored};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Bytes that may be kept besides those of the volume, twice: a second layout, and a list of splats.
+/// Bytes that may be kept besides those of the volume, twice (a second layout, and a list of splats), and the B-spline's coefficients, in
+/// two layouts.
 const BUDGET: usize = 256 << 20;
 
 /// A volume on the device, or some layers of one, a transfer function, and what is made from both.
@@ -53,6 +55,8 @@ pub(super) struct Prepared {
 #[derive(Default)]
 struct Launchers {
     transpose: Launcher<Transpose>,
+    prefilter_rows: Launcher<PrefilterRows>,
+    prefilter_columns: Launcher<PrefilterColumns>,
     min_max_blocks: Launcher<FillMinMaxBlocks>,
     visibility: Launcher<Visibility>,
     slab_visibility: Launcher<SlabVisibility>,
@@ -62,24 +66,10 @@ struct Launchers {
     scan: Launcher<Scan>,
 }
 
-/// Voxels in which u has unit stride, and where they lie.
-pub(super) struct Layout {
-    pub voxels: Arc<VoxelBuffer>,
-    pub view: VolumeView,
-}
-
 /// The paper's footprint images.
 pub(super) struct FootprintImages {
     pub images: Buffer<u8>,
     pub shears: Buffer<[f32; 2]>,
-}
-
-/// The layout of layer axis x.
-#[derive(PartialEq)]
-struct TransposedVoxels;
-
-impl Key for TransposedVoxels {
-    type Value = VoxelBuffer;
 }
 
 impl Kept for VoxelBuffer {
@@ -119,7 +109,7 @@ impl Prepared {
             stored: description.stored(),
             holed: description.has_invalid_voxels(),
             rescale,
-            cache: Cache::new(BUDGET + 2 * voxels.bytes()),
+            cache: Cache::new(BUDGET + 2 * voxels.bytes() + 2 * size_of::<f32>() * dims.iter().product::<usize>()),
             voxels: voxels.clone(),
             given_transfer: transfer.clone(),
             transfer: transfer.of_stored(rescale),
@@ -173,54 +163,6 @@ impl Prepared {
     /// The background as kernels see it, and what they take from every voxel.
     pub fn background(&self) -> (f32, f32) {
         ((self.stored.background - self.offset()) as f32, self.offset() as f32)
-    }
-
-    pub fn voxel_type(&self) -> VoxelType {
-        self.voxels.voxel_type()
-    }
-
-    /// The voxels as they were uploaded, x fastest.
-    pub fn uploaded(&self) -> Arc<VoxelBuffer> {
-        self.voxels.clone()
-    }
-
-    /// Strides of the upload along x, y, z, for kernels that take them per axis.
-    pub fn upload_strides(&self) -> [i64; 4] {
-        let [x, y, _] = self.grid.dims().map(|n| n as i64);
-        [1, x, x * y, 0]
-    }
-
-    /// The voxels for a layer axis. Axes y and z read the upload; x has its own layout.
-    pub fn layout(&mut self, device: &Device, axis: Axis) -> Result<Layout, Error> {
-        let [x, y, z] = self.held_dims.map(|n| n as i64);
-        let (stride, voxels) = match axis {
-            Axis::X => ([1, y, y * z], self.transposed(device)?),
-            Axis::Y => ([1, x * y, x], self.voxels.clone()),
-            Axis::Z => ([1, x, x * y], self.voxels.clone()),
-        };
-        let (background, offset) = self.background();
-        Ok(Layout {
-            voxels,
-            view: VolumeView {
-                stride,
-                dims: local(axis, self.grid.dims()).map(|n| n as i32),
-                background,
-                offset,
-                first_a: self.held_layers(axis).start as i32,
-            },
-        })
-    }
-
-    fn transposed(&mut self, device: &Device) -> Result<Arc<VoxelBuffer>, Error> {
-        if let Some(kept) = self.cache.get(&TransposedVoxels) {
-            return Ok(kept);
-        }
-        let [dims_x, dims_y, dims_z] = self.held_dims.map(|n| n as i32);
-        let transposed =
-            VoxelBuffer::new(device, self.held_dims.iter().product(), self.voxel_type(), "the layout of layer axis x")?;
-        let arguments = TransposeArguments { voxels: &self.voxels, dims_x, dims_y, dims_z, transposed: &transposed };
-        self.launchers.transpose.launch(device, self.voxels.voxel_type(), &arguments)?;
-        Ok(self.cache.keep(TransposedVoxels, transposed))
     }
 
     /// The paper's footprint set.

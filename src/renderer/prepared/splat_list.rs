@@ -7,7 +7,7 @@ use crate::device::launch::sheets::{Pass, Place, ScanArguments, Splats, SplatsAr
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device};
 use crate::error::Error;
-use crate::layers::{Axis, GAUSSIAN_OVERSHOOT};
+use crate::layers::{Axis, GAUSSIAN_OVERSHOOT, Kernel};
 use crate::transfer::Extinction;
 use std::sync::Arc;
 
@@ -64,7 +64,7 @@ impl Prepared {
     /// The upload as samples reconstructed with a Gaussian see it: where voxels are missing, its own background.
     pub fn gaussian_layout(&mut self, device: &Device, extinction: Extinction) -> Result<Layout, Error> {
         let mut layout = self.layout(device, Axis::Z)?;
-        layout.view.background = self.table(device, extinction)?.gaussian_background;
+        layout.view.background = self.table(device, extinction, Kernel::Gaussian)?.gaussian_background;
         Ok(layout)
     }
 
@@ -76,7 +76,7 @@ impl Prepared {
         extinction: Extinction,
         splatted: Splatted,
     ) -> Result<Arc<SplatList>, Error> {
-        let key = SplatListKey(self.table_key(extinction), axis, splatted);
+        let key = SplatListKey(self.table_key(extinction, Kernel::Gaussian), axis, splatted);
         if let Some(kept) = self.cache.get(&key) {
             return Ok(kept);
         }
@@ -84,7 +84,7 @@ impl Prepared {
             let problem = format!("sheets take up to 65535 voxels along an axis, not {n}: use another");
             return Err(Error::Settings { field: "algorithm", problem });
         }
-        let table = self.table(device, extinction)?;
+        let table = self.table(device, extinction, Kernel::Gaussian)?;
         let rows = view.dims[1] as usize * view.dims[2] as usize;
         let counts = Buffer::new(device, rows, "the splats per row")?;
         let total = Buffer::new(device, 1, "the number of splats")?;

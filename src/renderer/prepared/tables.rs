@@ -97,9 +97,9 @@ impl Integrals {
     }
 }
 
-/// What a table depends on: the transfer function's revision, and the kind of extinction.
+/// What a table depends on: the transfer function's revision, the kind of extinction, and how far the field overshoots.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct TableKey(u64, Extinction);
+pub(super) struct TableKey(u64, Extinction, f64);
 
 impl Key for TableKey {
     type Value = Table;
@@ -134,17 +134,24 @@ impl Key for SlicingKey {
 }
 
 impl Prepared {
-    pub(super) fn table_key(&self, extinction: Extinction) -> TableKey {
-        TableKey(self.revision, extinction)
+    pub(super) fn table_key(&self, extinction: Extinction, kernel: Kernel) -> TableKey {
+        TableKey(self.revision, extinction, kernel.field_overshoot())
     }
 
-    /// The table of the transfer function.
-    pub fn table(&mut self, device: &Device, extinction: Extinction) -> Result<Arc<Table>, Error> {
-        let key = self.table_key(extinction);
+    /// Range of the values that a kernel can reconstruct, as numbers.
+    fn field_range(&self, kernel: Kernel) -> (f64, f64) {
+        let (lo, hi) = self.stored.field_range();
+        let beyond = kernel.field_overshoot() * (hi - lo);
+        (lo - beyond, hi + beyond)
+    }
+
+    /// The table of the transfer function, for the values of a kernel's field.
+    pub fn table(&mut self, device: &Device, extinction: Extinction, kernel: Kernel) -> Result<Arc<Table>, Error> {
+        let key = self.table_key(extinction, kernel);
         if let Some(kept) = self.cache.get(&key) {
             return Ok(kept);
         }
-        let on_host = TransferTable::new(&self.transfer, self.stored.field_range(), extinction);
+        let on_host = TransferTable::new(&self.transfer, self.field_range(kernel), extinction);
         let entries: Vec<Float4> = on_host.entries.iter().map(|&e| Float4(e)).collect();
         let table = Table {
             entries: Buffer::from_slice(device, &entries, "the transfer table")?,
@@ -159,26 +166,27 @@ impl Prepared {
         Ok(self.cache.keep(key, table))
     }
 
-    /// The integrals of the transfer function for segments of at least `thinnest` unit distances, so many per layer.
+    /// The integrals of the transfer function for segments of at least `thinnest` unit distances, so many per layer, of a kernel's field.
     pub fn integrals(
         &mut self,
         device: &Device,
         extinction: Extinction,
+        kernel: Kernel,
         thinnest: f64,
         per_layer: u32,
     ) -> Result<Arc<Integrals>, Error> {
-        let key = IntegralsKey(self.table_key(extinction), thinnest, per_layer);
+        let key = IntegralsKey(self.table_key(extinction, kernel), thinnest, per_layer);
         if let Some(kept) = self.cache.get(&key) {
             return Ok(kept);
         }
-        let table = self.table(device, extinction)?;
+        let table = self.table(device, extinction, kernel)?;
         let on_host = table.on_host.integrals(thinnest);
         let integrals = Integrals {
             nodes: Buffer::from_slice(device, &integrals_and_values(&on_host), "the table of integrals")?,
             scale: self.scale(on_host.first, on_host.per_value, on_host.nodes.len()),
             visible_values: on_host.visible_values().map(|v| (v - self.offset()) as f32),
             unit: on_host.unit as f32,
-            cut: !on_host.spans(self.stored.field_range()),
+            cut: !on_host.spans(self.field_range(kernel)),
             dimmed: table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING,
         };
         Ok(self.cache.keep(key, integrals))
@@ -191,8 +199,8 @@ impl Prepared {
         extinction: Extinction,
         thickness: f64,
     ) -> Result<(Arc<Integrals>, Arc<Buffer<Float4>>), Error> {
-        let integrals = self.integrals(device, extinction, thickness, 1)?;
-        let key = SlicingKey(IntegralsKey(self.table_key(extinction), thickness, 1), thickness as f32);
+        let integrals = self.integrals(device, extinction, Kernel::Linear, thickness, 1)?;
+        let key = SlicingKey(IntegralsKey(self.table_key(extinction, Kernel::Linear), thickness, 1), thickness as f32);
         if let Some(kept) = self.cache.get(&key) {
             return Ok((integrals, kept));
         }

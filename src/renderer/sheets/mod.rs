@@ -12,7 +12,7 @@ use crate::device::launch::Launcher;
 use crate::device::launch::sheets::{AxisSheets, AxisSheetsArguments, ViewSheets, ViewSheetsArguments};
 use crate::device::launch::structs::SplatParams;
 use crate::error::Error;
-use crate::layers::{Axis, AxisFrame, GAUSSIAN_RADIUS, SplatProjection, SplatSlabs};
+use crate::layers::{Axis, AxisFrame, GAUSSIAN_RADIUS, Kernel, SplatProjection, SplatSlabs};
 use crate::volume::Grid;
 use glam::DVec3;
 use order::{SplatOrder, Unsorted};
@@ -37,7 +37,7 @@ impl AxisAlignedSheets {
     pub fn draw(&mut self, scene: &mut Scene, axis: Axis, target: &mut Target) -> Result<(), Error> {
         let Scene { device, rays, viewport, settings, .. } = *scene;
         let splats = scene.prepared.axis_splats(device, axis, settings.extinction)?;
-        let table = scene.prepared.table(device, settings.extinction)?;
+        let table = scene.prepared.table(device, settings.extinction, Kernel::Gaussian)?;
         let frame = axis.frame();
         let axes = scene.axes(1);
         let mut sample = scene.sample(&axes, frame);
@@ -75,7 +75,7 @@ impl ImageAlignedSheets {
         let Scene { device, rays, viewport, settings, .. } = *scene;
         let splatted = if settings.culling { Splatted::InReach } else { Splatted::All };
         let (splats, layout) = scene.prepared.view_splats(device, settings.extinction, splatted)?;
-        let table = scene.prepared.table(device, settings.extinction)?;
+        let table = scene.prepared.table(device, settings.extinction, Kernel::Gaussian)?;
         let slabs = SplatSlabs { distance };
         let slab_weights = match &mut self.slab_weights {
             Some((made_for, weights)) if *made_for == slabs => weights,
@@ -93,7 +93,7 @@ impl ImageAlignedSheets {
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let order =
             self.order.sort(device, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport, tiles })?;
-        let region = Region::new(scene, GAUSSIAN_RADIUS, 1);
+        let region = Region::new(scene, Kernel::Gaussian, 1);
         let (picture, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         let arguments = ViewSheetsArguments {
             sorted: order.sorted,

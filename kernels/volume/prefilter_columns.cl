@@ -1,0 +1,39 @@
+// Along y or z, in place. One work-item per column of VW numbers at most, id = line * chunks + chunk: `line_stride` from line to line,
+// `stride` from one number of a column to the next.
+
+#include "volume/prefilter.cl"
+
+// Numbers of a column that are kept as they were, a power of two.
+#define KEPT 32
+#define NUMBER(n) kept[(n) & (KEPT - 1)]
+
+inline realv load_some(__global const float *from, int count) {
+    if (count == VW)
+        return LOAD_VOXELS(from);
+    realv some = 0.0f;
+    for (int n = 0; n < count; n++)
+        ((float *)&some)[n] = from[n];
+    return some;
+}
+
+__kernel void prefilter_columns(__global float *coefficients, __global const float *taps, int first, int held, int whole, ulong stride,
+                                int chunks, int width, int lines, ulong line_stride) {
+    const size_t id = get_global_id(0);
+    if (id >= (size_t)chunks * lines)
+        return;
+    const int chunk = id % chunks, count = min(VW, width - VW * chunk);
+    __global float *column = coefficients + id / chunks * line_stride + VW * chunk;
+    realv kept[KEPT];
+    for (int n = -PREFILTER_RADIUS; n < PREFILTER_RADIUS; n++)
+        NUMBER(n) = load_some(column + stand_in(n, first, held, whole) * stride, count);
+    for (int n = 0; n < held; n++) {
+        // Those behind the end are mirrored ones, which are among the last that were kept.
+        const int next = n + PREFILTER_RADIUS;
+        NUMBER(next) = next < held ? load_some(column + next * stride, count) : NUMBER(stand_in(next, first, held, whole));
+        realv sum = taps[0] * NUMBER(n);
+        for (int k = 1; k <= PREFILTER_RADIUS; k++)
+            sum += taps[k] * (NUMBER(n - k) + NUMBER(n + k));
+        for (int i = 0; i < count; i++)
+            column[n * stride + i] = ((const float *)&sum)[i];
+    }
+}

@@ -1,0 +1,26 @@
+// Along x: from voxels, less the offset, to coefficients. One work-item per row.
+
+#include "volume/prefilter.cl"
+
+__kernel void prefilter_rows(__global const VOXEL *voxels, float offset, __global const float *taps, int first, int held, int whole,
+                             int rows, __global float *coefficients) {
+    const size_t id = get_global_id(0);
+    if (id >= rows)
+        return;
+    __global const VOXEL *row = voxels + id * held;
+    __global float *out = coefficients + id * held;
+    for (int i = 0; i < held; i += VW) {
+        // The voxels of VW sums.
+        float span[VW + 2 * PREFILTER_RADIUS];
+        const bool inside = i >= PREFILTER_RADIUS && i + VW + PREFILTER_RADIUS <= held;
+        for (int n = 0; n < VW + 2 * PREFILTER_RADIUS; n++) {
+            const int at = i + n - PREFILTER_RADIUS;
+            span[n] = convert_float(row[inside ? at : stand_in(at, first, held, whole)]) - offset;
+        }
+        realv sum = taps[0] * LOADV(span + PREFILTER_RADIUS);
+        for (int k = 1; k <= PREFILTER_RADIUS; k++)
+            sum += taps[k] * (LOADV(span + PREFILTER_RADIUS - k) + LOADV(span + PREFILTER_RADIUS + k));
+        for (int n = 0; n < min(VW, held - i); n++)
+            out[i + n] = ((const float *)&sum)[n];
+    }
+}
