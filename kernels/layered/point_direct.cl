@@ -57,15 +57,16 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             if (part.from >= part.to)
                 continue;
 #endif
-            Lighting lit[2];
+            Lit lit[2];
 #if !GATHERS_VALUES && !defined(REFINED)
             for (int e = 0; e < (sample.shading ? 2 : 0); e++) {
                 float along_u, along_v, along_a;
                 gradient_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1, &along_u, &along_v, &along_a);
-                lit[e] = light_gradient(&sample, along_u, along_v, along_a);
+                lit[e] = lit_by(&sample, along_u, along_v, along_a);
             }
 #endif
-            const Way way = {{at_u[0], at_v[0], at_k[0]}, {at_u[1] - at_u[0], at_v[1] - at_v[0], at_k[1] - at_k[0]}};
+            const Way way = {{at_u[0], at_v[0], at_k[0]}, {at_u[1] - at_u[0], at_v[1] - at_v[0], at_k[1] - at_k[0]},
+                             field[0], field[1]};
 #if BLEND == COMPOSITE
             const float value_from = between(field[0], field[1], part.from);
             const float value_to = between(field[0], field[1], part.to);
@@ -76,9 +77,9 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
                 segment_between(&sample, integrals, &from, &to, value_from, value_to, ends_of(&sample, l[0], l[1]), dt);
             composite_way(voxels, &view, &sample, integrals, &segment, &part, &way, dt, &lit[0], &lit[1], &gathered, &active);
 #elif BLEND == ISO
-            take_crossing(voxels, &view, &sample, &part, &way, field[0], field[1], &lit[0], &lit[1], &gathered, &active);
+            take_crossing(voxels, &view, &sample, &part, &way, &lit[0], &lit[1], &gathered, &active);
 #else
-            take_values(voxels, &view, &part, &way, field[0], field[1], share_of(&part) / s, &gathered, &active);
+            take_values(voxels, &view, &part, &way, share_of(&part) / s, &gathered, &active);
 #endif
         }
         if (!any_open(&sample, &gathered))

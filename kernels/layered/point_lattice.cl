@@ -109,6 +109,14 @@ inline void bounds_of(const Interval *intervals, int rows, float *from, float *t
 #else
 #define LIT_AT_ENDS true
 #endif
+// The way of row r over a share of the distance between the sub-layers l0 and l1.
+#define WAY(r, begins, length, one, other)                                                                             \
+    {{COLUMNS_AT(l0) + (begins) * step * tile.shear_u,                                                                 \
+      tile.v.centre[r] + (k + (begins) * step - p.centre_layer) * tile.v.shear[r], k + (begins) * step},               \
+     {(length) * step * tile.shear_u, (length) * step * tile.v.shear[r], (length) * step},                             \
+     (one)->field[r], (other)->field[r]}
+// Whether anything between two values does.
+#define SHOWS(p, from, to) (MAX(from, to) >= (p)->visible_from && MIN(from, to) <= (p)->visible_to)
 #define HOLD(l)                                                                                                        \
     if (HELD(l)->held != (l))                                                                                          \
     sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, tile.rows, HELD(l))
@@ -177,8 +185,8 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
             int shown = open;
 #if !GATHERS_VALUES
             for (int r = 0; r < tile.rows; r++) {
-                const realv from = front->field[r], to = behind->field[r];
-                if (!ANY(MAX(from, to) >= p.visible_from && MIN(from, to) <= p.visible_to))
+                const realv from = front->at.field[r], to = behind->at.field[r];
+                if (!ANY(SHOWS(&p, from, to)))
                     shown &= ~(1 << r);
             }
 #endif
@@ -190,56 +198,72 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 light_layer(voxels, &view, &sample, s, COLUMNS_AT(l1), shown, behind);
             }
             const float k = (float)l0 / s - RADIUS, step = (float)p.layer_step / s;
+            // Between lit samples another may be made.
+            const Samples *samples[3] = {&front->at, &behind->at, &behind->at};
+            int parts_of = 1;
+#if HAS_SLOPES && !GATHERS_VALUES && !defined(REFINED)
+            Samples middle;
+            if (sample.shading) {
+                parts_of = 2, samples[1] = &middle;
+                for (int r = 0; r < tile.rows; r++) {
+                    const Way way = WAY(r, 0.0f, 1.0f, &front->at, &behind->at);
+                    if (shown >> r & 1)
+                        middle.lit[r] = lit_in_the_middle(&sample, &way, &front->at.lit[r], &behind->at.lit[r],
+                                                          SHOWS(&p, way.from, way.to), &middle.field[r]);
+                }
+            }
+#endif
+            for (int i = 0; i < parts_of; i++) {
+            const Samples *one = samples[i], *other = samples[i + 1];
+            const float begins = (float)i / parts_of, length = 1.0f / parts_of;
             Part parts[TILE_ROWS];
 #ifdef CLIPPED
-            const float enters_at = p.layer_step * (k - p.centre_layer);
+            const float enters_at = p.layer_step * (k - p.centre_layer) + begins / s;
             for (int r = 0; r < tile.rows; r++)
-                parts[r] = part_of(&intervals[r], (realv)(enters_at), (realv)(enters_at + 1.0f / s));
+                parts[r] = part_of(&intervals[r], (realv)(enters_at), (realv)(enters_at + length / s));
 #endif
 #if BLEND == COMPOSITE
             const float2 weights = ends_of(&sample, l0, l1);
+            // Samples alternate between even and odd nodes.
+            const int place = parts_of * l0 + i * p.layer_step, next = place + p.layer_step;
             Segment segments[TILE_ROWS];
             for (int r = 0; r < tile.rows; r++) {
                 if (!(shown >> r & 1))
                     continue;
-                const realv from = front->field[r], to = behind->field[r];
+                const realv from = one->field[r], to = other->field[r], unit = length * dt[r];
 #ifdef CLIPPED
                 if (any_cut(&parts[r])) {
                     const realv cut_from = between(from, to, parts[r].from), cut_to = between(from, to, parts[r].to);
-                    const Node one = node_of(&sample, integrals, cut_from, l0 & 1);
-                    const Node other = node_of(&sample, integrals, cut_to, l1 & 1);
-                    segments[r] = segment_between(&sample, integrals, &one, &other, cut_from, cut_to, weights,
-                                                  dt[r] * share_of(&parts[r]));
+                    const Node node = node_of(&sample, integrals, cut_from, place & 1);
+                    const Node next_node = node_of(&sample, integrals, cut_to, next & 1);
+                    segments[r] = segment_between(&sample, integrals, &node, &next_node, cut_from, cut_to, weights,
+                                                  unit * share_of(&parts[r]));
                     continue;
                 }
 #endif
-                if (ends_at[r] != l0)
-                    ends[r] = node_of(&sample, integrals, from, l0 & 1);
-                const Node node = node_of(&sample, integrals, to, l1 & 1);
-                segments[r] = segment_between(&sample, integrals, &ends[r], &node, from, to, weights, PART_OF(dt[r], &parts[r]));
+                if (ends_at[r] != place)
+                    ends[r] = node_of(&sample, integrals, from, place & 1);
+                const Node node = node_of(&sample, integrals, to, next & 1);
+                segments[r] = segment_between(&sample, integrals, &ends[r], &node, from, to, weights, PART_OF(unit, &parts[r]));
                 ends[r] = node;
-                ends_at[r] = l1;
+                ends_at[r] = next;
             }
 #endif
             for (int r = 0; r < tile.rows; r++) {
                 if (!(shown >> r & 1))
                     continue;
-                const Way way = {{COLUMNS_AT(l0), tile.v.centre[r] + (k - p.centre_layer) * tile.v.shear[r], k},
-                                 {step * tile.shear_u, step * tile.v.shear[r], step}};
+                const Way way = WAY(r, begins, length, one, other);
 #if BLEND == COMPOSITE
-                composite_way(voxels, &view, &sample, integrals, &segments[r], &parts[r], &way, PART_OF(dt[r], &parts[r]),
-                              &front->lighting[r], &behind->lighting[r], &gathered[r], &active);
+                composite_way(voxels, &view, &sample, integrals, &segments[r], &parts[r], &way, PART_OF(length * dt[r], &parts[r]),
+                              &one->lit[r], &other->lit[r], &gathered[r], &active);
+#elif BLEND == ISO
+                take_crossing(voxels, &view, &sample, &parts[r], &way, &one->lit[r], &other->lit[r], &gathered[r], &active);
 #else
-                const realv from = front->field[r], to = behind->field[r];
-#if BLEND == ISO
-                take_crossing(voxels, &view, &sample, &parts[r], &way, from, to, &front->lighting[r], &behind->lighting[r],
-                              &gathered[r], &active);
-#else
-                take_values(voxels, &view, &parts[r], &way, from, to, share_of(&parts[r]) / s, &gathered[r], &active);
-#endif
+                take_values(voxels, &view, &parts[r], &way, share_of(&parts[r]) / s, &gathered[r], &active);
 #endif
                 if (!any_open_of(&sample, &gathered[r], tile.columns))
                     open &= ~(1 << r);
+            }
             }
         }
     }

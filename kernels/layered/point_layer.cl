@@ -6,7 +6,7 @@
 // the others, along the layer axis too: the layers around are resampled where the rays cross this one, not where they cross those.
 
 #include "shared/accumulator.cl"
-#include "shared/reconstruction.cl"
+#include "shared/lit_way.cl"
 #include "shared/volume.cl"
 
 #ifndef TILE_ROWS
@@ -30,12 +30,17 @@ typedef struct {
     float of[4][PADDED_ROWS];
 } RowWeights;
 
+// Samples of a tile's rows: the field there, and the light, where that is known.
+typedef struct {
+    realv field[TILE_ROWS];
+    Lit lit[TILE_ROWS];
+} Samples;
+
 // One sub-layer under a tile.
 typedef struct {
     int held;                    // which one
-    int lit;                     // rows whose lighting is known, a bit each
-    realv field[TILE_ROWS];      // at the samples
-    Lighting lighting[TILE_ROWS];
+    int lit;                     // rows whose light is known, a bit each
+    Samples at;
     int below[PADDED_ROWS] __attribute__((aligned(64))); // the voxel row below the samples
     float between[PADDED_ROWS];  // where they lie from it, 0, to the next, 1
     RowWeights weights;
@@ -219,7 +224,7 @@ inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, f
     for (int r = 0; r < rows; r++) {
         // From the row before the one below on; only those that count are there.
         const realv *v = value + (layer->below[r] - 1 - first);
-        layer->field[r] = OF_ROWS(MIXED, layer->weights, r, v);
+        layer->at.field[r] = OF_ROWS(MIXED, layer->weights, r, v);
     }
 }
 
@@ -251,6 +256,6 @@ inline void light_layer(__global const VOXEL *voxels, const VolumeView *view, co
         const realv along_u = OF_ROWS(MIXED, layer->weights, r, slopes.along_u + j);
         const realv along_v = OF_ROWS(SLOPE, slopes_v, r, slopes.value + j);
         const realv along_a = OF_ROWS(MIXED, layer->weights, r, slopes.along_a + j);
-        layer->lighting[r] = light_gradient(p, along_u, along_v, along_a);
+        layer->at.lit[r] = lit_by(p, along_u, along_v, along_a);
     }
 }

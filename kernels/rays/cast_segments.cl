@@ -11,12 +11,12 @@ ALWAYS_INLINE void take_slab(__global const VOXEL *voxels, const VolumeView *vie
     const realv dt = rays->length * sample->table_unit;
     const Node one = node_of(sample, integrals, from, 0), other = node_of(sample, integrals, to, 1);
     const Segment segment = segment_between(sample, integrals, &one, &other, from, to, (float2)(0.0f, 0.0f), dt);
-    Lighting lit_front, lit_back;
+    Lit lit_front, lit_back;
     if (sample->shading) {
         differentiate(voxels, view, rays->hits, front);
         differentiate(voxels, view, rays->hits, back);
-        lit_front = light_gradient(sample, front->u, front->v, front->a);
-        lit_back = light_gradient(sample, back->u, back->v, back->a);
+        lit_front = lit_by(sample, front->u, front->v, front->a);
+        lit_back = lit_by(sample, back->u, back->v, back->a);
     }
     const Way way = way_between(front, back);
     composite_way(voxels, view, sample, integrals, &segment, &rays->part, &way, dt, &lit_front, &lit_back, gathered, active);

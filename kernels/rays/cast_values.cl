@@ -9,21 +9,21 @@ ALWAYS_INLINE void take_slab(__global const VOXEL *voxels, const VolumeView *vie
                              const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
                              Accumulator *gathered, intv *active) {
 #if BLEND == ISO
-    Lighting lit_front, lit_back;
+    Lit lit_front, lit_back;
 #ifndef REFINED
     if (sample->shading) {
         differentiate(voxels, view, rays->hits, front);
         differentiate(voxels, view, rays->hits, back);
-        lit_front = light_gradient(sample, front->u, front->v, front->a);
-        lit_back = light_gradient(sample, back->u, back->v, back->a);
+        lit_front = lit_by(sample, front->u, front->v, front->a);
+        lit_back = lit_by(sample, back->u, back->v, back->a);
     }
 #endif
     const Way way = way_between(front, back);
     const Part part = {rays->part.from, rays->length > 0.0f ? rays->part.to : rays->part.from};
-    take_crossing(voxels, view, sample, &part, &way, front->value, back->value, &lit_front, &lit_back, gathered, active);
+    take_crossing(voxels, view, sample, &part, &way, &lit_front, &lit_back, gathered, active);
 #else
     const Way way = way_between(front, back);
-    take_values(voxels, view, &rays->part, &way, front->value, back->value, rays->parameters, gathered, active);
+    take_values(voxels, view, &rays->part, &way, rays->parameters, gathered, active);
 #endif
 }
 

@@ -32,6 +32,7 @@ inline Way way_between(const Plane *front, const Plane *back) {
     Way way;
     for (int i = 0; i < 3; i++)
         way.place[i] = front->point[i], way.step[i] = back->point[i] - front->point[i];
+    way.from = front->value, way.to = back->value;
     return way;
 }
 

@@ -2,7 +2,6 @@
 // the values can tell. DIMMED: they are composited in parts, each with the field's own values at its ends (field.cl).
 
 #include "shared/preintegration.cl"
-#include "shared/way.cl"
 
 #if BLEND == COMPOSITE
 
@@ -20,7 +19,7 @@
 // The deeper a segment, the more parts: their number need not be whole, so that nothing jumps; the last one is cut off.
 inline void composite_parts(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p,
                             __global const int4 *integrals, const Way *way, const Part *part, intv lanes, realv depth, realv dt,
-                            const Lighting *lit_front, const Lighting *lit_back, Accumulator *a) {
+                            const Lit *lit_front, const Lit *lit_back, Accumulator *a) {
     const realv step = reciprocal(CLAMP(depth * (1.0f / PART_DEPTH), (realv)(2.0f), (realv)(MOST_PARTS)));
     realv t = lanes ? (realv)(0.0f) : (realv)(1.0f);
     realv value = value_on(voxels, view, way, IN_PART(part, (realv)(0.0f)), lanes);
@@ -35,7 +34,7 @@ inline void composite_parts(__global const VOXEL *voxels, const VolumeView *view
         const realv opacity = (whole > OPAQUE_PART ? (realv)(1.0f) : absorbed(whole * (next_t - t)));
         Lighting lighting;
         if (p->shading)
-            lighting = mix_lighting(p, lit_front, lit_back, IN_PART(part, 0.5f * (t + next_t)));
+            lighting = light_on(p, lit_front, lit_back, IN_PART(part, 0.5f * (t + next_t)));
         accumulate_lit(p, d.r * per_extinction, d.g * per_extinction, d.b * per_extinction, opacity, &lighting, a);
         t = next_t, value = next_value, node = next;
     }
@@ -45,7 +44,7 @@ inline void composite_parts(__global const VOXEL *voxels, const VolumeView *view
 // Composites one segment, in parts of its own where it must. `dt`: the length of the part that counts, times the table's unit.
 ALWAYS_INLINE void composite_way(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p,
                                  __global const int4 *integrals, const Segment *s, const Part *part, const Way *way, realv dt,
-                                 const Lighting *lit_front, const Lighting *lit_back, Accumulator *a, intv *active) {
+                                 const Lit *lit_front, const Lit *lit_back, Accumulator *a, intv *active) {
 #ifdef DIMMED
     const Accumulator before = *a;
 #endif

@@ -9,6 +9,7 @@
 // empty, so nothing is divided by 0, and each sample is looked up once for both segments it ends.
 
 #include "shared/accumulator.cl"
+#include "shared/lit_way.cl"
 
 // A sample's place in the table.
 typedef struct {
@@ -126,17 +127,6 @@ inline float2 ends_of(const SampleParams *p, int l0, int l1) {
     return l0 < l1 ? (float2)(ends[0], ends[1]) : (float2)(ends[1], ends[0]);
 }
 
-// Lighting between that of two ends, the one with the stronger gradient counting for more: so light falls on what lies between
-// where gradients mix. Where ends are a layer apart gradients stay near theirs, as the field does.
-inline Lighting mix_lighting(const SampleParams *p, const Lighting *front, const Lighting *back, realv t) {
-    const realv even = t + p->curve * (SMOOTHSTEP(t) - t);
-    const realv of_back = even * back->weight;
-    const realv mixed = of_back * reciprocal((1.0f - even) * front->weight + of_back);
-    const Lighting lighting = {front->factor + mixed * (back->factor - front->factor),
-                               front->highlight + mixed * (back->highlight - front->highlight)};
-    return lighting;
-}
-
 // How far the light of an even segment comes from before its middle, as a share of its length: 1/2 - 1/d + 1/(e^d - 1) for optical
 // depth d; within 0.05, and 0.003 up to a depth of 2.
 inline realv towards_front(realv depth) {
@@ -145,15 +135,15 @@ inline realv towards_front(realv depth) {
 
 #if BLEND == COMPOSITE
 // Composites one segment as a whole, of which `part` is taken.
-ALWAYS_INLINE void composite_segment(const SampleParams *p, const Segment *s, const Part *part, realv opacity, const Lighting *front,
-                                     const Lighting *back, Accumulator *a, intv *active) {
+ALWAYS_INLINE void composite_segment(const SampleParams *p, const Segment *s, const Part *part, realv opacity, const Lit *front,
+                                     const Lit *back, Accumulator *a, intv *active) {
     *active += COUNT_IF(opacity > 0.0f);
     Lighting lighting;
     if (p->shading) {
         // The nearer to one end extinction lies, the less of it is dimmed by the rest.
         const realv spread = 4.0f * s->centroid * (1.0f - s->centroid);
         const realv source = s->centroid - spread * towards_front(s->depth);
-        lighting = mix_lighting(p, front, back, IN_PART(part, source));
+        lighting = light_on(p, front, back, IN_PART(part, source));
     }
     accumulate_lit(p, s->r, s->g, s->b, opacity, &lighting, a);
 }

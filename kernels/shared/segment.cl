@@ -4,8 +4,9 @@
 
 #if GATHERS_VALUES
 // Takes the part of a segment between two values. Where it is cut the field itself tells the value: it bends at the outer voxels.
-ALWAYS_INLINE void take_values(__global const VOXEL *voxels, const VolumeView *view, const Part *part, const Way *way, realv from,
-                               realv to, realv length, Accumulator *a, intv *active) {
+ALWAYS_INLINE void take_values(__global const VOXEL *voxels, const VolumeView *view, const Part *part, const Way *way, realv length,
+                               Accumulator *a, intv *active) {
+    realv from = way->from, to = way->to;
     if (any_cut(part)) {
         const intv counts = part->from < part->to;
         from = part->from > 0.0f ? value_on(voxels, view, way, part->from, counts) : from;
@@ -19,11 +20,10 @@ ALWAYS_INLINE void take_values(__global const VOXEL *voxels, const VolumeView *v
 // Steps of false position on the reconstructed field: three leave one ray in a hundred lit by a tenth too much or too little.
 #define REFINEMENTS 5
 
-// Takes a segment of an iso-surface: where the value between its ends, `from` and `to`, crosses `p->iso`; REFINED: where the field itself
-// does. It counts if that lies in the part that does.
+// Takes a segment of an iso-surface: where the value between its ends crosses `p->iso`; REFINED: where the field itself does. It counts if that lies in the part that does.
 ALWAYS_INLINE void take_crossing(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, const Part *part,
-                                 const Way *way, realv from, realv to, const Lighting *lit_front, const Lighting *lit_back,
-                                 Accumulator *a, intv *active) {
+                                 const Way *way, const Lit *lit_front, const Lit *lit_back, Accumulator *a, intv *active) {
+    const realv from = way->from, to = way->to;
     intv crosses = part->from < part->to && a->t > 0.5f && ((from < p->iso && to >= p->iso) || (from >= p->iso && to < p->iso));
     if (!ANY(crosses))
         return;
@@ -48,7 +48,7 @@ ALWAYS_INLINE void take_crossing(__global const VOXEL *voxels, const VolumeView 
     }
 #else
     if (p->shading)
-        lighting = mix_lighting(p, lit_front, lit_back, t);
+        lighting = light_on(p, lit_front, lit_back, t);
 #endif
     crosses &= t >= part->from && t <= part->to;
     *active += COUNT_IF(crosses);

@@ -2,9 +2,10 @@
 
 #include "shared/field.cl"
 
-// A place of the one, and the step to the other, in voxels.
+// A place of the one, and the step to the other, in voxels; and the values there.
 typedef struct {
     realv place[3], step[3];
+    realv from, to;
 } Way;
 
 // The field on it, 0 ... 1.

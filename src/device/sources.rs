@@ -36,6 +36,7 @@ kernel_files!(
     "shared/dimmed_segment.cl",
     "shared/elementary.cl",
     "shared/field.cl",
+    "shared/lit_way.cl",
     "shared/preintegration.cl",
     "shared/reconstruction.cl",
     "shared/sample.cl",
