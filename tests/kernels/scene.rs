@@ -22,9 +22,21 @@ pub struct Scene {
 impl Scene {
     /// What it looks like.
     pub fn render(&self, algorithm: Algorithm, shading: Option<Shading>) -> Frame {
+        self.render_from(&self.camera, algorithm, shading)
+    }
+
+    /// The same with a camera half a voxel aside: what a comparison must notice.
+    pub fn render_aside(&self, algorithm: Algorithm, shading: Option<Shading>) -> Frame {
+        let aside = self.volume.grid().spacing() * DVec3::splat(0.5);
+        let Camera { position, focal_point, .. } = self.camera;
+        let camera = Camera { position: position + aside, focal_point: focal_point + aside, ..self.camera };
+        self.render_from(&camera, algorithm, shading)
+    }
+
+    fn render_from(&self, camera: &Camera, algorithm: Algorithm, shading: Option<Shading>) -> Frame {
         let (clipping, unit_distance) = (self.clipping, Some(self.unit_distance));
         let settings = Settings { algorithm, shading, clipping, unit_distance, ..Settings::default() };
-        render(&self.volume, &self.transfer, &self.camera, self.size, &settings)
+        render(&self.volume, &self.transfer, camera, self.size, &settings)
     }
 
     /// The integral of it on the host.
