@@ -14,6 +14,7 @@ pub(super) struct Field {
     dims: [i64; 3],
     background: f64,
     gaussian_background: f64,
+    /// Of voxels and background, or of voxels alone where no background enters.
     range: (f64, f64),
     /// Where a voxel is missing the nearest one stands for it, of a B-spline's coefficients the mirror image, and no background enters.
     edge_goes_on: bool,
@@ -31,6 +32,10 @@ impl Field {
             _ => volume.range().0,
         };
         let mut voxels: Vec<f64> = (0..volume.grid().voxel_count()).map(|i| volume.value(i)).collect();
+        let range = match blend.gathers_values() {
+            true => voxels.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v))),
+            false => volume.field_range(),
+        };
         if kernel == Kernel::BSpline {
             interpolate(volume.grid().dims(), &mut voxels);
         }
@@ -39,7 +44,7 @@ impl Field {
             dims: volume.grid().dims().map(|n| n as i64),
             background: volume.background(),
             gaussian_background,
-            range: volume.field_range(),
+            range,
             edge_goes_on: blend.gathers_values(),
             voxels,
         }
@@ -121,7 +126,7 @@ impl Field {
         z.each().map(|(k, wz)| wz * y.each().map(|(j, wy)| wy * row(j, k)).sum::<f64>()).sum()
     }
 
-    /// A value without what lattice sums overshoot the data's range by.
+    /// A value without what kernels overshoot the data's range by.
     pub fn within_range(&self, value: f64) -> f64 {
         value.clamp(self.range.0, self.range.1)
     }
