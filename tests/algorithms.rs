@@ -229,11 +229,7 @@ fn convergence_to_the_own_integral() {
     let transfer = TransferFunction::automatic(&volume);
     let size = viewport(64, 64);
     let camera = parallel(&volume, size, 35.0, 20.0);
-    let truth = |kernel| {
-        let mut integral = Integral::new(&volume, &transfer, None);
-        integral.kernel = kernel;
-        integral.render(&camera, size).unwrap()
-    };
+    let truth = |kernel| Integral::new(&volume, &transfer, None).with_kernel(kernel).render(&camera, size).unwrap();
     let kernels = [Kernel::Linear, Kernel::Cubic, Kernel::Gaussian];
     let truths = kernels.map(truth);
     let mut cases: Vec<(usize, Vec<Algorithm>, f64)> = vec![

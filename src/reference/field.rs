@@ -1,40 +1,58 @@
-//! Voxels in floats, with the background around them.
+//! What a kernel makes of voxels, with the background around them.
 
+use super::coefficients::{interpolate, mirrored};
+use super::interval::Interval;
 use crate::layers::{Kernel, Ray};
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use glam::DVec3;
 
-/// A volume's voxels and what surrounds them.
+/// A volume's voxels, what surrounds them, and the kernel that reconstructs the field between.
 pub(super) struct Field {
+    kernel: Kernel,
     dims: [i64; 3],
     background: f64,
     gaussian_background: f64,
+    /// Of voxels and background, or of voxels alone where no background enters.
     range: (f64, f64),
-    /// Where a voxel is missing the nearest one stands for it, and no background enters.
+    /// Where a voxel is missing the nearest one stands for it, of a B-spline's coefficients the mirror image, and no background enters.
     edge_goes_on: bool,
+    /// What the kernel weights: the voxels, or the B-spline's coefficients.
     voxels: Vec<f64>,
 }
 
 impl Field {
     /// As a blend mode sees it.
-    pub fn new(volume: &Volume, transfer: &TransferFunction, blend: Blend) -> Self {
+    pub fn new(volume: &Volume, transfer: &TransferFunction, blend: Blend, kernel: Kernel) -> Self {
         let gaussian_background = match blend {
             Blend::Composite => transfer.gaussian_background(volume.range().0, volume.background()),
             Blend::Iso(_) => volume.background(),
             // What a Gaussian's sums, which are only near 1, miss of the value: of its distance from the smallest one.
             _ => volume.range().0,
         };
-        let voxels = (0..volume.grid().voxel_count()).map(|i| volume.value(i)).collect();
+        let mut voxels: Vec<f64> = (0..volume.grid().voxel_count()).map(|i| volume.value(i)).collect();
+        let range = match blend.gathers_values() {
+            true => voxels.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v))),
+            false => volume.field_range(),
+        };
+        if kernel == Kernel::BSpline {
+            interpolate(volume.grid().dims(), &mut voxels);
+        }
         Self {
+            kernel,
             dims: volume.grid().dims().map(|n| n as i64),
             background: volume.background(),
             gaussian_background,
-            range: volume.field_range(),
+            range,
             edge_goes_on: blend.gathers_values(),
             voxels,
         }
+    }
+
+    /// What reconstructs it.
+    pub fn kernel(&self) -> Kernel {
+        self.kernel
     }
 
     /// Voxels along x, y, z.
@@ -47,21 +65,24 @@ impl Field {
         self.background
     }
 
-    /// The same as a kernel takes it.
-    pub fn background_of(&self, kernel: Kernel) -> f64 {
-        if kernel == Kernel::Gaussian { self.gaussian_background } else { self.background }
+    /// The same as the kernel takes it.
+    pub fn missing(&self) -> f64 {
+        if self.kernel == Kernel::Gaussian { self.gaussian_background } else { self.background }
     }
 
-    /// Any voxel, inside or around the volume.
+    /// Any voxel (of a B-spline, coefficient), inside or around the volume.
     pub fn voxel(&self, p: [i64; 3]) -> f64 {
         self.voxel_or(p, self.background)
     }
 
-    /// Any voxel, or what it counts as where it is missing.
+    /// The same, or what it counts as where it is missing.
     pub fn voxel_or(&self, p: [i64; 3], missing: f64) -> f64 {
         let [x, y, z] = self.dims;
-        let nearest = |i: usize| p[i].clamp(0, self.dims[i] - 1);
-        let p = if self.edge_goes_on { [nearest(0), nearest(1), nearest(2)] } else { p };
+        let instead = |i: usize| match self.kernel {
+            Kernel::BSpline => mirrored(p[i], self.dims[i]),
+            _ => p[i].clamp(0, self.dims[i] - 1),
+        };
+        let p = if self.edge_goes_on { [instead(0), instead(1), instead(2)] } else { p };
         if (0..x).contains(&p[0]) && (0..y).contains(&p[1]) && (0..z).contains(&p[2]) {
             self.voxels[(p[0] + x * (p[1] + y * p[2])) as usize]
         } else {
@@ -69,79 +90,224 @@ impl Field {
         }
     }
 
-    /// The field that a kernel reconstructs, at a point in voxels: background + Σ (ρ − background) × weights. (Weights sum to 1
-    /// but for the Gaussian's.)
-    pub fn reconstructed(&self, kernel: Kernel, p: DVec3) -> f64 {
-        if kernel == Kernel::Cubic {
-            return self.value(p);
-        }
-        let r = i64::from(kernel.radius());
-        let below = p.floor().to_array().map(|c| c as i64);
-        let weights: [Vec<(i64, f64)>; 3] = std::array::from_fn(|a| {
-            let taps = below[a] - r + 1..=below[a] + r;
-            taps.map(|i| (i, kernel.weight(p[a] - i as f64))).collect()
-        });
-        let missing = self.background_of(kernel);
-        let mut sum = 0.0;
-        for &(k, wz) in &weights[2] {
-            for &(j, wy) in &weights[1] {
-                for &(i, wx) in &weights[0] {
-                    sum += wx * wy * wz * (self.voxel_or([i, j, k], missing) - missing);
-                }
-            }
-        }
-        missing + sum
+    /// The field that the kernel reconstructs, at a point in voxels: missing + Σ (ρ − missing) × weights. (Weights sum to 1 but for the
+    /// Gaussian's.)
+    pub fn reconstructed(&self, p: DVec3) -> f64 {
+        let [x, y, z] = p.to_array().map(|x| Taps::weights(self.kernel, x));
+        self.missing() + self.sum([&x, &y, &z])
     }
 
-    /// A reconstructed value without what lattice sums overshoot the data's range by.
+    /// What of it is classified: a Gaussian's sums overshoot the data's range, and are cut off there.
+    pub fn classified(&self, p: DVec3) -> f64 {
+        let value = self.reconstructed(p);
+        if self.kernel == Kernel::Gaussian { self.within_range(value) } else { value }
+    }
+
+    /// Its gradient, in voxel differences: the kernel's slope along the axis, its weights across.
+    pub fn gradient(&self, p: DVec3) -> DVec3 {
+        let [x, y, z] = &p.to_array().map(|x| Taps::weights(self.kernel, x));
+        let [along_x, along_y, along_z] = &p.to_array().map(|x| Taps::slopes(self.kernel, x));
+        DVec3::new(self.sum([along_x, y, z]), self.sum([x, along_y, z]), self.sum([x, y, along_z]))
+    }
+
+    /// Σ (ρ − missing) × taps.
+    fn sum(&self, [x, y, z]: [&Taps; 3]) -> f64 {
+        let missing = self.missing();
+        let inside = [x, y, z].iter().zip(self.dims).all(|(taps, n)| taps.first >= 0 && taps.first + taps.count as i64 <= n);
+        let row = |j: i64, k: i64| -> f64 {
+            if inside {
+                let start = (x.first + self.dims[0] * (j + self.dims[1] * k)) as usize;
+                let voxels = &self.voxels[start..start + x.count];
+                voxels.iter().zip(&x.taps).map(|(voxel, tap)| tap * (voxel - missing)).sum()
+            } else {
+                x.each().map(|(i, tap)| tap * (self.voxel_or([i, j, k], missing) - missing)).sum()
+            }
+        };
+        z.each().map(|(k, wz)| wz * y.each().map(|(j, wy)| wy * row(j, k)).sum::<f64>()).sum()
+    }
+
+    /// A value without what kernels overshoot the data's range by.
     pub fn within_range(&self, value: f64) -> f64 {
         value.clamp(self.range.0, self.range.1)
     }
 
-    /// Central differences of the same over two voxels.
-    pub fn differences(&self, kernel: Kernel, p: DVec3) -> DVec3 {
-        let along = |d: DVec3| (self.reconstructed(kernel, p + d) - self.reconstructed(kernel, p - d)) / 2.0;
-        DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
+    /// Where a ray before its eye is in the support of the field, [−r, n−1+r] per axis: beyond, there is nothing to be marched through.
+    pub fn support(&self, ray: &Ray) -> Option<Interval> {
+        let radius = DVec3::splat(f64::from(self.kernel.radius()));
+        let last = DVec3::from_array(self.dims.map(|n| n as f64 - 1.0));
+        Interval::in_box(ray, -radius, last + radius)
+    }
+}
+
+/// What the voxels around a place are weighted with along one axis.
+struct Taps {
+    first: i64,
+    count: usize,
+    taps: [f64; Taps::MOST],
+}
+
+impl Taps {
+    /// Of the Gaussian's slopes.
+    const MOST: usize = 6;
+
+    fn weights(kernel: Kernel, x: f64) -> Self {
+        Self::new(x, kernel.radius(), |x| kernel.weight(x))
     }
 
-    /// Where a ray before its eye is in the support of a kernel's field, [−r, n−1+r] per axis, as parameters of the ray: beyond, there
-    /// is nothing to be marched through.
-    pub fn support(&self, kernel: Kernel, ray: &Ray) -> Option<(f64, f64)> {
-        let radius = f64::from(kernel.radius());
-        let (mut enter, mut leave) = (ray.start, f64::INFINITY);
-        for i in 0..3 {
-            let (lo, hi) = (-radius, self.dims[i] as f64 - 1.0 + radius);
-            let (o, d) = (ray.origin[i], ray.direction[i]);
-            if d == 0.0 {
-                if o <= lo || o >= hi {
-                    return None;
-                }
-                continue;
-            }
-            let (a, b) = ((lo - o) / d, (hi - o) / d);
-            enter = enter.max(a.min(b));
-            leave = leave.min(a.max(b));
-        }
-        (leave > enter).then_some((enter, leave))
-    }
-
-    /// The reconstructed field Σ ρ f(x−i) f(y−j) f(z−k) (paper, Eq. 1 and 2) at a point in voxels.
-    pub fn value(&self, p: DVec3) -> f64 {
-        let below = p.floor();
-        let [i, j, k] = below.to_array().map(|c| c as i64);
-        // f(1−t) = 3t² − 2t³ is the weight of the farther voxel.
-        let w = (p - below).map(|t| t * t * (3.0 - 2.0 * t));
-        let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
-        let [x, y, z] = self.dims;
-        let inside = i >= 0 && j >= 0 && k >= 0 && i + 1 < x && j + 1 < y && k + 1 < z;
-        let corner = |n: i64| {
-            let (di, dj, dk) = (n & 1, n >> 1 & 1, n >> 2);
-            match inside {
-                true => self.voxels[(i + di + x * (j + dj + y * (k + dk))) as usize],
-                false => self.voxel([i + di, j + dj, k + dk]),
-            }
+    fn slopes(kernel: Kernel, x: f64) -> Self {
+        let radius = match kernel {
+            // Differences of weights a voxel to either side.
+            Kernel::Linear | Kernel::Cubic | Kernel::Gaussian => kernel.radius() + 1,
+            Kernel::CatmullRom | Kernel::BSpline => kernel.radius(),
         };
-        let plane = |n: i64| mix(mix(corner(n), corner(n + 1), w.x), mix(corner(n + 2), corner(n + 3), w.x), w.y);
-        mix(plane(0), plane(4), w.z)
+        Self::new(x, radius, |x| kernel.slope(x))
+    }
+
+    fn new(x: f64, radius: i32, tap: impl Fn(f64) -> f64) -> Self {
+        let first = x.floor() as i64 - i64::from(radius) + 1;
+        let (count, mut taps) = (2 * radius as usize, [0.0; Self::MOST]);
+        for (n, own) in taps[..count].iter_mut().enumerate() {
+            *own = tap(x - (first + n as i64) as f64);
+        }
+        Self { first, count, taps }
+    }
+
+    /// Each voxel with its tap.
+    fn each(&self) -> impl Iterator<Item = (i64, f64)> + '_ {
+        (self.first..).zip(self.taps[..self.count].iter().copied())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{Grid, Voxels};
+    use approx::assert_abs_diff_eq;
+
+    const ROUNDING: f64 = 1e-9;
+    /// What is left of the boundary in the coefficients of a parabola, so many voxels from it: |√3 − 2|¹⁰ of the largest.
+    const FAR_FROM_BOUNDARIES: f64 = 10.0;
+    const LEFT_OF_BOUNDARIES: f64 = 2e-3;
+    /// What another field differs by, at least.
+    const NOTICED: f64 = 0.02;
+
+    /// A kernel's field through numbers at all places of a grid.
+    fn field(dims: [usize; 3], blend: Blend, kernel: Kernel, number: impl Fn(DVec3) -> f64) -> Field {
+        let [x, y, z] = dims;
+        let place = |n: usize| DVec3::new((n % x) as f64, (n / x % y) as f64, (n / (x * y)) as f64);
+        let numbers = (0..x * y * z).map(|n| number(place(n)) as f32).collect();
+        let volume = Volume::new("test", Grid::new(dims, DVec3::ONE).unwrap(), Voxels::Float32(numbers)).unwrap();
+        Field::new(&volume, &TransferFunction::automatic(&volume), blend, kernel)
+    }
+
+    /// Without a pattern, in steps that floats have.
+    fn noise(p: DVec3) -> f64 {
+        ((p.dot(DVec3::new(12.9, 78.2, 37.7)).sin() * 1024.0).round() / 16.0).clamp(-50.0, 50.0)
+    }
+
+    fn voxels(dims: [i64; 3]) -> impl Iterator<Item = DVec3> {
+        let [x, y, z] = dims;
+        (0..x * y * z).map(move |n| DVec3::new((n % x) as f64, (n / x % y) as f64, (n / (x * y)) as f64))
+    }
+
+    /// The largest difference between a field and what it is to be, at places at least so far inside.
+    fn most_off(field: &Field, expected: impl Fn(DVec3) -> f64, places: impl Iterator<Item = DVec3>) -> f64 {
+        places.map(|p| (field.reconstructed(p) - expected(p)).abs()).fold(0.0, f64::max)
+    }
+
+    /// Inside there is no boundary but for a B-spline, whose background around is no mirror image.
+    #[test]
+    fn fields_meet_voxels() {
+        let dims = [7, 6, 9];
+        let inside = |p: &DVec3| (0..3).all(|a| (1.0..=dims[a] as f64 - 2.0).contains(&p[a]));
+        for kernel in Kernel::OF_LAYERS {
+            let composited = field(dims, Blend::Composite, kernel, noise);
+            assert!(most_off(&composited, noise, voxels(composited.dims()).filter(inside)) < ROUNDING, "{kernel:?}");
+            let half_way = |p: DVec3| noise(p - DVec3::X / 2.0);
+            assert!(most_off(&composited, half_way, voxels(composited.dims()).filter(inside)) > NOTICED, "{kernel:?}");
+        }
+    }
+
+    #[test]
+    fn fields_that_go_on_meet_the_outermost_voxels_too() {
+        for dims in [[7, 6, 9], [1, 2, 3], [2, 1, 1]] {
+            for kernel in Kernel::OF_LAYERS {
+                let gathered = field(dims, Blend::Maximum, kernel, noise);
+                assert!(most_off(&gathered, noise, voxels(gathered.dims())) < ROUNDING, "{kernel:?}, {dims:?}");
+            }
+            let composited = field(dims, Blend::Composite, Kernel::BSpline, noise);
+            assert!(most_off(&composited, noise, voxels(composited.dims())) > NOTICED, "what is around is no mirror, {dims:?}");
+        }
+    }
+
+    /// Places between voxels, so far from the boundary of 26³.
+    fn places(margin: f64) -> impl Iterator<Item = DVec3> {
+        let share = move |n: u32, by: f64| margin + (25.0 - 2.0 * margin) * (f64::from(n) * by).fract();
+        (1..60).map(move |n| DVec3::new(share(n, 0.618), share(n, 0.414), share(n, 0.732)))
+    }
+
+    fn assert_gradient(field: &Field, expected: impl Fn(DVec3) -> DVec3, margin: f64, tolerance: f64) {
+        for p in places(margin) {
+            let off = (field.gradient(p) - expected(p)).length();
+            assert!(off < tolerance, "{:?} at {p}: off by {off}", field.kernel());
+        }
+    }
+
+    #[test]
+    fn ramps_are_ramps() {
+        let slope = DVec3::new(1.5, -0.75, 0.25);
+        let ramp = |p: DVec3| slope.dot(p) + 3.0;
+        for kernel in Kernel::OF_LAYERS {
+            let field = field([26; 3], Blend::Composite, kernel, ramp);
+            // The mirror image of a ramp has an edge, which the spline's coefficients remember.
+            let (margin, tolerance) =
+                if kernel == Kernel::BSpline { (FAR_FROM_BOUNDARIES, LEFT_OF_BOUNDARIES) } else { (3.0, ROUNDING) };
+            assert_gradient(&field, |_| slope, margin, if kernel == Kernel::Cubic { f64::INFINITY } else { tolerance });
+            let off = most_off(&field, ramp, places(margin));
+            assert_eq!(off < tolerance, kernel != Kernel::Cubic, "{kernel:?}: off by {off}: Eq. 2 has steps, no other");
+        }
+    }
+
+    #[test]
+    fn parabolas_are_parabolas() {
+        let parabola = |p: DVec3| p.x * p.x - 0.5 * p.y * p.y + p.x * p.z + 2.0 * p.y;
+        let slope = |p: DVec3| DVec3::new(2.0 * p.x + p.z, 2.0 - p.y, p.x);
+        for (kernel, tolerance) in [(Kernel::CatmullRom, ROUNDING), (Kernel::BSpline, LEFT_OF_BOUNDARIES)] {
+            let field = field([26; 3], Blend::Composite, kernel, parabola);
+            let off = most_off(&field, parabola, places(FAR_FROM_BOUNDARIES));
+            assert!(off < tolerance, "{kernel:?}: off by {off}");
+            assert_gradient(&field, slope, FAR_FROM_BOUNDARIES, tolerance);
+        }
+        let linear = field([26; 3], Blend::Composite, Kernel::Linear, parabola);
+        assert!(most_off(&linear, parabola, places(FAR_FROM_BOUNDARIES)) > NOTICED);
+    }
+
+    /// What the gradient is where it is no derivative: the field's difference over two voxels.
+    #[test]
+    fn other_gradients_are_central_differences() {
+        for kernel in [Kernel::Linear, Kernel::Cubic, Kernel::Gaussian] {
+            let field = field([7, 6, 9], Blend::Composite, kernel, noise);
+            for p in [DVec3::new(2.3, 3.0, 4.9), DVec3::new(-0.4, 5.7, 8.2), DVec3::new(6.6, 0.1, -1.2)] {
+                let along = |d: DVec3| (field.reconstructed(p + d) - field.reconstructed(p - d)) / 2.0;
+                let differences = DVec3::from_array(DVec3::AXES.map(along));
+                assert!((field.gradient(p) - differences).length() < ROUNDING, "{kernel:?} at {p}");
+                let h = 1e-4;
+                let derivative = DVec3::from_array(DVec3::AXES.map(|d| along(h * d) / h));
+                assert!((derivative - differences).length() > NOTICED, "{kernel:?} at {p}: no derivative");
+            }
+        }
+    }
+
+    #[test]
+    fn only_what_overshoots_without_meaning_to_is_cut_off() {
+        // A step: Catmull-Rom overshoots it.
+        let step = |p: DVec3| if p.x < 12.5 { 0.0 } else { 100.0 };
+        let [catmull_rom, gaussian] = [Kernel::CatmullRom, Kernel::Gaussian].map(|k| field([26; 3], Blend::Composite, k, step));
+        let behind = DVec3::new(13.5, 12.0, 12.0);
+        assert_abs_diff_eq!(catmull_rom.classified(behind), catmull_rom.reconstructed(behind));
+        assert!(catmull_rom.classified(behind) > 105.0);
+        let most = places(3.0).map(|p| gaussian.classified(p)).fold(0.0, f64::max);
+        let unlimited = places(3.0).map(|p| gaussian.reconstructed(p)).fold(0.0, f64::max);
+        assert!(most == 100.0 && unlimited > 101.0, "{most}, {unlimited}");
     }
 }

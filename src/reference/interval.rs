@@ -21,6 +21,30 @@ pub(super) struct Part {
 }
 
 impl Interval {
+    /// That of a ray in a box, not before its eye; `None` if it is outside, or only runs along a face.
+    pub fn in_box(ray: &Ray, lowest: DVec3, highest: DVec3) -> Option<Self> {
+        let (mut from, mut to) = (ray.start, f64::INFINITY);
+        for i in 0..3 {
+            let (o, d) = (ray.origin[i], ray.direction[i]);
+            if d == 0.0 {
+                if o <= lowest[i] || o >= highest[i] {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((lowest[i] - o) / d, (highest[i] - o) / d);
+            from = from.max(a.min(b));
+            to = to.min(a.max(b));
+        }
+        (from < to).then_some(Self { from, to })
+    }
+
+    /// What two have in common.
+    pub fn and(self, other: Self) -> Option<Self> {
+        let both = Self { from: self.from.max(other.from), to: self.to.min(other.to) };
+        (both.from < both.to).then_some(both)
+    }
+
     /// The part of the segment between two parameters; `None` if there is none.
     pub fn part_of(self, front: f64, back: f64) -> Option<Part> {
         let (from, to) = (self.from.max(front), self.to.min(back));

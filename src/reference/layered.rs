@@ -8,7 +8,7 @@ use super::shading::shade;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Axis, Correction, LayerSlabs, Ray, Rays, footprint};
+use crate::layers::{Axis, Correction, Kernel, LayerSlabs, Ray, Rays, footprint};
 use crate::settings::{Blend, Classification, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
@@ -28,9 +28,6 @@ pub struct Layered<'a> {
     pub in_parts: bool,
 }
 
-/// Radius of the kernels of layers, in voxels.
-const RADIUS: f64 = 1.0;
-
 /// A ray in the coordinates of its layer axis.
 pub(super) struct Crossing {
     pub axis: Axis,
@@ -46,8 +43,13 @@ impl<'a> Layered<'a> {
     /// A renderer. Of the settings, those that decide where sums are evaluated and what is skipped are ignored.
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
         let classification = settings.layered().unwrap_or_default().classification;
-        let field = Field::new(volume, transfer, settings.blend);
-        let region = Region::new(volume, transfer, settings.blend, &settings.clipping, RADIUS);
+        let kernel = match classification {
+            // Footprints are its integrals.
+            Classification::Post(_) => Kernel::Cubic,
+            Classification::Preintegrated { kernel, .. } => kernel,
+        };
+        let field = Field::new(volume, transfer, settings.blend, kernel);
+        let region = Region::new(volume, transfer, settings.blend, &settings.clipping, f64::from(kernel.radius()));
         Self { field, volume, transfer, settings, classification, region, in_parts: false }
     }
 
@@ -66,8 +68,8 @@ impl<'a> Layered<'a> {
         let crossing = Crossing { axis, origin: frame.local(ray.origin), shear, climb: ray.direction[frame.a], interval };
         match self.classification {
             Classification::Post(correction) => self.composite_splats(&crossing, correction, to_eye),
-            Classification::Preintegrated { kernel, samples_per_layer } => {
-                self.composite_points(&crossing, kernel, samples_per_layer, to_eye)
+            Classification::Preintegrated { samples_per_layer, .. } => {
+                self.composite_points(&crossing, samples_per_layer, to_eye)
             }
         }
     }

@@ -21,6 +21,7 @@ const PARTS: usize = 512;
 /// Both ways of marching along rays in `f64`: no table, no culling, no early termination.
 pub struct Marched<'a> {
     field: Field,
+    step: f64,
     volume: &'a Volume<'a>,
     transfer: &'a TransferFunction,
     settings: &'a Settings,
@@ -28,29 +29,29 @@ pub struct Marched<'a> {
 
 impl<'a> Marched<'a> {
     /// A renderer; the settings' algorithm is ray casting or slicing.
-    pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
-        Self { field: Field::new(volume, transfer, settings.blend), volume, transfer, settings }
-    }
-
-    /// The picture of a camera.
     ///
     /// # Panics
     /// With another algorithm.
-    pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
-        let rays = Rays::new(camera, viewport, self.volume.grid())?;
-        let (kernel, step) = match self.settings.algorithm {
+    pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
+        let (kernel, step) = match settings.algorithm {
             Algorithm::Raycast { kernel, step } => (kernel, step),
             Algorithm::Slicing { step } => (Kernel::Linear, step),
             other => panic!("{} does not march along rays", other.name()),
         };
+        Self { field: Field::new(volume, transfer, settings.blend, kernel), step, volume, transfer, settings }
+    }
+
+    /// The picture of a camera.
+    pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
+        let rays = Rays::new(camera, viewport, self.volume.grid())?;
         let slicing = matches!(self.settings.algorithm, Algorithm::Slicing { .. });
         Ok(picture(viewport, |x, y| {
             let ray = &rays.at(x, y);
             match self.settings.blend {
-                Blend::Composite if slicing => self.slice(ray, step, rays.to_eye),
-                Blend::Composite => self.cast(ray, kernel, step, rays.to_eye),
-                Blend::Iso(iso) => self.surface(ray, kernel, step, iso, rays.to_eye),
-                _ => self.values(ray, kernel, step, rays.to_eye),
+                Blend::Composite if slicing => self.slice(ray, rays.to_eye),
+                Blend::Composite => self.cast(ray, rays.to_eye),
+                Blend::Iso(iso) => self.surface(ray, iso, rays.to_eye),
+                _ => self.values(ray, rays.to_eye),
             }
         }))
     }
@@ -63,14 +64,14 @@ impl<'a> Marched<'a> {
     }
 
     /// Casts a ray, each sample by itself.
-    fn cast(&self, ray: &Ray, kernel: Kernel, step: f64, to_eye: DVec3) -> [f64; 4] {
+    fn cast(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let mut gathered = Gathered::new();
         let (per_parameter, smallest) = self.lengths(ray.direction);
-        let dt = step * smallest;
-        for slab in self.slabs(ray, kernel, dt / per_parameter) {
+        let dt = self.step * smallest;
+        for slab in self.slabs(ray, dt / per_parameter) {
             // In the middle of the whole step, whatever is cut from it.
             let p = ray.origin + ray.direction * ((slab.front + slab.back) / 2.0);
-            let value = self.field.within_range(self.field.reconstructed(kernel, p));
+            let value = self.field.classified(p);
             if self.transfer.opacity(value) > 0.0 {
                 let share = slab.part.length();
                 let opacity = match self.settings.extinction {
@@ -79,7 +80,7 @@ impl<'a> Marched<'a> {
                 };
                 let mut color = self.transfer.color(value);
                 if let Some(shading) = self.settings.shading {
-                    color = shade(self.volume, shading, color, self.field.differences(kernel, p), to_eye);
+                    color = shade(self.volume, shading, color, self.field.gradient(p), to_eye);
                 }
                 gathered.add(color, opacity);
             }
@@ -88,19 +89,19 @@ impl<'a> Marched<'a> {
     }
 
     /// Slices.
-    fn slice(&self, ray: &Ray, step: f64, to_eye: DVec3) -> [f64; 4] {
-        const KERNEL: Kernel = Kernel::Linear;
+    fn slice(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let mut gathered = Gathered::new();
         let (per_parameter, smallest) = self.lengths(ray.direction);
-        for slab in self.slabs(ray, KERNEL, self.between_planes(ray, step, to_eye)) {
+        for slab in self.slabs(ray, self.between_planes(ray, to_eye)) {
             let points = slab.points(ray);
-            let values = slab.part.ends_of(points.map(|p| self.field.reconstructed(KERNEL, p)));
-            let Some((mean, mut color)) = slab_between(self.transfer, values, step * smallest, self.settings.extinction) else {
+            let values = slab.part.ends_of(points.map(|p| self.field.reconstructed(p)));
+            let Some((mean, mut color)) = slab_between(self.transfer, values, self.step * smallest, self.settings.extinction)
+            else {
                 continue;
             };
             let length = slab.part.length() * (slab.back - slab.front) * per_parameter;
             if let Some(shading) = self.settings.shading {
-                let [g, h] = points.map(|p| self.field.differences(KERNEL, p));
+                let [g, h] = points.map(|p| self.field.gradient(p));
                 color = shade(self.volume, shading, color, (g + h) / 2.0, to_eye);
             }
             gathered.add(color, opacity_of_depth(mean * length, self.settings.extinction));
@@ -109,13 +110,13 @@ impl<'a> Marched<'a> {
     }
 
     /// Gathers values from plane to plane.
-    fn values(&self, ray: &Ray, kernel: Kernel, step: f64, to_eye: DVec3) -> [f64; 4] {
+    fn values(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let mut values = Values::new(self.settings.blend);
-        for slab in self.slabs(ray, kernel, self.between_planes(ray, step, to_eye)) {
+        for slab in self.slabs(ray, self.between_planes(ray, to_eye)) {
             // The field itself at both ends: it bends where voxels end.
             let ends = [slab.part.from, slab.part.to].map(|t| {
                 let t = slab.front + t * (slab.back - slab.front);
-                self.field.reconstructed(kernel, ray.origin + ray.direction * t)
+                self.field.reconstructed(ray.origin + ray.direction * t)
             });
             values.add(ends, slab.part.length());
         }
@@ -123,15 +124,14 @@ impl<'a> Marched<'a> {
     }
 
     /// The first surface between two planes.
-    fn surface(&self, ray: &Ray, kernel: Kernel, step: f64, iso: f64, to_eye: DVec3) -> [f64; 4] {
-        for slab in self.slabs(ray, kernel, self.between_planes(ray, step, to_eye)) {
+    fn surface(&self, ray: &Ray, iso: f64, to_eye: DVec3) -> [f64; 4] {
+        for slab in self.slabs(ray, self.between_planes(ray, to_eye)) {
             let points = slab.points(ray);
-            let Some(t) = crossing(points.map(|p| self.field.reconstructed(kernel, p)), iso) else { continue };
+            let Some(t) = crossing(points.map(|p| self.field.reconstructed(p)), iso) else { continue };
             if (slab.part.from..=slab.part.to).contains(&t) {
                 let color = self.transfer.color(iso);
                 return opaque(self.settings.shading.map_or(color, |shading| {
-                    let gradient = |p: DVec3| self.field.differences(kernel, p);
-                    let [front, back] = points.map(|p| Lighting::new(self.volume, shading, gradient(p), to_eye));
+                    let [front, back] = points.map(|p| Lighting::new(self.volume, shading, self.field.gradient(p), to_eye));
                     front.mix(back, t).on(color)
                 }));
             }
@@ -140,19 +140,18 @@ impl<'a> Marched<'a> {
     }
 
     /// Ray parameter from one plane across the view to the next.
-    fn between_planes(&self, ray: &Ray, step: f64, to_eye: DVec3) -> f64 {
+    fn between_planes(&self, ray: &Ray, to_eye: DVec3) -> f64 {
         let spacing = self.volume.grid().spacing();
-        step * spacing.min_element() / -(ray.direction * spacing).dot(to_eye)
+        self.step * spacing.min_element() / -(ray.direction * spacing).dot(to_eye)
     }
 
     /// The slabs of a thickness in ray parameters that the ray meets in the field and that count, front to back; one of them begins at
     /// the parameter 0.
-    fn slabs(&self, ray: &Ray, kernel: Kernel, thickness: f64) -> impl Iterator<Item = Slab> {
-        let ends = self.field.support(kernel, ray).map(|(enter, leave)| (enter / thickness, leave / thickness));
-        let (first, end) = ends.map_or((0, 0), |(enter, leave)| (enter.floor() as i64, leave.ceil() as i64));
-        let region =
-            Region::new(self.volume, self.transfer, self.settings.blend, &self.settings.clipping, f64::from(kernel.radius()));
-        let interval = region.of(ray);
+    fn slabs(&self, ray: &Ray, thickness: f64) -> impl Iterator<Item = Slab> {
+        let support = self.field.support(ray);
+        let (first, end) = support.map_or((0, 0), |s| ((s.from / thickness).floor() as i64, (s.to / thickness).ceil() as i64));
+        let (blend, clipping, radius) = (self.settings.blend, &self.settings.clipping, self.field.kernel().radius());
+        let interval = Region::new(self.volume, self.transfer, blend, clipping, f64::from(radius)).of(ray);
         (first..end).filter_map(move |n| {
             let (front, back) = (n as f64 * thickness, (n + 1) as f64 * thickness);
             Some(Slab { front, back, part: interval?.part_of(front, back)? })

@@ -5,7 +5,7 @@ use super::compositing::{Gathered, opacity_of_depth, opacity_over};
 use super::interval::Part;
 use super::layered::{Crossing, Layered};
 use super::shading::Lighting;
-use crate::layers::{Kernel, lighting_curve, segment_ends};
+use crate::layers::{lighting_curve, segment_ends};
 use crate::settings::Blend;
 use crate::transfer::{Extinction, TransferFunction};
 use glam::DVec3;
@@ -15,13 +15,7 @@ const PARTS: usize = 512;
 
 impl Layered<'_> {
     /// Premultiplied RGBA along one ray, sampled `samples_per_layer` times per layer.
-    pub(super) fn composite_points(
-        &self,
-        crossing: &Crossing,
-        _kernel: Kernel,
-        samples_per_layer: u32,
-        to_eye: DVec3,
-    ) -> [f64; 4] {
+    pub(super) fn composite_points(&self, crossing: &Crossing, samples_per_layer: u32, to_eye: DVec3) -> [f64; 4] {
         let (mut gathered, mut values) = (Gathered::new(), Values::new(self.settings.blend));
         for segment in self.segments(crossing, samples_per_layer) {
             match self.settings.blend {
@@ -34,7 +28,7 @@ impl Layered<'_> {
                 }
                 // The field itself at both ends: it bends where voxels end.
                 _ => {
-                    let ends = [segment.part.from, segment.part.to].map(|t| self.field.value(segment.place(t)));
+                    let ends = [segment.part.from, segment.part.to].map(|t| self.field.reconstructed(segment.place(t)));
                     values.add(ends, segment.part.length());
                 }
             }
@@ -47,16 +41,20 @@ impl Layered<'_> {
         let frame = crossing.axis.frame();
         let [.., layers] = self.local_dims(crossing.axis);
         let (samples, step) = (i64::from(samples_per_layer), crossing.step());
-        (0..samples * (layers + 1)).filter_map(move |n| {
-            let l = if step > 0 { n } else { samples * (layers + 1) - n };
+        let kernel = self.field.kernel();
+        // The field ends a radius before the first layer and behind the last.
+        let radius = i64::from(kernel.radius());
+        let count = samples * (layers - 1 + 2 * radius);
+        (0..count).filter_map(move |n| {
+            let l = if step > 0 { n } else { count - n };
             // Where the segment begins and ends, in layers.
-            let [z0, z1] = [l, l + step].map(|l| l as f64 / samples as f64 - 1.0);
+            let [z0, z1] = [l, l + step].map(|l| l as f64 / samples as f64 - radius as f64);
             let part = crossing.part_of(z0, z1)?;
             let points = [z0, z1].map(|z| frame.global(crossing.at(z).extend(z)));
-            let [low, high] = segment_ends(Kernel::Cubic, samples_per_layer, (l.min(l + step) % samples) as u32);
+            let [low, high] = segment_ends(kernel, samples_per_layer, (l.min(l + step) % samples) as u32);
             Some(Segment {
                 points,
-                values: points.map(|p| self.field.value(p)),
+                values: points.map(|p| self.field.reconstructed(p)),
                 part,
                 ends: if step > 0 { [low, high] } else { [high, low] },
                 length: self.sample_length(crossing) * part.length(),
@@ -66,7 +64,7 @@ impl Layered<'_> {
 
     fn lighting(&self, points: [DVec3; 2], to_eye: DVec3) -> Option<[Lighting; 2]> {
         let shading = self.settings.shading?;
-        Some(points.map(|p| Lighting::new(self.volume, shading, self.field.differences(Kernel::Cubic, p), to_eye)))
+        Some(points.map(|p| Lighting::new(self.volume, shading, self.field.gradient(p), to_eye)))
     }
 
     /// A segment of one colour, lit where most of its light comes from.
@@ -79,7 +77,7 @@ impl Layered<'_> {
             // Light comes from before the centroid, by as much as what lies behind is dimmed, if extinction is even.
             let dimmed = if depth > 1e-6 { 0.5 - 1.0 / depth + 1.0 / depth.exp_m1() } else { 0.0 };
             let source = mean.centroid - 4.0 * mean.centroid * (1.0 - mean.centroid) * dimmed;
-            along_curve(ends, segment.part.at(source), samples_per_layer).on(mean.color)
+            self.along_curve(ends, segment.part.at(source), samples_per_layer).on(mean.color)
         });
         gathered.add(color, opacity);
     }
@@ -89,7 +87,7 @@ impl Layered<'_> {
         let lighting = self.lighting(segment.points, to_eye);
         for n in 0..PARTS {
             let t = segment.part.at((n as f64 + 0.5) / PARTS as f64);
-            let value = self.field.value(segment.place(t));
+            let value = self.field.reconstructed(segment.place(t));
             let opacity = opacity_over(self.transfer, value, segment.length / PARTS as f64, self.settings.extinction);
             let color = self.transfer.color(value);
             gathered.add(lighting.map_or(color, |[front, back]| front.mix(back, t).on(color)), opacity);
@@ -101,7 +99,7 @@ impl Layered<'_> {
         let mut t = crossing(segment.values, iso)?;
         let refined = samples_per_layer > 1;
         if refined {
-            t = refined_crossing(|t| self.field.value(segment.place(t)), segment.values[0], iso);
+            t = refined_crossing(|t| self.field.reconstructed(segment.place(t)), segment.values[0], iso);
         }
         if !(segment.part.from..=segment.part.to).contains(&t) {
             return None;
@@ -110,16 +108,16 @@ impl Layered<'_> {
         let lighting = if refined {
             self.lighting([segment.place(t); 2], to_eye).map(|[at, _]| at)
         } else {
-            self.lighting(segment.points, to_eye).map(|ends| along_curve(ends, t, samples_per_layer))
+            self.lighting(segment.points, to_eye).map(|ends| self.along_curve(ends, t, samples_per_layer))
         };
         Some(lighting.map_or(color, |lighting| lighting.on(color)))
     }
-}
 
-/// Lighting between that of two ends: where these are a layer apart it stays near theirs, as the field does.
-fn along_curve([front, back]: [Lighting; 2], t: f64, samples_per_layer: u32) -> Lighting {
-    let curve = lighting_curve(Kernel::Cubic, samples_per_layer);
-    front.mix(back, t + curve * (t * t * (3.0 - 2.0 * t) - t))
+    /// Lighting between that of two ends: where these are a layer of the paper's cubic apart it stays near theirs, as the field does.
+    fn along_curve(&self, [front, back]: [Lighting; 2], t: f64, samples_per_layer: u32) -> Lighting {
+        let curve = lighting_curve(self.field.kernel(), samples_per_layer);
+        front.mix(back, t + curve * (t * t * (3.0 - 2.0 * t) - t))
+    }
 }
 
 /// From one sample of a ray to the next.

@@ -40,7 +40,7 @@ struct Splat {
 impl<'a> Sheets<'a> {
     /// A renderer; the settings' algorithm is one of the two.
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
-        Self { field: Field::new(volume, transfer, settings.blend), volume, transfer, settings }
+        Self { field: Field::new(volume, transfer, settings.blend, Kernel::Gaussian), volume, transfer, settings }
     }
 
     /// The picture of a camera.
@@ -68,7 +68,7 @@ impl<'a> Sheets<'a> {
         let forward = direction[a] >= 0.0;
         let [nx, ny, nz] = self.field.dims();
         let missing = match self.settings.algorithm {
-            Algorithm::ViewSheets { .. } => self.field.background_of(Kernel::Gaussian),
+            Algorithm::ViewSheets { .. } => self.field.missing(),
             _ => self.field.background(),
         };
         let mut splats = Vec::new();
@@ -165,7 +165,7 @@ impl<'a> Sheets<'a> {
         let slabs = SplatSlabs { distance };
         // Difference from the background, and gradient.
         let mut sheets: BTreeMap<i64, (f64, DVec3)> = BTreeMap::new();
-        let background = self.field.background_of(Kernel::Gaussian);
+        let background = self.field.missing();
         let visible = self.transfer.opacity(background) > 0.0;
         if visible {
             let size = DVec3::from_array(self.field.dims().map(|n| n as f64));

@@ -42,7 +42,9 @@ pub fn settings(algorithm: Algorithm, blend: Blend) -> Settings {
 
 pub fn tolerance(settings: &Settings, parallel: bool) -> f64 {
     match settings.algorithm {
-        Algorithm::Layered(layered) if layered.classification == REFINED && matches!(settings.blend, Blend::Iso(_)) => {
+        Algorithm::Layered(Layered { classification: Classification::Preintegrated { samples_per_layer: 2.., .. }, .. })
+            if matches!(settings.blend, Blend::Iso(_)) =>
+        {
             REFINED_TOLERANCE
         }
         Algorithm::Layered(Layered { evaluation: Evaluation::Lattice(_), .. })

@@ -1,0 +1,185 @@
+//! The device against the f64 reference, for every kernel but the paper's cubic, which the other tests draw.
+
+use crate::common::blends::*;
+use crate::common::reference::{Pair, RIM_SHARE};
+use crate::common::*;
+use glam::DVec3;
+use layersplat::layers::{Density, Kernel};
+use layersplat::settings::{Algorithm, Blend, Classification, Clipping, Evaluation, Layered};
+use layersplat::volume::Voxels;
+use layersplat::{Camera, Settings, TransferFunction, Volume};
+
+const KERNELS: [Kernel; 3] = [Kernel::Linear, Kernel::CatmullRom, Kernel::BSpline];
+/// Those that reach two voxels far.
+const SMOOTH: [Kernel; 2] = [Kernel::CatmullRom, Kernel::BSpline];
+/// Where a segment bends much, as through noise under kernels that overshoot, steps of false position stop short of the surface, or
+/// find another one: a share of the rays.
+const REFINED_SHARE: f64 = 2e-2;
+const LATTICE: Evaluation = Evaluation::Lattice(Density::Fixed(2));
+
+fn points(kernel: Kernel, evaluation: Evaluation, samples_per_layer: u32) -> Algorithm {
+    let classification = Classification::Preintegrated { kernel, samples_per_layer };
+    Layered { classification, evaluation, ..Layered::default() }.into()
+}
+
+fn cast(kernel: Kernel) -> Algorithm {
+    Algorithm::Raycast { kernel, step: 0.6 }
+}
+
+/// On a lattice and per pixel, one and two samples per layer, and along rays.
+fn each_way(kernel: Kernel) -> [Algorithm; 5] {
+    let direct = Evaluation::Direct;
+    [points(kernel, LATTICE, 1), points(kernel, LATTICE, 2), points(kernel, direct, 1), points(kernel, direct, 2), cast(kernel)]
+}
+
+fn composited_whole(algorithm: Algorithm) -> Settings {
+    composited(algorithm, Clipping::default())
+}
+
+/// Asserts that device and reference draw the same, with no more than that: what is shown may be small.
+#[track_caller]
+fn assert_alike(what: &str, volume: &Volume, transfer: &TransferFunction, camera: &Camera, settings: &Settings) {
+    let pair = Pair::of(volume, transfer, camera, viewport(24, 20), settings);
+    let seen = pair.expected.iter().map(|p| p[3]).fold(0.0, f64::max);
+    assert!(seen > 0.02, "{what}, {settings:?}: the picture is empty");
+    let (share, tolerance) = (pair.differing(tolerance(settings, true)), tolerance(settings, true));
+    assert!(
+        share <= RIM_SHARE,
+        "{what}, {settings:?}: {share} of the rays off by more than {tolerance}, up to {}",
+        pair.largest()
+    );
+}
+
+#[test]
+fn composited_lit_and_unlit_in_both_projections() {
+    let volume = random_volume([17, 12, 14], DVec3::new(1.0, 0.8, 1.25), 31);
+    let size = viewport(24, 20);
+    for kernel in KERNELS {
+        for algorithm in each_way(kernel) {
+            for camera in [parallel(&volume, size, 30.0, 20.0), perspective(&volume, 30.0, 20.0, 30.0)] {
+                let lit = composited_whole(algorithm);
+                for settings in [lit, Settings { shading: None, ..lit }] {
+                    let pair = Pair::of(&volume, &smooth_transfer(), &camera, size, &settings);
+                    pair.assert_same(&format!("{settings:?}"), DEVICE_TOLERANCE);
+                }
+            }
+        }
+    }
+}
+
+/// Of each of some kernels: once per layer on a lattice, twice per pixel, and along rays.
+fn three_ways<const N: usize>(kernels: [Kernel; N]) -> impl Iterator<Item = Algorithm> {
+    kernels.into_iter().flat_map(|k| [points(k, LATTICE, 1), points(k, Evaluation::Direct, 2), cast(k)])
+}
+
+/// Rays of the other two axes; a background that shows as far as the field goes; a volume that is cut.
+#[test]
+fn every_layer_axis_visible_backgrounds_and_clipping() {
+    let volume = bump();
+    let fog = TransferFunction::new("fog", vec![(0.0, [1.0, 0.5, 0.2])], vec![(-40.0, 0.1), (255.0, 0.4)]).unwrap();
+    let size = viewport(24, 20);
+    for algorithm in three_ways(SMOOTH) {
+        for (azimuth, elevation) in [(80.0, 10.0), (20.0, 75.0), (190.0, -10.0)] {
+            let camera = parallel(&volume, size, azimuth, elevation);
+            let what = format!("{azimuth}, {elevation}");
+            assert_alike(&what, &volume, &smooth_transfer(), &camera, &composited_whole(algorithm));
+            assert_alike(&what, &volume, &smooth_transfer(), &camera, &composited(algorithm, cuts()));
+            assert_alike(&what, &volume, &fog, &camera, &composited_whole(algorithm));
+        }
+    }
+}
+
+/// Ways and blends crossed with the smooth kernels, so that each meets each other: every combination takes seconds to compile.
+fn gathering() -> Vec<(Algorithm, Blend)> {
+    let (catmull_rom, bspline, direct) = (Kernel::CatmullRom, Kernel::BSpline, Evaluation::Direct);
+    vec![
+        (points(catmull_rom, LATTICE, 1), Blend::Minimum),
+        (points(catmull_rom, direct, 2), Blend::Maximum),
+        (cast(catmull_rom), Blend::Maximum),
+        (points(bspline, LATTICE, 1), Blend::Maximum),
+        (points(bspline, direct, 2), Blend::Minimum),
+        (cast(bspline), Blend::Average),
+    ]
+}
+
+/// The same of surfaces, one of them refined.
+fn surfaces() -> Vec<(Algorithm, Blend)> {
+    let ways = [points(Kernel::BSpline, LATTICE, 1), points(Kernel::CatmullRom, Evaluation::Direct, 2), cast(Kernel::BSpline)];
+    ways.map(|way| (way, Blend::Iso(ISO))).to_vec()
+}
+
+#[test]
+fn every_blend() {
+    let volume = bump();
+    let size = viewport(24, 20);
+    let views = [parallel(&volume, size, 30.0, 20.0), perspective(&volume, 30.0, 20.0, 30.0)];
+    for (algorithm, blend) in gathering().into_iter().chain(surfaces()) {
+        let whole = settings(algorithm, blend);
+        for (n, camera) in views.iter().enumerate() {
+            let pair = Pair::of(&volume, &smooth_transfer(), camera, size, &whole);
+            let tolerance = tolerance(&whole, n == 0);
+            if tolerance == REFINED_TOLERANCE {
+                let share = pair.differing(tolerance);
+                assert!(share <= REFINED_SHARE, "{whole:?}: {share} of the rays off, up to {}", pair.largest());
+            } else {
+                pair.assert_same(&format!("{whole:?}"), tolerance);
+            }
+        }
+        if blend.gathers_values() {
+            assert_alike("cut", &volume, &smooth_transfer(), &views[0], &clipped(algorithm, blend, cuts()));
+        }
+    }
+}
+
+/// Axes of one, two and three voxels: mirror images of mirror images.
+#[test]
+fn tiny_volumes() {
+    for (seed, dims) in [[1, 1, 1], [1, 7, 4], [6, 1, 5], [3, 2, 1], [2, 3, 3]].into_iter().enumerate() {
+        let volume = random_volume(dims, DVec3::new(1.0, 0.7, 1.3), 60 + seed as u64);
+        let camera = parallel(&volume, viewport(24, 20), 25.0, 15.0);
+        let all = gathering().into_iter().map(|(algorithm, blend)| settings(algorithm, blend));
+        let all = all.chain(three_ways(SMOOTH).map(composited_whole));
+        for settings in all {
+            assert_alike(&format!("{dims:?}"), &volume, &smooth_transfer(), &camera, &settings);
+        }
+    }
+}
+
+/// Whole numbers of two bytes and real ones, some of them invalid: the background stands for these before anything is filtered.
+#[test]
+fn voxels_of_two_bytes_and_of_floats() {
+    let dims = [9, 10, 11];
+    let bytes = random_bytes(dims, 10);
+    let hounsfield = bytes.iter().map(|&b| (f64::from(b) * 15.7 - 1024.0).round() as i16);
+    let reals = bytes.iter().enumerate().map(|(n, &b)| if n % 37 == 5 { f32::NAN } else { f32::from(b) * 1e-6 - 5e-5 });
+    let cases = [(Voxels::Int16(hounsfield.collect()), (-1024.0, 2979.5)), (Voxels::Float32(reals.collect()), (-5e-5, 2.05e-4))];
+    for (voxels, (lo, hi)) in cases {
+        let volume = volume(dims, DVec3::ONE, voxels);
+        let transfer = smooth_transfer().stretched(lo, hi).unwrap();
+        let camera = parallel(&volume, viewport(24, 20), 10.0, 5.0);
+        for algorithm in SMOOTH.map(|kernel| points(kernel, LATTICE, 1)).into_iter().chain([cast(Kernel::BSpline)]) {
+            assert_alike(&volume.voxel_type().to_string(), &volume, &transfer, &camera, &composited_whole(algorithm));
+        }
+    }
+}
+
+/// Every kernel's picture is its own: against any other's, all these comparisons fail.
+#[test]
+fn kernels_are_told_apart() {
+    let volume = random_volume([17, 12, 14], DVec3::new(1.0, 0.8, 1.25), 31);
+    let size = viewport(24, 20);
+    let camera = parallel(&volume, size, 30.0, 20.0);
+    let differing = |kernel, other, way: fn(Kernel) -> Algorithm| {
+        let [settings, expected] = [kernel, other].map(|kernel| composited_whole(way(kernel)));
+        Pair::against(&volume, &smooth_transfer(), &camera, size, &settings, &expected).differing(DEVICE_TOLERANCE)
+    };
+    for way in [|kernel| points(kernel, LATTICE, 1), |kernel| points(kernel, Evaluation::Direct, 2)] {
+        for kernel in Kernel::OF_LAYERS {
+            assert!(differing(kernel, kernel, way) <= RIM_SHARE, "{kernel:?}");
+            for other in Kernel::OF_LAYERS.into_iter().filter(|other| *other != kernel) {
+                let share = differing(kernel, other, way);
+                assert!(share > 5.0 * RIM_SHARE, "{kernel:?} passes for {other:?}: {share} of the rays differ");
+            }
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! How near each kernel comes to what the voxels are samples of: Marschner and Lobb's signal, which is known everywhere, and data sets
+//! whose halves are shown beside the whole.
+
+use crate::common::*;
+use crate::scene::{Scene, marschner_lobb, marschner_lobb_signal, whole_and_halved};
+use layersplat::glam::DVec3;
+use layersplat::layers::{Kernel, Rays};
+use layersplat::settings::{Algorithm, Classification, Layered, Shading};
+use layersplat::{Frame, Quality};
+
+/// PSNR over RGB, in dB, of each of [`Kernel::OF_LAYERS`] in each of [`ways`].
+type Measured = [[f64; 4]; 4];
+
+/// Of a scene, unlit and lit.
+struct Reached {
+    unlit: Measured,
+    lit: Measured,
+}
+
+/// The sizes of Marschner and Lobb's signal; the last one's steps are those of the truth.
+const SIGNAL: [(usize, Reached); 3] = [
+    (
+        41,
+        Reached {
+            unlit: [[24.5, 25.9, 26.9, 27.6], [23.9, 25.3, 26.0, 26.7], [25.1, 26.8, 28.1, 29.2], [26.0, 28.1, 30.1, 32.0]],
+            lit: [[21.2, 21.0, 20.9, 20.6], [20.8, 20.8, 20.6, 20.4], [24.2, 24.7, 25.1, 24.0], [25.6, 26.5, 27.8, 26.7]],
+        },
+    ),
+    (
+        64,
+        Reached {
+            unlit: [[28.8, 30.3, 32.4, 33.8], [28.1, 29.3, 30.9, 32.2], [30.5, 33.2, 36.6, 41.4], [31.2, 34.7, 38.7, 50.7]],
+            lit: [[26.9, 27.7, 28.3, 27.8], [26.8, 27.6, 28.7, 28.6], [28.9, 30.1, 32.2, 31.6], [29.6, 31.2, 34.4, 34.3]],
+        },
+    ),
+    (
+        96,
+        Reached {
+            unlit: [[33.0, 35.4, 37.2, 39.0], [32.5, 34.5, 36.0, 37.6], [34.7, 39.3, 41.9, 52.2], [34.9, 40.0, 42.5, 58.2]],
+            lit: [[31.1, 32.2, 33.7, 33.5], [31.3, 32.6, 34.9, 35.4], [32.3, 34.1, 37.1, 37.7], [32.5, 34.3, 37.8, 38.6]],
+        },
+    ),
+];
+const HALVED: [(&str, Reached); 2] = [
+    (
+        "engine",
+        Reached {
+            unlit: [[31.1, 32.0, 33.0, 33.4], [30.0, 30.5, 31.1, 31.2], [32.1, 33.2, 34.7, 35.4], [32.4, 33.7, 35.5, 36.3]],
+            lit: [[30.2, 30.5, 30.5, 30.5], [30.0, 30.3, 30.2, 30.2], [31.0, 31.6, 32.7, 32.8], [31.2, 31.9, 33.2, 33.3]],
+        },
+    ),
+    (
+        "colin27_hires",
+        Reached {
+            unlit: [[30.9, 31.2, 31.4, 31.4], [30.3, 30.6, 30.5, 30.5], [32.0, 32.4, 33.0, 33.3], [32.4, 32.8, 33.7, 34.0]],
+            lit: [[26.4, 26.3, 26.1, 26.0], [26.3, 26.2, 26.0, 25.8], [27.4, 27.2, 28.0, 27.9], [28.1, 27.8, 28.6, 28.2]],
+        },
+    ),
+];
+/// How much less a picture may have, as in fidelity.rs.
+const MARGIN: f64 = 1.0;
+
+/// What Catmull-Rom and the B-spline gain over the paper's cubic, all lit in `high`, at least: on the signal, and on data sets, whose
+/// halves have lost what no kernel finds again.
+const LEAST_GAIN: f64 = 3.0;
+const LEAST_GAIN_OF_HALVES: f64 = 1.5;
+
+/// The whole data set under its B-spline, on the device, and the host's integral of it: floats, and steps twice as long.
+const LEAST_TRUTH: f64 = 50.0;
+/// Every n-th pixel of it is looked at: a prime.
+const EVERY: usize = 211;
+const LIT: [Option<Shading>; 2] = [None, Some(Shading { ambient: 0.2, diffuse: 0.7, specular: 0.3, power: 20.0, light: None })];
+
+fn psnr(a: &Frame, b: &Frame) -> f64 {
+    compare(a, b).psnr.expect("not identical")
+}
+
+/// The qualities and ray casting, with a kernel.
+fn ways(kernel: Kernel) -> [Algorithm; 4] {
+    let layered = |quality: Quality| {
+        let samples_per_layer = quality.layered().classification.samples_per_layer();
+        let classification = Classification::Preintegrated { kernel, samples_per_layer };
+        Layered { classification, ..quality.layered() }.into()
+    };
+    let [draft, standard, high] = [Quality::Draft, Quality::Standard, Quality::High].map(layered);
+    [draft, standard, high, Algorithm::Raycast { kernel, step: 0.5 }]
+}
+
+/// Holds every kernel in every way against what was measured, and what the smooth ones gain against a least gain.
+fn assert_reached(scene: &Scene, truths: &[Frame; 2], reached: &Reached, least_gain: f64) {
+    let mut missed = Vec::new();
+    for ((shading, truth), measured) in LIT.into_iter().zip(truths).zip([&reached.unlit, &reached.lit]) {
+        let what = format!("{}, {}", scene.name, if shading.is_some() { "lit" } else { "unlit" });
+        let found = Kernel::OF_LAYERS.map(|kernel| ways(kernel).map(|way| psnr(&scene.render(way, shading), truth)));
+        for ((kernel, found), measured) in Kernel::OF_LAYERS.into_iter().zip(&found).zip(measured) {
+            let row: Vec<String> = found.iter().map(|db| format!("{db:.1}")).collect();
+            eprintln!("| {what} | {} | {} |", kernel.name(), row.join(" | "));
+            if found.iter().zip(measured).any(|(found, measured)| *found < measured - MARGIN) {
+                missed.push(format!("{what}, {kernel:?}: {found:.1?} dB for {measured:?}"));
+            }
+        }
+        let high = |kernel| found[Kernel::OF_LAYERS.iter().position(|k| *k == kernel).unwrap()][2];
+        for kernel in [Kernel::CatmullRom, Kernel::BSpline] {
+            let gain = high(kernel) - high(Kernel::Cubic);
+            if shading.is_some() && gain < least_gain {
+                missed.push(format!("{what}: {kernel:?} gains {gain:.1} dB"));
+            }
+        }
+        let aside = psnr(&scene.render_aside(ways(Kernel::BSpline)[2], shading), truth);
+        if aside > high(Kernel::BSpline) - MARGIN {
+            missed.push(format!("{what}: half a voxel must be noticed, {aside:.1} dB"));
+        }
+    }
+    assert!(missed.is_empty(), "{missed:#?}");
+}
+
+#[test]
+fn kernels_come_near_marschner_and_lobbs_signal() {
+    let [.., (most, _)] = SIGNAL;
+    let fine = marschner_lobb(most);
+    let truths = LIT.map(|shading| {
+        let integral = fine.integral(shading).with_known(|p| marschner_lobb_signal(most, p));
+        integral.render(&fine.camera, fine.size).unwrap()
+    });
+    for (n, reached) in &SIGNAL {
+        assert_reached(&marschner_lobb(*n), &truths, reached, LEAST_GAIN);
+    }
+}
+
+/// The signal is what the volume samples, and its gradient what it differs by.
+#[test]
+fn the_signal_is_that_of_the_volume() {
+    /// Of bytes.
+    const ROUNDED: f64 = 0.5 + 1e-6;
+    let n = 41;
+    let scene = marschner_lobb(n);
+    for index in (0..n * n * n).step_by(97) {
+        let p = DVec3::new((index % n) as f64, (index / n % n) as f64, (index / (n * n)) as f64);
+        let (value, _) = marschner_lobb_signal(n, p);
+        assert!((value - scene.volume.value(index)).abs() <= ROUNDED, "{value} at {p}");
+        let place = p + DVec3::new(0.3, 0.1, 0.45);
+        let (_, gradient) = marschner_lobb_signal(n, place);
+        let at = |d: DVec3| marschner_lobb_signal(n, place + d).0;
+        let h = 1e-4;
+        let differences = DVec3::from_array(DVec3::AXES.map(|d| (at(h * d) - at(-h * d)) / (2.0 * h)));
+        assert!((gradient - differences).length() < 1e-4, "{gradient} for {differences} at {place}");
+    }
+    let far = |n| marschner_lobb_signal(n, DVec3::new(7.3, 20.0, 31.0)).0;
+    assert!((far(n) - far(n + 1)).abs() > 1.0, "another size is another signal");
+}
+
+#[test]
+#[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
+fn halves_come_near_the_whole() {
+    for (name, reached) in &HALVED {
+        let [whole, halved] = whole_and_halved(name);
+        let fine = Algorithm::Raycast { kernel: Kernel::BSpline, step: 0.125 };
+        let truths = LIT.map(|shading| whole.render(fine, shading));
+        // The larger one takes the host too long.
+        if *name == "engine" {
+            for (shading, truth) in LIT.into_iter().zip(&truths) {
+                let db = psnr_on_the_host(&whole, shading, truth);
+                assert!(db > LEAST_TRUTH, "{name}: {db} dB between the truths of device and host");
+            }
+        }
+        assert_reached(&halved, &truths, reached, LEAST_GAIN_OF_HALVES);
+    }
+}
+
+/// PSNR of the host's integral under the B-spline on every n-th pixel of a picture.
+fn psnr_on_the_host(scene: &Scene, shading: Option<Shading>, picture: &Frame) -> f64 {
+    let rays = Rays::new(&scene.camera, scene.size, scene.volume.grid()).unwrap();
+    let integral = scene.integral(shading).with_kernel(Kernel::BSpline);
+    let (mut squares, mut count) = (0.0, 0.0);
+    for i in (0..picture.pixels().len()).step_by(EVERY) {
+        let (x, y) = (i as u32 % picture.width(), i as u32 / picture.width());
+        let expected = integral.composite(&rays.at(f64::from(x) + 0.5, f64::from(y) + 0.5), rays.to_eye);
+        squares += (0..3).map(|c| (expected[c] - f64::from(picture.pixel(x, y)[c])).powi(2)).sum::<f64>();
+        count += 3.0;
+    }
+    -10.0 * (squares / count).log10()
+}
