@@ -34,7 +34,7 @@ fn ranges(n: usize, k: usize) -> Vec<Range<usize>> {
 }
 
 /// A part of a volume that can composite some layers of an axis, and no more.
-fn part_for<'a>(volume: &Volume<'a>, axis: Axis, layers: &Range<usize>) -> VolumePart<'a> {
+fn part_for<'a>(volume: &Volume<'a>, axis: Axis, layers: &Range<usize>, settings: &Settings) -> VolumePart<'a> {
     let (mut first, mut dims) = ([0; 3], volume.grid().dims());
     let needed = PartRenderer::needed(layers, dims[axis.index()], settings);
     (first[axis.index()], dims[axis.index()]) = (needed.start, needed.len());
@@ -57,7 +57,7 @@ impl Shot<'_> {
     }
 
     fn renderer(&self, layers: &Range<usize>) -> PartRenderer {
-        PartRenderer::new(&device(), &part_for(self.volume, self.axis, layers), self.transfer).unwrap()
+        PartRenderer::new(&device(), &part_for(self.volume, self.axis, layers, &self.settings), self.transfer).unwrap()
     }
 
     /// Ranges of layers in the order of the view.
@@ -201,7 +201,7 @@ fn properties_of_the_whole() {
         let mut done: Option<CompositedLayers> = None;
         let mut finished = None;
         for layers in shot.in_order(4) {
-            let needed = PartRenderer::needed(&layers, z, &settings);
+            let needed = PartRenderer::needed(&layers, z, &shot.settings);
             let own = &values[x * y * needed.start..x * y * needed.end];
             let part = VolumePart::new(description.clone(), [0, 0, needed.start], [x, y, needed.len()], own).unwrap();
             let mut renderer = PartRenderer::new(&device(), &part, &transfer).unwrap();
