@@ -50,37 +50,52 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
                 at_u[e] = ray.o_u + (at_k[e] - ray.o_a) * ray.s_u, at_v[e] = ray.o_v + (at_k[e] - ray.o_a) * ray.s_v;
                 field[e] = value_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1);
             }
-            Part part = {0.0f, 1.0f};
-#ifdef CLIPPED
-            const float enters_at = ray.layer_step * (at_k[0] - ray.o_a);
-            part = part_of(&interval, enters_at, enters_at + 1.0f / s);
-            if (part.from >= part.to)
-                continue;
+            Lit lit[3];
+            float values[3] = {field[0], field[1], field[1]};
+            Way whole = {{at_u[0], at_v[0], at_k[0]}, {at_u[1] - at_u[0], at_v[1] - at_v[0], at_k[1] - at_k[0]}, field[0], field[1]};
+            int ways = 1;
+#if LIT_AT_ENDS
+            if (sample.shading) {
+                for (int e = 0; e < 2; e++) {
+                    float along_u, along_v, along_a;
+                    gradient_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1, &along_u, &along_v, &along_a);
+                    lit[e] = lit_by(&sample, along_u, along_v, along_a);
+                }
+#if HAS_SLOPES
+                lit[2] = lit[1], ways = 2;
+                lit[1] = lit_in_the_middle(&sample, &whole, &lit[0], &lit[2], &values[1]);
 #endif
-            Lit lit[2];
-#if !GATHERS_VALUES && !defined(REFINED)
-            for (int e = 0; e < (sample.shading ? 2 : 0); e++) {
-                float along_u, along_v, along_a;
-                gradient_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1, &along_u, &along_v, &along_a);
-                lit[e] = lit_by(&sample, along_u, along_v, along_a);
             }
 #endif
-            const Way way = {{at_u[0], at_v[0], at_k[0]}, {at_u[1] - at_u[0], at_v[1] - at_v[0], at_k[1] - at_k[0]},
-                             field[0], field[1]};
-#if BLEND == COMPOSITE
-            const float value_from = between(field[0], field[1], part.from);
-            const float value_to = between(field[0], field[1], part.to);
-            const float dt = ray.dt * share_of(&part) * sample.table_unit;
-            const Node from = node_of(&sample, integrals, value_from, l[0] & 1);
-            const Node to = node_of(&sample, integrals, value_to, l[1] & 1);
-            const Segment segment =
-                segment_between(&sample, integrals, &from, &to, value_from, value_to, ends_of(&sample, l[0], l[1]), dt);
-            composite_way(voxels, &view, &sample, integrals, &segment, &part, &way, dt, &lit[0], &lit[1], &gathered, &active);
-#elif BLEND == ISO
-            take_crossing(voxels, &view, &sample, &part, &way, &lit[0], &lit[1], &gathered, &active);
-#else
-            take_values(voxels, &view, &part, &way, share_of(&part) / s, &gathered, &active);
+            for (int w = 0; w < ways; w++) {
+                Way way = {{0}, {0}, values[w], values[w + 1]};
+                for (int axis = 0; axis < 3; axis++) {
+                    way.step[axis] = whole.step[axis] / ways;
+                    way.place[axis] = whole.place[axis] + w * way.step[axis];
+                }
+                Part part = {0.0f, 1.0f};
+#ifdef CLIPPED
+                const float enters_at = ray.layer_step * (way.place[2] - ray.o_a);
+                part = part_of(&interval, enters_at, enters_at + 1.0f / (s * ways));
+                if (part.from >= part.to)
+                    continue;
 #endif
+#if BLEND == COMPOSITE
+                const float value_from = between(way.from, way.to, part.from), value_to = between(way.from, way.to, part.to);
+                const float dt = ray.dt / ways * share_of(&part) * sample.table_unit;
+                // Samples alternate between even and odd nodes.
+                const int place = ways * l[0] + w;
+                const Node from = node_of(&sample, integrals, value_from, place & 1);
+                const Node to = node_of(&sample, integrals, value_to, place + 1 & 1);
+                const Segment segment =
+                    segment_between(&sample, integrals, &from, &to, value_from, value_to, ends_of(&sample, l[0], l[1]), dt);
+                composite_way(voxels, &view, &sample, integrals, &segment, &part, &way, dt, &lit[w], &lit[w + 1], &gathered, &active);
+#elif BLEND == ISO
+                take_crossing(voxels, &view, &sample, &part, &way, &lit[w], &lit[w + 1], &gathered, &active);
+#else
+                take_values(voxels, &view, &part, &way, share_of(&part) / s, &gathered, &active);
+#endif
+            }
         }
         if (!any_open(&sample, &gathered))
             break;

@@ -103,23 +103,29 @@ inline void bounds_of(const Interval *intervals, int rows, float *from, float *t
 // The sub-layers at both ends of a segment. Samples one unless it is held.
 #define HELD(l) (&held[(l) & 1])
 #define COLUMNS_AT(l) (tile.centre_u + ((float)(l) / s - RADIUS - p.centre_layer) * tile.shear_u)
-// Whether ends of segments are lit, or the places in between that are found.
-#if GATHERS_VALUES || defined(REFINED)
-#define LIT_AT_ENDS false
-#else
-#define LIT_AT_ENDS true
-#endif
-// The way of row r over a share of the distance between the sub-layers l0 and l1.
-#define WAY(r, begins, length, one, other)                                                                             \
-    {{COLUMNS_AT(l0) + (begins) * step * tile.shear_u,                                                                 \
-      tile.v.centre[r] + (k + (begins) * step - p.centre_layer) * tile.v.shear[r], k + (begins) * step},               \
-     {(length) * step * tile.shear_u, (length) * step * tile.v.shear[r], (length) * step},                             \
-     (one)->field[r], (other)->field[r]}
-// Whether anything between two values does.
-#define SHOWS(p, from, to) (MAX(from, to) >= (p)->visible_from && MIN(from, to) <= (p)->visible_to)
 #define HOLD(l)                                                                                                        \
     if (HELD(l)->held != (l))                                                                                          \
     sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, tile.rows, HELD(l))
+
+// The way of a tile's row from plane k on.
+inline Way way_of(const Tile *tile, float centre_layer, int r, float k, float step, const Samples *one, const Samples *other) {
+    const float depth = k - centre_layer;
+    const Way way = {{tile->centre_u + depth * tile->shear_u, tile->v.centre[r] + depth * tile->v.shear[r], k},
+                     {step * tile->shear_u, step * tile->v.shear[r], step}, one->field[r], other->field[r]};
+    return way;
+}
+
+#if HAS_SLOPES && LIT_AT_ENDS
+// Samples in the middle between those of two planes, of some rows, a bit each.
+inline void find_middle(const SampleParams *p, const Tile *tile, float centre_layer, float k, float step, int tile_rows,
+                        const Samples *const *ends, Samples *middle) {
+    for (int rows = tile_rows; rows; rows &= rows - 1) {
+        const int r = 31 - clz(rows & -rows);
+        const Way way = way_of(tile, centre_layer, r, k, step, ends[0], ends[1]);
+        middle->lit[r] = lit_in_the_middle(p, &way, &ends[0]->lit[r], &ends[1]->lit[r], &middle->field[r]);
+    }
+}
+#endif
 
 __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
                             __global const int4 *integrals, __global const float4 *table, RayLatticeParams p,
@@ -186,7 +192,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #if !GATHERS_VALUES
             for (int r = 0; r < tile.rows; r++) {
                 const realv from = front->at.field[r], to = behind->at.field[r];
-                if (!ANY(SHOWS(&p, from, to)))
+                if (!ANY(shows(&sample, from, to)))
                     shown &= ~(1 << r);
             }
 #endif
@@ -197,73 +203,68 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 light_layer(voxels, &view, &sample, s, COLUMNS_AT(l0), shown, front);
                 light_layer(voxels, &view, &sample, s, COLUMNS_AT(l1), shown, behind);
             }
+            // Of the plane at which rays enter, and the distance to that at which they leave.
             const float k = (float)l0 / s - RADIUS, step = (float)p.layer_step / s;
-            // Between lit samples another may be made.
-            const Samples *samples[3] = {&front->at, &behind->at, &behind->at};
-            int parts_of = 1;
-#if HAS_SLOPES && !GATHERS_VALUES && !defined(REFINED)
+            const Samples *samples[3] = {&front->at, &behind->at, 0};
+            int ways = 1;
+#if HAS_SLOPES && LIT_AT_ENDS
             Samples middle;
             if (sample.shading) {
-                parts_of = 2, samples[1] = &middle;
+                find_middle(&sample, &tile, p.centre_layer, k, step, shown, samples, &middle);
+                samples[1] = &middle, samples[2] = &behind->at, ways = 2;
+            }
+#endif
+            for (int w = 0; w < ways; w++) {
+                const Samples *one = samples[w], *other = samples[w + 1];
+                const float length = 1.0f / ways, from_k = k + w * length * step;
+                Part parts[TILE_ROWS];
+#ifdef CLIPPED
+                const float enters_at = p.layer_step * (from_k - p.centre_layer);
+                for (int r = 0; r < tile.rows; r++)
+                    parts[r] = part_of(&intervals[r], (realv)(enters_at), (realv)(enters_at + length / s));
+#endif
+#if BLEND == COMPOSITE
+                const float2 weights = ends_of(&sample, l0, l1);
+                // Samples alternate between even and odd nodes.
+                const int place = ways * l0 + w * p.layer_step, next = place + p.layer_step;
+                Segment segments[TILE_ROWS];
                 for (int r = 0; r < tile.rows; r++) {
-                    const Way way = WAY(r, 0.0f, 1.0f, &front->at, &behind->at);
-                    if (shown >> r & 1)
-                        middle.lit[r] = lit_in_the_middle(&sample, &way, &front->at.lit[r], &behind->at.lit[r],
-                                                          SHOWS(&p, way.from, way.to), &middle.field[r]);
-                }
-            }
-#endif
-            for (int i = 0; i < parts_of; i++) {
-            const Samples *one = samples[i], *other = samples[i + 1];
-            const float begins = (float)i / parts_of, length = 1.0f / parts_of;
-            Part parts[TILE_ROWS];
+                    if (!(shown >> r & 1))
+                        continue;
+                    const realv from = one->field[r], to = other->field[r], unit = length * dt[r];
 #ifdef CLIPPED
-            const float enters_at = p.layer_step * (k - p.centre_layer) + begins / s;
-            for (int r = 0; r < tile.rows; r++)
-                parts[r] = part_of(&intervals[r], (realv)(enters_at), (realv)(enters_at + length / s));
+                    if (any_cut(&parts[r])) {
+                        const realv cut_from = between(from, to, parts[r].from), cut_to = between(from, to, parts[r].to);
+                        const Node at_cut = node_of(&sample, integrals, cut_from, place & 1);
+                        const Node behind_cut = node_of(&sample, integrals, cut_to, next & 1);
+                        segments[r] = segment_between(&sample, integrals, &at_cut, &behind_cut, cut_from, cut_to, weights,
+                                                      unit * share_of(&parts[r]));
+                        continue;
+                    }
 #endif
-#if BLEND == COMPOSITE
-            const float2 weights = ends_of(&sample, l0, l1);
-            // Samples alternate between even and odd nodes.
-            const int place = parts_of * l0 + i * p.layer_step, next = place + p.layer_step;
-            Segment segments[TILE_ROWS];
-            for (int r = 0; r < tile.rows; r++) {
-                if (!(shown >> r & 1))
-                    continue;
-                const realv from = one->field[r], to = other->field[r], unit = length * dt[r];
-#ifdef CLIPPED
-                if (any_cut(&parts[r])) {
-                    const realv cut_from = between(from, to, parts[r].from), cut_to = between(from, to, parts[r].to);
-                    const Node node = node_of(&sample, integrals, cut_from, place & 1);
-                    const Node next_node = node_of(&sample, integrals, cut_to, next & 1);
-                    segments[r] = segment_between(&sample, integrals, &node, &next_node, cut_from, cut_to, weights,
-                                                  unit * share_of(&parts[r]));
-                    continue;
+                    if (ends_at[r] != place)
+                        ends[r] = node_of(&sample, integrals, from, place & 1);
+                    const Node node = node_of(&sample, integrals, to, next & 1);
+                    segments[r] = segment_between(&sample, integrals, &ends[r], &node, from, to, weights, PART_OF(unit, &parts[r]));
+                    ends[r] = node;
+                    ends_at[r] = next;
                 }
 #endif
-                if (ends_at[r] != place)
-                    ends[r] = node_of(&sample, integrals, from, place & 1);
-                const Node node = node_of(&sample, integrals, to, next & 1);
-                segments[r] = segment_between(&sample, integrals, &ends[r], &node, from, to, weights, PART_OF(unit, &parts[r]));
-                ends[r] = node;
-                ends_at[r] = next;
-            }
-#endif
-            for (int r = 0; r < tile.rows; r++) {
-                if (!(shown >> r & 1))
-                    continue;
-                const Way way = WAY(r, begins, length, one, other);
+                for (int r = 0; r < tile.rows; r++) {
+                    if (!(shown >> r & 1))
+                        continue;
+                    const Way way = way_of(&tile, p.centre_layer, r, from_k, length * step, one, other);
 #if BLEND == COMPOSITE
-                composite_way(voxels, &view, &sample, integrals, &segments[r], &parts[r], &way, PART_OF(length * dt[r], &parts[r]),
-                              &one->lit[r], &other->lit[r], &gathered[r], &active);
+                    composite_way(voxels, &view, &sample, integrals, &segments[r], &parts[r], &way,
+                                  PART_OF(length * dt[r], &parts[r]), &one->lit[r], &other->lit[r], &gathered[r], &active);
 #elif BLEND == ISO
-                take_crossing(voxels, &view, &sample, &parts[r], &way, &one->lit[r], &other->lit[r], &gathered[r], &active);
+                    take_crossing(voxels, &view, &sample, &parts[r], &way, &one->lit[r], &other->lit[r], &gathered[r], &active);
 #else
-                take_values(voxels, &view, &parts[r], &way, share_of(&parts[r]) / s, &gathered[r], &active);
+                    take_values(voxels, &view, &parts[r], &way, share_of(&parts[r]) / s, &gathered[r], &active);
 #endif
-                if (!any_open_of(&sample, &gathered[r], tile.columns))
-                    open &= ~(1 << r);
-            }
+                    if (!any_open_of(&sample, &gathered[r], tile.columns))
+                        open &= ~(1 << r);
+                }
             }
         }
     }

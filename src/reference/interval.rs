@@ -59,6 +59,13 @@ impl Part {
         self.to - self.from
     }
 
+    /// What of it lies between two places of the segment, as shares of the way between these.
+    pub fn within(self, from: f64, to: f64) -> Option<Self> {
+        let share = |t: f64| (t.clamp(from, to) - from) / (to - from);
+        let part = Self { from: share(self.from), to: share(self.to) };
+        (part.from < part.to).then_some(part)
+    }
+
     /// A place in it, 0 … 1, as one in the segment.
     pub fn at(self, t: f64) -> f64 {
         self.from + t * (self.to - self.from)

@@ -17,7 +17,8 @@ impl Layered<'_> {
     /// Premultiplied RGBA along one ray, sampled `samples_per_layer` times per layer.
     pub(super) fn composite_points(&self, crossing: &Crossing, samples_per_layer: u32, to_eye: DVec3) -> [f64; 4] {
         let (mut gathered, mut values) = (Gathered::new(), Values::new(self.settings.blend));
-        for segment in self.segments(crossing, samples_per_layer) {
+        let segments = self.segments(crossing, samples_per_layer);
+        for segment in segments.flat_map(|segment| self.halves(segment, samples_per_layer)) {
             match self.settings.blend {
                 Blend::Composite if self.in_parts => self.composite_parts(&segment, to_eye, &mut gathered),
                 Blend::Composite => self.composite_whole(&segment, samples_per_layer, to_eye, &mut gathered),
@@ -58,13 +59,57 @@ impl Layered<'_> {
                 part,
                 ends: if step > 0 { [low, high] } else { [high, low] },
                 length: self.sample_length(crossing) * part.length(),
+                gradients: None,
             })
         })
     }
 
-    fn lighting(&self, points: [DVec3; 2], to_eye: DVec3) -> Option<[Lighting; 2]> {
+    /// Where gradients are the field's own and are looked at, a segment that shows becomes two: in the middle between its ends lies what a
+    /// cubic with their values and slopes has there.
+    fn halves(&self, segment: Segment, samples_per_layer: u32) -> Vec<Segment> {
+        let lit_at_ends = match self.settings.blend {
+            Blend::Composite => true,
+            Blend::Iso(_) => samples_per_layer == 1,
+            _ => false,
+        };
+        let looked_at = self.field.kernel().has_own_slope() && self.settings.shading.is_some() && lit_at_ends;
+        if !looked_at || !self.shows(segment.values) {
+            return vec![segment];
+        }
+        let step = segment.points[1] - segment.points[0];
+        let gradients = segment.points.map(|p| self.field.gradient(p));
+        let ([front, back], slopes) = (segment.values, gradients.map(|g| g.dot(step)));
+        let value = (front + back) / 2.0 + (slopes[0] - slopes[1]) / 8.0;
+        let slope = 1.5 * (back - front) - (slopes[0] + slopes[1]) / 4.0;
+        let mixed = (gradients[0] + gradients[1]) / 2.0;
+        let gradient = mixed + step * ((slope - mixed.dot(step)) / step.length_squared());
+        let middle = segment.place(0.5);
+        let half = |points, values, gradients, from: f64| {
+            let part = segment.part.within(from, from + 0.5)?;
+            let length = segment.length / segment.part.length() / 2.0 * part.length();
+            Some(Segment { points, values, part, ends: [0.0; 2], length, gradients: Some(gradients) })
+        };
+        let halves = [
+            half([segment.points[0], middle], [front, value], [gradients[0], gradient], 0.0),
+            half([middle, segment.points[1]], [value, back], [gradient, gradients[1]], 0.5),
+        ];
+        halves.into_iter().flatten().collect()
+    }
+
+    /// Whether values that show lie between two, or on both sides of these.
+    fn shows(&self, [one, other]: [f64; 2]) -> bool {
+        if let Blend::Iso(iso) = self.settings.blend {
+            return one.min(other) <= iso && iso <= one.max(other);
+        }
+        let up_to = |value| self.transfer.largest_opacity(f64::NEG_INFINITY, value) > 0.0;
+        let from = |value| self.transfer.largest_opacity(value, f64::INFINITY) > 0.0;
+        up_to(one.max(other)) && from(one.min(other))
+    }
+
+    fn lighting(&self, segment: &Segment, to_eye: DVec3) -> Option<[Lighting; 2]> {
         let shading = self.settings.shading?;
-        Some(points.map(|p| Lighting::new(self.volume, shading, self.field.gradient(p), to_eye)))
+        let gradients = segment.gradients.unwrap_or_else(|| segment.points.map(|p| self.field.gradient(p)));
+        Some(gradients.map(|gradient| Lighting::of(&self.field, self.volume, shading, gradient, to_eye)))
     }
 
     /// A segment of one colour, lit where most of its light comes from.
@@ -73,7 +118,7 @@ impl Layered<'_> {
         let Some(mean) = mean(self.transfer, segment, extinction) else { return };
         let depth = mean.attenuation * segment.length;
         let opacity = opacity_of_depth(depth, extinction);
-        let color = self.lighting(segment.points, to_eye).map_or(mean.color, |ends| {
+        let color = self.lighting(segment, to_eye).map_or(mean.color, |ends| {
             // Light comes from before the centroid, by as much as what lies behind is dimmed, if extinction is even.
             let dimmed = if depth > 1e-6 { 0.5 - 1.0 / depth + 1.0 / depth.exp_m1() } else { 0.0 };
             let source = mean.centroid - 4.0 * mean.centroid * (1.0 - mean.centroid) * dimmed;
@@ -84,7 +129,7 @@ impl Layered<'_> {
 
     /// A segment through the field itself, in parts.
     fn composite_parts(&self, segment: &Segment, to_eye: DVec3, gathered: &mut Gathered) {
-        let lighting = self.lighting(segment.points, to_eye);
+        let lighting = self.lighting(segment, to_eye);
         for n in 0..PARTS {
             let t = segment.part.at((n as f64 + 0.5) / PARTS as f64);
             let value = self.field.reconstructed(segment.place(t));
@@ -106,9 +151,10 @@ impl Layered<'_> {
         }
         let color = self.transfer.color(iso);
         let lighting = if refined {
-            self.lighting([segment.place(t); 2], to_eye).map(|[at, _]| at)
+            let gradient = self.field.gradient(segment.place(t));
+            self.settings.shading.map(|shading| Lighting::new(self.volume, shading, gradient, to_eye))
         } else {
-            self.lighting(segment.points, to_eye).map(|ends| self.along_curve(ends, t, samples_per_layer))
+            self.lighting(segment, to_eye).map(|ends| self.along_curve(ends, t, samples_per_layer))
         };
         Some(lighting.map_or(color, |lighting| lighting.on(color)))
     }
@@ -131,6 +177,8 @@ struct Segment {
     ends: [f64; 2],
     /// Of the part, in unit distances.
     length: f64,
+    /// At both ends, where these are not those of the field.
+    gradients: Option<[DVec3; 2]>,
 }
 
 impl Segment {

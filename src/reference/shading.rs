@@ -1,5 +1,6 @@
 //! How a colour is lit.
 
+use super::field::Field;
 use crate::settings::Shading;
 use crate::volume::Volume;
 use glam::DVec3;
@@ -36,6 +37,12 @@ impl Lighting {
         let highlight = shading.specular * normal.dot(half_way).abs().powf(shading.power);
         let weight = gradient.length().max(LEAST_LENGTH).sqrt();
         Self { factor: 1.0 + fade * (factor - 1.0), highlight: fade * highlight, weight }
+    }
+
+    /// The same, where gradients are the field's own: what is mixed with it counts evenly.
+    pub fn of(field: &Field, volume: &Volume, shading: Shading, gradient: DVec3, to_eye: DVec3) -> Self {
+        let lighting = Self::new(volume, shading, gradient, to_eye);
+        if field.kernel().has_own_slope() { Self { weight: 1.0, ..lighting } } else { lighting }
     }
 
     /// Between this and another.

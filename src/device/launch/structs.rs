@@ -87,6 +87,8 @@ kernel_struct! {
         table_last: i32,
         /// Entries outside have no opacity.
         visible as [first_visible, last_visible]: i32,
+        /// Values outside have none, or cannot change a ray.
+        shown as [shown_from, shown_to]: f32,
         /// Extinction: 1 = min(1, alpha dt), 0 = 1 - exp(-tau dt).
         linear: i32,
         /// Samples per layer: all inner ones, and of splatted layers the outer two.
@@ -180,8 +182,6 @@ kernel_struct! {
         culling: i32,
         /// k_c.
         centre_layer: f32,
-        /// Point-sampled layers: values between which lies all opacity.
-        visible as [visible_from, visible_to]: f32,
         /// First and last layer, of -1 ... n, that are composited here; of point-sampled layers, slab q between layers q-1 and q, of
         /// 0 ... n.
         layers as [first_layer, last_layer]: i32,

@@ -65,10 +65,9 @@ impl PointLayers {
         let integrals = scene.prepared.integrals(device, settings.extinction, kernel, axes.step.min_element(), per_layer)?;
         let layout = scene.prepared.weighted(device, axis, kernel)?;
         let mut sample = scene.sample(&axes, frame);
-        integrals.set(&mut sample, kernel, per_layer);
         let region = Region::new(scene, kernel, per_layer);
         let segments = segments(scene, &integrals, kernel, per_layer);
-        let table = colors(scene, kernel, &mut sample)?;
+        let table = classified(scene, &integrals, (kernel, per_layer), &mut sample)?;
         self.lattice.launch(
             device,
             (layout.voxels.kind(), kernel, segments, region.rendering),
@@ -79,7 +78,6 @@ impl PointLayers {
                 integrals: &integrals.nodes,
                 table: &table.entries,
                 p: RayLatticeParams {
-                    visible: scene.prepared.useful_values(settings.blend).unwrap_or(integrals.visible_values),
                     layers: range.slabs(lattice, kernel.radius(), settings.culling.then_some(visible.slabs)),
                     ..lattice_params(lattice, range, tiles, visible.blocks, settings.culling)
                 },
@@ -115,10 +113,9 @@ impl PointLayers {
         let integrals =
             scene.prepared.integrals(device, settings.extinction, kernel, axes.step.min_element(), samples_per_layer)?;
         let mut sample = scene.sample(&axes, Axis::Z.frame());
-        integrals.set(&mut sample, kernel, samples_per_layer);
         let region = Region::new(scene, kernel, samples_per_layer);
         let segments = segments(scene, &integrals, kernel, samples_per_layer);
-        let table = colors(scene, kernel, &mut sample)?;
+        let table = classified(scene, &integrals, (kernel, samples_per_layer), &mut sample)?;
         let layout = scene.prepared.weighted(device, Axis::Z, kernel)?;
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), Tiles::of_pixels(viewport), "the frame")?;
         self.direct.launch(
@@ -151,11 +148,22 @@ fn segments(scene: &Scene, integrals: &Integrals, kernel: Kernel, per_layer: u32
     }
 }
 
-/// The table of colours, in which samples are looked up where values are gathered.
-fn colors(scene: &mut Scene, kernel: Kernel, sample: &mut SampleParams) -> Result<Arc<Table>, Error> {
-    let table = scene.prepared.table(scene.device, scene.settings.extinction, kernel)?;
-    if scene.settings.blend != Blend::Composite {
+/// Parameters of samples of a kernel's field, so many per layer, and the table of colours, in which they are looked up where values are
+/// gathered.
+fn classified(
+    scene: &mut Scene,
+    integrals: &Integrals,
+    (kernel, per_layer): (Kernel, u32),
+    sample: &mut SampleParams,
+) -> Result<Arc<Table>, Error> {
+    let Scene { device, settings, .. } = *scene;
+    integrals.set(sample, kernel, per_layer);
+    let table = scene.prepared.table(device, settings.extinction, kernel)?;
+    if settings.blend != Blend::Composite {
         table.set(sample);
+    }
+    if let Some(useful) = scene.prepared.useful_values(settings.blend) {
+        sample.shown = useful;
     }
     Ok(table)
 }
@@ -179,7 +187,6 @@ pub(super) fn lattice_params(
         layer_step: lattice.layer_step,
         culling: i32::from(culling),
         centre_layer: lattice.centre_layer as f32,
-        visible: [0.0; 2],
         layers: range.layers(lattice),
         continues: i32::from(range.continues),
         raw: i32::from(range.raw),

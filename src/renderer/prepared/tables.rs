@@ -79,6 +79,7 @@ impl Integrals {
     /// The parameters of samples between which segments are classified by these integrals, so many per layer.
     pub fn set(&self, sample: &mut SampleParams, kernel: Kernel, per_layer: u32) {
         self.scale.set(sample);
+        sample.shown = self.visible_values;
         sample.table_unit = self.unit;
         sample.samples_per_layer = [per_layer as i32, 0, 0];
         for (n, ends) in (0..per_layer).zip(&mut sample.ends) {
