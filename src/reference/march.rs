@@ -131,7 +131,8 @@ impl<'a> Marched<'a> {
             if (slab.part.from..=slab.part.to).contains(&t) {
                 let color = self.transfer.color(iso);
                 return opaque(self.settings.shading.map_or(color, |shading| {
-                    let [front, back] = points.map(|p| Lighting::of(&self.field, self.volume, shading, self.field.gradient(p), to_eye));
+                    let [front, back] =
+                        points.map(|p| Lighting::of(&self.field, self.volume, shading, self.field.gradient(p), to_eye));
                     front.mix(back, t).on(color)
                 }));
             }
