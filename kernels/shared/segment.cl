@@ -17,7 +17,8 @@ ALWAYS_INLINE void take_values(__global const VOXEL *voxels, const VolumeView *v
 #endif
 
 #if BLEND == ISO
-// Steps of false position on the reconstructed field: three leave one ray in a hundred lit by a tenth too much or too little.
+// Steps of false position on the reconstructed field: three leave one ray in a hundred lit by a tenth too much or too little. An end that
+// stays where it is counts half (Dowell & Jarratt 1971): where the field bends, it would hold all steps on the other side.
 #define REFINEMENTS 5
 
 // Takes a segment of an iso-surface: where the value between its ends crosses `p->iso`; REFINED: where the field itself does. It counts if that lies in the part that does.
@@ -32,11 +33,13 @@ ALWAYS_INLINE void take_crossing(__global const VOXEL *voxels, const VolumeView 
     Lighting lighting;
 #ifdef REFINED
     realv near = 0.0f, far = 1.0f, at_near = from - p->iso, at_far = to - p->iso;
+    intv near_stayed = 0, far_stayed = 0;
     for (int i = 0; i < REFINEMENTS; i++) {
         const realv at = value_on(voxels, view, way, t, crosses) - p->iso;
         const intv before = (at_near < 0.0f) == (at < 0.0f);
-        near = before ? t : near, at_near = before ? at : at_near;
-        far = before ? far : t, at_far = before ? at_far : at;
+        near = before ? t : near, at_near = before ? at : near_stayed ? 0.5f * at_near : at_near;
+        far = before ? far : t, at_far = before ? (far_stayed ? 0.5f * at_far : at_far) : at;
+        near_stayed = !before, far_stayed = before;
         const realv span = at_far - at_near;
         t = near + (far - near) * CLAMP(-at_near / (span == 0.0f ? (realv)(1.0f) : span), (realv)(0.0f), (realv)(1.0f));
     }
