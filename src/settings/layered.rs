@@ -42,6 +42,16 @@ impl Classification {
     /// Most samples per layer of pre-integration.
     pub const MAX_POINTS: u32 = 8;
 
+    /// The same of another kernel's field; splats are the paper's cubic.
+    pub fn with_kernel(self, kernel: Kernel) -> Self {
+        match self {
+            Classification::Post(_) => self,
+            Classification::Preintegrated { samples_per_layer, .. } => {
+                Classification::Preintegrated { kernel, samples_per_layer }
+            }
+        }
+    }
+
     /// Samples per layer.
     pub fn samples_per_layer(self) -> u32 {
         match self {

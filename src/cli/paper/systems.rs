@@ -50,7 +50,7 @@ pub(super) const QUALITIES: [usize; 3] = [4, LAYERED, 5];
 /// The others.
 pub(super) const OTHERS: [usize; 3] = [0, VIEW_SHEETS, SLICING];
 
-/// A system at its default settings.
+/// A system at its default settings, layered with the paper's kernel.
 #[derive(Clone, Copy)]
 pub(super) struct System {
     pub name: &'static str,
@@ -69,7 +69,10 @@ impl System {
     pub fn settings(self) -> Settings {
         match self.make {
             Make::Algorithm(algorithm) => algorithm.into(),
-            Make::Layered(quality) => quality.settings(),
+            Make::Layered(quality) => {
+                let own = quality.layered();
+                Layered { classification: own.classification.with_kernel(self.kernel), ..own }.into()
+            }
         }
     }
 }

@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Density, Kernel};
 use crate::settings::{Algorithm, Settings};
+use std::collections::HashMap;
 
 /// Parts of a turn: systems take turns at them.
 const PARTS: u32 = 5;
@@ -138,21 +139,24 @@ fn with_paper(own: f64, paper: Option<f64>) -> String {
     }
 }
 
+/// The converged integral of each kernel.
+type Truths = HashMap<Kernel, Frame>;
+
 fn measure(laboratory: &Laboratory, source: &Source) -> Result<Measured, Error> {
     let bar = &laboratory.bar;
     bar.set_message(format!("table 1: {}", source.name));
     let set = source.open()?;
     let mut bench = Bench::new(laboratory, &set)?;
-    let mut truths = Vec::new();
+    let mut truths = Truths::new();
     for kernel in [Kernel::Linear, Kernel::Cubic, Kernel::Gaussian] {
-        truths.push(bench.truth(VIEW, kernel)?);
+        truths.insert(kernel, bench.truth(VIEW, kernel)?);
         bar.inc(1);
     }
     let (mut own, mut cubic) = (Vec::new(), Vec::new());
     for system in SYSTEMS {
         let picture = bench.unshaded(VIEW, &system.settings())?;
-        own.push(psnr(&picture, &truths[system.kernel as usize]));
-        cubic.push(psnr(&picture, &truths[Kernel::Cubic as usize]));
+        own.push(psnr(&picture, &truths[&system.kernel]));
+        cubic.push(psnr(&picture, &truths[&Kernel::Cubic]));
     }
     let pictures =
         SYSTEMS[..OF_THE_PAPER].iter().map(|system| bench.picture(VIEW, &system.settings())).collect::<Result<_, Error>>()?;
@@ -201,10 +205,10 @@ fn layered_settings() -> Vec<(String, Settings)> {
 }
 
 /// Layered against view-sheets and slicing.
-fn equal_fidelities(bench: &mut Bench, truths: &[Frame], own: &[f64]) -> Result<Vec<Equal>, Error> {
+fn equal_fidelities(bench: &mut Bench, truths: &Truths, own: &[f64]) -> Result<Vec<Equal>, Error> {
     let mut ladder = Vec::new();
     for (name, settings) in layered_settings() {
-        let fidelity = psnr(&bench.unshaded(VIEW, &settings)?, &truths[Kernel::Cubic as usize]);
+        let fidelity = psnr(&bench.unshaded(VIEW, &settings)?, &truths[&Kernel::Cubic]);
         ladder.push((name, fidelity, short_turn(bench, &settings)?));
     }
     let mut equal = Vec::new();
@@ -219,7 +223,7 @@ fn equal_fidelities(bench: &mut Bench, truths: &[Frame], own: &[f64]) -> Result<
         };
         equal.push(Equal { what: format!("{name} : {}", system.name), psnr: [*fidelity, own[other]], milliseconds });
 
-        let (distance, fidelity, settings) = coarsest(bench, system, &truths[system.kernel as usize], own[LAYERED])?;
+        let (distance, fidelity, settings) = coarsest(bench, system, &truths[&system.kernel], own[LAYERED])?;
         let milliseconds = match fidelity >= own[LAYERED] {
             true => Some([short_turn(bench, &SYSTEMS[LAYERED].settings())?, short_turn(bench, &settings)?]),
             false => None,
