@@ -36,7 +36,7 @@ pub(super) const SYSTEMS: [System; 6] = [
         make: Make::Algorithm(Algorithm::Slicing { step: Algorithm::SLICE_DISTANCE }),
     },
     System { name: "layered draft", kernel: Kernel::Cubic, make: Make::Layered(Quality::Draft) },
-    System { name: "layered high", kernel: Kernel::Cubic, make: Make::Layered(Quality::High) },
+    System { name: "layered high", kernel: Kernel::BSpline, make: Make::Layered(Quality::High) },
 ];
 
 /// How many of [`SYSTEMS`] the paper has.

@@ -14,8 +14,16 @@ use crate::settings::{Algorithm, Settings};
 const PARTS: u32 = 5;
 /// Frames that a setting is timed with where fidelities are to be equal.
 const SHORT_TURN: u32 = 25;
+/// What the systems reconstruct: a truth each.
+const KERNELS: [Kernel; 4] = [Kernel::Linear, Kernel::Cubic, Kernel::BSpline, Kernel::Gaussian];
 /// Steps of the progress bar per data set: truths, default settings, equal fidelities.
-pub(super) const STEPS: u32 = 3 + PARTS + 1;
+pub(super) const STEPS: u32 = KERNELS.len() as u32 + PARTS + 1;
+
+/// The truth of a kernel, of those of [`KERNELS`].
+fn truth_of(truths: &[Frame], kernel: Kernel) -> &Frame {
+    let place = KERNELS.iter().position(|&own| own == kernel).expect("every system's kernel has a truth");
+    &truths[place]
+}
 
 /// What was measured of one data set.
 struct Measured {
@@ -144,15 +152,15 @@ fn measure(laboratory: &Laboratory, source: &Source) -> Result<Measured, Error> 
     let set = source.open()?;
     let mut bench = Bench::new(laboratory, &set)?;
     let mut truths = Vec::new();
-    for kernel in [Kernel::Linear, Kernel::Cubic, Kernel::Gaussian] {
+    for kernel in KERNELS {
         truths.push(bench.truth(VIEW, kernel)?);
         bar.inc(1);
     }
     let (mut own, mut cubic) = (Vec::new(), Vec::new());
     for system in SYSTEMS {
         let picture = bench.unshaded(VIEW, &system.settings())?;
-        own.push(psnr(&picture, &truths[system.kernel as usize]));
-        cubic.push(psnr(&picture, &truths[Kernel::Cubic as usize]));
+        own.push(psnr(&picture, truth_of(&truths, system.kernel)));
+        cubic.push(psnr(&picture, truth_of(&truths, Kernel::Cubic)));
     }
     let pictures =
         SYSTEMS[..OF_THE_PAPER].iter().map(|system| bench.picture(VIEW, &system.settings())).collect::<Result<_, Error>>()?;
@@ -204,7 +212,7 @@ fn layered_settings() -> Vec<(String, Settings)> {
 fn equal_fidelities(bench: &mut Bench, truths: &[Frame], own: &[f64]) -> Result<Vec<Equal>, Error> {
     let mut ladder = Vec::new();
     for (name, settings) in layered_settings() {
-        let fidelity = psnr(&bench.unshaded(VIEW, &settings)?, &truths[Kernel::Cubic as usize]);
+        let fidelity = psnr(&bench.unshaded(VIEW, &settings)?, truth_of(truths, Kernel::Cubic));
         ladder.push((name, fidelity, short_turn(bench, &settings)?));
     }
     let mut equal = Vec::new();
@@ -219,7 +227,7 @@ fn equal_fidelities(bench: &mut Bench, truths: &[Frame], own: &[f64]) -> Result<
         };
         equal.push(Equal { what: format!("{name} : {}", system.name), psnr: [*fidelity, own[other]], milliseconds });
 
-        let (distance, fidelity, settings) = coarsest(bench, system, &truths[system.kernel as usize], own[LAYERED])?;
+        let (distance, fidelity, settings) = coarsest(bench, system, truth_of(truths, system.kernel), own[LAYERED])?;
         let milliseconds = match fidelity >= own[LAYERED] {
             true => Some([short_turn(bench, &SYSTEMS[LAYERED].settings())?, short_turn(bench, &settings)?]),
             false => None,
