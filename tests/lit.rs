@@ -10,15 +10,40 @@ use layersplat::reference::Integral;
 use layersplat::settings::{Algorithm, Classification, Evaluation, Layered, Shading};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Frame, Orbit, Projection, Quality, Settings, TransferFunction, Viewport, Volume};
+use std::collections::{HashMap, HashSet};
 
 fn psnr(a: &Frame, b: &Frame) -> f64 {
     compare(a, b).psnr.unwrap_or(f64::INFINITY)
 }
 
-/// Ray casting in small steps, lit at each.
-fn converged(volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport) -> Frame {
-    render(volume, transfer, camera, size, &Settings { algorithm: CONVERGED, ..Settings::default() })
+/// What is shipped, and `high` with the paper's cubic, by the command's options.
+fn shipped() -> [(&'static str, Settings); 4] {
+    let [draft, standard, high] = [Quality::Draft, Quality::Standard, Quality::High].map(Quality::settings);
+    let cubic = with_kernel(Quality::High, Kernel::Cubic).into();
+    [("draft", draft), ("standard", standard), ("high", high), ("high --kernel cubic", cubic)]
 }
+
+/// Ray casting in small steps, lit at each, of what each of [`shipped`] reconstructs.
+struct Truths(HashMap<Kernel, Frame>);
+
+impl Truths {
+    fn new(step: f64, volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport) -> Self {
+        let kernels = HashSet::from(shipped().map(|(_, settings)| kernel_of(&settings)));
+        let truth = |kernel| render(volume, transfer, camera, size, &Algorithm::Raycast { kernel, step }.into());
+        Self(kernels.into_iter().map(|kernel| (kernel, truth(kernel))).collect())
+    }
+
+    fn of(&self, settings: &Settings) -> &Frame {
+        &self.0[&kernel_of(settings)]
+    }
+
+    fn map(self, change: impl Fn(Frame) -> Frame) -> Self {
+        Self(self.0.into_iter().map(|(kernel, frame)| (kernel, change(frame))).collect())
+    }
+}
+
+/// Steps of the truth, in smallest spacings.
+const STEP: f64 = 0.0625;
 
 /// PSNR with eight samples per layer, 1 dB below what is measured.
 const LEAST_APPROACHED: f64 = 83.5;
@@ -78,7 +103,12 @@ fn highlight(frame: &Frame) -> (f64, f64) {
     (x / sum, y / sum)
 }
 
-/// The highlight of a ball faces the light, which is at the camera: within half a pixel of a radius of 102.
+/// How far a highlight may be from the middle of a ball of 102 pixels' radius, in pixels. A B-spline through bytes is less round: its
+/// integral's own highlight is 0.56 off at 120, -50.
+const MOST_OFF: f64 = 0.5;
+const MOST_OFF_OF_BSPLINE: f64 = 0.6;
+
+/// The highlight of a ball faces the light, which is at the camera.
 #[test]
 fn highlights_are_where_they_belong() {
     let volume = ball(26.0);
@@ -95,7 +125,8 @@ fn highlights_are_where_they_belong() {
                 };
                 let (x, y) = highlight(&render(&volume, &transfer, &camera, size, &settings));
                 let off = x.hypot(y);
-                assert!(off <= 0.5, "{quality:?}, {classification:?} at {azimuth}, {elevation}: off by {x:.2}, {y:.2} pixels");
+                let most = if kernel_of(&settings) == Kernel::BSpline { MOST_OFF_OF_BSPLINE } else { MOST_OFF };
+                assert!(off <= most, "{quality:?}, {classification:?} at {azimuth}, {elevation}: off by {x:.2}, {y:.2} pixels");
             }
         }
     }
@@ -171,15 +202,16 @@ fn wide_perspectives_have_no_seam() {
     let transfer = smooth_transfer();
     let size = viewport(128, 128);
     let camera = perspective(&volume, 45.0, 0.0, 100.0);
-    let truth = converged(&volume, &transfer, &camera, size);
-    for (quality, least) in [(Quality::Draft, 57.3), (Quality::Standard, 63.8), (Quality::High, 72.4)] {
-        let found = render(&volume, &transfer, &camera, size, &quality.settings());
-        let (db, rms) = (psnr(&found, &truth), jump(&found, &truth));
-        eprintln!("wide perspective {quality:?}: {db:.1} dB, {rms:.2} steps");
-        assert!(db > least, "{quality:?}: {db} dB");
-        assert!(quality == Quality::Draft || rms < 0.6, "{quality:?}: {rms} steps");
-        let everything = Settings { culling: false, ..quality.settings() };
-        assert_eq!(found, render(&volume, &transfer, &camera, size, &everything), "{quality:?}: culling shows");
+    let truths = Truths::new(STEP, &volume, &transfer, &camera, size);
+    for ((way, settings), least) in shipped().into_iter().zip([57.3, 63.8, 68.0, 72.4]) {
+        let found = render(&volume, &transfer, &camera, size, &settings);
+        let truth = truths.of(&settings);
+        let (db, rms) = (psnr(&found, truth), jump(&found, truth));
+        eprintln!("wide perspective {way}: {db:.1} dB, {rms:.2} steps");
+        assert!(db > least, "{way}: {db} dB");
+        assert!(way == "draft" || rms < 0.6, "{way}: {rms} steps");
+        let everything = Settings { culling: false, ..settings };
+        assert_eq!(found, render(&volume, &transfer, &camera, size, &everything), "{way}: culling shows");
     }
 }
 
@@ -203,16 +235,15 @@ fn opaque_hues_show_their_front() {
     ];
     let size = viewport(512, 512);
     for (hues, colors) in [("two", two), ("five", five)] {
-        for alpha in [0.9, 0.97, 0.99] {
+        for alpha in [0.9, 0.99] {
             let transfer = TransferFunction::new("hues", colors.clone(), vec![(0.0, 0.0), (1.0, alpha), (255.0, alpha)]).unwrap();
             let volume = cube();
             let camera = parallel(&volume, size, 30.0, 20.0);
-            let step = Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.015_625 };
-            let truth = render(&volume, &transfer, &camera, size, &Settings { algorithm: step, ..Settings::default() });
-            for (quality, least) in [(Quality::Standard, 36.7), (Quality::High, 41.3)] {
-                let db = psnr(&render(&volume, &transfer, &camera, size, &quality.settings()), &truth);
-                eprintln!("{hues} hues, alpha {alpha}, {quality:?}: {db:.1} dB");
-                assert!(db >= least, "{hues} hues, alpha {alpha}, {quality:?}: {db} dB");
+            let truths = Truths::new(STEP / 4.0, &volume, &transfer, &camera, size);
+            for ((way, settings), least) in shipped().into_iter().zip([0.0, 36.7, 38.8, 41.3]).skip(1) {
+                let db = psnr(&render(&volume, &transfer, &camera, size, &settings), truths.of(&settings));
+                eprintln!("{hues} hues, alpha {alpha}, {way}: {db:.1} dB");
+                assert!(db >= least, "{hues} hues, alpha {alpha}, {way}: {db} dB");
             }
         }
     }
@@ -225,11 +256,11 @@ fn faces_at_grazing_angles_have_no_stripes() {
     let size = viewport(256, 256);
     let transfer = TransferFunction::automatic(&volume);
     let camera = parallel(&volume, size, 30.0, 20.0);
-    let truth = converged(&volume, &transfer, &camera, size);
-    for (quality, least) in [(Quality::Standard, 59.0), (Quality::High, 66.0)] {
-        let db = psnr(&render(&volume, &transfer, &camera, size, &quality.settings()), &truth);
-        eprintln!("solid block {quality:?}: {db:.1} dB");
-        assert!(db > least, "{quality:?}: {db} dB");
+    let truths = Truths::new(STEP, &volume, &transfer, &camera, size);
+    for ((way, settings), least) in shipped().into_iter().zip([0.0, 59.0, 61.5, 66.0]).skip(1) {
+        let db = psnr(&render(&volume, &transfer, &camera, size, &settings), truths.of(&settings));
+        eprintln!("solid block {way}: {db:.1} dB");
+        assert!(db > least, "{way}: {db} dB");
     }
 }
 
@@ -283,11 +314,11 @@ fn zoomed_out(name: &str, volume: &Volume, transfer: &TransferFunction, voxels_a
         (Camera::orbit(volume.grid().centre(), half / 10f64.to_radians().tan(), orbit, projection), size)
     };
     let (camera, fine) = view(viewport(512, 512));
-    let truth = averaged(&converged(volume, transfer, &camera, fine), 8);
-    for quality in [Quality::Draft, Quality::Standard, Quality::High] {
-        let db = psnr(&render(volume, transfer, &camera, size, &quality.settings()), &truth);
-        eprintln!("zoomed out {name} {quality:?}: {db:.1} dB");
-        assert!(db > LEAST_FILTERED, "{name} {quality:?}: {db} dB");
+    let truths = Truths::new(STEP, volume, transfer, &camera, fine).map(|frame| averaged(&frame, 8));
+    for (way, settings) in shipped() {
+        let db = psnr(&render(volume, transfer, &camera, size, &settings), truths.of(&settings));
+        eprintln!("zoomed out {name} {way}: {db:.1} dB");
+        assert!(db > LEAST_FILTERED, "{name} {way}: {db} dB");
     }
 }
 

@@ -55,7 +55,7 @@ fn options_of_other_algorithms_are_refused() {
         &["--algorithm", "axis-sheets", "--sublayers", "2"],
         &["--algorithm", "view-sheets", "--layer-axis", "x"],
         &["--algorithm", "raycast", "--sheet-distance", "1"],
-        &["--algorithm", "slicing", "--interpolation", "tricubic"],
+        &["--algorithm", "slicing", "--kernel", "cubic"],
         &["--step", "0.5"],
         &["--algorithm", "axis-sheets", "--step", "0.5"],
     ];

@@ -4,6 +4,7 @@ mod common;
 
 use common::*;
 use glam::DVec3;
+use layersplat::layers::{Kernel, PREFILTER_RADIUS};
 use layersplat::renderer::{CompositedLayers, PartRenderer};
 use layersplat::settings::{Blend, Classification, ClipPlane, Clipping, CropBox, LayerAxis, Layered, Quality};
 use layersplat::transfer::Extinction;
@@ -127,6 +128,57 @@ fn in_two_three_and_seven_parts() {
             let whole = shot.whole();
             for k in [2, 3, 7] {
                 assert_close(&format!("{axis:?}, {:?}, {layered:?}, {k}", camera.projection), &shot.in_parts(k), &whole, 0.0);
+            }
+        }
+    }
+}
+
+/// Every kernel that layers are sampled with, lit and in `high`, composited and gathered: an axis each.
+#[test]
+fn every_kernel_of_layers() {
+    // Long enough that no part holds all of it, coefficients included.
+    let volume = random_volume([33, 31, 35], DVec3::new(1.0, 0.9, 1.2), SEED);
+    let (transfer, size) = (smooth_transfer(), viewport(26, 22));
+    let views = views(&volume, size);
+    for (n, kernel) in Kernel::OF_LAYERS.into_iter().enumerate() {
+        for (k, blend) in [(2, Blend::Composite), (3, Blend::Composite), (3, Blend::Maximum)] {
+            // Another axis for each, in both projections.
+            let (axis, camera) = views[(3 * n + 2 * k + usize::from(blend != Blend::Composite)) % views.len()];
+            let settings = Settings { blend, ..forced(axis, with_kernel(Quality::High, kernel)) };
+            let shot = Shot { volume: &volume, transfer: &transfer, axis, camera, size, settings };
+            let what = format!("{kernel:?}, {blend:?}, {axis:?}, {k}");
+            let whole = shot.whole();
+            assert_close(&what, &shot.in_parts(k), &whole, 0.0);
+            // The comparison sees another kernel.
+            let other = if kernel == Kernel::Linear { Kernel::Cubic } else { Kernel::Linear };
+            let other = Shot { settings: Settings { blend, ..forced(axis, with_kernel(Quality::High, other)) }, ..shot };
+            assert!(compare(&other.in_parts(k), &whole).max_difference > TERMINATED, "{what}: another kernel must be noticed");
+        }
+    }
+}
+
+/// The layers around those that are composited: two, and for the B-spline's coefficients as many as these are made from. With fewer, parts
+/// are refused; so they are needed.
+#[test]
+fn layers_around_parts() {
+    let dims = [9, 8, 50];
+    let volume = random_volume(dims, DVec3::ONE, SEED);
+    let (transfer, size) = (smooth_transfer(), viewport(24, 20));
+    let camera = parallel(&volume, size, 20.0, 10.0);
+    for kernel in Kernel::OF_LAYERS {
+        let around = if kernel == Kernel::BSpline { 2 + PREFILTER_RADIUS } else { 2 };
+        let settings = forced(Axis::Z, with_kernel(Quality::High, kernel));
+        assert_eq!(PartRenderer::needed(&(20..24), 50, &settings), 20 - around..24 + around, "{kernel:?}");
+        assert_eq!(PartRenderer::needed(&(1..49), 50, &settings), 0..50, "{kernel:?}");
+        for held in [21 - around..24 + around, 20 - around..23 + around, 20 - around..24 + around] {
+            let part = volume.part([0, 0, held.start], [dims[0], dims[1], held.len()]).unwrap();
+            let mut renderer = PartRenderer::new(&device(), &part, &transfer).unwrap();
+            let found = renderer.composite(&camera, size, &settings, 20..24, None);
+            if held.len() == 4 + 2 * around {
+                assert!(found.is_ok(), "{kernel:?} from {held:?}");
+            } else {
+                let message = found.expect_err("too little").to_string();
+                assert!(message.contains("does not hold"), "{kernel:?} from {held:?}: {message}");
             }
         }
     }

@@ -4,9 +4,9 @@ mod common;
 
 use common::blends::*;
 use common::*;
-use layersplat::layers::Density;
+use layersplat::layers::{Density, Kernel};
 use layersplat::settings::{Algorithm, Blend, Clipping, Evaluation, LayerAxis, Layered};
-use layersplat::{Error, Renderer};
+use layersplat::{Error, Quality, Renderer};
 
 #[test]
 fn what_has_no_blend_mode_says_so() {
@@ -33,6 +33,26 @@ fn what_has_no_blend_mode_says_so() {
     for value in [f64::NAN, f64::INFINITY] {
         let problem = problem(Algorithm::default(), Blend::Iso(value));
         assert!(problem.contains("blend") && problem.contains("finite"), "{problem}");
+    }
+}
+
+/// Weights that do not sum to one would make layers of fog; rays are cast through their sums all the same.
+#[test]
+fn what_layers_cannot_be_sampled_with_says_so() {
+    let volume = bump();
+    let size = viewport(8, 8);
+    let camera = parallel(&volume, size, 0.0, 0.0);
+    let mut renderer = Renderer::new(&device(), &volume, &smooth_transfer()).unwrap();
+    for evaluation in [Evaluation::Direct, Evaluation::Lattice(Density::Relaxed)] {
+        let mut draw = |kernel| {
+            let layered = Layered { evaluation, ..with_kernel(Quality::High, kernel) };
+            renderer.render(&camera, size, &layered.into())
+        };
+        match draw(Kernel::Gaussian) {
+            Err(error @ Error::Settings { field: "kernel", .. }) => assert!(error.to_string().contains("gaussian"), "{error}"),
+            other => panic!("{:?}", other.map(|_| "drawn")),
+        }
+        assert!(draw(Kernel::Cubic).is_ok(), "the others are drawn");
     }
 }
 

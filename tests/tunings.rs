@@ -7,7 +7,8 @@ use common::reference::{Pair, RIM_SHARE};
 use common::*;
 use layersplat::Device;
 use layersplat::device::{DeviceKind, Tuning};
-use layersplat::settings::{Algorithm, Clipping};
+use layersplat::layers::{Density, Kernel};
+use layersplat::settings::{Algorithm, Classification, Clipping, Evaluation, Layered};
 
 /// Floats are added in another order where rows and tiles begin elsewhere.
 const REORDERED: f64 = 2e-5;
@@ -29,7 +30,13 @@ fn devices() -> Vec<(String, Device)> {
 /// All that has blend modes, and the sheets.
 fn everything() -> Vec<Algorithm> {
     let sheets = OTHERS.into_iter().filter(|a| matches!(a, Algorithm::AxisSheets { .. } | Algorithm::ViewSheets { .. }));
-    algorithms().into_iter().chain(sheets).collect()
+    let smooth = [Kernel::CatmullRom, Kernel::BSpline].map(|kernel| {
+        // Without a lattice these have one width.
+        let classification = Classification::Preintegrated { kernel, samples_per_layer: 2 };
+        Layered { classification, evaluation: Evaluation::Lattice(Density::Fixed(2)), ..Layered::default() }.into()
+    });
+    let cast = [Kernel::CatmullRom, Kernel::BSpline].map(|kernel| Algorithm::Raycast { kernel, step: 0.6 });
+    algorithms().into_iter().chain(sheets).chain(smooth).chain(cast).collect()
 }
 
 #[test]

@@ -63,7 +63,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
                 }
 #if HAS_SLOPES
                 lit[2] = lit[1], ways = 2;
-                lit[1] = lit_in_the_middle(&sample, &whole, &lit[0], &lit[2], &values[1]);
+                lit[1] = lit_in_the_middle(&sample, &whole, counts_between(&sample, integrals, field[0], field[1]), &lit[0], &lit[2], &values[1]);
 #endif
             }
 #endif

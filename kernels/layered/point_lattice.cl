@@ -117,12 +117,13 @@ inline Way way_of(const Tile *tile, float centre_layer, int r, float k, float st
 
 #if HAS_SLOPES && LIT_AT_ENDS
 // Samples in the middle between those of two planes, of some rows, a bit each.
-inline void find_middle(const SampleParams *p, const Tile *tile, float centre_layer, float k, float step, int tile_rows,
-                        const Samples *const *ends, Samples *middle) {
+inline void find_middle(const SampleParams *p, __global const int4 *integrals, const Tile *tile, float centre_layer, float k,
+                        float step, int tile_rows, const Samples *const *ends, Samples *middle) {
     for (int rows = tile_rows; rows; rows &= rows - 1) {
         const int r = 31 - clz(rows & -rows);
         const Way way = way_of(tile, centre_layer, r, k, step, ends[0], ends[1]);
-        middle->lit[r] = lit_in_the_middle(p, &way, &ends[0]->lit[r], &ends[1]->lit[r], &middle->field[r]);
+        const intv counts = counts_between(p, integrals, way.from, way.to);
+        middle->lit[r] = lit_in_the_middle(p, &way, counts, &ends[0]->lit[r], &ends[1]->lit[r], &middle->field[r]);
     }
 }
 #endif
@@ -210,7 +211,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #if HAS_SLOPES && LIT_AT_ENDS
             Samples middle;
             if (sample.shading) {
-                find_middle(&sample, &tile, p.centre_layer, k, step, shown, samples, &middle);
+                find_middle(&sample, integrals, &tile, p.centre_layer, k, step, shown, samples, &middle);
                 samples[1] = &middle, samples[2] = &behind->at, ways = 2;
             }
 #endif

@@ -52,13 +52,13 @@ inline Lighting light_on(const SampleParams *p, const Lit *front, const Lit *bac
 }
 
 #if HAS_SLOPES
-// The sample in the middle of a way. Where nothing shows between the ends its value is one of those: what is skipped, in whole tiles or
-// blocks, must not depend on neighbours.
-inline Lit lit_in_the_middle(const SampleParams *p, const Way *way, const Lit *front, const Lit *back, realv *value) {
+// The sample in the middle of a way. Where nothing between the ends `counts` its value is one of those: it can lie beyond all that the
+// kernel makes of the voxels around, and what is skipped, in whole tiles or blocks, must not depend on neighbours.
+inline Lit lit_in_the_middle(const SampleParams *p, const Way *way, intv counts, const Lit *front, const Lit *back, realv *value) {
     const realv *step = way->step;
     const realv slope_front = front->u * step[0] + front->v * step[1] + front->a * step[2];
     const realv slope_back = back->u * step[0] + back->v * step[1] + back->a * step[2];
-    *value = 0.5f * (way->from + way->to) + (shows(p, way->from, way->to) ? 0.125f * (slope_front - slope_back) : (realv)(0.0f));
+    *value = 0.5f * (way->from + way->to) + (counts ? 0.125f * (slope_front - slope_back) : (realv)(0.0f));
     // Across the way gradients mix evenly; along it they are the cubic's slope.
     const realv more = 1.5f * (way->to - way->from) - 0.75f * (slope_front + slope_back);
     const realv along = more * reciprocal(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);

@@ -37,6 +37,22 @@ inline realv extinction_at(__global const int4 *integrals, intv index) {
     return AS_REALV(bits);
 }
 
+// Whether anything between two values counts: shows, and is no gap of the table. An even node and an odd one are never the same.
+inline intv counts_between(const SampleParams *p, __global const int4 *integrals, realv from, realv to) {
+    intv counts = shows(p, from, to);
+#if BLEND == COMPOSITE
+    const intv front = AS_INTV(extinction_at(integrals, node_index(p, from, 0)));
+    intv any = front != AS_INTV(extinction_at(integrals, node_index(p, to, 1)));
+#ifdef TABLE_CUT
+    const float first = p->table_first, last = first + p->table_last / p->table_per_value;
+    any |= MIN(from, to) < first && integrals[p->table_last + 1].w != 0;
+    any |= MAX(from, to) > last && integrals[2 * p->table_last + 1].w != 0;
+#endif
+    counts = counts && any;
+#endif
+    return counts;
+}
+
 ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals, realv value, int odd) {
     Node node;
     node.index = node_index(p, value, odd);

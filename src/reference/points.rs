@@ -96,14 +96,12 @@ impl Layered<'_> {
         halves.into_iter().flatten().collect()
     }
 
-    /// Whether values that show lie between two, or on both sides of these.
+    /// Whether values that show lie between two.
     fn shows(&self, [one, other]: [f64; 2]) -> bool {
         if let Blend::Iso(iso) = self.settings.blend {
             return one.min(other) <= iso && iso <= one.max(other);
         }
-        let up_to = |value| self.transfer.largest_opacity(f64::NEG_INFINITY, value) > 0.0;
-        let from = |value| self.transfer.largest_opacity(value, f64::INFINITY) > 0.0;
-        up_to(one.max(other)) && from(one.min(other))
+        self.transfer.largest_opacity(one.min(other), one.max(other)) > 0.0
     }
 
     fn lighting(&self, segment: &Segment, to_eye: DVec3) -> Option<[Lighting; 2]> {

@@ -13,7 +13,7 @@ use layersplat::renderer::Plan;
 use layersplat::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered};
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{
-    Camera, Device, DeviceChoice, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume,
+    Camera, Device, DeviceChoice, Frame, Orbit, Projection, Quality, Renderer, Settings, TransferFunction, Viewport, Volume,
 };
 use std::path::PathBuf;
 
@@ -37,7 +37,28 @@ pub const OTHERS: [Algorithm; 7] = [
 ];
 
 /// Ray casting in steps of 1/16: the integral on the device.
-pub const CONVERGED: Algorithm = Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.0625 };
+pub const CONVERGED: Algorithm = converged(Kernel::Cubic);
+
+/// The same of any kernel.
+pub const fn converged(kernel: Kernel) -> Algorithm {
+    Algorithm::Raycast { kernel, step: 0.0625 }
+}
+
+/// What reconstructs the field: splats and sheets are held against the paper's cubic.
+pub fn kernel_of(settings: &Settings) -> Kernel {
+    match settings.algorithm {
+        Algorithm::Layered(Layered { classification: Classification::Preintegrated { kernel, .. }, .. })
+        | Algorithm::Raycast { kernel, .. } => kernel,
+        _ => Kernel::Cubic,
+    }
+}
+
+/// A quality with another kernel than its own.
+pub fn with_kernel(quality: Quality, kernel: Kernel) -> Layered {
+    let own = quality.layered();
+    let samples_per_layer = own.classification.samples_per_layer();
+    Layered { classification: Classification::Preintegrated { kernel, samples_per_layer }, ..own }
+}
 
 /// Per sample the table's nearest entry is off by half an entry of 4096, the highlight's logarithms by 1e-4; tens of
 /// samples add up. One step of an 8-bit picture is 4e-3.

@@ -89,6 +89,57 @@ fn every_layer_axis_visible_backgrounds_and_clipping() {
     }
 }
 
+/// Nothing shows but what no voxel has, above and below all of them: control points beyond the data's range are looked up there, in
+/// colours of their own.
+#[test]
+fn control_points_beyond_the_data() {
+    let block = |n: usize| if [n % 13, n / 13 % 12, n / 156].iter().all(|c| (3..8).contains(c)) { 200 } else { 20 };
+    let volume = volume([13, 12, 11], DVec3::new(1.0, 0.8, 1.25), Voxels::Uint8((0..13 * 12 * 11).map(block).collect()));
+    let volume = volume.with_background(20.0).unwrap();
+    let camera = parallel(&volume, viewport(24, 20), 30.0, 20.0);
+    let show = |colors: [[f64; 3]; 2], opacities: [(f64, f64); 3]| {
+        let [low, high] = colors;
+        let colors = vec![(-10.0, low), (19.0, [0.0; 3]), (201.0, [0.0; 3]), (230.0, high)];
+        TransferFunction::new("beyond", colors, opacities.to_vec()).unwrap()
+    };
+    let hues = [[0.9, 0.3, 0.2], [0.2, 0.5, 0.9]];
+    let above = show(hues, [(200.0, 0.0), (201.0, 0.0), (230.0, 0.7)]);
+    let below = show(hues, [(-10.0, 0.7), (19.0, 0.0), (20.0, 0.0)]);
+    for transfer in [&above, &below] {
+        for algorithm in three_ways(SMOOTH) {
+            assert_alike("beyond", &volume, transfer, &camera, &composited_whole(algorithm));
+        }
+        // Kernels that do not overshoot show nothing of it.
+        let linear = render(&volume, transfer, &camera, viewport(24, 20), &composited_whole(points(Kernel::Linear, LATTICE, 1)));
+        assert_eq!(largest_opacity(&linear), 0.0);
+    }
+}
+
+/// What is flat stays flat: what lies within tells neither kernels nor their coefficients apart, and a surface at the volume's own value
+/// has no speckles.
+#[test]
+fn constant_volumes() {
+    let volume = volume([9, 8, 10], DVec3::ONE, Voxels::Float32(vec![0.1; 720])).with_background(0.1).unwrap();
+    let transfer = TransferFunction::new("flat", vec![(0.0, [0.2, 0.5, 0.9])], vec![(0.0, 0.0), (0.2, 0.4)]).unwrap();
+    let size = viewport(24, 20);
+    let camera = parallel(&volume, size, 30.0, 20.0);
+    for kernel in Kernel::OF_LAYERS {
+        let pictures = [points(kernel, LATTICE, 1), points(kernel, Evaluation::Direct, 2)].map(|algorithm| {
+            let beside = |iso: f64| render(&volume, &transfer, &camera, size, &settings(algorithm, Blend::Iso(iso)));
+            assert!([0.1 - 1e-4, 0.1 + 1e-4].iter().all(|&iso| largest_opacity(&beside(iso)) == 0.0), "{kernel:?}: speckles");
+            render(&volume, &transfer, &camera, size, &composited_whole(algorithm))
+        });
+        for picture in pictures {
+            // Within the rim of what is cut from nothing, every ray has the same value: colours are those of one hue, unlit.
+            for pixel in picture.pixels() {
+                let expected = [0.2, 0.5, 0.9].map(|c| c * pixel[3]);
+                assert!((0..3).all(|c| (pixel[c] - expected[c]).abs() < 1e-5), "{kernel:?}: {pixel:?}");
+            }
+            assert!(largest_opacity(&picture) > 0.5, "{kernel:?}: the picture is empty");
+        }
+    }
+}
+
 /// Ways and blends crossed with the smooth kernels, so that each meets each other: every combination takes seconds to compile.
 fn gathering() -> Vec<(Algorithm, Blend)> {
     let (catmull_rom, bspline, direct) = (Kernel::CatmullRom, Kernel::BSpline, Evaluation::Direct);

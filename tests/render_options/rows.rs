@@ -111,6 +111,23 @@ pub const QUALITIES: &[Row] = &[
     beside("--algorithm raycast", raycast, "--kernel", "--kernel gaussian", |s| {
         s.settings.algorithm = Algorithm::Raycast { kernel: Kernel::Gaussian, step: 0.5 };
     }),
+    beside("--algorithm raycast", raycast, "--kernel", "--kernel bspline", |s| {
+        s.settings.algorithm = Algorithm::Raycast { kernel: Kernel::BSpline, step: 0.5 };
+    }),
+    // The name that the option had.
+    beside("--algorithm raycast", raycast, "--kernel", "--interpolation tricubic", |s| {
+        s.settings.algorithm = Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 };
+    }),
+    row("--kernel", "--kernel linear", |s| s.settings = with_kernel(Quality::Standard, Kernel::Linear).into()),
+    row("--kernel", "--kernel catmull-rom", |s| s.settings = with_kernel(Quality::Standard, Kernel::CatmullRom).into()),
+    row("--kernel", "--kernel bspline", |s| s.settings = with_kernel(Quality::Standard, Kernel::BSpline).into()),
+    beside(
+        "--quality high",
+        |s| s.settings = Quality::High.settings(),
+        "--kernel",
+        "--kernel cubic",
+        |s| s.settings = with_kernel(Quality::High, Kernel::Cubic).into(),
+    ),
     row("--quality", "--quality draft", |s| s.settings = Quality::Draft.settings()),
     row("--quality", "--quality high", |s| s.settings = Quality::High.settings()),
     row("--quality", "--quality paper", |s| s.settings = Quality::Paper.settings()),
