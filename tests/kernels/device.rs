@@ -235,11 +235,8 @@ fn kernels_are_told_apart() {
     }
 }
 
-/// PSNR to each kernel's own integral where there is no reference, about 3 dB below what is measured.
-const LEAST_AT_ODD_PLACES: f64 = 0.0;
-
 /// An eye within the volume, whose rays have no layer axis in common; exactly 45°, where two axes share the picture; one pixel, and few rows.
-/// Transparent, opaque, and in between.
+/// Transparent, opaque, and in between: with PSNR to each kernel's own integral, some 3 dB below what is measured.
 #[test]
 fn odd_places() {
     let volume = random_volume([25, 24, 26], DVec3::ONE, 41);
@@ -253,10 +250,14 @@ fn odd_places() {
         (scaled(parallel(&volume, size, 45.0, 0.0), 0.35 * f64::from(height)), size)
     };
     let [(camera, size), (of_one, one), (of_few, few)] = [diagonal(40, 32), diagonal(1, 1), diagonal(97, 3)];
-    let views =
-        [("inside", inside, viewport(40, 32)), ("45°", camera, size), ("a pixel", of_one, one), ("few rows", of_few, few)];
+    let views = [
+        ("inside", inside, viewport(40, 32), 50.0),
+        ("45°", camera, size, 33.0),
+        ("a pixel", of_one, one, 27.0),
+        ("few rows", of_few, few, 34.0),
+    ];
     for kernel in SMOOTH {
-        for (what, camera, size) in views {
+        for (what, camera, size, least) in views {
             let high = Settings { early_termination: false, ..with_kernel(Quality::High, kernel).into() };
             let picture = |settings: &Settings| render(&volume, &smooth_transfer(), &camera, size, settings);
             let of_integral = |kernel| picture(&Settings { algorithm: converged(kernel), ..high });
@@ -264,7 +265,7 @@ fn odd_places() {
             let [own, foreign] =
                 [kernel, Kernel::Linear].map(|kernel| compare(&found, &of_integral(kernel)).psnr.unwrap_or(f64::INFINITY));
             eprintln!("{what}, {kernel:?}: {own:.1} dB to its own integral, {foreign:.1} to the linear one");
-            assert!(own > LEAST_AT_ODD_PLACES && foreign < own, "{what}, {kernel:?}: {own} dB, {foreign} to another kernel's");
+            assert!(own > least && foreign < own, "{what}, {kernel:?}: {own} dB, {foreign} to another kernel's");
         }
         let opacity = |alpha| TransferFunction::new("even", vec![(0.0, [0.5; 3])], vec![(0.0, alpha)]).unwrap();
         let opaque = |alpha| {
