@@ -162,8 +162,10 @@ fn qualities_are_shipped_with_the_kernels_that_they_are_measured_with() {
     }
 }
 
+/// A name, what [`ways`] have in each view, and what [`OWN`] have.
+type BuiltIn = (&'static str, [[f64; 14]; 4], [[f64; 2]; 4]);
 /// The built-in volumes, unlit and lit, in a parallel view and in a perspective.
-const BUILT_IN: [(&str, [[f64; 14]; 4], [[f64; 2]; 4]); 2] = [
+const BUILT_IN: [BuiltIn; 2] = [
     (
         "hydrogen@48",
         [
