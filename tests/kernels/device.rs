@@ -7,7 +7,7 @@ use glam::DVec3;
 use layersplat::layers::{Density, Kernel};
 use layersplat::settings::{Algorithm, Blend, Classification, Clipping, Evaluation, Layered};
 use layersplat::volume::Voxels;
-use layersplat::{Camera, Settings, TransferFunction, Volume};
+use layersplat::{Camera, Orbit, Projection, Quality, Settings, TransferFunction, Volume};
 
 const KERNELS: [Kernel; 3] = [Kernel::Linear, Kernel::CatmullRom, Kernel::BSpline];
 /// Those that reach two voxels far.
@@ -232,5 +232,47 @@ fn kernels_are_told_apart() {
                 assert!(share > 5.0 * RIM_SHARE, "{kernel:?} passes for {other:?}: {share} of the rays differ");
             }
         }
+    }
+}
+
+/// An eye within the volume, whose rays have no layer axis in common; exactly 45°, where two axes share the picture; one pixel, and few rows.
+/// Transparent, opaque, and in between: with PSNR to each kernel's own integral, some 3 dB below what is measured.
+#[test]
+fn odd_places() {
+    let volume = random_volume([25, 24, 26], DVec3::ONE, 41);
+    let inside = {
+        let orbit = Orbit { azimuth: 25.0, elevation: 10.0, roll: 0.0 };
+        Camera::orbit(volume.grid().centre(), 4.0, orbit, Projection::Perspective { field_of_view: 80.0 })
+    };
+    // Pixels of 0.7 voxels: larger ones show means.
+    let diagonal = |width, height| {
+        let size = viewport(width, height);
+        (scaled(parallel(&volume, size, 45.0, 0.0), 0.35 * f64::from(height)), size)
+    };
+    let [(camera, size), (of_one, one), (of_few, few)] = [diagonal(40, 32), diagonal(1, 1), diagonal(97, 3)];
+    let views = [
+        ("inside", inside, viewport(40, 32), 50.0),
+        ("45°", camera, size, 33.0),
+        ("a pixel", of_one, one, 27.0),
+        ("few rows", of_few, few, 34.0),
+    ];
+    for kernel in SMOOTH {
+        for (what, camera, size, least) in views {
+            let high = Settings { early_termination: false, ..with_kernel(Quality::High, kernel).into() };
+            let picture = |settings: &Settings| render(&volume, &smooth_transfer(), &camera, size, settings);
+            let of_integral = |kernel| picture(&Settings { algorithm: converged(kernel), ..high });
+            let found = picture(&high);
+            let [own, foreign] =
+                [kernel, Kernel::Linear].map(|kernel| compare(&found, &of_integral(kernel)).psnr.unwrap_or(f64::INFINITY));
+            eprintln!("{what}, {kernel:?}: {own:.1} dB to its own integral, {foreign:.1} to the linear one");
+            assert!(own > least && foreign < own, "{what}, {kernel:?}: {own} dB, {foreign} to another kernel's");
+        }
+        let opacity = |alpha| TransferFunction::new("even", vec![(0.0, [0.5; 3])], vec![(0.0, alpha)]).unwrap();
+        let opaque = |alpha| {
+            let settings = with_kernel(Quality::High, kernel).into();
+            let frame = render(&volume, &opacity(alpha), &inside, viewport(24, 20), &settings);
+            frame.pixels().iter().map(|p| p[3]).collect::<Vec<_>>()
+        };
+        assert!(opaque(0.0).iter().all(|&a| a == 0.0) && opaque(1.0).iter().all(|&a| a > 0.999), "{kernel:?}");
     }
 }
