@@ -1,0 +1,56 @@
+"""Times of every kernel beside the cubic's, which take turns: times.py [ROUNDS]
+
+CPU time per frame, which other work on the machine disturbs less, and the fastest frame; of each the minimum of all rounds. Then what the
+prefilter of the B-spline takes: the first frame less one of the others, with the B-spline and with the cubic.
+"""
+
+import json
+import sys
+
+from scenes import ANEURISM, ENGINE, KERNELS, NEGHIP, WAYS, run, table
+
+ROUNDS = int(sys.argv[1]) if len(sys.argv) > 1 else 4
+FRAMES = 8
+SETS = {"neghip": NEGHIP, "engine": ENGINE, "aneurism": ANEURISM}
+
+
+def bench(scene, kernel, options, frames=FRAMES):
+    return json.loads(run("bench", *scene, "--kernel", kernel, *options, "--frames", frames, "--json"))
+
+
+def least(benches, what):
+    return min(b[what] for b in benches)
+
+
+def frames():
+    for shading in ("on", "off"):
+        rows = []
+        for way, options in WAYS.items():
+            found = {(name, kernel): [] for name in SETS for kernel in KERNELS}
+            for _ in range(ROUNDS):
+                for (name, kernel), benches in found.items():
+                    benches.append(bench(SETS[name], kernel, [*options, "--shading", shading]))
+            for kernel in KERNELS:
+                row = [way, kernel]
+                for name in SETS:
+                    cpu, wall = ([least(found[name, k], what) for k in (kernel, "cubic")] for what in ("cpu_ms", "min_ms"))
+                    row.append(f"{cpu[0]:.1f}" if kernel == "cubic" else f"{cpu[0] / cpu[1]:.2f} ({wall[0] / wall[1]:.2f})")
+                rows.append(row)
+                print("lit" if shading == "on" else "unlit", " ".join(row), file=sys.stderr, flush=True)
+        print(table(["lit" if shading == "on" else "unlit", "", *SETS], rows) + "\n", flush=True)
+
+
+def prefilter():
+    for name in ("neghip", "aneurism"):
+        found = {kernel: [] for kernel in ("cubic", "bspline")}
+        for _ in range(2 * ROUNDS):
+            for kernel, benches in found.items():
+                benches.append(bench(SETS[name], kernel, [], 1))
+        first = {kernel: min(b["first_ms"] - b["min_ms"] for b in benches) for kernel, benches in found.items()}
+        memory = {kernel: benches[0]["device_bytes"] for kernel, benches in found.items()}
+        print(f"{name}: the first frame less another, {first['cubic']:.0f} ms with cubic, {first['bspline']:.0f} with bspline: "
+              f"{first['bspline'] - first['cubic']:.0f} ms more; device memory {memory['cubic']} and {memory['bspline']} bytes")
+
+
+frames()
+prefilter()
