@@ -1,4 +1,4 @@
-"""Times of every kernel beside the cubic's, which take turns: times.py [ROUNDS]
+"""Times of every kernel beside the cubic's, which take turns: times.py [ROUNDS] [lit] [unlit] [prefilter] [WAY...]
 
 CPU time per frame, which other work on the machine disturbs less, and the fastest frame; of each the minimum of all rounds. Then what the
 prefilter of the B-spline takes: the first frame less one of the others, with the B-spline and with the cubic.
@@ -10,6 +10,7 @@ import sys
 from scenes import ANEURISM, ENGINE, KERNELS, NEGHIP, WAYS, run, table
 
 ROUNDS = int(sys.argv[1]) if len(sys.argv) > 1 else 4
+ASKED = set(sys.argv[2:]) or {"lit", "unlit", "prefilter"}
 FRAMES = 8
 SETS = {"neghip": NEGHIP, "engine": ENGINE, "aneurism": ANEURISM}
 
@@ -23,21 +24,23 @@ def least(benches, what):
 
 
 def frames():
-    for shading in ("on", "off"):
+    for lit in ASKED & {"lit", "unlit"}:
         rows = []
         for way, options in WAYS.items():
+            if ASKED & set(WAYS) and way not in ASKED:
+                continue
             found = {(name, kernel): [] for name in SETS for kernel in KERNELS}
             for _ in range(ROUNDS):
                 for (name, kernel), benches in found.items():
-                    benches.append(bench(SETS[name], kernel, [*options, "--shading", shading]))
+                    benches.append(bench(SETS[name], kernel, [*options, "--shading", "on" if lit == "lit" else "off"]))
             for kernel in KERNELS:
                 row = [way, kernel]
                 for name in SETS:
                     cpu, wall = ([least(found[name, k], what) for k in (kernel, "cubic")] for what in ("cpu_ms", "min_ms"))
                     row.append(f"{cpu[0]:.1f}" if kernel == "cubic" else f"{cpu[0] / cpu[1]:.2f} ({wall[0] / wall[1]:.2f})")
                 rows.append(row)
-                print("lit" if shading == "on" else "unlit", " ".join(row), file=sys.stderr, flush=True)
-        print(table(["lit" if shading == "on" else "unlit", "", *SETS], rows) + "\n", flush=True)
+                print(lit, " ".join(row), file=sys.stderr, flush=True)
+        print(table([lit, "", *SETS], rows) + "\n", flush=True)
 
 
 def prefilter():
@@ -53,4 +56,5 @@ def prefilter():
 
 
 frames()
-prefilter()
+if "prefilter" in ASKED:
+    prefilter()
