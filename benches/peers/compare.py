@@ -35,6 +35,7 @@ CASES = [
     ("`standard`, shaded : VTK, step 1", ["--quality", "standard"], "vtk", ["--step", "1", "--shaded"]),
     ("`standard`, unshaded : VTK, step 1", ["--quality", "standard", "--shading", "off"], "vtk", ["--step", "1"]),
     ("`high`, shaded : VTK, step 0.5", ["--quality", "high"], "vtk", ["--step", "0.5", "--shaded"]),
+    ("`high --kernel cubic`, shaded : VTK, step 0.5", ["--quality", "high", "--kernel", "cubic"], "vtk", ["--step", "0.5", "--shaded"]),
     ("`draft`, shaded : VolPack", ["--quality", "draft"], "volpack", [1]),
     ("`standard`, perspective 30° : parallel", ["--quality", "standard", "--perspective", "30"], "layersplat", []),
 ]

@@ -15,7 +15,7 @@ pub enum Kernel {
     /// The cubic convolution of Keys (1981) with a = −½, radius 2, which Catmull & Rom (1974) found as a spline: the field meets every
     /// voxel, with the slope between its neighbours.
     CatmullRom,
-    /// The cubic B-spline, radius 2, on coefficients ([`prefilter`](super::prefilter)) with which the field meets every voxel (Unser 1999):
+    /// The cubic B-spline, radius 2, on coefficients ([`prefilter`](fn@super::prefilter)) with which the field meets every voxel (Unser 1999):
     /// twice differentiable.
     #[serde(rename = "bspline")]
     BSpline,
