@@ -52,7 +52,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             }
             Lit lit[3];
             float values[3] = {field[0], field[1], field[1]};
-            Way whole = {{at_u[0], at_v[0], at_k[0]}, {at_u[1] - at_u[0], at_v[1] - at_v[0], at_k[1] - at_k[0]}, field[0], field[1]};
+            const Way whole = {{at_u[0], at_v[0], at_k[0]}, {at_u[1] - at_u[0], at_v[1] - at_v[0], at_k[1] - at_k[0]}, field[0], field[1]};
             int ways = 1;
 #if LIT_AT_ENDS
             if (sample.shading) {
@@ -63,7 +63,8 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
                 }
 #if HAS_SLOPES
                 lit[2] = lit[1], ways = 2;
-                lit[1] = lit_in_the_middle(&sample, &whole, counts_between(&sample, integrals, field[0], field[1]), &lit[0], &lit[2], &values[1]);
+                const int counts = counts_between(&sample, integrals, field[0], field[1]);
+                lit[1] = lit_in_the_middle(&sample, &whole, counts, &lit[0], &lit[2], &values[1]);
 #endif
             }
 #endif

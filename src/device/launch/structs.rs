@@ -182,8 +182,8 @@ kernel_struct! {
         culling: i32,
         /// k_c.
         centre_layer: f32,
-        /// First and last layer, of -1 ... n, that are composited here; of point-sampled layers, slab q between layers q-1 and q, of
-        /// 0 ... n.
+        /// First and last layer, of -1 ... n, that are composited here; of point-sampled layers, slab q between layers q - radius and
+        /// q - radius + 1, of 0 ... n + 2 radius - 2.
         layers as [first_layer, last_layer]: i32,
         /// 1: what the lattice holds, in its raw state, goes on.
         continues: i32,

@@ -1,6 +1,7 @@
 //! Min-max blocks, and which of them a transfer function can show.
 
 use super::super::cache::{Kept, Key};
+use super::layouts::Weighted;
 use super::tables::TableKey;
 use super::{Layout, Prepared};
 use crate::device::launch::structs::VolumeView;
@@ -50,9 +51,8 @@ fn next_value(value: f32) -> f32 {
     if value == 0.0 { f32::MIN_POSITIVE } else { value.next_up() }
 }
 
-/// Of voxels, or of the B-spline's coefficients.
 #[derive(PartialEq)]
-struct BlocksKey(Axis, Reach, bool);
+struct BlocksKey(Axis, Reach, Weighted);
 
 impl Key for BlocksKey {
     type Value = MinMaxBlocks;
@@ -118,7 +118,7 @@ impl Prepared {
 
     /// Of what a kernel weights.
     fn min_max_blocks(&mut self, device: &Device, axis: Axis, reach: Reach, kernel: Kernel) -> Result<Arc<MinMaxBlocks>, Error> {
-        let key = BlocksKey(axis, reach, kernel == Kernel::BSpline);
+        let key = BlocksKey(axis, reach, Weighted::by(kernel));
         if let Some(kept) = self.cache.get(&key) {
             return Ok(kept);
         }

@@ -19,13 +19,13 @@ pub(in crate::renderer) struct Layout {
 
 /// What a kernel weights.
 #[derive(Clone, Copy, PartialEq)]
-enum Weighted {
+pub(super) enum Weighted {
     Voxels,
     Coefficients,
 }
 
 impl Weighted {
-    fn by(kernel: Kernel) -> Self {
+    pub fn by(kernel: Kernel) -> Self {
         if kernel == Kernel::BSpline { Weighted::Coefficients } else { Weighted::Voxels }
     }
 }
