@@ -8,13 +8,13 @@
 __constant float GAUSS_NODE[5] = {0.0f, -0.5384693101f, 0.5384693101f, -0.9061798459f, 0.9061798459f};
 __constant float GAUSS_WEIGHT[5] = {0.5688888889f, 0.4786286705f, 0.4786286705f, 0.2369268851f, 0.2369268851f};
 
-inline float kernel_function(float x) {
+static inline float kernel_function(float x) {
     x = fmin(fabs(x), 1.0f);
     return 1.0f - SMOOTHSTEP(x);
 }
 
 // Next knot of f(p + s z) after z: where p + s z is -1, 0 or 1. Steps shorter than 1e-6 are not worth a piece.
-inline float next_knot(float p, float s, float z) {
+static inline float next_knot(float p, float s, float z) {
     float next = 1.0f;
     for (int k = -1; k <= 1; k++) {
         const float knot = (k - p) / s;
@@ -24,7 +24,7 @@ inline float next_knot(float p, float s, float z) {
     return next;
 }
 
-inline float footprint(float x, float y, float s_u, float s_v) {
+static inline float footprint(float x, float y, float s_u, float s_v) {
     float sum = 0.0f;
     for (float z = -1.0f; z < 1.0f;) {
         float end = z < 0.0f ? 0.0f : 1.0f;
@@ -45,5 +45,5 @@ inline float footprint(float x, float y, float s_u, float s_v) {
 
 // The voxels, counted from the one below a sample, whose footprints reach it along one axis: |fraction - tap| < 1+|s|.
 // 2 to 4 of -1 ... 2 while |s| <= 1.
-inline int first_tap(float fraction, float s) { return fraction < fabs(s) ? -1 : 0; }
-inline int tap_count(float fraction, float s) { return (fraction > 1.0f - fabs(s) ? 3 : 2) - first_tap(fraction, s); }
+static inline int first_tap(float fraction, float s) { return fraction < fabs(s) ? -1 : 0; }
+static inline int tap_count(float fraction, float s) { return (fraction > 1.0f - fabs(s) ? 3 : 2) - first_tap(fraction, s); }

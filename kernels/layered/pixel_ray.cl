@@ -3,7 +3,7 @@
 #include "shared/clipping.cl"
 
 // The layer axis by the 45 degree rule: the largest component; on a tie the lowest index.
-inline int most_parallel(const float *d) {
+static inline int most_parallel(const float *d) {
     const float x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
     return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
 }
@@ -20,7 +20,7 @@ typedef struct {
 } PixelRay;
 
 // The ray through pixel coordinates (x, y). Turns the sample's parameters to its layer axis.
-inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, SampleParams *sample) {
+static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, SampleParams *sample) {
     float o[3], d[3];
     for (int i = 0; i < 3; i++) {
         o[i] = p->origin[0][i] + x * p->origin[1][i] + y * p->origin[2][i];
@@ -41,7 +41,7 @@ inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, SamplePara
 }
 
 // The interval of a ray, in layers from o_a along it.
-inline Interval interval_in_layers(const DirectParams *p, const Clipping *clip, const PixelRay *ray) {
+static inline Interval interval_in_layers(const DirectParams *p, const Clipping *clip, const PixelRay *ray) {
     Interval e = interval_of(clip, ray->origin, ray->direction, p->start);
     const float layers = fabs(ray->d_a);
     e.from *= layers, e.to *= layers;

@@ -17,7 +17,7 @@ typedef struct {
     float2 first_u, last_u, first_v, last_v;
 } Tile;
 
-inline Tile tile_of(const RayLatticeParams *p, int column, int row) {
+static inline Tile tile_of(const RayLatticeParams *p, int column, int row) {
     Tile tile;
     tile.rows = min(TILE_ROWS, p->height - row), tile.columns = min(VW, p->width - column);
     crossings_of_columns(p, column, &tile.centre_u, &tile.shear_u);
@@ -36,7 +36,7 @@ typedef struct {
 } Window;
 
 // The voxels below a tile's rays at a plane.
-inline Window window_at(const Tile *tile, float depth) {
+static inline Window window_at(const Tile *tile, float depth) {
     Window w;
     voxels_below(tile->first_u, tile->last_u, depth, &w.u0, &w.u1);
     voxels_below(tile->first_v, tile->last_v, depth, &w.v0, &w.v1);
@@ -45,7 +45,7 @@ inline Window window_at(const Tile *tile, float depth) {
 
 // Whether the slabs of a chunk can show anything over a window: bit q % 8. A row of blocks is read at once; more than
 // eight are not looked at.
-inline int slabs_visible(__global const uchar *visible, const RayLatticeParams *p, int chunk, Window w) {
+static inline int slabs_visible(__global const uchar *visible, const RayLatticeParams *p, int chunk, Window w) {
     const int b0 = clamp(block_of(w.u0, BLOCK), 0, p->blocks_u - 1), b1 = clamp(block_of(w.u1, BLOCK), 0, p->blocks_u - 1);
     const int c0 = clamp(block_of(w.v0, POINT_BLOCK_ROWS), 0, p->blocks_v - 1);
     const int c1 = clamp(block_of(w.v1, POINT_BLOCK_ROWS), 0, p->blocks_v - 1);
@@ -90,7 +90,7 @@ ALWAYS_INLINE int slabs_to_skip(__global const uchar *visible, const RayLatticeP
 
 #ifdef CLIPPED
 // The outermost ends of a tile's intervals.
-inline void bounds_of(const Interval *intervals, int rows, float *from, float *to) {
+static inline void bounds_of(const Interval *intervals, int rows, float *from, float *to) {
     *from = INFINITY, *to = -INFINITY;
     for (int r = 0; r < rows; r++) {
         const intv met = intervals[r].from < intervals[r].to;
@@ -108,7 +108,7 @@ inline void bounds_of(const Interval *intervals, int rows, float *from, float *t
     sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, tile.rows, HELD(l))
 
 // The way of a tile's row from plane k on.
-inline Way way_of(const Tile *tile, float centre_layer, int r, float k, float step, const Samples *one, const Samples *other) {
+static inline Way way_of(const Tile *tile, float centre_layer, int r, float k, float step, const Samples *one, const Samples *other) {
     const float depth = k - centre_layer;
     const Way way = {{tile->centre_u + depth * tile->shear_u, tile->v.centre[r] + depth * tile->v.shear[r], k},
                      {step * tile->shear_u, step * tile->v.shear[r], step}, one->field[r], other->field[r]};
@@ -117,7 +117,7 @@ inline Way way_of(const Tile *tile, float centre_layer, int r, float k, float st
 
 #if HAS_SLOPES && LIT_AT_ENDS
 // Samples in the middle between those of two planes, of some rows, a bit each.
-inline void find_middle(const SampleParams *p, __global const int4 *integrals, const Tile *tile, float centre_layer, float k,
+static inline void find_middle(const SampleParams *p, __global const int4 *integrals, const Tile *tile, float centre_layer, float k,
                         float step, int tile_rows, const Samples *const *ends, Samples *middle) {
     for (int rows = tile_rows; rows; rows &= rows - 1) {
         const int r = 31 - clz(rows & -rows);

@@ -47,7 +47,7 @@ typedef struct {
 } Layer;
 
 // First and last voxel below the rays between two crossings.
-inline void voxels_below(float2 one, float2 other, float depth, int *lo, int *hi) {
+static inline void voxels_below(float2 one, float2 other, float depth, int *lo, int *hi) {
     const float a = one.x + depth * one.y, b = other.x + depth * other.y;
     *lo = whole_below(MIN(a, b));
     *hi = whole_below(MAX(a, b));
@@ -68,12 +68,12 @@ typedef struct {
 } Columns;
 
 // Weights as numbers, of which all lanes are the same.
-inline void store_first(const Weights *w, float *out) {
+static inline void store_first(const Weights *w, float *out) {
     for (int n = 0; n < 4; n++)
         out[n] = ((const float *)&w->of[n])[0];
 }
 
-inline Columns columns_under(const VolumeView *view, int samples_per_layer, int l, realv u) {
+static inline Columns columns_under(const VolumeView *view, int samples_per_layer, int l, realv u) {
     Columns c;
     c.k = l / samples_per_layer - RADIUS;
     c.above = (float)(l % samples_per_layer) / samples_per_layer;
@@ -91,7 +91,7 @@ inline Columns columns_under(const VolumeView *view, int samples_per_layer, int 
     return c;
 }
 
-inline void store_weights(const Weights *w, int row, RowWeights *rows) {
+static inline void store_weights(const Weights *w, int row, RowWeights *rows) {
     for (int n = 0; n < 4; n++)
         STOREV(rows->of[n] + row, w->of[n]);
 }
@@ -202,7 +202,7 @@ ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const Volume
         WORK(columns.vectors, false)
 
 // Samples sub-layer l. `u`: the columns, `tile_v`: the rows of the tile.
-inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, float centre_layer, int samples_per_layer,
+static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, float centre_layer, int samples_per_layer,
                          int l, realv u, const TileRows *tile_v, int rows, Layer *layer) {
     layer->held = l, layer->lit = 0;
     const float depth = (float)l / samples_per_layer - RADIUS - centre_layer;
@@ -229,7 +229,7 @@ inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, f
 }
 
 // Lights the samples of some of a tile's rows, a bit each.
-inline void light_layer(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, int samples_per_layer,
+static inline void light_layer(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, int samples_per_layer,
                         realv u, int tile_rows, Layer *layer) {
     tile_rows &= ~layer->lit;
     if (!tile_rows)

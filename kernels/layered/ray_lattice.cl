@@ -3,21 +3,21 @@
 #include "shared/clipping.cl"
 
 // Where a column (axis 0) or row (1) crosses the layer of the volume's centre, and its shear.
-inline float2 crossing_of(const RayLatticeParams *p, int axis, int index) {
+static inline float2 crossing_of(const RayLatticeParams *p, int axis, int index) {
     const float from_middle = index - 0.5f * ((axis ? p->height : p->width) - 1);
     const float *rays = p->rays[axis];
     return (float2)(rays[0] + from_middle * rays[1], rays[2] + from_middle * rays[3]);
 }
 
 // The same of VW neighbouring columns, from one on.
-inline void crossings_of_columns(const RayLatticeParams *p, int column, realv *centre, realv *shear) {
+static inline void crossings_of_columns(const RayLatticeParams *p, int column, realv *centre, realv *shear) {
     const realv from_middle = CONVERT_REALV(LANES) + (column - 0.5f * (p->width - 1));
     *centre = p->rays[0][0] + from_middle * p->rays[0][1];
     *shear = p->rays[0][2] + from_middle * p->rays[0][3];
 }
 
 // The interval of VW columns in a row, in layers from that of the volume's centre along the rays.
-inline Interval interval_of_columns(const RayLatticeParams *p, const Clipping *clip, realv centre_u, realv shear_u, int row) {
+static inline Interval interval_of_columns(const RayLatticeParams *p, const Clipping *clip, realv centre_u, realv shear_u, int row) {
     const float2 crossing = crossing_of(p, 1, row);
     const realv origin[3] = {centre_u, (realv)(crossing.x), (realv)(p->centre_layer)};
     const realv direction[3] = {shear_u * p->layer_step, (realv)(crossing.y * p->layer_step), (realv)(p->layer_step)};

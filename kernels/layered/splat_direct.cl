@@ -13,17 +13,17 @@
 
 #ifdef FOOTPRINT_SET
 // Mirrors layers/footprint_set.rs: 28 rows of equal angle in v; 30 columns, 31 in the 16 middle rows.
-inline int nearest_image(float s_u, float s_v) {
+static inline int nearest_image(float s_u, float s_v) {
     const int row = clamp((int)((atanpi(s_v) * 2.0f + 0.5f) * 28.0f), 0, 27);
     const int columns = row >= 6 && row < 22 ? 31 : 30;
     return row * 30 + clamp(row - 6, 0, 16) + clamp((int)((atanpi(s_u) * 2.0f + 0.5f) * columns), 0, columns - 1);
 }
 
-inline float texel(__global const uchar *image, int column, int row) {
+static inline float texel(__global const uchar *image, int column, int row) {
     return column < 0 || column > 63 || row < 0 || row > 63 ? 0.0f : convert_float(image[row * 64 + column]);
 }
 
-inline float footprint_from_set(__global const uchar *image, float2 shear, float x, float y) {
+static inline float footprint_from_set(__global const uchar *image, float2 shear, float x, float y) {
     const float column = (x / (1.0f + fabs(shear.x)) + 1.0f) * 32.0f - 0.5f;
     const float row = (y / (1.0f + fabs(shear.y)) + 1.0f) * 32.0f - 0.5f;
     const float i = floor(column), j = floor(row), a = column - i, b = row - j;
@@ -31,7 +31,7 @@ inline float footprint_from_set(__global const uchar *image, float2 shear, float
     return mix(top, mix(texel(image, i, j + 1), texel(image, i + 1, j + 1), a), b) * (1.0f / 255.0f);
 }
 
-inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *images,
+static inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *images,
                        __global const float2 *shears, int k, float u, float v, float s_u, float s_v) {
     if (BEYOND(k, view))
         return view->background;
@@ -48,7 +48,7 @@ inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __g
 }
 #else
 // Distance along z to where p + s z next crosses a whole number.
-inline float next_cell(float p, float s, float z) {
+static inline float next_cell(float p, float s, float z) {
     const float at = p + s * z;
     float knot = ((s > 0.0f ? floor(at) + 1.0f : ceil(at) - 1.0f) - p) / s;
     if (knot < z + 1e-6f)
@@ -56,7 +56,7 @@ inline float next_cell(float p, float s, float z) {
     return knot;
 }
 
-inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *images,
+static inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *images,
                        __global const float2 *shears, int k, float u, float v, float s_u, float s_v) {
     if (BEYOND(k, view))
         return view->background;
@@ -95,11 +95,11 @@ struct GradientSource {
 };
 
 // The voxels dk layers on, splatted where those of layer k are.
-inline float shifted_sum(const struct GradientSource *s, float du, float dv, int dk) {
+static inline float shifted_sum(const struct GradientSource *s, float du, float dv, int dk) {
     return splat_sum(s->voxels, s->view, s->images, s->shears, s->k + dk, s->u + du, s->v + dv, s->s_u, s->s_v);
 }
 
-inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+static inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
     *u = 0.5f * (shifted_sum(s, 1.0f, 0.0f, 0) - shifted_sum(s, -1.0f, 0.0f, 0));
     *v = 0.5f * (shifted_sum(s, 0.0f, 1.0f, 0) - shifted_sum(s, 0.0f, -1.0f, 0));
     *a = 0.5f * (shifted_sum(s, 0.0f, 0.0f, 1) - shifted_sum(s, 0.0f, 0.0f, -1));

@@ -38,7 +38,7 @@
 // The stencil of TAPS_U x TAPS_V voxels over a tile. Spelled out, with the weights in registers: PoCL does not unroll
 // loops over taps.
 #define SPLAT_SUMS(TAPS_U, TAPS_V)                                                                                     \
-    inline void CAT(CAT(splat_sums_, TAPS_U), TAPS_V)(const float *patch, __global const float *weights, int vectors,  \
+    static inline void CAT(CAT(splat_sums_, TAPS_U), TAPS_V)(const float *patch, __global const float *weights, int vectors,  \
                                                       int rows, float *sums) {                                         \
         float w[16];                                                                                                   \
         for (int i = 0; i < 16; i++)                                                                                   \
@@ -60,7 +60,7 @@ SPLAT_SUMS(4, 3)
 SPLAT_SUMS(4, 4)
 
 // Row v of layer k under a tile; or, `across`, the difference of the layers around it.
-inline void load_patch_row(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, bool across, float *row) {
+static inline void load_patch_row(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, bool across, float *row) {
     load_row(voxels, view, u, v, across ? k + 1 : k, PATCH_VECTORS, row);
     if (!across)
         return;
@@ -72,7 +72,7 @@ inline void load_patch_row(__global const VOXEL *voxels, const VolumeView *view,
 
 // The splat sums of layer k for a tile whose first sample is (column, row), with `border` samples around it; or, `across`, twice
 // the splatted central differences along the layer axis.
-inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, LayerOffset u,
+static inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, LayerOffset u,
                         LayerOffset v, __global const float *weights, int column, int row, int k, int border, bool across,
                         float *sums) {
     const int rows = TILE_ROWS + 2 * border, vectors = border ? SUM_VECTORS : TILE_VECTORS;
@@ -112,7 +112,7 @@ struct GradientSource {
 };
 
 // Exactly the splatted central differences.
-inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+static inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
     *u = 0.5f * (LOADV(s->own + 1) - LOADV(s->own - 1));
     *v = 0.5f * (LOADV(s->own + SUM_STRIDE) - LOADV(s->own - SUM_STRIDE));
     *a = 0.5f * LOADV(s->across);
@@ -121,7 +121,7 @@ inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, r
 #ifdef CLIPPED
 // The interval of VW samples from (column, row) on, in layers from the first one that they meet. `u`, `v`: where their phase lies in
 // layer -1.
-inline Interval interval_of_samples(const VolumeView *view, const SplatLatticeParams *p, const Clipping *clip, LayerOffset u,
+static inline Interval interval_of_samples(const VolumeView *view, const SplatLatticeParams *p, const Clipping *clip, LayerOffset u,
                                     LayerOffset v, int column, int row) {
     const float first = p->layer_step > 0 ? -1.0f : view->dims_a, layers = first + 1.0f;
     const realv origin[3] = {CONVERT_REALV(LANES + (u.base + column)) + (u.fraction + layers * p->shear_u),
@@ -132,7 +132,7 @@ inline Interval interval_of_samples(const VolumeView *view, const SplatLatticePa
 #endif
 
 // Where a sample of a phase lies in the lattice.
-inline size_t place_of(const SplatLatticeParams *p, int phase_u, int phase_v, int column, int row) {
+static inline size_t place_of(const SplatLatticeParams *p, int phase_u, int phase_v, int column, int row) {
     return ((size_t)row * p->per_voxel_v + phase_v) * (p->columns_u * p->per_voxel_u) + (size_t)column * p->per_voxel_u + phase_u;
 }
 

@@ -36,7 +36,7 @@ typedef struct {
     realv weight[NODES][TAPS - 2];
 } Columns;
 
-inline Columns place_columns(realv u, realv shear, __global const float2 *nodes) {
+static inline Columns place_columns(realv u, realv shear, __global const float2 *nodes) {
     Columns columns;
     const realv below = floor(u);
     const float *ends = (const float *)&below;
@@ -51,7 +51,7 @@ inline Columns place_columns(realv u, realv shear, __global const float2 *nodes)
 }
 
 // `across`: not layer k itself but the difference of those around it.
-inline void resample_row(__global const VOXEL *voxels, const VolumeView *view, const Columns *columns, int v, int k,
+static inline void resample_row(__global const VOXEL *voxels, const VolumeView *view, const Columns *columns, int v, int k,
                          bool across, int shading, Rows *rows) {
     const int at = v & (RING - 1);
     if (rows->held[at] == v)
@@ -87,7 +87,7 @@ typedef struct {
     realv sum[TILE_ROWS], u[TILE_ROWS], v[TILE_ROWS];
 } Sums;
 
-inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p,
+static inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p,
                         __global const float2 *nodes, realv centre_u, realv shear_u, int row, int tile_rows, int k, bool across, int shading, Rows *rows, Sums *sums) {
     if (!across && BEYOND(k, view)) {
         for (int r = 0; r < tile_rows; r++) {
@@ -129,7 +129,7 @@ struct GradientSource {
     realv u, v, across;
 };
 
-inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+static inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
     *u = s->u;
     *v = s->v;
     *a = 0.5f * s->across;

@@ -9,7 +9,7 @@
 #include "shared/elementary.cl"
 
 // background.w is 1 for an opaque background; 0 keeps the picture transparent.
-inline uchar4 displayed(float4 color, float4 background) {
+static inline uchar4 displayed(float4 color, float4 background) {
     float4 shown = 0.0f;
     if (background.w > 0.0f)
         shown = (float4)(fma((float3)(1.0f - color.w), background.xyz, color.xyz), 1.0f);

@@ -12,7 +12,7 @@
 #error "BLOCK_ROWS: rows of a block"
 #endif
 
-inline float4 catmull_rom(float t) {
+static inline float4 catmull_rom(float t) {
     const float4 cubic = (float4)(-0.5f, 1.5f, -1.5f, 0.5f), square = (float4)(1.0f, -2.5f, 2.0f, -0.5f);
     const float4 linear = (float4)(-0.5f, 0.0f, 0.5f, 0.0f), whole = (float4)(0.0f, 1.0f, 0.0f, 0.0f);
     return ((cubic * t + square) * t + linear) * t + whole;
@@ -24,14 +24,14 @@ typedef float16 __attribute__((aligned(16))) Four;
 
 // A colour within the range of the four samples around it, two of each row: the filter overshoots at edges, and what is opaque
 // and of one colour must stay so; and colours within the opacity.
-inline float4 within(float4 color, float8 upper, float8 lower) {
+static inline float4 within(float4 color, float8 upper, float8 lower) {
     const float8 lo = MIN(upper, lower), hi = MAX(upper, lower);
     color = CLAMP(color, MIN(lo.lo, lo.hi), MAX(hi.lo, hi.hi));
     return MIN(color, color.wwww);
 }
 
 // The 4 x 4 samples from (column, row) on, all in the lattice.
-inline float4 mix_inside(__global const float4 *corner, int width, float4 wu, float4 wv) {
+static inline float4 mix_inside(__global const float4 *corner, int width, float4 wu, float4 wv) {
     const float16 upper = FOUR_AT(corner + width), lower = FOUR_AT(corner + 2 * width);
     const float16 rows = wv.x * FOUR_AT(corner) + wv.y * upper + wv.z * lower + wv.w * FOUR_AT(corner + 3 * width);
     const float16 weighted = rows * (float16)(wu.xxxx, wu.yyyy, wu.zzzz, wu.wwww);
@@ -40,7 +40,7 @@ inline float4 mix_inside(__global const float4 *corner, int width, float4 wu, fl
 }
 
 // The same where some of them are beyond it, and transparent.
-inline float4 mix_edge(__global const float4 *lattice, int width, int height, int column, int row, float4 wu, float4 wv) {
+static inline float4 mix_edge(__global const float4 *lattice, int width, int height, int column, int row, float4 wu, float4 wv) {
     const float weight_u[4] = {wu.x, wu.y, wu.z, wu.w}, weight_v[4] = {wv.x, wv.y, wv.z, wv.w};
     float4 sum = 0.0f, around[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     for (int r = max(-row, 0); r < min(4, height - row); r++)
@@ -54,7 +54,7 @@ inline float4 mix_edge(__global const float4 *lattice, int width, int height, in
 }
 
 // Where a pixel lies in the lattice: (column, row, w), w > 0 where it is in front of the eye.
-inline float3 place(const WarpParams *p, float x, float y) {
+static inline float3 place(const WarpParams *p, float x, float y) {
     const float *m = p->from_screen;
     // Parallel views need no division.
     if (m[6] == 0.0f && m[7] == 0.0f && m[8] == 1.0f)
@@ -89,7 +89,7 @@ ALWAYS_INLINE float4 pixel_at(__global const float4 *lattice, const WarpParams *
 }
 
 // Whether the lattice shows nothing under the pixels [x0, x1] x [y0, y1] and in the filter's reach.
-inline bool nothing_under(__global const float4 *lattice, __global const uint *active_samples, const WarpParams *p,
+static inline bool nothing_under(__global const float4 *lattice, __global const uint *active_samples, const WarpParams *p,
                           float x0, float x1, float y0, float y1) {
     float u0 = INFINITY, u1 = -INFINITY, v0 = INFINITY, v1 = -INFINITY;
     for (int corner = 0; corner < 4; corner++) {

@@ -10,7 +10,7 @@
 #define LAST_SLAB(view) ((view)->dims_a + (2 * RADIUS - 2))
 
 // visible: a bit per block and slab (slab_visibility.cl), for points in the cells between the slab's two layers.
-inline intv cells_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, realv u, realv v,
+static inline intv cells_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, realv u, realv v,
                           realv a) {
     const intv b = clamp((wholes_below(u) >> 3) + 1, 0, p->blocks_u - 1);
     const intv c = clamp((wholes_below(v) >> 2) + 1, 0, p->blocks_v - 1);
@@ -25,7 +25,7 @@ inline intv cells_visible(__global const uchar *visible, const MarchParams *p, c
 }
 
 // Whether anything can be visible in the box of points between two ends of the rays.
-inline bool box_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, const realv *one,
+static inline bool box_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, const realv *one,
                         const realv *other) {
     int lo[3], hi[3];
     for (int i = 0; i < 3; i++) {
@@ -45,7 +45,7 @@ inline bool box_visible(__global const uchar *visible, const MarchParams *p, con
     return false;
 }
 
-inline void points_at(const RowRays *rays, realv t, realv *point) {
+static inline void points_at(const RowRays *rays, realv t, realv *point) {
     for (int i = 0; i < 3; i++)
         point[i] = rays->o[i] + t * rays->d[i];
 }

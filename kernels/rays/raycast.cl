@@ -14,7 +14,7 @@ struct GradientSource {
     intv needed;
 };
 
-inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+static inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
     gradient_at(s->voxels, s->view, s->point[0], s->point[1], s->point[2], s->needed, u, v, a);
 }
 

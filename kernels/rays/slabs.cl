@@ -28,7 +28,7 @@ ALWAYS_INLINE void differentiate(__global const VOXEL *voxels, const VolumeView 
 }
 
 // The way from a plane to the next.
-inline Way way_between(const Plane *front, const Plane *back) {
+static inline Way way_between(const Plane *front, const Plane *back) {
     Way way;
     for (int i = 0; i < 3; i++)
         way.place[i] = front->point[i], way.step[i] = back->point[i] - front->point[i];

@@ -18,7 +18,7 @@ typedef struct {
 
 #ifdef TABLE_CUT
 // Beyond the table its first and last entry go on: each part of the values has its share.
-inline void extend_slab(__global const float4 *table, const MarchParams *p, realv front, realv back, Slab *slab) {
+static inline void extend_slab(__global const float4 *table, const MarchParams *p, realv front, realv back, Slab *slab) {
     const realv last = p->table_size - 1.0f;
     const realv x0 = (front - p->table_first) * p->table_per_value, x1 = (back - p->table_first) * p->table_per_value;
     const realv below = fabs(MIN(x1, (realv)(0.0f)) - MIN(x0, (realv)(0.0f)));

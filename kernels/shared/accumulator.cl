@@ -23,7 +23,7 @@ typedef struct {
     realv value;
 } Accumulator;
 
-inline Accumulator empty_accumulator(const SampleParams *p) {
+static inline Accumulator empty_accumulator(const SampleParams *p) {
 #if BLEND == MAXIMUM
     const Accumulator a = {(realv)(p->least)};
 #elif BLEND == MINIMUM
@@ -35,7 +35,7 @@ inline Accumulator empty_accumulator(const SampleParams *p) {
 }
 
 // The rays that anything more can change.
-inline intv open_rays(const SampleParams *p, const Accumulator *a) {
+static inline intv open_rays(const SampleParams *p, const Accumulator *a) {
 #if BLEND == MAXIMUM
     return a->value < p->largest;
 #elif BLEND == MINIMUM
@@ -46,7 +46,7 @@ inline intv open_rays(const SampleParams *p, const Accumulator *a) {
 }
 
 // Takes a segment between two values; `length` in ray parameters, 0 where it does not count.
-inline void accumulate_values(realv from, realv to, realv length, Accumulator *a, intv *active) {
+static inline void accumulate_values(realv from, realv to, realv length, Accumulator *a, intv *active) {
     const intv counts = length > 0.0f;
     *active += COUNT_IF(counts);
 #if BLEND == MAXIMUM
@@ -59,7 +59,7 @@ inline void accumulate_values(realv from, realv to, realv length, Accumulator *a
 }
 
 // The colour of a ray that counts in an interval: r, g, b, alpha.
-inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
+static inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
                     realv *color) {
     const intv met = interval->from < interval->to;
     realv value = a->value;
@@ -82,13 +82,13 @@ typedef struct {
     realv r, g, b, t;
 } Accumulator;
 
-inline Accumulator empty_accumulator(const SampleParams *p) {
+static inline Accumulator empty_accumulator(const SampleParams *p) {
     const Accumulator a = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(1.0f)};
     return a;
 }
 
 // The rays that let enough light pass to go on.
-inline intv open_rays(const SampleParams *p, const Accumulator *a) { return a->t > p->opaque; }
+static inline intv open_rays(const SampleParams *p, const Accumulator *a) { return a->t > p->opaque; }
 
 // Composites a colour behind what a ray has gathered.
 ALWAYS_INLINE void accumulate(realv r, realv g, realv b, realv opacity, Accumulator *a) {
@@ -111,7 +111,7 @@ ALWAYS_INLINE void accumulate_lit(const SampleParams *p, realv r, realv g, realv
 }
 
 // The colour of a ray: r, g, b, alpha.
-inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
+static inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
                     realv *color) {
     color[0] = a->r, color[1] = a->g, color[2] = a->b, color[3] = 1.0f - a->t;
 }
@@ -119,18 +119,18 @@ inline void resolve(const SampleParams *p, __global const float4 *table, const A
 #endif
 
 // Whether anything more can change any of VW rays; or of the first `count` of them.
-inline bool any_open(const SampleParams *p, const Accumulator *a) { return ANY(open_rays(p, a)); }
-inline bool any_open_of(const SampleParams *p, const Accumulator *a, int count) { return ANY(open_rays(p, a) && LANES < count); }
+static inline bool any_open(const SampleParams *p, const Accumulator *a) { return ANY(open_rays(p, a)); }
+static inline bool any_open_of(const SampleParams *p, const Accumulator *a, int count) { return ANY(open_rays(p, a) && LANES < count); }
 
 // The first `count` of VW colours, to places `stride` apart.
-inline void store_colors(const realv *color, int count, int stride, __global float4 *out) {
+static inline void store_colors(const realv *color, int count, int stride, __global float4 *out) {
     const float *lanes = (const float *)color;
     for (int i = 0; i < count; i++)
         out[(size_t)i * stride] = (float4)(lanes[i], lanes[VW + i], lanes[2 * VW + i], lanes[3 * VW + i]);
 }
 
 // Sum of the first `count` lanes.
-inline uint counted(intv active, int count) {
+static inline uint counted(intv active, int count) {
     uint total = 0;
     for (int i = 0; i < count; i++)
         total += ((const int *)&active)[i];
@@ -139,7 +139,7 @@ inline uint counted(intv active, int count) {
 
 // The raw state of `count` of VW rays, from or to places `stride` apart.
 #define RAW_NUMBERS ((int)(sizeof(Accumulator) / sizeof(realv)))
-inline Accumulator load_raw(const SampleParams *p, __global const float4 *state, int count, int stride) {
+static inline Accumulator load_raw(const SampleParams *p, __global const float4 *state, int count, int stride) {
     Accumulator a = empty_accumulator(p);
     float *lanes = (float *)&a;
     for (int i = 0; i < count; i++) {
@@ -149,7 +149,7 @@ inline Accumulator load_raw(const SampleParams *p, __global const float4 *state,
     }
     return a;
 }
-inline void store_raw(const Accumulator *a, int count, int stride, __global float4 *out) {
+static inline void store_raw(const Accumulator *a, int count, int stride, __global float4 *out) {
     const float *lanes = (const float *)a;
     for (int i = 0; i < count; i++) {
         float4 raw = 0.0f;
@@ -160,7 +160,7 @@ inline void store_raw(const Accumulator *a, int count, int stride, __global floa
 }
 
 // How many of `count` colours are not nothing.
-inline uint shown(const realv *color, int count) {
+static inline uint shown(const realv *color, int count) {
     return counted(COUNT_IF(color[0] != 0.0f || color[1] != 0.0f || color[2] != 0.0f || color[3] != 0.0f), count);
 }
 

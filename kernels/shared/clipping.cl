@@ -9,7 +9,7 @@ typedef struct {
 } Interval;
 
 // The interval of rays origin + t direction, t >= start, in the axes of `c`.
-inline Interval interval_of(const Clipping *c, const realv *origin, const realv *direction, float start) {
+static inline Interval interval_of(const Clipping *c, const realv *origin, const realv *direction, float start) {
     Interval e = {(realv)(start), (realv)(INFINITY)};
     for (int i = 0; i < 3; i++) {
         // Rays along a face lie in the box from end to end or not at all; in a face they do.
@@ -37,7 +37,7 @@ inline Interval interval_of(const Clipping *c, const realv *origin, const realv 
 typedef Interval Part;
 
 // Of the segment between two ray parameters.
-inline Part part_of(const Interval *e, realv front, realv back) {
+static inline Part part_of(const Interval *e, realv front, realv back) {
     const realv inverse = 1.0f / (back - front);
     const Part part = {CLAMP((e->from - front) * inverse, (realv)(0.0f), (realv)(1.0f)),
                        CLAMP((e->to - front) * inverse, (realv)(0.0f), (realv)(1.0f))};
@@ -45,15 +45,15 @@ inline Part part_of(const Interval *e, realv front, realv back) {
 }
 
 // Length of a part.
-inline realv share_of(const Part *part) { return MAX(part->to - part->from, (realv)(0.0f)); }
+static inline realv share_of(const Part *part) { return MAX(part->to - part->from, (realv)(0.0f)); }
 
 // Whether a part is less than the whole for any ray that has one.
-inline bool any_cut(const Part *part) {
+static inline bool any_cut(const Part *part) {
     return ANY(part->from < part->to && (part->from > 0.0f || part->to < 1.0f));
 }
 
 // Between two numbers at the ends of a segment; exact at both.
-inline realv between(realv front, realv back, realv t) { return t < 1.0f ? front + t * (back - front) : back; }
+static inline realv between(realv front, realv back, realv t) { return t < 1.0f ? front + t * (back - front) : back; }
 
 // A place in a part, 0 ... 1, as one in the whole segment.
 #ifdef CLIPPED

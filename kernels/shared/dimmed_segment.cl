@@ -17,7 +17,7 @@
 
 #ifdef DIMMED
 // The deeper a segment, the more parts: their number need not be whole, so that nothing jumps; the last one is cut off.
-inline void composite_parts(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p,
+static inline void composite_parts(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p,
                             __global const int4 *integrals, const Way *way, const Part *part, intv lanes, realv depth, realv dt,
                             const Lit *lit_front, const Lit *lit_back, Accumulator *a) {
     const realv step = reciprocal(CLAMP(depth * (1.0f / PART_DEPTH), (realv)(2.0f), (realv)(MOST_PARTS)));

@@ -8,17 +8,17 @@
 #define CLAMP(x, lo, hi) MIN(MAX(x, lo), hi)
 
 // The whole number at or below x, within an int; and for vectors.
-inline int whole_below(float x) {
+static inline int whole_below(float x) {
     const int i = (int)x;
     return i - (x < i);
 }
-inline intv wholes_below(realv x) {
+static inline intv wholes_below(realv x) {
     const intv i = CONVERT_INTV(x);
     return i - COUNT_IF(x < CONVERT_REALV(i));
 }
 
 // 2^y for y in -126 ... 0, to 1.1e-7, exact where y is whole: adding 1.5 x 2^23 rounds y to a whole number in the low bits.
-inline realv exp2_of(realv y) {
+static inline realv exp2_of(realv y) {
     const realv shifted = y + 12582912.0f;
     const realv f = y - (shifted - 12582912.0f);
     // Pairs first: a chain of five would have to be waited for.
@@ -30,11 +30,11 @@ inline realv exp2_of(realv y) {
 }
 
 // 1 - e^-x for x >= 0.
-inline realv absorbed(realv x) { return 1.0f - exp2_of(MAX(x * -1.4426950409f, (realv)(-126.0f))); }
+static inline realv absorbed(realv x) { return 1.0f - exp2_of(MAX(x * -1.4426950409f, (realv)(-126.0f))); }
 
 // x^exponent for x in 0 ... 1 and exponent > 0: whole ones up to 255 by squaring, others through log2 (right to 1.2e-6 of
 // itself), a polynomial fitted at Chebyshev nodes.
-inline realv power(realv x, float exponent) {
+static inline realv power(realv x, float exponent) {
     int whole = (int)exponent;
     if (whole == exponent && whole < 256) {
         realv result = whole & 1 ? x : (realv)(1.0f);

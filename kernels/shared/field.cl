@@ -117,7 +117,7 @@ ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *vie
 
 #if KERNEL == GAUSSIAN
 // The gradient, in voxel differences: central ones of the field over one voxel each way.
-inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
+static inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
                         realv *along_u, realv *along_v, realv *along_a) {
     *along_u = 0.5f * (value_at(voxels, view, u + 1.0f, v, a, needed) - value_at(voxels, view, u - 1.0f, v, a, needed));
     *along_v = 0.5f * (value_at(voxels, view, u, v + 1.0f, a, needed) - value_at(voxels, view, u, v - 1.0f, a, needed));
@@ -125,7 +125,7 @@ inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, re
 }
 #else
 // The gradient, in voxel differences: slopes along its axis, values along the others. The same rows serve all three.
-inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
+static inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
                         realv *along_u, realv *along_v, realv *along_a) {
     const Cells c = cells_of(view, u, v, a, needed);
     const Weights x = value_weights(c.x), y = value_weights(c.y), z = value_weights(c.z);

@@ -12,7 +12,7 @@
 #endif
 
 // Whether anything between two values does.
-inline intv shows(const SampleParams *p, realv from, realv to) { return MAX(from, to) >= p->shown_from && MIN(from, to) <= p->shown_to; }
+static inline intv shows(const SampleParams *p, realv from, realv to) { return MAX(from, to) >= p->shown_from && MIN(from, to) <= p->shown_to; }
 
 // Whether gradients are derivatives of the field, which tell more of it: between two lit samples it is taken for the cubic with the values
 // and the slopes of both, and a sample is made of it in the middle. Where rays are parallel to an axis it is the field itself.
@@ -26,7 +26,7 @@ typedef struct {
 #endif
 } Lit;
 
-inline Lit lit_by(const SampleParams *p, realv u, realv v, realv a) {
+static inline Lit lit_by(const SampleParams *p, realv u, realv v, realv a) {
     Lit lit;
     lit.lighting = light_gradient(p, u, v, a);
 #if HAS_SLOPES
@@ -37,7 +37,7 @@ inline Lit lit_by(const SampleParams *p, realv u, realv v, realv a) {
 
 // Light between that of two ends. Central differences are weak in noise: the end with the stronger gradient counts for more, so that light
 // falls on what lies between where gradients mix. Where ends are a layer apart gradients stay near theirs, as the field does.
-inline Lighting light_on(const SampleParams *p, const Lit *front, const Lit *back, realv t) {
+static inline Lighting light_on(const SampleParams *p, const Lit *front, const Lit *back, realv t) {
     const Lighting *one = &front->lighting, *other = &back->lighting;
 #if HAS_SLOPES
     const realv mixed = t;
@@ -54,7 +54,7 @@ inline Lighting light_on(const SampleParams *p, const Lit *front, const Lit *bac
 #if HAS_SLOPES
 // The sample in the middle of a way. Where nothing between the ends `counts` its value is one of those: it can lie beyond all that the
 // kernel makes of the voxels around, and what is skipped, in whole tiles or blocks, must not depend on neighbours.
-inline Lit lit_in_the_middle(const SampleParams *p, const Way *way, intv counts, const Lit *front, const Lit *back, realv *value) {
+static inline Lit lit_in_the_middle(const SampleParams *p, const Way *way, intv counts, const Lit *front, const Lit *back, realv *value) {
     const realv *step = way->step;
     const realv slope_front = front->u * step[0] + front->v * step[1] + front->a * step[2];
     const realv slope_back = back->u * step[0] + back->v * step[1] + back->a * step[2];

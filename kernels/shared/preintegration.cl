@@ -21,13 +21,13 @@ typedef struct {
 } Node;
 
 // The nearest even or odd node, one of the two that the value lies between.
-inline intv node_index(const SampleParams *p, realv value, int odd) {
+static inline intv node_index(const SampleParams *p, realv value, int odd) {
     const realv x = (value - p->table_first) * (0.5f * p->table_per_value) + (odd ? 0.0f : 0.5f);
     return 2 * CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)((p->table_last - odd) / 2))) + odd;
 }
 
 // The extinction at a node's own value.
-inline realv extinction_at(__global const int4 *integrals, intv index) {
+static inline realv extinction_at(__global const int4 *integrals, intv index) {
 #ifdef GATHER_WORDS
     const intv bits = GATHER_WORDS(integrals, index * 16 + 12);
 #else
@@ -38,7 +38,7 @@ inline realv extinction_at(__global const int4 *integrals, intv index) {
 }
 
 // Whether anything between two values counts: shows, and is no gap of the table. An even node and an odd one are never the same.
-inline intv counts_between(const SampleParams *p, __global const int4 *integrals, realv from, realv to) {
+static inline intv counts_between(const SampleParams *p, __global const int4 *integrals, realv from, realv to) {
     intv counts = shows(p, from, to);
 #if BLEND == COMPOSITE
     const intv front = AS_INTV(extinction_at(integrals, node_index(p, from, 0)));
@@ -76,7 +76,7 @@ typedef struct {
 
 // Beyond the table its first and last entry go on. One sample beyond it and one in it or beyond the other end: the
 // entry's share is added. Both beyond one end: the nodes are right as they are.
-inline void extend_difference(const SampleParams *p, __global const int4 *integrals, realv from, realv to, Difference *d) {
+static inline void extend_difference(const SampleParams *p, __global const int4 *integrals, realv from, realv to, Difference *d) {
     const realv last = p->table_last;
     const realv x0 = (from - p->table_first) * p->table_per_value, x1 = (to - p->table_first) * p->table_per_value;
     const realv below = MIN(x1, (realv)(0.0f)) - MIN(x0, (realv)(0.0f));
@@ -138,14 +138,14 @@ ALWAYS_INLINE Segment segment_between(const SampleParams *p, __global const int4
 }
 
 // Weights of front and back of the segment from sub-layer l0 to l1.
-inline float2 ends_of(const SampleParams *p, int l0, int l1) {
+static inline float2 ends_of(const SampleParams *p, int l0, int l1) {
     const float *ends = p->ends[min(l0, l1) % p->inner_slabs];
     return l0 < l1 ? (float2)(ends[0], ends[1]) : (float2)(ends[1], ends[0]);
 }
 
 // How far the light of an even segment comes from before its middle, as a share of its length: 1/2 - 1/d + 1/(e^d - 1) for optical
 // depth d; within 0.05, and 0.003 up to a depth of 2.
-inline realv towards_front(realv depth) {
+static inline realv towards_front(realv depth) {
     return depth * (1.0f + 0.1f * depth) * reciprocal(12.0f + depth * (1.41f + 0.2f * depth));
 }
 

@@ -41,7 +41,7 @@ typedef struct {
     ((w)[0] * ((before) - (low)) + ((w)[2] * ((high) - (low)) + (w)[3] * ((behind) - (low))))
 
 // What voxels count for the value at `t`, 0 ... 1 from the one below to the next.
-inline Weights value_weights(realv t) {
+static inline Weights value_weights(realv t) {
     Weights w = {{0.0f, 0.0f, 0.0f, 0.0f}};
 #if KERNEL == LINEAR
     w.of[2] = t;
@@ -69,7 +69,7 @@ inline Weights value_weights(realv t) {
 #if KERNEL != GAUSSIAN
 // What voxels count for the gradient along the axis: the kernel's own derivative, or, of LINEAR and CUBIC, central differences of the
 // field over one voxel each way.
-inline Weights slope_weights(realv t) {
+static inline Weights slope_weights(realv t) {
     Weights w = {{0.0f, 0.0f, 0.0f, 0.0f}};
 #if KERNEL == CATMULL_ROM
     w.of[0] = t * (2.0f - 1.5f * t) - 0.5f;

@@ -7,7 +7,7 @@
 
 // How the gradient of a layer's samples is found differs by kernel, which defines both.
 struct GradientSource;
-inline void layer_gradient(const struct GradientSource *source, realv *u, realv *v, realv *a);
+static inline void layer_gradient(const struct GradientSource *source, realv *u, realv *v, realv *a);
 
 // What of a sample counts, in sub-slab thicknesses. PER_RAY_STEP: of each ray.
 #ifdef PER_RAY_STEP
@@ -19,7 +19,7 @@ typedef float Share;
 #if !GATHERS_VALUES
 // Opacity of a sample. PER_RAY_STEP: the table holds tau (or alpha), and dt, the length of a sub-slab along each ray, comes with the
 // sample. Otherwise dt is one number per frame, and in the table.
-inline realv opacity_of(const SampleParams *p, realv w, Share share, realv dt) {
+static inline realv opacity_of(const SampleParams *p, realv w, Share share, realv dt) {
 #ifdef PER_RAY_STEP
     return p->linear ? MIN(w * dt, (realv)(1.0f)) * share : absorbed(w * (dt * share));
 #else
@@ -101,7 +101,7 @@ ALWAYS_INLINE void take_layer(const SampleParams *p, __global const float4 *slab
 }
 
 // First slab and number of slabs of the n-th layer (0 ... layers-1) along the ray.
-inline void layer_slabs(const SampleParams *p, int n, int layers, int *first, int *count) {
+static inline void layer_slabs(const SampleParams *p, int n, int layers, int *first, int *count) {
     const bool front = n == 0, back = n == layers - 1;
     *first = front ? p->inner_slabs : back ? p->inner_slabs + p->front_slabs : 0;
     *count = front ? p->front_slabs : back ? p->back_slabs : p->inner_slabs;

@@ -13,7 +13,7 @@ typedef struct {
 } RowRays;
 
 // From a column on; columns beyond the screen take its last one's ray.
-inline RowRays rays_of_row(const ScreenParams *s, int column, int row) {
+static inline RowRays rays_of_row(const ScreenParams *s, int column, int row) {
     const intv columns = MIN(LANES + column, (intv)(s->width - 1));
     const realv x = CONVERT_REALV(columns) + 0.5f;
     const float y = row + 0.5f;
@@ -29,9 +29,9 @@ inline RowRays rays_of_row(const ScreenParams *s, int column, int row) {
 }
 
 // Columns of a tile that are on the screen.
-inline int columns_of(const ScreenParams *s, int column) { return min(VW, s->width - column); }
+static inline int columns_of(const ScreenParams *s, int column) { return min(VW, s->width - column); }
 
-inline void store_pixels(const ScreenParams *s, const SampleParams *p, __global const float4 *table, int column, int row,
+static inline void store_pixels(const ScreenParams *s, const SampleParams *p, __global const float4 *table, int column, int row,
                          const Accumulator *a, const Interval *interval, __global float4 *frame) {
     realv color[4];
     resolve(p, table, a, interval, color);

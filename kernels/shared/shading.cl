@@ -3,7 +3,7 @@
 #include "shared/elementary.cl"
 
 // The table entry nearest to a value.
-inline intv table_index(const SampleParams *p, realv value) {
+static inline intv table_index(const SampleParams *p, realv value) {
     const realv x = (value - p->table_first) * p->table_per_value + 0.5f;
     return CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)(p->table_last)));
 }
@@ -15,7 +15,7 @@ typedef struct {
 
 // Blinn-Phong, two-sided, one white light. Where the gradient is below 1e-3 of the value range per voxel the colour
 // stays as it is, with a smooth fade up to 2e-3: rounding must not flip it.
-inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a) {
+static inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a) {
     u *= p->gradient_u;
     v *= p->gradient_v;
     a *= p->gradient_a;
@@ -36,6 +36,6 @@ inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a)
 }
 
 // Opacity of an optical depth, or of alpha times length.
-inline realv opacity_of_depth(const SampleParams *p, realv depth) {
+static inline realv opacity_of_depth(const SampleParams *p, realv depth) {
     return p->linear ? MIN(depth, (realv)(1.0f)) : absorbed(depth);
 }

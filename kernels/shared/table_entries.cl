@@ -26,7 +26,7 @@
 #endif
 
 // Rows (a, b, c, d) of 4 x 4 numbers, a matrix in each group of four lanes, to columns.
-inline void transpose_fours(realv a, realv b, realv c, realv d, realv *x, realv *y, realv *z, realv *w) {
+static inline void transpose_fours(realv a, realv b, realv c, realv d, realv *x, realv *y, realv *z, realv *w) {
     const realv ac_low = INTERLEAVE_LOW(a, c), ac_high = INTERLEAVE_HIGH(a, c);
     const realv bd_low = INTERLEAVE_LOW(b, d), bd_high = INTERLEAVE_HIGH(b, d);
     *x = INTERLEAVE_LOW(ac_low, bd_low);
@@ -51,7 +51,7 @@ inline void transpose_fours(realv a, realv b, realv c, realv d, realv *x, realv 
 #endif
 
 // VW whole entries instead of four gathers of VW floats: 229 -> 186 CPU ms in the prototype.
-inline void table_entries(__global const float4 *table, intv index, realv *r, realv *g, realv *b, realv *w) {
+static inline void table_entries(__global const float4 *table, intv index, realv *r, realv *g, realv *b, realv *w) {
 #if VW == 1
     const float4 e = table[index];
     *r = e.x, *g = e.y, *b = e.z, *w = e.w;

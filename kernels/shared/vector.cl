@@ -53,7 +53,7 @@ typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
 
 #if VW > 1
 // any() is a chain of branches on PoCL; this is one reduction.
-inline bool any_lane(intv mask) {
+static inline bool any_lane(intv mask) {
 #if VW == 16
     const int8 m8 = mask.lo | mask.hi;
     const int4 m4 = m8.lo | m8.hi;
@@ -77,14 +77,14 @@ inline bool any_lane(intv mask) {
 #else
 #define SIXTEEN(x) (float16)(x)
 #endif
-inline float smallest_lane(realv x) {
+static inline float smallest_lane(realv x) {
     const float16 x16 = SIXTEEN(x);
     const float8 x8 = x16.lo < x16.hi ? x16.lo : x16.hi;
     const float4 x4 = x8.lo < x8.hi ? x8.lo : x8.hi;
     const float2 x2 = x4.lo < x4.hi ? x4.lo : x4.hi;
     return x2.x < x2.y ? x2.x : x2.y;
 }
-inline float largest_lane(realv x) { return -smallest_lane(-x); }
+static inline float largest_lane(realv x) { return -smallest_lane(-x); }
 
 // AVX-512 picks any of 32 floats for each lane in one instruction, which no OpenCL function is compiled to.
 #if VW == 16 && defined(__AVX512F__)
@@ -100,18 +100,18 @@ inline float largest_lane(realv x) { return -smallest_lane(-x); }
 // 1 / x and 1 / sqrt(x) for normal x > 0 (or, of the first, any sign), to 1e-7 and 5e-6. AVX-512 guesses both to 14 bits: a Newton step
 // more takes a quarter of a division's time.
 #if VW == 16 && defined(__AVX512F__)
-inline realv reciprocal(realv x) {
+static inline realv reciprocal(realv x) {
     const realv guess = __builtin_ia32_rcp14ps512_mask(x, (realv)(0.0f), (ushort)0xffff);
     return guess * (2.0f - x * guess);
 }
-inline realv inverse_sqrt(realv x) {
+static inline realv inverse_sqrt(realv x) {
     const realv guess = __builtin_ia32_rsqrt14ps512_mask(x, (realv)(0.0f), (ushort)0xffff);
     return guess * (1.5f - 0.5f * x * guess * guess);
 }
 #else
-inline realv reciprocal(realv x) { return 1.0f / x; }
+static inline realv reciprocal(realv x) { return 1.0f / x; }
 // A first guess from the exponent, and two Newton steps.
-inline realv inverse_sqrt(realv x) {
+static inline realv inverse_sqrt(realv x) {
     realv y = AS_REALV(0x5f3759df - (AS_INTV(x) >> 1));
     y = y * (1.5f - 0.5f * x * y * y);
     return y * (1.5f - 0.5f * x * y * y);
@@ -126,7 +126,7 @@ inline realv inverse_sqrt(realv x) {
 #endif
 
 // PoCL calls larger functions, and passes vectors through memory.
-#define ALWAYS_INLINE inline __attribute__((always_inline))
+#define ALWAYS_INLINE static inline __attribute__((always_inline))
 
 // Asks for what is needed soon. OpenCL's own prefetch() does nothing on PoCL.
 #ifdef __x86_64__

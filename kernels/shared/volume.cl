@@ -18,12 +18,12 @@
 #endif
 
 // Place of layer k >= -2 in a ring of the three layers that a sample mixes.
-inline int slot(int k) { return (k + 3) % 3; }
+static inline int slot(int k) { return (k + 3) % 3; }
 
 #ifdef EDGE_GOES_ON
 // The voxel that stands for one at or beyond the edge: the nearest one. MIRRORED: the one as far inside, so that the spline which these
 // are the coefficients of goes on.
-inline int stand_in(int i, int dims) {
+static inline int stand_in(int i, int dims) {
 #ifdef MIRRORED
     i = abs(i);
     i = i < dims ? i : 2 * (dims - 1) - i;
@@ -33,7 +33,7 @@ inline int stand_in(int i, int dims) {
 #endif
 
 // Any voxel, inside or around the volume.
-inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k) {
+static inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k) {
 #ifdef EDGE_GOES_ON
     u = stand_in(u, view->dims_u), v = stand_in(v, view->dims_v), k = stand_in(k, view->dims_a);
 #endif
@@ -50,7 +50,7 @@ inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int 
 #endif
 
 // `vectors` x VW voxels of row v, layer k, from u on, as floats. Needs stride_u = 1.
-inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, int vectors, float *row) {
+static inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, int vectors, float *row) {
 #ifdef EDGE_GOES_ON
     v = stand_in(v, view->dims_v), k = stand_in(k, view->dims_a);
 #endif
@@ -90,7 +90,7 @@ inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u
 #define POINT_BLOCK_ROWS 4
 
 // Block of a voxel, the margin counted; the size is a power of two, and >> rounds down also below 0.
-inline int block_of(int voxel, int size) { return (voxel >> (31 - clz(size))) + 1; }
+static inline int block_of(int voxel, int size) { return (voxel >> (31 - clz(size))) + 1; }
 
 // Bits of a block's visibility: what is in reach of samples with |s| <= 1, and of those with |s| <= 3.
 #define NEAR 1
@@ -98,7 +98,7 @@ inline int block_of(int voxel, int size) { return (voxel >> (31 - clz(size))) + 
 
 // Whether any block under samples in [u0, u1] x [v0, v1] of layer k (-1 ... n, counted from the first that voxels hold) can show anything;
 // bit: NEAR or FAR.
-inline bool block_visible(__global const uchar *visible, int bit, int blocks_u, int blocks_v, int u0, int u1, int v0,
+static inline bool block_visible(__global const uchar *visible, int bit, int blocks_u, int blocks_v, int u0, int u1, int v0,
                           int v1, int k) {
     const int b0 = max(block_of(u0, BLOCK), 0), b1 = min(block_of(u1, BLOCK), blocks_u - 1);
     const int c0 = max(block_of(v0, BLOCK), 0), c1 = min(block_of(v1, BLOCK), blocks_v - 1);

@@ -9,7 +9,7 @@ typedef struct {
 } Way;
 
 // The field on it, 0 ... 1.
-inline realv value_on(__global const VOXEL *voxels, const VolumeView *view, const Way *way, realv t, intv lanes) {
+static inline realv value_on(__global const VOXEL *voxels, const VolumeView *view, const Way *way, realv t, intv lanes) {
     return value_at(voxels, view, way->place[0] + t * way->step[0], way->place[1] + t * way->step[1],
                     way->place[2] + t * way->step[2], lanes);
 }

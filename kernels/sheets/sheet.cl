@@ -11,7 +11,7 @@
 #define AHEAD 16
 
 // Where a tile's list begins and ends.
-inline uint2 list_of(__global const uint *ends, int tiles, int chunks, int tile) {
+static inline uint2 list_of(__global const uint *ends, int tiles, int chunks, int tile) {
     __global const uint *last = ends + (size_t)(chunks - 1) * tiles;
     return (uint2)(tile > 0 ? last[tile - 1] : 0, last[tile]);
 }
@@ -19,7 +19,7 @@ inline uint2 list_of(__global const uint *ends, int tiles, int chunks, int tile)
 // c2 exp(-2 r^2) for r < 2: integral 1.
 #define FOOTPRINT_FACTOR 0.6368334f
 #define SQUARED_RADIUS (GAUSSIAN_RADIUS * GAUSSIAN_RADIUS)
-inline realv gaussian_of_squared(realv squared) {
+static inline realv gaussian_of_squared(realv squared) {
     return exp2_of(MAX(squared * -2.8853900818f, (realv)(-126.0f)));
 }
 
@@ -62,12 +62,12 @@ ALWAYS_INLINE realv weights_on(const SplatParams *p, const Splat *splat, const F
 }
 
 // Depth that a vector spans.
-inline realv depth_along(const SplatParams *p, const realv *vector) {
+static inline realv depth_along(const SplatParams *p, const realv *vector) {
     return p->along[0] * vector[0] + p->along[1] * vector[1] + p->along[2] * vector[2];
 }
 
 // Length of the rays of a row per voxel of depth, in unit distances.
-inline realv length_per_depth(const SplatParams *p, const RowRays *rays) { return rays->length / depth_along(p, rays->d); }
+static inline realv length_per_depth(const SplatParams *p, const RowRays *rays) { return rays->length / depth_along(p, rays->d); }
 
 // Whether anything more can change any ray of a tile. (With a flag instead of the returns, image-aligned sheets take 25 % longer on
 // PoCL.)
@@ -79,6 +79,6 @@ ALWAYS_INLINE bool any_row_open(const SampleParams *sample, const Accumulator *g
 }
 
 // The ray parameter of a depth.
-inline realv parameter_of(const SplatParams *p, const RowRays *rays, float depth) {
+static inline realv parameter_of(const SplatParams *p, const RowRays *rays, float depth) {
     return (depth - (depth_along(p, rays->o) + p->along[3])) / depth_along(p, rays->d);
 }

@@ -5,10 +5,10 @@
 #define GAUSSIAN_RADIUS 2.0f
 
 // Where a splat at a depth begins, in sheets from the first: the sheet at or beyond is the first that it reaches.
-inline float reach_of(const SplatParams *p, float depth) {
+static inline float reach_of(const SplatParams *p, float depth) {
     return (depth - GAUSSIAN_RADIUS) / p->sheet_distance - 0.5f - p->first_sheet;
 }
-inline int first_sheet(float reach) { return -whole_below(-reach); }
+static inline int first_sheet(float reach) { return -whole_below(-reach); }
 
 // Pixels under the rectangle of a splat at (x, y), clipped to the screen: columns [x, y], rows [z, w]; empty where x > y or z > w.
 ALWAYS_INLINE int4 pixels_under(const SplatParams *p, float x, float y, float w, int width, int height) {

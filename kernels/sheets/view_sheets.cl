@@ -25,7 +25,7 @@ struct GradientSource {
     const realv *channels;
 };
 
-inline void layer_gradient(const struct GradientSource *source, realv *u, realv *v, realv *a) {
+static inline void layer_gradient(const struct GradientSource *source, realv *u, realv *v, realv *a) {
 #if CHANNELS == 4
     *u = source->channels[1], *v = source->channels[2], *a = source->channels[3];
 #endif

@@ -5,7 +5,7 @@
 
 // Widens lo ... hi by the limits of a block in layers from ... to. Limits at an end of the voxels' range stand for a background beyond
 // it as well.
-inline void limits_of(__global const VOXEL *limits, float background, float offset, int blocks_u, int blocks_v, int from, int to, int b,
+static inline void limits_of(__global const VOXEL *limits, float background, float offset, int blocks_u, int blocks_v, int from, int to, int b,
                       int c, float *lo, float *hi) {
     const VOXEL below = VOXEL_BELOW(background + offset), above = VOXEL_ABOVE(background + offset);
     for (int j = from; j <= to; j++) {
@@ -18,7 +18,7 @@ inline void limits_of(__global const VOXEL *limits, float background, float offs
 
 // Whether a value between lo and hi can change a picture: it has opacity, and lies between `least` and `largest`, those that the blend mode
 // can use.
-inline bool any_visible(float lo, float hi, float least, float largest, float table_first, float table_per_value, int table_last,
+static inline bool any_visible(float lo, float hi, float least, float largest, float table_first, float table_per_value, int table_last,
                         __global const uint *visible_before) {
     // Weights sum to 1 only to rounding: a little more on either side, relative to the values and in entries. No
     // more: a volume is full of its smallest value, which often is the last invisible one.

@@ -7,7 +7,7 @@
 #define KEPT 32
 #define NUMBER(n) kept[(n) & (KEPT - 1)]
 
-inline realv load_some(__global const float *from, int count) {
+static inline realv load_some(__global const float *from, int count) {
     if (count == VW)
         return LOAD_VOXELS(from);
     realv some = 0.0f;
