@@ -198,6 +198,25 @@ pub enum Error {
         /// The compiler's words.
         log: String,
     },
+    /// Memory or a queue of the caller's own that cannot be used.
+    #[error("{what} {problem}")]
+    Memory {
+        /// What was handed over, and for what.
+        what: &'static str,
+        /// What is wrong with it and what to do.
+        problem: String,
+    },
+    /// A frame that took longer than it may.
+    #[error(
+        "the frame was given up before {stage}: it has taken longer than {longest:?}; allow it more time, or choose a smaller picture or a \
+         lower quality"
+    )]
+    TooLong {
+        /// What it would have gone on with.
+        stage: &'static str,
+        /// How long it may take.
+        longest: std::time::Duration,
+    },
     /// An OpenCL call failed.
     #[error("{call} failed on {device}: {source} ({})", source.0)]
     OpenCl {

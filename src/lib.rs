@@ -21,7 +21,7 @@
 //! # }
 //! ```
 //!
-//! Vectors and matrices are those of [`glam`], which is passed on here. The command `layersplat` comes with the default
+//! Vectors and matrices are those of [`glam`], contexts, queues and events of callers those of [`opencl3`]; both are passed on here. The command `layersplat` comes with the default
 //! feature `cli`; a program that only wants the library leaves it out (`default-features = false`). `layers` and
 //! `reference`, which the documentation does not show, are there for this crate's own tests and may change at any time.
 //!
@@ -55,6 +55,7 @@ pub use framing::Framing;
 pub use glam;
 pub use image::{Background, Frame};
 pub use layers::{Axis, Correction, Density, Kernel};
+pub use opencl3;
 pub use renderer::Renderer;
 pub use settings::{Quality, Settings};
 pub use transfer::TransferFunction;

@@ -33,7 +33,7 @@ static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, Sam
     sample->half_u = p->half_way[iu], sample->half_v = p->half_way[iv], sample->half_a = p->half_way[a];
     const float s_u = d[iu] / d[a], s_v = d[iv] / d[a];
     const float step_u = s_u * p->spacing[iu], step_v = s_v * p->spacing[iv], step_a = p->spacing[a];
-    const VolumeView view = {p->stride[iu], p->stride[iv], p->stride[a], p->dims[iu], p->dims[iv], p->dims[a],
+    const VolumeView view = {p->stride[iu], p->stride[iv], p->stride[a], p->stride[3], p->dims[iu], p->dims[iv], p->dims[a],
                              p->background, p->offset, 0};
     const PixelRay ray = {view, a, d[a] > 0.0f ? 1 : -1, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, o[iu], o[iv], o[a], d[a], s_u, s_v,
                           sqrt(step_u * step_u + step_v * step_v + step_a * step_a)};

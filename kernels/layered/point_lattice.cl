@@ -3,7 +3,8 @@
 // A layer is sampled where the rays cross it: the reconstructed field itself, which on the plane of a layer needs that alone, with all
 // kernels but the B-spline (point_layer.cl). Between two samples the classification is pre-integrated.
 // One work-item per tile of VW x TILE_ROWS samples, id = tile_v*tiles_u + tile_u. lattice[J*width + I] = RGBA;
-// visible: a bit per block and slab, from slab_visibility.cl.
+// visible: a bit per block and slab, from slab_visibility.cl;
+// shown_slabs: the first and the last slab in which any is set, counted from the first layer that voxels hold, from shown_slabs.cl.
 
 #include "layered/point_layer.cl"
 #include "layered/ray_lattice.cl"
@@ -129,11 +130,12 @@ static inline void find_middle(const SampleParams *p, __global const int4 *integ
 #endif
 
 __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
-                            __global const int4 *integrals, __global const float4 *table, RayLatticeParams p,
+                            __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table, RayLatticeParams p,
                             SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples) {
     const int id = get_global_id(0);
     if (id >= p.tiles_u * p.tiles_v)
         return;
+    voxels += view.first;
     const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
     const Tile tile = tile_of(&p, column, row);
     Layer held[2];
@@ -165,7 +167,9 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #endif
 
     const int s = sample.inner_slabs, enters = p.layer_step > 0 ? 0 : 1;
-    const int lowest = p.first_layer, highest = p.last_layer;
+    int lowest = p.first_layer, highest = p.last_layer;
+    if (p.culling)
+        lowest = max(lowest, shown_slabs[0] + view.first_a), highest = min(highest, shown_slabs[1] + view.first_a);
     int open = (1 << tile.rows) - 1; // rows that anything more can change
     if (p.continues)
         for (int r = 0; r < tile.rows; r++)

@@ -106,7 +106,7 @@ ALWAYS_INLINE void load_span(__global const VOXEL *voxels, const VolumeView *vie
     if (inside || (c->inside && j >= 0 && j < view->dims_v && k >= 0 && k < view->dims_a)) {
         __global const VOXEL *start = voxels + (k - view->first_a) * view->stride_a + j * view->stride_v + c->first;
         for (int i = 0; i < vectors; i++)
-            STOREV(span + i * VW, LOAD_VOXELS(start + i * VW) - view->offset);
+            STOREV(span + i * VW, VALUES_OF(view, LOAD_VOXELS(start + i * VW)));
     } else {
         load_row(voxels, view, c->first, j, k, vectors, span);
     }

@@ -114,6 +114,7 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *v
         return;
     const PixelRay ray = ray_of_pixel(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample);
     const VolumeView view = ray.view;
+    voxels += view.first;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
     const float s_u = ray.s_u, s_v = ray.s_v;
     const int layer_step = ray.layer_step;

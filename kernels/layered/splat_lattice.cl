@@ -144,6 +144,7 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     int id = get_global_id(0);
     if (id >= p.per_voxel_u * p.per_voxel_v * p.tiles_u * p.tiles_v)
         return;
+    voxels += view.first;
     const int tile = id;
     const int phase_u = id % p.per_voxel_u;
     id /= p.per_voxel_u;

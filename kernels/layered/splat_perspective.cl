@@ -142,6 +142,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
     const int tile = get_global_id(0);
     if (tile >= p.tiles_u * p.tiles_v)
         return;
+    voxels += view.first;
     const int column = tile % p.tiles_u * VW, row = tile / p.tiles_u * TILE_ROWS;
     const int tile_rows = min(TILE_ROWS, p.height - row), columns = min(VW, p.width - column);
     const float2 corner_u = crossing_of(&p, 0, column), end_u = crossing_of(&p, 0, column + columns - 1);

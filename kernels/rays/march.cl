@@ -8,6 +8,7 @@ __kernel void march(__global const VOXEL *voxels, VolumeView view, __global cons
     const int id = get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
+    voxels += view.first;
     const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
     intv active = 0;
     for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {

@@ -73,7 +73,8 @@ ALWAYS_INLINE Row voxel_row(__global const VOXEL *voxels, const VolumeView *view
 #define FOUR_FAR_VOXELS(n) \
     convert_float4(vload4(0, plane + i[n] + (j[n] + dj) * view->stride_v + (k[n] + dk) * view->stride_a))
         COMPONENTS(FOUR_FAR_VOXELS, &row.before, &row.low, &row.high, &row.behind);
-        row.before -= view->offset, row.low -= view->offset, row.high -= view->offset, row.behind -= view->offset;
+        row.before = VALUES_OF(view, row.before), row.low = VALUES_OF(view, row.low);
+        row.high = VALUES_OF(view, row.high), row.behind = VALUES_OF(view, row.behind);
         return row;
     }
 #elif VW > 1
@@ -81,7 +82,8 @@ ALWAYS_INLINE Row voxel_row(__global const VOXEL *voxels, const VolumeView *view
         __global const VOXEL *start = voxels + i[0] - 1 + (j[0] + dj) * view->stride_v + (k[0] + dk - view->first_a) * view->stride_a;
         const intv at = c->i - i[0] + (c->j - j[0]) * (int)view->stride_v + (c->k - k[0]) * (int)view->stride_a;
         row = four_voxels(start, at);
-        row.before -= view->offset, row.low -= view->offset, row.high -= view->offset, row.behind -= view->offset;
+        row.before = VALUES_OF(view, row.before), row.low = VALUES_OF(view, row.low);
+        row.high = VALUES_OF(view, row.high), row.behind = VALUES_OF(view, row.behind);
         return row;
     }
 #endif

@@ -7,6 +7,16 @@
 #error "VOXEL: type of a voxel"
 #endif
 
+// A voxel's value, less the offset. UNCHECKED: in memory of the caller's own, whose floats nobody has looked at: those that are NaN,
+// infinite or beyond 1e30 count as background, as they do in volumes that were uploaded.
+#ifdef UNCHECKED
+#define VALUE_OF(view, voxel) (fabs(voxel) <= 1e30f ? (voxel) - (view)->offset : (view)->background)
+#define VALUES_OF(view, voxels) (fabs(voxels) <= 1e30f ? (voxels) - (view)->offset : (realv)((view)->background))
+#else
+#define VALUE_OF(view, voxel) ((voxel) - (view)->offset)
+#define VALUES_OF(view, voxels) ((voxels) - (view)->offset)
+#endif
+
 // The voxel nearest to a value that is not above it, and the one that is not below it; at the ends of the type's range what
 // there is.
 #if VOXEL_BYTES == 4
@@ -39,7 +49,7 @@ static inline float voxel_at(__global const VOXEL *voxels, const VolumeView *vie
 #endif
     if (u < 0 || u >= view->dims_u || v < 0 || v >= view->dims_v || k < 0 || k >= view->dims_a)
         return view->background;
-    return convert_float(voxels[u * view->stride_u + v * view->stride_v + (k - view->first_a) * view->stride_a]) - view->offset;
+    return VALUE_OF(view, convert_float(voxels[u * view->stride_u + v * view->stride_v + (k - view->first_a) * view->stride_a]));
 }
 
 // Whether a layer has nothing but background.
@@ -58,11 +68,11 @@ static inline void load_row(__global const VOXEL *voxels, const VolumeView *view
     __global const VOXEL *start = voxels + v * view->stride_v + (k - view->first_a) * view->stride_a;
     for (int c = 0; c < vectors; c++, u += VW, row += VW) {
         if (inside && u >= 0 && u + VW <= view->dims_u) {
-            STOREV(row, LOAD_VOXELS(start + u) - view->offset);
+            STOREV(row, VALUES_OF(view, LOAD_VOXELS(start + u)));
 #ifdef EDGE_GOES_ON
         } else {
             for (int i = 0; i < VW; i++)
-                row[i] = convert_float(start[stand_in(u + i, view->dims_u)]) - view->offset;
+                row[i] = VALUE_OF(view, convert_float(start[stand_in(u + i, view->dims_u)]));
         }
 #else
         } else if (!inside || u + VW <= 0 || u >= view->dims_u) {
@@ -72,12 +82,12 @@ static inline void load_row(__global const VOXEL *voxels, const VolumeView *view
             const int nearest = clamp(u, 0, view->dims_u - VW);
             float around[3 * VW];
             STOREV(around, (realv)(view->background));
-            STOREV(around + VW, LOAD_VOXELS(start + nearest) - view->offset);
+            STOREV(around + VW, VALUES_OF(view, LOAD_VOXELS(start + nearest)));
             STOREV(around + 2 * VW, (realv)(view->background));
             STOREV(row, LOADV(around + VW + (u - nearest)));
         } else {
             for (int i = 0; i < VW; i++)
-                row[i] = u + i >= 0 && u + i < view->dims_u ? convert_float(start[u + i]) - view->offset : view->background;
+                row[i] = u + i >= 0 && u + i < view->dims_u ? VALUE_OF(view, convert_float(start[u + i])) : view->background;
         }
 #endif
     }

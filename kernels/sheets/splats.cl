@@ -17,6 +17,7 @@ __kernel void splats(__global const VOXEL *voxels, VolumeView view, int reach, f
     const int row = get_global_id(0);
     if (row >= view.dims_v * view.dims_a)
         return;
+    voxels += view.first;
     const int v = row % view.dims_v, k = row / view.dims_v;
     const int margin = (PADDED - SEGMENT_VECTORS) / 2 * VW;
     uint count = 0, next = counts[row];

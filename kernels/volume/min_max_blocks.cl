@@ -5,6 +5,12 @@
 
 #include "shared/volume.cl"
 
+#ifdef UNCHECKED
+#define VOXEL_OR_BACKGROUND(voxel) (fabs(voxel) <= 1e30f ? (voxel) : background)
+#else
+#define VOXEL_OR_BACKGROUND(voxel) (voxel)
+#endif
+
 __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int blocks_u, int blocks_v,
                              int block_rows, int below, int above, __global VOXEL *limits) {
     const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
@@ -17,10 +23,11 @@ __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int 
     const float background = view.background + view.offset;
     const int first_u = clamp(u0, 0, view.dims_u - 1), last_u = clamp(u1, 0, view.dims_u - 1);
     const int first_v = clamp(v0, 0, view.dims_v - 1), last_v = clamp(v1, 0, view.dims_v - 1);
-    VOXEL lo = voxels[first_u + first_v * view.stride_v + k * view.stride_a], hi = lo;
+    voxels += view.first;
+    VOXEL lo = VOXEL_OR_BACKGROUND(voxels[first_u + first_v * view.stride_v + k * view.stride_a]), hi = lo;
     for (int v = first_v; v <= last_v; v++)
         for (int u = first_u; u <= last_u; u++) {
-            const VOXEL value = voxels[u + v * view.stride_v + k * view.stride_a];
+            const VOXEL value = VOXEL_OR_BACKGROUND(voxels[u + v * view.stride_v + k * view.stride_a]);
             lo = min(lo, value);
             hi = max(hi, value);
         }

@@ -11,7 +11,7 @@
 #endif
 
 // Which of the held voxels stands for voxel i of them.
-static inline int stand_in(int i, int first, int held, int whole) {
+static inline int mirrored(int i, int first, int held, int whole) {
     const int period = max(2 * (whole - 1), 1);
     i = abs(first + i) % period;
     return clamp((i < whole ? i : period - i) - first, 0, held - 1);

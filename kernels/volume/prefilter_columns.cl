@@ -25,11 +25,11 @@ __kernel void prefilter_columns(__global float *coefficients, __global const flo
     __global float *column = coefficients + id / chunks * line_stride + VW * chunk;
     realv kept[KEPT];
     for (int n = -PREFILTER_RADIUS; n < PREFILTER_RADIUS; n++)
-        NUMBER(n) = load_some(column + stand_in(n, first, held, whole) * stride, count);
+        NUMBER(n) = load_some(column + mirrored(n, first, held, whole) * stride, count);
     for (int n = 0; n < held; n++) {
         // Those behind the end are mirrored ones, which are among the last that were kept.
         const int next = n + PREFILTER_RADIUS;
-        NUMBER(next) = next < held ? load_some(column + next * stride, count) : NUMBER(stand_in(next, first, held, whole));
+        NUMBER(next) = next < held ? load_some(column + next * stride, count) : NUMBER(mirrored(next, first, held, whole));
         realv sum = taps[0] * NUMBER(n);
         for (int k = 1; k <= PREFILTER_RADIUS; k++)
             sum += taps[k] * (NUMBER(n - k) + NUMBER(n + k));

@@ -1,13 +1,14 @@
-// Along x: from voxels, less the offset, to coefficients. One work-item per row.
+// Along x: from voxels, less the offset, to coefficients. One work-item per row, of so many per layer.
 
+#include "shared/volume.cl"
 #include "volume/prefilter.cl"
 
-__kernel void prefilter_rows(__global const VOXEL *voxels, float offset, __global const float *taps, int first, int held, int whole,
-                             int rows, __global float *coefficients) {
+__kernel void prefilter_rows(__global const VOXEL *voxels, VolumeView view, __global const float *taps, int first, int held, int whole,
+                             int rows_per_layer, int rows, __global float *coefficients) {
     const size_t id = get_global_id(0);
     if (id >= rows)
         return;
-    __global const VOXEL *row = voxels + id * held;
+    __global const VOXEL *row = voxels + view.first + id % rows_per_layer * view.stride_v + id / rows_per_layer * view.stride_a;
     __global float *out = coefficients + id * held;
     for (int i = 0; i < held; i += VW) {
         // The voxels of VW sums.
@@ -15,7 +16,7 @@ __kernel void prefilter_rows(__global const VOXEL *voxels, float offset, __globa
         const bool inside = i >= PREFILTER_RADIUS && i + VW + PREFILTER_RADIUS <= held;
         for (int n = 0; n < VW + 2 * PREFILTER_RADIUS; n++) {
             const int at = i + n - PREFILTER_RADIUS;
-            span[n] = convert_float(row[inside ? at : stand_in(at, first, held, whole)]) - offset;
+            span[n] = VALUE_OF(&view, convert_float(row[inside ? at : mirrored(at, first, held, whole)]));
         }
         realv sum = taps[0] * LOADV(span + PREFILTER_RADIUS);
         for (int k = 1; k <= PREFILTER_RADIUS; k++)

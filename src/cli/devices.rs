@@ -29,7 +29,7 @@ fn text(d: &DeviceInfo) -> String {
     format!(
         "{}  {} ({:?}, {} units)\n   platform  {}, {}, driver {}\n   memory    {} MiB, {} MiB in one buffer\n   \
          tuning    vectors of {}, tiles of {}x{} samples, groups of {}, stages timed by {}",
-        d.index,
+        d.index.map_or(String::new(), |index| index.to_string()),
         d.name,
         d.kind,
         d.compute_units,

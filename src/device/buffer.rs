@@ -1,12 +1,15 @@
 //! Device buffers that know their length and count their bytes.
 
-use super::Device;
+use super::{Device, DeviceMemory, MemoryKind, ScratchMemory};
 use crate::error::Error;
+use opencl3::command_queue::{enqueue_copy_buffer_rect, enqueue_copy_buffer_to_image};
 use opencl3::error_codes::{
     CL_INVALID_BUFFER_SIZE, CL_MEM_OBJECT_ALLOCATION_FAILURE, CL_OUT_OF_HOST_MEMORY, CL_OUT_OF_RESOURCES, ClError,
 };
-use opencl3::memory::{Buffer as ClBuffer, CL_MEM_READ_WRITE, ClMem, cl_mem};
+use opencl3::event::Event;
+use opencl3::memory::{Buffer as ClBuffer, CL_MEM_COPY_HOST_PTR, CL_MEM_READ_WRITE, ClMem, cl_mem, retain_mem_object};
 use opencl3::types::CL_BLOCKING;
+use std::ffi::c_void;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -14,12 +17,30 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub(crate) struct Buffer<T> {
     memory: ClBuffer<T>,
     len: usize,
-    allocated: Arc<AtomicU64>,
+    /// Where its bytes are counted; those of the caller's own memory are not.
+    allocated: Option<Arc<AtomicU64>>,
 }
 
 impl<T: Copy> Buffer<T> {
     /// An uninitialised buffer of at least one value. `what` it holds is named if there is not enough memory.
     pub fn new(device: &Device, len: usize, what: &str) -> Result<Self, Error> {
+        // SAFETY: no host pointer is given.
+        unsafe { Self::create(device, len, CL_MEM_READ_WRITE, std::ptr::null(), what) }
+    }
+
+    /// A buffer with a copy of `values`, which is taken before this returns; no queue is waited for.
+    pub fn from_slice(device: &Device, values: &[T], what: &str) -> Result<Self, Error> {
+        if values.is_empty() {
+            return Self::new(device, 0, what);
+        }
+        let flags = CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR;
+        // SAFETY: there are as many values.
+        unsafe { Self::create(device, values.len(), flags, values.as_ptr(), what) }
+    }
+
+    /// # Safety
+    /// `values` is null, or with CL_MEM_COPY_HOST_PTR points to `len` of them.
+    unsafe fn create(device: &Device, len: usize, flags: u64, values: *const T, what: &str) -> Result<Self, Error> {
         let needed = len.max(1) as u64 * size_of::<T>() as u64;
         let info = device.info();
         if needed > info.largest_buffer_bytes {
@@ -27,24 +48,26 @@ impl<T: Copy> Buffer<T> {
             return Err(Error::DeviceMemory { what: what.into(), device: info.name.clone(), needed, available });
         }
         device.require(what, needed, 0)?;
-        // SAFETY: no host pointer is given.
-        let memory = unsafe { ClBuffer::create(&device.inner.context, CL_MEM_READ_WRITE, len.max(1), std::ptr::null_mut()) }
+        // SAFETY: the caller's promise; what is copied is not written.
+        let memory = unsafe { ClBuffer::create(&device.shared.context, flags, len.max(1), values.cast_mut().cast::<c_void>()) }
             .map_err(|e| not_created(device, what, needed, e))?;
-        let allocated = device.inner.allocated.clone();
+        let allocated = device.shared.allocated.clone();
         allocated.fetch_add(needed, Ordering::Relaxed);
-        Ok(Self { memory, len, allocated })
+        Ok(Self { memory, len, allocated: Some(allocated) })
     }
 
-    /// A buffer with a copy of `values`.
-    pub fn from_slice(device: &Device, values: &[T], what: &str) -> Result<Self, Error> {
-        let mut buffer = Self::new(device, values.len(), what)?;
-        buffer.write(device, values)?;
-        Ok(buffer)
+    /// The first `len` values of memory of the caller's own, which is large enough.
+    pub fn of_memory(device: &Device, memory: &DeviceMemory, len: usize) -> Result<Self, Error> {
+        debug_assert!(matches!(memory.kind(), MemoryKind::Buffer { bytes } if bytes >= len * size_of::<T>()));
+        // SAFETY: it is alive; the reference that is counted here is released by `ClBuffer`.
+        unsafe { retain_mem_object(memory.raw()) }.map_err(|e| device.error("clRetainMemObject", ClError(e)))?;
+        Ok(Self { memory: ClBuffer::new(memory.raw()), len, allocated: None })
     }
 
-    /// Overwrites the first values.
-    pub fn write(&mut self, device: &Device, values: &[T]) -> Result<(), Error> {
-        self.write_at(device, 0, values)
+    /// `len` uninitialised values in the caller's scratch memory, for the frame that is being drawn.
+    pub fn in_scratch(device: &Device, scratch: &ScratchMemory, len: usize, what: &str) -> Result<Self, Error> {
+        let len = len.max(1);
+        Self::of_memory(device, scratch.take(len * size_of::<T>(), what)?, len)
     }
 
     /// Overwrites values from the one at `first` on.
@@ -53,9 +76,10 @@ impl<T: Copy> Buffer<T> {
         if values.is_empty() {
             return Ok(());
         }
-        // SAFETY: the write blocks, so `values` outlives it, and they fit.
-        unsafe { device.inner.queue.enqueue_write_buffer(&mut self.memory, CL_BLOCKING, first * size_of::<T>(), values, &[]) }
-            .map_err(|e| device.error("clEnqueueWriteBuffer", e))?;
+        device.command("clEnqueueWriteBuffer", |queue, wait| {
+            // SAFETY: the write blocks, so `values` outlives it, and they fit.
+            unsafe { queue.enqueue_write_buffer(&mut self.memory, CL_BLOCKING, first * size_of::<T>(), values, wait) }
+        })?;
         Ok(())
     }
 
@@ -70,9 +94,69 @@ impl<T: Copy> Buffer<T> {
         if values.is_empty() {
             return Ok(());
         }
-        // SAFETY: the read blocks, so `values` outlives it, and there are as many.
-        unsafe { device.inner.queue.enqueue_read_buffer(&self.memory, CL_BLOCKING, first * size_of::<T>(), values, &[]) }
-            .map_err(|e| device.error("clEnqueueReadBuffer", e))?;
+        device.command("clEnqueueReadBuffer", |queue, wait| {
+            // SAFETY: the read blocks, so `values` outlives it, and there are as many.
+            unsafe { queue.enqueue_read_buffer(&self.memory, CL_BLOCKING, first * size_of::<T>(), values, wait) }
+        })?;
+        Ok(())
+    }
+
+    /// Copies rows of `columns` values each, as many as there are, to `first` bytes into the caller's buffer, `pitch` bytes apart; all of
+    /// it is within the buffer.
+    pub fn copy_rows(
+        &self,
+        device: &Device,
+        columns: usize,
+        rows: usize,
+        to: &DeviceMemory,
+        first: usize,
+        pitch: usize,
+    ) -> Result<(), Error> {
+        let row = columns * size_of::<T>();
+        let to_origin = [first % pitch, first / pitch, 0];
+        device.command("clEnqueueCopyBufferRect", |queue, wait| {
+            let (origin, region) = ([0usize; 3], [row, rows, 1]);
+            // SAFETY: both are alive, and large enough for the rows; the arrays outlive the call.
+            let event = unsafe {
+                enqueue_copy_buffer_rect(
+                    queue.get(),
+                    self.handle(),
+                    to.raw(),
+                    origin.as_ptr(),
+                    to_origin.as_ptr(),
+                    region.as_ptr(),
+                    row,
+                    0,
+                    pitch,
+                    0,
+                    wait.len() as u32,
+                    if wait.is_empty() { std::ptr::null() } else { wait.as_ptr() },
+                )
+            };
+            event.map(Event::new).map_err(ClError)
+        })?;
+        Ok(())
+    }
+
+    /// Copies rows of `columns` pixels each into the caller's image, which is as large, of pixels of this type.
+    pub fn copy_to_image(&self, device: &Device, columns: usize, rows: usize, to: &DeviceMemory) -> Result<(), Error> {
+        device.command("clEnqueueCopyBufferToImage", |queue, wait| {
+            let (origin, region) = ([0usize; 3], [columns, rows, 1]);
+            // SAFETY: both are alive and as large; the arrays outlive the call.
+            let event = unsafe {
+                enqueue_copy_buffer_to_image(
+                    queue.get(),
+                    self.handle(),
+                    to.raw(),
+                    0,
+                    origin.as_ptr(),
+                    region.as_ptr(),
+                    wait.len() as u32,
+                    if wait.is_empty() { std::ptr::null() } else { wait.as_ptr() },
+                )
+            };
+            event.map(Event::new).map_err(ClError)
+        })?;
         Ok(())
     }
 
@@ -106,7 +190,9 @@ fn not_created(device: &Device, what: &str, needed: u64, source: ClError) -> Err
 
 impl<T> Drop for Buffer<T> {
     fn drop(&mut self) {
-        self.allocated.fetch_sub(self.len.max(1) as u64 * size_of::<T>() as u64, Ordering::Relaxed);
+        if let Some(allocated) = &self.allocated {
+            allocated.fetch_sub(self.len.max(1) as u64 * size_of::<T>() as u64, Ordering::Relaxed);
+        }
     }
 }
 

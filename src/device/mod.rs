@@ -2,10 +2,14 @@
 
 mod buffer;
 mod cache;
+mod commands;
+mod device_memory;
+mod handed_over;
 mod kind;
 pub(crate) mod launch;
 mod pinning;
 mod program;
+mod scratch;
 mod selection;
 mod sources;
 mod stopwatch;
@@ -13,34 +17,45 @@ mod tuning;
 
 pub(crate) use buffer::Buffer;
 pub use cache::keep_compiled_kernels;
+pub use device_memory::{DeviceMemory, ImageFormat};
 pub use kind::DeviceKind;
 pub use pinning::pin_cpu_threads;
 pub use selection::{DeviceChoice, DeviceInfo};
 pub use stopwatch::StageTimes;
 pub use tuning::Tuning;
 
+pub(crate) use device_memory::MemoryKind;
+pub(crate) use scratch::ScratchMemory;
+
 use crate::error::Error;
 use crate::memory;
+use commands::{Limit, Sequence};
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
 use opencl3::kernel::Kernel;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use stopwatch::{Launched, Stopwatch};
 
-/// An OpenCL device with a context and a queue of its own. Cheap to clone: clones share both, also from thread to thread.
+/// An OpenCL device with a context and a queue: its own ([`open`](Self::open)), or a caller's ([`of_queue`](Self::of_queue)). Cheap to
+/// clone: clones share both, also from thread to thread.
 #[derive(Clone)]
 pub struct Device {
-    inner: Arc<Inner>,
+    shared: Arc<Shared>,
+    sequence: Arc<Sequence>,
     tuning: Tuning,
     /// Of a frame that is timed.
     stopwatch: Option<Arc<Stopwatch>>,
+    /// Of a frame whose scratch is the caller's.
+    scratch: Option<Arc<ScratchMemory>>,
+    /// Of a frame that may only take so long.
+    limit: Option<Limit>,
 }
 
-struct Inner {
+/// What all queues of a context's device share.
+struct Shared {
     info: DeviceInfo,
-    queue: CommandQueue,
     context: Context,
     allocated: Arc<AtomicU64>,
     programs: Mutex<program::Programs>,
@@ -64,9 +79,13 @@ impl Device {
         #[allow(deprecated)] // The replacement needs OpenCL 2.0.
         let queue = CommandQueue::create_default(&context, CL_QUEUE_PROFILING_ENABLE).map_err(error("clCreateCommandQueue"))?;
         tracing::debug!("rendering on {} ({})", info.name, info.platform);
+        Ok(Self::new(info, context, Sequence::new(queue, true)))
+    }
+
+    fn new(info: DeviceInfo, context: Context, sequence: Sequence) -> Self {
         let tuning = info.tuning;
-        let inner = Inner { info, queue, context, allocated: Arc::default(), programs: Mutex::default() };
-        Ok(Self { inner: Arc::new(inner), tuning, stopwatch: None })
+        let shared = Shared { info, context, allocated: Arc::default(), programs: Mutex::default() };
+        Self { shared: Arc::new(shared), sequence: Arc::new(sequence), tuning, stopwatch: None, scratch: None, limit: None }
     }
 
     /// The same device with other tuning values, for what is rendered through this handle and its clones.
@@ -77,24 +96,39 @@ impl Device {
 
     /// What the device is.
     pub fn info(&self) -> &DeviceInfo {
-        &self.inner.info
+        &self.shared.info
     }
 
     /// Bytes of buffers that are allocated at the moment.
     pub fn allocated_bytes(&self) -> u64 {
-        self.inner.allocated.load(Ordering::Relaxed)
+        self.shared.allocated.load(Ordering::Relaxed)
+    }
+
+    /// How many programs are built, and kept for all that render on this device.
+    pub fn programs(&self) -> usize {
+        self.shared.programs.lock().unwrap_or_else(PoisonError::into_inner).len()
     }
 
     /// Refuses what would not fit: bytes on the device and beside it on the host. A processor has both in one memory; other devices are
     /// asked when buffers are made.
     pub(crate) fn require(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
-        let shared = self.inner.info.kind == DeviceKind::Cpu;
+        let shared = self.shared.info.kind == DeviceKind::Cpu;
         memory::require(what, if shared { on_device.saturating_add(on_host) } else { on_host })
     }
 
     /// The tuning values in use.
     pub fn tuning(&self) -> &Tuning {
         &self.tuning
+    }
+
+    /// The caller's memory for what a frame writes.
+    pub(crate) fn scratch(&self) -> Option<&Arc<ScratchMemory>> {
+        self.scratch.as_ref()
+    }
+
+    /// A handle for frames whose scratch is the caller's, or not.
+    pub(crate) fn with_scratch(&self, scratch: Option<Arc<ScratchMemory>>) -> Self {
+        Self { scratch, ..self.clone() }
     }
 
     /// A handle that times what is started through it, from now on.
@@ -110,22 +144,19 @@ impl Device {
         Ok(stopwatch.stage_times())
     }
 
-    fn finish(&self) -> Result<(), Error> {
-        self.inner.queue.finish().map_err(|e| self.error("clFinish", e))
-    }
-
     fn error(&self, call: &'static str, source: opencl3::error_codes::ClError) -> Error {
-        Error::OpenCl { call, device: self.inner.info.name.clone(), source }
+        Error::OpenCl { call, device: self.shared.info.name.clone(), source }
     }
 
     /// Starts `kernel`, whose arguments are set, with at least `items` work-items in groups of `group`.
     fn start(&self, stage: &'static str, kernel: &Kernel, items: usize, group: usize) -> Result<(), Error> {
         let started = Instant::now();
         let global = items.div_ceil(group) * group;
-        let queue = &self.inner.queue;
-        // SAFETY: sizes live through the call, and the launchers have set every argument.
-        let event = unsafe { queue.enqueue_nd_range_kernel(kernel.get(), 1, std::ptr::null(), &global, &group, &[]) }
-            .map_err(|e| self.error(stage, e))?;
+        self.check_limit(stage)?;
+        let event = self.command(stage, |queue, wait| {
+            // SAFETY: sizes live through the call, and the launchers have set every argument.
+            unsafe { queue.enqueue_nd_range_kernel(kernel.get(), 1, std::ptr::null(), &global, &group, wait) }
+        })?;
         let Some(stopwatch) = &self.stopwatch else { return Ok(()) };
         let mut wall_ms = None;
         if !self.tuning.event_times {

@@ -20,7 +20,7 @@ impl Device {
     /// A kernel object of its own; its program is built when first needed, and kept. `options`: further ones, `-D` most of all.
     pub(super) fn kernel(&self, file: &'static str, name: &str, options: &str) -> Result<Kernel, Error> {
         let key = (file, options.to_owned());
-        let mut programs = self.inner.programs.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut programs = self.shared.programs.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let program = match programs.entry(key) {
             Entry::Occupied(built) => built.into_mut(),
             Entry::Vacant(place) => place.insert(self.build(file, options)?),
@@ -32,8 +32,8 @@ impl Device {
         let text = structs::typedefs() + &sources::with_includes(file);
         let options = format!("{OPTIONS} {options}");
         let mut program =
-            Program::create_from_source(&self.inner.context, &text).map_err(|e| self.error("clCreateProgramWithSource", e))?;
-        let ids = self.inner.context.devices();
+            Program::create_from_source(&self.shared.context, &text).map_err(|e| self.error("clCreateProgramWithSource", e))?;
+        let ids = self.shared.context.devices();
         match program.build(ids, &options) {
             Ok(()) => Ok(program),
             Err(e) => Err(self.not_built(file, e, program.get_build_log(ids[0]).unwrap_or_default())),

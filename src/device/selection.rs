@@ -25,8 +25,8 @@ pub enum DeviceChoice {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct DeviceInfo {
-    /// Position in the list of all devices.
-    pub index: usize,
+    /// Position in the list of all devices; of one whose queue was handed over, none.
+    pub index: Option<usize>,
     /// Name of the device.
     pub name: String,
     /// CPU or GPU.
@@ -75,7 +75,12 @@ fn find(name: &str, devices: &[(ClDevice, DeviceInfo)]) -> Result<usize, Error> 
         Err(_) => devices.iter().position(|(_, info)| named(info)),
     };
     found.ok_or_else(|| {
-        let known = devices.iter().map(|(_, info)| format!("{} ({})", info.index, info.name)).collect::<Vec<_>>().join(", ");
+        let known = devices
+            .iter()
+            .enumerate()
+            .map(|(index, (_, info))| format!("{index} ({})", info.name))
+            .collect::<Vec<_>>()
+            .join(", ");
         Error::UnknownName { what: "device", name: name.into(), known }
     })
 }
@@ -104,7 +109,7 @@ fn all() -> Result<Vec<(ClDevice, DeviceInfo)>, Error> {
         answers.push((platform_name.clone(), ids.as_ref().map(Vec::len).map_err(ToString::to_string)));
         for id in ids.unwrap_or_default() {
             let device = ClDevice::new(id);
-            let info = describe(&device, devices.len(), &platform_name);
+            let info = describe(&device, Some(devices.len()), &platform_name);
             devices.push((device, info));
         }
     }
@@ -123,7 +128,7 @@ fn no_device(answers: &[(String, Result<usize, String>)]) -> Error {
     Error::NoDevice { platforms: answers.iter().map(said).collect::<Vec<_>>().join(", ") }
 }
 
-fn describe(device: &ClDevice, index: usize, platform: &str) -> DeviceInfo {
+pub(super) fn describe(device: &ClDevice, index: Option<usize>, platform: &str) -> DeviceInfo {
     let kind = DeviceKind::of(device.dev_type().unwrap_or(0));
     let text = |value: opencl3::Result<String>| value.unwrap_or_default().trim().to_owned();
     DeviceInfo {

@@ -60,7 +60,9 @@ kernel_files!(
     "volume/prefilter.cl",
     "volume/prefilter_columns.cl",
     "volume/prefilter_rows.cl",
+    "volume/shown_slabs.cl",
     "volume/slab_visibility.cl",
+    "volume/value_range.cl",
     "volume/transpose.cl",
     "volume/visibility.cl",
 );

@@ -13,6 +13,8 @@ pub(super) trait Kept: Send + Sync + 'static {
 pub(super) trait Key: PartialEq + Send + 'static {
     /// The thing.
     type Value: Kept;
+    /// Whether it is made from voxels, which may change.
+    const OF_VOXELS: bool;
 }
 
 /// Keeps what was used last, as long as it all takes no more than a budget.
@@ -29,6 +31,9 @@ struct Entry {
     key: Box<dyn Any + Send>,
     value: Arc<dyn Any + Send + Sync>,
     bytes: usize,
+    of_voxels: bool,
+    /// The voxels that it was made from have changed.
+    stale: bool,
 }
 
 impl Cache {
@@ -44,21 +49,34 @@ impl Cache {
 
     /// What was made for a key.
     pub fn get<K: Key>(&mut self, key: &K) -> Option<Arc<K::Value>> {
-        let found = self.entries.iter().position(|entry| entry.key.downcast_ref() == Some(key))?;
+        let found = self.entries.iter().position(|entry| !entry.stale && entry.key.downcast_ref() == Some(key))?;
         let entry = self.entries.remove(found);
         let value = entry.value.clone().downcast().ok();
         self.entries.push(entry);
         value
     }
 
+    /// What was made for a key from voxels that have changed since, to be made again in the same place; it is no longer kept.
+    pub fn take_stale<K: Key>(&mut self, key: &K) -> Option<Arc<K::Value>> {
+        let found = self.entries.iter().position(|entry| entry.stale && entry.key.downcast_ref() == Some(key))?;
+        self.entries.remove(found).value.downcast().ok()
+    }
+
+    /// All that is made from voxels has to be made again.
+    pub fn voxels_changed(&mut self) {
+        self.entries.iter_mut().for_each(|entry| entry.stale |= entry.of_voxels);
+    }
+
     /// Keeps what was made for a key, and forgets what was not used for longest if there is too much.
-    pub fn keep<K: Key>(&mut self, key: K, value: K::Value) -> Arc<K::Value> {
+    pub fn keep<K: Key>(&mut self, key: K, value: impl Into<Arc<K::Value>>) -> Arc<K::Value> {
         #[cfg(test)]
         {
             self.made += 1;
         }
-        let (bytes, value) = (value.bytes(), Arc::new(value));
-        self.entries.push(Entry { key: Box::new(key), value: value.clone(), bytes });
+        let value = value.into();
+        let bytes = value.bytes();
+        self.take_stale(&key);
+        self.entries.push(Entry { key: Box::new(key), value: value.clone(), bytes, of_voxels: K::OF_VOXELS, stale: false });
         let mut sum = 0;
         let kept = self.entries.iter().rev().take_while(|entry| {
             sum += entry.bytes;
@@ -88,10 +106,12 @@ mod tests {
 
     impl Key for Number {
         type Value = Vec<u8>;
+        const OF_VOXELS: bool = true;
     }
 
     impl Key for Name {
         type Value = Vec<u8>;
+        const OF_VOXELS: bool = false;
     }
 
     #[test]
@@ -104,5 +124,22 @@ mod tests {
         assert!(cache.get(&Name(1)).is_none() && cache.get(&Number(1)).is_some() && cache.get(&Number(2)).is_some());
         cache.keep(Number(3), vec![4; 100]);
         assert!(cache.get(&Number(2)).is_none() && cache.get(&Number(3)).is_some(), "the newest stays");
+    }
+
+    #[test]
+    fn what_is_made_of_voxels_is_made_again_in_its_place() {
+        let mut cache = Cache::new(100);
+        let first = cache.keep(Number(1), vec![1; 10]);
+        cache.keep(Name(1), vec![2; 10]);
+        assert!(cache.take_stale(&Number(1)).is_none(), "the voxels are what they were");
+        cache.voxels_changed();
+        assert!(cache.get(&Number(1)).is_none() && cache.get(&Name(1)).is_some());
+        let stale = cache.take_stale(&Number(1)).unwrap();
+        assert!(Arc::ptr_eq(&first, &stale) && cache.take_stale(&Number(1)).is_none());
+        cache.keep(Number(1), stale);
+        assert!(Arc::ptr_eq(&first, &cache.get(&Number(1)).unwrap()));
+        cache.voxels_changed();
+        cache.keep(Number(1), vec![3; 10]);
+        assert!(cache.take_stale(&Number(1)).is_none(), "what was made anew replaces it");
     }
 }

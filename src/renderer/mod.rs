@@ -1,7 +1,10 @@
 //! Orchestrates a frame: what is kept between frames, what is planned, which kernels run in which order.
 
 mod cache;
+mod enqueued;
+mod in_place;
 mod layered;
+mod onto;
 mod parts;
 mod picture;
 mod plan;
@@ -18,13 +21,16 @@ mod tiles;
 mod uploaded;
 mod world;
 
+pub use in_place::DeviceVoxels;
+pub use onto::{PictureFormat, PictureMemory};
 pub use parts::{CompositedLayers, PartRenderer};
 pub use plan::Plan;
 pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};
 pub use uploaded::UploadedVolume;
 
 use crate::camera::{Camera, Projection};
-use crate::device::Device;
+use crate::device::launch::structs::Float4;
+use crate::device::{Buffer, Device, ScratchMemory};
 use crate::error::Error;
 use crate::image::{Background, Frame};
 use crate::layers::{Axis, Lattice, Rays};
@@ -33,13 +39,15 @@ use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
 use layered::{PointLayers, SplatLayers};
-use picture::{FLOATS, OntoScreen, Picture, RGBA8, Share};
+use picture::{FLOATS, OntoScreen, Picture, RGBA8, Share, read_displayed};
 use prepared::Prepared;
 use range::LayerRange;
 use rays::MarchedRays;
 use scene::View;
 use sheets::{AxisAlignedSheets, ImageAlignedSheets};
 use std::ops::RangeInclusive;
+use std::sync::Arc;
+use std::time::Duration;
 use tiles::{Target, read_samples};
 use world::World;
 
@@ -56,6 +64,10 @@ pub struct Renderer {
     world: World,
     prepared: Prepared,
     measuring: bool,
+    /// That a frame may take.
+    longest: Option<Duration>,
+    /// The caller's, for what frames write that are enqueued.
+    scratch: Option<Arc<ScratchMemory>>,
     points: PointLayers,
     splats: SplatLayers,
     rays: MarchedRays,
@@ -99,11 +111,13 @@ impl Renderer {
         let grid = volume.description().grid();
         let world = World::of(grid);
         Self {
-            device: volume.device.clone(),
+            device: volume.device.with_own_sequence(),
             grid: grid.clone(),
             world,
             prepared: Prepared::new(volume, world.grid(grid), transfer),
             measuring: false,
+            longest: None,
+            scratch: None,
             points: PointLayers::default(),
             splats: SplatLayers::default(),
             rays: MarchedRays::default(),
@@ -135,23 +149,22 @@ impl Renderer {
         self.measuring = measuring;
     }
 
+    /// How long a frame may take from now on: a longer one is given up with [`Error::TooLong`], and the next one begins anew. That is
+    /// looked at before each kernel, which waits for the one before; a kernel on its way cannot be called back. Frames that are
+    /// [enqueued](Self::enqueue) are not limited.
+    pub fn limit(&mut self, longest: Option<Duration>) {
+        self.longest = longest;
+    }
+
     /// Renders a picture: premultiplied floats, without a background.
     pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
-        let device = self.frame_device();
+        let device = self.frame_device()?;
         let (rays, settings) = self.seen(camera, viewport, settings)?;
-        let settings = &settings;
-        let plan = Plan::new(&rays, viewport, self.prepared.grid(), settings)?;
-        self.require_room(&plan, viewport, false)?;
-        let (drawn, active_samples) = self.draw(View { device: &device, rays: &rays, viewport, settings }, &plan)?;
-        let pixels = match drawn {
-            Drawn::Lattice(lattice) => {
-                let onto = OntoScreen { lattice: &lattice, rays: &rays, viewport };
-                self.picture.warp(&device, &mut self.target, onto, Share::WHOLE)?;
-                self.picture.read_warped(&device, viewport)?
-            }
-            Drawn::Warped => self.picture.read_warped(&device, viewport)?,
-            Drawn::Screen => read_samples(self.target.drawn(&device)?.0, &device, viewport.pixels())?,
-        };
+        let view = View { device: &device, rays: &rays, viewport, settings: &settings };
+        let plan = Plan::new(&rays, viewport, self.prepared.grid(), &settings)?;
+        self.require_room(&device, &plan, viewport, false)?;
+        let (drawn, active_samples) = self.draw(view, &plan)?;
+        let pixels = read_samples(self.floats(view, &drawn, None)?, &device, viewport.pixels())?;
         Ok((Frame::new(viewport, pixels), self.report(&device, &plan, active_samples)?))
     }
 
@@ -163,21 +176,50 @@ impl Renderer {
         settings: &Settings,
         background: Background,
     ) -> Result<(Vec<u8>, FrameReport), Error> {
-        let device = self.frame_device();
+        let device = self.frame_device()?;
         let (rays, settings) = self.seen(camera, viewport, settings)?;
-        let settings = &settings;
-        let plan = Plan::new(&rays, viewport, self.prepared.grid(), settings)?;
-        self.require_room(&plan, viewport, true)?;
-        let (drawn, active_samples) = self.draw(View { device: &device, rays: &rays, viewport, settings }, &plan)?;
-        let picture = match drawn {
-            Drawn::Lattice(lattice) => {
-                let onto = OntoScreen { lattice: &lattice, rays: &rays, viewport };
-                self.picture.warp_displayed(&device, &mut self.target, onto, background)?
-            }
-            Drawn::Warped => self.picture.present_warped(&device, viewport, background)?,
-            Drawn::Screen => self.picture.present(&device, &mut self.target, viewport, background)?,
-        };
+        let view = View { device: &device, rays: &rays, viewport, settings: &settings };
+        let plan = Plan::new(&rays, viewport, self.prepared.grid(), &settings)?;
+        self.require_room(&device, &plan, viewport, true)?;
+        let (drawn, active_samples) = self.draw(view, &plan)?;
+        let picture = read_displayed(&device, self.displayed(view, &drawn, background, None)?, viewport)?;
         Ok((picture, self.report(&device, &plan, active_samples)?))
+    }
+
+    /// What was drawn as a frame of floats: warped `into` the caller's where it is still in a lattice.
+    fn floats<'a>(
+        &'a mut self,
+        view: View,
+        drawn: &Drawn,
+        into: Option<&'a Buffer<Float4>>,
+    ) -> Result<&'a Buffer<Float4>, Error> {
+        let View { device, rays, viewport, .. } = view;
+        match drawn {
+            Drawn::Lattice(lattice) => {
+                self.picture.warp(device, &mut self.target, OntoScreen { lattice, rays, viewport }, Share::WHOLE, into)
+            }
+            Drawn::Warped => self.picture.warped(device, viewport),
+            Drawn::Screen => Ok(self.target.drawn(device)?.0),
+        }
+    }
+
+    /// What was drawn as an 8-bit picture, `into` the caller's or its own.
+    fn displayed<'a>(
+        &'a mut self,
+        view: View,
+        drawn: &Drawn,
+        background: Background,
+        into: Option<&'a Buffer<[u8; 4]>>,
+    ) -> Result<&'a Buffer<[u8; 4]>, Error> {
+        let View { device, rays, viewport, .. } = view;
+        let Self { picture, target, .. } = self;
+        match drawn {
+            Drawn::Lattice(lattice) => {
+                picture.warp_displayed(device, target, OntoScreen { lattice, rays, viewport }, background, into)
+            }
+            Drawn::Warped => picture.present(device, None, viewport, background, into),
+            Drawn::Screen => picture.present(device, Some(target), viewport, background, into),
+        }
     }
 
     /// The composited lattice before it is warped to the screen, with the ray of each sample; `None` where the view has
@@ -188,7 +230,7 @@ impl Renderer {
         viewport: Viewport,
         settings: &Settings,
     ) -> Result<Option<LatticePicture>, Error> {
-        let device = self.frame_device();
+        let device = self.frame_device()?;
         let (rays, settings) = self.seen(camera, viewport, settings)?;
         let settings = &settings;
         let (lattice, layered) = match Plan::new(&rays, viewport, self.prepared.grid(), settings)? {
@@ -223,21 +265,23 @@ impl Renderer {
     }
 
     /// The device as one frame uses it: what that leaves behind, if it fails, no other sees.
-    fn frame_device(&self) -> Device {
-        if self.measuring { self.device.timed() } else { self.device.clone() }
+    fn frame_device(&self) -> Result<Device, Error> {
+        self.device.begin(&[])?;
+        let device = if self.measuring { self.device.timed() } else { self.device.clone() };
+        Ok(device.limited(self.longest))
     }
 
     /// Refuses a picture that would not fit into memory, as floats or displayed, before anything of it is made.
-    fn require_room(&self, plan: &Plan, viewport: Viewport, displayed: bool) -> Result<(), Error> {
+    fn require_room(&self, device: &Device, plan: &Plan, viewport: Viewport, displayed: bool) -> Result<(), Error> {
         let pixels = viewport.pixels();
-        let [frame, rgba] = self.picture.missing(viewport);
+        let [frame, rgba] = self.picture.missing(device, viewport);
         let drawn = match plan {
-            Plan::Lattice(lattice, _) if displayed => self.target.missing(lattice.samples()),
-            Plan::Lattice(lattice, _) => self.target.missing(lattice.samples()) + frame,
+            Plan::Lattice(lattice, _) if displayed => self.target.missing(device, lattice.samples()),
+            Plan::Lattice(lattice, _) => self.target.missing(device, lattice.samples()) + frame,
             Plan::Shared(parts, _) => {
-                parts.iter().map(|(lattice, _)| self.target.missing(lattice.samples())).max().unwrap_or(0) + frame
+                parts.iter().map(|(lattice, _)| self.target.missing(device, lattice.samples())).max().unwrap_or(0) + frame
             }
-            _ => self.target.missing(pixels),
+            _ => self.target.missing(device, pixels),
         };
         let (on_device, on_host) = if displayed { (drawn + rgba, RGBA8) } else { (drawn, FLOATS) };
         let what = format!("a picture of {}x{}", viewport.width, viewport.height);
@@ -276,7 +320,7 @@ impl Renderer {
             }
             self.draw_lattice(view, lattice, layered, &LayerRange::whole(lattice))?;
             let onto = OntoScreen { lattice, rays: view.rays, viewport: view.viewport };
-            self.picture.warp(view.device, &mut self.target, onto, Share { share: *share, added: n > 0 })?;
+            self.picture.warp(view.device, &mut self.target, onto, Share { share: *share, added: n > 0 }, None)?;
         }
         Ok(counted)
     }

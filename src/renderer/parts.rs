@@ -159,8 +159,8 @@ impl PartRenderer {
         self.draw(view, &LayerRange::end(), Some(samples))?;
         let device = self.0.device.clone();
         let onto = OntoScreen { lattice: &view.lattice, rays: &view.rays, viewport: view.viewport };
-        self.0.picture.warp(&device, &mut self.0.target, onto, Share::WHOLE)?;
-        Ok(Frame::new(view.viewport, self.0.picture.read_warped(&device, view.viewport)?))
+        let warped = self.0.picture.warp(&device, &mut self.0.target, onto, Share::WHOLE, None)?;
+        Ok(Frame::new(view.viewport, read_samples(warped, &device, view.viewport.pixels())?))
     }
 
     fn view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<LatticeView, Error> {

@@ -1,7 +1,7 @@
 //! From what was drawn to the finished picture.
 
 use super::scratch::Growing;
-use super::tiles::{Target, Tiles, read_samples};
+use super::tiles::{Target, Tiles};
 use crate::device::launch::Launcher;
 use crate::device::launch::picture::{Present, PresentArguments, Warp, WarpArguments, WarpDisplayed, WarpDisplayedArguments};
 use crate::device::launch::structs::{Float4, WarpParams};
@@ -16,7 +16,6 @@ use crate::viewport::Viewport;
 const MOST_FILTERED: f64 = 16.0;
 
 /// Warps lattices onto the screen, and presents pictures.
-#[derive(Default)]
 pub(super) struct Picture {
     warp: Launcher<Warp>,
     warp_displayed: Launcher<WarpDisplayed>,
@@ -68,79 +67,100 @@ impl OntoScreen<'_> {
 pub(super) const FLOATS: u64 = size_of::<[f32; 4]>() as u64;
 pub(super) const RGBA8: u64 = size_of::<[u8; 4]>() as u64;
 
+impl Default for Picture {
+    fn default() -> Self {
+        Self {
+            warp: Launcher::default(),
+            warp_displayed: Launcher::default(),
+            present: Launcher::default(),
+            frame: Growing::of_frames(),
+            rgba: Growing::of_frames(),
+        }
+    }
+}
+
+/// What is drawn `into`, where that is given, and a picture's own buffer elsewhere.
+fn or_own<'a, T: Copy>(
+    into: Option<&'a Buffer<T>>,
+    own: &'a mut Growing<T>,
+    device: &Device,
+    viewport: Viewport,
+    what: &str,
+) -> Result<&'a Buffer<T>, Error> {
+    match into {
+        Some(into) => Ok(into),
+        None => Ok(own.at_least(device, viewport.pixels(), what)?),
+    }
+}
+
 impl Picture {
     /// Bytes that the frame of floats, and the displayed one, still need.
-    pub fn missing(&self, viewport: Viewport) -> [u64; 2] {
-        [self.frame.missing(viewport.pixels()), self.rgba.missing(viewport.pixels())]
+    pub fn missing(&self, device: &Device, viewport: Viewport) -> [u64; 2] {
+        [self.frame.missing(device, viewport.pixels()), self.rgba.missing(device, viewport.pixels())]
     }
 
-    /// Warps a lattice into the frame of floats.
-    pub fn warp(&mut self, device: &Device, from: &mut Target, onto: OntoScreen, share: Share) -> Result<(), Error> {
+    /// Warps a lattice into a frame of floats.
+    pub fn warp<'a>(
+        &'a mut self,
+        device: &Device,
+        from: &mut Target,
+        onto: OntoScreen,
+        share: Share,
+        into: Option<&'a Buffer<Float4>>,
+    ) -> Result<&'a Buffer<Float4>, Error> {
         let (lattice, tiles, active_samples) = from.drawn(device)?;
-        let picture = self.frame.at_least(device, onto.viewport.pixels(), "the frame")?;
+        let picture = or_own(into, &mut self.frame, device, onto.viewport, "the frame")?;
         let background = Float4([0.0; 4]);
-        self.warp.launch(
-            device,
-            (),
-            &WarpArguments { lattice, active_samples, p: onto.params(tiles, share), background, picture },
-        )
+        let arguments = WarpArguments { lattice, active_samples, p: onto.params(tiles, share), background, picture };
+        self.warp.launch(device, (), &arguments)?;
+        Ok(picture)
     }
 
-    /// The frame of floats, on the host.
-    pub fn read_warped(&mut self, device: &Device, viewport: Viewport) -> Result<Vec<[f32; 4]>, Error> {
-        read_samples(self.frame.at_least(device, viewport.pixels(), "the frame")?, device, viewport.pixels())
+    /// The frame of floats that lattices were warped into.
+    pub fn warped(&mut self, device: &Device, viewport: Viewport) -> Result<&Buffer<Float4>, Error> {
+        or_own(None, &mut self.frame, device, viewport, "the frame")
     }
 
-    /// Warps a lattice straight into an 8-bit picture, on the host.
-    pub fn warp_displayed(
-        &mut self,
+    /// Warps a lattice straight into an 8-bit picture.
+    pub fn warp_displayed<'a>(
+        &'a mut self,
         device: &Device,
         from: &mut Target,
         onto: OntoScreen,
         background: Background,
-    ) -> Result<Vec<u8>, Error> {
+        into: Option<&'a Buffer<[u8; 4]>>,
+    ) -> Result<&'a Buffer<[u8; 4]>, Error> {
         let (lattice, tiles, active_samples) = from.drawn(device)?;
-        let picture = self.rgba.at_least(device, onto.viewport.pixels(), "the picture")?;
+        let picture = or_own(into, &mut self.rgba, device, onto.viewport, "the picture")?;
         let (p, background) = (onto.params(tiles, Share::WHOLE), for_kernels(background));
         let arguments = WarpDisplayedArguments { lattice, active_samples, p, background, picture };
         self.warp_displayed.launch(device, (), &arguments)?;
-        read_picture(device, picture, onto.viewport)
+        Ok(picture)
     }
 
-    /// The 8-bit picture of the frame of floats, on the host.
-    pub fn present_warped(&mut self, device: &Device, viewport: Viewport, background: Background) -> Result<Vec<u8>, Error> {
-        let frame = self.frame.at_least(device, viewport.pixels(), "the frame")?;
-        present(&mut self.present, &mut self.rgba, device, frame, viewport, background)
-    }
-
-    /// The 8-bit picture of what was drawn on the screen, on the host.
-    pub fn present(
-        &mut self,
+    /// The 8-bit picture of the frame of floats, or of what was drawn on the screen.
+    pub fn present<'a>(
+        &'a mut self,
         device: &Device,
-        from: &mut Target,
+        drawn: Option<&mut Target>,
         viewport: Viewport,
         background: Background,
-    ) -> Result<Vec<u8>, Error> {
-        let (frame, ..) = from.drawn(device)?;
-        present(&mut self.present, &mut self.rgba, device, frame, viewport, background)
+        into: Option<&'a Buffer<[u8; 4]>>,
+    ) -> Result<&'a Buffer<[u8; 4]>, Error> {
+        let Self { present, frame, rgba, .. } = self;
+        let frame = match drawn {
+            Some(target) => target.drawn(device)?.0,
+            None => frame.at_least(device, viewport.pixels(), "the frame")?,
+        };
+        let rgba = or_own(into, rgba, device, viewport, "the picture")?;
+        let (pixels, background) = (viewport.pixels() as i32, for_kernels(background));
+        present.launch(device, (), &PresentArguments { frame, background, pixels, rgba })?;
+        Ok(rgba)
     }
 }
 
-fn present(
-    kernel: &mut Launcher<Present>,
-    rgba: &mut Growing<[u8; 4]>,
-    device: &Device,
-    frame: &Buffer<Float4>,
-    viewport: Viewport,
-    background: Background,
-) -> Result<Vec<u8>, Error> {
-    let rgba = rgba.at_least(device, viewport.pixels(), "the picture")?;
-    let (pixels, background) = (viewport.pixels() as i32, for_kernels(background));
-    kernel.launch(device, (), &PresentArguments { frame, background, pixels, rgba })?;
-    read_picture(device, rgba, viewport)
-}
-
-fn read_picture(device: &Device, rgba: &Buffer<[u8; 4]>, viewport: Viewport) -> Result<Vec<u8>, Error> {
+/// A displayed picture, on the host.
+pub(super) fn read_displayed(device: &Device, rgba: &Buffer<[u8; 4]>, viewport: Viewport) -> Result<Vec<u8>, Error> {
     let mut picture = memory::zeroed::<[u8; 4]>("the picture", viewport.pixels())?;
     rgba.read(device, &mut picture)?;
     Ok(picture.into_flattened())

@@ -35,9 +35,9 @@ impl LayerRange {
         [if first == 0 { -1 } else { first }, if end == lattice.dims[2] { last + 1 } else { last }]
     }
 
-    /// First and last slab of a kernel's field, slab q lying between layers q − radius and q − radius + 1, as far as these show anything
-    /// (`None`: all). A slab goes with the later of its layers; those around the voxels with the first and the last.
-    pub fn slabs(&self, lattice: &Lattice, radius: i32, shown: Option<[i32; 2]>) -> [i32; 2] {
+    /// First and last slab of a kernel's field, slab q lying between layers q − radius and q − radius + 1. A slab goes with the later of
+    /// its layers; those around the voxels with the first and the last.
+    pub fn slabs(&self, lattice: &Lattice, radius: i32) -> [i32; 2] {
         let Range { start, end } = self.voxels;
         if start == end {
             return [0, -1];
@@ -45,9 +45,7 @@ impl LayerRange {
         let all = lattice.dims[2];
         let of_layer = |k: usize| k as i32 + radius - 1;
         let first = if start == 0 { 0 } else { of_layer(start) };
-        let last = of_layer(end - 1) + if end == all { radius } else { 0 };
-        let [shown_first, shown_last] = shown.unwrap_or([first, last]);
-        [first.max(shown_first), last.min(shown_last)]
+        [first, of_layer(end - 1) + if end == all { radius } else { 0 }]
     }
 }
 
@@ -74,12 +72,11 @@ mod tests {
         assert_eq!(of(&|part| part.layers(&lattice)), (-1..=7).collect::<Vec<_>>());
         for radius in [1, 2] {
             let slabs = 7 + 2 * radius - 1;
-            assert_eq!(of(&|part| part.slabs(&lattice, radius, None)), (0..slabs).collect::<Vec<_>>());
-            assert_eq!(LayerRange::whole(&lattice).slabs(&lattice, radius, Some([2, 5])), [2, 5]);
-            let [first, last] = LayerRange::end().slabs(&lattice, radius, None);
+            assert_eq!(of(&|part| part.slabs(&lattice, radius)), (0..slabs).collect::<Vec<_>>());
+            let [first, last] = LayerRange::end().slabs(&lattice, radius);
             assert!(first > last);
         }
         // Slab 3 lies between layers 2 and 3, or with a radius of two between layers 1 and 2.
-        assert_eq!((part(3..4).slabs(&lattice, 1, None), part(2..3).slabs(&lattice, 2, None)), ([3, 3], [3, 3]));
+        assert_eq!((part(3..4).slabs(&lattice, 1), part(2..3).slabs(&lattice, 2)), ([3, 3], [3, 3]));
     }
 }

@@ -63,11 +63,16 @@ impl Tiles {
 }
 
 /// Where a kernel draws: samples of RGBA, and its tiles' counts of those that have opacity.
-#[derive(Default)]
 pub(super) struct Target {
     samples: Growing<Float4>,
     active_samples: Growing<u32>,
     tiles: Tiles,
+}
+
+impl Default for Target {
+    fn default() -> Self {
+        Self { samples: Growing::of_frames(), active_samples: Growing::of_frames(), tiles: Tiles::default() }
+    }
 }
 
 impl Target {
@@ -85,8 +90,8 @@ impl Target {
     }
 
     /// Bytes that so many samples still need.
-    pub fn missing(&self, samples: usize) -> u64 {
-        self.samples.missing(samples)
+    pub fn missing(&self, device: &Device, samples: usize) -> u64 {
+        self.samples.missing(device, samples)
     }
 
     /// Puts samples where a kernel goes on drawing.

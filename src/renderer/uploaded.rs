@@ -1,12 +1,14 @@
-//! Voxels that are already on a device.
+//! Voxels that are on a device.
 
+use super::prepared::Placement;
 use crate::device::Device;
 use crate::device::launch::VoxelBuffer;
 use crate::error::Error;
 use crate::volume::{Description, Held, Volume, VolumePart};
 use std::sync::Arc;
 
-/// The voxels of a volume, or of a part of one, on a device. Cheap to clone: clones, and all renderers that are made from it, share them.
+/// The voxels of a volume, or of a part of one, on a device: uploaded, or where the caller has them
+/// ([`in_place`](Self::in_place)). Cheap to clone: clones, and all renderers that are made from it, share them.
 #[derive(Clone)]
 pub struct UploadedVolume {
     pub(super) device: Device,
@@ -15,6 +17,9 @@ pub struct UploadedVolume {
     pub(super) first: [usize; 3],
     pub(super) dims: [usize; 3],
     pub(super) voxels: Arc<VoxelBuffer>,
+    pub(super) placed: Placement,
+    /// Voxels may leave the range of the description.
+    pub(super) promised: bool,
 }
 
 impl UploadedVolume {
@@ -30,7 +35,9 @@ impl UploadedVolume {
 
     fn holding(device: &Device, held: &Held) -> Result<Self, Error> {
         let voxels = Arc::new(VoxelBuffer::upload(device, held)?);
-        Ok(Self { device: device.clone(), description: held.description.clone(), first: held.first, dims: held.dims(), voxels })
+        let (first, dims) = (held.first, held.dims());
+        let (device, description) = (device.clone(), held.description.clone());
+        Ok(Self { device, description, first, dims, voxels, placed: Placement::dense(dims), promised: false })
     }
 
     /// What is known of the whole volume.

@@ -145,10 +145,11 @@ fn the_default_picture() {
 fn reports_and_devices() {
     let scene = Scene::default();
     let plain = scene.frame(folder());
-    let own = device().info().index.to_string();
+    let own = device().info().index.expect("it is listed").to_string();
     assert!(rendered(&scene, &format!("--device {own}")) == plain && rendered(&scene, "--json") == plain);
     for info in Device::list().unwrap() {
-        let report = json(folder(), &["render", VOLUME, "--size", "8x8", "-o", "d.npy", "--device", &info.index.to_string()]);
+        let report =
+            json(folder(), &["render", VOLUME, "--size", "8x8", "-o", "d.npy", "--device", &info.index.unwrap().to_string()]);
         assert_eq!(report["device"].as_str(), Some(info.name.as_str()));
         assert_eq!((&report["output"], &report["width"]), (&"d.npy".into(), &8.into()));
         // Part of a name, in other letters.

@@ -32,6 +32,8 @@ kernel! {
         view: VolumeView,
         /// Bits for rays of shears like these.
         visible: &'a Buffer<u8>,
+        /// The first and the last slab in which any is set, counted from the first layer that is held.
+        shown_slabs: &'a Buffer<i32>,
         /// Of what is composited.
         integrals: &'a Buffer<[i32; 4]>,
         /// (r, g, b, τ) per value: colours of values that are gathered.

@@ -10,7 +10,7 @@ mod signatures;
 pub(crate) mod structs;
 pub(crate) mod volume;
 
-use super::{Buffer, Device, Tuning};
+use super::{Buffer, Device, DeviceMemory, Tuning};
 use crate::error::Error;
 use crate::layers::Kernel;
 use crate::volume::{Held, VoxelType};
@@ -193,12 +193,25 @@ impl<T: ClType> Typed for &Buffer<T> {
 pub(crate) struct VoxelBuffer {
     bytes: Buffer<u8>,
     voxel_type: VoxelType,
+    /// Nobody has looked at the voxels: floats may be anything.
+    unchecked: bool,
 }
 
 impl VoxelBuffer {
     /// An uninitialised buffer of `len` voxels.
     pub fn new(device: &Device, len: usize, voxel_type: VoxelType, what: &str) -> Result<Self, Error> {
-        Ok(Self { bytes: Buffer::new(device, len * voxel_type.bytes(), what)?, voxel_type })
+        Ok(Self { bytes: Buffer::new(device, len * voxel_type.bytes(), what)?, voxel_type, unchecked: false })
+    }
+
+    /// Uninitialised voxels as many and as `others` of another layout are.
+    pub fn like(device: &Device, len: usize, others: &VoxelBuffer, what: &str) -> Result<Self, Error> {
+        Ok(Self { unchecked: others.unchecked, ..Self::new(device, len, others.voxel_type, what)? })
+    }
+
+    /// All that a buffer of the caller's own holds.
+    pub fn of_memory(device: &Device, memory: &DeviceMemory, bytes: usize, voxel_type: VoxelType) -> Result<Self, Error> {
+        let bytes = Buffer::of_memory(device, memory, bytes)?;
+        Ok(Self { bytes, voxel_type, unchecked: voxel_type == VoxelType::Float32 })
     }
 
     /// A copy of voxels, the background in place of invalid ones.
@@ -229,7 +242,7 @@ impl VoxelBuffer {
 
     /// What kernels that read them are built for.
     pub fn kind(&self) -> VoxelKind {
-        VoxelKind { voxel_type: self.voxel_type, far: is_far(self.bytes()) }
+        VoxelKind { voxel_type: self.voxel_type, far: is_far(self.bytes()), unchecked: self.unchecked }
     }
 }
 
@@ -255,6 +268,8 @@ pub(crate) struct VoxelKind {
     pub voxel_type: VoxelType,
     /// Two voxels can lie farther apart than an int counts in bytes.
     pub far: bool,
+    /// Floats may be anything.
+    pub unchecked: bool,
 }
 
 /// Whether voxels of so many bytes are far apart. A row of four is read at once.
@@ -295,9 +310,14 @@ impl Defines {
         Self::new(width).with("VOXEL", name).with("VOXEL_BYTES", voxel_type.bytes()).with("VOXEL_SIGNED", signed)
     }
 
-    /// Of those that sample between voxels, too.
+    /// Of those that take their values, too.
+    fn of_values(voxels: VoxelKind, width: u32) -> Self {
+        Self::of_voxels(voxels.voxel_type, width).with_if(voxels.unchecked, "UNCHECKED")
+    }
+
+    /// Of those that sample between them, too.
     fn of_kind(voxels: VoxelKind, width: u32) -> Self {
-        Self::of_voxels(voxels.voxel_type, width).with_if(voxels.far, "FAR_VOXELS")
+        Self::of_values(voxels, width).with_if(voxels.far, "FAR_VOXELS")
     }
 
     fn with(mut self, name: &str, value: impl std::fmt::Display) -> Self {

@@ -1,9 +1,8 @@
 //! Kernels of the sheet methods: which voxels are splatted, in which order, and onto which sheets.
 
 use super::structs::{Clipping, Float4, SampleParams, ScreenParams, Splat, SplatParams, VolumeView};
-use super::{BlendMode, Defines, Items, Launch, Rendering, VoxelBuffer, kernel, tiles};
+use super::{BlendMode, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
-use crate::volume::VoxelType;
 
 /// A voxel that is splatted: its place along u, v, a, and one number more.
 pub(crate) type Place = [u16; 4];
@@ -52,11 +51,11 @@ impl Splats {
 }
 
 impl Launch for Splats {
-    type Variant = VoxelType;
+    type Variant = VoxelKind;
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, voxel_type: VoxelType) -> String {
-        Defines::of_voxels(voxel_type, tuning.vector_width).0
+    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
+        Defines::of_values(voxels, tuning.vector_width).0
     }
 
     fn items(a: &SplatsArguments, _: &Tuning) -> usize {

@@ -25,7 +25,7 @@ fn launchers_are_their_kernels_signatures() {
     let device = Device::open(&DeviceChoice::Default).unwrap();
     let d = &device;
     let kind = VoxelType::Int16;
-    let voxels = VoxelKind { voxel_type: kind, far: false };
+    let voxels = VoxelKind { voxel_type: kind, far: false, unchecked: false };
     let far = VoxelKind { far: true, ..voxels };
     let segments = layered::Segments { cut: true, curved: true, dimmed: true };
     let rendering = Rendering { blend: BlendMode::Composite, clipped: true };
@@ -38,11 +38,14 @@ fn launchers_are_their_kernels_signatures() {
     }
     let compared = [
         compare::<volume::Transpose>(d, kind),
-        compare::<volume::PrefilterRows>(d, kind),
+        compare::<volume::PrefilterRows>(d, voxels),
         compare::<volume::PrefilterColumns>(d, ()),
-        compare::<volume::FillMinMaxBlocks>(d, kind),
+        compare::<volume::FillMinMaxBlocks>(d, voxels),
         compare::<volume::Visibility>(d, kind),
         compare::<volume::SlabVisibility>(d, kind),
+        compare::<volume::ShownChunks>(d, ()),
+        compare::<volume::ShownSlabs>(d, ()),
+        compare::<volume::ValueRange>(d, kind),
         compare::<layered::PointLattice>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
         compare::<layered::PointDirect>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare::<layered::SplatLattice>(d, (voxels, rendering)),
@@ -56,7 +59,7 @@ fn launchers_are_their_kernels_signatures() {
         compare::<rays::CastSegments>(d, (voxels, Kernel::Cubic, segments, true)),
         compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, BlendMode::Iso { refined: false })),
         compare::<rays::PreintegratedTable>(d, ()),
-        compare::<sheets::Splats>(d, kind),
+        compare::<sheets::Splats>(d, voxels),
         compare::<sheets::Scan>(d, ()),
         compare::<sheets::SortedSplats>(d, true),
         compare::<sheets::TiledSplats>(d, ()),

@@ -65,6 +65,8 @@ kernel_struct! {
     VolumeView {
         /// In voxels; that of u is 1 but for kernels that take any layout.
         stride as [stride_u, stride_v, stride_a]: i64,
+        /// Of the first voxel that is held, in voxels from the beginning of the buffer.
+        first: i64,
         /// Voxels along u, v, a.
         dims as [dims_u, dims_v, dims_a]: i32,
         /// Value of the voxels missing around the volume, less `offset`.
@@ -197,7 +199,7 @@ kernel_struct! {
 kernel_struct! {
     /// The rays of screen pixels where each may have its own layer axis. Axes are x, y, z.
     DirectParams {
-        /// Of the voxels.
+        /// Of the voxels, and where the first of them lies.
         stride: [i64; 4],
         /// A point of a ray: origin\[0\] + x origin\[1\] + y origin\[2\], in voxels.
         origin: [[f32; 4]; 3],

@@ -1,6 +1,6 @@
 //! Kernels that prepare a volume: its layouts, its min-max blocks, and which of these can be seen.
 
-use super::{Defines, Floats, Items, Launch, VoxelBuffer, kernel, structs::VolumeView};
+use super::{Defines, Floats, Items, Launch, VoxelBuffer, VoxelKind, kernel, structs::VolumeView};
 use crate::device::{Buffer, Device, Tuning};
 use crate::error::Error;
 use crate::layers::PREFILTER_RADIUS;
@@ -11,10 +11,14 @@ kernel! {
     Transpose = "volume/transpose.cl", transpose, "transpose";
     TransposeArguments<'a> {
         voxels: &'a VoxelBuffer,
+        /// In voxels: where the first one lies, and from row to row and layer to layer.
+        first: i64,
+        pitch_y: i64,
+        pitch_z: i64,
         dims_x: i32,
         dims_y: i32,
         dims_z: i32,
-        /// As long as `voxels`.
+        /// Without gaps.
         transposed: &'a VoxelBuffer,
     }
 }
@@ -37,30 +41,31 @@ kernel! {
     PrefilterRows = "volume/prefilter_rows.cl", prefilter_rows, "prefilter";
     PrefilterRowsArguments<'a> {
         voxels: &'a VoxelBuffer,
-        /// Taken from every voxel.
-        offset: f32,
+        /// Of layer axis z.
+        view: VolumeView,
         /// See [`prefilter`](crate::layers::prefilter).
         taps: &'a Buffer<f32>,
         /// Of the axis: the first voxel that is held, how many are, and how many there are.
         first: i32,
         held: i32,
         whole: i32,
+        rows_per_layer: i32,
         rows: i32,
         /// As many as `voxels`.
         coefficients: Floats<'a>,
     }
 }
 
-fn prefilter_defines(tuning: &Tuning, voxel_type: VoxelType) -> String {
-    Defines::of_voxels(voxel_type, tuning.vector_width).with("PREFILTER_RADIUS", PREFILTER_RADIUS).0
+fn prefilter_defines(tuning: &Tuning, voxels: VoxelKind) -> String {
+    Defines::of_values(voxels, tuning.vector_width).with("PREFILTER_RADIUS", PREFILTER_RADIUS).0
 }
 
 impl Launch for PrefilterRows {
-    type Variant = VoxelType;
+    type Variant = VoxelKind;
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, voxel_type: VoxelType) -> String {
-        prefilter_defines(tuning, voxel_type)
+    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
+        prefilter_defines(tuning, voxels)
     }
 
     fn items(a: &PrefilterRowsArguments, _: &Tuning) -> usize {
@@ -92,7 +97,7 @@ impl Launch for PrefilterColumns {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, (): ()) -> String {
-        prefilter_defines(tuning, VoxelType::Float32)
+        prefilter_defines(tuning, VoxelKind { voxel_type: VoxelType::Float32, far: false, unchecked: false })
     }
 
     fn items(a: &PrefilterColumnsArguments, _: &Tuning) -> usize {
@@ -191,11 +196,11 @@ impl<'a> MinMaxArguments<'a> {
 }
 
 impl Launch for FillMinMaxBlocks {
-    type Variant = VoxelType;
+    type Variant = VoxelKind;
     const ITEMS: Items = Items::Pixels;
 
-    fn defines(_: &Tuning, voxel_type: VoxelType) -> String {
-        Defines::of_voxels(voxel_type, 1).0
+    fn defines(_: &Tuning, voxels: VoxelKind) -> String {
+        Defines::of_values(voxels, 1).0
     }
 
     fn items(a: &MinMaxArguments, _: &Tuning) -> usize {
@@ -288,5 +293,86 @@ impl Launch for SlabVisibility {
 
     fn items(a: &SlabVisibilityArguments, _: &Tuning) -> usize {
         a.visible.len()
+    }
+}
+
+kernel! {
+    /// Finds the chunks of slabs in which any block can show anything.
+    ShownChunks = "volume/shown_slabs.cl", shown_chunks, "visibility";
+    ShownChunksArguments<'a> {
+        /// From [`SlabVisibility`].
+        visible: &'a Buffer<u8>,
+        /// Blocks of a layer.
+        per_layer: i32,
+        chunks: i32,
+        /// A byte per chunk.
+        shows: &'a Buffer<u8>,
+    }
+}
+
+impl Launch for ShownChunks {
+    type Variant = ();
+    const ITEMS: Items = Items::Pixels;
+
+    fn defines(_: &Tuning, (): ()) -> String {
+        String::new()
+    }
+
+    fn items(a: &ShownChunksArguments, _: &Tuning) -> usize {
+        a.chunks as usize
+    }
+}
+
+kernel! {
+    /// Finds the outermost slabs of these.
+    ShownSlabs = "volume/shown_slabs.cl", shown_slabs, "visibility";
+    ShownSlabsArguments<'a> {
+        shows: &'a Buffer<u8>,
+        chunks: i32,
+        slabs: i32,
+        /// The first and the last, counted from the first layer that is held.
+        shown: &'a Buffer<i32>,
+    }
+}
+
+impl Launch for ShownSlabs {
+    type Variant = ();
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(_: &Tuning, (): ()) -> String {
+        String::new()
+    }
+
+    fn items(_: &ShownSlabsArguments, _: &Tuning) -> usize {
+        1
+    }
+}
+
+kernel! {
+    /// Finds the range of voxels that nobody has looked at.
+    ValueRange = "volume/value_range.cl", value_range, "range";
+    ValueRangeArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        /// Of layer axis z.
+        view: VolumeView,
+        /// In which rows are shared out.
+        parts: i32,
+        /// Of each part: smallest and largest valid voxel, and how many are invalid.
+        least: &'a Buffer<f32>,
+        largest: &'a Buffer<f32>,
+        invalid: &'a Buffer<u32>,
+    }
+}
+
+impl Launch for ValueRange {
+    type Variant = VoxelType;
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(_: &Tuning, voxel_type: VoxelType) -> String {
+        Defines::of_voxels(voxel_type, 1).0
+    }
+
+    fn items(a: &ValueRangeArguments, _: &Tuning) -> usize {
+        a.parts as usize
     }
 }

@@ -23,7 +23,7 @@ pub(super) fn direct_params(
     let Scene { rays, settings, .. } = *scene;
     let [x, y, z] = view.stride;
     DirectParams {
-        stride: [x, y, z, 0],
+        stride: [x, y, z, view.first],
         origin: affine(&rays.origin),
         direction: affine(&rays.direction),
         start: rays.start as f32,

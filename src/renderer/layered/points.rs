@@ -75,10 +75,11 @@ impl PointLayers {
                 voxels: &layout.voxels,
                 view: layout.view,
                 visible: &visible.flags,
+                shown_slabs: &visible.shown,
                 integrals: &integrals.nodes,
                 table: &table.entries,
                 p: RayLatticeParams {
-                    layers: range.slabs(lattice, kernel.radius(), settings.culling.then_some(visible.slabs)),
+                    layers: range.slabs(lattice, kernel.radius()),
                     ..lattice_params(lattice, range, tiles, visible.blocks, settings.culling)
                 },
                 sample,

@@ -5,7 +5,9 @@ use super::layouts::Weighted;
 use super::tables::TableKey;
 use super::{Layout, Prepared};
 use crate::device::launch::structs::VolumeView;
-use crate::device::launch::volume::{MinMaxArguments, MinMaxBlocks, Reach, SlabVisibilityArguments, VisibilityArguments};
+use crate::device::launch::volume::{
+    MinMaxArguments, MinMaxBlocks, Reach, ShownChunksArguments, ShownSlabsArguments, SlabVisibilityArguments, VisibilityArguments,
+};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, GAUSSIAN_OVERSHOOT, Kernel};
@@ -41,9 +43,16 @@ pub(in crate::renderer) struct VisibleBlocks {
     pub flags: Buffer<u8>,
     /// Blocks along u and v.
     pub blocks: [i32; 2],
-    /// First and last slab of the chunks in which any block can, under their numbers in the whole volume; the first is beyond the last if
-    /// there is none. Of points.
-    pub slabs: [i32; 2],
+    /// First and last slab of the chunks in which any block can, counted from the first layer that is held; the first is beyond the last
+    /// if there is none. Of points.
+    pub shown: Buffer<i32>,
+}
+
+impl VisibleBlocks {
+    fn new(device: &Device, flags: usize, blocks: [i32; 2]) -> Result<Self, Error> {
+        let flags = Buffer::new(device, flags, "the visibility of blocks")?;
+        Ok(Self { flags, blocks, shown: Buffer::new(device, 2, "the slabs that show anything")? })
+    }
 }
 
 /// The next float, of those that kernels tell from 0.
@@ -56,6 +65,7 @@ struct BlocksKey(Axis, Reach, Weighted);
 
 impl Key for BlocksKey {
     type Value = MinMaxBlocks;
+    const OF_VOXELS: bool = true;
 }
 
 impl Kept for MinMaxBlocks {
@@ -70,11 +80,12 @@ struct VisibleKey(TableKey, Axis, Option<PointReach>, Blend);
 
 impl Key for VisibleKey {
     type Value = VisibleBlocks;
+    const OF_VOXELS: bool = true;
 }
 
 impl Kept for VisibleBlocks {
     fn bytes(&self) -> usize {
-        self.flags.bytes()
+        self.flags.bytes() + self.shown.bytes()
     }
 }
 
@@ -123,11 +134,14 @@ impl Prepared {
             return Ok(kept);
         }
         let Layout { voxels, view } = self.weighted(device, axis, kernel)?;
-        let blocks = MinMaxBlocks::new(device, self.held_local(axis), voxels.voxel_type(), reach)?;
+        let blocks = match self.cache.take_stale(&key) {
+            Some(stale) => stale,
+            None => Arc::new(MinMaxBlocks::new(device, self.held_local(axis), voxels.voxel_type(), reach)?),
+        };
         // Of what is held alone: the outermost blocks of a part are wrong, and no layer that it draws reaches them.
         let view = VolumeView { dims: [view.dims[0], view.dims[1], blocks.layers], first_a: 0, ..view };
         let arguments = MinMaxArguments::new(&voxels, view, reach, &blocks);
-        self.launchers.min_max_blocks.launch(device, voxels.voxel_type(), &arguments)?;
+        self.launchers.min_max_blocks.launch(device, voxels.kind(), &arguments)?;
         Ok(self.cache.keep(key, blocks))
     }
 
@@ -145,7 +159,10 @@ impl Prepared {
         }
         let blocks = self.min_max_blocks(device, axis, Reach::SPLATS, Kernel::Cubic)?;
         let table = self.table(device, extinction, Kernel::Cubic)?;
-        let flags = Buffer::new(device, blocks.flags(), "the visibility of blocks")?;
+        let found = match self.cache.take_stale(&key) {
+            Some(stale) => stale,
+            None => Arc::new(VisibleBlocks::new(device, blocks.flags(), blocks.blocks)?),
+        };
         let (background, offset) = self.background();
         let [blocks_u, blocks_v] = blocks.blocks;
         let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
@@ -162,10 +179,10 @@ impl Prepared {
             table_per_value: table.scale.per_value,
             table_last: table.scale.last,
             visible_before: if blend == Blend::Composite { &table.visible_before } else { &table.all_before },
-            visible: &flags,
+            visible: &found.flags,
         };
         self.launchers.visibility.launch(device, self.voxels.voxel_type(), &arguments)?;
-        Ok(self.cache.keep(key, VisibleBlocks { flags, blocks: blocks.blocks, slabs: [0, blocks.layers] }))
+        Ok(self.cache.keep(key, found))
     }
 
     /// The blocks of a layer axis that samples at points can show.
@@ -185,7 +202,10 @@ impl Prepared {
         let radius = kernel.radius();
         let blocks = self.min_max_blocks(device, axis, Reach::points(radius), kernel)?;
         let table = self.table(device, extinction, kernel)?;
-        let flags = Buffer::new(device, blocks.slab_bytes(radius), "the visibility of blocks")?;
+        let found = match self.cache.take_stale(&key) {
+            Some(stale) => stale,
+            None => Arc::new(VisibleBlocks::new(device, blocks.slab_bytes(radius), blocks.blocks)?),
+        };
         // Limits are of numbers as they are stored.
         let Layout { voxels, view } = self.weighted(device, axis, kernel)?;
         // What ray casting takes missing voxels for is what its sums overshoot the distance from.
@@ -210,21 +230,26 @@ impl Prepared {
             around: i32::from(any_shear),
             overshoot: kernel.overshoot() as f32,
             slack: reach.slack(),
-            visible: &flags,
+            visible: &found.flags,
         };
         self.launchers.slab_visibility.launch(device, voxels.voxel_type(), &arguments)?;
-        let first = self.held_layers(axis).start as i32;
-        let slabs = visible_slabs(device, &flags, &blocks, radius)?.map(|q| q + first);
-        Ok(self.cache.keep(key, VisibleBlocks { flags, blocks: blocks.blocks, slabs }))
+        self.find_shown_slabs(device, &found, &blocks, radius)?;
+        Ok(self.cache.keep(key, found))
     }
-}
 
-/// See [`VisibleBlocks::slabs`].
-fn visible_slabs(device: &Device, bits: &Buffer<u8>, blocks: &MinMaxBlocks, radius: i32) -> Result<[i32; 2], Error> {
-    let mut bytes = vec![0; blocks.chunks(radius) * blocks.per_layer()];
-    bits.read(device, &mut bytes)?;
-    let any = |chunk: &[u8]| chunk.iter().any(|&b| b != 0);
-    let mut chunks = bytes.chunks(blocks.per_layer());
-    let ends = chunks.clone().position(any).zip(chunks.rposition(any));
-    Ok(ends.map_or([0, -1], |(first, last)| [8 * first as i32, (8 * last as i32 + 7).min(blocks.slabs(radius) - 1)]))
+    /// See [`VisibleBlocks::shown`]: on the device, where it stays, so that no queue is waited for.
+    fn find_shown_slabs(
+        &mut self,
+        device: &Device,
+        found: &VisibleBlocks,
+        blocks: &MinMaxBlocks,
+        radius: i32,
+    ) -> Result<(), Error> {
+        let chunks = blocks.chunks(radius) as i32;
+        let shows = &Buffer::new(device, chunks as usize, "the slabs that show anything")?;
+        let arguments = ShownChunksArguments { visible: &found.flags, per_layer: blocks.per_layer() as i32, chunks, shows };
+        self.launchers.shown_chunks.launch(device, (), &arguments)?;
+        let arguments = ShownSlabsArguments { shows, chunks, slabs: blocks.slabs(radius), shown: &found.shown };
+        self.launchers.shown_slabs.launch(device, (), &arguments)
+    }
 }

@@ -17,6 +17,21 @@ pub(in crate::renderer) struct Layout {
     pub view: VolumeView,
 }
 
+/// Where voxels lie in their buffer, all in voxels: the first one, and how far it is from row to row and from layer to layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::renderer) struct Placement {
+    pub first: i64,
+    pub row: i64,
+    pub slice: i64,
+}
+
+impl Placement {
+    /// Without gaps.
+    pub fn dense([x, y, _]: [usize; 3]) -> Self {
+        Self { first: 0, row: x as i64, slice: x as i64 * y as i64 }
+    }
+}
+
 /// What a kernel weights.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Weighted {
@@ -36,6 +51,7 @@ struct Transposed(Weighted);
 
 impl Key for Transposed {
     type Value = VoxelBuffer;
+    const OF_VOXELS: bool = true;
 }
 
 /// The coefficients, in the upload's own layout.
@@ -44,6 +60,7 @@ struct Coefficients;
 
 impl Key for Coefficients {
     type Value = VoxelBuffer;
+    const OF_VOXELS: bool = true;
 }
 
 impl Prepared {
@@ -58,17 +75,22 @@ impl Prepared {
     }
 
     fn layout_of(&mut self, device: &Device, axis: Axis, weighted: Weighted) -> Result<Layout, Error> {
-        let [x, y, z] = self.held_dims.map(|n| n as i64);
-        let (stride, voxels) = match axis {
-            Axis::X => ([1, y, y * z], self.transposed(device, weighted)?),
-            Axis::Y => ([1, x * y, x], self.upright(device, weighted)?),
-            Axis::Z => ([1, x, x * y], self.upright(device, weighted)?),
+        let placed = match weighted {
+            Weighted::Voxels => self.placed,
+            Weighted::Coefficients => Placement::dense(self.held_dims),
+        };
+        let [_, y, z] = self.held_dims.map(|n| n as i64);
+        let (first, stride, voxels) = match axis {
+            Axis::X => (0, [1, y, y * z], self.transposed(device, weighted, placed)?),
+            Axis::Y => (placed.first, [1, placed.slice, placed.row], self.upright(device, weighted)?),
+            Axis::Z => (placed.first, [1, placed.row, placed.slice], self.upright(device, weighted)?),
         };
         let (background, offset) = self.background();
         Ok(Layout {
             voxels,
             view: VolumeView {
                 stride,
+                first,
                 dims: local(axis, self.grid.dims()).map(|n| n as i32),
                 background,
                 // Coefficients are made without it.
@@ -86,15 +108,19 @@ impl Prepared {
         }
     }
 
-    fn transposed(&mut self, device: &Device, weighted: Weighted) -> Result<Arc<VoxelBuffer>, Error> {
+    fn transposed(&mut self, device: &Device, weighted: Weighted, placed: Placement) -> Result<Arc<VoxelBuffer>, Error> {
         if let Some(kept) = self.cache.get(&Transposed(weighted)) {
             return Ok(kept);
         }
         let voxels = &self.upright(device, weighted)?;
         let [dims_x, dims_y, dims_z] = self.held_dims.map(|n| n as i32);
         let count = self.held_dims.iter().product();
-        let transposed = VoxelBuffer::new(device, count, voxels.voxel_type(), "the layout of layer axis x")?;
-        let arguments = TransposeArguments { voxels, dims_x, dims_y, dims_z, transposed: &transposed };
+        let transposed = match self.cache.take_stale(&Transposed(weighted)) {
+            Some(stale) => stale,
+            None => Arc::new(VoxelBuffer::like(device, count, voxels, "the layout of layer axis x")?),
+        };
+        let Placement { first, row: pitch_y, slice: pitch_z } = placed;
+        let arguments = TransposeArguments { voxels, first, pitch_y, pitch_z, dims_x, dims_y, dims_z, transposed: &transposed };
         self.launchers.transpose.launch(device, voxels.voxel_type(), &arguments)?;
         Ok(self.cache.keep(Transposed(weighted), transposed))
     }
@@ -105,22 +131,26 @@ impl Prepared {
             return Ok(kept);
         }
         let [x, y, z] = self.held_dims;
-        let coefficients = VoxelBuffer::new(device, x * y * z, VoxelType::Float32, "the coefficients of the B-spline")?;
+        let coefficients = match self.cache.take_stale(&Coefficients) {
+            Some(stale) => stale,
+            None => Arc::new(VoxelBuffer::new(device, x * y * z, VoxelType::Float32, "the coefficients of the B-spline")?),
+        };
         let taps = Buffer::from_slice(device, &prefilter().map(|tap| tap as f32), "the prefilter")?;
         let whole = self.grid.dims().map(|n| n as i32);
         let (first, held) = (self.held_first.map(|n| n as i32), self.held_dims.map(|n| n as i32));
-        let (_, offset) = self.background();
+        let upload = self.layout(device, Axis::Z)?;
         let rows = PrefilterRowsArguments {
-            voxels: &self.voxels,
-            offset,
+            voxels: &upload.voxels,
+            view: upload.view,
             taps: &taps,
             first: first[0],
             held: held[0],
             whole: whole[0],
+            rows_per_layer: y as i32,
             rows: (y * z) as i32,
             coefficients: Floats(&coefficients),
         };
-        self.launchers.prefilter_rows.launch(device, self.voxels.voxel_type(), &rows)?;
+        self.launchers.prefilter_rows.launch(device, upload.voxels.kind(), &rows)?;
         let strides = [1, x as u64, (x * y) as u64];
         for (axis, across) in [(1, 2), (2, 1)] {
             let columns = PrefilterColumnsArguments {

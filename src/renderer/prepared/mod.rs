@@ -7,7 +7,7 @@ mod splat_list;
 mod tables;
 
 pub(super) use blocks::PointReach;
-pub(super) use layouts::Layout;
+pub(super) use layouts::{Layout, Placement};
 pub(super) use splat_list::{SplatList, Splatted, read_total};
 pub(super) use tables::{Integrals, SLAB_VALUES, Table};
 
@@ -16,7 +16,9 @@ use super::cache::{Cache, Kept, Key};
 use crate::device::launch::layered::{FootprintSet, FootprintSetArguments};
 use crate::device::launch::rays::PreintegratedTable;
 use crate::device::launch::sheets::{Scan, Splats};
-use crate::device::launch::volume::{FillMinMaxBlocks, PrefilterColumns, PrefilterRows, SlabVisibility, Transpose, Visibility};
+use crate::device::launch::volume::{
+    FillMinMaxBlocks, PrefilterColumns, PrefilterRows, ShownChunks, ShownSlabs, SlabVisibility, Transpose, Visibility,
+};
 use crate::device::launch::{Launcher, VoxelBuffer};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
@@ -42,6 +44,9 @@ pub(super) struct Prepared {
     holed: bool,
     rescale: Rescale,
     voxels: Arc<VoxelBuffer>,
+    placed: Placement,
+    /// The range is what somebody said, not what the voxels have.
+    promised: bool,
     /// As it was given.
     given_transfer: TransferFunction,
     /// Of stored numbers, as all that follows takes it.
@@ -60,6 +65,8 @@ struct Launchers {
     min_max_blocks: Launcher<FillMinMaxBlocks>,
     visibility: Launcher<Visibility>,
     slab_visibility: Launcher<SlabVisibility>,
+    shown_chunks: Launcher<ShownChunks>,
+    shown_slabs: Launcher<ShownSlabs>,
     footprint_set: Launcher<FootprintSet>,
     slicing_table: Launcher<PreintegratedTable>,
     splats: Launcher<Splats>,
@@ -89,6 +96,7 @@ struct FootprintImagesKey;
 
 impl Key for FootprintImagesKey {
     type Value = FootprintImages;
+    const OF_VOXELS: bool = false;
 }
 
 impl Kept for FootprintImages {
@@ -100,7 +108,7 @@ impl Kept for FootprintImages {
 impl Prepared {
     /// `grid` is that of the whole volume, in the world of frames.
     pub fn new(volume: &UploadedVolume, grid: Grid, transfer: &TransferFunction) -> Self {
-        let UploadedVolume { description, voxels, first, dims, .. } = volume;
+        let UploadedVolume { description, voxels, first, dims, placed, promised, .. } = volume;
         let rescale = description.rescale();
         Self {
             grid,
@@ -111,6 +119,8 @@ impl Prepared {
             rescale,
             cache: Cache::new(BUDGET + 2 * voxels.bytes() + 2 * size_of::<f32>() * dims.iter().product::<usize>()),
             voxels: voxels.clone(),
+            placed: *placed,
+            promised: *promised,
             given_transfer: transfer.clone(),
             transfer: transfer.of_stored(rescale),
             revision: 0,
@@ -124,6 +134,11 @@ impl Prepared {
             self.given_transfer = transfer.clone();
             self.revision += 1;
         }
+    }
+
+    /// The voxels have changed: what is made of them is made again when it is next needed, in the same buffers.
+    pub fn voxels_changed(&mut self) {
+        self.cache.voxels_changed();
     }
 
     /// As it was given.
@@ -280,7 +295,7 @@ mod tests {
         }
         assert!(renderer.prepared.voxels.kind().far);
         // Layers of so many rows lie where those of the buffer do; min-max blocks are kept from before.
-        renderer.prepared.held_dims[1] = ROWS;
+        renderer.prepared.placed = Placement::dense([DIMS[0], ROWS, DIMS[2]]);
         assert!(frames(&mut renderer) == near, "voxels far apart are other ones");
     }
 
@@ -297,7 +312,7 @@ mod tests {
         };
         let alone = stages(&mut renderer);
         let cast = Algorithm::Slicing { step: 0.5 }.into();
-        let device = renderer.frame_device();
+        let device = renderer.frame_device().unwrap();
         let (rays, cast) = renderer.seen(&camera, viewport, &cast).unwrap();
         let plan = super::super::Plan::new(&rays, viewport, renderer.prepared.grid(), &cast).unwrap();
         renderer.draw(View { device: &device, rays: &rays, viewport, settings: &cast }, &plan).unwrap();

@@ -34,6 +34,7 @@ struct SplatListKey(TableKey, Axis, Splatted);
 
 impl Key for SplatListKey {
     type Value = SplatList;
+    const OF_VOXELS: bool = true;
 }
 
 impl Kept for SplatList {
@@ -113,7 +114,7 @@ impl Prepared {
                 places: &list.places,
                 contents: &list.contents,
             };
-            self.launchers.splats.launch(device, voxels.voxel_type(), &arguments)?;
+            self.launchers.splats.launch(device, voxels.kind(), &arguments)?;
             if pass == Pass::Count {
                 let scan = ScanArguments { counts: &counts, chunks: rows as i32, buckets: 1, total: &total };
                 self.launchers.scan.launch(device, (), &scan)?;

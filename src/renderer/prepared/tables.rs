@@ -104,6 +104,7 @@ pub(super) struct TableKey(u64, Extinction, f64);
 
 impl Key for TableKey {
     type Value = Table;
+    const OF_VOXELS: bool = false;
 }
 
 impl Kept for Table {
@@ -118,6 +119,7 @@ struct IntegralsKey(TableKey, f64, u32);
 
 impl Key for IntegralsKey {
     type Value = Integrals;
+    const OF_VOXELS: bool = false;
 }
 
 impl Kept for Integrals {
@@ -132,6 +134,7 @@ struct SlicingKey(IntegralsKey, f32);
 
 impl Key for SlicingKey {
     type Value = Buffer<Float4>;
+    const OF_VOXELS: bool = false;
 }
 
 impl Prepared {
@@ -187,7 +190,7 @@ impl Prepared {
             scale: self.scale(on_host.first, on_host.per_value, on_host.nodes.len()),
             visible_values: on_host.visible_values().map(|v| (v - self.offset()) as f32),
             unit: on_host.unit as f32,
-            cut: !on_host.spans(self.field_range(kernel)),
+            cut: self.promised || !on_host.spans(self.field_range(kernel)),
             dimmed: table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING,
         };
         Ok(self.cache.keep(key, integrals))

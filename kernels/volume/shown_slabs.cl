@@ -1,0 +1,28 @@
+// The first and the last of the slabs in which anything can show (slab_visibility.cl), to whole chunks: none if the first is beyond the
+// last.
+//
+// Two passes: `shown_chunks`, one work-item per chunk of 8 slabs, tells whether any of its blocks can show anything; `shown_slabs`, one
+// work-item, finds the outermost of these.
+
+__kernel void shown_chunks(__global const uchar *visible, int per_layer, int chunks, __global uchar *shows) {
+    const int chunk = get_global_id(0);
+    if (chunk >= chunks)
+        return;
+    __global const uchar *block = visible + (size_t)chunk * per_layer;
+    uchar any = 0;
+    for (int n = 0; n < per_layer; n++)
+        any |= block[n];
+    shows[chunk] = any;
+}
+
+__kernel void shown_slabs(__global const uchar *shows, int chunks, int slabs, __global int *shown) {
+    if (get_global_id(0) > 0)
+        return;
+    int first = 0, last = chunks - 1;
+    while (first < chunks && !shows[first])
+        first++;
+    while (last >= first && !shows[last])
+        last--;
+    shown[0] = 8 * first;
+    shown[1] = min(8 * last + 7, slabs - 1);
+}

@@ -1,0 +1,28 @@
+// The smallest and the largest valid voxel, and how many are invalid, for memory of the caller's own.
+//
+// One work-item per part of the rows: row id, id + parts ... of all layers; the host goes through what the parts found.
+// least[id] > largest[id] where a part has no valid voxel.
+
+#include "shared/elementary.cl"
+#include "shared/volume.cl"
+
+__kernel void value_range(__global const VOXEL *voxels, VolumeView view, int parts, __global float *least, __global float *largest,
+                          __global uint *invalid) {
+    const int id = get_global_id(0);
+    if (id >= parts)
+        return;
+    voxels += view.first;
+    float lo = INFINITY, hi = -INFINITY;
+    uint odd = 0;
+    for (long row = id; row < (long)view.dims_v * view.dims_a; row += parts) {
+        __global const VOXEL *start = voxels + row % view.dims_v * view.stride_v + row / view.dims_v * view.stride_a;
+        for (int u = 0; u < view.dims_u; u++) {
+            const float value = convert_float(start[u]);
+            const bool valid = fabs(value) <= 1e30f;
+            lo = valid ? MIN(lo, value) : lo;
+            hi = valid ? MAX(hi, value) : hi;
+            odd += valid ? 0 : 1;
+        }
+    }
+    least[id] = lo, largest[id] = hi, invalid[id] = odd;
+}

@@ -1,0 +1,56 @@
+//! Memory of the caller's own for what frames write.
+
+use super::{Device, DeviceMemory, MemoryKind};
+use crate::error::Error;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+const WHAT: &str = "the scratch memory";
+
+/// Buffers of the caller's that frames take, each one anew. Whole ones: PoCL 3.1 frees sub-buffers that its commands still use.
+pub(crate) struct ScratchMemory {
+    /// The smallest first.
+    buffers: Vec<(usize, DeviceMemory)>,
+    taken: Mutex<Vec<bool>>,
+    frame: AtomicU64,
+}
+
+impl ScratchMemory {
+    pub fn new(device: &Device, memory: &[DeviceMemory]) -> Result<Self, Error> {
+        let mut buffers = Vec::new();
+        for memory in memory {
+            memory.check(device, WHAT, true)?;
+            let MemoryKind::Buffer { bytes } = memory.kind() else {
+                return Err(Error::Memory { what: WHAT, problem: "is an image: make it a buffer".into() });
+            };
+            buffers.push((bytes, memory.clone()));
+        }
+        buffers.sort_by_key(|(bytes, _)| *bytes);
+        let taken = Mutex::new(vec![false; buffers.len()]);
+        Ok(Self { buffers, taken, frame: AtomicU64::new(0) })
+    }
+
+    /// Begins a frame: what those before took may be taken again.
+    pub fn begin(&self) {
+        self.taken.lock().unwrap_or_else(PoisonError::into_inner).fill(false);
+        self.frame.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// The number of the frame.
+    pub fn frame(&self) -> u64 {
+        self.frame.load(Ordering::Relaxed)
+    }
+
+    /// The smallest buffer of at least so many bytes that this frame has not taken.
+    pub(super) fn take(&self, bytes: usize, what: &str) -> Result<&DeviceMemory, Error> {
+        let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+        let fits = |n: &usize| !taken[*n] && self.buffers[*n].0 >= bytes;
+        let Some(found) = (0..self.buffers.len()).find(fits) else {
+            let problem =
+                format!("has no buffer left of {bytes} bytes, which {what} needs: ask scratch_bytes for all that a frame needs");
+            return Err(Error::Memory { what: WHAT, problem });
+        };
+        taken[found] = true;
+        Ok(&self.buffers[found].1)
+    }
+}

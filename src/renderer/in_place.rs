@@ -1,0 +1,134 @@
+//! Volumes in memory of the caller's own on the device.
+
+use super::UploadedVolume;
+use super::prepared::Placement;
+use crate::device::launch::structs::VolumeView;
+use crate::device::launch::volume::{ValueRange, ValueRangeArguments};
+use crate::device::launch::{Launcher, VoxelBuffer};
+use crate::device::{Buffer, Device, DeviceMemory, MemoryKind};
+use crate::error::Error;
+use crate::volume::{Description, Grid, VoxelType};
+use opencl3::event::Event;
+use std::sync::Arc;
+
+/// Parts in which the range of voxels is looked for: enough for the threads of any device.
+const PARTS: usize = 1024;
+
+const WHAT: &str = "the buffer of the voxels";
+
+/// Voxels in a buffer of the caller's: of one type, x fastest, rows and layers as far apart as is said.
+#[derive(Clone, Debug)]
+pub struct DeviceVoxels {
+    memory: DeviceMemory,
+    voxel_type: VoxelType,
+    first: usize,
+    row_pitch: Option<usize>,
+    slice_pitch: Option<usize>,
+}
+
+impl DeviceVoxels {
+    /// Voxels of a type from the beginning of a buffer on, without gaps.
+    pub fn new(memory: &DeviceMemory, voxel_type: VoxelType) -> Self {
+        Self { memory: memory.clone(), voxel_type, first: 0, row_pitch: None, slice_pitch: None }
+    }
+
+    /// The same with the first voxel `first` bytes into the buffer.
+    pub fn with_first(self, first: usize) -> Self {
+        Self { first, ..self }
+    }
+
+    /// The same with rows and layers that begin so many bytes apart.
+    pub fn with_pitches(self, row: usize, slice: usize) -> Self {
+        Self { row_pitch: Some(row), slice_pitch: Some(slice), ..self }
+    }
+
+    /// What there is to know of a volume of these voxels, the range found by looking at all of them, after `wait`. This waits until it is
+    /// found; who knows the range says it: [`Description::new`].
+    ///
+    /// # Errors
+    /// A buffer that is too small or of another context, and what OpenCL answers.
+    pub fn describe(&self, device: &Device, name: impl Into<String>, grid: Grid, wait: &[&Event]) -> Result<Description, Error> {
+        let dims = grid.dims();
+        let (voxels, placed) = self.placed(device, dims)?;
+        let parts = PARTS.min(dims[1] * dims[2]);
+        let (least, largest) = (Buffer::new(device, parts, "a range")?, Buffer::new(device, parts, "a range")?);
+        let invalid = Buffer::new(device, parts, "a range")?;
+        let view = VolumeView {
+            stride: [1, placed.row, placed.slice],
+            first: placed.first,
+            dims: dims.map(|n| n as i32),
+            background: 0.0,
+            offset: 0.0,
+            first_a: 0,
+        };
+        let arguments = ValueRangeArguments {
+            voxels: &voxels,
+            view,
+            parts: parts as i32,
+            least: &least,
+            largest: &largest,
+            invalid: &invalid,
+        };
+        let device = &device.with_own_sequence();
+        device.begin(wait)?;
+        Launcher::<ValueRange>::default().launch(device, self.voxel_type, &arguments)?;
+        let (mut lo, mut hi, mut odd) = (vec![0f32; parts], vec![0f32; parts], vec![0u32; parts]);
+        least.read(device, &mut lo)?;
+        largest.read(device, &mut hi)?;
+        invalid.read(device, &mut odd)?;
+        let (lo, hi) = (lo.into_iter().fold(f32::INFINITY, f32::min), hi.into_iter().fold(f32::NEG_INFINITY, f32::max));
+        let range = if lo <= hi { (f64::from(lo), f64::from(hi)) } else { (0.0, 0.0) };
+        let description = Description::new(name, grid, self.voxel_type, range)?;
+        Ok(if odd.iter().any(|&n| n > 0) { description.with_invalid_voxels() } else { description })
+    }
+
+    /// The buffer, and where the voxels of a grid lie in it.
+    fn placed(&self, device: &Device, dims: [usize; 3]) -> Result<(VoxelBuffer, Placement), Error> {
+        self.memory.check(device, WHAT, false)?;
+        let refuse = |problem: String| Err(Error::Memory { what: WHAT, problem });
+        let MemoryKind::Buffer { bytes } = self.memory.kind() else { return refuse("is an image: make it a buffer".into()) };
+        let size = self.voxel_type.bytes();
+        let row = self.row_pitch.unwrap_or(dims[0].saturating_mul(size));
+        let slice = self.slice_pitch.unwrap_or(dims[1].saturating_mul(row));
+        let [x, y, z] = dims.map(|n| n as u128);
+        let end = self.first as u128 + (z - 1) * slice as u128 + (y - 1) * row as u128 + x * size as u128;
+        if [self.first, row, slice].iter().any(|n| n % size != 0) {
+            let problem = format!(
+                "has its first voxel at byte {}, rows {row} and layers {slice} bytes apart: all must be multiples of a voxel's {size}",
+                self.first
+            );
+            return refuse(problem);
+        }
+        if row < dims[0] * size || (slice as u128) < row as u128 * (y - 1) + x * size as u128 {
+            return refuse(format!(
+                "has rows {row} and layers {slice} bytes apart, which overlap: {dims:?} voxels of {size} bytes need more"
+            ));
+        }
+        if end > bytes as u128 {
+            return refuse(format!("has {bytes} bytes, and {dims:?} voxels of {} end at {end}", self.voxel_type));
+        }
+        let placed = Placement { first: (self.first / size) as i64, row: (row / size) as i64, slice: (slice / size) as i64 };
+        Ok((VoxelBuffer::of_memory(device, &self.memory, bytes, self.voxel_type)?, placed))
+    }
+}
+
+impl UploadedVolume {
+    /// A volume whose voxels stay where the caller has them, in a buffer of the device's context, which is retained.
+    ///
+    /// They may change from frame to frame, in the order of the queue and its events, if every renderer is told so
+    /// ([`volume_changed`](super::Renderer::volume_changed)). The range of the description is a promise: values beyond it show as its ends
+    /// do. Floats that are NaN, infinite or beyond ±1e30 count as the background.
+    ///
+    /// # Errors
+    /// A buffer that is too small, of another context or written only, and pitches that are no multiples of a voxel or overlap.
+    pub fn in_place(device: &Device, description: &Description, voxels: &DeviceVoxels) -> Result<Self, Error> {
+        if description.voxel_type() != voxels.voxel_type {
+            let problem = format!("holds {}, and the description says {}", voxels.voxel_type, description.voxel_type());
+            return Err(Error::Memory { what: WHAT, problem });
+        }
+        let dims = description.grid().dims();
+        let (voxels, placed) = voxels.placed(device, dims)?;
+        let (device, description) = (device.clone(), description.clone());
+        Ok(Self { device, description, first: [0; 3], dims, voxels: Arc::new(voxels), placed, promised: true })
+    }
+}

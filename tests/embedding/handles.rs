@@ -1,0 +1,135 @@
+//! What is handed over is retained as long as it is used, and released then.
+
+use crate::host::{Host, OUT_OF_ORDER, SIZE, hosts, renderer, scene};
+use layersplat::device::DeviceMemory;
+use layersplat::renderer::{DeviceVoxels, PictureFormat, PictureMemory, UploadedVolume};
+use layersplat::volume::VoxelType;
+use layersplat::{Device, Renderer, Settings};
+use opencl3::memory::{CL_FLOAT, CL_MEM_OBJECT_IMAGE2D, CL_RGBA, CL_UNORM_INT16, cl_image_desc, cl_image_format};
+use opencl3::memory::{CL_MEM_READ_ONLY, CL_MEM_READ_WRITE, CL_MEM_WRITE_ONLY, ClMem, Image};
+
+/// References to a context and to a queue.
+fn references(host: &Host) -> [u32; 2] {
+    [host.context.reference_count().unwrap(), host.queue.reference_count().unwrap()]
+}
+
+#[test]
+fn reference_counts_are_as_before_when_all_is_dropped() {
+    for host in hosts() {
+        let (volume, transfer, camera) = scene();
+        let voxels = host.filled(&vec![7u8; 21 * 18 * 24]);
+        let picture = host.room::<f32>(4 * SIZE.pixels());
+        let before = references(&host);
+        let of_memory = || [voxels.reference_count().unwrap(), picture.reference_count().unwrap()];
+        let memory_before = of_memory();
+        let mut after = Vec::new();
+        for _ in 0..3 {
+            let device = host.device();
+            assert!(references(&host).iter().zip(before).all(|(now, before)| *now > before), "what is used is retained");
+            renderer(&device, &volume, &transfer).render(&camera, SIZE, &Settings::default()).unwrap();
+            let memory = DeviceMemory::of_buffer(&voxels).unwrap();
+            let placed = DeviceVoxels::new(&memory, VoxelType::Uint8);
+            let description = placed.describe(&device, "foreign", volume.grid().clone(), &[]).unwrap();
+            let foreign = UploadedVolume::in_place(&device, &description, &placed).unwrap();
+            let mut renderer = Renderer::of(&foreign, &transfer).unwrap();
+            let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), PictureFormat::Floats);
+            let event = renderer.enqueue(&camera, SIZE, &Settings::default(), &onto, &[]).unwrap();
+            assert!(of_memory().iter().zip(memory_before).all(|(now, before)| *now > before));
+            event.wait().unwrap();
+            drop((device, renderer, foreign, memory, placed, onto, event));
+            host.queue.finish().unwrap();
+            after.push(references(&host));
+            assert_eq!(of_memory(), memory_before);
+        }
+        // PoCL keeps events of a queue for the next ones, and they count: once, however often the queue is used.
+        assert!(after[0][1] <= before[1] + 1, "{after:?}");
+        assert!(after.iter().all(|&[context, queue]| context == before[0] && queue == after[0][1]), "{before:?}, {after:?}");
+    }
+}
+
+/// The renderer outlives every handle that its maker had.
+#[test]
+fn what_was_handed_over_lives_as_long_as_it_is_used() {
+    let (volume, transfer, camera) = scene();
+    let expected = crate::common::render(&volume, &transfer, &camera, SIZE, &Settings::default());
+    let mut renderer = {
+        let host = Host::new(0);
+        renderer(&host.device(), &volume, &transfer)
+    };
+    assert!(renderer.render(&camera, SIZE, &Settings::default()).unwrap().0 == expected);
+}
+
+#[test]
+fn raw_handles_must_belong_together() {
+    let (host, other) = (Host::new(0), Host::new(0));
+    let device = host.device();
+    let of = |context, device, queue| {
+        // SAFETY: all are alive.
+        unsafe { Device::from_handles(context, device, queue) }.map(|_| ()).map_err(|e| e.to_string())
+    };
+    assert_eq!(of(host.context.get(), device.id(), host.queue.get()), Ok(()));
+    assert!(of(other.context.get(), device.id(), host.queue.get()).unwrap_err().contains("another context"));
+    assert!(of(host.context.get(), std::ptr::null_mut(), host.queue.get()).unwrap_err().contains("another device"));
+    assert!(of(host.context.get(), device.id(), std::ptr::null_mut()).unwrap_err().contains("handed over"));
+    assert!(device.with_queue(&other.queue).is_err());
+    let second = host.another_queue(OUT_OF_ORDER);
+    assert_eq!(device.with_queue(&second).unwrap().queue(), second.get());
+}
+
+#[test]
+fn memory_that_cannot_be_used_is_refused_with_the_reason() {
+    let (host, other) = (Host::new(0), Host::new(0));
+    let device = host.device();
+    let (volume, transfer, camera) = scene();
+    let mut renderer = renderer(&device, &volume, &transfer);
+    let bytes = 16 * SIZE.pixels();
+    let buffer = |host: &Host, flags| {
+        // SAFETY: no host pointer is given.
+        unsafe { opencl3::memory::Buffer::<u8>::create(&host.context, flags, bytes, std::ptr::null_mut()) }.unwrap()
+    };
+    let mut refused = |onto: &PictureMemory| {
+        renderer.enqueue(&camera, SIZE, &Settings::default(), onto, &[]).map(|_| ()).unwrap_err().to_string()
+    };
+    let of = |buffer| PictureMemory::new(&DeviceMemory::of_buffer(buffer).unwrap(), PictureFormat::Floats);
+    let (foreign, read_only) = (buffer(&other, CL_MEM_READ_WRITE), buffer(&host, CL_MEM_READ_ONLY));
+    let own = buffer(&host, CL_MEM_READ_WRITE);
+    assert!(refused(&of(&foreign)).contains("another context"));
+    assert!(refused(&of(&read_only)).contains("READ_ONLY"));
+    assert!(refused(&of(&own).with_first(16)).contains(&format!("ends at {}", bytes + 16)));
+    assert!(refused(&of(&own).with_row_pitch(16)).contains("rows 16 bytes apart"));
+    let format = cl_image_format { image_channel_order: CL_RGBA, image_channel_data_type: CL_FLOAT };
+    let small = image(&host, format, 8, 8);
+    let onto = |format| PictureMemory::new(&DeviceMemory::of_image(&small).unwrap(), format);
+    assert!(refused(&onto(PictureFormat::Floats)).contains("8x8"));
+    assert!(refused(&onto(PictureFormat::Rgba8(layersplat::Background::Transparent))).contains("Floats"));
+    let odd = image(&host, cl_image_format { image_channel_data_type: CL_UNORM_INT16, ..format }, 8, 8);
+    assert!(DeviceMemory::of_image(&odd).unwrap_err().to_string().contains("CL_UNORM_INT8"));
+
+    let write_only = DeviceMemory::of_buffer(&buffer(&host, CL_MEM_WRITE_ONLY)).unwrap();
+    let own = DeviceMemory::of_buffer(&own).unwrap();
+    let describe = |voxels: DeviceVoxels| voxels.describe(&device, "v", volume.grid().clone(), &[]).unwrap_err().to_string();
+    assert!(describe(DeviceVoxels::new(&write_only, VoxelType::Uint8)).contains("WRITE_ONLY"));
+    assert!(describe(DeviceVoxels::new(&own, VoxelType::Float32)).contains("end at"));
+    assert!(describe(DeviceVoxels::new(&own, VoxelType::Uint16).with_first(3)).contains("multiples of a voxel's 2"));
+    assert!(describe(DeviceVoxels::new(&own, VoxelType::Uint8).with_pitches(20, 400)).contains("overlap"));
+    assert!(describe(DeviceVoxels::new(&own, VoxelType::Uint8).with_pitches(21, 300)).contains("overlap"));
+    assert!(describe(DeviceVoxels::new(&own, VoxelType::Uint8).with_pitches(1 << 40, 1 << 60)).contains("end at"));
+}
+
+/// An image of the host's.
+pub fn image(host: &Host, format: cl_image_format, width: usize, height: usize) -> Image {
+    let description = cl_image_desc {
+        image_type: CL_MEM_OBJECT_IMAGE2D,
+        image_width: width,
+        image_height: height,
+        image_depth: 1,
+        image_array_size: 1,
+        image_row_pitch: 0,
+        image_slice_pitch: 0,
+        num_mip_levels: 0,
+        num_samples: 0,
+        buffer: std::ptr::null_mut(),
+    };
+    // SAFETY: no host pointer is given.
+    unsafe { Image::create(&host.context, CL_MEM_READ_WRITE, &format, &description, std::ptr::null_mut()) }.unwrap()
+}

@@ -1,0 +1,10 @@
+//! At home in other people's programs: contexts, queues, buffers and events of a caller's own.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod frames;
+mod handles;
+mod host;
+mod scratch;
+mod volumes;

@@ -1,0 +1,64 @@
+//! The memory that frames write can be the caller's.
+
+use crate::common::{POINTS, SPLATTED, layered, perspective};
+use crate::host::{Host, SIZE, frame, renderer, scene};
+use layersplat::device::DeviceMemory;
+use layersplat::renderer::{PictureFormat, PictureMemory};
+use layersplat::settings::{Algorithm, Evaluation, Layered};
+use layersplat::{Background, Camera, Orbit, Settings};
+
+#[test]
+fn a_frame_needs_as_much_as_it_says() {
+    let (volume, transfer, camera) = scene();
+    let host = Host::new(0);
+    let device = host.device();
+    let mut renderer = renderer(&device, &volume, &transfer);
+    let shared = Orbit { azimuth: 45.5, elevation: 0.0, roll: 0.0 };
+    let shared = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), SIZE, shared);
+    let settings = Settings::default();
+    let of = |classification, evaluation| Settings {
+        algorithm: Layered { classification, evaluation, ..layered(settings) }.into(),
+        ..settings
+    };
+    let ways = [
+        settings,
+        of(SPLATTED, layered(settings).evaluation),
+        of(POINTS, Evaluation::Direct),
+        Algorithm::Slicing { step: 0.8 }.into(),
+    ];
+    for settings in ways {
+        for camera in [camera, shared, perspective(&volume, 80.0, 10.0, 30.0)] {
+            let (expected, _) = renderer.render(&camera, SIZE, &settings).unwrap();
+            for format in [PictureFormat::Floats, PictureFormat::Rgba8(Background::Transparent)] {
+                for gap in [0, 16] {
+                    let pitch = SIZE.width as usize * format.bytes() + gap;
+                    let picture = host.room::<u8>(pitch * SIZE.height as usize);
+                    let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), format).with_row_pitch(pitch);
+                    let mut sizes = renderer.scratch_bytes(&camera, SIZE, &settings, &onto).unwrap();
+                    let give = |renderer: &mut layersplat::Renderer, sizes: &[usize]| {
+                        let of = |&bytes| DeviceMemory::of_buffer(&host.room::<u8>(bytes)).unwrap();
+                        renderer.set_scratch(&sizes.iter().map(of).collect::<Vec<_>>()).unwrap();
+                    };
+                    give(&mut renderer, &sizes);
+                    let own = device.allocated_bytes();
+                    for _ in 0..2 {
+                        let event = renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).unwrap();
+                        let found = host.read(&picture, pitch * SIZE.height as usize, &[&event]);
+                        if format == PictureFormat::Floats && gap == 0 {
+                            let floats: Vec<f32> = found.as_chunks::<4>().0.iter().map(|b| f32::from_ne_bytes(*b)).collect();
+                            assert!(frame(&floats) == expected, "{settings:?}");
+                        }
+                    }
+                    // Tables of splatted layers are the renderer's own, made anew for every frame.
+                    assert!(device.allocated_bytes() <= own, "pictures and lattices are the caller's");
+                    *sizes.iter_mut().max().unwrap() -= 16;
+                    give(&mut renderer, &sizes);
+                    let error = renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).map(|_| ()).unwrap_err().to_string();
+                    assert!(error.contains("scratch_bytes"), "{error}");
+                    renderer.set_scratch(&[]).unwrap();
+                    renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).unwrap().wait().unwrap();
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Volumes in buffers of the caller's own.
+
+use crate::common::{assert_close, device, layered, perspective, smooth_transfer, volume as volume_of};
+use crate::host::{Host, SIZE, hosts};
+use glam::DVec3;
+use layersplat::device::DeviceMemory;
+use layersplat::layers::Kernel;
+use layersplat::renderer::{DeviceVoxels, UploadedVolume};
+use layersplat::settings::{Algorithm, Classification, Layered};
+use layersplat::volume::{Description, VoxelType, Voxels};
+use layersplat::{Camera, Frame, Renderer, Settings, TransferFunction, Volume};
+
+const DIMS: [usize; 3] = [19, 14, 16];
+const SPACING: DVec3 = DVec3::new(1.0, 1.2, 0.9);
+/// Unused bytes before the first voxel, in voxels; and behind each row and each layer.
+const FIRST: usize = 5;
+const ROW_GAP: usize = 3;
+const LAYER_GAP: usize = 7;
+
+fn values(seed: u64) -> Vec<u8> {
+    crate::common::random_bytes(DIMS, seed)
+}
+
+fn cameras(volume: &Volume) -> Vec<Camera> {
+    let along = [(80.0, 12.0), (15.0, 72.0), (20.0, -15.0)];
+    let parallel = along.map(|(azimuth, elevation)| crate::common::parallel(volume, SIZE, azimuth, elevation));
+    parallel.into_iter().chain([perspective(volume, 200.0, -10.0, 30.0)]).collect()
+}
+
+fn ways() -> Vec<Settings> {
+    let settings = Settings::default();
+    let bspline = Classification::Preintegrated { kernel: Kernel::BSpline, samples_per_layer: 1 };
+    vec![
+        settings,
+        Settings { algorithm: Layered { classification: bspline, ..layered(settings) }.into(), ..settings },
+        Settings { algorithm: Layered { classification: crate::common::SPLATTED, ..layered(settings) }.into(), ..settings },
+        Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 }.into(),
+    ]
+}
+
+/// Voxels with gaps, in which something else lies.
+fn spread<T: Copy>(voxels: &[T], gap: T) -> Vec<T> {
+    let [x, y, _] = DIMS;
+    let mut all = vec![gap; FIRST];
+    for layer in voxels.chunks(x * y) {
+        for row in layer.chunks(x) {
+            all.extend_from_slice(row);
+            all.extend([gap; ROW_GAP]);
+        }
+        all.extend([gap; LAYER_GAP]);
+    }
+    all
+}
+
+fn pitches(voxel: usize) -> (usize, usize) {
+    let row = DIMS[0] + ROW_GAP;
+    (row * voxel, (row * DIMS[1] + LAYER_GAP) * voxel)
+}
+
+/// A picture from every side, in every way.
+fn pictures(renderer: &mut Renderer, volume: &Volume) -> Vec<Frame> {
+    let mut frames = Vec::new();
+    for settings in ways() {
+        for camera in cameras(volume) {
+            frames.push(renderer.render(&camera, SIZE, &settings).unwrap().0);
+        }
+    }
+    frames
+}
+
+fn in_place<T: Copy>(
+    host: &Host,
+    voxels: &[T],
+    voxel_type: VoxelType,
+    volume: &Volume,
+    transfer: &TransferFunction,
+    gap: T,
+) -> Renderer {
+    let buffer = host.filled(&spread(voxels, gap));
+    let (row, slice) = pitches(size_of::<T>());
+    let memory = DeviceMemory::of_buffer(&buffer).unwrap();
+    let placed = DeviceVoxels::new(&memory, voxel_type).with_first(FIRST * size_of::<T>()).with_pitches(row, slice);
+    let description = placed.describe(&host.device(), "in place", volume.grid().clone(), &[]).unwrap();
+    assert_eq!(description.range(), volume.range());
+    assert_eq!(description.has_invalid_voxels(), volume.invalid() > 0);
+    Renderer::of(&UploadedVolume::in_place(&host.device(), &description, &placed).unwrap(), transfer).unwrap()
+}
+
+/// The range is only a promise there, so integrals go on beyond it: a sum in another order.
+const GOES_ON: f64 = 2e-6;
+
+#[test]
+fn volumes_in_place_look_as_uploaded_ones() {
+    for host in hosts() {
+        let bytes = values(3);
+        let shorts: Vec<i16> = bytes.iter().map(|&v| i16::from(v) * 90 - 7000).collect();
+        let mut floats: Vec<f32> = bytes.iter().map(|&v| f32::from(v) * 0.01).collect();
+        for (n, odd) in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 3e30].into_iter().enumerate() {
+            floats[700 * (n + 1)] = odd;
+        }
+        let uploaded = [Voxels::Uint8(bytes.clone()), Voxels::Int16(shorts.clone()), Voxels::Float32(floats.clone())]
+            .map(|voxels| volume_of(DIMS, SPACING, voxels));
+        for (n, volume) in uploaded.iter().enumerate() {
+            let transfer = TransferFunction::builtin("fire", volume).unwrap();
+            let expected = pictures(&mut Renderer::new(&device(), volume, &transfer).unwrap(), volume);
+            let mut renderer = match n {
+                0 => in_place(&host, &bytes, VoxelType::Uint8, volume, &transfer, 255),
+                1 => in_place(&host, &shorts, VoxelType::Int16, volume, &transfer, i16::MAX),
+                _ => in_place(&host, &floats, VoxelType::Float32, volume, &transfer, f32::NAN),
+            };
+            for (found, expected) in pictures(&mut renderer, volume).iter().zip(&expected) {
+                assert_close("in place", found, expected, GOES_ON);
+            }
+        }
+    }
+}
+
+#[test]
+fn changed_voxels_are_seen() {
+    let transfer = smooth_transfer();
+    let [before, after] = [3, 4].map(values);
+    // Much of it is empty afterwards, and something shows where nothing did.
+    let after: Vec<u8> = after.iter().enumerate().map(|(n, &v)| if n % (19 * 14) < 100 { 0 } else { v / 2 + 40 }).collect();
+    let [old, new] = [&before, &after].map(|v| volume_of(DIMS, SPACING, Voxels::Uint8(v.clone())));
+    let description = Description::new("changing", old.grid().clone(), VoxelType::Uint8, (0.0, 255.0)).unwrap();
+    let expect = |volume: &Volume| {
+        let whole = Description::clone(&description);
+        let buffer = Host::new(0);
+        let memory = DeviceMemory::of_buffer(
+            &buffer.filled(&(0..volume.grid().voxel_count()).map(|n| volume.value(n) as u8).collect::<Vec<_>>()),
+        )
+        .unwrap();
+        let placed = DeviceVoxels::new(&memory, VoxelType::Uint8);
+        let volume_there = UploadedVolume::in_place(&buffer.device(), &whole, &placed).unwrap();
+        pictures(&mut Renderer::of(&volume_there, &transfer).unwrap(), volume)
+    };
+    let expected = [&old, &new].map(expect);
+    assert!(expected[0] != expected[1]);
+    for host in hosts() {
+        let mut buffer = host.filled(&before);
+        let placed = DeviceVoxels::new(&DeviceMemory::of_buffer(&buffer).unwrap(), VoxelType::Uint8);
+        let volume = UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();
+        let mut renderer = Renderer::of(&volume, &transfer).unwrap();
+        assert!(pictures(&mut renderer, &old) == expected[0]);
+        // SAFETY: the write does not block, and `after` lives to its end.
+        let written = unsafe { host.queue.enqueue_write_buffer(&mut buffer, 0, 0, &after, &[]) }.unwrap();
+        let allocated = host.device().allocated_bytes();
+        renderer.volume_changed(&[&written]).unwrap();
+        assert!(pictures(&mut renderer, &new) == expected[1]);
+        assert_eq!(host.device().allocated_bytes(), allocated);
+        written.wait().unwrap();
+    }
+}
+
+/// Who said a range keeps it or not: what lies beyond shows as its ends do.
+#[test]
+fn values_beyond_the_promised_range_show_as_its_ends() {
+    let host = Host::new(0);
+    let floats: Vec<f32> = values(9).into_iter().map(f32::from).collect();
+    let clamped: Vec<f32> = floats.iter().map(|v| v.clamp(60.0, 180.0)).collect();
+    let volume = volume_of(DIMS, SPACING, Voxels::Float32(clamped));
+    let transfer = TransferFunction::builtin("fire", &volume).unwrap();
+    let unlit = Settings { shading: None, ..Settings::default() };
+    let buffer = host.filled(&floats);
+    let placed = DeviceVoxels::new(&DeviceMemory::of_buffer(&buffer).unwrap(), VoxelType::Float32);
+    let description = volume.description().clone();
+    let there = UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();
+    let mut renderer = Renderer::of(&there, &transfer).unwrap();
+    for camera in cameras(&volume) {
+        let (frame, _) = renderer.render(&camera, SIZE, &unlit).unwrap();
+        assert!(frame.pixels().iter().flatten().all(|x| x.is_finite() && (0.0..=1.0 + 1e-5).contains(x)));
+        assert!(frame.pixels().iter().any(|p| p[3] > 0.05));
+    }
+}
