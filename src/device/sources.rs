@@ -1,5 +1,8 @@
 //! The kernel files, compiled into the binary.
 
+#[cfg(feature = "cli")]
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 /// `kernel_files!("folder/file.cl"…)`: names and texts of files in kernels/.
 macro_rules! kernel_files {
     ($($name:literal),* $(,)?) => {
@@ -71,6 +74,14 @@ pub(super) fn with_includes(file: &'static str) -> String {
     let mut text = String::new();
     append(file, &mut Vec::new(), &mut text);
     text
+}
+
+/// A number that is another when any kernel's text is.
+#[cfg(feature = "cli")]
+pub(crate) fn hash() -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (FILES, super::launch::structs::typedefs()).hash(&mut hasher);
+    hasher.finish()
 }
 
 fn append(file: &'static str, included: &mut Vec<&'static str>, text: &mut String) {
