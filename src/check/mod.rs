@@ -32,14 +32,12 @@ pub struct Verdict {
 impl Verdict {
     /// Of a family whose pictures differ so much.
     fn of(family: Family, largest_difference: f64) -> Self {
-        let wrong = largest_difference.is_nan() || largest_difference > TOLERANCE;
-        let problem = wrong.then(|| {
-            format!(
-                "the picture is wrong: off by {:.1} of 255 steps, where {:.1} are allowed",
-                largest_difference * 255.0,
-                TOLERANCE * 255.0
-            )
-        });
+        let [off, allowed] = [largest_difference, TOLERANCE].map(|d| d * 255.0);
+        let problem = if off.is_finite() {
+            (off > allowed).then(|| format!("the picture is wrong: off by {off:.1} of 255 steps, where {allowed:.1} are allowed"))
+        } else {
+            Some("the picture is wrong: it has what is no number".into())
+        };
         Self { family, largest_difference: Some(largest_difference).filter(|d| d.is_finite()), problem }
     }
 
@@ -140,6 +138,16 @@ impl Device {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// No kernel goes unchecked.
+    #[test]
+    fn every_kernel_file_is_built() {
+        let device =
+            Device::open(&crate::DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
+        assert!(!device.unbuilt_files().is_empty());
+        device.check().unwrap();
+        assert_eq!(device.unbuilt_files(), [""; 0]);
+    }
 
     #[test]
     fn verdicts_and_what_becomes_of_them() {

@@ -109,6 +109,12 @@ fn text_of(file: &str) -> &'static str {
     found.unwrap_or_else(|| panic!("kernels/{file} is not listed in sources.rs")).1
 }
 
+/// Names of all files.
+#[cfg(test)]
+pub(super) fn files() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(name, _)| *name)
+}
+
 /// Names of the kernels in all files.
 #[cfg(test)]
 pub(super) fn kernel_names() -> std::collections::BTreeSet<&'static str> {

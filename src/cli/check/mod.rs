@@ -42,9 +42,13 @@ pub(super) fn require(device: &Device, families: &BTreeSet<Family>, options: &De
     CheckReport::new(device, verdicts).require()
 }
 
-/// Checks a device anew, whatever was known: all families.
+/// Checks a device anew, whatever was known: all families. What could not be checked has not passed.
 pub(super) fn check_all(device: &DeviceInfo) -> Vec<Verdict> {
-    decided(checked(device, &Verdicts::of(device), &Family::ALL))
+    let verdict = |outcome| match outcome {
+        Outcome::Decided(verdict) => verdict,
+        Outcome::Undecided(family, why) => Verdict::failed(family, format!("it could not be checked: {why}")),
+    };
+    checked(device, &Verdicts::of(device), &Family::ALL).into_iter().map(verdict).collect()
 }
 
 /// Checks these families in a process of their own, shows that on a terminal, and keeps the verdicts.
@@ -69,7 +73,7 @@ fn decided(outcomes: Vec<Outcome>) -> Vec<Verdict> {
     let verdict = |outcome| match outcome {
         Outcome::Decided(verdict) => Some(verdict),
         Outcome::Undecided(family, why) => {
-            tracing::info!("{family} could not be checked: {why}");
+            tracing::warn!("{family} could not be checked: {why}");
             None
         }
     };
