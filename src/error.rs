@@ -217,6 +217,17 @@ pub enum Error {
         /// How long it may take.
         longest: std::time::Duration,
     },
+    /// A device that does not draw what it should.
+    #[error(
+        "{device} does not draw what it should ({failures}): update its driver, choose another device, or use it unchecked if a wrong \
+         picture does no harm"
+    )]
+    DeviceFailed {
+        /// The device.
+        device: String,
+        /// What failed, and how.
+        failures: String,
+    },
     /// An OpenCL call failed.
     #[error("{call} failed on {device}: {source} ({})", source.0)]
     OpenCl {
@@ -237,6 +248,7 @@ impl Error {
             Error::OutOfRange { name, .. } => std::slice::from_ref(name),
             Error::UnknownName { what, .. } => std::slice::from_ref(what),
             Error::FileSize { .. } => &["dims", "voxel_type", "header_bytes"],
+            Error::DeviceFailed { .. } => &["device", "device_unchecked"],
             Error::DeviceMemory { .. } | Error::OutOfDeviceMemory { .. } => &["device"],
             _ => &[],
         }

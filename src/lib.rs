@@ -30,6 +30,7 @@
 #![warn(missing_docs)]
 
 mod camera;
+pub mod check;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;

@@ -66,6 +66,9 @@ fn code_of(path: &Path) -> String {
     if path.is_dir() {
         return std::fs::read_dir(path).unwrap().map(|entry| code_of(&entry.unwrap().path())).collect();
     }
+    if path.extension().is_none_or(|ending| ending != "rs") {
+        return String::new();
+    }
     let text = std::fs::read_to_string(path).unwrap();
     text.split("#[cfg(test)]\nmod tests").next().unwrap().to_owned()
 }

@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 26] = [
+const OPTIONS: [(&str, &str); 27] = [
     ("algorithm", "--algorithm"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
     ("classification", "--classification post|preintegrated"),
@@ -11,6 +11,7 @@ const OPTIONS: [(&str, &str); 26] = [
     ("correction", "--correction none|constant|sublayers"),
     ("density", "--lattice auto|direct|N"),
     ("device", "--device"),
+    ("device_unchecked", "--device-unchecked"),
     ("dims", "--dims XxYxZ"),
     ("endian", "--endian"),
     ("evaluation", "--lattice direct|auto|N"),

@@ -3,6 +3,7 @@
 mod algorithm;
 mod bench;
 mod blending;
+mod check;
 mod compare;
 mod devices;
 mod fields;
@@ -47,6 +48,9 @@ enum Command {
     Bench(bench::Arguments),
     /// Repeat the experiments of the paper
     Paper(paper::Arguments),
+    /// What other commands start to check a device
+    #[command(name = check::child::NAME, hide = true)]
+    CheckDevice(check::child::Arguments),
 }
 
 /// Runs the command line of this process. Exit code 2 for a bad command line, 1 for anything else that fails.
@@ -62,6 +66,7 @@ pub fn main() -> ExitCode {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
+        Command::CheckDevice(arguments) => check::child::run(&arguments),
     };
     done.unwrap_or_else(|error| {
         eprintln!("layersplat: {}", fields::with_options(&error));

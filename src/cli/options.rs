@@ -135,6 +135,9 @@ pub(super) struct DeviceOptions {
     /// Index or part of a name, see `layersplat devices` [default: a GPU if there is one, else the CPU]
     #[arg(long, env = "LAYERSPLAT_DEVICE")]
     pub device: Option<String>,
+    /// Use the device whether or not it draws what it should: without a check, and in spite of one
+    #[arg(long)]
+    pub device_unchecked: bool,
 }
 
 impl DeviceOptions {

@@ -40,6 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
     let scene = Scene::open(&arguments.scene)?;
     let camera = Cameras::new(options, &scene, Fit::Visible).still(options.orbit(0.0));
+    scene.require_checked(&arguments.scene, &[camera])?;
     let started = Instant::now();
     let mut renderer = scene.renderer()?;
     renderer.measure(arguments.json);

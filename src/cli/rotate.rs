@@ -55,11 +55,13 @@ pub(super) fn progress(steps: u32, what: &'static str) -> ProgressBar {
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
     let scene = Scene::open(&arguments.scene)?;
+    let orbits = (0..arguments.frames).map(|n| turn(options.orbit(ELEVATION), n, arguments.frames));
+    let cameras = Cameras::new(options, &scene, Fit::Visible).sequence(orbits);
+    scene.require_checked(&arguments.scene, &cameras)?;
     let mut renderer = scene.renderer()?;
     std::fs::create_dir_all(&arguments.output).map_err(|e| Error::write(&arguments.output, e))?;
     let bar = progress(arguments.frames, "rendering");
-    let orbits = (0..arguments.frames).map(|n| turn(options.orbit(ELEVATION), n, arguments.frames));
-    for (n, camera) in Cameras::new(options, &scene, Fit::Visible).sequence(orbits).iter().enumerate() {
+    for (n, camera) in cameras.iter().enumerate() {
         let (frame, _) = renderer.render(camera, options.size, &scene.settings)?;
         frame.save(arguments.output.join(frame_name(n, arguments.frames)), options.background)?;
         bar.inc(1);

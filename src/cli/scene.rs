@@ -1,6 +1,7 @@
 //! Everything a picture needs, from the shared options.
 
 use super::blending::BlendOptions;
+use super::check;
 use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, TransferOptions, VolumeOptions};
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
@@ -62,6 +63,12 @@ impl Scene {
             Some(CropBox { lowest, highest }) => framing.cropped(self.volume.grid(), lowest, highest),
             None => framing,
         }
+    }
+
+    /// Refuses the device if it is known, or found now, not to draw such views as it should.
+    pub fn require_checked(&self, options: &SceneOptions, cameras: &[Camera]) -> Result<(), Error> {
+        let families = check::families(cameras, options.camera.size, self.volume.grid(), &self.settings);
+        check::require(&self.device, &families, &options.device)
     }
 
     pub fn renderer(&self) -> Result<Renderer, Error> {

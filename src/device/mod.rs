@@ -21,6 +21,8 @@ pub use device_memory::{DeviceMemory, ImageFormat};
 pub use kind::DeviceKind;
 pub use pinning::pin_cpu_threads;
 pub use selection::{DeviceChoice, DeviceInfo};
+#[cfg(feature = "cli")]
+pub(crate) use sources::hash as kernel_sources_hash;
 pub use stopwatch::StageTimes;
 pub use tuning::Tuning;
 

@@ -28,6 +28,14 @@ impl Device {
         Kernel::create(program, name).map_err(|e| self.error("clCreateKernel", e))
     }
 
+    /// Kernel files of which nothing was built on this device so far.
+    #[cfg(test)]
+    pub(crate) fn unbuilt_files(&self) -> Vec<&'static str> {
+        let programs = self.shared.programs.lock().unwrap();
+        let built: String = programs.keys().map(|(file, _)| sources::with_includes(file)).collect();
+        sources::files().filter(|file| !built.contains(&format!("#line 1 \"{file}\""))).collect()
+    }
+
     fn build(&self, file: &'static str, options: &str) -> Result<Program, Error> {
         let text = structs::typedefs() + &sources::with_includes(file);
         let options = format!("{OPTIONS} {options}");

@@ -1,5 +1,8 @@
 //! The kernel files, compiled into the binary.
 
+#[cfg(feature = "cli")]
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 /// `kernel_files!("folder/file.cl"…)`: names and texts of files in kernels/.
 macro_rules! kernel_files {
     ($($name:literal),* $(,)?) => {
@@ -75,6 +78,14 @@ pub(super) fn with_includes(file: &'static str) -> String {
     text
 }
 
+/// A number that is another when any kernel's text is.
+#[cfg(feature = "cli")]
+pub(crate) fn hash() -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (FILES, super::launch::structs::typedefs()).hash(&mut hasher);
+    hasher.finish()
+}
+
 fn append(file: &'static str, included: &mut Vec<&'static str>, text: &mut String) {
     included.push(file);
     text.push_str(&format!("#line 1 \"{file}\"\n"));
@@ -98,6 +109,12 @@ fn included_file(line: &'static str) -> Option<&'static str> {
 fn text_of(file: &str) -> &'static str {
     let found = FILES.iter().find(|(name, _)| *name == file);
     found.unwrap_or_else(|| panic!("kernels/{file} is not listed in sources.rs")).1
+}
+
+/// Names of all files.
+#[cfg(test)]
+pub(super) fn files() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(name, _)| *name)
 }
 
 /// Names of the kernels in all files.

@@ -10,7 +10,8 @@ mod table1;
 
 use super::options::DeviceOptions;
 use super::rotate::progress;
-use super::{parse, report};
+use super::{check, parse, report};
+use crate::check::Family;
 use crate::device::Device;
 use crate::error::Error;
 use crate::viewport::Viewport;
@@ -136,6 +137,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let seen = library.check()?;
     page::sheet_size(arguments.size)?;
     let device = Device::open(&arguments.device.choice())?;
+    // The experiments go through nearly all of them.
+    check::require(&device, &Family::ALL.into(), &arguments.device)?;
     std::fs::create_dir_all(&arguments.out).map_err(|e| Error::write(&arguments.out, e))?;
     let experiments = arguments.what.experiments();
     let bar = progress(experiments.iter().map(|what| what.steps(&library)).sum(), "beginning");

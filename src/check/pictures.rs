@@ -1,0 +1,149 @@
+//! The pictures that are drawn to check a device.
+
+use super::Family;
+use crate::camera::{Camera, Orbit, Projection};
+use crate::layers::{Correction, Density, Kernel};
+use crate::settings::{Algorithm, Blend, Classification, Evaluation, Footprints, Layered, Settings, Shading};
+use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
+use crate::volume::{Grid, Volume, Voxels};
+use glam::DVec3;
+
+/// Of all pictures.
+pub(super) const SIZE: Viewport = Viewport { width: 28, height: 22 };
+/// Pictures of a family.
+pub(super) const VIEWS: usize = 2;
+/// Odd and even, none the same: 1848 voxels.
+const DIMS: [usize; 3] = [14, 11, 12];
+/// Half the height of parallel views: a voxel covers two pixels.
+const HALF_HEIGHT: f64 = 5.5;
+/// In the middle of both bumps.
+const ISO: f64 = 60.0;
+
+/// How one picture is drawn.
+pub(super) struct Picture {
+    pub settings: Settings,
+    pub camera: Camera,
+}
+
+/// Two smooth bumps in empty space, of no symmetry and no steps: no pixel falls to either side of an edge.
+pub(super) fn volume() -> Volume<'static> {
+    let bump = |p: DVec3, centre: DVec3, radius: f64| (1.0 - (p - centre).length_squared() / (radius * radius)).max(0.0).powi(2);
+    let [x, y, z] = DIMS;
+    let value = |n: usize| {
+        let place = [n % x, n / x % y, n / x / y];
+        let p = DVec3::from_array(std::array::from_fn(|a| (2 * place[a]) as f64 / (DIMS[a] - 1) as f64 - 1.0));
+        let first = bump(p, DVec3::new(-0.15, 0.1, -0.1), 0.9);
+        let second = bump(p, DVec3::new(0.45, -0.3, 0.35), 0.6);
+        (100.0 * first + 90.0 * second).round() as u8
+    };
+    let grid = Grid::new(DIMS, DVec3::new(1.0, 0.9, 1.2)).expect("the grid is valid");
+    let volume = Volume::new("the check's volume", grid, Voxels::Uint8((0..x * y * z).map(value).collect()));
+    volume.and_then(|volume| volume.with_background(0.0)).expect("the volume is valid")
+}
+
+/// Other colours for small and large values, nothing of the background, no steps.
+pub(super) fn transfer() -> TransferFunction {
+    let colors = vec![(0.0, [0.1, 0.2, 0.9]), (50.0, [0.2, 0.9, 0.3]), (127.0, [1.0, 0.6, 0.1])];
+    let opacities = vec![(0.0, 0.0), (10.0, 0.0), (127.0, 0.4)];
+    TransferFunction::new("the check's colours", colors, opacities).expect("the transfer function is valid")
+}
+
+/// What is drawn of a family: two views, of which the first looks along z and the second along x, whose voxels are transposed.
+pub(super) fn of(family: Family) -> [Picture; VIEWS] {
+    let [along_z, along_x] = [view(25.0, 15.0), view(105.0, -20.0)];
+    let lit = settings(family);
+    let unlit = Settings { shading: None, ..lit };
+    let picture = |settings, camera| Picture { settings, camera };
+    match family {
+        Family::SplatPerspective => [picture(lit, perspective(along_z, 30.0)), picture(lit, perspective(along_x, 40.0))],
+        // From inside, no lattice reaches.
+        Family::CastSegments => [picture(lit, inside(along_z)), picture(unlit, inside(along_x))],
+        // The set's nearest footprint is the exact one where the view is straight.
+        Family::FootprintSet => [picture(lit, view(0.0, 0.0)), picture(lit, view(90.0, 0.0))],
+        // These are programs of their own where they are unlit, or splatted in a perspective.
+        Family::ViewSheets | Family::AxisSheets | Family::SplatLattice => [picture(lit, along_z), picture(lit, along_x)],
+        _ => [picture(lit, along_z), picture(unlit, perspective(along_x, 30.0))],
+    }
+}
+
+/// The settings of a family, lit.
+fn settings(family: Family) -> Settings {
+    let points = |kernel, samples_per_layer| Layered {
+        classification: Classification::Preintegrated { kernel, samples_per_layer },
+        evaluation: Evaluation::Lattice(Density::Relaxed),
+        ..Layered::default()
+    };
+    let splats = |evaluation, footprints| Layered {
+        classification: Classification::Post(Correction::SubLayers(2)),
+        evaluation,
+        footprints,
+        ..Layered::default()
+    };
+    let (algorithm, blend): (Algorithm, Blend) = match family {
+        Family::PointLattice => (points(Kernel::Cubic, 1).into(), Blend::Composite),
+        // In steps of 1/32, as the integral.
+        Family::CastSegments => (points(Kernel::Cubic, 8).into(), Blend::Composite),
+        Family::Spline => (points(Kernel::BSpline, 2).into(), Blend::Composite),
+        Family::PointValues => (points(Kernel::Cubic, 1).into(), Blend::Maximum),
+        Family::PointSurface => (points(Kernel::Cubic, 1).into(), Blend::Iso(ISO)),
+        Family::PointPixels => (Layered { evaluation: Evaluation::Direct, ..points(Kernel::Cubic, 1) }.into(), Blend::Composite),
+        Family::SplatLattice | Family::SplatPerspective => {
+            (splats(Evaluation::Lattice(Density::Relaxed), Footprints::Exact).into(), Blend::Composite)
+        }
+        Family::SplatPixels => (splats(Evaluation::Direct, Footprints::Exact).into(), Blend::Composite),
+        Family::FootprintSet => (splats(Evaluation::Direct, Footprints::Set).into(), Blend::Composite),
+        Family::Raycast => (Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 }, Blend::Composite),
+        Family::CastValues => (Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 }, Blend::Maximum),
+        Family::CastSurface => (Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 }, Blend::Iso(ISO)),
+        Family::Slicing => (Algorithm::Slicing { step: Algorithm::SLICE_DISTANCE }, Blend::Composite),
+        Family::AxisSheets => (Algorithm::AxisSheets { layer_axis: Default::default() }, Blend::Composite),
+        Family::ViewSheets => (Algorithm::ViewSheets { sheet_distance: Algorithm::SHEET_DISTANCE }, Blend::Composite),
+    };
+    Settings { algorithm, blend, shading: Some(Shading::default()), early_termination: false, ..Settings::default() }
+}
+
+/// A parallel view of the whole volume.
+fn view(azimuth: f64, elevation: f64) -> Camera {
+    let orbit = Orbit { azimuth, elevation, roll: 10.0 };
+    let centre = volume().grid().centre();
+    Camera::orbit(centre, 4.0 * HALF_HEIGHT, orbit, Projection::Parallel { scale: HALF_HEIGHT })
+}
+
+/// The same in a perspective of a vertical field of view, in degrees.
+fn perspective(camera: Camera, field_of_view: f64) -> Camera {
+    let distance = HALF_HEIGHT / (field_of_view / 2.0).to_radians().tan();
+    let to_eye = (camera.position - camera.focal_point).normalize();
+    Camera { position: camera.focal_point + to_eye * distance, projection: Projection::Perspective { field_of_view }, ..camera }
+}
+
+/// The same from within the volume.
+fn inside(camera: Camera) -> Camera {
+    let to_eye = (camera.position - camera.focal_point).normalize();
+    Camera {
+        position: camera.focal_point + to_eye * (0.8 * HALF_HEIGHT),
+        projection: Projection::Perspective { field_of_view: 100.0 },
+        ..camera
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layers::{Axis, Rays};
+    use crate::renderer::Plan;
+
+    #[test]
+    fn every_picture_is_drawn_by_its_family() {
+        let volume = volume();
+        for family in Family::ALL {
+            for (n, Picture { settings, camera }) in of(family).into_iter().enumerate() {
+                let rays = Rays::new(&camera, SIZE, volume.grid()).unwrap();
+                let plan = Plan::new(&rays, SIZE, volume.grid(), &settings).unwrap();
+                assert_eq!(Family::of(&plan, &settings, rays.is_parallel()), family, "{n}: {plan}");
+                let axis = Axis::most_parallel(rays.central_direction());
+                assert_eq!(axis, [Axis::Z, Axis::X][n], "{family} {n}");
+            }
+        }
+    }
+}

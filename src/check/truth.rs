@@ -1,0 +1,73 @@
+//! What is true: the check's pictures in `f64` on the host, drawn by `reference` ray by ray; on a lattice, by its rays and their warp.
+
+use super::Family;
+use super::pictures::{Picture, SIZE, transfer, volume};
+use crate::image::Frame;
+use crate::layers::{Axis, Lattice, Rays};
+use crate::reference::{Integral, Layered, Marched, Sheets};
+use crate::renderer::Plan;
+use glam::{DVec3, DVec4};
+
+/// The true picture.
+pub(super) fn drawn(family: Family, Picture { settings, camera }: &Picture) -> Frame {
+    let (volume, transfer) = (&volume(), &transfer());
+    let rays = Rays::new(camera, SIZE, volume.grid()).unwrap();
+    let layered = Layered::new(volume, transfer, settings);
+    match Plan::new(&rays, SIZE, volume.grid(), settings).unwrap() {
+        Plan::Lattice(lattice, _) => {
+            let axis = lattice.frame.layer_axis();
+            let filter = rays.voxels_per_pixel(lattice.frame).ceil() as usize;
+            let sample = |i, j| DVec4::from_array(layered.composite(&lattice.ray(i, j), Some(axis), rays.to_eye));
+            let samples = (0..lattice.size[1]).flat_map(|j| (0..lattice.size[0]).map(move |i| (i, j)));
+            let samples: Vec<DVec4> = samples.map(|(i, j)| sample(i, j)).collect();
+            return warped(&lattice, &samples, &rays, filter);
+        }
+        Plan::Direct(..) => layered.render(camera, SIZE, Some(Axis::most_parallel(rays.central_direction()))),
+        Plan::CastSegments(..) => {
+            let mut integral = Integral::new(volume, transfer, None);
+            integral.shading = settings.shading;
+            integral.render(camera, SIZE)
+        }
+        Plan::AxisSheets(_) | Plan::ViewSheets(_) => Sheets::new(volume, transfer, settings).render(camera, SIZE),
+        Plan::Raycast(..) | Plan::CastValues(..) | Plan::Slicing(_) => {
+            Marched::new(volume, transfer, settings).render(camera, SIZE)
+        }
+        plan @ Plan::Shared(..) => panic!("{family}: {plan}"),
+    }
+    .unwrap()
+}
+
+/// A lattice on the screen: the mean of `filter` by `filter` places of each pixel.
+fn warped(lattice: &Lattice, samples: &[DVec4], rays: &Rays, filter: usize) -> Frame {
+    let from_screen = lattice.from_screen(rays);
+    let places = |n: u32| (0..filter).map(move |i| f64::from(n) + (i as f64 + 0.5) / filter as f64);
+    let pixel = |x: u32, y: u32| {
+        let mut sum = DVec4::ZERO;
+        for (x, y) in places(y).flat_map(|y| places(x).map(move |x| (x, y))) {
+            let place = from_screen * DVec3::new(x, y, 1.0);
+            sum += interpolated(lattice, samples, place.x / place.z, place.y / place.z);
+        }
+        (sum / (filter * filter) as f64).to_array().map(|c| c as f32)
+    };
+    let pixels = (0..SIZE.height).flat_map(|y| (0..SIZE.width).map(move |x| (x, y)));
+    Frame::new(SIZE, pixels.map(|(x, y)| pixel(x, y)).collect())
+}
+
+/// The lattice between its samples, by Catmull-Rom: within the range of the four around, colours within the opacity.
+fn interpolated(lattice: &Lattice, samples: &[DVec4], column: f64, row: f64) -> DVec4 {
+    let sample = |i: i64, j: i64| {
+        let [width, height] = lattice.size.map(i64::from);
+        let inside = (0..width).contains(&i) && (0..height).contains(&j);
+        if inside { samples[(j * width + i) as usize] } else { DVec4::ZERO }
+    };
+    let (i, j) = (column.floor() as i64, row.floor() as i64);
+    let mut sum = DVec4::ZERO;
+    for (di, dj) in (-1..3).flat_map(|dj| (-1..3).map(move |di| (di, dj))) {
+        let weight = |x: f64| crate::layers::Kernel::CatmullRom.weight(x);
+        sum += weight(column - (i + di) as f64) * weight(row - (j + dj) as f64) * sample(i + di, j + dj);
+    }
+    let around = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(di, dj)| sample(i + di, j + dj));
+    let (lowest, highest) = around.into_iter().fold((around[0], around[0]), |(lo, hi), s| (lo.min(s), hi.max(s)));
+    let within = sum.clamp(lowest, highest);
+    within.min(DVec4::splat(within.w))
+}

@@ -1,0 +1,97 @@
+//! Verdicts that are remembered, a file for each family in a folder for each device, driver and build.
+
+use crate::check::{Family, Verdict};
+use crate::device::{DeviceInfo, kernel_sources_hash};
+use crate::error::Error;
+use crate::image::write_whole;
+use serde::{Deserialize, Serialize};
+use std::env;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+/// What a verdict holds for. Another of any of these is checked anew.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Checked {
+    platform: String,
+    device: String,
+    driver: String,
+    opencl: String,
+    /// What kernels are built and launched with.
+    tuning: String,
+    layersplat: String,
+    /// Of the kernels' sources.
+    kernels: String,
+}
+
+/// What a file holds.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    checked: Checked,
+    verdict: Verdict,
+}
+
+/// The verdicts on a device.
+pub(super) struct Verdicts {
+    checked: Checked,
+    /// Where they are kept, if there is a place.
+    folder: Option<PathBuf>,
+}
+
+impl Verdicts {
+    pub fn of(device: &DeviceInfo) -> Self {
+        Self::below(folder(), device)
+    }
+
+    fn below(caches: Option<PathBuf>, device: &DeviceInfo) -> Self {
+        let checked = Checked {
+            platform: device.platform.clone(),
+            device: device.name.clone(),
+            driver: device.driver.clone(),
+            opencl: device.version.clone(),
+            tuning: format!("{:?}", device.tuning),
+            layersplat: env!("CARGO_PKG_VERSION").into(),
+            kernels: format!("{:016x}", kernel_sources_hash()),
+        };
+        let mut hasher = DefaultHasher::new();
+        format!("{checked:?}").hash(&mut hasher);
+        let name = format!("{:016x}", hasher.finish());
+        Self { checked, folder: caches.map(|caches| caches.join("layersplat/checks").join(name)) }
+    }
+
+    fn file(&self, family: Family) -> Option<PathBuf> {
+        self.folder.as_ref().map(|folder| folder.join(format!("{family}.json")))
+    }
+
+    /// What is remembered of a family. What cannot be read, or is for something else, is none.
+    pub fn read(&self, family: Family) -> Option<Verdict> {
+        let text = std::fs::read_to_string(self.file(family)?).ok()?;
+        let kept: Kept = serde_json::from_str(&text).ok()?;
+        (kept.checked == self.checked && kept.verdict.family == family).then_some(kept.verdict)
+    }
+
+    /// Remembers verdicts; where that is not possible, the next command checks again.
+    pub fn keep<'a>(&self, verdicts: impl Iterator<Item = &'a Verdict>) {
+        let Some(folder) = &self.folder else {
+            return tracing::warn!("what the device's check found is not kept, so that every command checks: set XDG_CACHE_HOME");
+        };
+        let kept = std::fs::create_dir_all(folder).map_err(|e| Error::write(folder, e));
+        let kept_all = || verdicts.into_iter().try_for_each(|verdict| self.write(folder, verdict));
+        if let Err(error) = kept.and_then(|()| kept_all()) {
+            tracing::warn!(
+                "what the device's check found is not kept, so that every command checks ({error}): set XDG_CACHE_HOME"
+            );
+        }
+    }
+
+    fn write(&self, folder: &Path, verdict: &Verdict) -> Result<(), Error> {
+        let kept = Kept { checked: self.checked.clone(), verdict: verdict.clone() };
+        let text = serde_json::to_vec_pretty(&kept).expect("verdicts are plain data");
+        write_whole(&folder.join(format!("{}.json", verdict.family)), |out| out.write_all(&text))
+    }
+}
+
+/// The user's folder of what can be made again, as the XDG base directories have it.
+fn folder() -> Option<PathBuf> {
+    let set = |name: &str| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    set("XDG_CACHE_HOME").or_else(|| set("HOME").map(|home| home.join(".cache")))
+}

@@ -1,0 +1,142 @@
+//! The command refuses a device that draws wrongly, and checks it once.
+
+mod common;
+
+use common::command::*;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The command with verdicts in a folder of the test's own, and PoCL's kernels where they always are: they are built once.
+fn run(caches: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
+    command.current_dir(caches).args(arguments).env("XDG_CACHE_HOME", caches).env("RUST_LOG", "warn");
+    if std::env::var_os("POCL_CACHE_DIR").is_none() {
+        let home = PathBuf::from(std::env::var_os("HOME").unwrap_or("/tmp".into()));
+        let usual = std::env::var_os("XDG_CACHE_HOME").map_or(home.join(".cache"), PathBuf::from);
+        command.env("POCL_CACHE_DIR", usual.join("pocl/kcache"));
+    }
+    command.output().unwrap()
+}
+
+const RENDER: [&str; 6] = ["render", "builtin:hydrogen@12", "--size", "12x12", "-o", "a.npy"];
+
+fn render(caches: &Path, more: &[&str]) -> Output {
+    run(caches, &[&RENDER[..], more].concat())
+}
+
+fn message(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Files of verdicts, by family.
+fn verdicts(caches: &Path) -> Vec<PathBuf> {
+    let Ok(devices) = std::fs::read_dir(caches.join("layersplat/checks")) else { return Vec::new() };
+    let mut files: Vec<PathBuf> =
+        devices.flat_map(|device| std::fs::read_dir(device.unwrap().path()).unwrap()).map(|file| file.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+/// Changes what a file holds.
+fn change(file: &Path, change: impl FnOnce(&mut Value)) {
+    let mut kept: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    change(&mut kept);
+    std::fs::write(file, kept.to_string()).unwrap();
+}
+
+fn refused_for(output: &Output, words: &[&str]) {
+    let said = message(output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    for word in words {
+        assert!(said.contains(word), "not '{word}': {said}");
+    }
+}
+
+/// A verdict is kept for each family that was needed, and believed, be it good or bad, until something else is rendered with.
+#[test]
+fn what_a_check_found_is_remembered() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let first = render(f, &[]);
+    assert!(first.status.success(), "{}", message(&first));
+    let [file] = &verdicts(f)[..] else { panic!("{:?}", verdicts(f)) };
+    assert!(file.ends_with("point-lattice.json"), "{file:?}");
+    // Had it checked again, this would not be what it says.
+    let problem = "black with alpha 1";
+    change(file, |kept| kept["verdict"]["problem"] = problem.into());
+    std::fs::remove_file(f.join("a.npy")).unwrap();
+    refused_for(&render(f, &[]), &["point-lattice", problem, "--device-unchecked", "--device"]);
+    assert!(!f.join("a.npy").exists());
+    assert!(render(f, &["--device-unchecked"]).status.success() && f.join("a.npy").exists());
+    for command in ["rotate", "bench"] {
+        refused_for(&run(f, &[command, "builtin:hydrogen@12", "--size", "12x12", "--frames", "2"]), &[problem]);
+    }
+    // Another family is another matter.
+    let sliced = render(f, &["--algorithm", "slicing"]);
+    assert!(sliced.status.success(), "{}", message(&sliced));
+    assert_eq!(verdicts(f).len(), 2);
+    // So is another driver, kernel or version; and what nobody can read.
+    change(file, |kept| kept["checked"]["driver"] = "another".into());
+    assert!(render(f, &[]).status.success());
+    std::fs::write(file, "{").unwrap();
+    assert!(render(f, &[]).status.success());
+    let kept: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    assert!(kept["verdict"]["problem"].is_null() && kept["verdict"]["largest_difference"].as_f64().unwrap() < 0.004, "{kept}");
+}
+
+/// What is not asked for a device is not refused for it.
+#[test]
+fn only_what_draws_is_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [&["devices"][..], &["info", "builtin:cube@4"], &["render", "builtin:cube@4", "--device-unchecked"]] {
+        assert!(run(folder.path(), arguments).status.success());
+    }
+    assert!(verdicts(folder.path()).is_empty());
+}
+
+/// Where nothing can be kept, it is checked every time, and said; that is no error.
+#[test]
+fn a_cache_that_cannot_be_written_is_no_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    std::fs::write(f.join("layersplat"), "in the way").unwrap();
+    for _ in 0..2 {
+        let output = render(f, &[]);
+        assert!(output.status.success(), "{}", message(&output));
+        assert!(message(&output).contains("not kept") && message(&output).contains("XDG_CACHE_HOME"), "{}", message(&output));
+    }
+}
+
+/// `devices --check` tells all families of all devices, and what it finds replaces what was known.
+#[test]
+fn devices_are_checked_anew_on_demand() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    assert!(render(f, &[]).status.success());
+    let [file] = &verdicts(f)[..] else { panic!("{:?}", verdicts(f)) };
+    change(file, |kept| kept["verdict"]["problem"] = "it was wrong once".into());
+    let output = run(f, &["devices", "--check", "--json"]);
+    assert!(output.status.success(), "{}", message(&output));
+    let listed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for device in listed["devices"].as_array().unwrap() {
+        let check = device["check"].as_array().unwrap();
+        assert_eq!(check.len(), layersplat::check::Family::ALL.len());
+        assert!(check.iter().all(|verdict| verdict["problem"].is_null()), "{check:?}");
+    }
+    assert!(verdicts(f).len() >= layersplat::check::Family::ALL.len());
+    assert!(render(f, &[]).status.success());
+    // Without the option nothing is told of it.
+    let output = run(f, &["devices", "--json"]);
+    let listed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(listed["devices"][0].get("check").is_none());
+}
+
+/// The process that checks takes no other lists than the command's own.
+#[test]
+fn the_hidden_command_refuses_nonsense() {
+    let folder = tempfile::tempdir().unwrap();
+    refused(folder.path(), &["check-device", "0", "nonsense"], 2, &["families"]);
+    let help = String::from_utf8(layersplat(folder.path(), &["--help"]).stdout).unwrap();
+    assert!(help.contains("devices") && !help.contains("check-device"), "{help}");
+}
