@@ -4,6 +4,7 @@ mod buffer;
 mod cache;
 mod kind;
 pub(crate) mod launch;
+mod loader;
 mod pinning;
 mod program;
 mod selection;
