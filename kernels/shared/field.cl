@@ -116,12 +116,18 @@ ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *vie
 }
 
 #if KERNEL == GAUSSIAN
-// The gradient, in voxel differences: central ones of the field over one voxel each way.
+// The gradient, in voxel differences: central ones of the field over one voxel each way. One call in a loop, not six: with these
+// Intel's compiler takes 394 s, with the loop 80; PoCL takes 3 % longer per frame, and a fifth less to compile.
 static inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
                         realv *along_u, realv *along_v, realv *along_a) {
-    *along_u = 0.5f * (value_at(voxels, view, u + 1.0f, v, a, needed) - value_at(voxels, view, u - 1.0f, v, a, needed));
-    *along_v = 0.5f * (value_at(voxels, view, u, v + 1.0f, a, needed) - value_at(voxels, view, u, v - 1.0f, a, needed));
-    *along_a = 0.5f * (value_at(voxels, view, u, v, a + 1.0f, needed) - value_at(voxels, view, u, v, a - 1.0f, needed));
+    realv values[6];
+#pragma unroll 1
+    for (int n = 0; n < 6; n++) {
+        const float away = n & 1 ? -1.0f : 1.0f;
+        const float du = n < 2 ? away : 0.0f, dv = n >> 1 == 1 ? away : 0.0f, da = n >> 1 == 2 ? away : 0.0f;
+        values[n] = value_at(voxels, view, u + du, v + dv, a + da, needed);
+    }
+    *along_u = 0.5f * (values[0] - values[1]), *along_v = 0.5f * (values[2] - values[3]), *along_a = 0.5f * (values[4] - values[5]);
 }
 #else
 // The gradient, in voxel differences: slopes along its axis, values along the others. The same rows serve all three.
