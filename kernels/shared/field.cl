@@ -23,7 +23,8 @@ ALWAYS_INLINE Cells cells_of(const VolumeView *view, realv u, realv v, realv a, 
     Cells c;
     c.i = wholes_below(u), c.j = wholes_below(v), c.k = wholes_below(a);
     c.x = u - CONVERT_REALV(c.i), c.y = v - CONVERT_REALV(c.j), c.z = a - CONVERT_REALV(c.k);
-    const intv i = clamp(c.i, 1, view->dims_u - 3), j = clamp(c.j, 1, view->dims_v - 3), k = clamp(c.k, 1, view->dims_a - 3);
+    const intv i = CLAMP_WHOLES(c.i, 1, view->dims_u - 3), j = CLAMP_WHOLES(c.j, 1, view->dims_v - 3);
+    const intv k = CLAMP_WHOLES(c.k, 1, view->dims_a - 3);
     c.interior = view->dims_u > 3 && view->dims_v > 3 && view->dims_a > 3 &&
                  !ANY(needed != 0 && (i != c.i || j != c.j || k != c.k));
     if (c.interior)
