@@ -115,12 +115,15 @@ pub enum Error {
     },
     /// There is no OpenCL on this machine.
     #[error(
-        "no OpenCL {missing} found: install PoCL, which runs on any CPU (Debian, Ubuntu: apt install pocl-opencl-icd \
-         ocl-icd-libopencl1; Fedora: dnf install pocl ocl-icd; macOS: brew install pocl), or your GPU's driver"
+        "no OpenCL {missing} found{}: install PoCL, which runs on any CPU (Debian, Ubuntu: apt install pocl-opencl-icd \
+         ocl-icd-libopencl1; Fedora: dnf install pocl ocl-icd; macOS: brew install pocl), or your GPU's driver",
+        listed(failures)
     )]
     NoOpenCl {
         /// Loader or platform.
         missing: &'static str,
+        /// Why what is installed could not be loaded, if anything is.
+        failures: Vec<String>,
     },
     /// OpenCL is there, but without a device.
     #[error("no OpenCL device found, {platforms}: look after the driver, or install PoCL, which runs on any CPU")]
@@ -265,4 +268,9 @@ impl Error {
     pub(crate) fn volume(path: &Path, problem: impl Into<String>) -> Self {
         Error::Volume { path: path.into(), problem: problem.into() }
     }
+}
+
+/// In brackets, if there are any.
+fn listed(reasons: &[String]) -> String {
+    if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join("; ")) }
 }

@@ -18,6 +18,20 @@ fn no_opencl_names_the_package() {
     assert!(message.contains("pocl-opencl-icd"), "{message}");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn an_implementation_that_cannot_be_loaded_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("broken.icd"), "libno_such_implementation.so.7\n").unwrap();
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_layersplat")).arg("devices").env("OCL_ICD_VENDORS", folder.path()).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    for part in ["broken.icd: ", "libno_such_implementation.so.7: cannot open shared object file", "pocl-opencl-icd"] {
+        assert!(message.contains(part), "{message}");
+    }
+}
+
 /// The command with PoCL alone, and nothing but these variables of those that say where PoCL keeps compiled kernels.
 fn with_pocl_alone(folder: &Path, variables: &[(&str, &Path)], arguments: &[&str]) -> (Option<i32>, String) {
     let vendors = folder.join("vendors");

@@ -23,8 +23,8 @@ typedef struct {
 static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, SampleParams *sample) {
     float o[3], d[3];
     for (int i = 0; i < 3; i++) {
-        o[i] = p->origin[0][i] + x * p->origin[1][i] + y * p->origin[2][i];
-        d[i] = p->direction[0][i] + x * p->direction[1][i] + y * p->direction[2][i];
+        o[i] = p->origin[i] + x * p->origin[4 + i] + y * p->origin[8 + i];
+        d[i] = p->direction[i] + x * p->direction[4 + i] + y * p->direction[8 + i];
     }
     const int a = p->axis < 0 ? most_parallel(d) : p->axis;
     const int iu = a == 0 ? 1 : 0, iv = a == 2 ? 1 : 2;

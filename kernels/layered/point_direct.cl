@@ -17,7 +17,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
     const VolumeView view = ray.view;
     voxels += view.first;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
-    const int blocks_u = p.blocks[ray.axis][0], blocks_v = p.blocks[ray.axis][1];
+    const int blocks_u = p.blocks[2 * ray.axis], blocks_v = p.blocks[2 * ray.axis + 1];
     const int s = sample.inner_slabs, slabs = view.dims_a + 2 * RADIUS - 1, back = ray.layer_step > 0 ? 0 : 1;
 
     Accumulator gathered = empty_accumulator(&sample);

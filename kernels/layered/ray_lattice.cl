@@ -5,15 +5,15 @@
 // Where a column (axis 0) or row (1) crosses the layer of the volume's centre, and its shear.
 static inline float2 crossing_of(const RayLatticeParams *p, int axis, int index) {
     const float from_middle = index - 0.5f * ((axis ? p->height : p->width) - 1);
-    const float *rays = p->rays[axis];
+    const float *rays = p->rays + 4 * axis;
     return (float2)(rays[0] + from_middle * rays[1], rays[2] + from_middle * rays[3]);
 }
 
 // The same of VW neighbouring columns, from one on.
 static inline void crossings_of_columns(const RayLatticeParams *p, int column, realv *centre, realv *shear) {
     const realv from_middle = CONVERT_REALV(LANES) + (column - 0.5f * (p->width - 1));
-    *centre = p->rays[0][0] + from_middle * p->rays[0][1];
-    *shear = p->rays[0][2] + from_middle * p->rays[0][3];
+    *centre = p->rays[0] + from_middle * p->rays[1];
+    *shear = p->rays[2] + from_middle * p->rays[3];
 }
 
 // The interval of VW columns in a row, in layers from that of the volume's centre along the rays.

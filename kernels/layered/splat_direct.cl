@@ -147,7 +147,7 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *v
         if (u < -reach_u || u > view.dims_u - 1 + reach_u || v < -reach_v || v > view.dims_v - 1 + reach_v)
             continue;
         const int i = floor(u), j = floor(v);
-        if (culling && !block_visible(visible, bit, p.blocks[ray.axis][0], p.blocks[ray.axis][1], i, i, j, j, k))
+        if (culling && !block_visible(visible, bit, p.blocks[2 * ray.axis], p.blocks[2 * ray.axis + 1], i, i, j, j, k))
             continue;
         for (int l = k - 1; l <= k + 1; l++) {
             if (held[slot(l)] == l)

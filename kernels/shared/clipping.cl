@@ -22,7 +22,7 @@ static inline Interval interval_of(const Clipping *c, const realv *origin, const
         e.to = MIN(e.to, MAX(a, b));
     }
     for (int n = 0; n < c->plane_count; n++) {
-        const float *plane = c->planes[n];
+        const float *plane = c->planes + 4 * n;
         const realv at = plane[0] * origin[0] + plane[1] * origin[1] + plane[2] * origin[2] + plane[3];
         const realv along = plane[0] * direction[0] + plane[1] * direction[1] + plane[2] * direction[2];
         const realv crossing = -at / (fabs(along) < 1e-30f ? (realv)(1e-30f) : along);

@@ -23,7 +23,8 @@ ALWAYS_INLINE Cells cells_of(const VolumeView *view, realv u, realv v, realv a, 
     Cells c;
     c.i = wholes_below(u), c.j = wholes_below(v), c.k = wholes_below(a);
     c.x = u - CONVERT_REALV(c.i), c.y = v - CONVERT_REALV(c.j), c.z = a - CONVERT_REALV(c.k);
-    const intv i = clamp(c.i, 1, view->dims_u - 3), j = clamp(c.j, 1, view->dims_v - 3), k = clamp(c.k, 1, view->dims_a - 3);
+    const intv i = CLAMP_WHOLES(c.i, 1, view->dims_u - 3), j = CLAMP_WHOLES(c.j, 1, view->dims_v - 3);
+    const intv k = CLAMP_WHOLES(c.k, 1, view->dims_a - 3);
     c.interior = view->dims_u > 3 && view->dims_v > 3 && view->dims_a > 3 &&
                  !ANY(needed != 0 && (i != c.i || j != c.j || k != c.k));
     if (c.interior)
@@ -118,12 +119,18 @@ ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *vie
 }
 
 #if KERNEL == GAUSSIAN
-// The gradient, in voxel differences: central ones of the field over one voxel each way.
+// The gradient, in voxel differences: central ones of the field over one voxel each way. One call in a loop, not six: with these
+// Intel's compiler takes 394 s, with the loop 80; PoCL takes 3 % longer per frame, and a fifth less to compile.
 static inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
                         realv *along_u, realv *along_v, realv *along_a) {
-    *along_u = 0.5f * (value_at(voxels, view, u + 1.0f, v, a, needed) - value_at(voxels, view, u - 1.0f, v, a, needed));
-    *along_v = 0.5f * (value_at(voxels, view, u, v + 1.0f, a, needed) - value_at(voxels, view, u, v - 1.0f, a, needed));
-    *along_a = 0.5f * (value_at(voxels, view, u, v, a + 1.0f, needed) - value_at(voxels, view, u, v, a - 1.0f, needed));
+    realv values[6];
+#pragma unroll 1
+    for (int n = 0; n < 6; n++) {
+        const float away = n & 1 ? -1.0f : 1.0f;
+        const float du = n < 2 ? away : 0.0f, dv = n >> 1 == 1 ? away : 0.0f, da = n >> 1 == 2 ? away : 0.0f;
+        values[n] = value_at(voxels, view, u + du, v + dv, a + da, needed);
+    }
+    *along_u = 0.5f * (values[0] - values[1]), *along_v = 0.5f * (values[2] - values[3]), *along_a = 0.5f * (values[4] - values[5]);
 }
 #else
 // The gradient, in voxel differences: slopes along its axis, values along the others. The same rows serve all three.

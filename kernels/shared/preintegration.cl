@@ -139,7 +139,7 @@ ALWAYS_INLINE Segment segment_between(const SampleParams *p, __global const int4
 
 // Weights of front and back of the segment from sub-layer l0 to l1.
 static inline float2 ends_of(const SampleParams *p, int l0, int l1) {
-    const float *ends = p->ends[min(l0, l1) % p->inner_slabs];
+    const float *ends = p->ends + 2 * (min(l0, l1) % p->inner_slabs);
     return l0 < l1 ? (float2)(ends[0], ends[1]) : (float2)(ends[1], ends[0]);
 }
 

@@ -20,8 +20,8 @@ static inline RowRays rays_of_row(const ScreenParams *s, int column, int row) {
     RowRays rays;
     realv squares = 0.0f;
     for (int i = 0; i < 3; i++) {
-        rays.o[i] = (s->origin[0][i] + y * s->origin[2][i]) + x * s->origin[1][i];
-        rays.d[i] = (s->direction[0][i] + y * s->direction[2][i]) + x * s->direction[1][i];
+        rays.o[i] = (s->origin[i] + y * s->origin[8 + i]) + x * s->origin[4 + i];
+        rays.d[i] = (s->direction[i] + y * s->direction[8 + i]) + x * s->direction[4 + i];
         squares += rays.d[i] * rays.d[i] * (s->step[i] * s->step[i]);
     }
     rays.length = sqrt(squares);

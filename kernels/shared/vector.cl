@@ -47,6 +47,8 @@ typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
 #endif
 #endif
 
+// Of whole numbers, each lane between two numbers. Oclgrind reads lanes of the bounds also where these have none.
+#define CLAMP_WHOLES(x, lowest, highest) clamp(x, (intv)(lowest), (intv)(highest))
 #define GATHER(p, i) GATHER_AS(realv, p, i)
 #define LOADV(p) (*(const realv_unaligned *)(p))
 #define STOREV(p, x) (*(realv_unaligned *)(p) = (x))

@@ -29,7 +29,7 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
             continue;
         float h[3];
         for (int r = 0; r < 3; r++)
-            h[r] = p.to_screen[r][0] * at.x + p.to_screen[r][1] * at.y + p.to_screen[r][2] * at.z + p.to_screen[r][3];
+            h[r] = p.to_screen[4 * r] * at.x + p.to_screen[4 * r + 1] * at.y + p.to_screen[4 * r + 2] * at.z + p.to_screen[4 * r + 3];
         if (h[2] <= p.least_w)
             continue;
         const float x = h[0] / h[2], y = h[1] / h[2];

@@ -17,9 +17,11 @@ pub enum DeviceKind {
 }
 
 impl DeviceKind {
-    /// The kind that OpenCL's CL_DEVICE_TYPE says.
-    pub(super) fn of(device_type: u64) -> Self {
+    /// The kind that OpenCL's CL_DEVICE_TYPE says, on a platform.
+    pub(super) fn of(device_type: u64, platform: &str) -> Self {
         match device_type {
+            // It calls itself all there is, and interprets kernels to check them: nothing to take before a processor.
+            _ if platform.contains("Oclgrind") => DeviceKind::Other,
             t if t & CL_DEVICE_TYPE_GPU != 0 => DeviceKind::Gpu,
             t if t & CL_DEVICE_TYPE_CPU != 0 => DeviceKind::Cpu,
             _ => DeviceKind::Other,

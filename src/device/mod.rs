@@ -7,6 +7,7 @@ mod device_memory;
 mod handed_over;
 mod kind;
 pub(crate) mod launch;
+mod loader;
 mod pinning;
 mod program;
 mod scratch;

@@ -37,8 +37,11 @@ pub struct Tuning {
 impl Tuning {
     /// The values for a kind of device on a platform, whose native vectors are of `native_width` floats.
     pub fn new(kind: DeviceKind, platform: &str, native_width: u32) -> Self {
+        let rusticl = platform.to_lowercase().contains("rusticl");
         // rusticl's event times are all zero.
-        let event_times = !platform.to_lowercase().contains("rusticl");
+        let event_times = !rusticl;
+        // On a processor too it makes vectors of work-items, and takes explicit ones apart: those of 16 take it minutes to compile.
+        let kind = if rusticl { DeviceKind::Gpu } else { kind };
         match kind {
             // A tile to a work-item and a work-item to a group: groups are what CPU runtimes hand to threads. Explicit
             // float16 runs at 74 GFLOP/s per core on PoCL, a scalar loop at 6. Intel's runtime says it prefers a width

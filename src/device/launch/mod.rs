@@ -1,6 +1,7 @@
 //! One typed launcher per kernel. All `unsafe` calls of kernels are here: what a kernel's arguments are is declared once, by
 //! `kernel!`, and compared with the kernel itself by the test below.
 
+mod fields;
 pub(crate) mod layered;
 pub(crate) mod picture;
 pub(crate) mod rays;
@@ -14,6 +15,7 @@ use super::{Buffer, Device, DeviceMemory, Tuning};
 use crate::error::Error;
 use crate::layers::Kernel;
 use crate::volume::{Held, VoxelType};
+use opencl3::device::Device as ClDevice;
 use opencl3::kernel::Kernel as ClKernel;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -64,7 +66,14 @@ pub(crate) trait Arguments {
 
 /// A kernel, built for each variant when that is first needed.
 pub(crate) struct Launcher<K: Launch> {
-    built: HashMap<K::Variant, ClKernel>,
+    built: HashMap<K::Variant, Built>,
+}
+
+/// A kernel that is built.
+struct Built {
+    kernel: ClKernel,
+    /// Work-items that a group of it can have: of the device's most, what its registers leave.
+    largest_group: usize,
 }
 
 impl<K: Launch> Default for Launcher<K> {
@@ -77,17 +86,30 @@ impl<K: Launch> Launcher<K> {
     /// Starts the kernel.
     pub fn launch(&mut self, device: &Device, variant: K::Variant, arguments: &K::Arguments<'_>) -> Result<(), Error> {
         let tuning = device.tuning();
-        let kernel = match self.built.entry(variant) {
-            Entry::Occupied(kernel) => kernel.into_mut(),
-            Entry::Vacant(place) => place.insert(device.kernel(K::FILE, K::NAME, &K::defines(tuning, variant))?),
+        let built = match self.built.entry(variant) {
+            Entry::Occupied(built) => built.into_mut(),
+            Entry::Vacant(place) => {
+                let kernel = device.kernel(K::FILE, K::NAME, &K::defines(tuning, variant))?;
+                place.insert(Built { largest_group: largest_group(device, &kernel)?, kernel })
+            }
         };
+        let kernel = &built.kernel;
         arguments.set(kernel).map_err(|e| device.error("clSetKernelArg", e))?;
         let group = match K::ITEMS {
             Items::Tiles => tuning.tile_group,
             Items::Pixels => tuning.pixel_group,
         };
-        device.start(K::STAGE, kernel, K::items(arguments, tuning), group)
+        device.start(K::STAGE, kernel, K::items(arguments, tuning), group.min(built.largest_group))
     }
+}
+
+/// Work-items that a group of a kernel can have on a device.
+fn largest_group(device: &Device, kernel: &ClKernel) -> Result<usize, Error> {
+    let id = device.id();
+    let of_kernel = kernel.get_work_group_size(id).map_err(|e| device.error("clGetKernelWorkGroupInfo", e))?;
+    let of_axes = ClDevice::new(id).max_work_item_sizes().map_err(|e| device.error("clGetDeviceInfo", e))?;
+    // Some say 0 of a kernel that they have not compiled yet; one work-item always goes.
+    Ok(of_axes.first().map_or(of_kernel, |&along_x| of_kernel.min(along_x)).max(1))
 }
 
 /// `kernel!`: a kernel, its file, name and stage, and its arguments with their types, in its own order.

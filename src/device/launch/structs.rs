@@ -1,64 +1,13 @@
 //! Structures that kernels take, each written once: here. Their OpenCL definitions come from these and precede every program.
 
 use super::ClType;
+use super::fields::{Field, kernel_struct};
 use bytemuck::{Pod, Zeroable};
 
 /// `float4`.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(crate) struct Float4(pub [f32; 4]);
-
-/// A type of a field, as OpenCL declares it.
-trait Field {
-    fn declared(name: &str) -> String;
-}
-
-macro_rules! scalar_fields {
-    ($($type:ty),*) => {$(
-        impl Field for $type {
-            fn declared(name: &str) -> String {
-                format!("{} {name}", <$type as ClType>::NAME)
-            }
-        }
-    )*};
-}
-scalar_fields!(i32, u32, i64, f32, Float4);
-
-impl<T: Field, const N: usize> Field for [T; N] {
-    fn declared(name: &str) -> String {
-        T::declared(&format!("{name}[{N}]"))
-    }
-}
-
-/// `kernel_struct!`: a structure of Rust and of OpenCL. `name as [a, b]: T` is an array `[T; 2]` here, and two fields there.
-macro_rules! kernel_struct {
-    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident $(as [$($part:ident),+])? : $type:ty),* $(,)? }) => {
-        $(#[$doc])*
-        #[repr(C)]
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        pub(crate) struct $name { $($(#[$field_doc])* pub $field: kernel_struct!(@type $type $(, $($part),+)?)),* }
-
-        impl ClType for $name {
-            const NAME: &'static str = stringify!($name);
-        }
-
-        impl $name {
-            /// Its definition in OpenCL C, which does not compile where the sizes differ.
-            fn typedef() -> String {
-                let fields: Vec<String> = [$(kernel_struct!(@declared $field, $type $(, $($part),+)?)),*].concat();
-                let (name, bytes) = (stringify!($name), size_of::<$name>());
-                format!(
-                    "typedef struct {{ {}; }} {name};\ntypedef char {name}_size[sizeof({name}) == {bytes} ? 1 : -1];\n",
-                    fields.join("; ")
-                )
-            }
-        }
-    };
-    (@type $type:ty) => { $type };
-    (@type $type:ty, $($part:ident),+) => { [$type; [$(stringify!($part)),+].len()] };
-    (@declared $field:ident, $type:ty) => { vec![<$type as Field>::declared(stringify!($field))] };
-    (@declared $field:ident, $type:ty, $($part:ident),+) => { vec![$(<$type as Field>::declared(stringify!($part))),+] };
-}
 
 kernel_struct! {
     /// Where the voxels of a layer axis lie, and what lies around them. Axes are u, v, a.
