@@ -82,7 +82,7 @@ fn log() {
 /// 2 where the command line itself is at fault.
 fn exit_code(error: &Error) -> u8 {
     match error {
-        Error::OutOfRange { .. } | Error::UnknownName { .. } | Error::Settings { .. } | Error::Camera { .. } => 2,
+        Error::OutOfRange { .. } | Error::UnknownName { .. } | Error::Settings { .. } | Error::Camera { .. } | Error::MemoryBudget { .. } => 2,
         _ => 1,
     }
 }

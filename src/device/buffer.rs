@@ -1,6 +1,7 @@
 //! Device buffers that know their length and count their bytes.
 
 use super::Device;
+use super::budget::Taken;
 use crate::error::Error;
 use opencl3::error_codes::{
     CL_INVALID_BUFFER_SIZE, CL_MEM_OBJECT_ALLOCATION_FAILURE, CL_OUT_OF_HOST_MEMORY, CL_OUT_OF_RESOURCES, ClError,
@@ -15,6 +16,7 @@ pub(crate) struct Buffer<T> {
     memory: ClBuffer<T>,
     len: usize,
     allocated: Arc<AtomicU64>,
+    _taken: Taken,
 }
 
 impl<T: Copy> Buffer<T> {
@@ -22,17 +24,18 @@ impl<T: Copy> Buffer<T> {
     pub fn new(device: &Device, len: usize, what: &str) -> Result<Self, Error> {
         let needed = len.max(1) as u64 * size_of::<T>() as u64;
         let info = device.info();
-        if needed > info.largest_buffer_bytes {
-            let available = info.largest_buffer_bytes;
+        let available = device.largest_buffer_bytes();
+        if needed > available {
             return Err(Error::DeviceMemory { what: what.into(), device: info.name.clone(), needed, available });
         }
+        let taken = device.budget.take(what, needed)?;
         device.require(what, needed, 0)?;
         // SAFETY: no host pointer is given.
         let memory = unsafe { ClBuffer::create(&device.inner.context, CL_MEM_READ_WRITE, len.max(1), std::ptr::null_mut()) }
             .map_err(|e| not_created(device, what, needed, e))?;
         let allocated = device.inner.allocated.clone();
         allocated.fetch_add(needed, Ordering::Relaxed);
-        Ok(Self { memory, len, allocated })
+        Ok(Self { memory, len, allocated, _taken: taken })
     }
 
     /// A buffer with a copy of `values`.

@@ -1,5 +1,6 @@
 //! The only room that knows OpenCL: device, queue, buffers, programs and typed kernel launchers.
 
+mod budget;
 mod buffer;
 mod cache;
 mod kind;
@@ -21,6 +22,7 @@ pub use tuning::Tuning;
 
 use crate::error::Error;
 use crate::memory;
+use budget::Budget;
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
 use opencl3::kernel::Kernel;
@@ -34,6 +36,7 @@ use stopwatch::{Launched, Stopwatch};
 pub struct Device {
     inner: Arc<Inner>,
     tuning: Tuning,
+    budget: Arc<Budget>,
     /// Of a frame that is timed.
     stopwatch: Option<Arc<Stopwatch>>,
 }
@@ -66,7 +69,7 @@ impl Device {
         tracing::debug!("rendering on {} ({})", info.name, info.platform);
         let tuning = info.tuning;
         let inner = Inner { info, queue, context, allocated: Arc::default(), programs: Mutex::default() };
-        Ok(Self { inner: Arc::new(inner), tuning, stopwatch: None })
+        Ok(Self { inner: Arc::new(inner), tuning, budget: Budget::unlimited(), stopwatch: None })
     }
 
     /// The same device with other tuning values, for what is rendered through this handle and its clones.
