@@ -5,6 +5,7 @@ mod description;
 mod format;
 mod grid;
 mod part;
+mod placed;
 mod rescale;
 mod statistics;
 mod storage;
@@ -25,7 +26,7 @@ pub use voxels::{Endian, ScalarType, Voxel, VoxelType, Voxels, Wide};
 
 use crate::error::Error;
 use std::path::Path;
-use storage::Placed;
+use placed::Placed;
 use voxels::{is_valid, with_voxel_type};
 
 /// A scalar volume: its [`Description`] and its voxels, wherever they lie (`'a` is how long they are borrowed; owned, shared and mapped
@@ -80,6 +81,7 @@ impl<'a> Volume<'a> {
         let Some(voxels) = storage.placed(grid.dims()) else {
             return Err(Error::volume(Path::new(&name), "its first byte and strides lead to voxels outside of its bytes"));
         };
+        tracing::info!("{name}: a first pass over {} bytes, for the range of its values", expected * voxel_type.bytes() as u64);
         let (range, invalid) = voxels.valid_range();
         if invalid > 0 {
             tracing::warn!("{name}: {invalid} voxels are NaN, infinite or beyond 1e30: they count as the background");
