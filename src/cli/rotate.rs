@@ -2,6 +2,7 @@
 
 use super::options::Fit;
 use super::scene::{Cameras, Scene, SceneOptions};
+use super::viewer::Viewer;
 use crate::camera::Orbit;
 use crate::error::Error;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -55,11 +56,14 @@ pub(super) fn progress(steps: u32, what: &'static str) -> ProgressBar {
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
     let scene = Scene::open(&arguments.scene)?;
-    let mut renderer = scene.renderer()?;
+    let mut renderer = Viewer::new(&scene)?;
     std::fs::create_dir_all(&arguments.output).map_err(|e| Error::write(&arguments.output, e))?;
     let bar = progress(arguments.frames, "rendering");
     let orbits = (0..arguments.frames).map(|n| turn(options.orbit(ELEVATION), n, arguments.frames));
     for (n, camera) in Cameras::new(options, &scene, Fit::Visible).sequence(orbits).iter().enumerate() {
+        if n == 0 {
+            renderer.announce(camera, options.size, &scene.settings)?;
+        }
         let (frame, _) = renderer.render(camera, options.size, &scene.settings)?;
         frame.save(arguments.output.join(frame_name(n, arguments.frames)), options.background)?;
         bar.inc(1);

@@ -13,6 +13,8 @@ pub(super) trait Kept: Send + Sync + 'static {
 pub(super) trait Key: PartialEq + Send + 'static {
     /// The thing.
     type Value: Kept;
+    /// Whether it was made from voxels, and is another one for others.
+    const OF_VOXELS: bool = true;
 }
 
 /// Keeps what was used last, as long as it all takes no more than a budget.
@@ -29,6 +31,7 @@ struct Entry {
     key: Box<dyn Any + Send>,
     value: Arc<dyn Any + Send + Sync>,
     bytes: usize,
+    of_voxels: bool,
 }
 
 impl Cache {
@@ -58,7 +61,7 @@ impl Cache {
             self.made += 1;
         }
         let (bytes, value) = (value.bytes(), Arc::new(value));
-        self.entries.push(Entry { key: Box::new(key), value: value.clone(), bytes });
+        self.entries.push(Entry { key: Box::new(key), value: value.clone(), bytes, of_voxels: K::OF_VOXELS });
         let mut sum = 0;
         let kept = self.entries.iter().rev().take_while(|entry| {
             sum += entry.bytes;
@@ -67,6 +70,11 @@ impl Cache {
         let forgotten = self.entries.len() - kept.count().max(1);
         self.entries.drain(..forgotten);
         value
+    }
+
+    /// Forgets what was made from voxels.
+    pub fn forget_voxels(&mut self) {
+        self.entries.retain(|entry| !entry.of_voxels);
     }
 }
 
@@ -92,6 +100,7 @@ mod tests {
 
     impl Key for Name {
         type Value = Vec<u8>;
+        const OF_VOXELS: bool = false;
     }
 
     #[test]
@@ -104,5 +113,10 @@ mod tests {
         assert!(cache.get(&Name(1)).is_none() && cache.get(&Number(1)).is_some() && cache.get(&Number(2)).is_some());
         cache.keep(Number(3), vec![4; 100]);
         assert!(cache.get(&Number(2)).is_none() && cache.get(&Number(3)).is_some(), "the newest stays");
+        let mut cache = Cache::new(25);
+        cache.keep(Number(1), vec![1; 10]);
+        cache.keep(Name(1), vec![2; 10]);
+        cache.forget_voxels();
+        assert!(cache.get(&Number(1)).is_none() && cache.get(&Name(1)).is_some(), "what is not of voxels stays");
     }
 }

@@ -127,18 +127,36 @@ impl Placed<'_> {
         blocks.into_iter().fold((None, 0), |(range, invalid), (more, also)| (union(range, more), invalid + also))
     }
 
-    /// Smallest and largest number in a box, `from` to `to` inclusive, `instead` standing for invalid ones.
-    pub fn range_in(&self, from: [usize; 3], to: [usize; 3], instead: f64) -> (f64, f64) {
-        let all = (f64::INFINITY, f64::NEG_INFINITY);
-        let rows = (from[2]..=to[2]).flat_map(|z| (from[1]..=to[1]).map(move |y| (y, z)));
-        let starts = rows.map(|(y, z)| from[0] + self.dims[0] * (y + self.dims[1] * z));
-        let count = to[0] - from[0] + 1;
+    /// Smallest and largest number at each x of the rows `from` to `to` (y, z) inclusive, `instead` standing for invalid ones.
+    pub fn column_ranges(&self, from: [usize; 2], to: [usize; 2], instead: f64) -> Vec<(f64, f64)> {
+        fn widen<T: Voxel>(ranges: &mut [(T, T)], row: &[T], instead: T) {
+            for ((lo, hi), &number) in ranges.iter_mut().zip(row) {
+                let valid = T::TYPE != VoxelType::Float32 || is_valid(number.into());
+                let number = if valid { number } else { instead };
+                (*lo, *hi) = (if number < *lo { number } else { *lo }, if number > *hi { number } else { *hi });
+            }
+        }
+        let [x, y, _] = self.dims;
+        let rows = (from[1]..=to[1]).flat_map(|z| (from[0]..=to[0]).map(move |j| x * (j + y * z)));
         with_voxel_type!(self.storage.voxel_type(), T => {
-            let values = self.as_values::<T>();
-            starts.fold(all, |range, start| match values {
-                Some(values) => range_of(range, &values[start..start + count], instead),
-                None => range_of(range, &self.gathered::<T>(start..start + count), instead),
-            })
+            let (values, instead) = (self.as_values::<T>(), T::nearest(instead));
+            let mut ranges = Vec::new();
+            for start in rows {
+                let gathered: Vec<T>;
+                let row = match values {
+                    Some(values) => &values[start..start + x],
+                    None => {
+                        gathered = self.gathered(start..start + x);
+                        &gathered
+                    }
+                };
+                if ranges.is_empty() {
+                    let valid = |v: T| T::TYPE != VoxelType::Float32 || is_valid(v.into());
+                    ranges = row.iter().map(|&v| if valid(v) { (v, v) } else { (instead, instead) }).collect();
+                }
+                widen(&mut ranges, row, instead);
+            }
+            ranges.into_iter().map(|(lo, hi)| (lo.into(), hi.into())).collect()
         })
     }
 
@@ -167,15 +185,6 @@ impl Placed<'_> {
             Ok(())
         })
     }
-}
-
-/// A range with more numbers in it.
-fn range_of<T: Voxel>(range: (f64, f64), numbers: &[T], instead: f64) -> (f64, f64) {
-    numbers.iter().fold(range, |(lo, hi), &number| {
-        let number: f64 = number.into();
-        let number = if T::TYPE != VoxelType::Float32 || is_valid(number) { number } else { instead };
-        (if number < lo { number } else { lo }, if number > hi { number } else { hi })
-    })
 }
 
 fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64, f64)> {

@@ -202,6 +202,7 @@ pub const QUALITIES: &[Row] = &[
 /// Options that can change no picture, with the reason.
 pub const UNCHANGED: &[(&str, &str)] = &[
     ("--device", "every device shows the same; that it is the one asked for is asserted by its own test"),
+    ("--memory", "streams what does not fit, to the same bits; a test of its own asserts that"),
     ("--output", "says where the picture goes; a test of its own looks there"),
     ("--json", "says what is printed; a test of its own reads it"),
     ("--help", "prints, and renders nothing"),

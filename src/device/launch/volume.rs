@@ -121,23 +121,41 @@ impl Reach {
 
 /// Smallest and largest value in reach of each block of a layer axis.
 pub(crate) struct MinMaxBlocks {
-    /// Two voxels per block and layer.
+    /// As many as [`BlockNumbers::limits`].
     pub limits: VoxelBuffer,
+    pub numbers: BlockNumbers,
+}
+
+impl MinMaxBlocks {
+    /// Uninitialised ones for a volume of `dims` voxels along u, v, a.
+    pub fn new(device: &Device, dims: [usize; 3], voxel_type: VoxelType, reach: Reach) -> Result<Self, Error> {
+        let numbers = BlockNumbers::of(dims, reach);
+        Ok(Self { limits: VoxelBuffer::new(device, numbers.limits(), voxel_type, "the min-max blocks")?, numbers })
+    }
+}
+
+/// How many blocks a layer axis has.
+#[derive(Clone, Copy)]
+pub(crate) struct BlockNumbers {
     /// Blocks along u and v, a margin of one on each side included.
     pub blocks: [i32; 2],
     /// Voxels along the layer axis.
     pub layers: i32,
 }
 
-impl MinMaxBlocks {
+impl BlockNumbers {
     /// Voxels per block and in-layer axis: `BLOCK` in kernels/shared/volume.cl.
     const BLOCK: usize = 8;
 
-    /// Uninitialised ones for a volume of `dims` voxels along u, v, a.
-    pub fn new(device: &Device, dims: [usize; 3], voxel_type: VoxelType, reach: Reach) -> Result<Self, Error> {
+    /// Of a volume of `dims` voxels along u, v, a.
+    pub fn of(dims: [usize; 3], reach: Reach) -> Self {
         let blocks = [dims[0].div_ceil(Self::BLOCK) + 2, dims[1].div_ceil(reach.rows as usize) + 2];
-        let limits = VoxelBuffer::new(device, 2 * blocks[0] * blocks[1] * dims[2], voxel_type, "the min-max blocks")?;
-        Ok(Self { limits, blocks: blocks.map(|b| b as i32), layers: dims[2] as i32 })
+        Self { blocks: blocks.map(|b| b as i32), layers: dims[2] as i32 }
+    }
+
+    /// Voxels that [`FillMinMaxBlocks`] writes, two per block and layer.
+    pub fn limits(&self) -> usize {
+        2 * self.per_layer() * self.layers as usize
     }
 
     /// Flags that [`Visibility`] writes: one per block and layer −1 … n.
@@ -184,7 +202,7 @@ kernel! {
 
 impl<'a> MinMaxArguments<'a> {
     pub fn new(voxels: &'a VoxelBuffer, view: VolumeView, reach: Reach, blocks: &'a MinMaxBlocks) -> Self {
-        let ([blocks_u, blocks_v], limits) = (blocks.blocks, &blocks.limits);
+        let ([blocks_u, blocks_v], limits) = (blocks.numbers.blocks, &blocks.limits);
         let Reach { below, above, rows: block_rows } = reach;
         Self { voxels, view, blocks_u, blocks_v, block_rows, below, above, limits }
     }
@@ -226,7 +244,7 @@ kernel! {
         table_last: i32,
         /// How many entries before each one are visible; last + 2 counts.
         visible_before: &'a Buffer<u32>,
-        /// [`MinMaxBlocks::flags`] bytes.
+        /// [`BlockNumbers::flags`] bytes.
         visible: &'a Buffer<u8>,
     }
 }
@@ -273,7 +291,7 @@ kernel! {
         /// background.
         overshoot: f32,
         slack: f32,
-        /// [`MinMaxBlocks::slab_bytes`].
+        /// [`BlockNumbers::slab_bytes`].
         visible: &'a Buffer<u8>,
     }
 }

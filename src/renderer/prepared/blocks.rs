@@ -125,7 +125,7 @@ impl Prepared {
         let Layout { voxels, view } = self.weighted(device, axis, kernel)?;
         let blocks = MinMaxBlocks::new(device, self.held_local(axis), voxels.voxel_type(), reach)?;
         // Of what is held alone: the outermost blocks of a part are wrong, and no layer that it draws reaches them.
-        let view = VolumeView { dims: [view.dims[0], view.dims[1], blocks.layers], first_a: 0, ..view };
+        let view = VolumeView { dims: [view.dims[0], view.dims[1], blocks.numbers.layers], first_a: 0, ..view };
         let arguments = MinMaxArguments::new(&voxels, view, reach, &blocks);
         self.launchers.min_max_blocks.launch(device, voxels.voxel_type(), &arguments)?;
         Ok(self.cache.keep(key, blocks))
@@ -145,15 +145,15 @@ impl Prepared {
         }
         let blocks = self.min_max_blocks(device, axis, Reach::SPLATS, Kernel::Cubic)?;
         let table = self.table(device, extinction, Kernel::Cubic)?;
-        let flags = Buffer::new(device, blocks.flags(), "the visibility of blocks")?;
+        let flags = Buffer::new(device, blocks.numbers.flags(), "the visibility of blocks")?;
         let (background, offset) = self.background();
-        let [blocks_u, blocks_v] = blocks.blocks;
+        let [blocks_u, blocks_v] = blocks.numbers.blocks;
         let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         let arguments = VisibilityArguments {
             limits: &blocks.limits,
             blocks_u,
             blocks_v,
-            layers: blocks.layers,
+            layers: blocks.numbers.layers,
             background,
             offset,
             least,
@@ -165,7 +165,7 @@ impl Prepared {
             visible: &flags,
         };
         self.launchers.visibility.launch(device, self.voxels.voxel_type(), &arguments)?;
-        Ok(self.cache.keep(key, VisibleBlocks { flags, blocks: blocks.blocks, slabs: [0, blocks.layers] }))
+        Ok(self.cache.keep(key, VisibleBlocks { flags, blocks: blocks.numbers.blocks, slabs: [0, blocks.numbers.layers] }))
     }
 
     /// The blocks of a layer axis that samples at points can show.
@@ -185,19 +185,19 @@ impl Prepared {
         let radius = kernel.radius();
         let blocks = self.min_max_blocks(device, axis, Reach::points(radius), kernel)?;
         let table = self.table(device, extinction, kernel)?;
-        let flags = Buffer::new(device, blocks.slab_bytes(radius), "the visibility of blocks")?;
+        let flags = Buffer::new(device, blocks.numbers.slab_bytes(radius), "the visibility of blocks")?;
         // Limits are of numbers as they are stored.
         let Layout { voxels, view } = self.weighted(device, axis, kernel)?;
         // What ray casting takes missing voxels for is what its sums overshoot the distance from.
         let gaussian = kernel == Kernel::Gaussian && blend == Blend::Composite;
         let background = if gaussian { table.gaussian_background } else { self.background_of(blend) };
-        let [blocks_u, blocks_v] = blocks.blocks;
+        let [blocks_u, blocks_v] = blocks.numbers.blocks;
         let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         let arguments = SlabVisibilityArguments {
             limits: &blocks.limits,
             blocks_u,
             blocks_v,
-            layers: blocks.layers,
+            layers: blocks.numbers.layers,
             radius,
             background,
             offset: view.offset,
@@ -215,16 +215,16 @@ impl Prepared {
         self.launchers.slab_visibility.launch(device, voxels.voxel_type(), &arguments)?;
         let first = self.held_layers(axis).start as i32;
         let slabs = visible_slabs(device, &flags, &blocks, radius)?.map(|q| q + first);
-        Ok(self.cache.keep(key, VisibleBlocks { flags, blocks: blocks.blocks, slabs }))
+        Ok(self.cache.keep(key, VisibleBlocks { flags, blocks: blocks.numbers.blocks, slabs }))
     }
 }
 
 /// See [`VisibleBlocks::slabs`].
 fn visible_slabs(device: &Device, bits: &Buffer<u8>, blocks: &MinMaxBlocks, radius: i32) -> Result<[i32; 2], Error> {
-    let mut bytes = vec![0; blocks.chunks(radius) * blocks.per_layer()];
+    let mut bytes = vec![0; blocks.numbers.chunks(radius) * blocks.numbers.per_layer()];
     bits.read(device, &mut bytes)?;
     let any = |chunk: &[u8]| chunk.iter().any(|&b| b != 0);
-    let mut chunks = bytes.chunks(blocks.per_layer());
+    let mut chunks = bytes.chunks(blocks.numbers.per_layer());
     let ends = chunks.clone().position(any).zip(chunks.rposition(any));
-    Ok(ends.map_or([0, -1], |(first, last)| [8 * first as i32, (8 * last as i32 + 7).min(blocks.slabs(radius) - 1)]))
+    Ok(ends.map_or([0, -1], |(first, last)| [8 * first as i32, (8 * last as i32 + 7).min(blocks.numbers.slabs(radius) - 1)]))
 }
