@@ -8,7 +8,7 @@ use layersplat::layers::{Axis, Kernel};
 use layersplat::renderer::{StreamPlan, StreamedRenderer};
 use layersplat::settings::{Algorithm, Blend, LayerAxis, Layered, Quality};
 use layersplat::volume::{Endian, RawOptions};
-use layersplat::{Camera, Device, Error, Frame, Projection, Settings, TransferFunction, Viewport, Volume};
+use layersplat::{Camera, Device, Error, Frame, Projection, Renderer, Settings, TransferFunction, Viewport, Volume};
 use std::time::Instant;
 
 const DIMS: [usize; 3] = [240, 230, 260];
@@ -225,6 +225,34 @@ fn views_that_need_the_whole_volume() {
     let settings = thin(Layered::default());
     let whole = render(&volume, &transfer, &outside, size, &settings);
     assert_close("layers", &renderer.render(&outside, size, &settings).unwrap().0, &whole, 0.0);
+}
+
+/// What is kept from frame to frame, where all voxels fit, is given up for what another axis needs.
+#[test]
+fn what_is_kept_makes_room() {
+    let volume = random_volume([120, 100, 110], DVec3::ONE, SEED);
+    let (transfer, size) = (smooth_transfer(), viewport(40, 32));
+    let views = [(80.0, 5.0), (20.0, 5.0), (20.0, 80.0), (45.0, 5.0), (80.0, 5.0), (80.0, 5.0)];
+    let settings = thin(Layered::default());
+    let cameras = views.map(|(azimuth, elevation)| parallel(&volume, size, azimuth, elevation));
+    let needed = |camera| {
+        let large = device().with_memory(1 << 30);
+        StreamedRenderer::new(&large, &volume, &transfer).plan(camera, size, &settings).unwrap().unwrap().device_bytes
+    };
+    let budget = cameras.iter().map(needed).max().unwrap();
+    let small = device().with_memory(budget);
+    let mut renderer = StreamedRenderer::new(&small, &volume, &transfer);
+    let mut whole = Renderer::new(&device(), &volume, &transfer).unwrap();
+    for (n, camera) in cameras.iter().enumerate() {
+        let told = renderer.plan(camera, size, &settings).unwrap().unwrap();
+        assert!(told.memory == budget && told.lattices.iter().all(|lattice| lattice.parts == 1), "view {n}: {told}");
+        let expected = whole.render(camera, size, &settings).unwrap().0;
+        assert_close(&format!("view {n}"), &renderer.render(camera, size, &settings).unwrap().0, &expected, 0.0);
+    }
+    assert!(small.peak_bytes() <= budget);
+    // Two renderers share a budget: what one keeps, the other has not.
+    let other = StreamedRenderer::new(&small, &volume, &transfer).plan(&cameras[0], size, &settings).unwrap().unwrap();
+    assert!(other.memory < budget / 2 && other.lattices[0].parts > 1, "{other}");
 }
 
 /// 4 GiB of voxels, 512 MiB for the device. What it takes is printed.

@@ -144,16 +144,6 @@ impl DeviceOptions {
     }
 }
 
-/// How much of the device.
-#[derive(Args)]
-#[command(next_help_heading = "Device")]
-pub(super) struct MemoryOptions {
-    /// Bytes that buffers on the device may take together, as 900000, 512M (or MiB), 1.5G, 800MB: larger volumes are streamed, to the
-    /// same picture; first_ms counts from their opening then [default: the device's own]
-    #[arg(long, value_parser = parse::bytes, value_name = "BYTES", allow_hyphen_values = true)]
-    pub memory: Option<u64>,
-}
-
 /// How the picture is made. Each option overrides the quality's choice.
 #[derive(Args)]
 #[command(next_help_heading = "Quality")]

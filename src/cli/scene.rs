@@ -1,7 +1,8 @@
 //! Everything a picture needs, from the shared options.
 
 use super::blending::BlendOptions;
-use super::options::{CameraOptions, DeviceOptions, Fit, MemoryOptions, QualityOptions, TransferOptions, VolumeOptions};
+use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, TransferOptions, VolumeOptions};
+use super::viewer::MemoryOptions;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;

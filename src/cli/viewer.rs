@@ -1,5 +1,6 @@
 //! What renders a scene: with all of its volume on the device, or part by part.
 
+use super::parse;
 use super::scene::Scene;
 use crate::camera::Camera;
 use crate::error::Error;
@@ -8,6 +9,17 @@ use crate::renderer::{FrameReport, Renderer, StreamPlan, StreamedRenderer};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
+use clap::Args;
+
+/// How much of the device.
+#[derive(Args)]
+#[command(next_help_heading = "Device")]
+pub(super) struct MemoryOptions {
+    /// Bytes that buffers on the device may take together, as 900000, 512M (or MiB), 1.5G, 800MB: larger volumes are streamed, to the
+    /// same picture; first_ms counts from their opening then [default: the device's own]
+    #[arg(long, value_parser = parse::bytes, value_name = "BYTES", allow_hyphen_values = true)]
+    pub memory: Option<u64>,
+}
 
 /// A renderer of either kind.
 pub(super) enum Viewer {

@@ -1,6 +1,7 @@
 //! One typed launcher per kernel. All `unsafe` calls of kernels are here: what a kernel's arguments are is declared once, by
 //! `kernel!`, and compared with the kernel itself by the test below.
 
+mod blocks;
 pub(crate) mod layered;
 pub(crate) mod picture;
 pub(crate) mod rays;

@@ -31,7 +31,8 @@ use std::ops::Range;
 ///
 /// Layers on a lattice go to the device in parts along the layer axis, each as many layers as there is room for; along x and y these are
 /// gathered where the voxels lie, in a mapped file for instance, and of built-in volumes of more than 2^28 voxels they are made. What
-/// else a frame needs, lattice, tables and picture, counts too, and is given back after each frame; the voxels stay if all of them fit.
+/// else a frame needs, lattice, tables and picture, counts too, and is given back after each frame, unless all voxels fit: then these
+/// stay, and what is prepared as long as there is room.
 /// Everything else (views in which each ray may have a layer axis of its own, sheets, slices, rays) needs the whole volume, and is
 /// refused where it does not fit.
 pub struct StreamedRenderer<'v> {
@@ -41,8 +42,11 @@ pub struct StreamedRenderer<'v> {
     world: World,
     /// In the world of frames.
     grid: Grid,
-    /// All voxels, where they fit.
+    /// All voxels, where they fit, and what renders them.
     whole: Option<UploadedVolume>,
+    kept: Option<Renderer>,
+    /// Bytes that these have on the device.
+    own: u64,
     measuring: bool,
 }
 
@@ -67,6 +71,8 @@ impl<'v> StreamedRenderer<'v> {
             world,
             grid: world.grid(volume.grid()),
             whole: None,
+            kept: None,
+            own: 0,
             measuring: false,
         }
     }
@@ -74,6 +80,9 @@ impl<'v> StreamedRenderer<'v> {
     /// Takes another transfer function from the next frame on.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         self.transfer = transfer.clone();
+        if let Some(kept) = &mut self.kept {
+            kept.set_transfer_function(transfer);
+        }
     }
 
     /// Whether the reports of frames say what these took, from the next one on.
@@ -102,16 +111,37 @@ impl<'v> StreamedRenderer<'v> {
     pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
         let (rays, seen) = self.world.seen(&self.grid, camera, viewport, settings)?;
         let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
-        match self.streamed(plan, rays, viewport, seen)? {
-            Ok(streamed) => self.draw(&streamed, viewport),
-            Err(whole) => {
-                self.require_whole(&whole, viewport)?;
-                let uploaded = self.whole()?;
-                let mut renderer = Renderer::of(&uploaded, &self.transfer)?;
-                renderer.measure(self.measuring);
-                renderer.render(camera, viewport, settings)
+        let streamed = self.streamed(plan, rays, viewport, seen)?;
+        let others = self.others();
+        let in_parts = match &streamed {
+            Ok(streamed) => streamed.lattices.iter().any(|(.., parts)| parts.ranges.len() > 1),
+            Err(whole) => self.require_whole(whole, viewport).map(|()| false)?,
+        };
+        // What is kept of frames before may leave too little room.
+        let rendered = match if in_parts { None } else { Some(self.render_whole(camera, viewport, settings)) } {
+            Some(Err(Error::MemoryBudget { .. })) | None => {
+                self.kept = None;
+                match &streamed {
+                    Ok(streamed) => self.draw(streamed, viewport),
+                    Err(_) => self.render_whole(camera, viewport, settings),
+                }
             }
-        }
+            Some(rendered) => rendered,
+        };
+        self.own = self.device.taken_bytes().saturating_sub(others);
+        rendered
+    }
+
+    /// Renders with all voxels on the device, and keeps what was prepared for the next frame.
+    fn render_whole(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+        let mut renderer = match self.kept.take() {
+            Some(kept) => kept,
+            None => Renderer::of(&self.whole()?, &self.transfer)?,
+        };
+        renderer.measure(self.measuring);
+        let rendered = renderer.render(camera, viewport, settings);
+        self.kept = Some(renderer);
+        rendered
     }
 
     /// The parts of a plan's lattices; the plan itself where it has none.
@@ -183,7 +213,7 @@ impl<'v> StreamedRenderer<'v> {
             return Renderer::of(&self.whole()?, &self.transfer);
         }
         // Its room is needed.
-        self.whole = None;
+        (self.kept, self.whole) = (None, None);
         let part = self.part(lattice, settings, &parts.ranges[0])?;
         let [u, v, _] = lattice.dims;
         let uploaded = UploadedVolume::part_with_room(device, &part, u * v * parts.held)?;
@@ -217,9 +247,12 @@ impl<'v> StreamedRenderer<'v> {
         // A processor's memory is the host's, which needs some for the voxels and the picture itself.
         let there = if info.kind == DeviceKind::Cpu { memory::available() / 2 } else { info.memory_bytes };
         let budget = self.device.memory_budget().unwrap_or(there).min(info.memory_bytes);
-        let own = self.whole.as_ref().map_or(0, |uploaded| uploaded.voxels.bytes() as u64);
-        let others = self.device.taken_bytes().saturating_sub(own);
-        Bytes { sum: budget.saturating_sub(others), largest: self.device.largest_buffer_bytes() }
+        Bytes { sum: budget.saturating_sub(self.others()), largest: self.device.largest_buffer_bytes() }
+    }
+
+    /// Bytes that others have on the device.
+    fn others(&self) -> u64 {
+        self.device.taken_bytes().saturating_sub(self.own)
     }
 
     /// Refuses what needs the whole volume where that does not fit with a picture beside it.
