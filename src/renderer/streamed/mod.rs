@@ -22,7 +22,7 @@ use crate::settings::{Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume, VolumePart};
-use needs::{Bytes, Needs};
+use needs::{Bytes, Needs, Room};
 use plan::Parts;
 use std::ops::Range;
 
@@ -173,7 +173,7 @@ impl<'v> StreamedRenderer<'v> {
             voxel_bytes: lattices.iter().map(|(.., parts)| parts.read).sum(),
             volume_bytes: self.volume_bytes(),
             device_bytes: lattices.iter().map(|(.., parts)| parts.bytes.sum).max().unwrap_or(0),
-            memory: room.sum,
+            memory: room.free(),
         };
         Ok(Ok(Streamed { plan, rays, settings, layered, lattices, told }))
     }
@@ -194,9 +194,9 @@ impl<'v> StreamedRenderer<'v> {
                 }
                 let range = LayerRange { voxels: layers.clone(), continues: m > 0, raw: m + 1 < parts.ranges.len() };
                 renderer.draw_lattice(view, lattice, *layered, &range)?;
-            }
-            if self.measuring {
-                active_samples += renderer.target.count_active(&device)?;
+                if self.measuring {
+                    active_samples += renderer.target.count_active(&device)?;
+                }
             }
             let onto = OntoScreen { lattice, rays, viewport };
             renderer.picture.warp(&device, &mut renderer.target, onto, Share { share: *share, added: n > 0 })?;
@@ -242,12 +242,12 @@ impl<'v> StreamedRenderer<'v> {
     }
 
     /// Bytes that a frame's buffers may have, voxels included.
-    fn room(&self) -> Bytes {
+    fn room(&self) -> Room {
         let info = self.device.info();
         // A processor's memory is the host's, which needs some for the voxels and the picture itself.
         let there = if info.kind == DeviceKind::Cpu { memory::available() / 2 } else { info.memory_bytes };
         let budget = self.device.memory_budget().unwrap_or(there).min(info.memory_bytes);
-        Bytes { sum: budget.saturating_sub(self.others()), largest: self.device.largest_buffer_bytes() }
+        Room { budget, taken: self.others(), largest: self.device.largest_buffer_bytes() }
     }
 
     /// Bytes that others have on the device.

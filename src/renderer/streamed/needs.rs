@@ -29,8 +29,26 @@ impl Bytes {
     }
 
     /// Whether a device has room for them.
-    pub fn fit(self, room: Bytes) -> bool {
-        self.sum <= room.sum && self.largest <= room.largest
+    pub fn fit(self, room: Room) -> bool {
+        self.sum <= room.free() && self.largest <= room.largest
+    }
+}
+
+/// What a device has room for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Room {
+    /// Bytes that buffers may have together.
+    pub budget: u64,
+    /// Bytes that others have of these.
+    pub taken: u64,
+    /// Bytes that one buffer may have.
+    pub largest: u64,
+}
+
+impl Room {
+    /// Bytes that are left.
+    pub fn free(self) -> u64 {
+        self.budget.saturating_sub(self.taken)
     }
 }
 

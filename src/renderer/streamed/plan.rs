@@ -1,7 +1,7 @@
 //! How volumes are streamed: which layers are held together, what that takes, and how it is told.
 
 use super::super::PartRenderer;
-use super::needs::{Bytes, Needs};
+use super::needs::{Bytes, Needs, Room};
 use crate::device::Device;
 use crate::error::Error;
 use crate::layers::{Axis, Lattice};
@@ -22,7 +22,7 @@ pub struct StreamPlan {
     pub volume_bytes: u64,
     /// Most bytes of buffers on the device at once.
     pub device_bytes: u64,
-    /// Bytes that these may have.
+    /// Bytes that these may have: of a budget, what others have not taken.
     pub memory: u64,
 }
 
@@ -70,7 +70,7 @@ impl Parts {
     ///
     /// # Errors
     /// Not even a single layer fits; what it needs is told.
-    pub fn new(device: &Device, lattice: &Lattice, settings: &Settings, needs: &Needs, room: Bytes) -> Result<Self, Error> {
+    pub fn new(device: &Device, lattice: &Lattice, settings: &Settings, needs: &Needs, room: Room) -> Result<Self, Error> {
         let (all, around) = (needs.layers(), PartRenderer::around(settings));
         let held = |layers: usize| (layers + 2 * around).min(all);
         let numbers: Vec<usize> = (1..=all).collect();
@@ -90,10 +90,10 @@ impl Parts {
 }
 
 /// Why bytes have no room.
-pub(super) fn refused(device: &Device, what: &str, bytes: Bytes, room: Bytes) -> Error {
+pub(super) fn refused(device: &Device, what: &str, bytes: Bytes, room: Room) -> Error {
     let what = what.to_owned();
-    if bytes.sum > room.sum {
-        return Error::MemoryBudget { what, needed: bytes.sum, taken: 0, budget: room.sum };
+    if bytes.sum > room.free() {
+        return Error::MemoryBudget { what, needed: bytes.sum, taken: room.taken, budget: room.budget };
     }
     let (needed, available) = (bytes.largest, room.largest);
     Error::DeviceMemory { what, device: device.info().name.clone(), needed, available }
