@@ -172,6 +172,18 @@ pub enum Error {
         /// Bytes that the device allows.
         available: u64,
     },
+    /// More than buffers on the device may take together.
+    #[error("{what} needs {needed} bytes on the device beside {taken} that are taken, and the memory budget is {budget}: give at least {}", needed.saturating_add(*taken))]
+    MemoryBudget {
+        /// What was to be stored.
+        what: String,
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes of the budget that are taken.
+        taken: u64,
+        /// Bytes that were given: [`Device::with_memory`](crate::Device::with_memory).
+        budget: u64,
+    },
     /// The device's memory is full.
     #[error(
         "{what} needs {needed} bytes, but {device} could not give them, with {left} not taken by this program ({source}): use a \
@@ -252,6 +264,7 @@ impl Error {
             Error::UnknownName { what, .. } => std::slice::from_ref(what),
             Error::FileSize { .. } => &["dims", "voxel_type", "header_bytes"],
             Error::DeviceFailed { .. } => &["device", "device_unchecked"],
+            Error::MemoryBudget { .. } => &["memory"],
             Error::DeviceMemory { .. } | Error::OutOfDeviceMemory { .. } => &["device"],
             _ => &[],
         }

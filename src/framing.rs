@@ -154,8 +154,9 @@ fn aspect(viewport: Viewport) -> f64 {
 
 /// Corners, in voxels, of the first and the last visible block of a row of blocks along x.
 fn row_outline(volume: &Volume, shows: &impl Fn(f64, f64) -> bool, dims: [i64; 3], [by, bz]: [i64; 2]) -> Vec<DVec3> {
+    let columns = volume.column_ranges(inside([by, bz], [dims[1], dims[2]], 0), inside([by, bz], [dims[1], dims[2]], BLOCK));
     let visible = |bx: i64| {
-        let (lo, hi) = block_range(volume, dims, [bx, by, bz]);
+        let (lo, hi) = block_range(volume, dims, [bx, by, bz], &columns);
         shows(lo, hi)
     };
     let blocks = (dims[0] + 1 + BLOCK - 1) / BLOCK;
@@ -171,17 +172,20 @@ fn corners(from: [i64; 3], to: [i64; 3]) -> Vec<DVec3> {
     (0..8).map(corner).collect()
 }
 
-/// Range of the field in a block of cells; block 0 begins at −1, where the background is.
-fn block_range(volume: &Volume, dims: [i64; 3], block: [i64; 3]) -> (f64, f64) {
+/// The voxels of blocks that are so many voxels from their first ones, which are −1 of blocks 0; the nearest where there are none.
+fn inside<const N: usize>(blocks: [i64; N], dims: [i64; N], beyond: i64) -> [usize; N] {
+    std::array::from_fn(|i| (blocks[i] * BLOCK - 1 + beyond).clamp(0, dims[i] - 1) as usize)
+}
+
+/// Range of the field in a block of cells, of rows whose values have these ranges; block 0 begins at −1, where the background is.
+fn block_range(volume: &Volume, dims: [i64; 3], block: [i64; 3], columns: &[(f64, f64)]) -> (f64, f64) {
     let from = block.map(|b| b * BLOCK - 1);
     let to = from.map(|v| v + BLOCK);
     let outside = (0..3).any(|i| from[i] < 0 || to[i] >= dims[i]);
     let background = volume.background();
     let range = if outside { (background, background) } else { (f64::INFINITY, f64::NEG_INFINITY) };
-    let first: [usize; 3] = std::array::from_fn(|i| from[i].max(0) as usize);
-    let last: [usize; 3] = std::array::from_fn(|i| to[i].min(dims[i] - 1) as usize);
-    let inside = volume.range_in(first, last);
-    (range.0.min(inside.0), range.1.max(inside.1))
+    let ([first], [last]) = (inside([block[0]], [dims[0]], 0), inside([block[0]], [dims[0]], BLOCK));
+    columns[first..=last].iter().fold(range, |range, column| (range.0.min(column.0), range.1.max(column.1)))
 }
 
 #[cfg(test)]

@@ -211,7 +211,7 @@ fn bad_command_lines_exit_with_2() {
     }
     refused(f, &["render", "builtin:sphere"], 2, &["sphere", "hydrogen"]);
     refused(f, &["render", "builtin:cube@0"], 2, &["0"]);
-    refused(f, &["render", "builtin:cube@99999"], 2, &["2^30"]);
+    refused(f, &["render", "builtin:cube@99999"], 2, &["2^33"]);
     refused(f, &["rotate", "builtin:cube@4", "--frames", "0"], 2, &["frames"]);
     refused(f, &["nonsense"], 2, &["nonsense"]);
 }

@@ -3,11 +3,12 @@
 use super::options::Fit;
 use super::rotate::{ELEVATION, progress, turn};
 use super::scene::{Cameras, Scene, SceneOptions};
+use super::viewer::Viewer;
 use crate::camera::Orbit;
 use crate::device::StageTimes;
 use crate::error::Error;
 use crate::image::Background;
-use crate::renderer::{LatticeReport, Renderer};
+use crate::renderer::LatticeReport;
 use crate::settings::Quality;
 use cpu_time::ProcessTime;
 use serde::Serialize;
@@ -64,9 +65,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let view = |n: u32| cameras[n as usize];
 
     let started = Instant::now();
-    let mut renderer = scene.renderer()?;
+    let mut renderer = Viewer::new(&scene)?;
+    renderer.announce(&view(0), options.size, &scene.settings)?;
     renderer.render_rgba8(&view(0), options.size, &scene.settings, background)?;
-    let first_ms = milliseconds(started);
+    let streamed = renderer.is_streamed();
+    let first_ms = milliseconds(if streamed { scene.begun } else { started });
     // Layouts, min-max blocks and kernels of the other layer axes: the medians exclude them.
     for n in 0..frames.min(8) {
         renderer.render_rgba8(&view(n * frames / frames.min(8)), options.size, &scene.settings, background)?;
@@ -97,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let timed = |renderer: &mut Renderer, azimuth: f64| -> Result<f64, Error> {
+    let timed = |renderer: &mut Viewer, azimuth: f64| -> Result<f64, Error> {
         let started = Instant::now();
         let turned = Orbit { azimuth, ..options.orbit(ELEVATION) };
         let camera = fitting.still(turned);
@@ -142,7 +145,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         effective_splats: scene.transfer.effective_splats(&scene.volume),
         active_samples: active_samples / u64::from(frames),
         lattice,
-        device_bytes: scene.device.allocated_bytes(),
+        device_bytes: if streamed { scene.device.peak_bytes() } else { scene.device.allocated_bytes() },
         peak_bytes: peak_bytes(),
     };
     super::report(arguments.json, &bench, || text(&bench))?;
@@ -161,7 +164,7 @@ pub(super) fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Most memory that the process ever had, where the system tells (Linux).
-fn peak_bytes() -> Option<u64> {
+pub(super) fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kb| kb * 1024)

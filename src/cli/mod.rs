@@ -16,6 +16,7 @@ mod rotate;
 mod scene;
 #[cfg(unix)]
 mod signals;
+mod viewer;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};
@@ -87,7 +88,11 @@ fn log() {
 /// 2 where the command line itself is at fault.
 fn exit_code(error: &Error) -> u8 {
     match error {
-        Error::OutOfRange { .. } | Error::UnknownName { .. } | Error::Settings { .. } | Error::Camera { .. } => 2,
+        Error::OutOfRange { .. }
+        | Error::UnknownName { .. }
+        | Error::Settings { .. }
+        | Error::Camera { .. }
+        | Error::MemoryBudget { .. } => 2,
         _ => 1,
     }
 }

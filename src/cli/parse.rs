@@ -19,6 +19,23 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|n| *n > 0.0).ok_or_else(|| format!("'{text}' is not a finite number above 0"))
 }
 
+/// A number of bytes: `N`, `NK`, `NKiB` (1024) or `NKB` (1000), with K, M, G or T in any case.
+pub(super) fn bytes(text: &str) -> Result<u64, String> {
+    let refused =
+        || format!("'{text}' is no number of bytes above 0: write it as 900000, 512M, 512MiB (2^20 each) or 800MB (10^6)");
+    let digits = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let unit = unit.trim().to_ascii_lowercase();
+    let power = |prefix: &str| ["", "k", "m", "g", "t"].iter().position(|p| *p == prefix).map(|n| n as i32);
+    let scale = match (unit.strip_suffix("ib"), unit.strip_suffix('b')) {
+        (Some(prefix), _) if !prefix.is_empty() => power(prefix).map(|n| 1024f64.powi(n)),
+        (_, Some(prefix)) => power(prefix).map(|n| 1000f64.powi(n)),
+        _ => power(&unit).map(|n| 1024f64.powi(n)),
+    };
+    let bytes = number.parse::<f64>().ok().zip(scale).map(|(number, scale)| number * scale);
+    bytes.filter(|&n| n >= 1.0 && n < u64::MAX as f64).map(|n| n as u64).ok_or_else(refused)
+}
+
 /// Degrees between 0 and 180.
 pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
     let fov = finite(text).ok().filter(|n| *n > 0.0 && *n < 180.0);
@@ -134,6 +151,22 @@ mod tests {
         assert!(dims("0x1x1").is_err() && dims("1x1").is_err() && dims("-1x1x1").is_err() && dims("3x4x5").is_ok());
         assert!(viewport("0x5").is_err() && viewport("99999x5").is_err() && viewport("5").is_err());
         assert!(lattice("0").is_err() && lattice("17").is_err() && lattice("16").is_ok());
+        for bad in ["", "0", "-1", "K", "1X", "1 iB", "1e3", "1..2", "0.5", "99999999T", "1Kb b"] {
+            assert!(bytes(bad).is_err(), "{bad}");
+        }
+        for (text, expected) in [
+            ("900000", 900_000),
+            ("512M", 512 << 20),
+            ("512MiB", 512 << 20),
+            ("512 mib", 512 << 20),
+            ("1.5G", 3 << 29),
+            ("800MB", 800_000_000),
+            ("7kB", 7000),
+            ("3B", 3),
+            ("2t", 2 << 40),
+        ] {
+            assert_eq!(bytes(text), Ok(expected), "{text}");
+        }
         assert!(sub_layers("0").is_err() && sub_layers("17").is_err());
     }
 }

@@ -1,10 +1,12 @@
 //! `layersplat render`.
 
+use super::bench::peak_bytes;
 use super::options::Fit;
 use super::scene::{Cameras, Scene, SceneOptions};
+use super::viewer::Viewer;
 use crate::error::Error;
 use crate::image::ImageFormat;
-use crate::renderer::LatticeReport;
+use crate::renderer::{LatticeReport, StreamPlan};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -32,6 +34,18 @@ struct Rendered<'a> {
     first_ms: f64,
     lattice: Option<LatticeReport>,
     active_samples: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stream: Option<Stream>,
+}
+
+/// How it was streamed, and what that took.
+#[derive(Serialize)]
+struct Stream {
+    #[serde(flatten)]
+    plan: StreamPlan,
+    first_pass_ms: f64,
+    peak_device_bytes: u64,
+    peak_bytes: Option<u64>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -42,10 +56,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let camera = Cameras::new(options, &scene, Fit::Visible).still(options.orbit(0.0));
     scene.require_checked(&arguments.scene, &[camera])?;
     let started = Instant::now();
-    let mut renderer = scene.renderer()?;
+    let mut renderer = Viewer::new(&scene)?;
+    let plan = renderer.announce(&camera, options.size, &scene.settings)?;
     renderer.measure(arguments.json);
     let (frame, report) = renderer.render(&camera, options.size, &scene.settings)?;
-    let first_ms = started.elapsed().as_secs_f64() * 1e3;
+    let first_ms = if renderer.is_streamed() { scene.begun } else { started }.elapsed().as_secs_f64() * 1e3;
+    if plan.is_some() {
+        let (all, picture, first) = (first_ms / 1e3, started.elapsed().as_secs_f64(), scene.first_pass.as_secs_f64());
+        eprintln!("memory: {all:.2} s, the first pass over the volume took {first:.2} of them, the picture {picture:.2}");
+    }
     frame.save(&arguments.output, options.background)?;
     let rendered = Rendered {
         output: arguments.output.display().to_string(),
@@ -56,6 +75,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         first_ms,
         lattice: report.lattice,
         active_samples: report.measured.map_or(0, |measured| measured.active_samples),
+        stream: plan.map(|plan| Stream {
+            plan,
+            first_pass_ms: scene.first_pass.as_secs_f64() * 1e3,
+            peak_device_bytes: scene.device.peak_bytes(),
+            peak_bytes: peak_bytes(),
+        }),
     };
     super::report(arguments.json, &rendered, || rendered.output.clone())?;
     Ok(ExitCode::SUCCESS)

@@ -2,6 +2,7 @@
 
 use super::options::Fit;
 use super::scene::{Cameras, Scene, SceneOptions};
+use super::viewer::Viewer;
 use crate::camera::Orbit;
 use crate::error::Error;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -58,10 +59,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let orbits = (0..arguments.frames).map(|n| turn(options.orbit(ELEVATION), n, arguments.frames));
     let cameras = Cameras::new(options, &scene, Fit::Visible).sequence(orbits);
     scene.require_checked(&arguments.scene, &cameras)?;
-    let mut renderer = scene.renderer()?;
+    let mut renderer = Viewer::new(&scene)?;
     std::fs::create_dir_all(&arguments.output).map_err(|e| Error::write(&arguments.output, e))?;
     let bar = progress(arguments.frames, "rendering");
     for (n, camera) in cameras.iter().enumerate() {
+        if n == 0 {
+            renderer.announce(camera, options.size, &scene.settings)?;
+        }
         let (frame, _) = renderer.render(camera, options.size, &scene.settings)?;
         frame.save(arguments.output.join(frame_name(n, arguments.frames)), options.background)?;
         bar.inc(1);

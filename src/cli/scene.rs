@@ -3,15 +3,16 @@
 use super::blending::BlendOptions;
 use super::check;
 use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, TransferOptions, VolumeOptions};
+use super::viewer::MemoryOptions;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
 use crate::framing::{Fixed, Framing};
-use crate::renderer::Renderer;
 use crate::settings::{Blend, CropBox, Settings};
 use crate::transfer::TransferFunction;
 use crate::volume::{Grid, Volume};
 use clap::Args;
+use std::time::{Duration, Instant};
 
 /// Options of `render`, `rotate` and `bench`.
 #[derive(Args)]
@@ -25,6 +26,8 @@ pub(super) struct SceneOptions {
     #[command(flatten)]
     pub device: DeviceOptions,
     #[command(flatten)]
+    pub memory: MemoryOptions,
+    #[command(flatten)]
     pub quality: QualityOptions,
     #[command(flatten)]
     pub blend: BlendOptions,
@@ -36,20 +39,33 @@ pub(super) struct Scene {
     pub transfer: TransferFunction,
     pub settings: Settings,
     pub device: Device,
+    /// When the volume began to be opened.
+    pub begun: Instant,
+    /// What that took: a pass over all voxels for their range.
+    pub first_pass: Duration,
 }
 
 impl Scene {
     /// Checks the options, opens the device and reads the volume.
     pub fn open(options: &SceneOptions) -> Result<Self, Error> {
         let settings = options.blend.apply(options.quality.settings()?)?;
+        let memory = options.memory.memory;
+        if let Some(bytes) = memory {
+            eprintln!(
+                "memory: {bytes} bytes on the device; before the picture, passes over the volume find its range, and what shows"
+            );
+        }
+        let begun = Instant::now();
         let volume = options.volume.open()?;
+        let first_pass = begun.elapsed();
         let transfer = open_transfer(&options.transfer, &volume)?;
         if options.transfer.transfer.is_none() {
             eprintln!("transfer function: {} (--transfer takes another)", described(&transfer));
         }
         let choice = options.device.choice();
         let device = Device::open(&choice)?;
-        Ok(Self { volume, transfer, settings, device })
+        let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
+        Ok(Self { volume, transfer, settings, device, begun, first_pass })
     }
 
     /// The outline of what is shown.
@@ -69,10 +85,6 @@ impl Scene {
     pub fn require_checked(&self, options: &SceneOptions, cameras: &[Camera]) -> Result<(), Error> {
         let families = check::families(cameras, options.camera.size, self.volume.grid(), &self.settings);
         check::require(&self.device, &families, &options.device)
-    }
-
-    pub fn renderer(&self) -> Result<Renderer, Error> {
-        Renderer::new(&self.device, &self.volume, &self.transfer)
     }
 }
 

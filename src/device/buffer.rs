@@ -1,5 +1,6 @@
 //! Device buffers that know their length and count their bytes.
 
+use super::budget::Taken;
 use super::{Device, DeviceMemory, MemoryKind, ScratchMemory};
 use crate::error::Error;
 use opencl3::command_queue::{enqueue_copy_buffer_rect, enqueue_copy_buffer_to_image};
@@ -19,6 +20,8 @@ pub(crate) struct Buffer<T> {
     len: usize,
     /// Where its bytes are counted; those of the caller's own memory are not.
     allocated: Option<Arc<AtomicU64>>,
+    /// Likewise.
+    _taken: Option<Taken>,
 }
 
 impl<T: Copy> Buffer<T> {
@@ -43,17 +46,18 @@ impl<T: Copy> Buffer<T> {
     unsafe fn create(device: &Device, len: usize, flags: u64, values: *const T, what: &str) -> Result<Self, Error> {
         let needed = len.max(1) as u64 * size_of::<T>() as u64;
         let info = device.info();
-        if needed > info.largest_buffer_bytes {
-            let available = info.largest_buffer_bytes;
+        let available = device.largest_buffer_bytes();
+        if needed > available {
             return Err(Error::DeviceMemory { what: what.into(), device: info.name.clone(), needed, available });
         }
+        let taken = device.budget.take(what, needed)?;
         device.require(what, needed, 0)?;
         // SAFETY: the caller's promise; what is copied is not written.
         let memory = unsafe { ClBuffer::create(&device.shared.context, flags, len.max(1), values.cast_mut().cast::<c_void>()) }
             .map_err(|e| not_created(device, what, needed, e))?;
         let allocated = device.shared.allocated.clone();
         allocated.fetch_add(needed, Ordering::Relaxed);
-        Ok(Self { memory, len, allocated: Some(allocated) })
+        Ok(Self { memory, len, allocated: Some(allocated), _taken: Some(taken) })
     }
 
     /// The first `len` values of memory of the caller's own, which is large enough.
@@ -61,7 +65,7 @@ impl<T: Copy> Buffer<T> {
         debug_assert!(matches!(memory.kind(), MemoryKind::Buffer { bytes } if bytes >= len * size_of::<T>()));
         // SAFETY: it is alive; the reference that is counted here is released by `ClBuffer`.
         unsafe { retain_mem_object(memory.raw()) }.map_err(|e| device.error("clRetainMemObject", ClError(e)))?;
-        Ok(Self { memory: ClBuffer::new(memory.raw()), len, allocated: None })
+        Ok(Self { memory: ClBuffer::new(memory.raw()), len, allocated: None, _taken: None })
     }
 
     /// `len` uninitialised values in the caller's scratch memory, for the frame that is being drawn.

@@ -1,5 +1,6 @@
 //! The only room that knows OpenCL: device, queue, buffers, programs and typed kernel launchers.
 
+mod budget;
 mod buffer;
 mod cache;
 mod commands;
@@ -32,6 +33,7 @@ pub(crate) use scratch::ScratchMemory;
 
 use crate::error::Error;
 use crate::memory;
+use budget::Budget;
 use commands::{Limit, Sequence};
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
@@ -48,6 +50,7 @@ pub struct Device {
     shared: Arc<Shared>,
     sequence: Arc<Sequence>,
     tuning: Tuning,
+    budget: Arc<Budget>,
     /// Of a frame that is timed.
     stopwatch: Option<Arc<Stopwatch>>,
     /// Of a frame whose scratch is the caller's.
@@ -88,7 +91,15 @@ impl Device {
     fn new(info: DeviceInfo, context: Context, sequence: Sequence) -> Self {
         let tuning = info.tuning;
         let shared = Shared { info, context, allocated: Arc::default(), programs: Mutex::default() };
-        Self { shared: Arc::new(shared), sequence: Arc::new(sequence), tuning, stopwatch: None, scratch: None, limit: None }
+        Self {
+            shared: Arc::new(shared),
+            sequence: Arc::new(sequence),
+            tuning,
+            budget: Budget::unlimited(),
+            stopwatch: None,
+            scratch: None,
+            limit: None,
+        }
     }
 
     /// The same device with other tuning values, for what is rendered through this handle and its clones.

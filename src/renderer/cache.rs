@@ -14,7 +14,7 @@ pub(super) trait Key: PartialEq + Send + 'static {
     /// The thing.
     type Value: Kept;
     /// Whether it is made from voxels, which may change.
-    const OF_VOXELS: bool;
+    const OF_VOXELS: bool = true;
 }
 
 /// Keeps what was used last, as long as it all takes no more than a budget.
@@ -86,6 +86,11 @@ impl Cache {
         self.entries.drain(..forgotten);
         value
     }
+
+    /// Forgets what was made from voxels.
+    pub fn forget_voxels(&mut self) {
+        self.entries.retain(|entry| !entry.of_voxels);
+    }
 }
 
 #[cfg(test)]
@@ -124,6 +129,11 @@ mod tests {
         assert!(cache.get(&Name(1)).is_none() && cache.get(&Number(1)).is_some() && cache.get(&Number(2)).is_some());
         cache.keep(Number(3), vec![4; 100]);
         assert!(cache.get(&Number(2)).is_none() && cache.get(&Number(3)).is_some(), "the newest stays");
+        let mut cache = Cache::new(25);
+        cache.keep(Number(1), vec![1; 10]);
+        cache.keep(Name(1), vec![2; 10]);
+        cache.forget_voxels();
+        assert!(cache.get(&Number(1)).is_none() && cache.get(&Name(1)).is_some(), "what is not of voxels stays");
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod scene;
 mod scratch;
 mod screen;
 mod sheets;
+mod streamed;
 mod tiles;
 mod uploaded;
 mod world;
@@ -26,9 +27,10 @@ pub use onto::{PictureFormat, PictureMemory};
 pub use parts::{CompositedLayers, PartRenderer};
 pub use plan::Plan;
 pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};
+pub use streamed::{StreamPlan, StreamedLattice, StreamedRenderer};
 pub use uploaded::UploadedVolume;
 
-use crate::camera::{Camera, Projection};
+use crate::camera::Camera;
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, ScratchMemory};
 use crate::error::Error;
@@ -45,14 +47,10 @@ use range::LayerRange;
 use rays::MarchedRays;
 use scene::View;
 use sheets::{AxisAlignedSheets, ImageAlignedSheets};
-use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::time::Duration;
 use tiles::{Target, read_samples};
 use world::World;
-
-/// Half heights of parallel views, in smallest spacings, that floats can hold with their reciprocals.
-const SCALES: RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Renders one volume on one device.
 ///
@@ -248,20 +246,8 @@ impl Renderer {
         Ok(Some(LatticePicture { size: lattice.size, lattice, samples }))
     }
 
-    /// A view as frames see it, in their world.
     fn seen(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Rays, Settings), Error> {
-        // What is wrong is told in the caller's units.
-        settings.check()?;
-        camera.basis()?;
-        let seen = self.world.camera(camera);
-        if let Projection::Parallel { scale } = seen.projection
-            && !SCALES.contains(&scale)
-        {
-            let expected = "between 1e-30 and 1e30 times the smallest spacing";
-            return Err(Error::OutOfRange { name: "scale", value: (scale * self.world.unit()).to_string(), expected });
-        }
-        let rays = Rays::new(&seen, viewport, self.prepared.grid())?;
-        Ok((rays, self.world.settings(settings)))
+        self.world.seen(self.prepared.grid(), camera, viewport, settings)
     }
 
     /// The device as one frame uses it: what that leaves behind, if it fails, no other sees.

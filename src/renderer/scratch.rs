@@ -51,6 +51,7 @@ impl<T: Copy> Growing<T> {
 
     /// A new buffer of `values`: what was there may still be read by frames on their way.
     pub fn filled(&mut self, device: &Device, values: &[T], what: &str) -> Result<&Buffer<T>, Error> {
+        self.buffer = None;
         Ok(self.buffer.insert(Buffer::from_slice(device, values, what)?))
     }
 

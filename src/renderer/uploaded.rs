@@ -33,11 +33,20 @@ impl UploadedVolume {
         Self::holding(device, &part.held())
     }
 
+    /// The same in a buffer with room for so many voxels: parts to come.
+    pub(super) fn part_with_room(device: &Device, part: &VolumePart, room: usize) -> Result<Self, Error> {
+        let held = &part.held();
+        Self::of(device, held, VoxelBuffer::upload_with_room(device, held, room)?)
+    }
+
     fn holding(device: &Device, held: &Held) -> Result<Self, Error> {
-        let voxels = Arc::new(VoxelBuffer::upload(device, held)?);
+        Self::of(device, held, VoxelBuffer::upload(device, held)?)
+    }
+
+    fn of(device: &Device, held: &Held, voxels: VoxelBuffer) -> Result<Self, Error> {
         let (first, dims) = (held.first, held.dims());
         let (device, description) = (device.clone(), held.description.clone());
-        Ok(Self { device, description, first, dims, voxels, placed: Placement::dense(dims), promised: false })
+        Ok(Self { device, description, first, dims, voxels: Arc::new(voxels), placed: Placement::dense(dims), promised: false })
     }
 
     /// What is known of the whole volume.

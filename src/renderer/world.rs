@@ -1,8 +1,15 @@
 //! The world as frames see it: with the smallest spacing as its unit, since float kernels know no world of 1e-20 or 1e20.
 
 use crate::camera::{Camera, Projection};
+use crate::error::Error;
+use crate::layers::Rays;
 use crate::settings::{ClipPlane, Clipping, Settings};
+use crate::viewport::Viewport;
 use crate::volume::Grid;
+use std::ops::RangeInclusive;
+
+/// Half heights of parallel views, in smallest spacings, that floats can hold with their reciprocals.
+const SCALES: RangeInclusive<f64> = 1e-30..=1e30;
 
 /// A scale of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,11 +24,6 @@ impl World {
         Self { unit: grid.spacing().min_element() }
     }
 
-    /// World units of the caller's that are one here.
-    pub fn unit(self) -> f64 {
-        self.unit
-    }
-
     pub fn grid(self, grid: &Grid) -> Grid {
         grid.in_units_of(self.unit)
     }
@@ -32,6 +34,21 @@ impl World {
             perspective @ Projection::Perspective { .. } => perspective,
         };
         Camera { position: camera.position / self.unit, focal_point: camera.focal_point / self.unit, projection, ..*camera }
+    }
+
+    /// A view as frames see it; `grid` in their world, all else in the caller's.
+    pub fn seen(self, grid: &Grid, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Rays, Settings), Error> {
+        // What is wrong is told in the caller's units.
+        settings.check()?;
+        camera.basis()?;
+        let seen = self.camera(camera);
+        if let Projection::Parallel { scale } = seen.projection
+            && !SCALES.contains(&scale)
+        {
+            let expected = "between 1e-30 and 1e30 times the smallest spacing";
+            return Err(Error::OutOfRange { name: "scale", value: (scale * self.unit).to_string(), expected });
+        }
+        Ok((Rays::new(&seen, viewport, grid)?, self.settings(settings)))
     }
 
     pub fn settings(self, settings: &Settings) -> Settings {

@@ -1,28 +1,32 @@
 //! Built-in closed-form volumes, sampled at any size.
 
-use super::{RawOptions, Volume};
+use super::storage::{Made, Storage};
+use super::{RawOptions, Volume, VoxelType};
 use crate::error::Error;
 use crate::memory;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 const NAMES: &str = "marschner-lobb, hydrogen or cube";
-/// Largest built-in volume: 1024³ voxels.
-const MAX_VOXELS: usize = 1 << 30;
+/// Largest built-in volume: 2048³ voxels.
+const MAX_VOXELS: usize = 1 << 33;
+/// Voxels up to which a volume is kept; those of larger ones are made whenever they are looked at.
+const MOST_KEPT: usize = 1 << 28;
 
 /// The volume `NAME`, `NAME@N` or `NAME@XxYxZ`, 64³ by default, as uint8: densities in empty space, so the background is 0. Only the
-/// spacing of `options` counts.
+/// spacing of `options` counts. Those of more than 2^28 voxels are never in memory as a whole.
 ///
 /// * `marschner-lobb`: the test signal of Marschner & Lobb (1994), f_M = 6, α = 0.25, on \[−1, 1\]³.
 /// * `hydrogen`: the density of hydrogen's 3d_z² orbital, the square root of it so that both lobes and ring show.
 /// * `cube`: one value, 255, everywhere: a homogeneous cube that fills its grid.
 pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume<'static>, Error> {
     let (name, size) = source.split_once('@').unwrap_or((source, "64"));
-    let sample: fn([usize; 3]) -> Vec<u8> = match name {
+    let sampled: fn([usize; 3]) -> Arc<dyn Made> = match name {
         "marschner-lobb" => marschner_lobb,
         "hydrogen" => hydrogen,
-        "cube" => |dims| vec![255; dims.iter().product()],
+        "cube" => |dims| made(dims, |_, _, _| 1.0),
         _ => {
             return Err(Error::UnknownName { what: "built-in volume", name: name.into(), known: NAMES.into() });
         }
@@ -40,11 +44,20 @@ pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume<'stat
     let dims = parse_size(size).ok_or_else(|| Error::OutOfRange {
         name: "size of the built-in volume",
         value: size.into(),
-        expected: "N or XxYxZ, at least 1 per axis and at most 2^30 voxels",
+        expected: "N or XxYxZ, at least 1 per axis and at most 2^33 voxels",
     })?;
     let grid = options.grid(dims)?;
-    memory::require(&format!("builtin:{source}"), grid.voxel_count() as u64)?;
-    Volume::new(format!("builtin:{source}"), grid, sample(dims))?.with_background(0.0)
+    let (name, voxels) = (format!("builtin:{source}"), sampled(dims));
+    let storage = if voxels.len() > MOST_KEPT { Storage::made(voxels, VoxelType::Uint8) } else { kept(&name, &*voxels)?.into() };
+    Volume::new(name, grid, storage)?.with_background(0.0)
+}
+
+/// All voxels, made on all cores.
+fn kept(name: &str, voxels: &dyn Made) -> Result<Vec<u8>, Error> {
+    const PIECE: usize = 1 << 16;
+    let mut bytes = memory::zeroed(name, voxels.len())?;
+    bytes.par_chunks_mut(PIECE).enumerate().for_each(|(n, piece)| voxels.make(n * PIECE, piece));
+    Ok(bytes)
 }
 
 fn parse_size(text: &str) -> Option<[usize; 3]> {
@@ -68,33 +81,52 @@ fn coordinates(dims: [usize; 3]) -> [Vec<f64>; 3] {
     dims.map(|n| (0..n).map(|i| unit_coordinate(i, n)).collect())
 }
 
-/// Densities 0 … 1 of all voxels (i, j, k) in bytes, on all cores.
-fn bytes(dims: [usize; 3], density: impl Fn(usize, usize, usize) -> f64 + Sync) -> Vec<u8> {
-    let mut voxels = vec![0; dims.iter().product()];
-    voxels.par_chunks_mut(dims[0]).enumerate().for_each(|(row, voxels)| {
-        let (j, k) = (row % dims[1], row / dims[1]);
-        for (i, voxel) in voxels.iter_mut().enumerate() {
-            *voxel = (density(i, j, k).clamp(0.0, 1.0) * 255.0).round() as u8;
+/// Voxels (i, j, k) of densities 0 … 1.
+struct Sampled<D> {
+    dims: [usize; 3],
+    density: D,
+}
+
+fn made(dims: [usize; 3], density: impl Fn(usize, usize, usize) -> f64 + Send + Sync + 'static) -> Arc<dyn Made> {
+    Arc::new(Sampled { dims, density })
+}
+
+impl<D: Fn(usize, usize, usize) -> f64 + Send + Sync> Made for Sampled<D> {
+    fn len(&self) -> usize {
+        self.dims.iter().product()
+    }
+
+    fn make(&self, first: usize, bytes: &mut [u8]) {
+        let [x, y, _] = self.dims;
+        let (mut at, mut bytes) = (first, bytes);
+        while !bytes.is_empty() {
+            let (i, row) = (at % x, at / x);
+            let (here, rest) = bytes.split_at_mut((x - i).min(bytes.len()));
+            for (i, voxel) in (i..).zip(here.iter_mut()) {
+                *voxel = ((self.density)(i, row % y, row / y).clamp(0.0, 1.0) * 255.0).round() as u8;
+            }
+            (at, bytes) = (at + here.len(), rest);
         }
-    });
-    voxels
+    }
 }
 
 /// ρ(x, y, z) = (1 − sin(πz/2) + α(1 + wave(x, y))) / (2(1 + α)).
-fn marschner_lobb(dims: [usize; 3]) -> Vec<u8> {
+fn marschner_lobb(dims: [usize; 3]) -> Arc<dyn Made> {
     const FREQUENCY: f64 = 6.0;
     const AMPLITUDE: f64 = 0.25;
-    /// Slices from which on the wave is kept for all of them: it takes eight bytes per column.
+    /// Slices from which on the wave is kept for all of them, and columns up to which: it takes eight bytes per column.
     const MANY: usize = 8;
+    const MOST_COLUMNS: usize = 1 << 24;
     let [x, y, z] = coordinates(dims);
-    let wave = |i: usize, j: usize| {
+    let wave = move |i: usize, j: usize| {
         let cosine = (2.0 * PI * FREQUENCY * (PI * DVec2::new(x[i], y[j]).length() / 2.0).cos()).cos();
         AMPLITUDE * (1.0 + cosine)
     };
-    let kept: Option<Vec<f64>> =
-        (dims[2] >= MANY).then(|| (0..dims[0] * dims[1]).into_par_iter().map(|c| wave(c % dims[0], c / dims[0])).collect());
+    let columns = dims[0] * dims[1];
+    let kept: Option<Vec<f64>> = (dims[2] >= MANY && columns <= MOST_COLUMNS)
+        .then(|| (0..columns).into_par_iter().map(|c| wave(c % dims[0], c / dims[0])).collect());
     let ramps: Vec<f64> = z.iter().map(|z| 1.0 - (PI * z / 2.0).sin()).collect();
-    bytes(dims, |i, j, k| {
+    made(dims, move |i, j, k| {
         let wave = kept.as_ref().map_or_else(|| wave(i, j), |kept| kept[i + dims[0] * j]);
         (ramps[k] + wave) / (2.0 * (1.0 + AMPLITUDE))
     })
@@ -102,12 +134,12 @@ fn marschner_lobb(dims: [usize; 3]) -> Vec<u8> {
 
 /// ψ₃₂₀ ∝ r² e^{−r/3} (3cos²θ − 1), r in Bohr radii over \[−22, 22\]; |ψ| scaled to its largest value, that on the z
 /// axis at r = 6.
-fn hydrogen(dims: [usize; 3]) -> Vec<u8> {
+fn hydrogen(dims: [usize; 3]) -> Arc<dyn Made> {
     const EXTENT: f64 = 22.0;
     let psi = |r: f64, angular: f64| angular * (-r / 3.0).exp();
     let largest = psi(6.0, 72.0);
     let [x, y, z] = coordinates(dims);
-    bytes(dims, |i, j, k| {
+    made(dims, move |i, j, k| {
         let q = DVec3::new(x[i], y[j], z[k]) * EXTENT;
         (psi(q.length(), 2.0 * q.z * q.z - q.x * q.x - q.y * q.y) / largest).abs()
     })
@@ -116,7 +148,7 @@ fn hydrogen(dims: [usize; 3]) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::VoxelType;
+    use crate::volume::Grid;
 
     fn values(source: &str) -> (Volume<'static>, Vec<u8>) {
         let volume = builtin_volume(source, &RawOptions::default()).unwrap();
@@ -133,6 +165,37 @@ mod tests {
         assert_eq!(values("marschner-lobb@1").1.len(), 1);
         for bad in ["cube@0", "cube@2x2", "cube@", "cube@-1", "cube@100000x100000x1", "sphere"] {
             assert!(builtin_volume(bad, &RawOptions::default()).is_err(), "{bad}");
+        }
+    }
+
+    /// Volumes that are made when they are looked at are those that are kept: as a whole, in rows from anywhere, in boxes.
+    #[test]
+    fn made_or_kept() {
+        let dims = [31, 17, 20];
+        let grid = Grid::new(dims, DVec3::ONE).unwrap();
+        for sampled in [marschner_lobb, hydrogen] {
+            let bytes = kept("kept", &*sampled(dims)).unwrap();
+            let made = Volume::new("made", grid.clone(), Storage::made(sampled(dims), VoxelType::Uint8)).unwrap();
+            let kept = Volume::new("kept", grid.clone(), bytes.as_slice()).unwrap();
+            assert_eq!((made.range(), made.statistics()), (kept.range(), kept.statistics()));
+            for (first, len) in [(0, 1), (30, 2), (500, 1700), (bytes.len() - 40, 40)] {
+                let mut some = vec![0; len];
+                sampled(dims).make(first, &mut some);
+                assert_eq!(some, bytes[first..first + len], "{len} from {first} on");
+            }
+            let (first, box_dims) = ([3, 5, 2], [11, 9, 16]);
+            let voxels = |volume: &Volume| {
+                let mut found = Vec::new();
+                volume.part(first, box_dims).unwrap().held().for_each_piece(|at, piece| {
+                    assert_eq!(at, found.len());
+                    found.extend_from_slice(piece);
+                    Ok::<(), Error>(())
+                })?;
+                Ok::<_, Error>(found)
+            };
+            assert!(voxels(&made).unwrap() == voxels(&kept).unwrap());
+            assert_eq!(made.column_ranges([5, 2], [9, 9]), kept.column_ranges([5, 2], [9, 9]));
+            assert!((0..bytes.len()).step_by(37).all(|n| made.value(n) == f64::from(bytes[n])));
         }
     }
 

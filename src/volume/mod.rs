@@ -5,6 +5,7 @@ mod description;
 mod format;
 mod grid;
 mod part;
+mod placed;
 mod rescale;
 mod statistics;
 mod storage;
@@ -24,8 +25,8 @@ pub use storage::Storage;
 pub use voxels::{Endian, ScalarType, Voxel, VoxelType, Voxels, Wide};
 
 use crate::error::Error;
+use placed::Placed;
 use std::path::Path;
-use storage::Placed;
 use voxels::{is_valid, with_voxel_type};
 
 /// A scalar volume: its [`Description`] and its voxels, wherever they lie (`'a` is how long they are borrowed; owned, shared and mapped
@@ -80,6 +81,7 @@ impl<'a> Volume<'a> {
         let Some(voxels) = storage.placed(grid.dims()) else {
             return Err(Error::volume(Path::new(&name), "its first byte and strides lead to voxels outside of its bytes"));
         };
+        tracing::info!("{name}: a first pass over {} bytes, for the range of its values", expected * voxel_type.bytes() as u64);
         let (range, invalid) = voxels.valid_range();
         if invalid > 0 {
             tracing::warn!("{name}: {invalid} voxels are NaN, infinite or beyond 1e30: they count as the background");
@@ -157,9 +159,10 @@ impl<'a> Volume<'a> {
         })
     }
 
-    /// Smallest and largest value in a box of voxels, `from` to `to` inclusive, invalid ones being background.
-    pub(crate) fn range_in(&self, from: [usize; 3], to: [usize; 3]) -> (f64, f64) {
-        self.description.rescale.range(self.voxels.range_in(from, to, self.description.stored().background))
+    /// Smallest and largest value at each x of the rows `from` to `to` (y, z) inclusive, invalid ones being background.
+    pub(crate) fn column_ranges(&self, from: [usize; 2], to: [usize; 2]) -> Vec<(f64, f64)> {
+        let ranges = self.voxels.column_ranges(from, to, self.description.stored().background);
+        ranges.into_iter().map(|range| self.description.rescale.range(range)).collect()
     }
 
     /// Gives every voxel's value, `None` where it is invalid, to sums of blocks of voxels, on all cores. The sums are in the blocks'

@@ -1,6 +1,7 @@
 //! Parts of volumes, and voxels that a device is to hold.
 
-use super::storage::{Placed, Storage};
+use super::placed::Placed;
+use super::storage::Storage;
 use super::{Description, VoxelType};
 use crate::error::Error;
 use std::path::Path;

@@ -159,3 +159,34 @@ fn reports_and_devices() {
         assert_eq!(report["device"].as_str(), Some(named.info().name.as_str()));
     }
 }
+
+/// What does not fit into memory is streamed, to the same picture; what it takes is told before, and reported.
+#[test]
+fn memory() {
+    const SIGNAL: &str = "builtin:marschner-lobb@100";
+    let frame = |name: &str, more: &[&str]| {
+        let all = [&["render", SIGNAL, "--size", "36x28", "--transfer", "fire", "-o", name], more].concat();
+        let report = json(folder(), &all);
+        (read_image(&folder().join(name)).unwrap(), report, layersplat(folder(), &all))
+    };
+    let (whole, plain, _) = frame("whole.npy", &[]);
+    let (streamed, report, told) = frame("streamed.npy", &["--memory", "700KiB"]);
+    assert!(streamed == whole && plain["stream"].is_null(), "{plain}");
+    // Samples between two parts can count for both.
+    let active = [&report, &plain].map(|report| report["active_samples"].as_f64().unwrap());
+    assert!((1.0..1.05).contains(&(active[0] / active[1])) && report["lattice"] == plain["lattice"], "{active:?}");
+    let stream = &report["stream"];
+    let number = |key: &str| stream[key].as_u64().unwrap_or_else(|| panic!("{key}: {stream}"));
+    assert!(stream["lattices"][0]["parts"].as_u64() > Some(1) && stream["lattices"][0]["axis"] == "z", "{stream}");
+    assert!(number("peak_device_bytes") <= number("device_bytes") && number("device_bytes") <= number("memory"), "{stream}");
+    assert_eq!((number("memory"), number("volume_bytes")), (700 << 10, 1_000_000));
+    assert!(number("voxel_bytes") > 1_000_000 && stream["first_pass_ms"].as_f64() < report["first_ms"].as_f64(), "{report}");
+    let told = String::from_utf8(told.stderr).unwrap();
+    for words in ["716800 bytes on the device", "parts of up to", "passes over the volume", "the first pass"] {
+        assert!(told.contains(words), "{told} does not say '{words}'");
+    }
+    refused(folder(), &["render", SIGNAL, "--memory", "100K", "-o", "no.npy"], 2, &["at least", "102400", "--memory BYTES"]);
+    refused(folder(), &["render", SIGNAL, "--memory", "many", "-o", "no.npy"], 2, &["--memory", "512M"]);
+    let rays = ["render", SIGNAL, "--memory", "700K", "--algorithm", "raycast", "-o", "no.npy"];
+    refused(folder(), &rays, 2, &["whole volume", "--memory BYTES"]);
+}

@@ -1,6 +1,7 @@
 //! One typed launcher per kernel. All `unsafe` calls of kernels are here: what a kernel's arguments are is declared once, by
 //! `kernel!`, and compared with the kernel itself by the test below.
 
+mod blocks;
 mod fields;
 pub(crate) mod layered;
 pub(crate) mod picture;
@@ -238,10 +239,20 @@ impl VoxelBuffer {
 
     /// A copy of voxels, the background in place of invalid ones.
     pub fn upload(device: &Device, held: &Held) -> Result<Self, Error> {
+        Self::upload_with_room(device, held, held.dims().iter().product())
+    }
+
+    /// The same with room for so many voxels.
+    pub fn upload_with_room(device: &Device, held: &Held, room: usize) -> Result<Self, Error> {
         let description = held.description;
-        let mut voxels = Self::new(device, held.dims().iter().product(), description.voxel_type(), description.name())?;
-        held.for_each_piece(|first, bytes| voxels.bytes.write_at(device, first, bytes))?;
+        let mut voxels = Self::new(device, room, description.voxel_type(), description.name())?;
+        voxels.refill(device, held)?;
         Ok(voxels)
+    }
+
+    /// Copies other voxels into this buffer, no more than there is room for.
+    pub fn refill(&mut self, device: &Device, held: &Held) -> Result<(), Error> {
+        held.for_each_piece(|first, bytes| self.bytes.write_at(device, first, bytes))
     }
 
     /// Layers of bytes, `stride` bytes apart.

@@ -1,8 +1,8 @@
 //! Kernels that prepare a volume: its layouts, its min-max blocks, and which of these can be seen.
 
+pub(crate) use super::blocks::{BlockNumbers, MinMaxBlocks, Reach};
 use super::{Defines, Floats, Items, Launch, VoxelBuffer, VoxelKind, kernel, structs::VolumeView};
-use crate::device::{Buffer, Device, Tuning};
-use crate::error::Error;
+use crate::device::{Buffer, Tuning};
 use crate::layers::PREFILTER_RADIUS;
 use crate::volume::VoxelType;
 
@@ -105,72 +105,6 @@ impl Launch for PrefilterColumns {
     }
 }
 
-/// Blocks of voxels, and how far samples reach for voxels around theirs, within a layer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Reach {
-    pub below: i32,
-    pub above: i32,
-    /// Rows of a block.
-    pub rows: i32,
-}
-
-impl Reach {
-    /// Splat sums of three layers, |s| ≤ 1: 1 + |s| around their crossings, |s| to either side.
-    pub const SPLATS: Reach = Reach { below: 3, above: 4, rows: 8 };
-
-    /// Point samples at either end of a slab, |s| ≤ 1, of a kernel of a radius.
-    pub const fn points(radius: i32) -> Reach {
-        Reach { below: radius, above: radius + 1, rows: 4 }
-    }
-}
-
-/// Smallest and largest value in reach of each block of a layer axis.
-pub(crate) struct MinMaxBlocks {
-    /// Two voxels per block and layer.
-    pub limits: VoxelBuffer,
-    /// Blocks along u and v, a margin of one on each side included.
-    pub blocks: [i32; 2],
-    /// Voxels along the layer axis.
-    pub layers: i32,
-}
-
-impl MinMaxBlocks {
-    /// Voxels per block and in-layer axis: `BLOCK` in kernels/shared/volume.cl.
-    const BLOCK: usize = 8;
-
-    /// Uninitialised ones for a volume of `dims` voxels along u, v, a.
-    pub fn new(device: &Device, dims: [usize; 3], voxel_type: VoxelType, reach: Reach) -> Result<Self, Error> {
-        let blocks = [dims[0].div_ceil(Self::BLOCK) + 2, dims[1].div_ceil(reach.rows as usize) + 2];
-        let limits = VoxelBuffer::new(device, 2 * blocks[0] * blocks[1] * dims[2], voxel_type, "the min-max blocks")?;
-        Ok(Self { limits, blocks: blocks.map(|b| b as i32), layers: dims[2] as i32 })
-    }
-
-    /// Flags that [`Visibility`] writes: one per block and layer −1 … n.
-    pub fn flags(&self) -> usize {
-        self.per_layer() * (self.layers as usize + 2)
-    }
-
-    /// Bytes that [`SlabVisibility`] writes, a bit per block and slab, and seven more: kernels read eight blocks at once.
-    pub fn slab_bytes(&self, radius: i32) -> usize {
-        self.per_layer() * self.chunks(radius) + 7
-    }
-
-    /// Blocks of a layer.
-    pub fn per_layer(&self) -> usize {
-        self.blocks[0] as usize * self.blocks[1] as usize
-    }
-
-    /// The spaces between layers that a kernel of a radius fills.
-    pub fn slabs(&self, radius: i32) -> i32 {
-        self.layers + 2 * radius - 1
-    }
-
-    /// Groups of eight slabs.
-    pub fn chunks(&self, radius: i32) -> usize {
-        self.slabs(radius).unsigned_abs().div_ceil(8) as usize
-    }
-}
-
 kernel! {
     /// Fills [`MinMaxBlocks`].
     FillMinMaxBlocks = "volume/min_max_blocks.cl", min_max_blocks, "min-max blocks";
@@ -189,7 +123,7 @@ kernel! {
 
 impl<'a> MinMaxArguments<'a> {
     pub fn new(voxels: &'a VoxelBuffer, view: VolumeView, reach: Reach, blocks: &'a MinMaxBlocks) -> Self {
-        let ([blocks_u, blocks_v], limits) = (blocks.blocks, &blocks.limits);
+        let ([blocks_u, blocks_v], limits) = (blocks.numbers.blocks, &blocks.limits);
         let Reach { below, above, rows: block_rows } = reach;
         Self { voxels, view, blocks_u, blocks_v, block_rows, below, above, limits }
     }
@@ -231,7 +165,7 @@ kernel! {
         table_last: i32,
         /// How many entries before each one are visible; last + 2 counts.
         visible_before: &'a Buffer<u32>,
-        /// [`MinMaxBlocks::flags`] bytes.
+        /// [`BlockNumbers::flags`] bytes.
         visible: &'a Buffer<u8>,
     }
 }
@@ -278,7 +212,7 @@ kernel! {
         /// background.
         overshoot: f32,
         slack: f32,
-        /// [`MinMaxBlocks::slab_bytes`].
+        /// [`BlockNumbers::slab_bytes`].
         visible: &'a Buffer<u8>,
     }
 }

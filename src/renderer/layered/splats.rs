@@ -49,6 +49,19 @@ impl SplatLayers {
         }
     }
 
+    /// Bytes of the buffers of a frame besides layouts, blocks and the transfer table, which has so many entries.
+    pub fn scratch(lattice: &Lattice, correction: Correction, entries: usize) -> Vec<usize> {
+        let LayerSlabs { inner, front, back } = LayerSlabs::new(correction);
+        let slabs = (inner.len() + front.len() + back.len()) * size_of::<Float4>();
+        let Some(Phases { samples_per_voxel: [m_u, m_v], .. }) = lattice.phases else {
+            return vec![slabs, quadrature_nodes().len() * size_of::<[f32; 2]>()];
+        };
+        let (layers, m_u, m_v) = (lattice.dims[2] + 2, m_u as usize, m_v as usize);
+        let weights = layers * m_u * m_v * kernels::Footprints::WEIGHTS * size_of::<f32>();
+        let offsets = [m_u, m_v].map(|m| layers * m * size_of::<LayerOffset>());
+        vec![slabs, weights, offsets[0], offsets[1], entries * size_of::<Float4>()]
+    }
+
     fn draw_phases(
         &mut self,
         scene: &mut Scene,

@@ -139,7 +139,7 @@ impl Prepared {
             None => Arc::new(MinMaxBlocks::new(device, self.held_local(axis), voxels.voxel_type(), reach)?),
         };
         // Of what is held alone: the outermost blocks of a part are wrong, and no layer that it draws reaches them.
-        let view = VolumeView { dims: [view.dims[0], view.dims[1], blocks.layers], first_a: 0, ..view };
+        let view = VolumeView { dims: [view.dims[0], view.dims[1], blocks.numbers.layers], first_a: 0, ..view };
         let arguments = MinMaxArguments::new(&voxels, view, reach, &blocks);
         self.launchers.min_max_blocks.launch(device, voxels.kind(), &arguments)?;
         Ok(self.cache.keep(key, blocks))
@@ -161,16 +161,16 @@ impl Prepared {
         let table = self.table(device, extinction, Kernel::Cubic)?;
         let found = match self.cache.take_stale(&key) {
             Some(stale) => stale,
-            None => Arc::new(VisibleBlocks::new(device, blocks.flags(), blocks.blocks)?),
+            None => Arc::new(VisibleBlocks::new(device, blocks.numbers.flags(), blocks.numbers.blocks)?),
         };
         let (background, offset) = self.background();
-        let [blocks_u, blocks_v] = blocks.blocks;
+        let [blocks_u, blocks_v] = blocks.numbers.blocks;
         let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         let arguments = VisibilityArguments {
             limits: &blocks.limits,
             blocks_u,
             blocks_v,
-            layers: blocks.layers,
+            layers: blocks.numbers.layers,
             background,
             offset,
             least,
@@ -204,20 +204,20 @@ impl Prepared {
         let table = self.table(device, extinction, kernel)?;
         let found = match self.cache.take_stale(&key) {
             Some(stale) => stale,
-            None => Arc::new(VisibleBlocks::new(device, blocks.slab_bytes(radius), blocks.blocks)?),
+            None => Arc::new(VisibleBlocks::new(device, blocks.numbers.slab_bytes(radius), blocks.numbers.blocks)?),
         };
         // Limits are of numbers as they are stored.
         let Layout { voxels, view } = self.weighted(device, axis, kernel)?;
         // What ray casting takes missing voxels for is what its sums overshoot the distance from.
         let gaussian = kernel == Kernel::Gaussian && blend == Blend::Composite;
         let background = if gaussian { table.gaussian_background } else { self.background_of(blend) };
-        let [blocks_u, blocks_v] = blocks.blocks;
+        let [blocks_u, blocks_v] = blocks.numbers.blocks;
         let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         let arguments = SlabVisibilityArguments {
             limits: &blocks.limits,
             blocks_u,
             blocks_v,
-            layers: blocks.layers,
+            layers: blocks.numbers.layers,
             radius,
             background,
             offset: view.offset,
@@ -245,11 +245,12 @@ impl Prepared {
         blocks: &MinMaxBlocks,
         radius: i32,
     ) -> Result<(), Error> {
-        let chunks = blocks.chunks(radius) as i32;
+        let chunks = blocks.numbers.chunks(radius) as i32;
         let shows = &Buffer::new(device, chunks as usize, "the slabs that show anything")?;
-        let arguments = ShownChunksArguments { visible: &found.flags, per_layer: blocks.per_layer() as i32, chunks, shows };
+        let arguments =
+            ShownChunksArguments { visible: &found.flags, per_layer: blocks.numbers.per_layer() as i32, chunks, shows };
         self.launchers.shown_chunks.launch(device, (), &arguments)?;
-        let arguments = ShownSlabsArguments { shows, chunks, slabs: blocks.slabs(radius), shown: &found.shown };
+        let arguments = ShownSlabsArguments { shows, chunks, slabs: blocks.numbers.slabs(radius), shown: &found.shown };
         self.launchers.shown_slabs.launch(device, (), &arguments)
     }
 }

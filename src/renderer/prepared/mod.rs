@@ -9,7 +9,7 @@ mod tables;
 pub(super) use blocks::PointReach;
 pub(super) use layouts::{Layout, Placement};
 pub(super) use splat_list::{SplatList, Splatted, read_total};
-pub(super) use tables::{Integrals, SLAB_VALUES, Table};
+pub(super) use tables::{Integrals, SLAB_VALUES, Table, integrals_bytes, table_bytes, table_entries};
 
 use super::UploadedVolume;
 use super::cache::{Cache, Kept, Key};
@@ -24,7 +24,7 @@ use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, set_direction};
 use crate::transfer::TransferFunction;
-use crate::volume::{Grid, Rescale, Stored};
+use crate::volume::{Grid, Held, Rescale, Stored};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -126,6 +126,16 @@ impl Prepared {
             revision: 0,
             launchers: Launchers::default(),
         }
+    }
+
+    /// Holds other voxels of the same volume, as many as there is room for, and forgets what was made from those before.
+    pub fn hold(&mut self, device: &Device, held: &Held) -> Result<(), Error> {
+        self.cache.forget_voxels();
+        let voxels = Arc::get_mut(&mut self.voxels).expect("voxels that are replaced are nobody else's");
+        voxels.refill(device, held)?;
+        (self.held_first, self.held_dims) = (held.first, held.dims());
+        self.placed = Placement::dense(self.held_dims);
+        Ok(())
     }
 
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {

@@ -8,7 +8,8 @@ use crate::device::launch::structs::{Float4, SampleParams};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Kernel, lighting_curve, segment_ends};
-use crate::transfer::{Extinction, IntegralTable, TransferTable};
+use crate::transfer::{Extinction, IntegralTable, TransferFunction, TransferTable};
+use crate::volume::Stored;
 use std::sync::Arc;
 
 /// Values in front and behind that the table of slicing has entries for.
@@ -142,11 +143,8 @@ impl Prepared {
         TableKey(self.revision, extinction, kernel.field_overshoot())
     }
 
-    /// Range of the values that a kernel can reconstruct, as numbers.
     fn field_range(&self, kernel: Kernel) -> (f64, f64) {
-        let (lo, hi) = self.stored.field_range();
-        let beyond = kernel.field_overshoot() * (hi - lo);
-        (lo - beyond, hi + beyond)
+        field_range(&self.stored, kernel)
     }
 
     /// The table of the transfer function, for the values of a kernel's field.
@@ -227,6 +225,34 @@ impl Prepared {
     fn scale(&self, first: f64, per_value: f64, entries: usize) -> Scale {
         Scale { first: (first - self.offset()) as f32, per_value: per_value as f32, last: entries as i32 - 1 }
     }
+}
+
+/// Range of the values that a kernel can reconstruct, as numbers.
+fn field_range(stored: &Stored, kernel: Kernel) -> (f64, f64) {
+    let (lo, hi) = stored.field_range();
+    let beyond = kernel.field_overshoot() * (hi - lo);
+    (lo - beyond, hi + beyond)
+}
+
+/// Entries that the table of a transfer function of stored numbers will have.
+pub(in crate::renderer) fn table_entries(
+    transfer: &TransferFunction,
+    stored: &Stored,
+    extinction: Extinction,
+    kernel: Kernel,
+) -> usize {
+    TransferTable::new(transfer, field_range(stored, kernel), extinction).entries.len()
+}
+
+/// Bytes of the buffers of a table with so many entries.
+pub(in crate::renderer) fn table_bytes(entries: usize) -> [usize; 3] {
+    let before = (entries + 1) * size_of::<u32>();
+    [entries * size_of::<Float4>(), before, before]
+}
+
+/// Most bytes of the integrals of a table with so many entries; less where it is mostly opaque.
+pub(in crate::renderer) fn integrals_bytes(entries: usize) -> usize {
+    2 * (entries + 1) * size_of::<[i32; 4]>()
 }
 
 /// Integrals of all nodes, then their own values, as bits.

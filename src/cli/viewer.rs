@@ -1,0 +1,93 @@
+//! What renders a scene: with all of its volume on the device, or part by part.
+
+use super::parse;
+use super::scene::Scene;
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::image::{Background, Frame};
+use crate::renderer::{FrameReport, Renderer, StreamPlan, StreamedRenderer};
+use crate::settings::Settings;
+use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
+use clap::Args;
+
+/// How much of the device.
+#[derive(Args)]
+#[command(next_help_heading = "Device")]
+pub(super) struct MemoryOptions {
+    /// Bytes that buffers on the device may take together, as 900000, 512M (or MiB), 1.5G, 800MB: larger volumes are streamed, to the
+    /// same picture; first_ms counts from their opening then [default: the device's own]
+    #[arg(long, value_parser = parse::bytes, value_name = "BYTES", allow_hyphen_values = true)]
+    pub memory: Option<u64>,
+}
+
+/// A renderer of either kind.
+pub(super) enum Viewer {
+    Whole(Box<Renderer>),
+    Streamed(Box<StreamedRenderer<'static>>),
+}
+
+impl Viewer {
+    /// Streams where memory is bounded, and what the device has no single buffer for.
+    pub fn new(scene: &Scene) -> Result<Self, Error> {
+        let Scene { device, volume, transfer, .. } = scene;
+        let bytes = volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
+        if device.memory_budget().is_some() || bytes > device.largest_buffer_bytes() {
+            return Ok(Self::Streamed(Box::new(StreamedRenderer::new(device, volume, transfer))));
+        }
+        Ok(Self::Whole(Box::new(Renderer::new(device, volume, transfer)?)))
+    }
+
+    /// How a view will be streamed, also told on standard error; `None` where it will not.
+    pub fn announce(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
+        let Self::Streamed(renderer) = self else { return Ok(None) };
+        let plan = renderer.plan(camera, viewport, settings)?;
+        match &plan {
+            Some(plan) => eprintln!("memory: {plan}"),
+            None => eprintln!("memory: this view needs the whole volume on the device, and that fits"),
+        }
+        Ok(plan)
+    }
+
+    /// Whether what does not fit is streamed.
+    pub fn is_streamed(&self) -> bool {
+        matches!(self, Self::Streamed(_))
+    }
+
+    pub fn measure(&mut self, measuring: bool) {
+        match self {
+            Self::Whole(renderer) => renderer.measure(measuring),
+            Self::Streamed(renderer) => renderer.measure(measuring),
+        }
+    }
+
+    pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
+        match self {
+            Self::Whole(renderer) => renderer.set_transfer_function(transfer),
+            Self::Streamed(renderer) => renderer.set_transfer_function(transfer),
+        }
+    }
+
+    pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+        match self {
+            Self::Whole(renderer) => renderer.render(camera, viewport, settings),
+            Self::Streamed(renderer) => renderer.render(camera, viewport, settings),
+        }
+    }
+
+    pub fn render_rgba8(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        background: Background,
+    ) -> Result<(Vec<u8>, FrameReport), Error> {
+        match self {
+            Self::Whole(renderer) => renderer.render_rgba8(camera, viewport, settings, background),
+            Self::Streamed(renderer) => {
+                let (frame, report) = renderer.render(camera, viewport, settings)?;
+                Ok((frame.to_rgba8(background), report))
+            }
+        }
+    }
+}

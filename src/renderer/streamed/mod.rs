@@ -1,0 +1,270 @@
+//! Volumes that do not fit on the device: their layers go there part by part.
+
+mod needs;
+mod plan;
+
+pub use plan::{StreamPlan, StreamedLattice};
+
+use super::picture::{OntoScreen, Picture, Share};
+use super::plan::Plan;
+use super::range::LayerRange;
+use super::report::{FrameReport, Measured};
+use super::scene::View;
+use super::tiles::read_samples;
+use super::world::World;
+use super::{PartRenderer, Renderer, UploadedVolume};
+use crate::camera::Camera;
+use crate::device::{Device, DeviceKind};
+use crate::error::Error;
+use crate::image::Frame;
+use crate::layers::{Lattice, Rays};
+use crate::memory;
+use crate::settings::{Layered, Settings};
+use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
+use crate::volume::{Grid, Volume, VolumePart};
+use needs::{Bytes, Needs, Room};
+use plan::Parts;
+use std::ops::Range;
+
+/// Renders a volume within the memory of a device handle ([`Device::with_memory`], [`Device::with_largest_buffer`]), however large the
+/// volume is: the same bits as a [`Renderer`] that holds all of it.
+///
+/// Layers on a lattice go to the device in parts along the layer axis, each as many layers as there is room for; along x and y these are
+/// gathered where the voxels lie, in a mapped file for instance, and of built-in volumes of more than 2^28 voxels they are made. What
+/// else a frame needs, lattice, tables and picture, counts too, and is given back after each frame, unless all voxels fit: then these
+/// stay, and what is prepared as long as there is room.
+/// Everything else (views in which each ray may have a layer axis of its own, sheets, slices, rays) needs the whole volume, and is
+/// refused where it does not fit.
+pub struct StreamedRenderer<'v> {
+    device: Device,
+    volume: Volume<'v>,
+    transfer: TransferFunction,
+    world: World,
+    /// In the world of frames.
+    grid: Grid,
+    /// All voxels, where they fit, and what renders them.
+    whole: Option<UploadedVolume>,
+    kept: Option<Renderer>,
+    /// Bytes that these have on the device.
+    own: u64,
+    measuring: bool,
+}
+
+/// A view of which all lattices are known.
+struct Streamed {
+    plan: Plan,
+    rays: Rays,
+    settings: Settings,
+    layered: Layered,
+    lattices: Vec<(Lattice, f64, Parts)>,
+    told: StreamPlan,
+}
+
+impl<'v> StreamedRenderer<'v> {
+    /// Nothing is read or uploaded yet.
+    pub fn new(device: &Device, volume: &Volume<'v>, transfer: &TransferFunction) -> Self {
+        let world = World::of(volume.grid());
+        Self {
+            device: device.clone(),
+            volume: volume.clone(),
+            transfer: transfer.clone(),
+            world,
+            grid: world.grid(volume.grid()),
+            whole: None,
+            kept: None,
+            own: 0,
+            measuring: false,
+        }
+    }
+
+    /// Takes another transfer function from the next frame on.
+    pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
+        self.transfer = transfer.clone();
+        if let Some(kept) = &mut self.kept {
+            kept.set_transfer_function(transfer);
+        }
+    }
+
+    /// Whether the reports of frames say what these took, from the next one on.
+    pub fn measure(&mut self, measuring: bool) {
+        self.measuring = measuring;
+    }
+
+    /// How a view would be rendered, and what that would take; `None` where it needs the whole volume, and that fits.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
+        let (rays, seen) = self.world.seen(&self.grid, camera, viewport, settings)?;
+        let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
+        match self.streamed(plan, rays, viewport, seen)? {
+            Ok(streamed) => Ok(Some(streamed.told)),
+            Err(whole) => self.require_whole(&whole, viewport).map(|()| None),
+        }
+    }
+
+    /// Renders a picture: premultiplied floats, without a background. What it takes is logged before it begins.
+    ///
+    /// # Errors
+    /// [`Error::MemoryBudget`] and [`Error::DeviceMemory`], which say how much would be needed at least: where not even one layer and
+    /// those around it fit beside what a frame needs, and views that cannot be streamed where the whole volume does not.
+    pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+        let (rays, seen) = self.world.seen(&self.grid, camera, viewport, settings)?;
+        let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
+        let streamed = self.streamed(plan, rays, viewport, seen)?;
+        let others = self.others();
+        let in_parts = match &streamed {
+            Ok(streamed) => streamed.lattices.iter().any(|(.., parts)| parts.ranges.len() > 1),
+            Err(whole) => self.require_whole(whole, viewport).map(|()| false)?,
+        };
+        // What is kept of frames before may leave too little room.
+        let rendered = match if in_parts { None } else { Some(self.render_whole(camera, viewport, settings)) } {
+            Some(Err(Error::MemoryBudget { .. })) | None => {
+                self.kept = None;
+                match &streamed {
+                    Ok(streamed) => self.draw(streamed, viewport),
+                    Err(_) => self.render_whole(camera, viewport, settings),
+                }
+            }
+            Some(rendered) => rendered,
+        };
+        self.own = self.device.taken_bytes().saturating_sub(others);
+        rendered
+    }
+
+    /// Renders with all voxels on the device, and keeps what was prepared for the next frame.
+    fn render_whole(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+        let mut renderer = match self.kept.take() {
+            Some(kept) => kept,
+            None => Renderer::of(&self.whole()?, &self.transfer)?,
+        };
+        renderer.measure(self.measuring);
+        let rendered = renderer.render(camera, viewport, settings);
+        self.kept = Some(renderer);
+        rendered
+    }
+
+    /// The parts of a plan's lattices; the plan itself where it has none.
+    fn streamed(&self, plan: Plan, rays: Rays, viewport: Viewport, settings: Settings) -> Result<Result<Streamed, Plan>, Error> {
+        let (lattices, layered) = match &plan {
+            Plan::Lattice(lattice, layered) => (vec![(lattice.clone(), Share::WHOLE.share)], *layered),
+            Plan::Shared(lattices, layered) => (lattices.clone(), *layered),
+            _ => return Ok(Err(plan)),
+        };
+        let room = self.room();
+        let with_parts = lattices.into_iter().map(|(lattice, share)| {
+            let classification = layered.classification;
+            let tuning = self.device.tuning();
+            let (description, transfer) = (self.volume.description(), &self.transfer);
+            let needs = Needs::new(&lattice, classification, &settings, viewport, tuning, description, transfer);
+            let parts = Parts::new(&self.device, &lattice, &settings, &needs, room)?;
+            Ok((lattice, share, parts))
+        });
+        let lattices = with_parts.collect::<Result<Vec<_>, Error>>()?;
+        let told = StreamPlan {
+            lattices: lattices
+                .iter()
+                .map(|(lattice, _, parts)| StreamedLattice {
+                    axis: lattice.frame.layer_axis(),
+                    parts: parts.ranges.len(),
+                    held_layers: parts.held,
+                })
+                .collect(),
+            voxel_bytes: lattices.iter().map(|(.., parts)| parts.read).sum(),
+            volume_bytes: self.volume_bytes(),
+            device_bytes: lattices.iter().map(|(.., parts)| parts.bytes.sum).max().unwrap_or(0),
+            memory: room.free(),
+        };
+        Ok(Ok(Streamed { plan, rays, settings, layered, lattices, told }))
+    }
+
+    fn draw(&mut self, streamed: &Streamed, viewport: Viewport) -> Result<(Frame, FrameReport), Error> {
+        let Streamed { plan, rays, settings, layered, lattices, told } = streamed;
+        tracing::info!("{}: {told}", self.volume.name());
+        let device = self.device.with_own_sequence();
+        let device = if self.measuring { device.timed() } else { device };
+        let view = View { device: &device, rays, viewport, settings };
+        let (mut picture, mut active_samples) = (Picture::default(), 0);
+        for (n, (lattice, share, parts)) in lattices.iter().enumerate() {
+            let mut renderer = self.holding(&device, lattice, settings, parts)?;
+            renderer.picture = picture;
+            for (m, layers) in parts.ranges.iter().enumerate() {
+                if m > 0 {
+                    let part = self.part(lattice, settings, layers)?;
+                    renderer.prepared.hold(&device, &part.held())?;
+                }
+                let range = LayerRange { voxels: layers.clone(), continues: m > 0, raw: m + 1 < parts.ranges.len() };
+                renderer.draw_lattice(view, lattice, *layered, &range)?;
+                if self.measuring {
+                    active_samples += renderer.target.count_active(&device)?;
+                }
+            }
+            let onto = OntoScreen { lattice, rays, viewport };
+            renderer.picture.warp(&device, &mut renderer.target, onto, Share { share: *share, added: n > 0 }, None)?;
+            picture = renderer.picture;
+        }
+        let frame = Frame::new(viewport, read_samples(picture.warped(&device, viewport)?, &device, viewport.pixels())?);
+        let measured = if self.measuring { Some(Measured { stages: device.stage_times()?, active_samples }) } else { None };
+        Ok((frame, FrameReport::new(plan, measured)))
+    }
+
+    /// A renderer with the first part of a lattice, and room for the others; or with all there is.
+    fn holding(&mut self, device: &Device, lattice: &Lattice, settings: &Settings, parts: &Parts) -> Result<Renderer, Error> {
+        if parts.ranges.len() == 1 {
+            return Renderer::of(&self.whole()?, &self.transfer);
+        }
+        // Its room is needed.
+        (self.kept, self.whole) = (None, None);
+        let part = self.part(lattice, settings, &parts.ranges[0])?;
+        let [u, v, _] = lattice.dims;
+        let uploaded = UploadedVolume::part_with_room(device, &part, u * v * parts.held)?;
+        Ok(Renderer::holding(&uploaded, &self.transfer))
+    }
+
+    /// The voxels that some layers of a lattice need.
+    fn part(&self, lattice: &Lattice, settings: &Settings, layers: &Range<usize>) -> Result<VolumePart<'v>, Error> {
+        let (mut first, mut dims) = ([0; 3], self.grid.dims());
+        let a = lattice.frame.a;
+        let needed = PartRenderer::needed(layers, dims[a], settings);
+        (first[a], dims[a]) = (needed.start, needed.len());
+        self.volume.part(first, dims)
+    }
+
+    /// All voxels on the device.
+    fn whole(&mut self) -> Result<UploadedVolume, Error> {
+        match &self.whole {
+            Some(uploaded) => Ok(uploaded.clone()),
+            None => Ok(self.whole.insert(UploadedVolume::new(&self.device, &self.volume)?).clone()),
+        }
+    }
+
+    fn volume_bytes(&self) -> u64 {
+        self.grid.voxel_count() as u64 * self.volume.voxel_type().bytes() as u64
+    }
+
+    /// Bytes that a frame's buffers may have, voxels included.
+    fn room(&self) -> Room {
+        let info = self.device.info();
+        // A processor's memory is the host's, which needs some for the voxels and the picture itself.
+        let there = if info.kind == DeviceKind::Cpu { memory::available() / 2 } else { info.memory_bytes };
+        let budget = self.device.memory_budget().unwrap_or(there).min(info.memory_bytes);
+        Room { budget, taken: self.others(), largest: self.device.largest_buffer_bytes() }
+    }
+
+    /// Bytes that others have on the device.
+    fn others(&self) -> u64 {
+        self.device.taken_bytes().saturating_sub(self.own)
+    }
+
+    /// Refuses what needs the whole volume where that does not fit with a picture beside it.
+    fn require_whole(&self, plan: &Plan, viewport: Viewport) -> Result<(), Error> {
+        let (voxels, picture) = (self.volume_bytes(), (viewport.pixels() * size_of::<[f32; 4]>()) as u64);
+        let (needed, room) = (Bytes { sum: voxels + picture, largest: voxels.max(picture) }, self.room());
+        if needed.fit(room) {
+            return Ok(());
+        }
+        let what = format!("this view ({plan}), which needs the whole volume at once as only layers on a lattice do not,");
+        Err(plan::refused(&self.device, &what, needed, room))
+    }
+}

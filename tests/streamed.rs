@@ -1,0 +1,291 @@
+//! Volumes that do not fit into the memory of a device have the bits of those that do.
+
+mod common;
+
+use common::*;
+use glam::DVec3;
+use layersplat::layers::{Axis, Kernel};
+use layersplat::renderer::{StreamPlan, StreamedRenderer};
+use layersplat::settings::{Algorithm, Blend, LayerAxis, Layered, Quality};
+use layersplat::volume::{Endian, RawOptions};
+use layersplat::{Camera, Device, Error, Frame, Projection, Renderer, Settings, TransferFunction, Viewport, Volume};
+use std::time::Instant;
+
+const DIMS: [usize; 3] = [240, 230, 260];
+/// Of the volume: what it may take on the device.
+const SHARE: u64 = 4;
+const SEED: u64 = 5;
+
+/// A volume that light comes through, so that every part of it counts.
+fn scene() -> (Volume<'static>, TransferFunction, Viewport) {
+    (random_volume(DIMS, DVec3::new(1.0, 0.9, 1.1), SEED), smooth_transfer(), viewport(40, 32))
+}
+
+fn thin(layered: Layered) -> Settings {
+    Settings { unit_distance: Some(60.0), ..layered.into() }
+}
+
+fn splatted() -> Layered {
+    Layered { classification: Quality::Standard.splatted(), ..Layered::default() }
+}
+
+fn bytes(volume: &Volume) -> u64 {
+    (volume.grid().voxel_count() * volume.voxel_type().bytes()) as u64
+}
+
+/// Whether what was taken is what was told: the picture is made when the last part is held, which is a little smaller.
+fn is_told(peak: u64, told: u64) -> bool {
+    (told - told / 32..=told).contains(&peak)
+}
+
+/// A streamed picture, what was told before, and the most that the device had at once.
+fn streamed(
+    device: &Device,
+    (volume, transfer): (&Volume, &TransferFunction),
+    (camera, size): (&Camera, Viewport),
+    settings: &Settings,
+) -> (Frame, StreamPlan, u64) {
+    let device = device.with_memory(device.memory_budget().unwrap_or(u64::MAX));
+    let mut renderer = StreamedRenderer::new(&device, volume, transfer);
+    let told = renderer.plan(camera, size, settings).unwrap().expect("layers on a lattice");
+    let (frame, _) = renderer.render(camera, size, settings).unwrap();
+    (frame, told, device.peak_bytes())
+}
+
+/// Asserts that a quarter of the volume's bytes is enough for its picture, bit for bit.
+#[track_caller]
+fn check(
+    what: &str,
+    axes: &[Axis],
+    (volume, transfer): (&Volume, &TransferFunction),
+    view: (&Camera, Viewport),
+    settings: &Settings,
+) {
+    let budget = bytes(volume) / SHARE;
+    let (frame, told, peak) = streamed(&device().with_memory(budget), (volume, transfer), view, settings);
+    let found: Vec<Axis> = told.lattices.iter().map(|lattice| lattice.axis).collect();
+    assert_eq!(found, axes, "{what}");
+    for lattice in &told.lattices {
+        assert!(lattice.parts as u64 >= SHARE, "{what}: {told}");
+    }
+    assert!(peak <= budget && told.memory == budget, "{what}: {peak} of {budget} bytes");
+    assert!(is_told(peak, told.device_bytes), "{what}: {peak} bytes were taken, {} told", told.device_bytes);
+    let whole = render(volume, transfer, view.0, view.1, settings);
+    assert_close(what, &frame, &whole, 0.0);
+    assert!(largest_opacity(&whole) < 0.99, "{what}: what is behind must count");
+}
+
+/// Every layer axis from both sides, in both projections; both classifications of each axis.
+#[test]
+fn a_volume_of_four_times_the_budget() {
+    let (volume, transfer, size) = scene();
+    let along = [
+        (Axis::X, 80.0, 12.0),
+        (Axis::X, -78.0, -10.0),
+        (Axis::Y, 15.0, 78.0),
+        (Axis::Y, 200.0, -76.0),
+        (Axis::Z, 20.0, -15.0),
+        (Axis::Z, 170.0, 8.0),
+    ];
+    // From one side each projection has one classification, from the other side the other.
+    let both = [Layered::default(), splatted()];
+    for (n, (axis, azimuth, elevation)) in along.into_iter().enumerate() {
+        // Near enough that a good part of the lattice is out of view: it counts, too.
+        let near = Projection::Perspective { field_of_view: 15.0 };
+        let cameras = [
+            scaled(parallel(&volume, size, azimuth, elevation), 110.0),
+            Camera { projection: near, ..perspective(&volume, azimuth, elevation, 25.0) },
+        ];
+        for (camera, layered) in cameras.iter().zip([both[n % 2], both[(n + 1) % 2]]) {
+            let what = format!("{axis:?}, {azimuth}, {:?}, {:?}", camera.projection, layered.classification);
+            check(&what, &[axis], (&volume, &transfer), (camera, size), &thin(layered));
+        }
+    }
+}
+
+/// Near 45° a picture is shared by lattices of several axes, one after the other.
+#[test]
+fn pictures_shared_by_axes() {
+    let (_, transfer, size) = scene();
+    let volume = random_volume(DIMS, DVec3::ONE, SEED);
+    let camera = scaled(parallel(&volume, size, 45.2, 5.0), 110.0);
+    check("shared", &[Axis::X, Axis::Z], (&volume, &transfer), (&camera, size), &thin(Layered::default()));
+}
+
+/// Values gathered, and lit samples of `high`, whose lattices are finer.
+#[test]
+fn other_settings() {
+    let (volume, transfer, size) = scene();
+    let camera = parallel(&volume, size, 75.0, 10.0);
+    for settings in
+        [Settings { blend: Blend::Maximum, ..thin(Layered::default()) }, thin(with_kernel(Quality::High, Kernel::Cubic))]
+    {
+        let (frame, told, peak) =
+            streamed(&device().with_memory(bytes(&volume) / 2), (&volume, &transfer), (&camera, size), &settings);
+        assert!(told.lattices[0].parts > 2 && peak <= told.device_bytes, "{told}");
+        assert_close("other settings", &frame, &render(&volume, &transfer, &camera, size, &settings), 0.0);
+    }
+}
+
+/// The B-spline's coefficients are made of 24 layers more; of layer axis x they have a layout of their own.
+#[test]
+fn coefficients_of_parts() {
+    for (axis, azimuth, dims) in [(Axis::Z, 3.0, [64, 56, 1300]), (Axis::X, 88.0, [2200, 64, 56])] {
+        let volume = random_volume(dims, DVec3::ONE, SEED);
+        let (transfer, size) = (smooth_transfer(), viewport(36, 30));
+        let camera = scaled(parallel(&volume, size, azimuth, 2.0), 40.0);
+        let layered = with_kernel(Quality::Standard, Kernel::BSpline);
+        let settings = Settings { unit_distance: Some(600.0), ..layered.into() };
+        check(&format!("{axis:?}"), &[axis], (&volume, &transfer), (&camera, size), &settings);
+    }
+}
+
+/// A single buffer may be what is too small.
+#[test]
+fn the_largest_buffer() {
+    let (volume, transfer, size) = scene();
+    let camera = parallel(&volume, size, 20.0, -15.0);
+    let small = device().with_largest_buffer(bytes(&volume) / SHARE);
+    let settings = thin(Layered::default());
+    let (frame, told, _) = streamed(&small, (&volume, &transfer), (&camera, size), &settings);
+    assert!(told.lattices[0].parts as u64 > SHARE, "{told}");
+    assert_close("small buffers", &frame, &render(&volume, &transfer, &camera, size, &settings), 0.0);
+    // As many parts as without a limit: one.
+    let (_, told, _) = streamed(&device(), (&volume, &transfer), (&camera, size), &settings);
+    assert_eq!((told.lattices[0].parts, told.voxel_bytes), (1, bytes(&volume)));
+}
+
+/// Mapped voxels are gathered from where they lie, in any byte order.
+#[test]
+fn files_in_another_byte_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let dims = [70, 90, 110];
+    let numbers: Vec<u8> = random_bytes(dims, SEED).into_iter().enumerate().flat_map(|(n, b)| [b, (n % 251) as u8]).collect();
+    let path = folder.path().join("big_70x90x110_uint16.raw");
+    std::fs::write(&path, numbers).unwrap();
+    let volume = Volume::open(&path, &RawOptions { endian: Some(Endian::Big), ..Default::default() }).unwrap();
+    let transfer = TransferFunction::builtin("fire", &volume).unwrap();
+    let size = viewport(30, 24);
+    for (azimuth, elevation) in [(85.0, 5.0), (10.0, 80.0), (10.0, 5.0)] {
+        let camera = parallel(&volume, size, azimuth, elevation);
+        let settings = Settings { unit_distance: Some(40.0), ..Settings::default() };
+        let (frame, told, _) =
+            streamed(&device().with_memory(bytes(&volume) / 2), (&volume, &transfer), (&camera, size), &settings);
+        assert!(told.lattices[0].parts > 2, "{told}");
+        assert_close("big endian", &frame, &render(&volume, &transfer, &camera, size, &settings), 0.0);
+    }
+}
+
+/// What is told to be needed is enough, and a byte less is not.
+#[test]
+fn too_little_is_refused_with_what_is_needed() {
+    let (volume, transfer, size) = scene();
+    for (azimuth, layered) in [(20.0, Layered::default()), (80.0, splatted())] {
+        let camera = parallel(&volume, size, azimuth, 5.0);
+        let settings = thin(layered);
+        let plan =
+            |budget: u64| StreamedRenderer::new(&device().with_memory(budget), &volume, &transfer).plan(&camera, size, &settings);
+        let Err(Error::MemoryBudget { needed, budget, .. }) = plan(1000) else { panic!("1000 bytes are too little") };
+        assert!(needed > 100_000 && budget == 1000, "{needed} of {budget}");
+        assert!(matches!(plan(needed - 1), Err(Error::MemoryBudget { needed: again, .. }) if again == needed));
+        let (frame, told, peak) = streamed(&device().with_memory(needed), (&volume, &transfer), (&camera, size), &settings);
+        assert!(told.lattices[0].held_layers == 5 && told.device_bytes == needed, "a layer and two on each side: {told}");
+        assert!(is_told(peak, needed), "{peak} of {needed}");
+        assert_close("least memory", &frame, &render(&volume, &transfer, &camera, size, &settings), 0.0);
+    }
+    let message = StreamedRenderer::new(&device().with_largest_buffer(9000), &volume, &transfer)
+        .plan(&parallel(&volume, size, 20.0, 5.0), size, &thin(Layered::default()))
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("9000 in one buffer"), "{message}");
+}
+
+/// Rays with an axis each, and other algorithms, need the whole volume: they are refused where it does not fit, and drawn where it does.
+#[test]
+fn views_that_need_the_whole_volume() {
+    let (volume, transfer, size) = scene();
+    let outside = parallel(&volume, size, 20.0, 5.0);
+    let inside = Camera { position: volume.grid().centre() + DVec3::X, ..perspective(&volume, 20.0, 5.0, 60.0) };
+    let paper = Layered { layer_axis: LayerAxis::Auto, ..Quality::Paper.layered() };
+    let raycast = Algorithm::Raycast { kernel: Kernel::Linear, step: 1.0 };
+    for (camera, settings) in [(inside, thin(Layered::default())), (outside, raycast.into()), (outside, thin(paper))] {
+        let mut small = StreamedRenderer::new(&device().with_memory(bytes(&volume) / SHARE), &volume, &transfer);
+        let found = small.render(&camera, size, &settings).expect_err("too little");
+        assert!(matches!(found, Error::MemoryBudget { needed, .. } if needed > bytes(&volume)), "{found}");
+        assert!(found.to_string().contains("needs the whole volume"), "{found}");
+    }
+    // Eight times are enough for whatever a ray needs.
+    let large = device().with_memory(8 * bytes(&volume));
+    let mut renderer = StreamedRenderer::new(&large, &volume, &transfer);
+    let settings = Settings { unit_distance: Some(60.0), ..raycast.into() };
+    assert!(renderer.plan(&outside, size, &settings).unwrap().is_none(), "nothing is streamed");
+    let whole = render(&volume, &transfer, &outside, size, &settings);
+    assert_close("rays", &renderer.render(&outside, size, &settings).unwrap().0, &whole, 0.0);
+    // What is held stays, and makes room where it must.
+    let settings = thin(Layered::default());
+    let whole = render(&volume, &transfer, &outside, size, &settings);
+    assert_close("layers", &renderer.render(&outside, size, &settings).unwrap().0, &whole, 0.0);
+}
+
+/// What is kept from frame to frame, where all voxels fit, is given up for what another axis needs.
+#[test]
+fn what_is_kept_makes_room() {
+    let volume = random_volume([120, 100, 110], DVec3::ONE, SEED);
+    let (transfer, size) = (smooth_transfer(), viewport(40, 32));
+    let views = [(80.0, 5.0), (20.0, 5.0), (20.0, 80.0), (45.0, 5.0), (80.0, 5.0), (80.0, 5.0)];
+    let settings = thin(Layered::default());
+    let cameras = views.map(|(azimuth, elevation)| parallel(&volume, size, azimuth, elevation));
+    let needed = |camera| {
+        let large = device().with_memory(1 << 30);
+        StreamedRenderer::new(&large, &volume, &transfer).plan(camera, size, &settings).unwrap().unwrap().device_bytes
+    };
+    let budget = cameras.iter().map(needed).max().unwrap();
+    let small = device().with_memory(budget);
+    let mut renderer = StreamedRenderer::new(&small, &volume, &transfer);
+    let mut whole = Renderer::new(&device(), &volume, &transfer).unwrap();
+    for (n, camera) in cameras.iter().enumerate() {
+        let told = renderer.plan(camera, size, &settings).unwrap().unwrap();
+        assert!(told.memory == budget && told.lattices.iter().all(|lattice| lattice.parts == 1), "view {n}: {told}");
+        let expected = whole.render(camera, size, &settings).unwrap().0;
+        assert_close(&format!("view {n}"), &renderer.render(camera, size, &settings).unwrap().0, &expected, 0.0);
+    }
+    assert!(small.peak_bytes() <= budget);
+    // Two renderers share a budget: what one keeps, the other has not.
+    let other = StreamedRenderer::new(&small, &volume, &transfer).plan(&cameras[0], size, &settings);
+    let Err(Error::MemoryBudget { needed, taken, budget: all, .. }) = other else { panic!("there is no room for two") };
+    assert!(all == budget && needed + taken > budget && taken > bytes(&volume), "{needed} beside {taken} of {all}");
+    drop(renderer);
+    let alone = StreamedRenderer::new(&small, &volume, &transfer).plan(&cameras[0], size, &settings).unwrap().unwrap();
+    assert_eq!(alone.memory, budget);
+}
+
+/// 4 GiB of voxels, 512 MiB for the device. What it takes is printed.
+#[test]
+#[ignore = "renders 4 GiB of voxels, some minutes on two cores: cargo test --release --test streamed -- --ignored --nocapture"]
+fn four_gibibytes() {
+    let begun = Instant::now();
+    let volume = Volume::open("builtin:marschner-lobb@2048x2048x1024", &RawOptions::default()).unwrap();
+    let first_pass = begun.elapsed().as_secs_f64();
+    let transfer = TransferFunction::builtin("fire", &volume).unwrap();
+    let (size, memory) = (viewport(512, 512), 512 << 20);
+    let small = device().with_memory(memory);
+    for (azimuth, elevation) in [(20.0, 15.0), (75.0, 15.0), (20.0, 70.0)] {
+        let camera = parallel(&volume, size, azimuth, elevation);
+        let begun = Instant::now();
+        let settings = Settings { unit_distance: Some(100.0), ..Settings::default() };
+        let (frame, told, peak) = streamed(&small, (&volume, &transfer), (&camera, size), &settings);
+        let seconds = begun.elapsed().as_secs_f64();
+        assert!(peak <= memory && largest_opacity(&frame) > 0.1);
+        eprintln!(
+            "{told}\n  first pass {first_pass:.1} s; picture {seconds:.1} s, {:.0} MB/s of the volume; {peak} bytes on the device",
+            bytes(&volume) as f64 / seconds / 1e6
+        );
+    }
+    // Where the system tells: never the whole volume in memory.
+    if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+        let most: u64 = line.trim().strip_suffix(" kB").unwrap().trim().parse().unwrap();
+        eprintln!("at most {} MiB of the process", most >> 10);
+        assert!(most << 10 < bytes(&volume) / 2);
+    }
+}
