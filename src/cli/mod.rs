@@ -16,6 +16,7 @@ mod rotate;
 mod scene;
 #[cfg(unix)]
 mod signals;
+mod tune;
 mod viewer;
 
 use crate::error::Error;
@@ -47,6 +48,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Time a full turn about the y axis
     Bench(bench::Arguments),
+    /// Measure which tuning values this device is fastest with, and print them
+    Tune(tune::Arguments),
     /// Repeat the experiments of the paper
     Paper(paper::Arguments),
     /// What other commands start to check a device
@@ -66,6 +69,7 @@ pub fn main() -> ExitCode {
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Tune(arguments) => tune::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::CheckDevice(arguments) => check::child::run(&arguments),
     };

@@ -1,0 +1,232 @@
+//! `layersplat tune`: the tuning values that a device is fastest with, for whoever brings layersplat to a new one.
+
+use super::check;
+use super::options::DeviceOptions;
+use super::rotate::progress;
+use crate::camera::{Camera, Orbit};
+use crate::device::{Device, Tuning};
+use crate::error::Error;
+use crate::image::Background;
+use crate::layers::Kernel;
+use crate::renderer::Renderer;
+use crate::settings::{Algorithm, Evaluation, Layered, Quality, Settings};
+use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
+use crate::volume::{RawOptions, Volume};
+use serde::Serialize;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Shares of the time by which another value must be faster to be taken: less is noise.
+const WORTH_IT: f64 = 0.97;
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    device: DeviceOptions,
+    /// Volume to measure on
+    #[arg(long, default_value = "builtin:hydrogen@128")]
+    volume: String,
+    /// Pictures per value, from as many sides; values take turns
+    #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    frames: u32,
+    /// Print one line of JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// A tuning value, the ones to try, and the frames that depend on it.
+struct Knob {
+    name: &'static str,
+    values: &'static [[usize; 2]],
+    set: fn(Tuning, [usize; 2]) -> Tuning,
+    frames: fn() -> Settings,
+}
+
+fn layers() -> Settings {
+    Settings::default()
+}
+
+fn splats() -> Settings {
+    Quality::Paper.settings()
+}
+
+fn per_pixel() -> Settings {
+    let layered = Layered { evaluation: Evaluation::Direct, ..Quality::Standard.layered() };
+    Settings { algorithm: layered.into(), ..Settings::default() }
+}
+
+fn rays() -> Settings {
+    Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 }.into()
+}
+
+fn sheets() -> Settings {
+    Algorithm::ViewSheets { sheet_distance: 1.0 }.into()
+}
+
+/// In the order in which they are settled: what others depend on comes first.
+const KNOBS: [Knob; 9] = [
+    Knob {
+        name: "vector_width",
+        values: &[[16, 0], [8, 0], [4, 0], [1, 0]],
+        set: |t, [n, _]| Tuning { vector_width: n as u32, ..t },
+        frames: layers,
+    },
+    Knob {
+        name: "tile_group",
+        values: &[[1, 0], [8, 0], [32, 0], [64, 0]],
+        set: |t, [n, _]| Tuning { tile_group: n, ..t },
+        frames: layers,
+    },
+    Knob {
+        name: "point_tile_rows",
+        values: &[[2, 0], [4, 0], [8, 0], [16, 0], [24, 0]],
+        set: |t, [n, _]| Tuning { point_tile_rows: n as u32, ..t },
+        frames: layers,
+    },
+    Knob {
+        name: "block",
+        values: &[[1, 1], [8, 4], [16, 8], [32, 16]],
+        set: |t, [x, y]| Tuning { block: [x as u32, y as u32], ..t },
+        frames: layers,
+    },
+    Knob {
+        name: "tile_rows",
+        values: &[[2, 0], [4, 0], [8, 0], [16, 0]],
+        set: |t, [n, _]| Tuning { tile_rows: n as u32, ..t },
+        frames: splats,
+    },
+    Knob {
+        name: "tile_vectors",
+        values: &[[1, 0], [2, 0], [4, 0]],
+        set: |t, [n, _]| Tuning { tile_vectors: n as u32, ..t },
+        frames: splats,
+    },
+    Knob {
+        name: "screen_tile_rows",
+        values: &[[4, 0], [8, 0], [16, 0], [24, 0]],
+        set: |t, [n, _]| Tuning { screen_tile_rows: n as u32, ..t },
+        frames: rays,
+    },
+    Knob {
+        name: "pixel_group",
+        values: &[[16, 0], [64, 0], [128, 0], [256, 0]],
+        set: |t, [n, _]| Tuning { pixel_group: n, ..t },
+        frames: per_pixel,
+    },
+    Knob {
+        name: "splat_chunks",
+        values: &[[8, 0], [32, 0], [128, 0]],
+        set: |t, [n, _]| Tuning { splat_chunks: n, ..t },
+        frames: sheets,
+    },
+];
+
+#[derive(Serialize)]
+struct Report {
+    device: String,
+    volume: String,
+    before: Tuning,
+    after: Tuning,
+    measured: Vec<Measured>,
+}
+
+/// A value that was tried.
+#[derive(Serialize)]
+struct Measured {
+    knob: &'static str,
+    value: [usize; 2],
+    /// Median of a frame; none where the device does not take the value.
+    milliseconds: Option<f64>,
+    taken: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let device = Device::open(&arguments.device.choice())?;
+    check::require(&device, &crate::check::Family::ALL.into_iter().collect(), &arguments.device)?;
+    let volume = Volume::open(&arguments.volume, &RawOptions::default())?;
+    let transfer = TransferFunction::automatic(&volume);
+    let before = *device.tuning();
+    let (mut tuning, mut measured) = (before, Vec::new());
+    let bar = progress(KNOBS.iter().map(|knob| knob.values.len() as u32).sum(), "measuring");
+    for knob in &KNOBS {
+        tuning = settle(knob, tuning, &device, &volume, &transfer, arguments.frames, &mut measured)?;
+        bar.inc(knob.values.len() as u64);
+    }
+    bar.finish_and_clear();
+    let device = device.info().name.clone();
+    let report = Report { device, volume: arguments.volume.clone(), before, after: tuning, measured };
+    super::report(arguments.json, &report, || text(&report))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Tries the values of a knob, and takes the fastest one if that is worth it.
+fn settle(
+    knob: &Knob,
+    tuning: Tuning,
+    device: &Device,
+    volume: &Volume,
+    transfer: &TransferFunction,
+    frames: u32,
+    measured: &mut Vec<Measured>,
+) -> Result<Tuning, Error> {
+    let viewport = Viewport::new(512, 512)?;
+    let settings = (knob.frames)();
+    let camera = |n: u32| {
+        let orbit = Orbit { azimuth: 360.0 * f64::from(n) / f64::from(frames), elevation: 15.0, roll: 0.0 };
+        Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit)
+    };
+    let draw = |renderer: &mut Renderer, n| renderer.render_rgba8(&camera(n), viewport, &settings, Background::BLACK);
+    let mut tried = Vec::new();
+    for &value in knob.values {
+        let with = (knob.set)(tuning, value);
+        let built = device.with_tuning(with).and_then(|device| {
+            let mut renderer = Renderer::new(&device, volume, transfer)?;
+            // Kernels are built, and layouts of all axes made.
+            (0..frames).try_for_each(|n| draw(&mut renderer, n).map(drop))?;
+            Ok(renderer)
+        });
+        if let Err(error) = &built {
+            tracing::warn!("{} {value:?}: {error}", knob.name);
+        }
+        tried.push((value, with, built.ok(), Vec::new()));
+    }
+    for n in 0..frames {
+        for (_, _, renderer, times) in &mut tried {
+            let Some(renderer) = renderer else { continue };
+            let started = Instant::now();
+            draw(renderer, n)?;
+            times.push(started.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+    let medians: Vec<_> = tried.iter().map(|(.., times)| median(times.clone())).collect();
+    let own = tried.iter().position(|(_, with, ..)| *with == tuning).and_then(|n| medians[n]).unwrap_or(f64::INFINITY);
+    let fastest =
+        (0..tried.len()).filter(|&n| medians[n].is_some()).min_by(|&a, &b| medians[a].partial_cmp(&medians[b]).expect("times"));
+    let best = fastest.filter(|&n| medians[n].is_some_and(|ms| ms < own * WORTH_IT)).map_or(tuning, |n| tried[n].1);
+    for ((value, with, ..), milliseconds) in tried.iter().zip(medians) {
+        measured.push(Measured { knob: knob.name, value: *value, milliseconds, taken: *with == best });
+    }
+    Ok(best)
+}
+
+fn median(mut times: Vec<f64>) -> Option<f64> {
+    times.sort_by(f64::total_cmp);
+    times.get(times.len() / 2).copied()
+}
+
+fn text(report: &Report) -> String {
+    let mut lines = vec![format!("{}, {}:", report.device, report.volume)];
+    for m in &report.measured {
+        let value = if m.value[1] == 0 { m.value[0].to_string() } else { format!("{}x{}", m.value[0], m.value[1]) };
+        let time = m.milliseconds.map_or("refused".into(), |ms| format!("{ms:.2} ms"));
+        lines.push(format!("  {:<17} {value:>6} {time:>12}{}", m.knob, if m.taken { "  taken" } else { "" }));
+    }
+    if report.after == report.before {
+        lines.push("These are the values in use.".into());
+    } else {
+        lines.push("For Tuning::new in src/device/tuning.rs, or Device::with_tuning:".into());
+        lines.push(format!("{:#?}", report.after));
+    }
+    lines.join("\n")
+}
