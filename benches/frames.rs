@@ -3,7 +3,7 @@
 mod scene;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use layersplat::{Background, Quality};
+use layersplat::{Background, Quality, Renderer, Settings};
 use scene::{BUILT_IN, Scene, viewport};
 
 fn frames(criterion: &mut Criterion) {
@@ -20,5 +20,26 @@ fn frames(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, frames);
+/// A frame after the voxels have changed where they lie, beside the first one of a volume that is uploaded anew.
+fn changes(criterion: &mut Criterion) {
+    let scenes = [Scene::built_in(BUILT_IN[0])].into_iter().chain(Scene::data_sets());
+    for scene in scenes.filter(|scene| ["hydrogen@128", "aneurism"].contains(&scene.name.as_str())) {
+        let device = scene::device();
+        let draw = |renderer: &mut Renderer| {
+            renderer.render_rgba8(&scene.camera(72.0), viewport(), &Settings::default(), Background::BLACK).expect("a frame");
+        };
+        let new = || Renderer::new(&device, &scene.volume, &scene.transfer).expect("a renderer");
+        let mut renderer = new();
+        draw(&mut renderer);
+        criterion.bench_function(&format!("changed/{}", scene.name), |bencher| {
+            bencher.iter(|| {
+                renderer.volume_changed(&[]).expect("an event");
+                draw(&mut renderer);
+            });
+        });
+        criterion.bench_function(&format!("uploaded anew/{}", scene.name), |bencher| bencher.iter(|| draw(&mut new())));
+    }
+}
+
+criterion_group!(benches, frames, changes);
 criterion_main!(benches);

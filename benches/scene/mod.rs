@@ -39,8 +39,7 @@ impl Scene {
     }
 
     pub fn renderer(&self) -> Renderer {
-        let device = Device::open(&DeviceChoice::Default).expect("the benches need an OpenCL device: scripts/test installs PoCL");
-        Renderer::new(&device, &self.volume, &self.transfer).expect("a renderer")
+        Renderer::new(&device(), &self.volume, &self.transfer).expect("a renderer")
     }
 
     /// The view of docs/fidelity.md: oblique, every rotation fits.
@@ -48,6 +47,10 @@ impl Scene {
         let grid = self.volume.grid();
         Camera::fit_parallel(grid.centre(), grid.diagonal(), viewport(), Orbit { azimuth, elevation: 20.0, roll: 0.0 })
     }
+}
+
+pub fn device() -> Device {
+    Device::open(&DeviceChoice::Default).expect("the benches need an OpenCL device: scripts/test installs PoCL")
 }
 
 pub fn viewport() -> Viewport {
