@@ -3,11 +3,12 @@
 mod common;
 
 use common::{FLOATS, HEIGHT, Scene, WIDTH, last_error, made, ok, refused};
-use layersplat::opencl3::command_queue::CommandQueue;
+use layersplat::opencl3::command_queue::{CommandQueue, enqueue_read_image};
 use layersplat::opencl3::context::Context;
 use layersplat::opencl3::device::Device as ClDevice;
 use layersplat::opencl3::event::{CL_COMPLETE, Event, create_user_event, set_user_event_status};
-use layersplat::opencl3::memory::{Buffer, CL_MEM_READ_WRITE, ClMem};
+use layersplat::opencl3::memory::{Buffer, CL_FLOAT, CL_MEM_OBJECT_IMAGE2D, CL_MEM_READ_WRITE, CL_RGBA, ClMem, Image};
+use layersplat::opencl3::memory::{cl_image_desc, cl_image_format};
 use layersplat::opencl3::types::CL_BLOCKING;
 use layersplat_c::*;
 use std::ptr::{null, null_mut};
@@ -225,6 +226,46 @@ fn what_is_handed_over_is_released() {
         assert!(scratch.iter().all(|buffer| buffer.reference_count().unwrap() == 1));
     }
     assert_eq!(references(), before);
+}
+
+#[test]
+fn pictures_go_into_images() {
+    let (host, transfer, camera) = (Host::new(), fire(), camera());
+    let memory = host.filled(&bytes(4));
+    let size = [WIDTH as usize, HEIGHT as usize, 1];
+    let format = cl_image_format { image_channel_order: CL_RGBA, image_channel_data_type: CL_FLOAT };
+    let kind = cl_image_desc { image_type: CL_MEM_OBJECT_IMAGE2D, image_width: size[0], image_height: size[1], ..no_image() };
+    let (mut drawn, mut expected) = (vec![-1f32; FLOATS], vec![0f32; FLOATS]);
+    // SAFETY: all arguments are alive; the read blocks, and there are as many floats.
+    unsafe {
+        let image = Image::create(&host.context, CL_MEM_READ_WRITE, &format, &kind, null_mut()).unwrap();
+        let (floats, device) = (PixelFormat::Floats as i32, host.device());
+        let onto = Picture { memory: image.get().cast(), format: floats, ..onto(&memory, PixelFormat::Floats) };
+        let renderer = made(|out| layersplat_renderer_in_place(device, &voxels(&memory), transfer, out));
+        let done = event(|out| layersplat_renderer_enqueue(renderer, &camera, WIDTH, HEIGHT, null(), &onto, 0, null(), out));
+        let (queue, wait, to) = (host.queue.get(), done.get(), drawn.as_mut_ptr().cast());
+        enqueue_read_image(queue, image.get(), CL_BLOCKING, [0; 3].as_ptr(), size.as_ptr(), 0, 0, to, 1, &wait).unwrap();
+        ok(layersplat_render_floats(renderer, &camera, WIDTH, HEIGHT, null(), expected.as_mut_ptr(), FLOATS));
+        layersplat_renderer_free(renderer);
+        layersplat_transfer_free(transfer);
+        layersplat_device_free(device);
+    }
+    assert!(drawn == expected);
+}
+
+fn no_image() -> cl_image_desc {
+    cl_image_desc {
+        image_type: 0,
+        image_width: 0,
+        image_height: 0,
+        image_depth: 0,
+        image_array_size: 0,
+        image_row_pitch: 0,
+        image_slice_pitch: 0,
+        num_mip_levels: 0,
+        num_samples: 0,
+        buffer: null_mut(),
+    }
 }
 
 #[test]
