@@ -344,7 +344,8 @@ typedef struct layersplat_camera {
 } layersplat_camera;
 
 /**
- * Where voxels lie: voxel (i, j, k) at origin + direction · (i · spacing[0], j · spacing[1], k · spacing[2]), in world units.
+ * Where voxels lie: voxel (i, j, k) at origin + i · hx · x + j · hy · y + k · hz · z, in world units, with the spacing (hx, hy, hz) and
+ * the directions x, y, z.
  */
 typedef struct layersplat_grid {
   /**

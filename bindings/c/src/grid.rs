@@ -3,7 +3,8 @@
 use layersplat::glam::{DMat3, DVec3};
 use layersplat::volume;
 
-/// Where voxels lie: voxel (i, j, k) at origin + direction · (i · spacing[0], j · spacing[1], k · spacing[2]), in world units.
+/// Where voxels lie: voxel (i, j, k) at origin + i · hx · x + j · hy · y + k · hz · z, in world units, with the spacing (hx, hy, hz) and
+/// the directions x, y, z.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
