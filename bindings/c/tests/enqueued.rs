@@ -244,7 +244,8 @@ fn pictures_go_into_images() {
         let renderer = made(|out| layersplat_renderer_in_place(device, &voxels(&memory), transfer, out));
         let done = event(|out| layersplat_renderer_enqueue(renderer, &camera, WIDTH, HEIGHT, null(), &onto, 0, null(), out));
         let (queue, wait, to) = (host.queue.get(), done.get(), drawn.as_mut_ptr().cast());
-        enqueue_read_image(queue, image.get(), CL_BLOCKING, [0; 3].as_ptr(), size.as_ptr(), 0, 0, to, 1, &wait).unwrap();
+        let read = enqueue_read_image(queue, image.get(), CL_BLOCKING, [0; 3].as_ptr(), size.as_ptr(), 0, 0, to, 1, &wait);
+        drop(Event::new(read.unwrap()));
         ok(layersplat_render_floats(renderer, &camera, WIDTH, HEIGHT, null(), expected.as_mut_ptr(), FLOATS));
         layersplat_renderer_free(renderer);
         layersplat_transfer_free(transfer);
