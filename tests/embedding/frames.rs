@@ -8,7 +8,7 @@ use layersplat::layers::Kernel;
 use layersplat::renderer::{PictureFormat, PictureMemory};
 use layersplat::settings::{Algorithm, Blend, Evaluation, LayerAxis, Layered};
 use layersplat::{Background, Camera, Orbit, Quality, Settings};
-use opencl3::event::CL_COMPLETE;
+use opencl3::event::{CL_COMPLETE, Event};
 use opencl3::memory::{CL_FLOAT, CL_RGBA, CL_UNORM_INT8, ClMem, cl_image_format};
 use opencl3::types::CL_BLOCKING;
 
@@ -100,7 +100,7 @@ fn pictures_go_into_images() {
         let mut bytes = vec![0u8; format.bytes() * SIZE.pixels()];
         let (origin, region) = ([0, 0, 0], [columns, rows, 1]);
         // SAFETY: the read blocks, and there are as many bytes.
-        unsafe {
+        let read = unsafe {
             let wait = [event.get()];
             opencl3::command_queue::enqueue_read_image(
                 host.queue.get(),
@@ -114,8 +114,8 @@ fn pictures_go_into_images() {
                 1,
                 wait.as_ptr(),
             )
-        }
-        .unwrap();
+        };
+        drop(Event::new(read.unwrap()));
         bytes
     };
     let (floats, bytes) = (drawn(CL_FLOAT, PictureFormat::Floats), drawn(CL_UNORM_INT8, PictureFormat::Rgba8(background)));

@@ -1,0 +1,39 @@
+//! layersplat for C: what `include/layersplat.h` declares, which is generated from here.
+//!
+//! A file per kind of handle. `border.rs` is what all calls pass: no panic goes beyond it, and what went wrong is kept there for
+//! `layersplat_last_error`.
+#![warn(missing_docs)]
+// What a C program must keep to is the same for all functions: the header begins with it (cbindgen.toml).
+#![allow(clippy::missing_safety_doc)]
+
+mod border;
+mod camera;
+mod choices;
+mod device;
+mod enqueued;
+mod grid;
+mod in_place;
+mod opencl;
+mod picture;
+mod render;
+mod renderer;
+mod settings;
+mod status;
+mod transfer;
+mod volume;
+
+pub use border::layersplat_last_error;
+pub use camera::*;
+pub use choices::*;
+pub use device::*;
+pub use enqueued::*;
+pub use grid::*;
+pub use in_place::*;
+pub use opencl::{_cl_command_queue, _cl_context, _cl_device_id, _cl_event, _cl_mem};
+pub use picture::*;
+pub use render::*;
+pub use renderer::*;
+pub use settings::*;
+pub use status::Status;
+pub use transfer::*;
+pub use volume::*;

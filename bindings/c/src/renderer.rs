@@ -1,0 +1,119 @@
+//! Renderers.
+
+use crate::border::{Failure, Out, borrowed, free, guard};
+use crate::{Device, Status, Transfer, Volume};
+use std::sync::{Mutex, TryLockError};
+use std::time::Duration;
+
+/// Renders one volume on one device. It may go from thread to thread, but is used by one at a time: a second one is answered
+/// LAYERSPLAT_STATUS_BUSY.
+pub struct Renderer(Mutex<layersplat::Renderer>);
+
+impl Renderer {
+    pub(crate) fn new(renderer: layersplat::Renderer) -> Self {
+        Self(Mutex::new(renderer))
+    }
+}
+
+/// Does something with a renderer that nobody else uses.
+pub(crate) unsafe fn with<R>(
+    renderer: *const Renderer,
+    act: impl FnOnce(&mut layersplat::Renderer) -> Result<R, Failure>,
+) -> Result<R, Failure> {
+    // SAFETY: the caller's promise.
+    let renderer = unsafe { borrowed(renderer, "renderer") }?;
+    match renderer.0.try_lock() {
+        Ok(mut renderer) => act(&mut renderer),
+        Err(TryLockError::WouldBlock) => Err(Failure::new(Status::Busy, "the renderer is in use by another thread")),
+        Err(TryLockError::Poisoned(_)) => {
+            Err(Failure::new(Status::Panic, "layersplat panicked in this renderer before: it cannot be used any more"))
+        }
+    }
+}
+
+/// Uploads a volume, to be seen through a transfer function. Device, volume and transfer function may be freed afterwards; the renderer
+/// by layersplat_renderer_free().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn layersplat_renderer_new(
+    device: *const Device,
+    volume: *const Volume,
+    transfer: *const Transfer,
+    renderer: *mut *mut Renderer,
+) -> Status {
+    guard(|| {
+        // SAFETY: the caller's promise, and below.
+        let out = unsafe { Out::handle(renderer, "renderer") }?;
+        let device = unsafe { borrowed(device, "device") }?;
+        let volume = unsafe { borrowed(volume, "volume") }?;
+        let transfer = unsafe { borrowed(transfer, "transfer") }?;
+        out.give(Renderer::new(layersplat::Renderer::new(&device.0, &volume.0, &transfer.0)?));
+        Ok(())
+    })
+}
+
+/// Takes another transfer function from the next frame on.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn layersplat_renderer_set_transfer(renderer: *mut Renderer, transfer: *const Transfer) -> Status {
+    guard(|| {
+        // SAFETY: the caller's promise, and below.
+        let transfer = unsafe { borrowed(transfer, "transfer") }?;
+        unsafe {
+            with(renderer, |renderer| {
+                renderer.set_transfer_function(&transfer.0);
+                Ok(())
+            })
+        }
+    })
+}
+
+/// How many seconds a frame may take from now on; 0 is as long as it wants. A longer one is given up: LAYERSPLAT_STATUS_TOO_LONG. That is
+/// looked at between kernels; one on its way cannot be called back. Frames that are enqueued are not limited.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn layersplat_renderer_limit(renderer: *mut Renderer, seconds: f64) -> Status {
+    guard(|| {
+        let longest = Duration::try_from_secs_f64(seconds)
+            .map_err(|_| Failure::invalid(format!("seconds is {seconds}: expected a finite number, 0 or above")))?;
+        // SAFETY: the caller's promise.
+        unsafe {
+            with(renderer, |renderer| {
+                renderer.limit((!longest.is_zero()).then_some(longest));
+                Ok(())
+            })
+        }
+    })
+}
+
+/// Frees a renderer, which no call may be using, with all that it keeps on the device. What was enqueued is drawn to its end. Null is left
+/// alone.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn layersplat_renderer_free(renderer: *mut Renderer) {
+    // SAFETY: the caller's promise.
+    unsafe { free(renderer) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Status;
+    use layersplat::{DeviceChoice, RawOptions, TransferFunction};
+
+    /// A panic in the middle of a frame leaves a renderer that says so, and can be freed.
+    #[test]
+    fn a_renderer_is_used_once_at_a_time_and_not_after_a_panic() {
+        let volume = layersplat::Volume::open("builtin:hydrogen@8", &RawOptions::default()).unwrap();
+        let transfer = TransferFunction::automatic(&volume);
+        let device = layersplat::Device::open(&DeviceChoice::Default).unwrap();
+        let made = Renderer::new(layersplat::Renderer::new(&device, &volume, &transfer).unwrap());
+        let renderer = Box::into_raw(Box::new(made));
+        // SAFETY: it is alive until it is freed.
+        unsafe {
+            let within = with(renderer, |_| Ok(layersplat_renderer_limit(renderer, 0.0)));
+            assert_eq!(within.unwrap(), Status::Busy);
+            assert_eq!(layersplat_renderer_limit(renderer, 1.0), Status::Ok);
+            assert_eq!(layersplat_renderer_limit(renderer, f64::NAN), Status::InvalidArgument);
+            assert_eq!(guard(|| with(renderer, |_| panic!("in the middle"))), Status::Panic);
+            assert_eq!(layersplat_renderer_limit(renderer, 0.0), Status::Panic);
+            layersplat_renderer_free(renderer);
+        }
+    }
+}

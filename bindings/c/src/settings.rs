@@ -1,0 +1,257 @@
+//! How a picture is made.
+
+use crate::border::{Failure, Out, guard};
+use crate::{AlgorithmChoice, BlendChoice, KernelChoice, QualityChoice, Status};
+use layersplat::glam::DVec3;
+use layersplat::settings::{self, Algorithm, Blend, ClipPlane, Clipping, CropBox, Layered, Shading};
+use layersplat::{Kernel, Quality};
+
+/// A plane in world coordinates: what lies on the side that its normal points to is shown.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Plane {
+    /// A point of the plane.
+    pub point: [f64; 3],
+    /// Its normal, of any length but 0.
+    pub normal: [f64; 3],
+}
+
+/// How a picture is made. To be filled in by layersplat_settings_default() and then changed: later versions have more fields.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Bytes of this struct, as the program knows it. Leave it as layersplat_settings_default() sets it.
+    pub size: usize,
+    /// A layersplat_quality.
+    pub quality: i32,
+    /// A layersplat_algorithm.
+    pub algorithm: i32,
+    /// A layersplat_kernel, of layered and ray-cast pictures.
+    pub kernel: i32,
+    /// Layered pictures: 1 splats layers and classifies after interpolation, as was published; 0 leaves it to the quality.
+    pub splatted: i32,
+    /// A layersplat_blend.
+    pub blend: i32,
+    /// Whether surfaces are lit: 1 or 0.
+    pub lit: i32,
+    /// Whether the light is at the camera: 1; 0 takes `light`.
+    pub light_at_camera: i32,
+    /// Whether rays end where less than 1/4096 of the light passes: 1 or 0.
+    pub early_termination: i32,
+    /// Whether only what lies in the box from crop_lowest to crop_highest is shown: 1 or 0.
+    pub cropped: i32,
+    /// How many of `planes` count.
+    pub plane_count: i32,
+    /// Distance of slices or of samples along rays, in smallest spacings, of sheets in voxels; 0 is the algorithm's own.
+    pub step: f64,
+    /// The value of the surface of LAYERSPLAT_BLEND_ISO.
+    pub iso_value: f64,
+    /// Share of the colour that needs no light.
+    pub ambient: f64,
+    /// Share that depends on the angle to the light.
+    pub diffuse: f64,
+    /// Strength of the white highlight.
+    pub specular: f64,
+    /// Its exponent.
+    pub power: f64,
+    /// World direction to the light.
+    pub light: [f64; 3],
+    /// World distance that opacities are for; 0 is the smallest spacing.
+    pub unit_distance: f64,
+    /// The lowest corner of what is shown, in voxels.
+    pub crop_lowest: [f64; 3],
+    /// The highest corner of what is shown, in voxels.
+    pub crop_highest: [f64; 3],
+    /// What lies behind one of these is not shown.
+    pub planes: [Plane; 6],
+}
+
+/// Bytes of the struct of this version, which is the first. Later ones add fields behind, and go on taking this many.
+const FIRST_VERSION: usize = size_of::<Settings>();
+
+fn of_quality(quality: QualityChoice) -> Settings {
+    let Shading { ambient, diffuse, specular, power, .. } = Shading::default();
+    Settings {
+        size: size_of::<Settings>(),
+        quality: quality as i32,
+        algorithm: AlgorithmChoice::Layered as i32,
+        kernel: KernelChoice::Automatic as i32,
+        splatted: 0,
+        blend: BlendChoice::Composite as i32,
+        lit: 1,
+        light_at_camera: 1,
+        early_termination: 1,
+        cropped: 0,
+        plane_count: 0,
+        step: 0.0,
+        iso_value: 0.0,
+        ambient,
+        diffuse,
+        specular,
+        power,
+        light: [0.0, 0.0, 1.0],
+        unit_distance: 0.0,
+        crop_lowest: [0.0; 3],
+        crop_highest: [0.0; 3],
+        planes: [Plane::default(); 6],
+    }
+}
+
+/// The settings of a layersplat_quality, composited, lit from the camera, nothing cut off. `size` is sizeof(layersplat_settings): a
+/// program that was compiled with a later header than this library's is told so.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn layersplat_settings_default(quality: i32, settings: *mut Settings, size: usize) -> Status {
+    guard(|| {
+        let quality = QualityChoice::chosen(quality)?;
+        check_size(size)?;
+        // SAFETY: the caller's promise: there is room for a struct of its version, which is this one.
+        unsafe { Out::new(settings, "settings") }?.set(of_quality(quality));
+        Ok(())
+    })
+}
+
+fn check_size(size: usize) -> Result<(), Failure> {
+    if size == FIRST_VERSION {
+        return Ok(());
+    }
+    Err(Failure::invalid(format!(
+        "settings have {size} bytes, and this version of layersplat knows {FIRST_VERSION}: fill them in with \
+         layersplat_settings_default(), and take the library that belongs to the header"
+    )))
+}
+
+/// Settings as a call takes them; null is those of the standard quality.
+pub(crate) unsafe fn checked(settings: *const Settings) -> Result<settings::Settings, Failure> {
+    if settings.is_null() {
+        return Ok(settings::Settings::default());
+    }
+    // SAFETY: the caller's promise: it begins with its size, of which no more is read before that is known to be there.
+    check_size(unsafe { (&raw const (*settings).size).read() })?;
+    // SAFETY: the caller's promise.
+    unsafe { *settings }.checked()
+}
+
+impl Settings {
+    fn checked(&self) -> Result<settings::Settings, Failure> {
+        let planes = usize::try_from(self.plane_count).ok().and_then(|count| self.planes.get(..count));
+        let Some(planes) = planes else {
+            return Err(Failure::invalid(format!("plane_count is {}: expected 0 to {}", self.plane_count, self.planes.len())));
+        };
+        let plane = |p: &Plane| ClipPlane { point: p.point.into(), normal: p.normal.into() };
+        let crop = CropBox { lowest: self.crop_lowest.into(), highest: self.crop_highest.into() };
+        let crop = flag("cropped", self.cropped)?.then_some(crop);
+        Ok(settings::Settings {
+            algorithm: self.algorithm()?,
+            blend: match BlendChoice::chosen(self.blend)? {
+                BlendChoice::Composite => Blend::Composite,
+                BlendChoice::Maximum => Blend::Maximum,
+                BlendChoice::Minimum => Blend::Minimum,
+                BlendChoice::Average => Blend::Average,
+                BlendChoice::Iso => Blend::Iso(self.iso_value),
+            },
+            clipping: Clipping { crop, ..Clipping::default() }.with_planes(planes.iter().map(plane)),
+            shading: self.shading()?,
+            early_termination: flag("early_termination", self.early_termination)?,
+            unit_distance: (self.unit_distance != 0.0).then_some(self.unit_distance),
+            ..settings::Settings::default()
+        })
+    }
+
+    fn algorithm(&self) -> Result<Algorithm, Failure> {
+        let kernel = KernelChoice::chosen(self.kernel)?.kernel();
+        let step = |own: f64| if self.step == 0.0 { own } else { self.step };
+        let along = settings::LayerAxis::Auto;
+        let algorithm = AlgorithmChoice::chosen(self.algorithm)?;
+        if kernel.is_some() && !matches!(algorithm, AlgorithmChoice::Layered | AlgorithmChoice::Raycast) {
+            return Err(Failure::invalid("kernel: this algorithm has its own"));
+        }
+        Ok(match algorithm {
+            AlgorithmChoice::Layered => self.layered(kernel)?.into(),
+            AlgorithmChoice::AxisSheets => Algorithm::AxisSheets { layer_axis: along },
+            AlgorithmChoice::ViewSheets => Algorithm::ViewSheets { sheet_distance: step(Algorithm::SHEET_DISTANCE) },
+            AlgorithmChoice::Slicing => Algorithm::Slicing { step: step(Algorithm::SLICE_DISTANCE) },
+            AlgorithmChoice::Raycast => Algorithm::Raycast { kernel: kernel.unwrap_or(Kernel::Linear), step: step(0.5) },
+        })
+    }
+
+    fn layered(&self, kernel: Option<Kernel>) -> Result<Layered, Failure> {
+        let quality = Quality::from(QualityChoice::chosen(self.quality)?);
+        let splatted = flag("splatted", self.splatted)? || quality == Quality::Paper;
+        let layered = quality.layered();
+        Ok(match kernel {
+            Some(_) if splatted => return Err(Failure::invalid("kernel: splatted layers have the paper's cubic")),
+            _ if splatted => Layered { classification: quality.splatted(), ..layered },
+            Some(kernel) => Layered { classification: layered.classification.with_kernel(kernel), ..layered },
+            None => layered,
+        })
+    }
+
+    fn shading(&self) -> Result<Option<Shading>, Failure> {
+        let Self { ambient, diffuse, specular, power, .. } = *self;
+        let light = (!flag("light_at_camera", self.light_at_camera)?).then_some(DVec3::from_array(self.light));
+        Ok(flag("lit", self.lit)?.then_some(Shading { ambient, diffuse, specular, power, light }))
+    }
+}
+
+fn flag(name: &str, number: i32) -> Result<bool, Failure> {
+    match number {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => Err(Failure::invalid(format!("{name} is {number}: expected 0 or 1"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(change: impl FnOnce(&mut Settings)) -> String {
+        let mut settings = of_quality(QualityChoice::Standard);
+        change(&mut settings);
+        settings.checked().unwrap_err().message
+    }
+
+    #[test]
+    fn defaults_are_those_of_the_library() {
+        let all = [QualityChoice::Draft, QualityChoice::Standard, QualityChoice::High, QualityChoice::Paper];
+        for quality in all {
+            assert_eq!(of_quality(quality).checked().unwrap(), Quality::from(quality).settings());
+        }
+        // SAFETY: null is accepted.
+        assert_eq!(unsafe { checked(std::ptr::null()) }.unwrap(), settings::Settings::default());
+    }
+
+    #[test]
+    fn what_is_chosen_is_what_is_taken() {
+        let standard = of_quality(QualityChoice::Standard);
+        let slicing = Settings { algorithm: AlgorithmChoice::Slicing as i32, step: 0.7, lit: 0, ..standard };
+        let expected = settings::Settings { shading: None, ..Algorithm::Slicing { step: 0.7 }.into() };
+        assert_eq!(slicing.checked().unwrap(), expected);
+        let plane = Plane { point: [1.0; 3], normal: [0.0, 0.0, 2.0] };
+        let cut = Settings { plane_count: 1, planes: [plane; 6], blend: BlendChoice::Iso as i32, iso_value: 3.0, ..standard };
+        let cut = cut.checked().unwrap();
+        assert_eq!((cut.clipping.planes.iter().flatten().count(), cut.blend), (1, Blend::Iso(3.0)));
+        let splatted = Settings { splatted: 1, ..standard }.checked().unwrap();
+        assert_eq!(splatted.layered().unwrap().classification, Quality::Standard.splatted());
+        let kernel = Settings { kernel: KernelChoice::CatmullRom as i32, ..standard }.checked().unwrap();
+        assert_eq!(
+            kernel.layered().unwrap().classification,
+            Quality::Standard.layered().classification.with_kernel(Kernel::CatmullRom)
+        );
+    }
+
+    #[test]
+    fn numbers_that_stand_for_nothing_are_refused() {
+        assert_eq!(refused(|s| s.quality = 9), "9 is no quality");
+        assert_eq!(refused(|s| s.algorithm = -1), "-1 is no algorithm");
+        assert_eq!(refused(|s| s.blend = 5), "5 is no blend mode");
+        assert!(refused(|s| s.lit = 2).contains("lit is 2"));
+        assert!(refused(|s| s.plane_count = 7).contains("0 to 6"));
+        assert!(refused(|s| s.plane_count = -1).contains("-1"));
+        let sheets = |s: &mut Settings| (s.kernel, s.algorithm) = (1, AlgorithmChoice::ViewSheets as i32);
+        assert!(refused(sheets).contains("has its own"));
+        let wrong = Settings { size: 8, ..of_quality(QualityChoice::Draft) };
+        // SAFETY: it is alive.
+        assert!(unsafe { checked(&wrong) }.unwrap_err().message.contains("8 bytes"));
+    }
+}

@@ -1,0 +1,184 @@
+//! Arguments that are none are told, and nothing is done.
+
+mod common;
+
+use common::{EMPTY, FLOATS, FROM, HEIGHT, Scene, WIDTH, last_error, made, refused, settings};
+use layersplat_c::*;
+use std::ffi::CStr;
+use std::ptr::{null, null_mut};
+
+/// Not UTF-8.
+const ODD: &CStr = c"\xff";
+
+/// Every pointer in turn.
+#[test]
+fn null_is_an_error_that_names_the_argument() {
+    let scene = Scene::new();
+    let grid = layersplat_grid_at_origin(1, 1, 1, 1.0, 1.0, 1.0);
+    let [mut device, mut volume, mut transfer, mut renderer] = [(); 4].map(|_| null_mut::<u8>());
+    let (device, volume) = (&raw mut device as *mut *mut Device, &raw mut volume as *mut *mut Volume);
+    let (transfer, renderer) = (&raw mut transfer as *mut *mut Transfer, &raw mut renderer as *mut *mut Renderer);
+    let (mut camera, mut name, mut count, mut size) = (EMPTY, [0; 99], 0, [0; 9]);
+    let (mut bytes, mut floats) = (vec![0u8; FLOATS], vec![0f32; FLOATS]);
+    let (bytes, floats) = (bytes.as_mut_ptr(), floats.as_mut_ptr());
+    let (view, renders) = (&raw const scene.camera, scene.renderer);
+    // SAFETY: what is not null is alive.
+    let calls = unsafe {
+        [
+            ("device", layersplat_device_open(null(), null_mut())),
+            ("queue", layersplat_device_from_queue(null_mut(), null_mut(), null_mut(), device)),
+            ("device", layersplat_device_name(null(), name.as_mut_ptr(), 99)),
+            ("name", layersplat_device_name(scene.device, null_mut(), 99)),
+            ("voxels", layersplat_volume_copy(null(), 1, 0, &grid, volume)),
+            ("voxels", layersplat_volume_borrow(null(), 1, 0, &grid, volume)),
+            ("grid", layersplat_volume_copy(bytes.cast(), 1, 0, null(), volume)),
+            ("volume", layersplat_volume_copy(bytes.cast(), 1, 0, &grid, null_mut())),
+            ("source", layersplat_volume_open(null(), volume)),
+            ("volume", layersplat_volume_grid(null(), null_mut())),
+            ("grid", layersplat_volume_grid(scene.volume, null_mut())),
+            ("smallest", layersplat_volume_range(scene.volume, null_mut(), null_mut())),
+            ("volume", layersplat_transfer_automatic(null(), transfer)),
+            ("source", layersplat_transfer_open(null(), scene.volume, transfer)),
+            ("colors", layersplat_transfer_points(null(), 1, null(), 0, transfer)),
+            ("transfer", layersplat_transfer_stretched(null(), 0.0, 1.0, transfer)),
+            ("centre", layersplat_camera_orbit(null(), 1.0, FROM, 0, 1.0, &mut camera)),
+            ("camera", layersplat_camera_orbit([0.0; 3].as_ptr(), 1.0, FROM, 0, 1.0, null_mut())),
+            ("grid", layersplat_camera_fit_grid(null(), FROM, 0.0, 9, 9, &mut camera)),
+            ("transfer", layersplat_camera_fit_visible(scene.volume, null(), FROM, 0.0, 9, 9, &mut camera)),
+            ("settings", layersplat_settings_default(1, null_mut(), size_of::<Settings>())),
+            ("device", layersplat_renderer_new(null(), scene.volume, scene.transfer, renderer)),
+            ("volume", layersplat_renderer_new(scene.device, null(), scene.transfer, renderer)),
+            ("transfer", layersplat_renderer_new(scene.device, scene.volume, null(), renderer)),
+            ("renderer", layersplat_renderer_new(scene.device, scene.volume, scene.transfer, null_mut())),
+            ("voxels", layersplat_renderer_in_place(scene.device, null(), scene.transfer, renderer)),
+            ("voxels", layersplat_voxels_find_range(scene.device, null_mut(), 0, null())),
+            ("transfer", layersplat_renderer_set_transfer(renders, null())),
+            ("renderer", layersplat_renderer_limit(null_mut(), 1.0)),
+            ("camera", layersplat_render_rgba8(renders, null(), WIDTH, HEIGHT, null(), null(), bytes, FLOATS)),
+            ("pixels", layersplat_render_rgba8(renders, view, WIDTH, HEIGHT, null(), null(), null_mut(), FLOATS)),
+            ("renderer", layersplat_render_floats(null_mut(), view, WIDTH, HEIGHT, null(), floats, FLOATS)),
+            ("pixels", layersplat_save(null(), FLOATS, WIDTH, HEIGHT, null(), c"a.png".as_ptr())),
+            ("path", layersplat_save(floats, FLOATS, WIDTH, HEIGHT, null(), null())),
+            ("picture", layersplat_renderer_enqueue(renders, view, 9, 9, null(), null(), 0, null(), null_mut())),
+            ("renderer", layersplat_renderer_prepare(null_mut(), view, 9, 9, null())),
+            ("wait_list", layersplat_renderer_volume_changed(renders, 1, null(), null_mut())),
+            ("event 0 of wait_list", layersplat_renderer_volume_changed(renders, 1, &null_mut(), null_mut())),
+            ("picture", layersplat_renderer_scratch_sizes(renders, view, 9, 9, null(), null(), size.as_mut_ptr(), 9, &mut count)),
+            ("buffers", layersplat_renderer_set_scratch(renders, null(), 1)),
+        ]
+        .map(|(name, status)| (name, status))
+    };
+    for (n, (name, status)) in calls.iter().enumerate() {
+        assert_eq!(*status, Status::NullArgument, "call {n}, of {name}");
+    }
+    assert_eq!(last_error(), "buffers is null");
+    // SAFETY: null is accepted.
+    unsafe {
+        layersplat_device_free(null_mut());
+        layersplat_volume_free(null_mut());
+        layersplat_transfer_free(null_mut());
+        layersplat_renderer_free(null_mut());
+        assert!(layersplat_device_context(null()).is_null() && layersplat_device_queue(null()).is_null());
+        assert!(layersplat_device_id(null()).is_null());
+        assert!(!layersplat_device_context(scene.device).is_null() && !layersplat_device_queue(scene.device).is_null());
+        assert!(!layersplat_device_id(scene.device).is_null());
+    }
+}
+
+#[test]
+fn names_that_are_none_are_told() {
+    let scene = Scene::new();
+    let (mut device, mut volume, mut transfer) = (null_mut(), null_mut(), null_mut());
+    let floats = vec![0f32; FLOATS];
+    // SAFETY: all arguments are alive.
+    unsafe {
+        let odd = ODD.as_ptr();
+        assert!(refused(layersplat_device_open(odd, &mut device), Status::NotUtf8).starts_with("name is not UTF-8"));
+        refused(layersplat_volume_open(odd, &mut volume), Status::NotUtf8);
+        refused(layersplat_transfer_open(odd, scene.volume, &mut transfer), Status::NotUtf8);
+        refused(layersplat_save(floats.as_ptr(), FLOATS, WIDTH, HEIGHT, null(), odd), Status::NotUtf8);
+        let pink = c"pink";
+        assert!(refused(layersplat_device_open(pink.as_ptr(), &mut device), Status::InvalidArgument).contains("pink"));
+        assert!(
+            refused(layersplat_transfer_open(pink.as_ptr(), null(), &mut transfer), Status::InvalidArgument).contains("fire")
+        );
+        refused(layersplat_volume_open(c"/nonexistent.raw".as_ptr(), &mut volume), Status::File);
+        refused(layersplat_volume_open(c"builtin:pink".as_ptr(), &mut volume), Status::InvalidArgument);
+        assert!(device.is_null() && volume.is_null() && transfer.is_null(), "what failed gives no handle");
+    }
+}
+
+#[test]
+fn numbers_that_are_wrong_are_told() {
+    let scene = Scene::new();
+    let (mut volume, mut pixels, mut camera) = (null_mut(), vec![0f32; FLOATS], EMPTY);
+    let voxels = [0u8; 8];
+    let grid = layersplat_grid_at_origin(2, 2, 2, 1.0, 1.0, 1.0);
+    // SAFETY: all arguments are alive.
+    unsafe {
+        let copy = |bytes, kind, grid: &Grid, volume: &mut *mut Volume| {
+            refused(layersplat_volume_copy(voxels.as_ptr().cast(), bytes, kind, grid, volume), Status::InvalidArgument)
+        };
+        assert!(copy(7, 0, &grid, &mut volume).contains("8 bytes, found 7"));
+        assert!(copy(8, 5, &grid, &mut volume).contains("5 is no voxel type"));
+        let huge = layersplat_grid_at_origin(usize::MAX, usize::MAX, 2, 1.0, 1.0, 1.0);
+        copy(8, 0, &huge, &mut volume);
+        copy(8, 0, &Grid { spacing: [0.0; 3], ..grid }, &mut volume);
+        copy(8, 0, &Grid { direction: [[1.0; 3]; 3], ..grid }, &mut volume);
+
+        let mut draw = |camera: &Camera, width, room, settings: *const Settings| {
+            layersplat_render_floats(scene.renderer, camera, width, HEIGHT, settings, pixels.as_mut_ptr(), room)
+        };
+        let view = &scene.camera;
+        let message = refused(draw(view, WIDTH, FLOATS - 1, null()), Status::TooSmall);
+        assert!(message.contains(&format!("{} values, and {FLOATS} are needed", FLOATS - 1)), "{message}");
+        refused(draw(view, 0, FLOATS, null()), Status::InvalidArgument);
+        refused(draw(view, 1 << 20, FLOATS, null()), Status::InvalidArgument);
+        refused(draw(&Camera { projection: 2, ..*view }, WIDTH, FLOATS, null()), Status::InvalidArgument);
+        refused(draw(&Camera { extent: -1.0, ..*view }, WIDTH, FLOATS, null()), Status::InvalidArgument);
+        refused(draw(&EMPTY, WIDTH, FLOATS, null()), Status::InvalidArgument);
+        refused(draw(view, WIDTH, FLOATS, &Settings { size: 4, ..settings(1) }), Status::InvalidArgument);
+        refused(draw(view, WIDTH, FLOATS, &Settings { step: -1.0, algorithm: 3, ..settings(1) }), Status::InvalidArgument);
+        refused(draw(view, WIDTH, FLOATS, &Settings { unit_distance: f64::NAN, ..settings(1) }), Status::InvalidArgument);
+        refused(layersplat_settings_default(4, &mut settings(1), size_of::<Settings>()), Status::InvalidArgument);
+        refused(layersplat_settings_default(1, &mut settings(1), 12), Status::InvalidArgument);
+        refused(layersplat_camera_orbit([0.0; 3].as_ptr(), 1.0, FROM, 7, 1.0, &mut camera), Status::InvalidArgument);
+        let pink = [2.0f32, 0.0, 0.0];
+        let mut bytes = vec![0u8; FLOATS];
+        let bytes = bytes.as_mut_ptr();
+        let status = layersplat_render_rgba8(scene.renderer, view, WIDTH, HEIGHT, null(), pink.as_ptr(), bytes, FLOATS);
+        assert!(refused(status, Status::InvalidArgument).contains("background"));
+        refused(layersplat_save(pixels.as_ptr(), FLOATS, WIDTH, HEIGHT + 1, null(), c"a.png".as_ptr()), Status::InvalidArgument);
+        let mut name = [0; 2];
+        refused(layersplat_device_name(scene.device, name.as_mut_ptr(), 2), Status::TooSmall);
+    }
+    assert!(volume.is_null());
+    assert!(scene.floats(null()).iter().any(|&x| x > 0.0), "and the renderer goes on");
+}
+
+/// Devices, volumes and transfer functions are used by several threads at a time, with a renderer each.
+#[test]
+fn threads_share_what_nothing_changes() {
+    struct Shared<'a>(&'a Scene);
+    // SAFETY: as the header says of these handles.
+    unsafe impl Sync for Shared<'_> {}
+    let scene = Scene::new();
+    let expected = scene.floats(null());
+    let shared = &Shared(&scene);
+    std::thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(|| {
+                let scene = { shared }.0;
+                let mut pixels = vec![0f32; FLOATS];
+                // SAFETY: all arguments are alive.
+                unsafe {
+                    let renderer = made(|out| layersplat_renderer_new(scene.device, scene.volume, scene.transfer, out));
+                    let pixels = pixels.as_mut_ptr();
+                    common::ok(layersplat_render_floats(renderer, &scene.camera, WIDTH, HEIGHT, null(), pixels, FLOATS));
+                    layersplat_renderer_free(renderer);
+                }
+                assert!(pixels == expected);
+            });
+        }
+    });
+}

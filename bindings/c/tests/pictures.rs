@@ -1,0 +1,164 @@
+//! Pictures through C's functions have the bits of those of the library.
+
+mod common;
+
+use common::{EMPTY, FLOATS, FROM, HEIGHT, SOURCE, Scene, WIDTH, last_error, made, ok, refused, settings};
+use layersplat::glam::DVec3;
+use layersplat::settings::Algorithm;
+use layersplat::volume::Grid as LibraryGrid;
+use layersplat::{Background, DeviceChoice, Orbit, RawOptions, TransferFunction, Viewport};
+use layersplat_c::*;
+use std::ffi::CString;
+use std::ptr::{null, null_mut};
+
+/// The library's own picture of the scene.
+fn expected(settings: layersplat::Settings) -> layersplat::Frame {
+    let volume = layersplat::Volume::open(SOURCE, &RawOptions::default()).unwrap();
+    let device = layersplat::Device::open(&DeviceChoice::Default).unwrap();
+    let mut renderer = layersplat::Renderer::new(&device, &volume, &TransferFunction::automatic(&volume)).unwrap();
+    let viewport = Viewport::new(WIDTH, HEIGHT).unwrap();
+    let orbit = Orbit { azimuth: FROM.azimuth, elevation: FROM.elevation, roll: FROM.roll };
+    let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+    renderer.render(&camera, viewport, &settings).unwrap().0
+}
+
+#[test]
+fn pictures_have_the_bits_of_the_library() {
+    let scene = Scene::new();
+    let frame = expected(layersplat::Settings::default());
+    let floats = scene.floats(null());
+    assert!(floats.chunks(4).any(|p| p[3] > 0.1));
+    assert!(floats == frame.pixels().as_flattened());
+    assert!(scene.floats(&settings(QualityChoice::Standard as i32)) == floats);
+    let color = [0.2, 0.4, 1.0f32];
+    for background in [Background::Transparent, Background::Color(color)] {
+        let given = if background == Background::Transparent { null() } else { color.as_ptr() };
+        let mut pixels = vec![0u8; FLOATS + 3];
+        // SAFETY: all arguments are alive.
+        unsafe {
+            let (pixels, room) = (pixels.as_mut_ptr(), pixels.len());
+            ok(layersplat_render_rgba8(scene.renderer, &scene.camera, WIDTH, HEIGHT, null(), given, pixels, room));
+        }
+        assert!(pixels[..FLOATS] == frame.to_rgba8(background) && pixels[FLOATS..] == [0; 3]);
+    }
+    let slicing = Settings { algorithm: AlgorithmChoice::Slicing as i32, step: 0.8, ..settings(0) };
+    assert!(scene.floats(&slicing) == expected(Algorithm::Slicing { step: 0.8 }.into()).pixels().as_flattened());
+}
+
+#[test]
+fn saved_files_are_those_of_the_library() {
+    let folder = tempfile::tempdir().unwrap();
+    let frame = expected(layersplat::Settings::default());
+    let floats = frame.pixels().as_flattened();
+    for (name, color) in [("a.png", None), ("b.png", Some([1.0f32; 3])), ("c.npy", None)] {
+        let [ours, theirs] = ["ours", "theirs"].map(|which| folder.path().join(format!("{which}-{name}")));
+        frame.save(&theirs, Some(color.map_or(Background::Transparent, Background::Color))).unwrap();
+        let path = CString::new(ours.to_str().unwrap()).unwrap();
+        let given = color.as_ref().map_or(null(), |c| c.as_ptr());
+        // SAFETY: all arguments are alive.
+        ok(unsafe { layersplat_save(floats.as_ptr(), FLOATS, WIDTH, HEIGHT, given, path.as_ptr()) });
+        assert!(std::fs::read(ours).unwrap() == std::fs::read(theirs).unwrap(), "{name}");
+    }
+    let path = c"/nonexistent/a.png";
+    // SAFETY: all arguments are alive.
+    let status = unsafe { layersplat_save(floats.as_ptr(), FLOATS, WIDTH, HEIGHT, null(), path.as_ptr()) };
+    assert!(refused(status, Status::File).contains("/nonexistent/a.png"));
+}
+
+/// Copied voxels may change afterwards; borrowed ones are looked at where they are.
+#[test]
+fn voxels_are_copied_or_borrowed() {
+    let mut voxels: Vec<u8> = (0..27).collect();
+    let grid = layersplat_grid_at_origin(3, 3, 3, 1.0, 2.0, 1.0);
+    let given = voxels.as_mut_ptr();
+    // SAFETY: all arguments are alive; what is borrowed is not looked at while it changes.
+    unsafe {
+        let copied = made(|out| layersplat_volume_copy(given.cast(), 27, VoxelType::Uint8 as i32, &grid, out));
+        let borrowed = made(|out| layersplat_volume_borrow(given.cast(), 27, VoxelType::Uint8 as i32, &grid, out));
+        let (mut smallest, mut largest) = (-1.0, -1.0);
+        ok(layersplat_volume_range(copied, &mut smallest, &mut largest));
+        assert_eq!((smallest, largest), (0.0, 26.0));
+        let mut same = layersplat_grid_at_origin(0, 0, 0, 0.0, 0.0, 0.0);
+        ok(layersplat_volume_grid(borrowed, &mut same));
+        assert_eq!(same, grid);
+        let device = made(|out| layersplat_device_open(null(), out));
+        let transfer = made(|out| layersplat_transfer_open(c"grey".as_ptr(), copied, out));
+        given.write_bytes(0, 27);
+        let mut alphas = Vec::new();
+        for volume in [copied, borrowed] {
+            let renderer = made(|out| layersplat_renderer_new(device, volume, transfer, out));
+            let mut pixels = vec![0f32; FLOATS];
+            let camera = common::camera(volume);
+            ok(layersplat_render_floats(renderer, &camera, WIDTH, HEIGHT, null(), pixels.as_mut_ptr(), FLOATS));
+            alphas.push(pixels.chunks(4).map(|p| p[3]).fold(0.0, f32::max));
+            layersplat_renderer_free(renderer);
+            layersplat_volume_free(volume);
+        }
+        assert!(alphas[0] > 0.1 && alphas[1] == 0.0, "{alphas:?}");
+        layersplat_transfer_free(transfer);
+        layersplat_device_free(device);
+    }
+}
+
+#[test]
+fn cameras_are_those_of_the_library() {
+    let grid = LibraryGrid::new([9, 8, 7], DVec3::new(1.0, 2.0, 3.0)).unwrap();
+    let given = layersplat_grid_at_origin(9, 8, 7, 1.0, 2.0, 3.0);
+    let viewport = Viewport::new(WIDTH, HEIGHT).unwrap();
+    let orbit = Orbit { azimuth: FROM.azimuth, elevation: FROM.elevation, roll: FROM.roll };
+    let mut camera = EMPTY;
+    // SAFETY: all arguments are alive.
+    unsafe {
+        ok(layersplat_camera_fit_grid(&given, FROM, 30.0, WIDTH, HEIGHT, &mut camera));
+        let made = layersplat::Camera::fit_perspective(grid.centre(), grid.diagonal(), 30.0, viewport, orbit);
+        assert_eq!((camera.position, camera.view_up), (made.position.to_array(), made.view_up.to_array()));
+        assert_eq!((camera.projection, camera.extent), (ProjectionChoice::Perspective as i32, 30.0));
+        ok(layersplat_camera_orbit([1.0, 2.0, 3.0].as_ptr(), 5.0, FROM, ProjectionChoice::Parallel as i32, 2.0, &mut camera));
+        assert_eq!((camera.focal_point, camera.projection, camera.extent), ([1.0, 2.0, 3.0], 0, 2.0));
+        let nowhere = OrbitAngles { azimuth: f64::NAN, ..FROM };
+        let status = layersplat_camera_fit_grid(&given, nowhere, 30.0, WIDTH, HEIGHT, &mut camera);
+        refused(status, Status::InvalidArgument);
+        let scene = Scene::new();
+        ok(layersplat_camera_fit_visible(scene.volume, scene.transfer, FROM, 0.0, WIDTH, HEIGHT, &mut camera));
+        assert!(camera.extent > 0.0 && camera.extent < scene.camera.extent, "it is nearer than what fits the grid");
+        let status = layersplat_camera_fit_visible(scene.volume, scene.transfer, nowhere, 0.0, WIDTH, HEIGHT, &mut camera);
+        refused(status, Status::InvalidArgument);
+    }
+}
+
+#[test]
+fn a_frame_is_given_up_when_it_takes_too_long() {
+    let scene = Scene::new();
+    let expected = scene.floats(null());
+    let mut pixels = vec![7f32; FLOATS];
+    // SAFETY: all arguments are alive.
+    unsafe {
+        ok(layersplat_renderer_limit(scene.renderer, 1e-9));
+        let status = layersplat_render_floats(scene.renderer, &scene.camera, WIDTH, HEIGHT, null(), pixels.as_mut_ptr(), FLOATS);
+        refused(status, Status::TooLong);
+        assert!(pixels.iter().all(|&x| x == 7.0));
+        ok(layersplat_renderer_limit(scene.renderer, 0.0));
+    }
+    assert!(scene.floats(null()) == expected);
+}
+
+/// Points make what the library makes of them, and functions can be taken over by a renderer.
+#[test]
+fn transfer_functions_of_points() {
+    let scene = Scene::new();
+    let before = scene.floats(null());
+    let colors = [ColorPoint { value: 0.0, color: [1.0, 0.0, 0.0] }];
+    let opacities = [OpacityPoint { value: 0.0, opacity: 0.0 }, OpacityPoint { value: 255.0, opacity: 0.9 }];
+    let mut none = null_mut();
+    // SAFETY: all arguments are alive.
+    unsafe {
+        let transfer = made(|out| layersplat_transfer_points(colors.as_ptr(), 1, opacities.as_ptr(), 2, out));
+        ok(layersplat_renderer_set_transfer(scene.renderer, transfer));
+        layersplat_transfer_free(transfer);
+        let status = layersplat_transfer_points(colors.as_ptr(), 1, null(), 0, &mut none);
+        assert!(refused(status, Status::InvalidArgument).contains("at least one"));
+    }
+    let unlit = Settings { lit: 0, ..settings(1) };
+    let after = scene.floats(&unlit);
+    assert!(after != before && after.chunks(4).all(|p| p[1] == 0.0 && p[2] == 0.0 && p[0] <= p[3]), "{}", last_error());
+}
