@@ -62,3 +62,8 @@ pub use settings::{Quality, Settings};
 pub use transfer::TransferFunction;
 pub use viewport::Viewport;
 pub use volume::{RawOptions, Volume};
+
+/// What docs/embedding.md shows is built with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/embedding.md")]
+struct Embedding;
