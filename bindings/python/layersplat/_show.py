@@ -1,0 +1,122 @@
+"""The short things: a volume that shows itself, and its picture."""
+
+import pathlib
+
+from . import _default
+from ._errors import InvalidValue
+from ._layersplat import Device, Framing, Renderer, Settings, Volume
+from ._png import png
+from ._transfer import transfer_function
+
+
+class View:
+    """A volume as it is seen: shows itself in a notebook. Everything below can be set, and the next picture is of it.
+
+    size: (width, height) in pixels, or one number. azimuth, elevation, roll: where the camera stands, in degrees, about y, above the xz
+    plane, about the view. zoom: how many times larger than fitted. field_of_view: vertical, degrees, of a perspective; None: parallel.
+    camera: a Camera instead of all these but the size. background: ``transparent``, ``black``, ``white``, ``grey``, ``#rrggbb`` or
+    (red, green, blue), 0 … 1. settings: Settings.
+    """
+
+    def __init__(
+        self,
+        data,
+        spacing=None,
+        clim=None,
+        cmap=None,
+        opacity=None,
+        blend=None,
+        shade=None,
+        *,
+        size=(512, 512),
+        azimuth=30.0,
+        elevation=20.0,
+        roll=0.0,
+        zoom=1.0,
+        field_of_view=None,
+        camera=None,
+        background="black",
+        quality=None,
+        settings=None,
+        device=None,
+    ):
+        given = {"blend": blend, "shading": shade, "quality": quality}
+        given = {name: value for name, value in given.items() if value is not None}
+        if settings is not None and given:
+            raise InvalidValue(f"settings say {' and '.join(given)} too: give either")
+        if isinstance(data, Volume) and spacing is not None:
+            raise InvalidValue("spacing: a Volume has one already, leave it out")
+        self.volume = data if isinstance(data, Volume) else Volume(data, spacing)
+        self.settings = Settings(**given) if settings is None else settings
+        self.size, self.background = size, background
+        self.azimuth, self.elevation, self.roll = azimuth, elevation, roll
+        self.zoom, self.field_of_view, self.camera = zoom, field_of_view, camera
+        if device is None:
+            device = _default.device()
+        elif not isinstance(device, Device):
+            device = Device(device)
+        transfer = transfer_function(self.volume, cmap, clim, opacity)
+        self._renderer = Renderer(self.volume, transfer, device=device)
+        self._framed = None
+
+    @property
+    def transfer(self):
+        """The transfer function."""
+        return self._renderer.transfer
+
+    @transfer.setter
+    def transfer(self, transfer):
+        self._renderer.transfer = transfer
+
+    def set_transfer(self, cmap=None, clim=None, opacity=None):
+        """Takes the transfer function that these say, see :func:`layersplat.transfer_function`."""
+        self.transfer = transfer_function(self.volume, cmap, clim, opacity)
+
+    def render(self):
+        """The picture: (height, width, 4), uint8, straight alpha, row 0 on top."""
+        return self._renderer.render(self._camera(), self.size, self.settings, background=self.background)
+
+    def save(self, path):
+        """Writes the picture as a PNG file."""
+        pathlib.Path(path).write_bytes(self._repr_png_())
+
+    def _camera(self):
+        if self.camera is not None:
+            return self.camera
+        return self._framing().camera(
+            self.size,
+            azimuth=self.azimuth,
+            elevation=self.elevation,
+            roll=self.roll,
+            zoom=self.zoom,
+            field_of_view=self.field_of_view,
+        )
+
+    def _framing(self):
+        """The outline of what is shown: found once for a transfer function and settings, since that looks at all voxels."""
+        shown = (self.transfer, self.settings)
+        if self._framed is None or self._framed[0] != shown:
+            self._framed = (shown, Framing.of(self.volume, *shown))
+        return self._framed[1]
+
+    def _repr_png_(self):
+        return png(self.render())
+
+    def __repr__(self):
+        return f"<layersplat.View of {self.volume!r}>"
+
+
+def volshow(data, spacing=None, clim=None, cmap=None, opacity=None, blend=None, shade=None, **view) -> View:
+    """Shows a volume: the result shows itself in a notebook.
+
+    data: an array (z, y, x) of integers, floats or booleans; an image of nibabel, SimpleITK, ITK or xarray; or a Volume. spacing: distance
+    of voxels, one number or one per axis in the data's own order; image objects have their own. cmap, clim, opacity: see
+    :func:`transfer_function`. blend: ``composite``, ``maximum``, ``minimum``, ``average`` or ``('iso', value)``. shade: True, False, or
+    numbers, see Settings. Further arguments are those of View.
+    """
+    return View(data, spacing, clim, cmap, opacity, blend, shade, **view)
+
+
+def render(data, spacing=None, clim=None, cmap=None, opacity=None, blend=None, shade=None, **view):
+    """The picture of :func:`volshow`: (height, width, 4), uint8, straight alpha, row 0 on top."""
+    return View(data, spacing, clim, cmap, opacity, blend, shade, **view).render()
