@@ -108,20 +108,20 @@ impl Camera {
 
     /// The eye.
     #[getter]
-    fn position(&self) -> [f64; 3] {
-        self.0.position.to_array()
+    fn position(&self) -> (f64, f64, f64) {
+        self.0.position.into()
     }
 
     /// The point in the middle of the picture.
     #[getter]
-    fn focal_point(&self) -> [f64; 3] {
-        self.0.focal_point.to_array()
+    fn focal_point(&self) -> (f64, f64, f64) {
+        self.0.focal_point.into()
     }
 
     /// A vector that is up.
     #[getter]
-    fn view_up(&self) -> [f64; 3] {
-        self.0.view_up.to_array()
+    fn view_up(&self) -> (f64, f64, f64) {
+        self.0.view_up.into()
     }
 
     /// Half the picture's height in world units; None of a perspective.
@@ -180,8 +180,8 @@ impl Framing {
 
     /// World position (x, y, z) of its middle.
     #[getter]
-    fn centre(&self) -> [f64; 3] {
-        self.0.centre().to_array()
+    fn centre(&self) -> (f64, f64, f64) {
+        self.0.centre().into()
     }
 
     /// A camera that it fits from a side, with a small margin; zoom: how many times larger it is seen then.

@@ -80,9 +80,9 @@ impl DeviceVolume {
 
     /// Voxels along z, y, x.
     #[getter]
-    fn shape(&self) -> [usize; 3] {
+    fn shape(&self) -> (usize, usize, usize) {
         let [x, y, z] = self.0.description().grid().dims();
-        [z, y, x]
+        (z, y, x)
     }
 
     /// Type of the voxels.
@@ -93,14 +93,14 @@ impl DeviceVolume {
 
     /// Distance of voxels along x, y, z.
     #[getter]
-    fn spacing(&self) -> [f64; 3] {
-        self.0.description().grid().spacing().to_array()
+    fn spacing(&self) -> (f64, f64, f64) {
+        self.0.description().grid().spacing().into()
     }
 
     /// World position (x, y, z) of the middle.
     #[getter]
-    fn centre(&self) -> [f64; 3] {
-        self.0.description().grid().centre().to_array()
+    fn centre(&self) -> (f64, f64, f64) {
+        self.0.description().grid().centre().into()
     }
 
     /// Smallest and largest value.

@@ -47,6 +47,12 @@ impl Renderer {
     /// transfer: a TransferFunction; by default, where the voxels were on the host, one from the histogram. device: a Device, its name or
     /// index; or a caller's context, device and queue, see Device.
     #[new]
+    /// Enqueues a picture into a buffer or a 2D image of the context, after wait_for, and returns at once, with an Event.
+    ///
+    /// onto: an object with int_ptr (pyopencl's) or a number. format: rgba8, over the background, or float, premultiplied, without one.
+    /// first: byte of the first pixel in a buffer; row_pitch: bytes from row to row. wait_for: Events, objects with int_ptr or numbers.
+    ///
+    /// Raises InvalidValue of sheets, which have to wait, and where the picture does not fit. What was enqueued leaves the queue usable.
     #[pyo3(signature = (volume, transfer = None, *, device = None, context = None, queue = None))]
     fn new(
         volume: &Bound<PyAny>,
@@ -119,6 +125,12 @@ impl Renderer {
         Ok(picture(py, frame.into_pixels().into_flattened(), viewport)?)
     }
 
+    /// Enqueues a picture into a buffer or a 2D image of the context, after wait_for, and returns at once, with an Event.
+    ///
+    /// onto: an object with int_ptr (pyopencl's) or a number. format: rgba8, over the background, or float, premultiplied, without one.
+    /// first: byte of the first pixel in a buffer; row_pitch: bytes from row to row. wait_for: Events, objects with int_ptr or numbers.
+    ///
+    /// Raises InvalidValue of sheets, which have to wait, and where the picture does not fit. What was enqueued leaves the queue usable.
     #[pyo3(
         signature = (
             camera, size, onto, settings = None, *, format = "rgba8", background = Over::default(), first = 0, row_pitch = None,
@@ -127,12 +139,6 @@ impl Renderer {
         text_signature = "($self, camera, size, onto, settings=None, *, format='rgba8', background='black', first=0, row_pitch=None, \
             wait_for=None)"
     )]
-    /// Enqueues a picture into a buffer or a 2D image of the context, after wait_for, and returns at once, with an Event.
-    ///
-    /// onto: an object with int_ptr (pyopencl's) or a number. format: rgba8, over the background, or float, premultiplied, without one.
-    /// first: byte of the first pixel in a buffer; row_pitch: bytes from row to row. wait_for: Events, objects with int_ptr or numbers.
-    ///
-    /// Raises InvalidValue of sheets, which have to wait, and where the picture does not fit. What was enqueued leaves the queue usable.
     #[allow(clippy::too_many_arguments)] // Each is named where it is given.
     fn enqueue(
         &self,

@@ -72,8 +72,8 @@ impl TransferFunction {
     }
 
     /// Colour (red, green, blue), 0 … 1, at a value.
-    fn color(&self, value: f64) -> [f64; 3] {
-        self.0.color(value)
+    fn color(&self, value: f64) -> (f64, f64, f64) {
+        self.0.color(value).into()
     }
 
     /// Opacity per unit distance, 0 … 1, at a value.
@@ -83,8 +83,8 @@ impl TransferFunction {
 
     /// Points (value, (red, green, blue)), ascending.
     #[getter]
-    fn colors(&self) -> Vec<(f64, [f64; 3])> {
-        self.0.colors().to_vec()
+    fn colors(&self) -> Vec<(f64, (f64, f64, f64))> {
+        self.0.colors().iter().map(|&(value, color)| (value, color.into())).collect()
     }
 
     /// Points (value, opacity), ascending.

@@ -98,9 +98,9 @@ impl Volume {
 
     /// Voxels along z, y, x.
     #[getter]
-    fn shape(&self) -> [usize; 3] {
+    fn shape(&self) -> (usize, usize, usize) {
         let [x, y, z] = self.0.grid().dims();
-        [z, y, x]
+        (z, y, x)
     }
 
     /// Type of the voxels as they go to a device: uint8, int8, uint16, int16 or float32.
@@ -111,20 +111,20 @@ impl Volume {
 
     /// Distance of voxels along x, y, z, in world units.
     #[getter]
-    fn spacing(&self) -> [f64; 3] {
-        self.0.grid().spacing().to_array()
+    fn spacing(&self) -> (f64, f64, f64) {
+        self.0.grid().spacing().into()
     }
 
     /// World position (x, y, z) of voxel (0, 0, 0).
     #[getter]
-    fn origin(&self) -> [f64; 3] {
-        self.0.grid().origin().to_array()
+    fn origin(&self) -> (f64, f64, f64) {
+        self.0.grid().origin().into()
     }
 
     /// World position (x, y, z) of the middle.
     #[getter]
-    fn centre(&self) -> [f64; 3] {
-        self.0.grid().centre().to_array()
+    fn centre(&self) -> (f64, f64, f64) {
+        self.0.grid().centre().into()
     }
 
     /// Smallest and largest value.
@@ -152,7 +152,7 @@ impl Volume {
     }
 
     fn __repr__(&self) -> String {
-        let ([z, y, x], (lo, hi)) = (self.shape(), self.0.range());
+        let ((z, y, x), (lo, hi)) = (self.shape(), self.0.range());
         format!("<layersplat.Volume {} of {z}x{y}x{x} (z, y, x) {}, {lo} to {hi}>", self.0.name(), self.0.voxel_type())
     }
 }

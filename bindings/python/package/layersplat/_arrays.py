@@ -77,7 +77,8 @@ def _respaced(affine, spacing):
 
 
 def _voxels(array):
-    """The same numbers in a type of the native part: uint8, int8, uint16, int16 and float32 as they lie; others contiguous."""
+    """The same numbers in a type of the native part: uint8, int8, uint16, int16 and float32 as they lie; others contiguous and
+    aligned."""
     kind, size = array.dtype.kind, array.dtype.itemsize
     if kind == "b":
         return array.view(np.uint8)
@@ -86,9 +87,9 @@ def _voxels(array):
     if kind == "f" and size == 2:
         return array.astype(np.float32)
     if kind in "iu" and size == 8:
-        return np.ascontiguousarray(array, dtype=_narrower(array))
+        return np.require(array, _narrower(array), "CA")
     if kind in "iuf":
-        return np.ascontiguousarray(array, dtype=f"={kind}{min(size, 8)}")
+        return np.require(array, f"={kind}{min(size, 8)}", "CA")
     raise InvalidValue(f"voxels cannot be of type {array.dtype}: give integers or floats")
 
 
