@@ -74,7 +74,7 @@ where
 {
     let py = array.py();
     let flat = array.call_method1("reshape", (-1,))?;
-    let flat: PyReadonlyArray1<T> = flat.extract().map_err(|error| Failure::Python(PyErr::from(error)))?;
+    let flat: PyReadonlyArray1<T> = flat.extract().map_err(Failure::Python)?;
     let numbers = flat.as_slice().map_err(|error| Failure::Python(PyTypeError::new_err(error.to_string())))?;
     Ok(py.detach(|| Volume::from_wide(name, grid, numbers))?)
 }

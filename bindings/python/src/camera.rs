@@ -13,6 +13,9 @@ use layersplat::{Camera as Ours, Orbit, Projection, Settings as OurSettings, Vie
 use pyo3::prelude::*;
 
 /// Position, focal point, view-up and projection, in world coordinates (x, y, z).
+///
+/// A camera in world coordinates (x, y, z). scale: half the picture's height, of a parallel view; or field_of_view: vertical, degrees
+/// between 0 and 180, of a perspective.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Camera(Ours);
 
@@ -70,8 +73,6 @@ pub fn around(grid: &Grid, viewport: Viewport, orbit: Orbit, zoom: f64, field_of
 
 #[pymethods]
 impl Camera {
-    /// A camera in world coordinates (x, y, z). scale: half the picture's height, of a parallel view; or field_of_view: vertical, degrees
-    /// between 0 and 180, of a perspective.
     #[new]
     #[pyo3(signature = (position, focal_point, view_up = [0.0, 1.0, 0.0], *, scale = None, field_of_view = None))]
     fn new(

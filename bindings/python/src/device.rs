@@ -10,6 +10,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// An OpenCL device with a context and a queue.
+///
+/// Opens a device by its index or a part of its name; or takes one that is there: context, device and queue, as objects with int_ptr
+/// (pyopencl's) or numbers.
+///
+/// A queue says all; a context has a queue made in it, on its first device or the one given. They are retained, and released with the
+/// last renderer. Nothing at all: a GPU if there is one, else the CPU.
+///
+/// Numbers that are no handles of live objects end the process.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Device(Ours);
 
@@ -41,13 +49,6 @@ impl Name {
 
 #[pymethods]
 impl Device {
-    /// Opens a device by its index or a part of its name; or takes one that is there: context, device and queue, as objects with int_ptr
-    /// (pyopencl's) or numbers.
-    ///
-    /// A queue says all; a context has a queue made in it, on its first device or the one given. They are retained, and released with the
-    /// last renderer. Nothing at all: a GPU if there is one, else the CPU.
-    ///
-    /// Numbers that are no handles of live objects end the process.
     #[new]
     #[pyo3(signature = (name = None, *, context = None, device = None, queue = None))]
     fn new(

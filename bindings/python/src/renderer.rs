@@ -17,11 +17,16 @@ use pyo3::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Renders one volume on one device.
+/// Renders one volume on one device; threads may share it.
 ///
-/// Its lock is taken with the interpreter's released, and nothing under it takes the interpreter's: threads may share a renderer.
+/// volume: a Volume, or anything that Volume() takes, which is uploaded; or a DeviceVolume or a pyopencl.array.Array (z, y, x), whose voxels
+/// stay where they are. transfer: a TransferFunction; by default, where the voxels were on the host, one from the histogram. device: a
+/// Device, its name or index; or a caller's context, device and queue, see Device.
 #[pyclass(frozen, module = "layersplat")]
-pub struct Renderer(Mutex<Ours>);
+pub struct Renderer(
+    // Taken with the interpreter's lock released, and nothing under it takes that one: neither waits for the other.
+    Mutex<Ours>,
+);
 
 /// A picture's values as an array of (height, width, 4), without a copy.
 fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> PyResult<Bound<'_, PyArray3<T>>> {
@@ -41,11 +46,6 @@ impl Renderer {
 
 #[pymethods]
 impl Renderer {
-    /// A renderer of a Volume, or of anything that Volume() takes, which is uploaded; or of a DeviceVolume or a pyopencl.array.Array (z, y, x),
-    /// whose voxels stay where they are.
-    ///
-    /// transfer: a TransferFunction; by default, where the voxels were on the host, one from the histogram. device: a Device, its name or
-    /// index; or a caller's context, device and queue, see Device.
     #[new]
     /// Enqueues a picture into a buffer or a 2D image of the context, after wait_for, and returns at once, with an Event.
     ///

@@ -9,6 +9,17 @@ use pyo3::prelude::*;
 use std::collections::BTreeMap;
 
 /// Everything that decides how a picture is made, besides volume, transfer function and camera.
+///
+/// All that is not given is as in the command: quality standard, composited, lit, nothing clipped.
+///
+/// quality: draft, standard, high or paper. algorithm: layered, axis-sheets, view-sheets, slicing or raycast. kernel: cubic, linear,
+/// catmull-rom or bspline; of raycast gaussian, too. samples_per_layer: 1 to 8; density: samples per voxel, 1 to 16; layer_axis: auto, x,
+/// y or z; all three of layered. step: of slicing and raycast, smallest spacings. sheet_distance: of view-sheets, 0.125 to 4 voxels.
+/// blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient, diffuse, specular, power and
+/// light, the direction (x, y, z) to it; without, it is at the camera. crop: ((x, y, z), (x, y, z)), the lowest and the highest voxel that
+/// are shown. planes: up to six (point, normal) in the world, of which the side that the normal points to is shown. unit_distance: world
+/// distance that opacities are for, the smallest spacing by default. extinction: exponential or linear. early_termination: whether rays
+/// stop where less than 1/4096 of the light passes.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Settings(Ours);
 
@@ -51,16 +62,6 @@ impl Settings {
         step = None, sheet_distance = None, blend = None, shading = None, crop = None, planes = None, unit_distance = None,
         extinction = "exponential", early_termination = true,
     ))]
-    /// All that is not given is as in the command: quality standard, composited, lit, nothing clipped.
-    ///
-    /// quality: draft, standard, high or paper. algorithm: layered, axis-sheets, view-sheets, slicing or raycast. kernel: cubic, linear,
-    /// catmull-rom or bspline; of raycast gaussian, too. samples_per_layer: 1 to 8; density: samples per voxel, 1 to 16; layer_axis: auto, x,
-    /// y or z; all three of layered. step: of slicing and raycast, smallest spacings. sheet_distance: of view-sheets, 0.125 to 4 voxels.
-    /// blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient, diffuse, specular, power and
-    /// light, the direction (x, y, z) to it; without, it is at the camera. crop: ((x, y, z), (x, y, z)), the lowest and the highest voxel that
-    /// are shown. planes: up to six (point, normal) in the world, of which the side that the normal points to is shown. unit_distance: world
-    /// distance that opacities are for, the smallest spacing by default. extinction: exponential or linear. early_termination: whether rays
-    /// stop where less than 1/4096 of the light passes.
     #[allow(clippy::too_many_arguments)] // Each is a keyword.
     fn new(
         quality: Option<&str>,

@@ -9,6 +9,10 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 
 /// Colour and opacity of a data value, piecewise linear.
+///
+/// A transfer function of points: colors (value, (red, green, blue)) and opacities (value, opacity), each sorted by value, numbers 0 … 1.
+///
+/// It is linear between points and constant beyond them; two at one value make a step. Opacities are per unit distance, see Settings.
 #[pyclass(frozen, module = "layersplat")]
 pub struct TransferFunction(Ours);
 
@@ -31,9 +35,6 @@ pub enum Onto<'py> {
 
 #[pymethods]
 impl TransferFunction {
-    /// A transfer function of points: colors (value, (red, green, blue)) and opacities (value, opacity), each sorted by value, numbers 0 … 1.
-    ///
-    /// It is linear between points and constant beyond them; two at one value make a step. Opacities are per unit distance, see Settings.
     #[new]
     #[pyo3(signature = (colors, opacities, *, name = "given"))]
     fn new(colors: Vec<(f64, [f64; 3])>, opacities: Vec<(f64, f64)>, name: &str) -> Result<Self> {

@@ -20,6 +20,16 @@ pub fn grid(shape: [usize; 3], [x, y, z, origin]: Affine) -> Result<Grid> {
 }
 
 /// A scalar volume: voxels, where they lie in the world, and what surrounds them.
+///
+/// A volume of an array (z, y, x), or of an image of nibabel (x, y, z), SimpleITK, ITK or xarray.
+///
+/// data: integers, floats or booleans. uint8, int8, uint16, int16 and float32 are not copied, whatever their strides and byte order:
+/// they must not change while the volume is in use. Wider types are converted. Floats that are NaN, infinite or beyond ±1e30, and what
+/// is masked, count as background. spacing: distance of voxels in world units, above 0: one number, or one per axis in the order of
+/// the data's own axes; 1 by default, and of image objects their own. background: the value around the volume, and of voxels that have
+/// none; the smallest by default. name: shown in messages.
+///
+/// Raises InvalidValue where data has not three axes, or is of another type, or its grid is sheared.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Volume(Ours<'static>);
 
@@ -36,15 +46,6 @@ impl Volume {
 
 #[pymethods]
 impl Volume {
-    /// A volume of an array (z, y, x), or of an image of nibabel (x, y, z), SimpleITK, ITK or xarray.
-    ///
-    /// data: integers, floats or booleans. uint8, int8, uint16, int16 and float32 are not copied, whatever their strides and byte order:
-    /// they must not change while the volume is in use. Wider types are converted. Floats that are NaN, infinite or beyond ±1e30, and what
-    /// is masked, count as background. spacing: distance of voxels in world units, above 0: one number, or one per axis in the order of
-    /// the data's own axes; 1 by default, and of image objects their own. background: the value around the volume, and of voxels that have
-    /// none; the smallest by default. name: shown in messages.
-    ///
-    /// Raises InvalidValue where data has not three axes, or is of another type, or its grid is sheared.
     #[new]
     #[pyo3(signature = (data, spacing = None, *, background = None, name = None))]
     fn new(data: &Bound<PyAny>, spacing: Option<&Bound<PyAny>>, background: Option<f64>, name: Option<&str>) -> Result<Self> {

@@ -103,4 +103,7 @@ def test_stubs_say_what_there_is():
             said = [a.arg for a in arguments.args if a.arg != "self"] + [a.arg for a in arguments.kwonlyargs]
             has = [a for a in inspect.signature(thing).parameters if a != "self"]
             assert said == has, f"{name}.{member}"
+            if member == "__init__":
+                missing = [argument for argument in has if argument not in found.__doc__]
+                assert not missing, f"{name} does not say what {missing} is"
     assert (file.parent / "py.typed").exists()

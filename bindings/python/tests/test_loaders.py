@@ -62,3 +62,21 @@ def test_both_look_where_the_variable_says(tmp_path):
         pytest.skip(f"no folder of implementations, {vendors}")
     assert answers(vendors) == [str(len(found)), str(len(cl.get_platforms()))]
     assert answers(tmp_path) == ["DeviceError", "LogicError"] or answers(tmp_path) == ["DeviceError", "0"]
+
+
+ONE = """
+import pathlib, sys
+import layersplat, pyopencl
+assert layersplat.Device.list() and pyopencl.get_platforms()
+maps = pathlib.Path("/proc/self/maps").read_text().splitlines()
+print(len({line.split()[-1] for line in maps if "libOpenCL" in line}))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what is loaded")
+def test_layersplat_takes_another_loader():
+    """pyopencl's, for one: that is enough, where the system has none."""
+    for theirs in mapped("libOpenCL"):
+        environment = {**os.environ, "OPENCL_DYLIB_PATH": theirs}
+        run = subprocess.run([sys.executable, "-c", ONE], env=environment, capture_output=True, text=True, timeout=120, check=True)
+        assert run.stdout.split() == ["1" if "pyopencl" in theirs else "2"]

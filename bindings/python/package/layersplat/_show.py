@@ -1,12 +1,22 @@
 """The short things: a volume that shows itself, and its picture."""
 
+import os
 import pathlib
+from typing import TYPE_CHECKING, Any, Optional, Tuple, Union
+
+import numpy as np
 
 from . import _default
 from ._errors import InvalidValue
-from ._layersplat import Device, Framing, Renderer, Settings, Volume
+from ._layersplat import Camera, Device, Framing, Renderer, Settings, TransferFunction, Volume
 from ._png import png
 from ._transfer import transfer_function
+
+if TYPE_CHECKING:
+    from ._layersplat import Background, Blend, Shading, Size
+
+    Spacing = Optional[Union[float, Tuple[float, float, float]]]
+    Limits = Optional[Tuple[float, float]]
 
 
 class View:
@@ -20,26 +30,26 @@ class View:
 
     def __init__(
         self,
-        data,
-        spacing=None,
-        clim=None,
-        cmap=None,
-        opacity=None,
-        blend=None,
-        shade=None,
+        data: Any,
+        spacing: "Spacing" = None,
+        clim: "Limits" = None,
+        cmap: Any = None,
+        opacity: Any = None,
+        blend: "Optional[Blend]" = None,
+        shade: "Optional[Union[bool, Shading]]" = None,
         *,
-        size=(512, 512),
-        azimuth=30.0,
-        elevation=20.0,
-        roll=0.0,
-        zoom=1.0,
-        field_of_view=None,
-        camera=None,
-        background="black",
-        quality=None,
-        settings=None,
-        device=None,
-    ):
+        size: "Size" = (512, 512),
+        azimuth: float = 30.0,
+        elevation: float = 20.0,
+        roll: float = 0.0,
+        zoom: float = 1.0,
+        field_of_view: Optional[float] = None,
+        camera: Optional[Camera] = None,
+        background: "Background" = "black",
+        quality: Optional[str] = None,
+        settings: Optional[Settings] = None,
+        device: Optional[Union[Device, str, int]] = None,
+    ) -> None:
         given = {"blend": blend, "shading": shade, "quality": quality}
         given = {name: value for name, value in given.items() if value is not None}
         if settings is not None and given:
@@ -60,27 +70,27 @@ class View:
         self._framed = None
 
     @property
-    def transfer(self):
+    def transfer(self) -> TransferFunction:
         """The transfer function."""
         return self._renderer.transfer
 
     @transfer.setter
-    def transfer(self, transfer):
+    def transfer(self, transfer: TransferFunction) -> None:
         self._renderer.transfer = transfer
 
-    def set_transfer(self, cmap=None, clim=None, opacity=None):
+    def set_transfer(self, cmap: Any = None, clim: "Limits" = None, opacity: Any = None) -> None:
         """Takes the transfer function that these say, see :func:`layersplat.transfer_function`."""
         self.transfer = transfer_function(self.volume, cmap, clim, opacity)
 
-    def render(self):
+    def render(self) -> np.ndarray:
         """The picture: (height, width, 4), uint8, straight alpha, row 0 on top."""
         return self._renderer.render(self._camera(), self.size, self.settings, background=self.background)
 
-    def save(self, path):
+    def save(self, path: "Union[str, os.PathLike[str]]") -> None:
         """Writes the picture as a PNG file."""
         pathlib.Path(path).write_bytes(self._repr_png_())
 
-    def _camera(self):
+    def _camera(self) -> Camera:
         if self.camera is not None:
             return self.camera
         return self._framing().camera(
@@ -92,21 +102,30 @@ class View:
             field_of_view=self.field_of_view,
         )
 
-    def _framing(self):
+    def _framing(self) -> Framing:
         """The outline of what is shown: found once for a transfer function and settings, since that looks at all voxels."""
         shown = (self.transfer, self.settings)
         if self._framed is None or self._framed[0] != shown:
             self._framed = (shown, Framing.of(self.volume, *shown))
         return self._framed[1]
 
-    def _repr_png_(self):
+    def _repr_png_(self) -> bytes:
         return png(self.render())
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"<layersplat.View of {self.volume!r}>"
 
 
-def volshow(data, spacing=None, clim=None, cmap=None, opacity=None, blend=None, shade=None, **view) -> View:
+def volshow(
+    data: Any,
+    spacing: "Spacing" = None,
+    clim: "Limits" = None,
+    cmap: Any = None,
+    opacity: Any = None,
+    blend: "Optional[Blend]" = None,
+    shade: "Optional[Union[bool, Shading]]" = None,
+    **view: Any,
+) -> View:
     """Shows a volume: the result shows itself in a notebook.
 
     data: an array (z, y, x) of integers, floats or booleans; an image of nibabel, SimpleITK, ITK or xarray; or a Volume. spacing: distance
@@ -117,6 +136,15 @@ def volshow(data, spacing=None, clim=None, cmap=None, opacity=None, blend=None, 
     return View(data, spacing, clim, cmap, opacity, blend, shade, **view)
 
 
-def render(data, spacing=None, clim=None, cmap=None, opacity=None, blend=None, shade=None, **view):
+def render(
+    data: Any,
+    spacing: "Spacing" = None,
+    clim: "Limits" = None,
+    cmap: Any = None,
+    opacity: Any = None,
+    blend: "Optional[Blend]" = None,
+    shade: "Optional[Union[bool, Shading]]" = None,
+    **view: Any,
+) -> np.ndarray:
     """The picture of :func:`volshow`: (height, width, 4), uint8, straight alpha, row 0 on top."""
     return View(data, spacing, clim, cmap, opacity, blend, shade, **view).render()

@@ -1,6 +1,6 @@
 """Transfer functions from what plotting packages call cmap, clim and opacity."""
 
-from typing import Optional
+from typing import Any, Optional, Tuple
 
 import numpy as np
 
@@ -11,7 +11,9 @@ SAMPLES = 256
 """Samples that are taken of a colour map."""
 
 
-def transfer_function(volume: Volume, cmap=None, clim=None, opacity=None) -> TransferFunction:
+def transfer_function(
+    volume: Volume, cmap: Any = None, clim: Optional[Tuple[float, float]] = None, opacity: Any = None
+) -> TransferFunction:
     """The transfer function of a volume that these say.
 
     cmap: ``grey``, ``fire``, ``viridis`` or ``cool-warm``; a ParaView file; a TransferFunction; a list of colours, evenly spaced, each
