@@ -12,10 +12,13 @@ use layersplat::volume::Grid;
 use layersplat::{Camera as Ours, Orbit, Projection, Settings as OurSettings, Viewport};
 use pyo3::prelude::*;
 
-/// Position, focal point, view-up and projection, in world coordinates (x, y, z).
+/// Where a picture is seen from, in world coordinates (x, y, z).
 ///
-/// A camera in world coordinates (x, y, z). scale: half the picture's height, of a parallel view; or field_of_view: vertical, degrees
-/// between 0 and 180, of a perspective.
+/// position: the eye, of which in a parallel view only the direction counts. focal_point: in the middle of the picture. view_up: any vector
+/// that is up on the screen. scale: half the picture's height in world units, of a parallel view; or field_of_view: vertical, degrees between
+/// 0 and 180, of a perspective.
+///
+/// Raises InvalidValue where these show nothing.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Camera(Ours);
 

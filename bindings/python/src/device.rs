@@ -11,11 +11,9 @@ use pyo3::types::PyDict;
 
 /// An OpenCL device with a context and a queue.
 ///
-/// Opens a device by its index or a part of its name; or takes one that is there: context, device and queue, as objects with int_ptr
-/// (pyopencl's) or numbers.
-///
-/// A queue says all; a context has a queue made in it, on its first device or the one given. They are retained, and released with the
-/// last renderer. Nothing at all: a GPU if there is one, else the CPU.
+/// name: the index of one that is opened, or part of its name. Or one that is there already: context, device and queue, as objects with
+/// int_ptr (pyopencl's) or numbers, which are retained, and released with the last renderer. A queue says all; a context has a queue made in
+/// it, on its first device or the one given. Nothing at all: a GPU if there is one, else the CPU.
 ///
 /// Numbers that are no handles of live objects end the process.
 #[pyclass(frozen, module = "layersplat")]

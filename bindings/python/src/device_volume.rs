@@ -11,12 +11,12 @@ use pyo3::prelude::*;
 
 /// A volume whose voxels stay in a buffer of the caller's, which is retained.
 ///
-/// A volume in a buffer of a device's context, as an object with int_ptr (pyopencl.Buffer) or a number.
+/// device: whose context the buffer is of. buffer: an object with int_ptr (pyopencl.Buffer) or a number. shape: (z, y, x). dtype: uint8, int8,
+/// uint16, int16 or float32. spacing: one number or (z, y, x). first: byte of the first voxel. pitches: bytes from row to row and from layer
+/// to layer. range: (smallest, largest) value, a promise; None: they are looked for, which waits until that is done, after wait_for.
+/// background: the value around the volume, the smallest by default. name: shown in messages.
 ///
-/// shape: (z, y, x). dtype: uint8, int8, uint16, int16 or float32. spacing: one number or (z, y, x). first: byte of the first voxel.
-/// pitches: bytes from row to row and from layer to layer. range: (smallest, largest) value, a promise; None: they are looked for, which
-/// waits until that is done, after wait_for. Voxels may change from frame to frame if every renderer is told so
-/// (Renderer.volume_changed).
+/// Voxels may change from frame to frame if every renderer is told so (Renderer.volume_changed).
 ///
 /// Raises InvalidValue where the buffer is too small, of another context, or written only.
 #[pyclass(frozen, module = "layersplat")]

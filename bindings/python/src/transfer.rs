@@ -10,7 +10,8 @@ use std::path::PathBuf;
 
 /// Colour and opacity of a data value, piecewise linear.
 ///
-/// A transfer function of points: colors (value, (red, green, blue)) and opacities (value, opacity), each sorted by value, numbers 0 … 1.
+/// A transfer function of points: colors (value, (red, green, blue)) and opacities (value, opacity), each sorted by value,
+/// numbers 0 … 1; name: shown in messages.
 ///
 /// It is linear between points and constant beyond them; two at one value make a step. Opacities are per unit distance, see Settings.
 #[pyclass(frozen, module = "layersplat")]
