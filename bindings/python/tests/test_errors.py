@@ -94,16 +94,16 @@ def test_stubs_say_what_there_is():
         stubs = {node.name: node for node in classes[name].body if isinstance(node, ast.FunctionDef)}
         public = {member for member in vars(found) if not member.startswith("_")}
         assert {stub for stub in stubs if not stub.startswith("_")} == public, name
-        for member in public | ({"__init__"} & set(stubs)):
-            thing = found if member == "__init__" else getattr(found, member)
-            assert member == "__init__" or thing.__doc__, f"{name}.{member} is not documented"
+        for member in public | ({"__new__"} & set(stubs)):
+            thing = found if member == "__new__" else getattr(found, member)
+            assert member == "__new__" or thing.__doc__, f"{name}.{member} is not documented"
             if inspect.isgetsetdescriptor(thing):
                 continue
             arguments = stubs[member].args
-            said = [a.arg for a in arguments.args if a.arg != "self"] + [a.arg for a in arguments.kwonlyargs]
+            said = [a.arg for a in arguments.args if a.arg not in ("self", "cls")] + [a.arg for a in arguments.kwonlyargs]
             has = [a for a in inspect.signature(thing).parameters if a != "self"]
             assert said == has, f"{name}.{member}"
-            if member == "__init__":
+            if member == "__new__":
                 missing = [argument for argument in has if argument not in found.__doc__]
                 assert not missing, f"{name} does not say what {missing} is"
     assert (file.parent / "py.typed").exists()

@@ -62,7 +62,7 @@ def _xarray(array) -> Image:
     if len(dims) != 3:
         raise InvalidValue(f"the array has {len(dims)} axes, {dims}: select three of them")
     names = [name.lower() for name in dims]
-    order = tuple(names.index(name) for name in "xyz") if set(names) == set("xyz") else (2, 1, 0)
+    order = (names.index("x"), names.index("y"), names.index("z")) if set(names) == set("xyz") else (2, 1, 0)
     steps = [_steps(array, dims[axis]) for axis in order]
     vectors = np.diag([step for _, step in steps])
     voxels = np.asanyarray(array.data).transpose(order[::-1])

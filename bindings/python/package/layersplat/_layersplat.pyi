@@ -1,48 +1,37 @@
 """Types of the native part; what it does is said by `help()` of each."""
 
-from os import PathLike
-from typing import Any, Dict, Literal, Optional, Protocol, Sequence, Tuple, TypedDict, Union, final
+from typing import Any, Dict, Literal, Optional, Sequence, Tuple, Union, final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ._types import Background, Blend, Handle, Path, Point, Quality, Shading, Size, Vector
+
+__all__ = [
+    "Camera",
+    "Device",
+    "DeviceVolume",
+    "Event",
+    "Framing",
+    "Renderer",
+    "Settings",
+    "TransferFunction",
+    "Volume",
+    "__version__",
+]
+
 __version__: str
-
-Size = Union[int, Tuple[int, int]]
-"""(width, height) in pixels, or one number of both."""
-Vector = Union[Sequence[float], NDArray[np.floating[Any]]]
-"""(x, y, z)."""
-Point = Tuple[float, float, float]
-Background = Union[str, Tuple[float, float, float]]
-"""transparent, black, white, grey, #rrggbb, or (red, green, blue), 0 … 1."""
-Blend = Union[Literal["composite", "maximum", "minimum", "average"], Tuple[Literal["iso"], float]]
-Path = Union[str, "PathLike[str]"]
-
-class HasHandle(Protocol):
-    """An OpenCL object of another package, pyopencl for instance."""
-
-    @property
-    def int_ptr(self) -> int: ...
-
-Handle = Union[HasHandle, int]
-
-class Shading(TypedDict, total=False):
-    ambient: float
-    diffuse: float
-    specular: float
-    power: float
-    light: Optional[Vector]
 
 @final
 class Volume:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         data: Any,
         spacing: Optional[Union[float, Sequence[float]]] = None,
         *,
         background: Optional[float] = None,
         name: Optional[str] = None,
-    ) -> None: ...
+    ) -> Volume: ...
     @staticmethod
     def open(
         path: Path,
@@ -75,13 +64,13 @@ class Volume:
 
 @final
 class TransferFunction:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         colors: Sequence[Tuple[float, Sequence[float]]],
         opacities: Sequence[Tuple[float, float]],
         *,
         name: str = "given",
-    ) -> None: ...
+    ) -> TransferFunction: ...
     @staticmethod
     def builtin(name: str, onto: Union[Volume, Tuple[float, float]]) -> TransferFunction: ...
     @staticmethod
@@ -100,13 +89,13 @@ class TransferFunction:
     def range(self) -> Tuple[float, float]: ...
     @property
     def name(self) -> str: ...
-    def __eq__(self, other: object) -> bool: ...
+    def __eq__(self, other: object, /) -> bool: ...
 
 @final
 class Settings:
-    def __init__(
-        self,
-        quality: Optional[Literal["draft", "standard", "high", "paper"]] = None,
+    def __new__(
+        cls,
+        quality: Optional[Quality] = None,
         *,
         algorithm: Literal["layered", "axis-sheets", "view-sheets", "slicing", "raycast"] = "layered",
         kernel: Optional[Literal["cubic", "linear", "catmull-rom", "bspline", "gaussian"]] = None,
@@ -122,20 +111,20 @@ class Settings:
         unit_distance: Optional[float] = None,
         extinction: Literal["exponential", "linear"] = "exponential",
         early_termination: bool = True,
-    ) -> None: ...
-    def __eq__(self, other: object) -> bool: ...
+    ) -> Settings: ...
+    def __eq__(self, other: object, /) -> bool: ...
 
 @final
 class Camera:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         position: Vector,
         focal_point: Vector,
         view_up: Vector = ...,
         *,
         scale: Optional[float] = None,
         field_of_view: Optional[float] = None,
-    ) -> None: ...
+    ) -> Camera: ...
     @staticmethod
     def orbit(
         centre: Vector,
@@ -180,14 +169,14 @@ class Framing:
 
 @final
 class Device:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         name: Optional[Union[str, int]] = None,
         *,
         context: Optional[Handle] = None,
         device: Optional[Handle] = None,
         queue: Optional[Handle] = None,
-    ) -> None: ...
+    ) -> Device: ...
     @staticmethod
     def list() -> Sequence[Dict[str, Any]]: ...
     @property
@@ -205,8 +194,8 @@ class Device:
 
 @final
 class DeviceVolume:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         device: Device,
         buffer: Handle,
         shape: Tuple[int, int, int],
@@ -219,7 +208,7 @@ class DeviceVolume:
         background: Optional[float] = None,
         wait_for: Optional[Sequence[Union[Event, Handle]]] = None,
         name: str = "buffer",
-    ) -> None: ...
+    ) -> DeviceVolume: ...
     @property
     def shape(self) -> Tuple[int, int, int]: ...
     @property
@@ -242,15 +231,15 @@ class Event:
 
 @final
 class Renderer:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         volume: Any,
         transfer: Optional[TransferFunction] = None,
         *,
         device: Optional[Union[Device, str, Handle]] = None,
         context: Optional[Handle] = None,
         queue: Optional[Handle] = None,
-    ) -> None: ...
+    ) -> Renderer: ...
     def render(
         self,
         camera: Camera,

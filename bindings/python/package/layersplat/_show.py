@@ -1,8 +1,7 @@
 """The short things: a volume that shows itself, and its picture."""
 
-import os
 import pathlib
-from typing import TYPE_CHECKING, Any, Optional, Tuple, Union
+from typing import Any, Optional, Tuple, Union
 
 import numpy as np
 
@@ -11,12 +10,10 @@ from ._errors import InvalidValue
 from ._layersplat import Camera, Device, Framing, Renderer, Settings, TransferFunction, Volume
 from ._png import png
 from ._transfer import transfer_function
+from ._types import Background, Blend, Path, Quality, Shading, Size
 
-if TYPE_CHECKING:
-    from ._layersplat import Background, Blend, Shading, Size
-
-    Spacing = Optional[Union[float, Tuple[float, float, float]]]
-    Limits = Optional[Tuple[float, float]]
+Spacing = Optional[Union[float, Tuple[float, float, float]]]
+Limits = Optional[Tuple[float, float]]
 
 
 class View:
@@ -31,33 +28,32 @@ class View:
     def __init__(
         self,
         data: Any,
-        spacing: "Spacing" = None,
-        clim: "Limits" = None,
+        spacing: Spacing = None,
+        clim: Limits = None,
         cmap: Any = None,
         opacity: Any = None,
-        blend: "Optional[Blend]" = None,
-        shade: "Optional[Union[bool, Shading]]" = None,
+        blend: Optional[Blend] = None,
+        shade: Optional[Union[bool, Shading]] = None,
         *,
-        size: "Size" = (512, 512),
+        size: Size = (512, 512),
         azimuth: float = 30.0,
         elevation: float = 20.0,
         roll: float = 0.0,
         zoom: float = 1.0,
         field_of_view: Optional[float] = None,
         camera: Optional[Camera] = None,
-        background: "Background" = "black",
-        quality: Optional[str] = None,
+        background: Background = "black",
+        quality: Optional[Quality] = None,
         settings: Optional[Settings] = None,
         device: Optional[Union[Device, str, int]] = None,
     ) -> None:
-        given = {"blend": blend, "shading": shade, "quality": quality}
-        given = {name: value for name, value in given.items() if value is not None}
+        given = [name for name, value in [("blend", blend), ("shade", shade), ("quality", quality)] if value is not None]
         if settings is not None and given:
             raise InvalidValue(f"settings say {' and '.join(given)} too: give either")
         if isinstance(data, Volume) and spacing is not None:
             raise InvalidValue("spacing: a Volume has one already, leave it out")
         self.volume = data if isinstance(data, Volume) else Volume(data, spacing)
-        self.settings = Settings(**given) if settings is None else settings
+        self.settings = Settings(quality, blend=blend, shading=shade) if settings is None else settings
         self.size, self.background = size, background
         self.azimuth, self.elevation, self.roll = azimuth, elevation, roll
         self.zoom, self.field_of_view, self.camera = zoom, field_of_view, camera
@@ -67,7 +63,7 @@ class View:
             device = Device(device)
         transfer = transfer_function(self.volume, cmap, clim, opacity)
         self._renderer = Renderer(self.volume, transfer, device=device)
-        self._framed = None
+        self._framed: Optional[Tuple[Tuple[TransferFunction, Settings], Framing]] = None
 
     @property
     def transfer(self) -> TransferFunction:
@@ -78,7 +74,7 @@ class View:
     def transfer(self, transfer: TransferFunction) -> None:
         self._renderer.transfer = transfer
 
-    def set_transfer(self, cmap: Any = None, clim: "Limits" = None, opacity: Any = None) -> None:
+    def set_transfer(self, cmap: Any = None, clim: Limits = None, opacity: Any = None) -> None:
         """Takes the transfer function that these say, see :func:`layersplat.transfer_function`."""
         self.transfer = transfer_function(self.volume, cmap, clim, opacity)
 
@@ -86,7 +82,7 @@ class View:
         """The picture: (height, width, 4), uint8, straight alpha, row 0 on top."""
         return self._renderer.render(self._camera(), self.size, self.settings, background=self.background)
 
-    def save(self, path: "Union[str, os.PathLike[str]]") -> None:
+    def save(self, path: Path) -> None:
         """Writes the picture as a PNG file."""
         pathlib.Path(path).write_bytes(self._repr_png_())
 
@@ -118,12 +114,12 @@ class View:
 
 def volshow(
     data: Any,
-    spacing: "Spacing" = None,
-    clim: "Limits" = None,
+    spacing: Spacing = None,
+    clim: Limits = None,
     cmap: Any = None,
     opacity: Any = None,
-    blend: "Optional[Blend]" = None,
-    shade: "Optional[Union[bool, Shading]]" = None,
+    blend: Optional[Blend] = None,
+    shade: Optional[Union[bool, Shading]] = None,
     **view: Any,
 ) -> View:
     """Shows a volume: the result shows itself in a notebook.
@@ -138,12 +134,12 @@ def volshow(
 
 def render(
     data: Any,
-    spacing: "Spacing" = None,
-    clim: "Limits" = None,
+    spacing: Spacing = None,
+    clim: Limits = None,
     cmap: Any = None,
     opacity: Any = None,
-    blend: "Optional[Blend]" = None,
-    shade: "Optional[Union[bool, Shading]]" = None,
+    blend: Optional[Blend] = None,
+    shade: Optional[Union[bool, Shading]] = None,
     **view: Any,
 ) -> np.ndarray:
     """The picture of :func:`volshow`: (height, width, 4), uint8, straight alpha, row 0 on top."""
