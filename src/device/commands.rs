@@ -4,7 +4,7 @@ use super::Device;
 use crate::error::Error;
 use opencl3::command_queue::CommandQueue;
 use opencl3::error_codes::ClError;
-use opencl3::event::{Event, retain_event};
+use opencl3::event::{CL_COMPLETE, Event, retain_event};
 use opencl3::types::cl_event;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -22,6 +22,18 @@ struct State {
     wait: Vec<Event>,
     /// The last command.
     last: Option<Event>,
+    /// Commands on their way that came after events of the caller's: PoCL 3.1 ends the process where one of these fails, and then a chain
+    /// of commands whose events nobody holds.
+    held: Vec<Event>,
+}
+
+/// Whether a command is over, well or not.
+fn is_over(event: &Event) -> bool {
+    event.command_execution_status().map_or(true, |status| status.0 <= CL_COMPLETE)
+}
+
+fn has_failed(event: &Event) -> bool {
+    event.command_execution_status().map_or(true, |status| status.0 < CL_COMPLETE)
 }
 
 /// How long a frame may take, and when it began.
@@ -62,16 +74,19 @@ impl Device {
         Self { limit: longest.map(|longest| Limit { began: Instant::now(), longest }), ..self }
     }
 
-    /// Begins commands that come after `wait`, and after all before.
-    pub(crate) fn begin(&self, wait: &[&Event]) -> Result<(), Error> {
+    /// Begins commands that come after `wait`, and after all before; and whether any of those has failed, as far as they are known to be
+    /// over: what they should have made is not there.
+    pub(crate) fn begin(&self, wait: &[&Event]) -> Result<bool, Error> {
         let wait: Result<Vec<_>, _> = wait.iter().map(|event| retained(event)).collect();
         let mut state = self.sequence.state();
         state.wait = wait.map_err(|e| self.error("clRetainEvent", e))?;
-        // What failed is over: what comes after does not depend on it.
-        if state.last.as_ref().is_some_and(|last| last.command_execution_status().map_or(true, |status| status.0 < 0)) {
+        let failed = state.held.iter().chain(&state.last).any(has_failed);
+        state.held.retain(|event| !is_over(event));
+        // What comes after does not depend on what failed.
+        if state.last.as_ref().is_some_and(has_failed) {
             state.last = None;
         }
-        Ok(())
+        Ok(failed)
     }
 
     /// The event that is complete when all that was enqueued is.
@@ -101,8 +116,12 @@ impl Device {
         let after = state.last.iter().filter(|_| !in_order);
         let wait: Vec<cl_event> = state.wait.iter().chain(after).map(Event::get).collect();
         let event = enqueue(queue, &wait).map_err(|e| self.error(call, e))?;
+        let retained = || retained(&event).map_err(|e| self.error("clRetainEvent", e));
+        if !state.wait.is_empty() || !state.held.is_empty() {
+            state.held.push(retained()?);
+        }
         state.wait.clear();
-        state.last = Some(retained(&event).map_err(|e| self.error("clRetainEvent", e))?);
+        state.last = Some(retained()?);
         Ok(event)
     }
 

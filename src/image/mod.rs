@@ -48,6 +48,11 @@ impl Frame {
         &self.pixels
     }
 
+    /// The pixels, row by row, for whom the frame is of no more use: they are not copied.
+    pub fn into_pixels(self) -> Vec<[f32; 4]> {
+        self.pixels
+    }
+
     /// The pixel in a column and a row.
     pub fn pixel(&self, column: u32, row: u32) -> [f32; 4] {
         self.pixels[row as usize * self.viewport.width as usize + column as usize]

@@ -62,6 +62,11 @@ impl Cache {
         self.entries.remove(found).value.downcast().ok()
     }
 
+    /// Forgets everything.
+    pub fn forget(&mut self) {
+        self.entries.clear();
+    }
+
     /// All that is made from voxels has to be made again.
     pub fn voxels_changed(&mut self) {
         self.entries.iter_mut().for_each(|entry| entry.stale |= entry.of_voxels);

@@ -48,7 +48,7 @@ impl Renderer {
             scratch.begin();
         }
         self.require_room(&device, &plan, viewport, matches!(onto.format(), PictureFormat::Rgba8(_)))?;
-        device.begin(wait)?;
+        self.begin(wait)?;
         let view = View { device: &device, rays: &rays, viewport, settings: &settings };
         let (drawn, _) = self.draw(view, &plan)?;
         self.deliver(view, &drawn, onto)?;
@@ -110,8 +110,8 @@ impl Renderer {
     /// the B-spline's coefficients) is made again by the next frame that needs it, on the device and in the same buffers, after `wait`.
     /// Returns an event that is complete when `wait` is; frames wait for it by themselves.
     pub fn volume_changed(&mut self, wait: &[&Event]) -> Result<Event, Error> {
+        self.begin(wait)?;
         self.prepared.voxels_changed();
-        self.device.begin(wait)?;
         self.device.end()
     }
 

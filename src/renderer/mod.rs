@@ -41,6 +41,7 @@ use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
 use layered::{PointLayers, SplatLayers};
+use opencl3::event::Event;
 use picture::{FLOATS, OntoScreen, Picture, RGBA8, Share, read_displayed};
 use prepared::Prepared;
 use range::LayerRange;
@@ -251,10 +252,19 @@ impl Renderer {
     }
 
     /// The device as one frame uses it: what that leaves behind, if it fails, no other sees.
-    fn frame_device(&self) -> Result<Device, Error> {
-        self.device.begin(&[])?;
+    fn frame_device(&mut self) -> Result<Device, Error> {
+        self.begin(&[])?;
         let device = if self.measuring { self.device.timed() } else { self.device.clone() };
         Ok(device.limited(self.longest))
+    }
+
+    /// Begins what comes after `wait`.
+    fn begin(&mut self, wait: &[&Event]) -> Result<(), Error> {
+        if self.device.begin(wait)? {
+            tracing::warn!("a frame before this one failed: what it made is made again");
+            self.prepared.forget();
+        }
+        Ok(())
     }
 
     /// Refuses a picture that would not fit into memory, as floats or displayed, before anything of it is made.

@@ -163,11 +163,13 @@ fn reports_and_devices() {
 /// What does not fit into memory is streamed, to the same picture; what it takes is told before, and reported.
 #[test]
 fn memory() {
+    // Of its own: what is refused must leave nothing behind, and other tests write meanwhile.
+    let folder = tempfile::tempdir().unwrap();
     const SIGNAL: &str = "builtin:marschner-lobb@100";
     let frame = |name: &str, more: &[&str]| {
         let all = [&["render", SIGNAL, "--size", "36x28", "--transfer", "fire", "-o", name], more].concat();
-        let report = json(folder(), &all);
-        (read_image(&folder().join(name)).unwrap(), report, layersplat(folder(), &all))
+        let report = json(folder.path(), &all);
+        (read_image(&folder.path().join(name)).unwrap(), report, layersplat(folder.path(), &all))
     };
     let (whole, plain, _) = frame("whole.npy", &[]);
     let (streamed, report, told) = frame("streamed.npy", &["--memory", "700KiB"]);
@@ -185,8 +187,8 @@ fn memory() {
     for words in ["716800 bytes on the device", "parts of up to", "passes over the volume", "the first pass"] {
         assert!(told.contains(words), "{told} does not say '{words}'");
     }
-    refused(folder(), &["render", SIGNAL, "--memory", "100K", "-o", "no.npy"], 2, &["at least", "102400", "--memory BYTES"]);
-    refused(folder(), &["render", SIGNAL, "--memory", "many", "-o", "no.npy"], 2, &["--memory", "512M"]);
+    refused(folder.path(), &["render", SIGNAL, "--memory", "100K", "-o", "no.npy"], 2, &["at least", "102400", "--memory BYTES"]);
+    refused(folder.path(), &["render", SIGNAL, "--memory", "many", "-o", "no.npy"], 2, &["--memory", "512M"]);
     let rays = ["render", SIGNAL, "--memory", "700K", "--algorithm", "raycast", "-o", "no.npy"];
-    refused(folder(), &rays, 2, &["whole volume", "--memory BYTES"]);
+    refused(folder.path(), &rays, 2, &["whole volume", "--memory BYTES"]);
 }

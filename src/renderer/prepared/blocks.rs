@@ -46,12 +46,15 @@ pub(in crate::renderer) struct VisibleBlocks {
     /// First and last slab of the chunks in which any block can, counted from the first layer that is held; the first is beyond the last
     /// if there is none. Of points.
     pub shown: Buffer<i32>,
+    /// Which chunks of slabs show anything: where the outermost ones are found.
+    shows: Buffer<u8>,
 }
 
 impl VisibleBlocks {
-    fn new(device: &Device, flags: usize, blocks: [i32; 2]) -> Result<Self, Error> {
+    fn new(device: &Device, flags: usize, blocks: [i32; 2], chunks: usize) -> Result<Self, Error> {
+        const SHOWN: &str = "the slabs that show anything";
         let flags = Buffer::new(device, flags, "the visibility of blocks")?;
-        Ok(Self { flags, blocks, shown: Buffer::new(device, 2, "the slabs that show anything")? })
+        Ok(Self { flags, blocks, shown: Buffer::new(device, 2, SHOWN)?, shows: Buffer::new(device, chunks, SHOWN)? })
     }
 }
 
@@ -85,7 +88,7 @@ impl Key for VisibleKey {
 
 impl Kept for VisibleBlocks {
     fn bytes(&self) -> usize {
-        self.flags.bytes() + self.shown.bytes()
+        self.flags.bytes() + self.shown.bytes() + self.shows.bytes()
     }
 }
 
@@ -161,7 +164,7 @@ impl Prepared {
         let table = self.table(device, extinction, Kernel::Cubic)?;
         let found = match self.cache.take_stale(&key) {
             Some(stale) => stale,
-            None => Arc::new(VisibleBlocks::new(device, blocks.numbers.flags(), blocks.numbers.blocks)?),
+            None => Arc::new(VisibleBlocks::new(device, blocks.numbers.flags(), blocks.numbers.blocks, 0)?),
         };
         let (background, offset) = self.background();
         let [blocks_u, blocks_v] = blocks.numbers.blocks;
@@ -204,7 +207,12 @@ impl Prepared {
         let table = self.table(device, extinction, kernel)?;
         let found = match self.cache.take_stale(&key) {
             Some(stale) => stale,
-            None => Arc::new(VisibleBlocks::new(device, blocks.numbers.slab_bytes(radius), blocks.numbers.blocks)?),
+            None => Arc::new(VisibleBlocks::new(
+                device,
+                blocks.numbers.slab_bytes(radius),
+                blocks.numbers.blocks,
+                blocks.numbers.chunks(radius),
+            )?),
         };
         // Limits are of numbers as they are stored.
         let Layout { voxels, view } = self.weighted(device, axis, kernel)?;
@@ -246,7 +254,7 @@ impl Prepared {
         radius: i32,
     ) -> Result<(), Error> {
         let chunks = blocks.numbers.chunks(radius) as i32;
-        let shows = &Buffer::new(device, chunks as usize, "the slabs that show anything")?;
+        let shows = &found.shows;
         let arguments =
             ShownChunksArguments { visible: &found.flags, per_layer: blocks.numbers.per_layer() as i32, chunks, shows };
         self.launchers.shown_chunks.launch(device, (), &arguments)?;

@@ -146,6 +146,11 @@ impl Prepared {
         }
     }
 
+    /// All is made again when it is next needed.
+    pub fn forget(&mut self) {
+        self.cache.forget();
+    }
+
     /// The voxels have changed: what is made of them is made again when it is next needed, in the same buffers.
     pub fn voxels_changed(&mut self) {
         self.cache.voxels_changed();

@@ -1,0 +1,44 @@
+"""Volume rendering of arrays, and of buffers on any OpenCL device, a plain CPU included.
+
+Short: :func:`volshow` shows a volume in a notebook, :func:`render` makes an array of it. Long: a :class:`Renderer` on a context and a queue
+of the caller's, with a :class:`DeviceVolume`, :class:`Settings`, a :class:`Camera` and a :class:`TransferFunction` of one's own.
+
+Arrays are (z, y, x), and so is ``spacing``, in the order of the array's axes. Places in the world (cameras, planes, light) are (x, y, z).
+"""
+
+from ._errors import DeviceError, Error, FileError, InvalidValue, OutOfMemory
+from ._layersplat import (
+    Camera,
+    Device,
+    DeviceVolume,
+    Event,
+    Framing,
+    Renderer,
+    Settings,
+    TransferFunction,
+    Volume,
+    __version__,
+)
+from ._show import View, render, volshow
+from ._transfer import transfer_function
+
+__all__ = [
+    "Camera",
+    "Device",
+    "DeviceError",
+    "DeviceVolume",
+    "Error",
+    "Event",
+    "FileError",
+    "Framing",
+    "InvalidValue",
+    "OutOfMemory",
+    "Renderer",
+    "Settings",
+    "TransferFunction",
+    "View",
+    "Volume",
+    "render",
+    "transfer_function",
+    "volshow",
+]

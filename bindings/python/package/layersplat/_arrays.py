@@ -1,0 +1,104 @@
+"""Arrays as the native part takes them: three axes, z, y, x, of a type that voxels can have; strides and byte order may be any."""
+
+import numpy as np
+
+from . import _images, _layersplat
+from ._errors import InvalidValue
+
+
+def placed(data, spacing):
+    """What ``Volume(data, spacing)`` holds: an array (z, y, x), and world vectors from a voxel to the next along x, y and z, with the world
+    position of voxel (0, 0, 0) as the fourth.
+
+    ``spacing`` is in the order of the data's own axes, and overrules what an image object says.
+    """
+    image = _images.recognised(data)
+    if image is None:
+        array, affine = _plain(data), axes(spacing)
+    else:
+        array, affine = image.array, np.array(image.affine, dtype=float)
+        if spacing is not None:
+            affine = _respaced(affine, _three(spacing)[list(image.order)])
+    voxels = _voxels(array)
+    if image is not None and image.owner is not None:
+        voxels = voxels.view(_Kept)
+        voxels.owner = image.owner
+    return voxels, [[float(x) for x in vector] for vector in affine]
+
+
+def axes(spacing):
+    """Vectors of a grid along the world's axes, ``spacing`` being one number or (z, y, x)."""
+    z, y, x = (1.0, 1.0, 1.0) if spacing is None else _three(spacing)
+    return [[float(x), 0.0, 0.0], [0.0, float(y), 0.0], [0.0, 0.0, float(z)], [0.0, 0.0, 0.0]]
+
+
+def on_device(device, array):
+    """A volume of a ``pyopencl.array.Array`` (z, y, x), where it is."""
+    shape, strides, dtype = array.shape, array.strides, np.dtype(array.dtype)
+    if len(shape) != 3:
+        raise InvalidValue(f"the array has {len(shape)} axes: give three, z, y, x")
+    if strides[2] != dtype.itemsize and shape[2] > 1:
+        raise InvalidValue("the array's last axis must be without gaps on the device: copy it first")
+    return _layersplat.DeviceVolume(
+        device, array.base_data, shape, dtype, first=array.offset, pitches=(strides[1], strides[0]), wait_for=array.events
+    )
+
+
+class _Kept(np.ndarray):
+    """A view that keeps alive what it is a view of, where the view itself does not."""
+
+    owner = None
+
+
+def _plain(data):
+    array = np.asanyarray(data)
+    if isinstance(array, np.ma.MaskedArray):
+        # What is masked has no value: it counts as background, as NaN does.
+        wide = array.dtype.kind in "iu" and array.dtype.itemsize > 2 or array.dtype == np.float64
+        array = array.astype(np.float64 if wide else np.float32).filled(np.nan)
+    if array.ndim != 3:
+        raise InvalidValue(f"the array has {array.ndim} axes: give three, z, y, x")
+    return array
+
+
+def _three(spacing):
+    values = np.asarray(spacing, dtype=float)
+    if values.shape not in [(), (3,)]:
+        raise InvalidValue(f"spacing has the shape {values.shape}: give one number, or three in the order of the axes")
+    return np.broadcast_to(values, 3)
+
+
+def _respaced(affine, spacing):
+    """The same directions with other distances, along x, y and z."""
+    lengths = np.linalg.norm(affine[:3], axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        affine[:3] *= (spacing / lengths)[:, None]
+    return affine
+
+
+def _voxels(array):
+    """The same numbers in a type of the native part: uint8, int8, uint16, int16 and float32 as they lie; others contiguous and
+    aligned."""
+    kind, size = array.dtype.kind, array.dtype.itemsize
+    if kind == "b":
+        return array.view(np.uint8)
+    if (kind in "iu" and size <= 2) or (kind == "f" and size == 4):
+        return array
+    if kind == "f" and size == 2:
+        return array.astype(np.float32)
+    if kind in "iu" and size == 8:
+        return np.require(array, _narrower(array), "CA")
+    if kind in "iuf":
+        return np.require(array, f"={kind}{min(size, 8)}", "CA")
+    raise InvalidValue(f"voxels cannot be of type {array.dtype}: give integers or floats")
+
+
+def _narrower(array):
+    """The type that holds the integers of an array: of 32 bits if they fit."""
+    if array.size == 0:
+        return np.int32
+    low, high = int(array.min()), int(array.max())
+    for narrow in (np.int32, np.uint32):
+        if np.iinfo(narrow).min <= low and high <= np.iinfo(narrow).max:
+            return narrow
+    return np.float64

@@ -1,0 +1,86 @@
+"""Image objects of other packages, told by what they have: none of these packages is imported here."""
+
+import sys
+from typing import Any, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from ._errors import InvalidValue
+
+
+class Image(NamedTuple):
+    """An image: its voxels (z, y, x), and where they lie."""
+
+    array: np.ndarray
+    """Voxels (z, y, x): a view, if the object lends them."""
+    affine: Any
+    """Vectors from a voxel to the next along x, y, z, and the position of voxel (0, 0, 0); four of (x, y, z)."""
+    order: Tuple[int, int, int]
+    """Which of the object's own axes are x, y and z."""
+    owner: Optional[Any] = None
+    """What has to live as long as the array does."""
+
+
+def recognised(data) -> Optional[Image]:
+    """The image that an object is; None of plain arrays."""
+    if all(hasattr(data, name) for name in ("dataobj", "affine")):
+        return _nibabel(data)
+    if all(hasattr(data, name) for name in ("GetSpacing", "GetOrigin", "GetDirection")):
+        return _itk(data)
+    if all(hasattr(data, name) for name in ("dims", "coords", "data")):
+        return _xarray(data)
+    return None
+
+
+def _nibabel(image) -> Image:
+    """A spatial image of nibabel's: (x, y, z), and an affine that may turn and mirror."""
+    array = np.asanyarray(image.dataobj)
+    # NIfTI has up to seven axes: those without a length are none.
+    while array.ndim > 3 and array.shape[-1] == 1:
+        array = array[..., 0]
+    if array.ndim != 3:
+        raise InvalidValue(f"the image has {array.ndim} axes, {array.shape}: give one volume, image.slicer[..., 0] for instance")
+    affine = np.eye(4) if image.affine is None else np.asarray(image.affine, dtype=float)
+    return Image(array.transpose(2, 1, 0), affine[:3].T, (0, 1, 2))
+
+
+def _itk(image) -> Image:
+    """An image of SimpleITK's or ITK's: arrays of it are (z, y, x), but all that it says of itself is (x, y, z)."""
+    package = sys.modules[type(image).__module__.split(".")[0]]
+    as_array = getattr(package, "GetArrayViewFromImage", None) or getattr(package, "array_view_from_image", None)
+    array = np.asarray(image) if as_array is None else as_array(image)
+    if array.ndim != 3:
+        raise InvalidValue(f"the image has {array.ndim} axes, {array.shape}: give a scalar one of three")
+    spacing, origin = np.asarray(image.GetSpacing(), dtype=float), np.asarray(image.GetOrigin(), dtype=float)
+    direction = np.asarray(image.GetDirection(), dtype=float).reshape(3, 3)
+    return Image(array, np.vstack([(direction * spacing).T, origin]), (0, 1, 2), owner=image)
+
+
+def _xarray(array) -> Image:
+    """A DataArray of xarray's: axes called x, y and z in any order, or three of other names, which are z, y, x."""
+    dims = [str(name) for name in array.dims]
+    if len(dims) != 3:
+        raise InvalidValue(f"the array has {len(dims)} axes, {dims}: select three of them")
+    names = [name.lower() for name in dims]
+    order = (names.index("x"), names.index("y"), names.index("z")) if set(names) == set("xyz") else (2, 1, 0)
+    steps = [_steps(array, dims[axis]) for axis in order]
+    vectors = np.diag([step for _, step in steps])
+    voxels = np.asanyarray(array.data).transpose(order[::-1])
+    return Image(voxels, np.vstack([vectors, [first for first, _ in steps]]), order)
+
+
+def _steps(array, name) -> Tuple[float, float]:
+    """The first coordinate along an axis, and the distance to the next."""
+    if name not in array.coords:
+        return 0.0, 1.0
+    values = np.asarray(array.coords[name].values)
+    if values.ndim != 1 or values.dtype.kind not in "iuf":
+        return 0.0, 1.0
+    values = values.astype(float)
+    if len(values) == 1:
+        return float(values[0]), 1.0
+    step = (values[-1] - values[0]) / (len(values) - 1)
+    # Coordinates that files hold as float32 are even to some digits only.
+    if not np.allclose(np.diff(values), step, rtol=1e-3, atol=0.0):
+        raise InvalidValue(f"the coordinates of {name} are not evenly spaced: only regular grids can be rendered, resample it")
+    return float(values[0]), float(step)

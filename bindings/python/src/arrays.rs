@@ -1,0 +1,80 @@
+//! numpy arrays as voxels: lent where their type is one of a device's, whatever their strides and byte order; converted otherwise.
+
+use crate::errors::{Failure, Result};
+use layersplat::Volume;
+use layersplat::volume::{Endian, Grid, Storage, VoxelType};
+use numpy::{PyArrayDescrMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+/// Memory of an array, which is kept alive by a reference.
+struct Lent {
+    _array: Py<PyUntypedArray>,
+    /// Address of its lowest byte.
+    lowest: usize,
+    bytes: usize,
+}
+
+impl AsRef<[u8]> for Lent {
+    fn as_ref(&self) -> &[u8] {
+        // SAFETY: the array owns these bytes and lives as long as this. Who writes into it meanwhile sees old and new voxels mixed.
+        unsafe { std::slice::from_raw_parts(self.lowest as *const u8, self.bytes) }
+    }
+}
+
+/// A volume of an array of three axes, z, y, x.
+///
+/// # Errors
+/// A type that `layersplat._arrays` should have converted, and what the library refuses.
+pub fn volume(array: &Bound<PyUntypedArray>, name: &str, grid: Grid) -> Result<Volume<'static>> {
+    let py = array.py();
+    let name = name.to_owned();
+    let storage = match (array.dtype().kind(), array.dtype().itemsize()) {
+        (b'u', 1) => lent(array, VoxelType::Uint8),
+        (b'i', 1) => lent(array, VoxelType::Int8),
+        (b'u', 2) => lent(array, VoxelType::Uint16),
+        (b'i', 2) => lent(array, VoxelType::Int16),
+        (b'f', 4) => lent(array, VoxelType::Float32),
+        (b'u', 4) => return wide::<u32>(array, name, grid),
+        (b'i', 4) => return wide::<i32>(array, name, grid),
+        (b'f', 8) => return wide::<f64>(array, name, grid),
+        _ => return Err(PyTypeError::new_err(format!("no voxels can be of type {}", array.dtype())).into()),
+    };
+    // Looks at all voxels for their range.
+    Ok(py.detach(|| Volume::new(name, grid, storage))?)
+}
+
+/// Voxels where they are.
+fn lent(array: &Bound<PyUntypedArray>, voxel_type: VoxelType) -> Storage<'static> {
+    let extents = array.shape().iter().zip(array.strides()).map(|(&n, &stride)| (n as isize - 1) * stride);
+    let before: isize = extents.clone().map(|e| e.min(0)).sum();
+    let after: isize = extents.map(|e| e.max(0)).sum();
+    // SAFETY: the array is alive.
+    let data = unsafe { (*array.as_array_ptr()).fields.data } as usize;
+    let lent = Lent {
+        _array: array.clone().unbind(),
+        lowest: data.wrapping_add_signed(before),
+        bytes: (after - before) as usize + voxel_type.bytes(),
+    };
+    let strides = array.strides();
+    let storage = Storage::from_bytes(lent, voxel_type)
+        .with_first(before.unsigned_abs())
+        .with_strides([strides[2], strides[1], strides[0]]);
+    match array.dtype().byteorder() {
+        b'>' => storage.with_endian(Endian::Big),
+        b'<' => storage.with_endian(Endian::Little),
+        _ => storage,
+    }
+}
+
+/// Numbers that are no voxels of a device: `layersplat._arrays` has made them contiguous and of this machine's byte order.
+fn wide<T>(array: &Bound<PyUntypedArray>, name: String, grid: Grid) -> Result<Volume<'static>>
+where
+    T: layersplat::volume::Wide + numpy::Element,
+{
+    let py = array.py();
+    let flat = array.call_method1("reshape", (-1,))?;
+    let flat: PyReadonlyArray1<T> = flat.extract().map_err(Failure::Python)?;
+    let numbers = flat.as_slice().map_err(|error| Failure::Python(PyTypeError::new_err(error.to_string())))?;
+    Ok(py.detach(|| Volume::from_wide(name, grid, numbers))?)
+}

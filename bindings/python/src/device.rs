@@ -1,0 +1,197 @@
+//! Devices: opened by name, or a caller's context, device and queue.
+
+use crate::errors::{Result, conflict};
+use crate::handles::{failed, handle};
+use layersplat::opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue, create_command_queue};
+use layersplat::opencl3::context::context::{CL_CONTEXT_DEVICES, get_context_info};
+use layersplat::opencl3::types::{cl_context, cl_device_id};
+use layersplat::{Device as Ours, DeviceChoice};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// An OpenCL device with a context and a queue.
+///
+/// name: the index of one that is opened, or part of its name. Or one that is there already: context, device and queue, as objects with
+/// int_ptr (pyopencl's) or numbers, which are retained, and released with the last renderer. A queue says all; a context has a queue made in
+/// it, on its first device or the one given. Nothing at all: a GPU if there is one, else the CPU.
+///
+/// Numbers that are no handles of live objects end the process.
+#[pyclass(frozen, module = "layersplat")]
+pub struct Device(Ours);
+
+impl Device {
+    pub fn new_of(device: Ours) -> Self {
+        Self(device)
+    }
+
+    pub fn ours(&self) -> &Ours {
+        &self.0
+    }
+}
+
+/// What one device is called: its index, or part of its name.
+#[derive(FromPyObject)]
+enum Name {
+    Index(usize),
+    Part(String),
+}
+
+impl Name {
+    fn choice(self) -> DeviceChoice {
+        match self {
+            Name::Index(index) => DeviceChoice::Named(index.to_string()),
+            Name::Part(name) => DeviceChoice::Named(name),
+        }
+    }
+}
+
+#[pymethods]
+impl Device {
+    #[new]
+    #[pyo3(signature = (name = None, *, context = None, device = None, queue = None))]
+    fn new(
+        py: Python,
+        name: Option<Name>,
+        context: Option<&Bound<PyAny>>,
+        device: Option<&Bound<PyAny>>,
+        queue: Option<&Bound<PyAny>>,
+    ) -> Result<Self> {
+        if name.is_some() && [context, device, queue].iter().any(Option::is_some) {
+            return Err(conflict("device", "give either its name or what is there of it already: context, device and queue"));
+        }
+        match name {
+            Some(name) => Ok(Self(py.detach(|| Ours::open(&name.choice()))?)),
+            None => Ok(Self(of_handles(py, context, device, queue)?)),
+        }
+    }
+
+    /// All devices, a dict of each: index, name, kind, platform, version, driver, compute_units, memory_bytes.
+    #[staticmethod]
+    fn list(py: Python<'_>) -> Result<Vec<Bound<'_, PyDict>>> {
+        let described = |info: layersplat::device::DeviceInfo| -> PyResult<_> {
+            let dict = PyDict::new(py);
+            dict.set_item("index", info.index)?;
+            dict.set_item("name", info.name)?;
+            dict.set_item("kind", format!("{:?}", info.kind).to_lowercase())?;
+            dict.set_item("platform", info.platform)?;
+            dict.set_item("version", info.version)?;
+            dict.set_item("driver", info.driver)?;
+            dict.set_item("compute_units", info.compute_units)?;
+            dict.set_item("memory_bytes", info.memory_bytes)?;
+            Ok(dict)
+        };
+        Ok(py.detach(Ours::list)?.into_iter().map(described).collect::<PyResult<_>>()?)
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.info().name
+    }
+
+    /// Name of its OpenCL implementation.
+    #[getter]
+    fn platform(&self) -> &str {
+        &self.0.info().platform
+    }
+
+    /// The cl_context, alive as long as this is: pyopencl.Context.from_int_ptr(device.context).
+    #[getter]
+    fn context(&self) -> usize {
+        self.0.context() as usize
+    }
+
+    /// The cl_device_id.
+    #[getter]
+    fn id(&self) -> usize {
+        self.0.id() as usize
+    }
+
+    /// The cl_command_queue, alive as long as this is.
+    #[getter]
+    fn queue(&self) -> usize {
+        self.0.queue() as usize
+    }
+
+    /// Bytes of buffers that are allocated there by renderers.
+    #[getter]
+    fn allocated_bytes(&self) -> u64 {
+        self.0.allocated_bytes()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<layersplat.Device {} ({})>", self.name(), self.platform())
+    }
+}
+
+/// The device that arguments of a renderer say: one of ours, its name, or what a caller has.
+pub fn of_arguments(device: Option<&Bound<PyAny>>, context: Option<&Bound<PyAny>>, queue: Option<&Bound<PyAny>>) -> Result<Ours> {
+    let Some(given) = device else {
+        return match context.or(queue) {
+            None => default(),
+            Some(any) => of_handles(any.py(), context, None, queue),
+        };
+    };
+    let py = given.py();
+    let alone = context.is_none() && queue.is_none();
+    if let Ok(ours) = given.cast::<Device>() {
+        return if alone { Ok(ours.get().0.clone()) } else { Err(conflict("device", "it has a context and a queue already")) };
+    }
+    match given.extract::<Name>() {
+        Ok(name) if alone => Ok(py.detach(|| Ours::open(&name.choice()))?),
+        _ => of_handles(py, context, Some(given), queue),
+    }
+}
+
+/// The default device, which is kept: what was built for one picture is there for the next.
+fn default() -> Result<Ours> {
+    Python::attach(|py| {
+        let device = py.import("layersplat._default")?.call_method0("device")?;
+        Ok(device.cast::<Device>().map_err(PyErr::from)?.get().0.clone())
+    })
+}
+
+/// The device of a caller's queue; or of a context, with a queue of its own.
+fn of_handles(
+    py: Python,
+    context: Option<&Bound<PyAny>>,
+    device: Option<&Bound<PyAny>>,
+    queue: Option<&Bound<PyAny>>,
+) -> Result<Ours> {
+    let [context, device, queue] = [context, device, queue].map(|object| object.map(handle).transpose());
+    let (context, device, queue) = (context?, device?, queue?);
+    let Some(queue) = queue else {
+        let Some(context) = context else {
+            return match device {
+                None => Ok(py.detach(|| Ours::open(&DeviceChoice::Default))?),
+                Some(_) => Err(conflict("device", "a device alone has no memory: give a context with it, or a queue")),
+            };
+        };
+        return with_own_queue(context as _, device.map(|device| device as _));
+    };
+    // SAFETY: handles of live objects, which is what the documentation asks for.
+    let of_queue = unsafe { Ours::from_queue(queue as _) }?;
+    if context.is_none() && device.is_none() {
+        return Ok(of_queue);
+    }
+    let (context, device) = (context.unwrap_or(of_queue.context() as usize), device.unwrap_or(of_queue.id() as usize));
+    // SAFETY: as above.
+    Ok(unsafe { Ours::from_handles(context as _, device as _, queue as _) }?)
+}
+
+/// A queue in a caller's context, on its first device or the one given.
+fn with_own_queue(context: cl_context, device: Option<cl_device_id>) -> Result<Ours> {
+    let device = match device {
+        Some(device) => device,
+        None => {
+            let devices = get_context_info(context, CL_CONTEXT_DEVICES).map_err(|code| failed("clGetContextInfo", code))?;
+            let devices: Vec<isize> = devices.into();
+            *devices.first().ok_or_else(|| conflict("context", "it has no device"))? as cl_device_id
+        }
+    };
+    #[allow(deprecated)] // The replacement needs OpenCL 2.0.
+    // SAFETY: handles of live objects, which is what the documentation asks for.
+    let queue = unsafe { create_command_queue(context, device, CL_QUEUE_PROFILING_ENABLE) };
+    let queue = CommandQueue::new(queue.map_err(|code| failed("clCreateCommandQueue", code))?, 1);
+    Ok(Ours::of_queue(&queue)?)
+}

@@ -1,0 +1,112 @@
+//! Volumes in buffers on a device.
+
+use crate::device::Device;
+use crate::errors::{Result, unknown};
+use crate::handles::{events, memory};
+use crate::names::voxel_type;
+use crate::volume::{Affine, grid};
+use layersplat::renderer::{DeviceVoxels, UploadedVolume};
+use layersplat::volume::Description;
+use pyo3::prelude::*;
+
+/// A volume whose voxels stay in a buffer of the caller's, which is retained.
+///
+/// device: whose context the buffer is of. buffer: an object with int_ptr (pyopencl.Buffer) or a number. shape: (z, y, x). dtype: uint8, int8,
+/// uint16, int16 or float32. spacing: one number or (z, y, x). first: byte of the first voxel. pitches: bytes from row to row and from layer
+/// to layer. range: (smallest, largest) value, a promise; None: they are looked for, which waits until that is done, after wait_for.
+/// background: the value around the volume, the smallest by default. name: shown in messages.
+///
+/// Voxels may change from frame to frame if every renderer is told so (Renderer.volume_changed).
+///
+/// Raises InvalidValue where the buffer is too small, of another context, or written only.
+#[pyclass(frozen, module = "layersplat")]
+pub struct DeviceVolume(UploadedVolume);
+
+impl DeviceVolume {
+    pub fn ours(&self) -> &UploadedVolume {
+        &self.0
+    }
+}
+
+#[pymethods]
+impl DeviceVolume {
+    #[new]
+    #[pyo3(signature = (
+        device, buffer, shape, dtype, *, spacing = None, first = 0, pitches = None, range = None, background = None, wait_for = None,
+        name = "buffer",
+    ))]
+    #[allow(clippy::too_many_arguments)] // Each is named where it is given.
+    fn new(
+        py: Python,
+        device: &Device,
+        buffer: &Bound<PyAny>,
+        shape: [usize; 3],
+        dtype: &Bound<PyAny>,
+        spacing: Option<&Bound<PyAny>>,
+        first: usize,
+        pitches: Option<(usize, usize)>,
+        range: Option<(f64, f64)>,
+        background: Option<f64>,
+        wait_for: Option<Vec<Bound<PyAny>>>,
+        name: &str,
+    ) -> Result<Self> {
+        let affine: Affine = py.import("layersplat._arrays")?.call_method1("axes", (spacing,))?.extract()?;
+        let dtype = py.import("numpy")?.call_method1("dtype", (dtype,))?;
+        if !dtype.getattr("isnative")?.extract::<bool>()? {
+            return Err(unknown("type of voxels", &dtype.str()?.to_string(), "the device's own byte order"));
+        }
+        let (voxel_type, grid) = (voxel_type(&dtype.str()?.to_string())?, grid(shape, affine)?);
+        let mut voxels = DeviceVoxels::new(&memory(buffer)?, voxel_type).with_first(first);
+        if let Some((row, slice)) = pitches {
+            voxels = voxels.with_pitches(row, slice);
+        }
+        let (wait, device) = (events(wait_for)?, device.ours().clone());
+        let volume = py.detach(|| {
+            let description = match range {
+                Some(range) if voxel_type == layersplat::volume::VoxelType::Float32 => {
+                    // Who says the range of floats has not said that all of them are numbers.
+                    Description::new(name, grid, voxel_type, range)?.with_invalid_voxels()
+                }
+                Some(range) => Description::new(name, grid, voxel_type, range)?,
+                None => voxels.describe(&device, name, grid, &wait.iter().collect::<Vec<_>>())?,
+            };
+            let description = match background {
+                Some(value) => description.with_background(value)?,
+                None => description,
+            };
+            UploadedVolume::in_place(&device, &description, &voxels)
+        })?;
+        Ok(Self(volume))
+    }
+
+    /// Voxels along z, y, x.
+    #[getter]
+    fn shape(&self) -> (usize, usize, usize) {
+        let [x, y, z] = self.0.description().grid().dims();
+        (z, y, x)
+    }
+
+    /// Type of the voxels.
+    #[getter]
+    fn dtype(&self) -> String {
+        self.0.description().voxel_type().to_string()
+    }
+
+    /// Distance of voxels along x, y, z.
+    #[getter]
+    fn spacing(&self) -> (f64, f64, f64) {
+        self.0.description().grid().spacing().into()
+    }
+
+    /// World position (x, y, z) of the middle.
+    #[getter]
+    fn centre(&self) -> (f64, f64, f64) {
+        self.0.description().grid().centre().into()
+    }
+
+    /// Smallest and largest value.
+    #[getter]
+    fn range(&self) -> (f64, f64) {
+        self.0.description().range()
+    }
+}

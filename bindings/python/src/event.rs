@@ -1,0 +1,50 @@
+//! Events of frames.
+
+use crate::errors::Result;
+use crate::handles::{failed, retained};
+use layersplat::opencl3::event::{CL_COMPLETE, Event as ClEvent};
+use layersplat::opencl3::types::cl_event;
+use pyo3::prelude::*;
+
+/// An OpenCL event: complete when what was enqueued is.
+#[pyclass(frozen, module = "layersplat")]
+pub struct Event(ClEvent);
+
+impl Event {
+    pub fn new(event: ClEvent) -> Self {
+        Self(event)
+    }
+
+    pub fn raw(&self) -> cl_event {
+        self.0.get()
+    }
+}
+
+#[pymethods]
+impl Event {
+    /// The handle, a `cl_event`, as long as this lives: for `pyopencl.Event.from_int_ptr(event.int_ptr, retain=True)`.
+    #[getter]
+    fn int_ptr(&self) -> usize {
+        self.raw() as usize
+    }
+
+    /// Waits until it is complete, with the interpreter's lock released.
+    ///
+    /// Raises DeviceError where what was enqueued, or what that waited for, has failed.
+    fn wait(&self, py: Python) -> Result<()> {
+        let event = retained(self.raw())?;
+        py.detach(|| event.wait()).map_err(|e| failed("clWaitForEvents", e.0))
+    }
+
+    /// Whether it is complete.
+    #[getter]
+    fn is_complete(&self) -> Result<bool> {
+        let status = self.0.command_execution_status().map_err(|e| failed("clGetEventInfo", e.0))?;
+        Ok(status.0 == CL_COMPLETE)
+    }
+
+    /// The same event as one of pyopencl's, with a reference of its own.
+    fn to_pyopencl<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("pyopencl")?.getattr("Event")?.call_method1("from_int_ptr", (self.int_ptr(), true))
+    }
+}

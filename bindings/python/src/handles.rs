@@ -1,0 +1,55 @@
+//! Raw handles of other packages' OpenCL objects.
+
+use crate::errors::{Failure, Result};
+use crate::event::Event;
+use layersplat::Error;
+use layersplat::device::DeviceMemory;
+use layersplat::opencl3::event::{Event as ClEvent, retain_event};
+use layersplat::opencl3::types::cl_event;
+use pyo3::prelude::*;
+
+/// The handle of an object: its `int_ptr`, as pyopencl's objects have it, or a number.
+pub fn handle(object: &Bound<PyAny>) -> Result<usize> {
+    let number = object.getattr_opt("int_ptr")?;
+    let number = number.as_ref().unwrap_or(object);
+    Ok(number.extract::<usize>().map_err(|_| {
+        let problem = format!("{} is no OpenCL object: give one of pyopencl's, or its int_ptr", object.get_type());
+        pyo3::exceptions::PyTypeError::new_err(problem)
+    })?)
+}
+
+/// A buffer or an image, retained.
+pub fn memory(object: &Bound<PyAny>) -> Result<DeviceMemory> {
+    let handle = handle(object)?;
+    // SAFETY: the handle of a live object, which is what the documentation asks for.
+    Ok(unsafe { DeviceMemory::from_raw(handle as _) }?)
+}
+
+/// What a command waits for, retained: events of ours and of others.
+pub fn events(list: Option<Vec<Bound<PyAny>>>) -> Result<Vec<ClEvent>> {
+    list.unwrap_or_default().iter().map(event).collect()
+}
+
+fn event(object: &Bound<PyAny>) -> Result<ClEvent> {
+    let raw = match object.cast::<Event>() {
+        Ok(ours) => ours.get().raw(),
+        Err(_) => handle(object)? as cl_event,
+    };
+    retained(raw)
+}
+
+/// Another reference to an event.
+pub fn retained(raw: cl_event) -> Result<ClEvent> {
+    if raw.is_null() {
+        return Err(Error::Memory { what: "an event to wait for", problem: "is no event: the handle is null".into() }.into());
+    }
+    // SAFETY: the handle of a live event, which is what the documentation asks for; `ClEvent` releases this reference.
+    unsafe { retain_event(raw) }.map_err(|code| failed("clRetainEvent", code))?;
+    Ok(ClEvent::new(raw))
+}
+
+/// A call about something that was handed over has failed.
+pub fn failed(call: &'static str, code: i32) -> Failure {
+    let source = layersplat::opencl3::error_codes::ClError(code);
+    Error::OpenCl { call, device: "what was handed over".into(), source }.into()
+}

@@ -1,0 +1,69 @@
+//! Sizes, backgrounds and types of voxels as Python says them.
+
+use crate::errors::{Result, out_of_range, unknown};
+use layersplat::renderer::PictureFormat;
+use layersplat::volume::{ScalarType, VoxelType};
+use layersplat::{Background, Viewport};
+use pyo3::prelude::*;
+
+/// Size of a picture: (width, height) in pixels, or one number of both.
+#[derive(FromPyObject)]
+pub enum Size {
+    Square(u32),
+    Sides([u32; 2]),
+}
+
+impl Size {
+    pub fn viewport(&self) -> Result<Viewport> {
+        let [width, height] = match *self {
+            Size::Square(side) => [side; 2],
+            Size::Sides(sides) => sides,
+        };
+        Ok(Viewport::new(width, height)?)
+    }
+}
+
+/// A background: a name or `#rrggbb`, or (red, green, blue), 0 … 1.
+#[derive(FromPyObject)]
+pub enum Over {
+    Named(String),
+    Color([f32; 3]),
+}
+
+impl Default for Over {
+    fn default() -> Self {
+        Over::Color([0.0; 3])
+    }
+}
+
+impl Over {
+    pub fn background(&self) -> Result<Background> {
+        match self {
+            Over::Named(name) => match name.parse() {
+                Ok(background) => Ok(background),
+                Err(_) => {
+                    Err(unknown("background", name, "transparent, black, white, grey, #rrggbb or (red, green, blue), 0 to 1"))
+                }
+            },
+            Over::Color(color) if color.iter().all(|c| (0.0..=1.0).contains(c)) => Ok(Background::Color(*color)),
+            Over::Color(color) => Err(out_of_range("background", format!("{color:?}"), "red, green and blue from 0 to 1")),
+        }
+    }
+}
+
+/// What pixels in memory of the caller's are.
+pub fn picture_format(name: &str, background: &Over) -> Result<PictureFormat> {
+    match name {
+        "rgba8" => Ok(PictureFormat::Rgba8(background.background()?)),
+        "float" => Ok(PictureFormat::Floats),
+        _ => {
+            Err(unknown("format", name, "rgba8 (a byte per channel, over the background) or float (premultiplied, without one)"))
+        }
+    }
+}
+
+/// A type of voxels by numpy's name.
+pub fn voxel_type(name: &str) -> Result<VoxelType> {
+    let scalar = name.parse::<ScalarType>().ok().and_then(ScalarType::voxel_type);
+    scalar.ok_or_else(|| unknown("type of voxels", name, "uint8, int8, uint16, int16 or float32"))
+}

@@ -1,0 +1,248 @@
+//! Renderers.
+
+use crate::camera::{Camera, around};
+use crate::device::{Device, of_arguments};
+use crate::device_volume::DeviceVolume;
+use crate::errors::{Result, out_of_range};
+use crate::event::Event;
+use crate::handles::{events, memory};
+use crate::names::{Over, Size, picture_format};
+use crate::settings::Settings;
+use crate::transfer::TransferFunction;
+use crate::volume::Volume;
+use layersplat::renderer::{PictureMemory, UploadedVolume};
+use layersplat::{Orbit, Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
+use numpy::{Element, IntoPyArray, PyArray1, PyArray3, PyArrayMethods};
+use pyo3::prelude::*;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// Renders one volume on one device; threads may share it.
+///
+/// volume: a Volume, or anything that Volume() takes, which is uploaded; or a DeviceVolume or a pyopencl.array.Array (z, y, x), whose voxels
+/// stay where they are. transfer: a TransferFunction; by default, where the voxels were on the host, one from the histogram. device: a
+/// Device, its name or index; or a caller's context, device and queue, see Device.
+#[pyclass(frozen, module = "layersplat")]
+pub struct Renderer(
+    // Taken with the interpreter's lock released, and nothing under it takes that one: neither waits for the other.
+    Mutex<Ours>,
+);
+
+/// A picture's values as an array of (height, width, 4), without a copy.
+fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> PyResult<Bound<'_, PyArray3<T>>> {
+    let values: Bound<PyArray1<T>> = values.into_pyarray(py);
+    values.reshape([viewport.height as usize, viewport.width as usize, 4])
+}
+
+fn chosen(settings: Option<&Settings>) -> OurSettings {
+    settings.map_or_else(OurSettings::default, |settings| *settings.ours())
+}
+
+impl Renderer {
+    fn ours(&self) -> MutexGuard<'_, Ours> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[pymethods]
+impl Renderer {
+    #[new]
+    /// Enqueues a picture into a buffer or a 2D image of the context, after wait_for, and returns at once, with an Event.
+    ///
+    /// onto: an object with int_ptr (pyopencl's) or a number. format: rgba8, over the background, or float, premultiplied, without one.
+    /// first: byte of the first pixel in a buffer; row_pitch: bytes from row to row. wait_for: Events, objects with int_ptr or numbers.
+    ///
+    /// Raises InvalidValue of sheets, which have to wait, and where the picture does not fit. What was enqueued leaves the queue usable.
+    #[pyo3(signature = (volume, transfer = None, *, device = None, context = None, queue = None))]
+    fn new(
+        volume: &Bound<PyAny>,
+        transfer: Option<&TransferFunction>,
+        device: Option<&Bound<PyAny>>,
+        context: Option<&Bound<PyAny>>,
+        queue: Option<&Bound<PyAny>>,
+    ) -> Result<Self> {
+        let py = volume.py();
+        if let Ok(there) = volume.cast::<DeviceVolume>() {
+            return Self::of(there.get(), transfer, device, context, queue);
+        }
+        // An array of pyopencl's.
+        if volume.hasattr("base_data")? {
+            // On its own queue, unless another is given.
+            let own = volume.getattr("queue")?;
+            let none = device.is_none() && context.is_none() && queue.is_none() && !own.is_none();
+            let device = of_arguments(device, context, if none { Some(&own) } else { queue })?;
+            let device = Bound::new(py, Device::new_of(device))?;
+            let there = py.import("layersplat._arrays")?.call_method1("on_device", (device, volume))?;
+            let there = there.cast::<DeviceVolume>().map_err(PyErr::from)?;
+            return Self::of(there.get(), transfer, None, None, None);
+        }
+        let made;
+        let volume = match volume.cast::<Volume>() {
+            Ok(volume) => volume.get(),
+            Err(_) => {
+                made = Volume::of(volume)?;
+                &made
+            }
+        };
+        let device = of_arguments(device, context, queue)?;
+        let transfer = transfer.map(|transfer| transfer.ours().clone());
+        let renderer = py.detach(|| {
+            let transfer = transfer.unwrap_or_else(|| Transfer::automatic(volume.ours()));
+            Ours::of(&UploadedVolume::new(&device, volume.ours())?, &transfer)
+        })?;
+        Ok(Self(Mutex::new(renderer)))
+    }
+
+    /// A picture: (height, width, 4), uint8, over a background; straight alpha over transparent; row 0 on top.
+    #[pyo3(
+        signature = (camera, size, settings = None, *, background = Over::default()),
+        text_signature = "($self, camera, size, settings=None, *, background='black')"
+    )]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        camera: &Camera,
+        size: Size,
+        settings: Option<&Settings>,
+        background: Over,
+    ) -> Result<Bound<'py, PyArray3<u8>>> {
+        let (viewport, settings, background) = (size.viewport()?, chosen(settings), background.background()?);
+        let (values, _) = py.detach(|| self.ours().render_rgba8(camera.ours(), viewport, &settings, background))?;
+        Ok(picture(py, values, viewport)?)
+    }
+
+    /// A picture: (height, width, 4), float32, premultiplied, 0 … 1, without a background; row 0 on top.
+    #[pyo3(signature = (camera, size, settings = None))]
+    fn render_float<'py>(
+        &self,
+        py: Python<'py>,
+        camera: &Camera,
+        size: Size,
+        settings: Option<&Settings>,
+    ) -> Result<Bound<'py, PyArray3<f32>>> {
+        let (viewport, settings) = (size.viewport()?, chosen(settings));
+        let (frame, _) = py.detach(|| self.ours().render(camera.ours(), viewport, &settings))?;
+        Ok(picture(py, frame.into_pixels().into_flattened(), viewport)?)
+    }
+
+    /// Enqueues a picture into a buffer or a 2D image of the context, after wait_for, and returns at once, with an Event.
+    ///
+    /// onto: an object with int_ptr (pyopencl's) or a number. format: rgba8, over the background, or float, premultiplied, without one.
+    /// first: byte of the first pixel in a buffer; row_pitch: bytes from row to row. wait_for: Events, objects with int_ptr or numbers.
+    ///
+    /// Raises InvalidValue of sheets, which have to wait, and where the picture does not fit. What was enqueued leaves the queue usable.
+    #[pyo3(
+        signature = (
+            camera, size, onto, settings = None, *, format = "rgba8", background = Over::default(), first = 0, row_pitch = None,
+            wait_for = None,
+        ),
+        text_signature = "($self, camera, size, onto, settings=None, *, format='rgba8', background='black', first=0, row_pitch=None, \
+            wait_for=None)"
+    )]
+    #[allow(clippy::too_many_arguments)] // Each is named where it is given.
+    fn enqueue(
+        &self,
+        py: Python,
+        camera: &Camera,
+        size: Size,
+        onto: &Bound<PyAny>,
+        settings: Option<&Settings>,
+        format: &str,
+        background: Over,
+        first: usize,
+        row_pitch: Option<usize>,
+        wait_for: Option<Vec<Bound<PyAny>>>,
+    ) -> Result<Event> {
+        let (viewport, settings) = (size.viewport()?, chosen(settings));
+        let mut onto = PictureMemory::new(&memory(onto)?, picture_format(format, &background)?).with_first(first);
+        if let Some(row_pitch) = row_pitch {
+            onto = onto.with_row_pitch(row_pitch);
+        }
+        let wait = events(wait_for)?;
+        let event = py.detach(|| {
+            let wait: Vec<_> = wait.iter().collect();
+            self.ours().enqueue(camera.ours(), viewport, &settings, &onto, &wait)
+        })?;
+        Ok(Event::new(event))
+    }
+
+    /// Makes what pictures like this one need, from any side, and waits until it is there: kernels, tables, layouts.
+    #[pyo3(signature = (camera, size, settings = None))]
+    fn prepare(&self, py: Python, camera: &Camera, size: Size, settings: Option<&Settings>) -> Result<()> {
+        let (viewport, settings) = (size.viewport()?, chosen(settings));
+        Ok(py.detach(|| self.ours().prepare(camera.ours(), viewport, &settings))?)
+    }
+
+    /// The voxels, in memory of the caller's own, are other ones after wait_for. Returns an Event; frames wait for it by themselves.
+    #[pyo3(signature = (wait_for = None))]
+    fn volume_changed(&self, py: Python, wait_for: Option<Vec<Bound<PyAny>>>) -> Result<Event> {
+        let wait = events(wait_for)?;
+        Ok(Event::new(py.detach(|| self.ours().volume_changed(&wait.iter().collect::<Vec<_>>()))?))
+    }
+
+    /// How many seconds a picture may take: a longer one raises DeviceError. None: any. Pictures that are enqueued are not limited.
+    #[pyo3(signature = (seconds))]
+    fn limit(&self, py: Python, seconds: Option<f64>) -> Result<()> {
+        let refused = |_| out_of_range("limit", seconds.unwrap_or_default(), "seconds, at least 0, or None");
+        let longest = seconds.map(Duration::try_from_secs_f64).transpose().map_err(refused)?;
+        py.detach(|| self.ours().limit(longest));
+        Ok(())
+    }
+
+    /// A camera in which the whole grid fits from all sides; zoom: how many times larger it is seen then.
+    ///
+    /// size: (width, height) in pixels, or one number of both. azimuth, elevation, roll: degrees, see Camera.orbit. field_of_view: vertical,
+    /// degrees, of a perspective.
+    #[pyo3(signature = (size, *, azimuth = 0.0, elevation = 0.0, roll = 0.0, zoom = 1.0, field_of_view = None))]
+    #[allow(clippy::too_many_arguments)] // Each is named where it is given.
+    fn camera(
+        &self,
+        py: Python,
+        size: Size,
+        azimuth: f64,
+        elevation: f64,
+        roll: f64,
+        zoom: f64,
+        field_of_view: Option<f64>,
+    ) -> Result<Camera> {
+        let grid = py.detach(|| self.ours().grid().clone());
+        around(&grid, size.viewport()?, Orbit { azimuth, elevation, roll }, zoom, field_of_view)
+    }
+
+    /// The transfer function; another one may be set.
+    #[getter]
+    fn transfer(&self, py: Python) -> TransferFunction {
+        TransferFunction::new_of(py.detach(|| self.ours().transfer_function().clone()))
+    }
+
+    #[setter]
+    fn set_transfer(&self, py: Python, transfer: &TransferFunction) {
+        py.detach(|| self.ours().set_transfer_function(transfer.ours()));
+    }
+}
+
+impl Renderer {
+    /// Of voxels that are on a device already: on that device, unless another of its queues is given.
+    fn of(
+        there: &DeviceVolume,
+        transfer: Option<&TransferFunction>,
+        device: Option<&Bound<PyAny>>,
+        context: Option<&Bound<PyAny>>,
+        queue: Option<&Bound<PyAny>>,
+    ) -> Result<Self> {
+        if device.is_some() || context.is_some() || queue.is_some() {
+            let problem = "the volume is on a device already: that is the one that it was made with";
+            return Err(crate::errors::conflict("device", problem));
+        }
+        let transfer = match transfer {
+            Some(transfer) => transfer.ours().clone(),
+            None => {
+                return Err(crate::errors::conflict(
+                    "transfer",
+                    "voxels on a device have no histogram at hand: give a transfer function",
+                ));
+            }
+        };
+        Ok(Self(Mutex::new(Ours::of(there.ours(), &transfer)?)))
+    }
+}

@@ -1,0 +1,231 @@
+//! How pictures are made.
+
+use crate::errors::{Failure, Result, conflict, unknown};
+use layersplat::settings::{
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, LayerAxis, Layered, Shading,
+};
+use layersplat::{Axis, Density, Kernel, Quality, Settings as Ours, transfer::Extinction};
+use pyo3::prelude::*;
+use std::collections::BTreeMap;
+
+/// Everything that decides how a picture is made, besides volume, transfer function and camera.
+///
+/// All that is not given is as in the command: quality standard, composited, lit, nothing clipped.
+///
+/// quality: draft, standard, high or paper. algorithm: layered, axis-sheets, view-sheets, slicing or raycast. kernel: cubic, linear,
+/// catmull-rom or bspline; of raycast gaussian, too. samples_per_layer: 1 to 8; density: samples per voxel, 1 to 16; layer_axis: auto, x,
+/// y or z; all three of layered. step: of slicing and raycast, smallest spacings. sheet_distance: of view-sheets, 0.125 to 4 voxels.
+/// blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient, diffuse, specular, power and
+/// light, the direction (x, y, z) to it; without, it is at the camera. crop: ((x, y, z), (x, y, z)), the lowest and the highest voxel that
+/// are shown. planes: up to six (point, normal) in the world, of which the side that the normal points to is shown. unit_distance: world
+/// distance that opacities are for, the smallest spacing by default. extinction: exponential or linear. early_termination: whether rays
+/// stop where less than 1/4096 of the light passes.
+#[pyclass(frozen, module = "layersplat")]
+pub struct Settings(Ours);
+
+impl Settings {
+    pub fn ours(&self) -> &Ours {
+        &self.0
+    }
+}
+
+/// A blend mode by its name, or the iso-value of a surface.
+#[derive(FromPyObject)]
+enum BlendName {
+    Named(String),
+    Iso((String, f64)),
+}
+
+/// On or off, or its numbers.
+#[derive(FromPyObject)]
+enum Lighting<'py> {
+    Switch(bool),
+    Of(BTreeMap<String, Bound<'py, PyAny>>),
+}
+
+/// What of layered rendering, and of other algorithms, is chosen by itself.
+struct Own<'a> {
+    quality: Option<&'a str>,
+    kernel: Option<&'a str>,
+    samples_per_layer: Option<u32>,
+    density: Option<u32>,
+    layer_axis: Option<&'a str>,
+    step: Option<f64>,
+    sheet_distance: Option<f64>,
+}
+
+#[pymethods]
+impl Settings {
+    #[new]
+    #[pyo3(signature = (
+        quality = None, *, algorithm = "layered", kernel = None, samples_per_layer = None, density = None, layer_axis = None,
+        step = None, sheet_distance = None, blend = None, shading = None, crop = None, planes = None, unit_distance = None,
+        extinction = "exponential", early_termination = true,
+    ))]
+    #[allow(clippy::too_many_arguments)] // Each is a keyword.
+    fn new(
+        quality: Option<&str>,
+        algorithm: &str,
+        kernel: Option<&str>,
+        samples_per_layer: Option<u32>,
+        density: Option<u32>,
+        layer_axis: Option<&str>,
+        step: Option<f64>,
+        sheet_distance: Option<f64>,
+        blend: Option<BlendName>,
+        shading: Option<Lighting<'_>>,
+        crop: Option<[[f64; 3]; 2]>,
+        planes: Option<Vec<[[f64; 3]; 2]>>,
+        unit_distance: Option<f64>,
+        extinction: &str,
+        early_termination: bool,
+    ) -> Result<Self> {
+        let own = Own { quality, kernel, samples_per_layer, density, layer_axis, step, sheet_distance };
+        Ok(Self(Ours {
+            blend: blend.map_or(Ok(Blend::Composite), |blend| blend.blend())?,
+            clipping: clipping(crop, planes.unwrap_or_default())?,
+            extinction: match extinction {
+                "exponential" => Extinction::Exponential,
+                "linear" => Extinction::Linear,
+                other => return Err(unknown("extinction", other, "exponential or linear")),
+            },
+            shading: shading.map_or(Ok(Some(Shading::default())), Lighting::shading)?,
+            early_termination,
+            unit_distance,
+            ..own.algorithm(algorithm)?.into()
+        }))
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<layersplat.{:?}>", self.0)
+    }
+}
+
+impl BlendName {
+    fn blend(self) -> Result<Blend> {
+        match self {
+            BlendName::Iso((name, value)) if name == "iso" => Ok(Blend::Iso(value)),
+            BlendName::Iso((name, _)) => Err(conflict("blend", format!("{name} takes no value: only iso does"))),
+            BlendName::Named(name) => match name.as_str() {
+                "composite" => Ok(Blend::Composite),
+                "maximum" => Ok(Blend::Maximum),
+                "minimum" => Ok(Blend::Minimum),
+                "average" => Ok(Blend::Average),
+                "iso" => Err(conflict("blend", "an iso-surface needs its data value: give ('iso', value)")),
+                _ => Err(unknown("blend", &name, "composite, maximum, minimum, average or ('iso', value)")),
+            },
+        }
+    }
+}
+
+impl Lighting<'_> {
+    /// What is not given keeps its default.
+    fn shading(self) -> Result<Option<Shading>> {
+        let numbers = match self {
+            Lighting::Switch(on) => return Ok(on.then(Shading::default)),
+            Lighting::Of(numbers) => numbers,
+        };
+        let mut shading = Shading::default();
+        for (name, value) in numbers {
+            match name.as_str() {
+                "ambient" => shading.ambient = value.extract()?,
+                "diffuse" => shading.diffuse = value.extract()?,
+                "specular" => shading.specular = value.extract()?,
+                "power" => shading.power = value.extract()?,
+                "light" => shading.light = value.extract::<Option<[f64; 3]>>()?.map(Into::into),
+                other => return Err(unknown("shading", other, "ambient, diffuse, specular, power or light")),
+            }
+        }
+        Ok(Some(shading))
+    }
+}
+
+fn clipping(crop: Option<[[f64; 3]; 2]>, planes: Vec<[[f64; 3]; 2]>) -> Result<Clipping> {
+    if planes.len() > Clipping::MAX_PLANES {
+        let problem = format!("there are {} planes, more than {}: leave some out", planes.len(), Clipping::MAX_PLANES);
+        return Err(conflict("clipping", problem));
+    }
+    let crop = crop.map(|[lowest, highest]| CropBox { lowest: lowest.into(), highest: highest.into() });
+    let planes = planes.into_iter().map(|[point, normal]| ClipPlane { point: point.into(), normal: normal.into() });
+    Ok(Clipping { crop, ..Clipping::default() }.with_planes(planes))
+}
+
+impl Own<'_> {
+    /// The algorithm of a name, with what was chosen; what it does not have is refused.
+    fn algorithm(&self, name: &str) -> Result<Algorithm> {
+        let layer_axis = self.layer_axis.map_or(Ok(LayerAxis::Auto), layer_axis)?;
+        let algorithm = match name {
+            "layered" => self.layered(layer_axis)?.into(),
+            "axis-sheets" => Algorithm::AxisSheets { layer_axis },
+            "view-sheets" => Algorithm::ViewSheets { sheet_distance: self.sheet_distance.unwrap_or(Algorithm::SHEET_DISTANCE) },
+            "slicing" => Algorithm::Slicing { step: self.step.unwrap_or(Algorithm::SLICE_DISTANCE) },
+            "raycast" => {
+                Algorithm::Raycast { kernel: self.kernel.map_or(Ok(Kernel::Linear), kernel)?, step: self.step.unwrap_or(0.5) }
+            }
+            other => return Err(unknown("algorithm", other, "layered, axis-sheets, view-sheets, slicing or raycast")),
+        };
+        let layered = name == "layered";
+        let given = [
+            ("quality", self.quality.is_some() && !layered),
+            ("kernel", self.kernel.is_some() && !layered && name != "raycast"),
+            ("samples_per_layer", self.samples_per_layer.is_some() && !layered),
+            ("density", self.density.is_some() && !layered),
+            ("layer_axis", self.layer_axis.is_some() && !layered && name != "axis-sheets"),
+            ("step", self.step.is_some() && name != "slicing" && name != "raycast"),
+            ("sheet_distance", self.sheet_distance.is_some() && name != "view-sheets"),
+        ];
+        match given.iter().find(|(_, without_meaning)| *without_meaning) {
+            Some((field, _)) => Err(conflict(field, format!("it has no meaning for {name}: leave it out"))),
+            None => Ok(algorithm),
+        }
+    }
+
+    /// The quality's choices with what was chosen otherwise.
+    fn layered(&self, layer_axis: LayerAxis) -> Result<Layered> {
+        let quality = self.quality.unwrap_or("standard");
+        let quality: Quality = quality.parse().map_err(|_| unknown("quality", quality, "draft, standard, high or paper"))?;
+        let mut layered = Layered { layer_axis, ..quality.layered() };
+        match &mut layered.classification {
+            Classification::Preintegrated { kernel: of_quality, samples_per_layer } => {
+                *of_quality = self.kernel.map_or(Ok(*of_quality), kernel)?;
+                *samples_per_layer = self.samples_per_layer.unwrap_or(*samples_per_layer);
+            }
+            Classification::Post(_) => {
+                let given = [("kernel", self.kernel.is_some()), ("samples_per_layer", self.samples_per_layer.is_some())];
+                if let Some((field, _)) = given.iter().find(|(_, given)| *given) {
+                    return Err(conflict(
+                        field,
+                        "it is the paper's own in this quality: leave it out, or choose another quality",
+                    ));
+                }
+            }
+        }
+        match (self.density, layered.evaluation) {
+            (None, _) => {}
+            (Some(density), Evaluation::Lattice(_)) => layered.evaluation = Evaluation::Lattice(Density::Fixed(density)),
+            (Some(_), Evaluation::Direct) => {
+                return Err(conflict("density", "this quality has no lattice: leave it out, or choose another quality"));
+            }
+        }
+        Ok(layered)
+    }
+}
+
+fn layer_axis(name: &str) -> Result<LayerAxis> {
+    match name {
+        "auto" => Ok(LayerAxis::Auto),
+        "x" => Ok(LayerAxis::Forced(Axis::X)),
+        "y" => Ok(LayerAxis::Forced(Axis::Y)),
+        "z" => Ok(LayerAxis::Forced(Axis::Z)),
+        other => Err(unknown("layer_axis", other, "auto, x, y or z")),
+    }
+}
+
+fn kernel(name: &str) -> Result<Kernel> {
+    let found = Kernel::ALL.into_iter().find(|kernel| kernel.name() == name);
+    found.ok_or_else(|| -> Failure { unknown("kernel", name, "cubic, linear, catmull-rom, bspline or gaussian") })
+}

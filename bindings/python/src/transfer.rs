@@ -1,0 +1,124 @@
+//! Transfer functions.
+
+use crate::errors::Result;
+use crate::volume::Volume;
+use layersplat::glam::DVec3;
+use layersplat::volume::{Grid, Voxels};
+use layersplat::{TransferFunction as Ours, Volume as OurVolume};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+/// Colour and opacity of a data value, piecewise linear.
+///
+/// A transfer function of points: colors (value, (red, green, blue)) and opacities (value, opacity), each sorted by value,
+/// numbers 0 … 1; name: shown in messages.
+///
+/// It is linear between points and constant beyond them; two at one value make a step. Opacities are per unit distance, see Settings.
+#[pyclass(frozen, module = "layersplat")]
+pub struct TransferFunction(Ours);
+
+impl TransferFunction {
+    pub fn new_of(transfer: Ours) -> Self {
+        Self(transfer)
+    }
+
+    pub fn ours(&self) -> &Ours {
+        &self.0
+    }
+}
+
+/// What a built-in function is stretched onto.
+#[derive(FromPyObject)]
+pub enum Onto<'py> {
+    Volume(Bound<'py, Volume>),
+    Range((f64, f64)),
+}
+
+#[pymethods]
+impl TransferFunction {
+    #[new]
+    #[pyo3(signature = (colors, opacities, *, name = "given"))]
+    fn new(colors: Vec<(f64, [f64; 3])>, opacities: Vec<(f64, f64)>, name: &str) -> Result<Self> {
+        Ok(Self(Ours::new(name, colors, opacities)?))
+    }
+
+    /// grey, fire, viridis or cool-warm, stretched onto a Volume's values or onto (lowest, highest).
+    #[staticmethod]
+    fn builtin(name: &str, onto: Onto) -> Result<Self> {
+        Ok(Self(match onto {
+            Onto::Volume(volume) => Ours::builtin(name, volume.get().ours())?,
+            Onto::Range((lo, hi)) => Ours::builtin(name, &from_zero_to_one()?)?.stretched(lo, hi)?,
+        }))
+    }
+
+    /// A sensible first one, from the volume's histogram.
+    #[staticmethod]
+    fn automatic(py: Python, volume: &Volume) -> Self {
+        Self(py.detach(|| Ours::automatic(volume.ours())))
+    }
+
+    /// A built-in one by its name, or a ParaView colour map: FILE or FILE#PRESET.
+    #[staticmethod]
+    fn open(py: Python, source: PathBuf, volume: &Volume) -> Result<Self> {
+        Ok(Self(py.detach(|| Ours::open(source, volume.ours()))?))
+    }
+
+    /// The same with its range of values mapped linearly onto lo … hi.
+    fn stretched(&self, lo: f64, hi: f64) -> Result<Self> {
+        Ok(Self(self.0.stretched(lo, hi)?))
+    }
+
+    /// The same with its opacities multiplied by a factor, 0 … 1.
+    fn faded(&self, factor: f64) -> Result<Self> {
+        Ok(Self(self.0.faded(factor)?))
+    }
+
+    /// Colour (red, green, blue), 0 … 1, at a value.
+    fn color(&self, value: f64) -> (f64, f64, f64) {
+        self.0.color(value).into()
+    }
+
+    /// Opacity per unit distance, 0 … 1, at a value.
+    fn opacity(&self, value: f64) -> f64 {
+        self.0.opacity(value)
+    }
+
+    /// Points (value, (red, green, blue)), ascending.
+    #[getter]
+    fn colors(&self) -> Vec<(f64, (f64, f64, f64))> {
+        self.0.colors().iter().map(|&(value, color)| (value, color.into())).collect()
+    }
+
+    /// Points (value, opacity), ascending.
+    #[getter]
+    fn opacities(&self) -> Vec<(f64, f64)> {
+        self.0.opacities().to_vec()
+    }
+
+    /// First and last value of a point.
+    #[getter]
+    fn range(&self) -> (f64, f64) {
+        self.0.range()
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+
+    fn __repr__(&self) -> String {
+        let (lo, hi) = self.0.range();
+        format!("<layersplat.TransferFunction {} from {lo} to {hi}>", self.0.name())
+    }
+}
+
+/// The library stretches built-in functions onto a volume's values: onto these they stay what they are.
+fn from_zero_to_one() -> Result<OurVolume<'static>> {
+    let grid = Grid::new([2, 1, 1], DVec3::ONE)?;
+    Ok(OurVolume::new("0 to 1", grid, Voxels::Float32(vec![0.0, 1.0]))?)
+}

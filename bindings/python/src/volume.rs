@@ -1,0 +1,159 @@
+//! Volumes on the host.
+
+use crate::arrays;
+use crate::errors::{Result, unknown};
+use layersplat::glam::{DAffine3, DMat3, DVec3};
+use layersplat::volume::{Endian, Grid};
+use layersplat::{RawOptions, Volume as Ours};
+use numpy::PyUntypedArray;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+/// Three axes and an origin in the world: the columns of a transform from voxels (x, y, z) to the world.
+pub type Affine = [[f64; 3]; 4];
+
+/// A grid of an array's shape, (z, y, x), and a transform.
+pub fn grid(shape: [usize; 3], [x, y, z, origin]: Affine) -> Result<Grid> {
+    let axes = DMat3::from_cols(x.into(), y.into(), z.into());
+    let dims = [shape[2], shape[1], shape[0]];
+    Ok(Grid::from_affine(dims, DAffine3::from_mat3_translation(axes, origin.into()))?)
+}
+
+/// A scalar volume: voxels, where they lie in the world, and what surrounds them.
+///
+/// A volume of an array (z, y, x), or of an image of nibabel (x, y, z), SimpleITK, ITK or xarray.
+///
+/// data: integers, floats or booleans. uint8, int8, uint16, int16 and float32 are not copied, whatever their strides and byte order:
+/// they must not change while the volume is in use. Wider types are converted. Floats that are NaN, infinite or beyond ±1e30, and what
+/// is masked, count as background. spacing: distance of voxels in world units, above 0: one number, or one per axis in the order of
+/// the data's own axes; 1 by default, and of image objects their own. background: the value around the volume, and of voxels that have
+/// none; the smallest by default. name: shown in messages.
+///
+/// Raises InvalidValue where data has not three axes, or is of another type, or its grid is sheared.
+#[pyclass(frozen, module = "layersplat")]
+pub struct Volume(Ours<'static>);
+
+impl Volume {
+    pub fn ours(&self) -> &Ours<'static> {
+        &self.0
+    }
+
+    /// What `Volume(data)` makes.
+    pub fn of(data: &Bound<PyAny>) -> Result<Self> {
+        Self::new(data, None, None, None)
+    }
+}
+
+#[pymethods]
+impl Volume {
+    #[new]
+    #[pyo3(signature = (data, spacing = None, *, background = None, name = None))]
+    fn new(data: &Bound<PyAny>, spacing: Option<&Bound<PyAny>>, background: Option<f64>, name: Option<&str>) -> Result<Self> {
+        let py = data.py();
+        let placed = py.import("layersplat._arrays")?.call_method1("placed", (data, spacing))?;
+        let (array, affine): (Bound<PyUntypedArray>, Affine) = placed.extract()?;
+        let shape = numpy::PyUntypedArrayMethods::shape(&array);
+        let grid = grid([shape[0], shape[1], shape[2]], affine)?;
+        let volume = arrays::volume(&array, name.unwrap_or("array"), grid)?;
+        Ok(Self(match background {
+            Some(value) => volume.with_background(value)?,
+            None => volume,
+        }))
+    }
+
+    /// Opens a file, or builtin:marschner-lobb, builtin:hydrogen or builtin:cube with @N or @XxYxZ.
+    ///
+    /// dims: voxels along x, y, z. voxel_type, endian (little or big), header_bytes: what the name of a raw file does not tell. spacing: along
+    /// x, y, z.
+    #[staticmethod]
+    #[pyo3(signature = (path, *, dims = None, voxel_type = None, spacing = None, endian = None, header_bytes = None, background = None))]
+    #[allow(clippy::too_many_arguments)] // Each is a field of a file whose name does not tell it.
+    fn open(
+        py: Python,
+        path: PathBuf,
+        dims: Option<[usize; 3]>,
+        voxel_type: Option<&str>,
+        spacing: Option<[f64; 3]>,
+        endian: Option<&str>,
+        header_bytes: Option<u64>,
+        background: Option<f64>,
+    ) -> Result<Self> {
+        let endian = match endian {
+            None => None,
+            Some("little") => Some(Endian::Little),
+            Some("big") => Some(Endian::Big),
+            Some(other) => return Err(unknown("endian", other, "little or big")),
+        };
+        let voxel_type = voxel_type.map(|name| {
+            let known = "uint8, int8, uint16, int16, uint32, int32, float32 or float64";
+            name.parse().map_err(|_| unknown("voxel_type", name, known))
+        });
+        let voxel_type = voxel_type.transpose()?;
+        let options = RawOptions { dims, voxel_type, spacing: spacing.map(DVec3::from), endian, header_bytes };
+        let volume = py.detach(|| Ours::open(path, &options))?;
+        Ok(Self(match background {
+            Some(value) => volume.with_background(value)?,
+            None => volume,
+        }))
+    }
+
+    /// Voxels along z, y, x.
+    #[getter]
+    fn shape(&self) -> (usize, usize, usize) {
+        let [x, y, z] = self.0.grid().dims();
+        (z, y, x)
+    }
+
+    /// Type of the voxels as they go to a device: uint8, int8, uint16, int16 or float32.
+    #[getter]
+    fn dtype(&self) -> String {
+        self.0.voxel_type().to_string()
+    }
+
+    /// Distance of voxels along x, y, z, in world units.
+    #[getter]
+    fn spacing(&self) -> (f64, f64, f64) {
+        self.0.grid().spacing().into()
+    }
+
+    /// World position (x, y, z) of voxel (0, 0, 0).
+    #[getter]
+    fn origin(&self) -> (f64, f64, f64) {
+        self.0.grid().origin().into()
+    }
+
+    /// World position (x, y, z) of the middle.
+    #[getter]
+    fn centre(&self) -> (f64, f64, f64) {
+        self.0.grid().centre().into()
+    }
+
+    /// Smallest and largest value.
+    #[getter]
+    fn range(&self) -> (f64, f64) {
+        self.0.range()
+    }
+
+    /// The value around the volume, and of voxels that have none.
+    #[getter]
+    fn background(&self) -> f64 {
+        self.0.background()
+    }
+
+    /// How many voxels have no value: NaN, infinite or beyond ±1e30.
+    #[getter]
+    fn invalid(&self) -> usize {
+        self.0.invalid()
+    }
+
+    /// What it is called in messages.
+    #[getter]
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    fn __repr__(&self) -> String {
+        let ((z, y, x), (lo, hi)) = (self.shape(), self.0.range());
+        format!("<layersplat.Volume {} of {z}x{y}x{x} (z, y, x) {}, {lo} to {hi}>", self.0.name(), self.0.voxel_type())
+    }
+}

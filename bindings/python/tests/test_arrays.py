@@ -1,0 +1,141 @@
+"""Arrays of any type, layout and byte order, without a copy where there need be none."""
+
+import gc
+import sys
+import weakref
+
+import numpy as np
+import pytest
+
+import layersplat
+
+
+@pytest.mark.parametrize("dtype", ["u1", "i2", "u2", "f4", ">i2", ">u2", ">f4", "f2", "i4", "u4", "f8", "i8", "u8", ">f8", ">i4", ">i8", "g"])
+def test_types_look_alike(array, picture, dtype):
+    assert np.array_equal(picture(array.astype(dtype)), picture(array))
+
+
+def test_narrow_signed_and_booleans(array, picture):
+    signed = (array // 2).astype(np.int8)
+    assert np.array_equal(picture(signed, clim=(0, 127)), picture(array // 2, clim=(0, 127)))
+    mask = array > 100
+    assert np.array_equal(picture(mask, clim=(0, 1)), picture(mask.astype(np.uint8), clim=(0, 1)))
+
+
+def test_wide_numbers_keep_their_values(array):
+    far = layersplat.Volume(array.astype(np.int64) + 2**40)
+    assert far.range == (2.0**40 + array.min(), 2.0**40 + array.max()) and far.dtype == "float32"
+    near = layersplat.Volume(array.astype(np.int64) - 10**6)
+    assert near.range == (array.min() - 1e6, array.max() - 1e6) and near.dtype == "uint8"
+
+
+def layouts(array):
+    z, y, x = array.shape
+    spread = np.full((2 * z, 3 * y, 2 * x), 255, dtype=array.dtype)
+    spread[1::2, ::3, 1::2] = array
+    yield "with gaps", spread[1::2, ::3, 1::2]
+    yield "Fortran", np.asfortranarray(array)
+    yield "backwards", array[::-1, ::-1, ::-1].copy()[::-1, ::-1, ::-1]
+    yield "turned", array.transpose(1, 2, 0).copy().transpose(2, 0, 1)
+    yield "part", np.pad(array, 3, constant_values=200)[3:-3, 3:-3, 3:-3]
+    yield "read only", array
+    odd = np.frombuffer(b"\0" + array.tobytes(), dtype=np.uint8, offset=1)
+    yield "not aligned", odd.view(array.dtype).reshape(array.shape)
+
+
+@pytest.mark.parametrize("dtype", ["u1", "f4", ">i2", "i4"])
+def test_layouts_look_alike(array, picture, dtype):
+    values = array.astype(dtype)
+    expected = picture(array)
+    for name, laid in layouts(values):
+        assert np.array_equal(picture(laid), expected), name
+
+
+def test_a_broadcast_array(array, picture):
+    layer = array[8]
+    assert np.array_equal(picture(np.broadcast_to(layer, array.shape)), picture(np.repeat(layer[None], len(array), 0)))
+
+
+@pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "f4", ">f4"])
+def test_voxels_are_not_copied(array, dtype):
+    values = (array // 2).astype(dtype)[:, ::-1, ::2]
+    references = sys.getrefcount(values)
+    volume = layersplat.Volume(values)
+    assert sys.getrefcount(values) > references, "the volume holds the array itself"
+    there = layersplat.Renderer(volume, layersplat.TransferFunction.builtin("fire", volume))
+    camera = there.camera(40)
+    before = there.render(camera, 40)
+    values[5:15, 5:15, 3:10] = 100
+    after = layersplat.Renderer(volume, there.transfer).render(camera, 40)
+    assert not np.array_equal(before, after), "what is written into the array is seen"
+    assert np.array_equal(there.render(camera, 40), before), "but not of what is on a device already"
+
+
+def test_an_array_lives_as_long_as_its_volume(array, picture):
+    values = array.copy()
+    alive, volume = weakref.ref(values), layersplat.Volume(values)
+    del values
+    gc.collect()
+    assert alive() is not None
+    assert np.array_equal(picture(volume), picture(array))
+    del volume
+    gc.collect()
+    assert alive() is None
+
+
+def test_pictures_are_not_copied(array):
+    """The array of a picture is a view of the memory that the library wrote."""
+    found = layersplat.render(array, size=(30, 20))
+    assert found.shape == (20, 30, 4) and found.flags.c_contiguous and found.flags.writeable and not found.flags.owndata
+
+
+def test_what_has_no_value_is_background(array, picture):
+    floats = array.astype(np.float32)
+    floats[3:6, 4:9, 5:20] = np.nan
+    volume = layersplat.Volume(floats)
+    assert volume.invalid == 3 * 5 * 15
+    masked = np.ma.masked_array(array, np.isnan(floats))
+    assert layersplat.Volume(masked).invalid == volume.invalid
+    assert np.array_equal(picture(masked), picture(floats))
+    assert layersplat.Volume(floats, background=-5).background == -5
+
+
+def test_spacing_is_in_the_order_of_the_axes(array):
+    volume = layersplat.Volume(array, (3.0, 2.0, 1.0))
+    assert volume.shape == (20, 24, 28) and volume.spacing == (1.0, 2.0, 3.0)
+    assert np.allclose(volume.centre, [13.5, 23.0, 28.5])
+    assert layersplat.Volume(array, 0.5).spacing == (0.5,) * 3
+    assert layersplat.Volume(array, np.float32([3, 2, 1])).spacing == (1.0, 2.0, 3.0)
+
+
+def test_axes_are_where_they_should_be():
+    """Looked at along -z, x goes to the right and y goes up."""
+    values = np.zeros((9, 31, 31), np.uint8)
+    values[4, 5:9, 22:26] = 255
+    rows, columns = np.nonzero(layersplat.render(values, size=60, azimuth=0, elevation=0, camera=_front())[..., :3].sum(2))
+    assert columns.min() > 30 and rows.min() > 30, "x is large, y is small"
+
+
+def _front():
+    return layersplat.Camera((15, 15, 100), (15, 15, 4), (0, 1, 0), scale=16)
+
+
+@pytest.mark.parametrize(
+    "data, spacing, words",
+    [
+        (np.zeros((3, 4)), None, "2 axes: give three, z, y, x"),
+        (np.zeros((3, 4, 5, 3), np.uint8), None, "4 axes"),
+        (np.zeros((3, 0, 5), np.uint8), None, "dims"),
+        (np.zeros((3, 0, 5), np.int64), None, "dims"),
+        (np.zeros((3, 4, 5), complex), None, "complex128"),
+        (np.zeros((3, 4, 5), object), None, "object"),
+        ("text", None, "axes"),
+        (np.zeros((3, 4, 5)), 0.0, "length 0"),
+        (np.zeros((3, 4, 5)), (1.0, 2.0), "spacing has the shape"),
+        (np.zeros((3, 4, 5)), (1.0, 1.0, np.nan), "or none"),
+    ],
+)
+def test_what_is_no_volume_is_refused(data, spacing, words):
+    with pytest.raises(ValueError, match=words) as caught:
+        layersplat.Volume(data, spacing)
+    assert isinstance(caught.value, layersplat.InvalidValue)

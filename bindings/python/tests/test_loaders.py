@@ -1,0 +1,82 @@
+"""pyopencl's wheel brings an OpenCL loader of its own: handles pass from one to the other, if both find the same implementation."""
+
+import os
+import pathlib
+import subprocess
+import sys
+
+import pyopencl as cl
+import pytest
+
+import layersplat
+from host import Host
+
+
+def mapped(word):
+    """Files of a name that this process has in its memory."""
+    lines = pathlib.Path("/proc/self/maps").read_text().splitlines()
+    return {line.split(maxsplit=5)[5] for line in lines if line.count(" ") >= 5 and word in line.rsplit("/", 1)[-1]}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what is loaded")
+def test_there_are_two_loaders_and_one_implementation():
+    Host().device()
+    assert len(mapped("libOpenCL")) == 2, mapped("libOpenCL")
+    if "Portable Computing Language" in layersplat.Device.list()[0]["platform"]:
+        assert len(mapped("libpocl.so")) == 1, mapped("libpocl")
+
+
+def test_both_loaders_name_the_same_objects():
+    ours = layersplat.Device()
+    theirs = {device.int_ptr: device for platform in cl.get_platforms() for device in platform.get_devices()}
+    assert ours.id in theirs
+    context = cl.Context.from_int_ptr(ours.context, retain=True)
+    assert context.devices == [theirs[ours.id]]
+    queue = cl.CommandQueue.from_int_ptr(ours.queue, retain=True)
+    assert layersplat.Device(queue=queue).context == ours.context
+
+
+ASKED = """
+import sys
+def asked(call):
+    try:
+        return len(call())
+    except Exception as error:
+        return type(error).__name__
+import layersplat, pyopencl
+print(asked(layersplat.Device.list), asked(pyopencl.get_platforms))
+"""
+
+
+def answers(vendors):
+    environment = {**os.environ, "OCL_ICD_VENDORS": str(vendors)}
+    environment.pop("OCL_ICD_FILENAMES", None)
+    run = subprocess.run([sys.executable, "-c", ASKED], env=environment, capture_output=True, text=True, timeout=120, check=True)
+    return run.stdout.split()
+
+
+def test_both_look_where_the_variable_says(tmp_path):
+    found = layersplat.Device.list()
+    vendors = pathlib.Path(os.environ.get("OCL_ICD_VENDORS", "/etc/OpenCL/vendors"))
+    if not vendors.is_dir():
+        pytest.skip(f"no folder of implementations, {vendors}")
+    assert answers(vendors) == [str(len(found)), str(len(cl.get_platforms()))]
+    assert answers(tmp_path) == ["DeviceError", "LogicError"] or answers(tmp_path) == ["DeviceError", "0"]
+
+
+ONE = """
+import pathlib, sys
+import layersplat, pyopencl
+assert layersplat.Device.list() and pyopencl.get_platforms()
+maps = pathlib.Path("/proc/self/maps").read_text().splitlines()
+print(len({line.split()[-1] for line in maps if "libOpenCL" in line}))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what is loaded")
+def test_layersplat_takes_another_loader():
+    """pyopencl's, for one: that is enough, where the system has none."""
+    for theirs in mapped("libOpenCL"):
+        environment = {**os.environ, "OPENCL_DYLIB_PATH": theirs}
+        run = subprocess.run([sys.executable, "-c", ONE], env=environment, capture_output=True, text=True, timeout=120, check=True)
+        assert run.stdout.split() == ["1" if "pyopencl" in theirs else "2"]

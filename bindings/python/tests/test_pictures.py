@@ -1,0 +1,94 @@
+"""Pictures are the command's, to the bit."""
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import layersplat
+
+SIZE = (72, 60)
+VIEW = ["--size", "72x60", "--azimuth", "35", "--elevation", "-25", "--roll", "10"]
+PLACE = {"azimuth": 35.0, "elevation": -25.0, "roll": 10.0}
+
+WAYS = [
+    ({}, {}, []),
+    ({"quality": "high"}, {}, ["--quality", "high"]),
+    ({"quality": "paper"}, {}, ["--quality", "paper"]),
+    ({"kernel": "catmull-rom", "samples_per_layer": 2}, {}, ["--kernel", "catmull-rom", "--sublayers", "2"]),
+    ({"density": 2, "layer_axis": "y"}, {"azimuth": 0.0, "elevation": 60.0}, ["--lattice", "2", "--layer-axis", "y", "--azimuth", "0", "--elevation", "60"]),
+    ({"blend": "maximum", "crop": ((3, 2, 1), (20, 21, 17))}, {}, ["--blend", "maximum", "--crop", "3:20,2:21,1:17"]),
+    ({"blend": ("iso", 90.0)}, {}, ["--blend", "iso", "--iso", "90"]),
+    ({"shading": False, "unit_distance": 3.0}, {}, ["--shading", "off", "--unit-distance", "3"]),
+    ({"planes": [((12, 10, 9), (1, 0.5, 0))]}, {}, ["--clip", "12,10,9,1,0.5,0"]),
+    ({}, {"field_of_view": 40.0}, ["--perspective", "40"]),
+    ({"algorithm": "raycast", "kernel": "gaussian", "step": 0.7}, {}, ["--algorithm", "raycast", "--kernel", "gaussian", "--step", "0.7"]),
+    ({"algorithm": "view-sheets", "sheet_distance": 0.5}, {}, ["--algorithm", "view-sheets", "--sheet-distance", "0.5"]),
+]
+
+
+@pytest.mark.parametrize("settings, place, options", WAYS)
+def test_the_commands_pictures(array, command, tmp_path, settings, place, options):
+    spacing = (1.2, 0.9, 1.0)
+    file = tmp_path / "volume_28x24x20_uint8.raw"
+    array.tofile(file)
+    # The later of two options counts.
+    given = [option for pair in zip(VIEW[::2], VIEW[1::2]) if pair[0] not in options for option in pair]
+    common = [file, "--spacing", "1.0,0.9,1.2", "--transfer", "fire", "--transfer-range", "0,255", *given, *options]
+    command("render", *common, "--background", "transparent", "-o", tmp_path / "picture.png")
+    command("render", *common, "-o", tmp_path / "picture.npy")
+    view = layersplat.volshow(
+        array, spacing, (0, 255), "fire", settings=layersplat.Settings(**settings), size=SIZE, background="transparent", **{**PLACE, **place}
+    )
+    expected = np.asarray(Image.open(tmp_path / "picture.png"))
+    assert expected[..., 3].max() > 20
+    assert np.array_equal(view.render(), expected)
+    floats = view._renderer.render_float(view._camera(), SIZE, view.settings)
+    assert floats.dtype == np.float32 and np.array_equal(floats, np.load(tmp_path / "picture.npy"))
+
+
+def test_the_automatic_transfer_function_and_the_default_background_are_the_commands(array, command, tmp_path):
+    file = tmp_path / "volume_28x24x20_int16.raw"
+    (array.astype("<i2") * 11 - 500).tofile(file)
+    command("render", file, "--size", "72x60", "-o", tmp_path / "picture.png")
+    found = layersplat.render(array.astype(np.int16) * 11 - 500, size=SIZE, azimuth=0, elevation=0)
+    expected = np.asarray(Image.open(tmp_path / "picture.png").convert("RGBA"))
+    assert np.array_equal(found, expected)
+    opened = layersplat.render(layersplat.Volume.open(file), size=SIZE, azimuth=0, elevation=0)
+    assert np.array_equal(opened, expected)
+
+
+def test_pictures_of_real_volumes_are_the_commands(command, tmp_path, shared):
+    file = shared("fuel_64x64x64_uint8.raw.gz")
+    command("render", file, *VIEW, "--background", "white", "-o", tmp_path / "picture.png")
+    found = layersplat.render(layersplat.Volume.open(file), size=SIZE, background="white", **PLACE)
+    assert np.array_equal(found, np.asarray(Image.open(tmp_path / "picture.png").convert("RGBA")))
+
+
+def test_a_view_shows_itself_and_changes(array, tmp_path):
+    view = layersplat.volshow(array, size=SIZE)
+    shown = np.asarray(Image.open(io.BytesIO(view._repr_png_())))
+    assert shown.shape == (60, 72, 4) and np.array_equal(shown, view.render())
+    view.save(tmp_path / "view.png")
+    assert np.array_equal(np.asarray(Image.open(tmp_path / "view.png")), shown)
+    before = view.render()
+    for name, value in [("azimuth", 80.0), ("elevation", -10.0), ("roll", 5.0), ("zoom", 1.5), ("field_of_view", 50.0)]:
+        setattr(view, name, value)
+        after = view.render()
+        assert not np.array_equal(before, after), name
+        before = after
+    view.size = 33
+    assert view.render().shape == (33, 33, 4)
+    view.camera = layersplat.Camera((100, 0, 0), (14, 12, 10), (0, 1, 0), scale=20)
+    looking = view.render()
+    view.set_transfer("viridis", opacity="linear")
+    assert view.transfer.name == "viridis" and not np.array_equal(view.render(), looking)
+
+
+def test_zoom_is_a_smaller_scale(array, transfer):
+    framing = layersplat.Framing.of(layersplat.Volume(array), transfer)
+    fitted, zoomed = (framing.camera(SIZE, azimuth=20, zoom=zoom) for zoom in (1.0, 2.0))
+    assert zoomed.scale == fitted.scale / 2 and zoomed.position == fitted.position
+    wide, narrow = (framing.camera(SIZE, field_of_view=60, zoom=zoom).field_of_view for zoom in (1.0, 2.0))
+    assert wide == 60 and np.isclose(np.tan(np.radians(narrow / 2)) * 2, np.tan(np.radians(30)))

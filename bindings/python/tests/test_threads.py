@@ -1,0 +1,79 @@
+"""The interpreter's lock is released while a picture is made, and threads may share what they like."""
+
+import faulthandler
+import threading
+
+import numpy as np
+import pyopencl as cl
+import pytest
+
+import layersplat
+from host import SIZE, Host
+
+
+@pytest.fixture
+def deadline():
+    """Ends a process that hangs, and says where."""
+    faulthandler.dump_traceback_later(90, exit=True)
+    yield
+    faulthandler.cancel_dump_traceback_later()
+
+
+class Held:
+    """A queue that goes on only when another Python thread has run."""
+
+    def __init__(self, host):
+        self.promise, self.progress = cl.UserEvent(host.context), 0
+        cl.enqueue_marker(host.queue, wait_for=[self.promise])
+        cl.enqueue_barrier(host.queue, wait_for=[self.promise])
+        self.thread = threading.Thread(target=self._run)
+        self.inside = threading.Event()
+
+    def _run(self):
+        self.inside.wait()
+        for _ in range(200_000):
+            self.progress += 1
+        self.promise.set_status(cl.command_execution_status.COMPLETE)
+
+    def __enter__(self):
+        self.thread.start()
+        self.inside.set()
+        return self
+
+    def __exit__(self, *_):
+        self.thread.join()
+
+
+@pytest.mark.parametrize("way", ["render", "render_float", "prepare", "wait", "describe"])
+def test_another_thread_runs_meanwhile(array, transfer, deadline, way):
+    """The queue waits for what only another Python thread does: with the lock held, this would never end."""
+    host = Host()
+    renderer = layersplat.Renderer(array, transfer, queue=host.queue)
+    camera = renderer.camera(SIZE)
+    buffer = host.room((60, 72, 4), np.uint8)
+    calls = {
+        "render": lambda: renderer.render(camera, SIZE),
+        "render_float": lambda: renderer.render_float(camera, SIZE),
+        "prepare": lambda: renderer.prepare(camera, SIZE),
+        "wait": lambda: renderer.enqueue(camera, SIZE, buffer).wait(),
+        "describe": lambda: layersplat.DeviceVolume(host.device(), voxels, array.shape, np.uint8),
+    }
+    voxels = host.filled(array)
+    renderer.prepare(camera, SIZE)
+    with Held(host) as other:
+        calls[way]()
+        assert other.progress == 200_000
+
+
+def test_threads_share_a_renderer(array, transfer, deadline):
+    renderer = layersplat.Renderer(array, transfer)
+    cameras = [renderer.camera(SIZE, azimuth=azimuth) for azimuth in range(0, 80, 10)]
+    expected = [renderer.render(camera, SIZE) for camera in cameras]
+    found, threads = {}, []
+    for n, camera in enumerate(cameras):
+        threads.append(threading.Thread(target=lambda n=n, camera=camera: found.update({n: renderer.render(camera, SIZE)})))
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(np.array_equal(found[n], picture) for n, picture in enumerate(expected))
