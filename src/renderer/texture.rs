@@ -13,6 +13,24 @@ use std::num::NonZeroU32;
 /// A 2D texture of the caller's, of `GL_RGBA8`, that pictures fill: level 0, its first row the picture's top.
 ///
 /// It does not own the texture; drop it before that is deleted, and make it anew when its storage is.
+///
+/// ```no_run
+/// # use layersplat::{Background, Camera, Device, DeviceChoice, Error, Settings, TransferFunction, Volume};
+/// # fn f(
+/// #     find: impl FnMut(&std::ffi::CStr) -> *const std::ffi::c_void,
+/// #     (volume, transfer, camera, name): (&Volume, &TransferFunction, &Camera, std::num::NonZeroU32),
+/// # ) -> Result<(), Error> {
+/// use layersplat::{Renderer, gl::GlFunctions, renderer::GlTexture};
+///
+/// // SAFETY: `find` is the loader of the context, which is current.
+/// let functions = unsafe { GlFunctions::load(find) }?;
+/// let device = Device::open_with_gl(&DeviceChoice::Default)?;
+/// let mut renderer = Renderer::new(&device, volume, transfer)?;
+/// let texture = GlTexture::new(&device, &functions, name)?;
+/// renderer.render_into_texture(camera, &Settings::default(), Background::Transparent, &texture)?;
+/// # Ok(())
+/// # }
+/// ```
 pub struct GlTexture {
     functions: GlFunctions,
     name: NonZeroU32,
