@@ -64,3 +64,12 @@ fn ocl_interop_finds_no_context_of_egl() {
     assert!(found.as_chunks::<2>().0.iter().all(|&[_, value]| value == 0), "{found:?}");
     Device::open_with_gl(&DeviceChoice::Default).unwrap();
 }
+
+/// ocl-interop is linked with OpenCL, too; nothing is called of it there, so programs start without, and say what to install.
+#[test]
+fn opencl_is_loaded_at_run_time() {
+    let output =
+        std::process::Command::new("readelf").arg("-d").arg(std::env::current_exe().unwrap()).output().expect("binutils");
+    let needed = String::from_utf8_lossy(&output.stdout);
+    assert!(needed.contains("libGL.so.1") && !needed.contains("OpenCL"), "{needed}");
+}
