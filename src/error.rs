@@ -1,5 +1,10 @@
 //! What can go wrong, with the file, the value and the remedy.
 
+#[cfg(feature = "gl-interop")]
+mod gl;
+
+#[cfg(feature = "gl-interop")]
+pub use gl::GlError;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -243,6 +248,10 @@ pub enum Error {
         /// What failed, and how.
         failures: String,
     },
+    /// OpenGL, or a texture, that pictures cannot go to.
+    #[cfg(feature = "gl-interop")]
+    #[error(transparent)]
+    Gl(#[from] GlError),
     /// An OpenCL call failed.
     #[error("{call} failed on {device}: {source} ({})", source.0)]
     OpenCl {

@@ -37,6 +37,8 @@ pub mod cli;
 pub mod device;
 mod error;
 pub mod framing;
+#[cfg(feature = "gl-interop")]
+pub mod gl;
 pub mod image;
 #[doc(hidden)]
 pub mod layers;

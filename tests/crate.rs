@@ -54,8 +54,9 @@ fn rooms() -> BTreeMap<String, BTreeSet<String>> {
         let path = entry.unwrap().path();
         let room = path.file_stem().unwrap().to_str().unwrap().to_owned();
         if room != "lib" && room != "main" {
-            let known = named_rooms(&code_of(&path)).into_iter().filter(|name| *name != room).collect();
-            rooms.insert(room, known);
+            // A room may be a file beside a folder.
+            let known = named_rooms(&code_of(&path)).into_iter().filter(|name| *name != room);
+            rooms.entry(room.clone()).or_insert_with(BTreeSet::new).extend(known);
         }
     }
     rooms

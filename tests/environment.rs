@@ -18,6 +18,17 @@ fn no_opencl_names_the_package() {
     assert!(message.contains("pocl-opencl-icd"), "{message}");
 }
 
+/// The command starts without OpenCL, and says what to install. So do programs with this library, but for the feature `gl-interop`.
+#[cfg(target_os = "linux")]
+#[cfg_attr(feature = "gl-interop", ignore = "ocl-interop links OpenCL and OpenGL: docs/gl.md")]
+#[test]
+fn opencl_is_loaded_at_run_time() {
+    let output = Command::new("readelf").args(["-d", env!("CARGO_BIN_EXE_layersplat")]).output().expect("binutils");
+    let needed = String::from_utf8_lossy(&output.stdout);
+    assert!(needed.contains("libc.so"), "{needed}");
+    assert!(!needed.contains("OpenCL") && !needed.contains("libGL"), "{needed}");
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn an_implementation_that_cannot_be_loaded_says_why() {

@@ -4,6 +4,8 @@ mod budget;
 mod buffer;
 mod cache;
 mod commands;
+#[cfg(feature = "gl-interop")]
+mod current_gl;
 mod device_memory;
 mod handed_over;
 mod kind;
@@ -13,6 +15,8 @@ mod pinning;
 mod program;
 mod scratch;
 mod selection;
+#[cfg(feature = "gl-interop")]
+mod shared_gl;
 mod sources;
 mod stopwatch;
 mod tuning;
@@ -30,6 +34,8 @@ pub use tuning::Tuning;
 
 pub(crate) use device_memory::MemoryKind;
 pub(crate) use scratch::ScratchMemory;
+#[cfg(feature = "gl-interop")]
+pub(crate) use shared_gl::SharedTexture;
 
 use crate::error::Error;
 use crate::memory;
@@ -37,6 +43,7 @@ use budget::Budget;
 use commands::{Limit, Sequence};
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
+use opencl3::device::Device as ClDevice;
 use opencl3::kernel::Kernel;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -65,6 +72,9 @@ struct Shared {
     context: Context,
     allocated: Arc<AtomicU64>,
     programs: Mutex<program::Programs>,
+    /// Whether it was said that pictures do not go straight into textures.
+    #[cfg(feature = "gl-interop")]
+    through_host: std::sync::Once,
 }
 
 impl Device {
@@ -77,20 +87,35 @@ impl Device {
     /// Opens the chosen device.
     pub fn open(choice: &DeviceChoice) -> Result<Self, Error> {
         let (device, info) = selection::choose(choice)?;
-        let error = |call: &'static str| {
-            let device = info.name.clone();
-            move |source| Error::OpenCl { call, device, source }
-        };
-        let context = Context::from_device(&device).map_err(error("clCreateContext"))?;
+        Self::opened(&device, info)
+    }
+
+    /// In a context of its own.
+    fn opened(device: &ClDevice, info: DeviceInfo) -> Result<Self, Error> {
+        let context = Context::from_device(device);
+        let context = context.map_err(|source| Error::OpenCl { call: "clCreateContext", device: info.name.clone(), source })?;
+        Self::in_context(info, context)
+    }
+
+    /// With a queue of its own.
+    fn in_context(info: DeviceInfo, context: Context) -> Result<Self, Error> {
         #[allow(deprecated)] // The replacement needs OpenCL 2.0.
-        let queue = CommandQueue::create_default(&context, CL_QUEUE_PROFILING_ENABLE).map_err(error("clCreateCommandQueue"))?;
+        let queue = CommandQueue::create_default(&context, CL_QUEUE_PROFILING_ENABLE);
+        let queue = queue.map_err(|source| Error::OpenCl { call: "clCreateCommandQueue", device: info.name.clone(), source })?;
         tracing::debug!("rendering on {} ({})", info.name, info.platform);
         Ok(Self::new(info, context, Sequence::new(queue, true)))
     }
 
     fn new(info: DeviceInfo, context: Context, sequence: Sequence) -> Self {
         let tuning = info.tuning;
-        let shared = Shared { info, context, allocated: Arc::default(), programs: Mutex::default() };
+        let shared = Shared {
+            info,
+            context,
+            allocated: Arc::default(),
+            programs: Mutex::default(),
+            #[cfg(feature = "gl-interop")]
+            through_host: std::sync::Once::new(),
+        };
         Self {
             shared: Arc::new(shared),
             sequence: Arc::new(sequence),

@@ -98,7 +98,7 @@ fn find(name: &str, devices: &[(ClDevice, DeviceInfo)]) -> Result<usize, Error> 
 /// PoCL makes its devices at the first query, and threads that ask at the same time may find none.
 static QUERY: Mutex<()> = Mutex::new(());
 
-fn all() -> Result<Vec<(ClDevice, DeviceInfo)>, Error> {
+pub(super) fn all() -> Result<Vec<(ClDevice, DeviceInfo)>, Error> {
     let _one_at_a_time = QUERY.lock().unwrap_or_else(PoisonError::into_inner);
     let platforms = match get_platforms() {
         Ok(platforms) => platforms,

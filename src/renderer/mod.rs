@@ -18,6 +18,8 @@ mod scratch;
 mod screen;
 mod sheets;
 mod streamed;
+#[cfg(feature = "gl-interop")]
+mod texture;
 mod tiles;
 mod uploaded;
 mod world;
@@ -28,6 +30,8 @@ pub use parts::{CompositedLayers, PartRenderer};
 pub use plan::Plan;
 pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};
 pub use streamed::{StreamPlan, StreamedLattice, StreamedRenderer};
+#[cfg(feature = "gl-interop")]
+pub use texture::GlTexture;
 pub use uploaded::UploadedVolume;
 
 use crate::camera::Camera;
@@ -175,14 +179,26 @@ impl Renderer {
         settings: &Settings,
         background: Background,
     ) -> Result<(Vec<u8>, FrameReport), Error> {
+        self.render_displayed(camera, viewport, settings, background, |device, picture| read_displayed(device, picture, viewport))
+    }
+
+    /// Renders an 8-bit picture, which `take` takes from the device.
+    fn render_displayed<T>(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        background: Background,
+        take: impl FnOnce(&Device, &Buffer<[u8; 4]>) -> Result<T, Error>,
+    ) -> Result<(T, FrameReport), Error> {
         let device = self.frame_device()?;
         let (rays, settings) = self.seen(camera, viewport, settings)?;
         let view = View { device: &device, rays: &rays, viewport, settings: &settings };
         let plan = Plan::new(&rays, viewport, self.prepared.grid(), &settings)?;
         self.require_room(&device, &plan, viewport, true)?;
         let (drawn, active_samples) = self.draw(view, &plan)?;
-        let picture = read_displayed(&device, self.displayed(view, &drawn, background, None)?, viewport)?;
-        Ok((picture, self.report(&device, &plan, active_samples)?))
+        let taken = take(&device, self.displayed(view, &drawn, background, None)?)?;
+        Ok((taken, self.report(&device, &plan, active_samples)?))
     }
 
     /// What was drawn as a frame of floats: warped `into` the caller's where it is still in a lattice.

@@ -58,17 +58,17 @@ impl BlockNumbers {
         Self { blocks: blocks.map(|b| b as i32), layers: dims[2] as i32 }
     }
 
-    /// Voxels that [`FillMinMaxBlocks`] writes, two per block and layer.
+    /// Voxels that [`FillMinMaxBlocks`](super::volume::FillMinMaxBlocks) writes, two per block and layer.
     pub fn limits(&self) -> usize {
         2 * self.per_layer() * self.layers as usize
     }
 
-    /// Flags that [`Visibility`] writes: one per block and layer −1 … n.
+    /// Flags that [`Visibility`](super::volume::Visibility) writes: one per block and layer −1 … n.
     pub fn flags(&self) -> usize {
         self.per_layer() * (self.layers as usize + 2)
     }
 
-    /// Bytes that [`SlabVisibility`] writes, a bit per block and slab, and seven more: kernels read eight blocks at once.
+    /// Bytes that [`SlabVisibility`](super::volume::SlabVisibility) writes, a bit per block and slab, and seven more: kernels read eight blocks at once.
     pub fn slab_bytes(&self, radius: i32) -> usize {
         self.per_layer() * self.chunks(radius) + 7
     }
