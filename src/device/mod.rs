@@ -5,6 +5,8 @@ mod buffer;
 mod cache;
 mod commands;
 mod device_memory;
+#[cfg(test)]
+mod faults;
 mod handed_over;
 mod kind;
 pub(crate) mod launch;
@@ -20,6 +22,8 @@ mod tuning;
 pub(crate) use buffer::Buffer;
 pub use cache::keep_compiled_kernels;
 pub use device_memory::{DeviceMemory, ImageFormat};
+#[cfg(test)]
+pub(crate) use faults::Call;
 pub use kind::DeviceKind;
 pub use pinning::pin_cpu_threads;
 pub use selection::{DeviceChoice, DeviceInfo};
@@ -65,6 +69,8 @@ struct Shared {
     context: Context,
     allocated: Arc<AtomicU64>,
     programs: Mutex<program::Programs>,
+    #[cfg(test)]
+    faults: faults::Faults,
 }
 
 impl Device {
@@ -90,7 +96,14 @@ impl Device {
 
     fn new(info: DeviceInfo, context: Context, sequence: Sequence) -> Self {
         let tuning = info.tuning;
-        let shared = Shared { info, context, allocated: Arc::default(), programs: Mutex::default() };
+        let shared = Shared {
+            info,
+            context,
+            allocated: Arc::default(),
+            programs: Mutex::default(),
+            #[cfg(test)]
+            faults: faults::Faults::default(),
+        };
         Self {
             shared: Arc::new(shared),
             sequence: Arc::new(sequence),

@@ -48,7 +48,7 @@ impl Renderer {
             scratch.begin();
         }
         self.require_room(&device, &plan, viewport, matches!(onto.format(), PictureFormat::Rgba8(_)))?;
-        device.begin(wait)?;
+        self.begin(wait)?;
         let view = View { device: &device, rays: &rays, viewport, settings: &settings };
         let (drawn, _) = self.draw(view, &plan)?;
         self.deliver(view, &drawn, onto)?;
@@ -111,7 +111,7 @@ impl Renderer {
     /// Returns an event that is complete when `wait` is; frames wait for it by themselves.
     pub fn volume_changed(&mut self, wait: &[&Event]) -> Result<Event, Error> {
         self.prepared.voxels_changed();
-        self.device.begin(wait)?;
+        self.begin(wait)?;
         self.device.end()
     }
 

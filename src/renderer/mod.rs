@@ -2,6 +2,8 @@
 
 mod cache;
 mod enqueued;
+#[cfg(test)]
+mod faults;
 mod in_place;
 mod layered;
 mod onto;
@@ -41,6 +43,7 @@ use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
 use layered::{PointLayers, SplatLayers};
+use opencl3::event::Event;
 use picture::{FLOATS, OntoScreen, Picture, RGBA8, Share, read_displayed};
 use prepared::Prepared;
 use range::LayerRange;
@@ -250,9 +253,17 @@ impl Renderer {
         self.world.seen(self.prepared.grid(), camera, viewport, settings)
     }
 
+    /// Begins what comes after `wait`. What frames that failed were to make for later ones may not be there: it is made again.
+    fn begin(&mut self, wait: &[&Event]) -> Result<(), Error> {
+        if self.device.begin(wait)? {
+            self.prepared.forget();
+        }
+        Ok(())
+    }
+
     /// The device as one frame uses it: what that leaves behind, if it fails, no other sees.
-    fn frame_device(&self) -> Result<Device, Error> {
-        self.device.begin(&[])?;
+    fn frame_device(&mut self) -> Result<Device, Error> {
+        self.begin(&[])?;
         let device = if self.measuring { self.device.timed() } else { self.device.clone() };
         Ok(device.limited(self.longest))
     }

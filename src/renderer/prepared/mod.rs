@@ -143,12 +143,19 @@ impl Prepared {
             self.transfer = transfer.of_stored(self.rescale);
             self.given_transfer = transfer.clone();
             self.revision += 1;
+            // No later one has this revision again.
+            self.cache.forget_transfer();
         }
     }
 
     /// The voxels have changed: what is made of them is made again when it is next needed, in the same buffers.
     pub fn voxels_changed(&mut self) {
         self.cache.voxels_changed();
+    }
+
+    /// Forgets all that was made: it was to be made on the device, and that may have failed.
+    pub fn forget(&mut self) {
+        self.cache.forget();
     }
 
     /// As it was given.
