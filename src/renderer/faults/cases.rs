@@ -17,10 +17,13 @@ const SIZE: Viewport = Viewport { width: 21, height: 17 };
 /// Something that draws a picture each time it is asked to.
 pub type Draw<'a> = Box<dyn FnMut() -> Result<Vec<u8>, Error> + 'a>;
 
+/// Makes what draws.
+type Make<'a> = dyn Fn(&Device) -> Result<Draw<'a>, Error> + 'a;
+
 /// A way to a picture: everything that it needs is made on a device.
 pub struct Case<'a> {
     pub name: String,
-    pub make: Box<dyn Fn(&Device) -> Result<Draw<'a>, Error> + 'a>,
+    pub make: Box<Make<'a>>,
 }
 
 /// What is drawn.
