@@ -92,7 +92,7 @@ fn streams_that_take_too_long_are_given_up() {
     let (transfer, size, settings) = (smooth_transfer(), viewport(24, 20), Settings::default());
     let camera = parallel(&volume, size, 20.0, 10.0);
     let expected = common::render(&volume, &transfer, &camera, size, &settings);
-    for (what, budget, in_parts) in [("in parts", 300 << 10, true), ("as a whole", 1 << 30, false)] {
+    for (what, budget, in_parts) in [("in parts", 400 << 10, true), ("as a whole", 1 << 30, false)] {
         let mut renderer = StreamedRenderer::new(&device().with_memory(budget), &volume, &transfer);
         let plan = renderer.plan(&camera, size, &settings).unwrap().expect("a lattice");
         assert_eq!(plan.lattices[0].parts > 1, in_parts, "{plan}");
