@@ -55,7 +55,7 @@ fn check(shot: &Shot) -> Result<bool, TestCaseError> {
 #[test]
 fn pictures_are_pictures() {
     let seen = RefCell::new(vec![[0, 0]; ways().len()]);
-    let done = runner(220).run(&shot(), |shot| {
+    let done = runner(800).run(&shot(), |shot| {
         let there = check(&shot)?;
         let [all, pictures] = &mut seen.borrow_mut()[shot.way];
         (*all, *pictures) = (*all + 1, *pictures + usize::from(there));
