@@ -274,6 +274,7 @@ impl Error {
             Error::FileSize { .. } => &["dims", "voxel_type", "header_bytes"],
             Error::DeviceFailed { .. } => &["device", "device_unchecked"],
             Error::MemoryBudget { .. } => &["memory"],
+            Error::TooLong { .. } => &["longest"],
             Error::DeviceMemory { .. } | Error::OutOfDeviceMemory { .. } => &["device"],
             _ => &[],
         }

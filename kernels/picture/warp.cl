@@ -125,7 +125,8 @@ static inline bool nothing_under(__global const float4 *lattice, __global const 
 #define PUT(place, color) (place) = displayed(color, background)
 #else
 #define PIXEL float4
-#define PUT(place, color) (place) = (p.added ? (place) : (float4)(0.0f)) + p.share * (color)
+// Means and shares of what is opaque add up to more than 1 by rounding.
+#define PUT(place, color) (place) = MIN((float4)(1.0f), (p.added ? (place) : (float4)(0.0f)) + p.share * (color))
 #endif
 
 __kernel void warp(__global const float4 *lattice, __global const uint *active_samples, WarpParams p, float4 background,

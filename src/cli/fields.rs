@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 28] = [
+const OPTIONS: [(&str, &str); 29] = [
     ("algorithm", "--algorithm"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
     ("classification", "--classification post|preintegrated"),
@@ -20,6 +20,7 @@ const OPTIONS: [(&str, &str); 28] = [
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
+    ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),
     ("quality", "--quality"),
     ("samples_per_layer", "--sublayers N"),

@@ -4,6 +4,7 @@ use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
 use crate::settings::{ClipPlane, CropBox, Evaluation, LayerAxis};
 use crate::viewport::Viewport;
 use glam::DVec3;
+use std::time::Duration;
 
 fn numbers(text: &str) -> Option<Vec<f64>> {
     text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect()
@@ -17,6 +18,12 @@ pub(super) fn finite(text: &str) -> Result<f64, String> {
 /// A finite number above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|n| *n > 0.0).ok_or_else(|| format!("'{text}' is not a finite number above 0"))
+}
+
+/// A time above 0.
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+    let time = positive(text).ok().and_then(|n| Duration::try_from_secs_f64(n).ok()).filter(|time| !time.is_zero());
+    time.ok_or_else(|| format!("'{text}' is no time above 0 in seconds"))
 }
 
 /// A number of bytes: `N`, `NK`, `NKiB` (1024) or `NKB` (1000), with K, M, G or T in any case.

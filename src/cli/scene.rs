@@ -3,7 +3,7 @@
 use super::blending::BlendOptions;
 use super::check;
 use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, TransferOptions, VolumeOptions};
-use super::viewer::MemoryOptions;
+use super::viewer::BoundOptions;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
@@ -26,7 +26,7 @@ pub(super) struct SceneOptions {
     #[command(flatten)]
     pub device: DeviceOptions,
     #[command(flatten)]
-    pub memory: MemoryOptions,
+    pub bounds: BoundOptions,
     #[command(flatten)]
     pub quality: QualityOptions,
     #[command(flatten)]
@@ -39,6 +39,8 @@ pub(super) struct Scene {
     pub transfer: TransferFunction,
     pub settings: Settings,
     pub device: Device,
+    /// That a picture may take on the device.
+    pub longest: Option<Duration>,
     /// When the volume began to be opened.
     pub begun: Instant,
     /// What that took: a pass over all voxels for their range.
@@ -49,7 +51,7 @@ impl Scene {
     /// Checks the options, opens the device and reads the volume.
     pub fn open(options: &SceneOptions) -> Result<Self, Error> {
         let settings = options.blend.apply(options.quality.settings()?)?;
-        let memory = options.memory.memory;
+        let memory = options.bounds.memory;
         if let Some(bytes) = memory {
             eprintln!(
                 "memory: {bytes} bytes on the device; before the picture, passes over the volume find its range, and what shows"
@@ -65,7 +67,8 @@ impl Scene {
         let choice = options.device.choice();
         let device = Device::open(&choice)?;
         let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
-        Ok(Self { volume, transfer, settings, device, begun, first_pass })
+        let longest = options.bounds.time_limit;
+        Ok(Self { volume, transfer, settings, device, longest, begun, first_pass })
     }
 
     /// The outline of what is shown.

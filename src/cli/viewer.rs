@@ -10,15 +10,19 @@ use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use clap::Args;
+use std::time::Duration;
 
-/// How much of the device.
+/// How much of the device, and for how long.
 #[derive(Args)]
 #[command(next_help_heading = "Device")]
-pub(super) struct MemoryOptions {
+pub(super) struct BoundOptions {
     /// Bytes that buffers on the device may take together, as 900000, 512M (or MiB), 1.5G, 800MB: larger volumes are streamed, to the
     /// same picture; first_ms counts from their opening then [default: the device's own]
     #[arg(long, value_parser = parse::bytes, value_name = "BYTES", allow_hyphen_values = true)]
     pub memory: Option<u64>,
+    /// Seconds that a picture may take on the device, which is looked at between its kernels; a longer one is given up [default: no limit]
+    #[arg(long, value_parser = parse::seconds, value_name = "SECONDS", allow_hyphen_values = true)]
+    pub time_limit: Option<Duration>,
 }
 
 /// A renderer of either kind.
@@ -30,12 +34,16 @@ pub(super) enum Viewer {
 impl Viewer {
     /// Streams where memory is bounded, and what the device has no single buffer for.
     pub fn new(scene: &Scene) -> Result<Self, Error> {
-        let Scene { device, volume, transfer, .. } = scene;
+        let Scene { device, volume, transfer, longest, .. } = scene;
         let bytes = volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
         if device.memory_budget().is_some() || bytes > device.largest_buffer_bytes() {
-            return Ok(Self::Streamed(Box::new(StreamedRenderer::new(device, volume, transfer))));
+            let mut renderer = StreamedRenderer::new(device, volume, transfer);
+            renderer.limit(*longest);
+            return Ok(Self::Streamed(Box::new(renderer)));
         }
-        Ok(Self::Whole(Box::new(Renderer::new(device, volume, transfer)?)))
+        let mut renderer = Renderer::new(device, volume, transfer)?;
+        renderer.limit(*longest);
+        Ok(Self::Whole(Box::new(renderer)))
     }
 
     /// How a view will be streamed, also told on standard error; `None` where it will not.

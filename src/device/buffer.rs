@@ -52,6 +52,8 @@ impl<T: Copy> Buffer<T> {
         }
         let taken = device.budget.take(what, needed)?;
         device.require(what, needed, 0)?;
+        #[cfg(test)]
+        device.shared.faults.at(super::Call::Allocation).map_err(|e| not_created(device, what, needed, e))?;
         // SAFETY: the caller's promise; what is copied is not written.
         let memory = unsafe { ClBuffer::create(&device.shared.context, flags, len.max(1), values.cast_mut().cast::<c_void>()) }
             .map_err(|e| not_created(device, what, needed, e))?;
@@ -84,6 +86,7 @@ impl<T: Copy> Buffer<T> {
             // SAFETY: the write blocks, so `values` outlives it, and they fit.
             unsafe { queue.enqueue_write_buffer(&mut self.memory, CL_BLOCKING, first * size_of::<T>(), values, wait) }
         })?;
+        device.let_go();
         Ok(())
     }
 
@@ -102,6 +105,7 @@ impl<T: Copy> Buffer<T> {
             // SAFETY: the read blocks, so `values` outlives it, and there are as many.
             unsafe { queue.enqueue_read_buffer(&self.memory, CL_BLOCKING, first * size_of::<T>(), values, wait) }
         })?;
+        device.let_go();
         Ok(())
     }
 

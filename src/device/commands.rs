@@ -22,18 +22,22 @@ struct State {
     wait: Vec<Event>,
     /// The last command.
     last: Option<Event>,
-    /// Commands on their way that came after events of the caller's: PoCL 3.1 ends the process where one of these fails, and then a chain
-    /// of commands whose events nobody holds.
-    held: Vec<Event>,
+    /// Those that were not over when they were last looked at. PoCL 3.1 lets go of an event that fails before it unlocks it: somebody
+    /// else has to hold it.
+    pending: Vec<Event>,
+    /// Whether some that are over have failed.
+    failed: bool,
 }
 
-/// Whether a command is over, well or not.
-fn is_over(event: &Event) -> bool {
-    event.command_execution_status().map_or(true, |status| status.0 <= CL_COMPLETE)
-}
+/// Commands on their way from which on it is looked at whether they still are.
+const MANY: usize = 256;
 
-fn has_failed(event: &Event) -> bool {
-    event.command_execution_status().map_or(true, |status| status.0 < CL_COMPLETE)
+impl State {
+    /// Lets go of what is over.
+    fn sweep(&mut self) {
+        let over = self.pending.extract_if(.., |event| status(event) <= CL_COMPLETE);
+        self.failed |= over.filter(|event| status(event) < CL_COMPLETE).count() > 0;
+    }
 }
 
 /// How long a frame may take, and when it began.
@@ -48,6 +52,11 @@ pub(super) fn retained(event: &Event) -> Result<Event, ClError> {
     // SAFETY: the event is alive, and the reference that is counted here is the new one's.
     unsafe { retain_event(event.get()) }.map_err(ClError)?;
     Ok(Event::new(event.get()))
+}
+
+/// `CL_COMPLETE`, more before that, and less of what failed.
+fn status(event: &Event) -> i32 {
+    event.command_execution_status().map_or_else(|e| e.0, |status| status.0)
 }
 
 impl Sequence {
@@ -74,19 +83,22 @@ impl Device {
         Self { limit: longest.map(|longest| Limit { began: Instant::now(), longest }), ..self }
     }
 
-    /// Begins commands that come after `wait`, and after all before; and whether any of those has failed, as far as they are known to be
-    /// over: what they should have made is not there.
+    /// Begins commands that come after `wait`, and after all before. Whether some of those are found now to have failed.
     pub(crate) fn begin(&self, wait: &[&Event]) -> Result<bool, Error> {
         let wait: Result<Vec<_>, _> = wait.iter().map(|event| retained(event)).collect();
         let mut state = self.sequence.state();
         state.wait = wait.map_err(|e| self.error("clRetainEvent", e))?;
-        let failed = state.held.iter().chain(&state.last).any(has_failed);
-        state.held.retain(|event| !is_over(event));
-        // What comes after does not depend on what failed.
-        if state.last.as_ref().is_some_and(has_failed) {
+        state.sweep();
+        // What failed is over: what comes after does not depend on it.
+        if state.last.as_ref().is_some_and(|last| status(last) < CL_COMPLETE) {
             state.last = None;
         }
-        Ok(failed)
+        Ok(std::mem::take(&mut state.failed))
+    }
+
+    /// Lets go of commands that are over, after one that was waited for.
+    pub(super) fn let_go(&self) {
+        self.sequence.state().sweep();
     }
 
     /// The event that is complete when all that was enqueued is.
@@ -115,23 +127,30 @@ impl Device {
         let mut state = self.sequence.state();
         let after = state.last.iter().filter(|_| !in_order);
         let wait: Vec<cl_event> = state.wait.iter().chain(after).map(Event::get).collect();
+        #[cfg(test)]
+        self.shared.faults.at(super::Call::Command).map_err(|e| self.error(call, e))?;
         let event = enqueue(queue, &wait).map_err(|e| self.error(call, e))?;
-        let retained = || retained(&event).map_err(|e| self.error("clRetainEvent", e));
-        if !state.wait.is_empty() || !state.held.is_empty() {
-            state.held.push(retained()?);
-        }
         state.wait.clear();
-        state.last = Some(retained()?);
+        let again = || retained(&event).map_err(|e| self.error("clRetainEvent", e));
+        state.last = Some(again()?);
+        state.pending.push(again()?);
+        if state.pending.len() >= MANY && state.pending.len().is_power_of_two() {
+            state.sweep();
+        }
         Ok(event)
     }
 
     /// Lets the queue begin with what it holds.
     fn flush(&self) -> Result<(), Error> {
+        #[cfg(test)]
+        self.shared.faults.at(super::Call::Command).map_err(|e| self.error("clFlush", e))?;
         self.sequence.queue.flush().map_err(|e| self.error("clFlush", e))
     }
 
     /// Waits for everything that was enqueued through this handle.
     pub(crate) fn finish(&self) -> Result<(), Error> {
+        #[cfg(test)]
+        self.shared.faults.at(super::Call::Command).map_err(|e| self.error("clWaitForEvents", e))?;
         let last = self.sequence.state().last.as_ref().map(retained).transpose().map_err(|e| self.error("clRetainEvent", e))?;
         last.map_or(Ok(()), |last| last.wait().map_err(|e| self.error("clWaitForEvents", e)))
     }

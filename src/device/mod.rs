@@ -7,6 +7,8 @@ mod commands;
 #[cfg(feature = "gl-interop")]
 mod current_gl;
 mod device_memory;
+#[cfg(test)]
+mod faults;
 mod handed_over;
 mod kind;
 pub(crate) mod launch;
@@ -24,6 +26,8 @@ mod tuning;
 pub(crate) use buffer::Buffer;
 pub use cache::keep_compiled_kernels;
 pub use device_memory::{DeviceMemory, ImageFormat};
+#[cfg(test)]
+pub(crate) use faults::Call;
 pub use kind::DeviceKind;
 pub use pinning::pin_cpu_threads;
 pub use selection::{DeviceChoice, DeviceInfo};
@@ -75,6 +79,8 @@ struct Shared {
     /// Whether it was said that pictures do not go straight into textures.
     #[cfg(feature = "gl-interop")]
     through_host: std::sync::Once,
+    #[cfg(test)]
+    faults: faults::Faults,
 }
 
 impl Device {
@@ -115,6 +121,8 @@ impl Device {
             programs: Mutex::default(),
             #[cfg(feature = "gl-interop")]
             through_host: std::sync::Once::new(),
+            #[cfg(test)]
+            faults: faults::Faults::default(),
         };
         Self {
             shared: Arc::new(shared),

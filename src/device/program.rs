@@ -38,6 +38,12 @@ impl Device {
 
     fn build(&self, file: &'static str, options: &str) -> Result<Program, Error> {
         let text = structs::typedefs() + &sources::with_includes(file);
+        // A program that does not compile: its log is the compiler's own.
+        #[cfg(test)]
+        let text = match self.shared.faults.at(super::Call::Build) {
+            Ok(()) => text,
+            Err(e) => format!("#error told to fail with {e}\n{text}"),
+        };
         let options = format!("{OPTIONS} {options}");
         let mut program =
             Program::create_from_source(&self.shared.context, &text).map_err(|e| self.error("clCreateProgramWithSource", e))?;

@@ -15,6 +15,8 @@ pub(super) trait Key: PartialEq + Send + 'static {
     type Value: Kept;
     /// Whether it is made from voxels, which may change.
     const OF_VOXELS: bool = true;
+    /// Whether it is made from a transfer function, and of no use with another.
+    const OF_TRANSFER: bool = false;
 }
 
 /// Keeps what was used last, as long as it all takes no more than a budget.
@@ -32,6 +34,7 @@ struct Entry {
     value: Arc<dyn Any + Send + Sync>,
     bytes: usize,
     of_voxels: bool,
+    of_transfer: bool,
     /// The voxels that it was made from have changed.
     stale: bool,
 }
@@ -81,7 +84,8 @@ impl Cache {
         let value = value.into();
         let bytes = value.bytes();
         self.take_stale(&key);
-        self.entries.push(Entry { key: Box::new(key), value: value.clone(), bytes, of_voxels: K::OF_VOXELS, stale: false });
+        let (of_voxels, of_transfer) = (K::OF_VOXELS, K::OF_TRANSFER);
+        self.entries.push(Entry { key: Box::new(key), value: value.clone(), bytes, of_voxels, of_transfer, stale: false });
         let mut sum = 0;
         let kept = self.entries.iter().rev().take_while(|entry| {
             sum += entry.bytes;
@@ -90,6 +94,11 @@ impl Cache {
         let forgotten = self.entries.len() - kept.count().max(1);
         self.entries.drain(..forgotten);
         value
+    }
+
+    /// Forgets what was made from the transfer function.
+    pub fn forget_transfer(&mut self) {
+        self.entries.retain(|entry| !entry.of_transfer);
     }
 
     /// Forgets what was made from voxels.
@@ -122,6 +131,7 @@ mod tests {
     impl Key for Name {
         type Value = Vec<u8>;
         const OF_VOXELS: bool = false;
+        const OF_TRANSFER: bool = true;
     }
 
     #[test]
@@ -139,6 +149,11 @@ mod tests {
         cache.keep(Name(1), vec![2; 10]);
         cache.forget_voxels();
         assert!(cache.get(&Number(1)).is_none() && cache.get(&Name(1)).is_some(), "what is not of voxels stays");
+        cache.keep(Number(1), vec![1; 10]);
+        cache.forget_transfer();
+        assert!(cache.get(&Number(1)).is_some() && cache.get(&Name(1)).is_none(), "what is not of the transfer function stays");
+        cache.forget();
+        assert!(cache.get(&Number(1)).is_none());
     }
 
     #[test]

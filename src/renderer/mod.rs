@@ -2,6 +2,8 @@
 
 mod cache;
 mod enqueued;
+#[cfg(test)]
+mod faults;
 mod in_place;
 mod layered;
 mod onto;
@@ -267,20 +269,19 @@ impl Renderer {
         self.world.seen(self.prepared.grid(), camera, viewport, settings)
     }
 
+    /// Begins what comes after `wait`. What frames that failed were to make for later ones may not be there: it is made again.
+    fn begin(&mut self, wait: &[&Event]) -> Result<(), Error> {
+        if self.device.begin(wait)? {
+            self.prepared.forget();
+        }
+        Ok(())
+    }
+
     /// The device as one frame uses it: what that leaves behind, if it fails, no other sees.
     fn frame_device(&mut self) -> Result<Device, Error> {
         self.begin(&[])?;
         let device = if self.measuring { self.device.timed() } else { self.device.clone() };
         Ok(device.limited(self.longest))
-    }
-
-    /// Begins what comes after `wait`.
-    fn begin(&mut self, wait: &[&Event]) -> Result<(), Error> {
-        if self.device.begin(wait)? {
-            tracing::warn!("a frame before this one failed: what it made is made again");
-            self.prepared.forget();
-        }
-        Ok(())
     }
 
     /// Refuses a picture that would not fit into memory, as floats or displayed, before anything of it is made.

@@ -16,6 +16,7 @@ use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::VolumePart;
 use std::ops::Range;
+use std::time::Duration;
 
 /// Renders some layers of a volume: those of a [`VolumePart`].
 ///
@@ -116,6 +117,11 @@ impl PartRenderer {
         self.0.set_transfer_function(transfer);
     }
 
+    /// How long compositing or finishing may take from now on, as [`Renderer::limit`].
+    pub fn limit(&mut self, longest: Option<Duration>) {
+        self.0.limit(longest);
+    }
+
     /// The layer axis of a view, and whether its rays meet layers in the order of their numbers.
     pub fn order(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Axis, bool), Error> {
         let view = self.view(camera, viewport, settings)?;
@@ -195,7 +201,7 @@ impl PartRenderer {
 
     /// Draws a range of layers onto samples.
     fn draw(&mut self, view: &LatticeView, range: &LayerRange, onto: Option<&[[f32; 4]]>) -> Result<(), Error> {
-        let device = self.0.device.clone();
+        let device = self.0.frame_device()?;
         let LatticeView { lattice, rays, viewport, layered, settings, .. } = view;
         if let Some(samples) = onto {
             self.0.target.fill(&device, samples, "the lattice")?;

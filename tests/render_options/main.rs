@@ -192,3 +192,23 @@ fn memory() {
     let rays = ["render", SIGNAL, "--memory", "700K", "--algorithm", "raycast", "-o", "no.npy"];
     refused(folder.path(), &rays, 2, &["whole volume", "--memory BYTES"]);
 }
+
+/// What takes longer than it may is given up, and leaves no file; what does not has the same bits, streamed, too.
+#[test]
+fn a_time_limit() {
+    let plain = Scene::default().frame(folder());
+    assert!(rendered(&Scene::default(), "--time-limit 3600") == plain);
+    assert!(rendered(&Scene::default(), "--time-limit 1e3 --memory 64M") == plain);
+    let empty = tempfile::tempdir().unwrap();
+    let late = |limit, more| {
+        let all = format!("render builtin:cube@16 --size 8x8 -o late.npy --time-limit {limit} {more}");
+        let place = empty.path();
+        move |code, said: &[&str]| refused(place, &words(&all).collect::<Vec<_>>(), code, said)
+    };
+    for more in ["", "--memory 64M"] {
+        late("1e-9", more)(1, &["given up", "longer than 1ns", "--time-limit SECONDS"]);
+    }
+    for wrong in ["0", "-1", "soon", "1e300"] {
+        late(wrong, "")(2, &["--time-limit", wrong]);
+    }
+}

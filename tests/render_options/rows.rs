@@ -204,6 +204,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--device", "every device shows the same; that it is the one asked for is asserted by its own test"),
     ("--device-unchecked", "says whether a device that draws wrongly is refused; tests/device_checks.rs has one"),
     ("--memory", "streams what does not fit, to the same bits; a test of its own asserts that"),
+    ("--time-limit", "gives up what takes longer, and changes nothing else; a test of its own asserts that"),
     ("--output", "says where the picture goes; a test of its own looks there"),
     ("--json", "says what is printed; a test of its own reads it"),
     ("--help", "prints, and renders nothing"),

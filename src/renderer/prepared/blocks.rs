@@ -84,6 +84,7 @@ struct VisibleKey(TableKey, Axis, Option<PointReach>, Blend);
 impl Key for VisibleKey {
     type Value = VisibleBlocks;
     const OF_VOXELS: bool = true;
+    const OF_TRANSFER: bool = true;
 }
 
 impl Kept for VisibleBlocks {

@@ -143,6 +143,8 @@ impl Prepared {
             self.transfer = transfer.of_stored(self.rescale);
             self.given_transfer = transfer.clone();
             self.revision += 1;
+            // No later one has this revision again.
+            self.cache.forget_transfer();
         }
     }
 

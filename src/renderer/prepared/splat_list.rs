@@ -35,6 +35,7 @@ struct SplatListKey(TableKey, Axis, Splatted);
 impl Key for SplatListKey {
     type Value = SplatList;
     const OF_VOXELS: bool = true;
+    const OF_TRANSFER: bool = true;
 }
 
 impl Kept for SplatList {

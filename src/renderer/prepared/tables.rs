@@ -106,6 +106,7 @@ pub(super) struct TableKey(u64, Extinction, f64);
 impl Key for TableKey {
     type Value = Table;
     const OF_VOXELS: bool = false;
+    const OF_TRANSFER: bool = true;
 }
 
 impl Kept for Table {
@@ -121,6 +122,7 @@ struct IntegralsKey(TableKey, f64, u32);
 impl Key for IntegralsKey {
     type Value = Integrals;
     const OF_VOXELS: bool = false;
+    const OF_TRANSFER: bool = true;
 }
 
 impl Kept for Integrals {
@@ -136,6 +138,7 @@ struct SlicingKey(IntegralsKey, f32);
 impl Key for SlicingKey {
     type Value = Buffer<Float4>;
     const OF_VOXELS: bool = false;
+    const OF_TRANSFER: bool = true;
 }
 
 impl Prepared {

@@ -26,6 +26,7 @@ use crate::volume::{Grid, Volume, VolumePart};
 use needs::{Bytes, Needs, Room};
 use plan::Parts;
 use std::ops::Range;
+use std::time::Duration;
 
 /// Renders a volume within the memory of a device handle ([`Device::with_memory`], [`Device::with_largest_buffer`]), however large the
 /// volume is: the same bits as a [`Renderer`] that holds all of it.
@@ -49,6 +50,8 @@ pub struct StreamedRenderer<'v> {
     /// Bytes that these have on the device.
     own: u64,
     measuring: bool,
+    /// That a frame may take.
+    longest: Option<Duration>,
 }
 
 /// A view of which all lattices are known.
@@ -75,6 +78,7 @@ impl<'v> StreamedRenderer<'v> {
             kept: None,
             own: 0,
             measuring: false,
+            longest: None,
         }
     }
 
@@ -89,6 +93,12 @@ impl<'v> StreamedRenderer<'v> {
     /// Whether the reports of frames say what these took, from the next one on.
     pub fn measure(&mut self, measuring: bool) {
         self.measuring = measuring;
+    }
+
+    /// How long a frame may take from now on, as [`Renderer::limit`](super::Renderer::limit): reading and uploading parts counts, too,
+    /// and that of a volume that is kept as a whole does not.
+    pub fn limit(&mut self, longest: Option<Duration>) {
+        self.longest = longest;
     }
 
     /// How a view would be rendered, and what that would take; `None` where it needs the whole volume, and that fits.
@@ -140,6 +150,7 @@ impl<'v> StreamedRenderer<'v> {
             None => Renderer::of(&self.whole()?, &self.transfer)?,
         };
         renderer.measure(self.measuring);
+        renderer.limit(self.longest);
         let rendered = renderer.render(camera, viewport, settings);
         self.kept = Some(renderer);
         rendered
@@ -183,7 +194,7 @@ impl<'v> StreamedRenderer<'v> {
         let Streamed { plan, rays, settings, layered, lattices, told } = streamed;
         tracing::info!("{}: {told}", self.volume.name());
         let device = self.device.with_own_sequence();
-        let device = if self.measuring { device.timed() } else { device };
+        let device = if self.measuring { device.timed() } else { device }.limited(self.longest);
         let view = View { device: &device, rays, viewport, settings };
         let (mut picture, mut active_samples) = (Picture::default(), 0);
         for (n, (lattice, share, parts)) in lattices.iter().enumerate() {
