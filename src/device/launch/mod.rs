@@ -2,6 +2,7 @@
 //! `kernel!`, and compared with the kernel itself by the test below.
 
 mod blocks;
+mod defines;
 mod fields;
 pub(crate) mod layered;
 pub(crate) mod picture;
@@ -11,16 +12,18 @@ pub(crate) mod sheets;
 mod signatures;
 pub(crate) mod structs;
 pub(crate) mod volume;
+mod voxel_buffer;
 
-use super::{Buffer, Device, DeviceMemory, Tuning};
+use defines::Defines;
+pub(crate) use defines::{BlendMode, Rendering};
+pub(crate) use voxel_buffer::{Floats, VoxelBuffer, VoxelKind};
+
+use super::{Buffer, Device, Tuning};
 use crate::error::Error;
-use crate::layers::Kernel;
-use crate::volume::{Held, VoxelType};
 use opencl3::device::Device as ClDevice;
 use opencl3::kernel::Kernel as ClKernel;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::fmt::Write;
 use std::hash::Hash;
 
 /// What `kernel!` declares of a kernel.
@@ -209,211 +212,6 @@ impl<T: ClType> Argument for &Buffer<T> {
 impl<T: ClType> Typed for &Buffer<T> {
     fn name() -> String {
         format!("{}*", T::NAME)
-    }
-}
-
-/// Voxels on the device, in any type. Kernels that read them are built for it.
-pub(crate) struct VoxelBuffer {
-    bytes: Buffer<u8>,
-    voxel_type: VoxelType,
-    /// Nobody has looked at the voxels: floats may be anything.
-    unchecked: bool,
-}
-
-impl VoxelBuffer {
-    /// An uninitialised buffer of `len` voxels.
-    pub fn new(device: &Device, len: usize, voxel_type: VoxelType, what: &str) -> Result<Self, Error> {
-        Ok(Self { bytes: Buffer::new(device, len * voxel_type.bytes(), what)?, voxel_type, unchecked: false })
-    }
-
-    /// Uninitialised voxels as many and as `others` of another layout are.
-    pub fn like(device: &Device, len: usize, others: &VoxelBuffer, what: &str) -> Result<Self, Error> {
-        Ok(Self { unchecked: others.unchecked, ..Self::new(device, len, others.voxel_type, what)? })
-    }
-
-    /// All that a buffer of the caller's own holds.
-    pub fn of_memory(device: &Device, memory: &DeviceMemory, bytes: usize, voxel_type: VoxelType) -> Result<Self, Error> {
-        let bytes = Buffer::of_memory(device, memory, bytes)?;
-        Ok(Self { bytes, voxel_type, unchecked: voxel_type == VoxelType::Float32 })
-    }
-
-    /// A copy of voxels, the background in place of invalid ones.
-    pub fn upload(device: &Device, held: &Held) -> Result<Self, Error> {
-        Self::upload_with_room(device, held, held.dims().iter().product())
-    }
-
-    /// The same with room for so many voxels.
-    pub fn upload_with_room(device: &Device, held: &Held, room: usize) -> Result<Self, Error> {
-        let description = held.description;
-        let mut voxels = Self::new(device, room, description.voxel_type(), description.name())?;
-        voxels.refill(device, held)?;
-        Ok(voxels)
-    }
-
-    /// Copies other voxels into this buffer, no more than there is room for.
-    pub fn refill(&mut self, device: &Device, held: &Held) -> Result<(), Error> {
-        held.for_each_piece(|first, bytes| self.bytes.write_at(device, first, bytes))
-    }
-
-    /// Layers of bytes, `stride` bytes apart.
-    #[cfg(test)]
-    pub fn with_gaps<'a>(device: &Device, layers: impl ExactSizeIterator<Item = &'a [u8]>, stride: usize) -> Result<Self, Error> {
-        let mut voxels = Self::new(device, layers.len() * stride, VoxelType::Uint8, "a volume with gaps")?;
-        layers.enumerate().try_for_each(|(n, layer)| voxels.bytes.write_at(device, n * stride, layer))?;
-        Ok(voxels)
-    }
-
-    /// Their type.
-    pub fn voxel_type(&self) -> VoxelType {
-        self.voxel_type
-    }
-
-    /// How many bytes they take.
-    pub fn bytes(&self) -> usize {
-        self.bytes.bytes()
-    }
-
-    /// What kernels that read them are built for.
-    pub fn kind(&self) -> VoxelKind {
-        VoxelKind { voxel_type: self.voxel_type, far: is_far(self.bytes()), unchecked: self.unchecked }
-    }
-}
-
-/// Voxels of floats, for kernels that take nothing else.
-pub(crate) struct Floats<'a>(pub &'a VoxelBuffer);
-
-impl Argument for Floats<'_> {
-    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
-        debug_assert_eq!(self.0.voxel_type(), VoxelType::Float32);
-        self.0.set(kernel, index)
-    }
-}
-
-impl Typed for Floats<'_> {
-    fn name() -> String {
-        "float*".into()
-    }
-}
-
-/// What kernels that read voxels are built for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct VoxelKind {
-    pub voxel_type: VoxelType,
-    /// Two voxels can lie farther apart than an int counts in bytes.
-    pub far: bool,
-    /// Floats may be anything.
-    pub unchecked: bool,
-}
-
-/// Whether voxels of so many bytes are far apart. A row of four is read at once.
-fn is_far(bytes: usize) -> bool {
-    bytes > i32::MAX as usize - 64
-}
-
-impl Argument for &VoxelBuffer {
-    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
-        (&self.bytes).set(kernel, index)
-    }
-}
-
-impl Typed for &VoxelBuffer {
-    fn name() -> String {
-        "VOXEL*".into()
-    }
-}
-
-/// `-D` options.
-struct Defines(String);
-
-impl Defines {
-    /// Of kernels that compute in vectors of `width`.
-    fn new(width: u32) -> Self {
-        Self(format!("-DVW={width}"))
-    }
-
-    /// Of those that read voxels of a type, too.
-    fn of_voxels(voxel_type: VoxelType, width: u32) -> Self {
-        let (name, signed) = match voxel_type {
-            VoxelType::Uint8 => ("uchar", 0),
-            VoxelType::Int8 => ("char", 1),
-            VoxelType::Uint16 => ("ushort", 0),
-            VoxelType::Int16 => ("short", 1),
-            VoxelType::Float32 => ("float", 1),
-        };
-        Self::new(width).with("VOXEL", name).with("VOXEL_BYTES", voxel_type.bytes()).with("VOXEL_SIGNED", signed)
-    }
-
-    /// Of those that take their values, too.
-    fn of_values(voxels: VoxelKind, width: u32) -> Self {
-        Self::of_voxels(voxels.voxel_type, width).with_if(voxels.unchecked, "UNCHECKED")
-    }
-
-    /// Of those that sample between them, too.
-    fn of_kind(voxels: VoxelKind, width: u32) -> Self {
-        Self::of_values(voxels, width).with_if(voxels.far, "FAR_VOXELS")
-    }
-
-    fn with(mut self, name: &str, value: impl std::fmt::Display) -> Self {
-        write!(self.0, " -D{name}={value}").expect("strings take anything");
-        self
-    }
-
-    fn with_if(mut self, on: bool, name: &str) -> Self {
-        if on {
-            write!(self.0, " -D{name}").expect("strings take anything");
-        }
-        self
-    }
-}
-
-/// How rays end, and whether they are cut.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Rendering {
-    pub blend: BlendMode,
-    /// Rays are cut to their intervals: something that shows lies beyond these.
-    pub clipped: bool,
-}
-
-/// The accumulators of kernels/shared/accumulator.cl.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum BlendMode {
-    Composite,
-    Maximum,
-    Minimum,
-    Average,
-    /// `refined` on the field itself.
-    Iso {
-        refined: bool,
-    },
-}
-
-impl Defines {
-    fn with_rendering(self, rendering: Rendering) -> Self {
-        let (name, gathers_values) = match rendering.blend {
-            BlendMode::Composite => ("COMPOSITE", false),
-            BlendMode::Maximum => ("MAXIMUM", true),
-            BlendMode::Minimum => ("MINIMUM", true),
-            BlendMode::Average => ("AVERAGE", true),
-            BlendMode::Iso { .. } => ("ISO", false),
-        };
-        self.with("BLEND", name)
-            .with_if(rendering.clipped, "CLIPPED")
-            .with_if(gathers_values, "EDGE_GOES_ON")
-            .with_if(rendering.blend == BlendMode::Iso { refined: true }, "REFINED")
-    }
-}
-
-impl Defines {
-    /// Of programs that reconstruct the field.
-    fn with_kernel(self, kernel: Kernel) -> Self {
-        let name = match kernel {
-            Kernel::Linear => "LINEAR",
-            Kernel::Cubic => "CUBIC",
-            Kernel::CatmullRom => "CATMULL_ROM",
-            Kernel::BSpline => "BSPLINE",
-            Kernel::Gaussian => "GAUSSIAN",
-        };
-        self.with("KERNEL", name).with_if(kernel == Kernel::BSpline, "MIRRORED")
     }
 }
 

@@ -3,6 +3,7 @@
 use super::*;
 use crate::device::{DeviceChoice, sources};
 use crate::layers::Kernel;
+use crate::volume::VoxelType;
 use opencl3::kernel::Kernel as ClKernel;
 use std::collections::BTreeSet;
 
