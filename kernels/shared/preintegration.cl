@@ -158,8 +158,10 @@ ALWAYS_INLINE void composite_segment(const SampleParams *p, const Segment *s, co
     if (p->shading) {
         // The nearer to one end extinction lies, the less of it is dimmed by the rest.
         const realv spread = 4.0f * s->centroid * (1.0f - s->centroid);
-        // Not before the front, where there is no light to be found: in deep segments with most of it there.
-        const realv source = MAX(s->centroid - spread * towards_front(s->depth), (realv)(0.0f));
+        const realv towards = s->centroid - spread * towards_front(s->depth);
+        // Not before the front, where there is no light to be found: in deep segments with most of it there. (Not MAX: what is no number, in
+        // ramps too steep for floats, stays none.)
+        const realv source = towards < 0.0f ? (realv)(0.0f) : towards;
         lighting = light_on(p, front, back, IN_PART(part, source));
     }
     accumulate_lit(p, s->r, s->g, s->b, opacity, &lighting, a);
