@@ -7,11 +7,14 @@
 #error "VOXEL: type of a voxel"
 #endif
 
-// A voxel's value, less the offset. UNCHECKED: in memory of the caller's own, whose floats nobody has looked at: those that are NaN,
-// infinite or beyond 1e30 count as background, as they do in volumes that were uploaded.
+// Whether a voxel has a value: not NaN, infinite or beyond 1e30. In src/volume, is_valid().
+#define IS_VALID(voxel) (fabs(voxel) <= 1e30f)
+
+// A voxel's value, less the offset. UNCHECKED: in memory of the caller's own, whose floats nobody has looked at: those that are not
+// valid count as background, as they do in volumes that were uploaded.
 #ifdef UNCHECKED
-#define VALUE_OF(view, voxel) (fabs(voxel) <= 1e30f ? (voxel) - (view)->offset : (view)->background)
-#define VALUES_OF(view, voxels) (fabs(voxels) <= 1e30f ? (voxels) - (view)->offset : (realv)((view)->background))
+#define VALUE_OF(view, voxel) (IS_VALID(voxel) ? (voxel) - (view)->offset : (view)->background)
+#define VALUES_OF(view, voxels) (IS_VALID(voxels) ? (voxels) - (view)->offset : (realv)((view)->background))
 #else
 #define VALUE_OF(view, voxel) ((voxel) - (view)->offset)
 #define VALUES_OF(view, voxels) ((voxels) - (view)->offset)

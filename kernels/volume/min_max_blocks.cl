@@ -6,7 +6,7 @@
 #include "shared/volume.cl"
 
 #ifdef UNCHECKED
-#define VOXEL_OR_BACKGROUND(voxel) (fabs(voxel) <= 1e30f ? (voxel) : background)
+#define VOXEL_OR_BACKGROUND(voxel) (IS_VALID(voxel) ? (voxel) : background)
 #else
 #define VOXEL_OR_BACKGROUND(voxel) (voxel)
 #endif

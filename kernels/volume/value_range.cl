@@ -18,7 +18,7 @@ __kernel void value_range(__global const VOXEL *voxels, VolumeView view, int par
         __global const VOXEL *start = voxels + row % view.dims_v * view.stride_v + row / view.dims_v * view.stride_a;
         for (int u = 0; u < view.dims_u; u++) {
             const float value = convert_float(start[u]);
-            const bool valid = fabs(value) <= 1e30f;
+            const bool valid = IS_VALID(value);
             lo = valid ? MIN(lo, value) : lo;
             hi = valid ? MAX(hi, value) : hi;
             odd += valid ? 0 : 1;

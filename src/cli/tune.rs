@@ -35,12 +35,20 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// A tuning value, the ones to try, and the frames that depend on it.
+/// A tuning value, what it is tried with, and the frames that depend on it.
 struct Knob {
     name: &'static str,
-    values: &'static [[usize; 2]],
-    set: fn(Tuning, [usize; 2]) -> Tuning,
+    values: fn(Tuning) -> Vec<(String, Tuning)>,
     frames: fn() -> Settings,
+}
+
+/// A tuning for each of the numbers, and what it is called.
+fn each<const N: usize>(numbers: [u32; N], with: impl Fn(u32) -> Tuning) -> Vec<(String, Tuning)> {
+    numbers.map(|n| (n.to_string(), with(n))).into()
+}
+
+fn blocks(tuning: Tuning) -> Vec<(String, Tuning)> {
+    [[1, 1], [8, 4], [16, 8], [32, 16]].map(|block| (format!("{}x{}", block[0], block[1]), Tuning { block, ..tuning })).into()
 }
 
 fn layers() -> Settings {
@@ -66,60 +74,19 @@ fn sheets() -> Settings {
 
 /// In the order in which they are settled: what others depend on comes first.
 const KNOBS: [Knob; 9] = [
-    Knob {
-        name: "vector_width",
-        values: &[[16, 0], [8, 0], [4, 0], [1, 0]],
-        set: |t, [n, _]| Tuning { vector_width: n as u32, ..t },
-        frames: layers,
-    },
-    Knob {
-        name: "tile_group",
-        values: &[[1, 0], [8, 0], [32, 0], [64, 0]],
-        set: |t, [n, _]| Tuning { tile_group: n, ..t },
-        frames: layers,
-    },
-    Knob {
-        name: "point_tile_rows",
-        values: &[[2, 0], [4, 0], [8, 0], [16, 0], [24, 0]],
-        set: |t, [n, _]| Tuning { point_tile_rows: n as u32, ..t },
-        frames: layers,
-    },
-    Knob {
-        name: "block",
-        values: &[[1, 1], [8, 4], [16, 8], [32, 16]],
-        set: |t, [x, y]| Tuning { block: [x as u32, y as u32], ..t },
-        frames: layers,
-    },
-    Knob {
-        name: "tile_rows",
-        values: &[[2, 0], [4, 0], [8, 0], [16, 0]],
-        set: |t, [n, _]| Tuning { tile_rows: n as u32, ..t },
-        frames: splats,
-    },
-    Knob {
-        name: "tile_vectors",
-        values: &[[1, 0], [2, 0], [4, 0]],
-        set: |t, [n, _]| Tuning { tile_vectors: n as u32, ..t },
-        frames: splats,
-    },
-    Knob {
-        name: "screen_tile_rows",
-        values: &[[4, 0], [8, 0], [16, 0], [24, 0]],
-        set: |t, [n, _]| Tuning { screen_tile_rows: n as u32, ..t },
-        frames: rays,
-    },
+    Knob { name: "vector_width", values: |t| each([16, 8, 4, 1], |n| Tuning { vector_width: n, ..t }), frames: layers },
+    Knob { name: "tile_group", values: |t| each([1, 8, 32, 64], |n| Tuning { tile_group: n as usize, ..t }), frames: layers },
+    Knob { name: "point_tile_rows", values: |t| each([2, 4, 8, 16, 24], |n| Tuning { point_tile_rows: n, ..t }), frames: layers },
+    Knob { name: "block", values: blocks, frames: layers },
+    Knob { name: "tile_rows", values: |t| each([2, 4, 8, 16], |n| Tuning { tile_rows: n, ..t }), frames: splats },
+    Knob { name: "tile_vectors", values: |t| each([1, 2, 4], |n| Tuning { tile_vectors: n, ..t }), frames: splats },
+    Knob { name: "screen_tile_rows", values: |t| each([4, 8, 16, 24], |n| Tuning { screen_tile_rows: n, ..t }), frames: rays },
     Knob {
         name: "pixel_group",
-        values: &[[16, 0], [64, 0], [128, 0], [256, 0]],
-        set: |t, [n, _]| Tuning { pixel_group: n, ..t },
+        values: |t| each([16, 64, 128, 256], |n| Tuning { pixel_group: n as usize, ..t }),
         frames: per_pixel,
     },
-    Knob {
-        name: "splat_chunks",
-        values: &[[8, 0], [32, 0], [128, 0]],
-        set: |t, [n, _]| Tuning { splat_chunks: n, ..t },
-        frames: sheets,
-    },
+    Knob { name: "splat_chunks", values: |t| each([8, 32, 128], |n| Tuning { splat_chunks: n as usize, ..t }), frames: sheets },
 ];
 
 #[derive(Serialize)]
@@ -135,7 +102,7 @@ struct Report {
 #[derive(Serialize)]
 struct Measured {
     knob: &'static str,
-    value: [usize; 2],
+    value: String,
     /// Median of a frame; none where the device does not take the value.
     milliseconds: Option<f64>,
     taken: bool,
@@ -148,10 +115,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let transfer = TransferFunction::automatic(&volume);
     let before = *device.tuning();
     let (mut tuning, mut measured) = (before, Vec::new());
-    let bar = progress(KNOBS.iter().map(|knob| knob.values.len() as u32).sum(), "measuring");
+    let bar = progress(KNOBS.len() as u32, "measuring");
     for knob in &KNOBS {
         tuning = settle(knob, tuning, &device, &volume, &transfer, arguments.frames, &mut measured)?;
-        bar.inc(knob.values.len() as u64);
+        bar.inc(1);
     }
     bar.finish_and_clear();
     let device = device.info().name.clone();
@@ -178,8 +145,7 @@ fn settle(
     };
     let draw = |renderer: &mut Renderer, n| renderer.render_rgba8(&camera(n), viewport, &settings, Background::BLACK);
     let mut tried = Vec::new();
-    for &value in knob.values {
-        let with = (knob.set)(tuning, value);
+    for (value, with) in (knob.values)(tuning) {
         let built = device.with_tuning(with).and_then(|device| {
             let mut renderer = Renderer::new(&device, volume, transfer)?;
             // Kernels are built, and layouts of all axes made.
@@ -187,7 +153,7 @@ fn settle(
             Ok(renderer)
         });
         if let Err(error) = &built {
-            tracing::warn!("{} {value:?}: {error}", knob.name);
+            tracing::warn!("{} {value}: {error}", knob.name);
         }
         tried.push((value, with, built.ok(), Vec::new()));
     }
@@ -204,8 +170,8 @@ fn settle(
     let fastest =
         (0..tried.len()).filter(|&n| medians[n].is_some()).min_by(|&a, &b| medians[a].partial_cmp(&medians[b]).expect("times"));
     let best = fastest.filter(|&n| medians[n].is_some_and(|ms| ms < own * WORTH_IT)).map_or(tuning, |n| tried[n].1);
-    for ((value, with, ..), milliseconds) in tried.iter().zip(medians) {
-        measured.push(Measured { knob: knob.name, value: *value, milliseconds, taken: *with == best });
+    for ((value, with, ..), milliseconds) in tried.into_iter().zip(medians) {
+        measured.push(Measured { knob: knob.name, value, milliseconds, taken: with == best });
     }
     Ok(best)
 }
@@ -218,9 +184,8 @@ fn median(mut times: Vec<f64>) -> Option<f64> {
 fn text(report: &Report) -> String {
     let mut lines = vec![format!("{}, {}:", report.device, report.volume)];
     for m in &report.measured {
-        let value = if m.value[1] == 0 { m.value[0].to_string() } else { format!("{}x{}", m.value[0], m.value[1]) };
         let time = m.milliseconds.map_or("refused".into(), |ms| format!("{ms:.2} ms"));
-        lines.push(format!("  {:<17} {value:>6} {time:>12}{}", m.knob, if m.taken { "  taken" } else { "" }));
+        lines.push(format!("  {:<17} {:>6} {time:>12}{}", m.knob, m.value, if m.taken { "  taken" } else { "" }));
     }
     if report.after == report.before {
         lines.push("These are the values in use.".into());

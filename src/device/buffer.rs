@@ -3,14 +3,13 @@
 use super::budget::Taken;
 use super::{Device, DeviceMemory, MemoryKind, ScratchMemory};
 use crate::error::Error;
-use opencl3::command_queue::{enqueue_copy_buffer_rect, enqueue_copy_buffer_to_image};
 use opencl3::error_codes::{
     CL_INVALID_BUFFER_SIZE, CL_MEM_OBJECT_ALLOCATION_FAILURE, CL_OUT_OF_HOST_MEMORY, CL_OUT_OF_RESOURCES, ClError,
 };
-use opencl3::event::Event;
-use opencl3::memory::{Buffer as ClBuffer, CL_MEM_COPY_HOST_PTR, CL_MEM_READ_WRITE, ClMem, cl_mem, retain_mem_object};
+use opencl3::memory::{Buffer as ClBuffer, CL_MEM_COPY_HOST_PTR, CL_MEM_READ_WRITE, ClMem, Image, cl_mem, retain_mem_object};
 use opencl3::types::CL_BLOCKING;
 use std::ffi::c_void;
+use std::mem::ManuallyDrop;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -121,49 +120,27 @@ impl<T: Copy> Buffer<T> {
         pitch: usize,
     ) -> Result<(), Error> {
         let row = columns * size_of::<T>();
-        let to_origin = [first % pitch, first / pitch, 0];
+        // A borrowed handle: nothing is released.
+        let mut to = ManuallyDrop::new(ClBuffer::<T>::new(to.raw()));
+        let (from_origin, to_origin, region) = ([0; 3], [first % pitch, first / pitch, 0], [row, rows, 1]);
+        let [from_origin, to_origin, region] = [&from_origin, &to_origin, &region].map(|place| place.as_ptr());
         device.command("clEnqueueCopyBufferRect", |queue, wait| {
-            let (origin, region) = ([0usize; 3], [row, rows, 1]);
             // SAFETY: both are alive, and large enough for the rows; the arrays outlive the call.
-            let event = unsafe {
-                enqueue_copy_buffer_rect(
-                    queue.get(),
-                    self.handle(),
-                    to.raw(),
-                    origin.as_ptr(),
-                    to_origin.as_ptr(),
-                    region.as_ptr(),
-                    row,
-                    0,
-                    pitch,
-                    0,
-                    wait.len() as u32,
-                    if wait.is_empty() { std::ptr::null() } else { wait.as_ptr() },
-                )
-            };
-            event.map(Event::new).map_err(ClError)
+            unsafe {
+                queue.enqueue_copy_buffer_rect(&self.memory, &mut to, from_origin, to_origin, region, row, 0, pitch, 0, wait)
+            }
         })?;
         Ok(())
     }
 
     /// Copies rows of `columns` pixels each into the caller's image, which is as large, of pixels of this type.
     pub fn copy_to_image(&self, device: &Device, columns: usize, rows: usize, to: &DeviceMemory) -> Result<(), Error> {
+        // A borrowed handle: nothing is released.
+        let mut to = ManuallyDrop::new(Image::new(to.raw()));
+        let (origin, region) = ([0; 3], [columns, rows, 1]);
         device.command("clEnqueueCopyBufferToImage", |queue, wait| {
-            let (origin, region) = ([0usize; 3], [columns, rows, 1]);
             // SAFETY: both are alive and as large; the arrays outlive the call.
-            let event = unsafe {
-                enqueue_copy_buffer_to_image(
-                    queue.get(),
-                    self.handle(),
-                    to.raw(),
-                    0,
-                    origin.as_ptr(),
-                    region.as_ptr(),
-                    wait.len() as u32,
-                    if wait.is_empty() { std::ptr::null() } else { wait.as_ptr() },
-                )
-            };
-            event.map(Event::new).map_err(ClError)
+            unsafe { queue.enqueue_copy_buffer_to_image(&self.memory, &mut to, 0, origin.as_ptr(), region.as_ptr(), wait) }
         })?;
         Ok(())
     }

@@ -7,11 +7,10 @@ use super::scene::View;
 use super::tiles::Tiles;
 use super::{Drawn, Renderer};
 use crate::camera::{Camera, Projection};
-use crate::device::{DeviceMemory, ScratchMemory, Tuning};
+use crate::device::{DeviceMemory, ScratchMemory};
 use crate::error::Error;
 use crate::image::Background;
-use crate::layers::Lattice;
-use crate::settings::{Classification, Layered, Settings};
+use crate::settings::Settings;
 use crate::viewport::Viewport;
 use glam::DVec3;
 use opencl3::event::Event;
@@ -139,16 +138,20 @@ impl Renderer {
         let direct = onto.direct::<u8>(&self.device, viewport)?.is_some();
         let tuning = self.device.tuning();
         let pixels = viewport.pixels();
-        let mut targets = match &plan {
-            Plan::Lattice(lattice, layered) => vec![(lattice.samples(), tiles(lattice, *layered, tuning))],
-            Plan::Shared(parts, layered) => parts.iter().map(|(l, _)| (l.samples(), tiles(l, *layered, tuning))).collect(),
+        let targets = match &plan {
+            Plan::Lattice(lattice, layered) => {
+                vec![(lattice.samples(), Tiles::of_lattice(lattice, layered.classification, tuning))]
+            }
+            Plan::Shared(parts, layered) => {
+                parts.iter().map(|(l, _)| (l.samples(), Tiles::of_lattice(l, layered.classification, tuning))).collect()
+            }
             Plan::Direct(..) => vec![(pixels, Tiles::of_pixels(viewport))],
             _ => vec![(pixels, Tiles::of_screen(viewport, tuning))],
         };
         // A lattice goes where the one before was, unless it is larger.
         let mut needed = Vec::new();
         let [mut samples, mut counts] = [0; 2];
-        for (more, tiles) in targets.drain(..) {
+        for (more, tiles) in targets {
             needed.extend((more > samples).then_some(more * FLOATS as usize));
             needed.extend((tiles.all_counts() > counts).then_some(tiles.all_counts() * size_of::<u32>()));
             (samples, counts) = (samples.max(more), counts.max(tiles.all_counts()));
@@ -157,15 +160,6 @@ impl Renderer {
         let drawn_as_it_is = onto.format() == PictureFormat::Floats && !matches!(plan, Plan::Lattice(..));
         needed.extend((!direct && !drawn_as_it_is).then_some(pixels * onto.format().bytes()));
         Ok(needed)
-    }
-}
-
-/// How the lattice of layers is cut into tiles.
-fn tiles(lattice: &Lattice, layered: Layered, tuning: &Tuning) -> Tiles {
-    match (layered.classification, lattice.phases) {
-        (Classification::Preintegrated { .. }, _) => Tiles::of_points(lattice, tuning),
-        (Classification::Post(_), Some(phases)) => Tiles::of_phases(phases, tuning),
-        (Classification::Post(_), None) => Tiles::of_splats(lattice, tuning),
     }
 }
 

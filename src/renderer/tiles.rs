@@ -6,6 +6,7 @@ use crate::device::{Buffer, Device, Tuning};
 use crate::error::Error;
 use crate::layers::{Lattice, Phases};
 use crate::memory;
+use crate::settings::Classification;
 use crate::viewport::Viewport;
 
 /// Tiles of samples.
@@ -22,6 +23,15 @@ pub(super) struct Tiles {
 impl Tiles {
     fn of(samples: [u32; 2], size: [u32; 2]) -> Self {
         Self { size, numbers: [0, 1].map(|i| samples[i].div_ceil(size[i])), counts: 1 }
+    }
+
+    /// Of a lattice of layers, however these are classified.
+    pub fn of_lattice(lattice: &Lattice, classification: Classification, tuning: &Tuning) -> Self {
+        match (classification, lattice.phases) {
+            (Classification::Preintegrated { .. }, _) => Self::of_points(lattice, tuning),
+            (Classification::Post(_), Some(phases)) => Self::of_phases(phases, tuning),
+            (Classification::Post(_), None) => Self::of_splats(lattice, tuning),
+        }
     }
 
     /// Of a lattice with point-sampled layers.

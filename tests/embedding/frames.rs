@@ -63,26 +63,27 @@ fn enqueued_frames_have_the_bits_of_rendered_ones() {
 /// Rows with gaps, a first pixel anywhere; what lies around them stays.
 #[test]
 fn pictures_go_where_they_are_wanted() {
-    const FIRST: usize = 4;
-    const PITCH: usize = 4 * 45 + 12;
+    const ROW: usize = 4 * 45;
     const UNTOUCHED: u8 = 0xa5;
     let (volume, transfer, camera) = scene();
     let (host, settings) = (Host::new(0), Settings::default());
     let mut renderer = renderer(&host.device(), &volume, &transfer);
     let background = Background::Color([0.3; 3]);
     let (expected, _) = renderer.render_rgba8(&camera, SIZE, &settings, background).unwrap();
-    let bytes = FIRST + PITCH * SIZE.height as usize;
-    let picture = host.filled(&vec![UNTOUCHED; bytes]);
-    let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), PictureFormat::Rgba8(background));
-    let onto = onto.with_first(FIRST).with_row_pitch(PITCH);
-    let event = renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).unwrap();
-    let found = host.read(&picture, bytes, &[&event]);
-    let row = 4 * SIZE.width as usize;
-    let mut wanted = vec![UNTOUCHED; bytes];
-    for (n, pixels) in expected.chunks(row).enumerate() {
-        wanted[FIRST + n * PITCH..][..row].copy_from_slice(pixels);
+    // Without gaps, with a first pixel in the middle of a row, and so far in a row that the first of the picture goes on in the next.
+    for (first, pitch) in [(4, ROW + 12), (20, ROW), (ROW, ROW), (ROW + 4, ROW + 12), (5 * ROW + 8, ROW + 4)] {
+        let bytes = first + pitch * SIZE.height as usize;
+        let picture = host.filled(&vec![UNTOUCHED; bytes]);
+        let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), PictureFormat::Rgba8(background));
+        let onto = onto.with_first(first).with_row_pitch(pitch);
+        let event = renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).unwrap();
+        let found = host.read(&picture, bytes, &[&event]);
+        let mut wanted = vec![UNTOUCHED; bytes];
+        for (n, pixels) in expected.chunks(ROW).enumerate() {
+            wanted[first + n * pitch..][..ROW].copy_from_slice(pixels);
+        }
+        assert!(found == wanted, "{first}, {pitch}");
     }
-    assert!(found == wanted);
 }
 
 #[test]

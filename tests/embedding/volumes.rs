@@ -6,7 +6,7 @@ use glam::DVec3;
 use layersplat::device::DeviceMemory;
 use layersplat::layers::Kernel;
 use layersplat::renderer::{DeviceVoxels, UploadedVolume};
-use layersplat::settings::{Algorithm, Classification, Layered};
+use layersplat::settings::{Algorithm, Blend, Classification, Layered};
 use layersplat::volume::{Description, VoxelType, Voxels};
 use layersplat::{Camera, Frame, Renderer, Settings, TransferFunction, Volume};
 
@@ -152,20 +152,36 @@ fn changed_voxels_are_seen() {
     }
 }
 
+/// A renderer of floats in place, whose range is said to be 60 to 180.
+fn promised(host: &Host, floats: &[f32]) -> (Renderer, Volume<'static>) {
+    let within = floats.iter().map(|v| v.clamp(60.0, 180.0)).collect();
+    let volume = volume_of(DIMS, SPACING, Voxels::Float32(within)).with_background(60.0).unwrap();
+    let colors = vec![(60.0, [0.1, 0.2, 0.9]), (180.0, [1.0, 0.6, 0.2])];
+    let transfer = TransferFunction::new("promised", colors, vec![(60.0, 0.05), (180.0, 0.6)]).unwrap();
+    let placed = DeviceVoxels::new(&DeviceMemory::of_buffer(&host.filled(floats)).unwrap(), VoxelType::Float32);
+    let description = Description::new("promised", volume.grid().clone(), VoxelType::Float32, (60.0, 180.0)).unwrap();
+    let there = UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();
+    (Renderer::of(&there, &transfer).unwrap(), volume)
+}
+
 /// Who said a range keeps it or not: what lies beyond shows as its ends do.
 #[test]
 fn values_beyond_the_promised_range_show_as_its_ends() {
     let host = Host::new(0);
-    let floats: Vec<f32> = values(9).into_iter().map(f32::from).collect();
-    let clamped: Vec<f32> = floats.iter().map(|v| v.clamp(60.0, 180.0)).collect();
-    let volume = volume_of(DIMS, SPACING, Voxels::Float32(clamped));
-    let transfer = TransferFunction::builtin("fire", &volume).unwrap();
     let unlit = Settings { shading: None, ..Settings::default() };
-    let buffer = host.filled(&floats);
-    let placed = DeviceVoxels::new(&DeviceMemory::of_buffer(&buffer).unwrap(), VoxelType::Float32);
-    let description = volume.description().clone();
-    let there = UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();
-    let mut renderer = Renderer::of(&there, &transfer).unwrap();
+    let maximum = Settings { blend: Blend::Maximum, ..unlit };
+    let ends = |value: f32| promised(&host, &vec![value; DIMS.iter().product()]);
+    for (beyond, end) in [(500.0, 180.0), (-300.0, 60.0)] {
+        let [(mut beyond, volume), (mut end, _)] = [beyond, end].map(ends);
+        for camera in cameras(&volume) {
+            // Edges go on where values are gathered: the field is the same everywhere.
+            let [beyond, end] = [&mut beyond, &mut end].map(|renderer| renderer.render(&camera, SIZE, &maximum).unwrap().0);
+            assert!(end.pixels().iter().any(|p| p[3] > 0.04));
+            assert!(beyond == end);
+        }
+    }
+    let floats: Vec<f32> = values(9).into_iter().map(f32::from).collect();
+    let (mut renderer, volume) = promised(&host, &floats);
     for camera in cameras(&volume) {
         let (frame, _) = renderer.render(&camera, SIZE, &unlit).unwrap();
         assert!(frame.pixels().iter().flatten().all(|x| x.is_finite() && (0.0..=1.0 + 1e-5).contains(x)));

@@ -77,21 +77,21 @@ impl Needs {
     ) -> Self {
         let numbers = transfer.of_stored(description.rescale());
         let entries = |kernel| table_entries(&numbers, &description.stored(), settings.extinction, kernel);
-        let (kernel, tiles, own) = match classification {
+        let (kernel, own) = match classification {
             Classification::Preintegrated { kernel, .. } => {
                 let entries = entries(kernel);
                 let taps = if kernel == Kernel::BSpline { (PREFILTER_RADIUS + 1) * size_of::<f32>() } else { 0 };
                 let own = [&table_bytes(entries)[..], &[integrals_bytes(entries), taps]].concat();
-                (Some(kernel), Tiles::of_points(lattice, tuning), own)
+                (Some(kernel), own)
             }
             Classification::Post(correction) => {
                 let entries = entries(Kernel::Cubic);
                 let own = [&table_bytes(entries)[..], &SplatLayers::scratch(lattice, correction, entries)].concat();
-                let tiles = lattice.phases.map_or_else(|| Tiles::of_splats(lattice, tuning), |p| Tiles::of_phases(p, tuning));
-                (None, tiles, own)
+                (None, own)
             }
         };
         let (samples, frame) = (lattice.samples() * size_of::<Float4>(), viewport.pixels() * size_of::<Float4>());
+        let tiles = Tiles::of_lattice(lattice, classification, tuning);
         let drawn = [samples, tiles.all_counts() * size_of::<u32>(), frame];
         let fixed = Bytes::default().and(&own).and(&drawn);
         let axis = lattice.frame.layer_axis();
