@@ -3,13 +3,18 @@
 // One work-item per (block u, block v, layer 0 ... n-1), u fastest: limits[2*((layer*blocks_v + v)*blocks_u + u)] is the smallest,
 // the next one the largest of the BLOCK x BLOCK voxels, `below` more before and `above` more behind them along u and v. Block 0 is the margin before voxel 0.
 
+#include "shared/elementary.cl"
 #include "shared/volume.cl"
 
 #ifdef UNCHECKED
-#define VOXEL_OR_BACKGROUND(voxel) (IS_VALID(voxel) ? (voxel) : background)
+#define OR_BACKGROUND(voxels) (IS_VALID(voxels) ? (voxels) : beyond)
 #else
-#define VOXEL_OR_BACKGROUND(voxel) (voxel)
+#define OR_BACKGROUND(voxels) (voxels)
 #endif
+
+// No fewer than a block's voxels of a row.
+#define WINDOW 16
+typedef CAT(VOXEL, WINDOW) Window;
 
 __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int blocks_u, int blocks_v,
                              int block_rows, int below, int above, __global VOXEL *limits) {
@@ -20,18 +25,39 @@ __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int 
     const int u0 = (b - 1) * BLOCK - below, u1 = b * BLOCK - 1 + above;
     const int v0 = (c - 1) * block_rows - below, v1 = c * block_rows - 1 + above;
     const bool whole = u0 >= 0 && u1 < view.dims_u && v0 >= 0 && v1 < view.dims_v;
-    const float background = view.background + view.offset;
+    const float beyond = view.background + view.offset;
     const int first_u = clamp(u0, 0, view.dims_u - 1), last_u = clamp(u1, 0, view.dims_u - 1);
     const int first_v = clamp(v0, 0, view.dims_v - 1), last_v = clamp(v1, 0, view.dims_v - 1);
-    voxels += view.first;
-    VOXEL lo = VOXEL_OR_BACKGROUND(voxels[first_u + first_v * view.stride_v + k * view.stride_a]), hi = lo;
-    for (int v = first_v; v <= last_v; v++)
-        for (int u = first_u; u <= last_u; u++) {
-            const VOXEL value = VOXEL_OR_BACKGROUND(voxels[u + v * view.stride_v + k * view.stride_a]);
-            lo = min(lo, value);
-            hi = max(hi, value);
+    voxels += view.first + k * view.stride_a;
+    // Of columns, side by side, and then of these.
+    VOXEL least[WINDOW], largest[WINDOW];
+    const int start = max(min(first_u, view.dims_u - WINDOW), 0);
+    if (view.dims_u >= WINDOW) {
+        Window lo = OR_BACKGROUND(vload16(0, voxels + start + first_v * view.stride_v)), hi = lo;
+        for (int v = first_v + 1; v <= last_v; v++) {
+            const Window row = OR_BACKGROUND(vload16(0, voxels + start + v * view.stride_v));
+            lo = MIN(lo, row);
+            hi = MAX(hi, row);
         }
+        vstore16(lo, 0, least);
+        vstore16(hi, 0, largest);
+    } else {
+        for (int u = first_u; u <= last_u; u++) {
+            VOXEL lo = OR_BACKGROUND(voxels[u + first_v * view.stride_v]), hi = lo;
+            for (int v = first_v + 1; v <= last_v; v++) {
+                const VOXEL voxel = OR_BACKGROUND(voxels[u + v * view.stride_v]);
+                lo = MIN(lo, voxel);
+                hi = MAX(hi, voxel);
+            }
+            least[u] = lo, largest[u] = hi;
+        }
+    }
+    VOXEL lo = least[first_u - start], hi = largest[first_u - start];
+    for (int u = first_u - start + 1; u <= last_u - start; u++) {
+        lo = MIN(lo, least[u]);
+        hi = MAX(hi, largest[u]);
+    }
     __global VOXEL *out = limits + 2 * (size_t)get_global_id(0);
-    out[0] = whole ? lo : min(lo, VOXEL_BELOW(background));
-    out[1] = whole ? hi : max(hi, VOXEL_ABOVE(background));
+    out[0] = whole ? lo : min(lo, VOXEL_BELOW(beyond));
+    out[1] = whole ? hi : max(hi, VOXEL_ABOVE(beyond));
 }

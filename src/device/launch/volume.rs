@@ -6,6 +6,9 @@ use crate::device::{Buffer, Tuning};
 use crate::layers::PREFILTER_RADIUS;
 use crate::volume::VoxelType;
 
+/// Rows of the result that a work-item of [`Transpose`] makes.
+const TRANSPOSED_ROWS: usize = 16;
+
 kernel! {
     /// Makes the layout of layer axis x.
     Transpose = "volume/transpose.cl", transpose, "transpose";
@@ -28,11 +31,11 @@ impl Launch for Transpose {
     const ITEMS: Items = Items::Pixels;
 
     fn defines(_: &Tuning, voxel_type: VoxelType) -> String {
-        Defines::of_voxels(voxel_type, 1).0
+        Defines::of_voxels(voxel_type, 1).with("TRANSPOSED_ROWS", TRANSPOSED_ROWS).0
     }
 
     fn items(a: &TransposeArguments, _: &Tuning) -> usize {
-        a.dims_x as usize * a.dims_z as usize
+        (a.dims_x as usize).div_ceil(TRANSPOSED_ROWS) * a.dims_z as usize
     }
 }
 
