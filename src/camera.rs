@@ -5,6 +5,13 @@ use crate::viewport::Viewport;
 use glam::DVec3;
 
 /// How a viewport sees the world.
+///
+/// ```
+/// use layersplat::Projection;
+///
+/// let [parallel, perspective] = [Projection::Parallel { scale: 64.0 }, Projection::Perspective { field_of_view: 30.0 }];
+/// assert_ne!(parallel, perspective);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// Parallel rays; `scale` is half the viewport's height in world units.
@@ -20,6 +27,15 @@ pub enum Projection {
 }
 
 /// Position, focal point, view-up and projection.
+///
+/// ```
+/// use layersplat::{Camera, Orbit, Viewport, glam::DVec3};
+///
+/// let (centre, viewport) = (DVec3::splat(31.5), Viewport::new(640, 480)?);
+/// let camera = Camera::fit_parallel(centre, 110.0, viewport, Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 });
+/// assert_eq!(camera.focal_point, centre);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// The eye, world units. In a parallel projection only the direction to the focal point counts.
@@ -33,6 +49,15 @@ pub struct Camera {
 }
 
 /// Right, up and forward of a camera: orthonormal.
+///
+/// ```
+/// use layersplat::{Camera, Orbit, Viewport, glam::DVec3};
+///
+/// let camera = Camera::fit_parallel(DVec3::ZERO, 2.0, Viewport::new(64, 64)?, Orbit { azimuth: 0.0, elevation: 30.0, roll: 0.0 });
+/// let basis = camera.basis()?;
+/// assert!(basis.right.cross(basis.up).distance(-basis.forward) < 1e-12);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Basis {
     /// To the right on the screen.
@@ -44,6 +69,15 @@ pub struct Basis {
 }
 
 /// Where an orbiting camera stands, in degrees: `azimuth` about y, `elevation` above the xz plane, `roll` about the view.
+///
+/// ```
+/// use layersplat::{Camera, Orbit, Projection, glam::DVec3};
+///
+/// let above = Orbit { azimuth: 0.0, elevation: 90.0, roll: 0.0 };
+/// let camera = Camera::orbit(DVec3::ZERO, 5.0, above, Projection::Parallel { scale: 1.0 });
+/// assert!(camera.basis()?.forward.length() > 0.999);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Orbit {
     /// Degrees about the y axis; 0 looks along −z.

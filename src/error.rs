@@ -9,6 +9,15 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Everything that can fail in this crate.
+///
+/// ```
+/// use layersplat::{Error, RawOptions, Volume};
+///
+/// match Volume::open("no_such_file.raw", &RawOptions::default()) {
+///     Err(Error::Read { path, source }) => println!("{}: {source}", path.display()),
+///     other => println!("{other:?}"),
+/// }
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -20,12 +20,38 @@ const NEAREST: f64 = 0.01;
 const MARGIN: f64 = 0.05;
 
 /// The outline of what is visible: world points whose convex hull holds all of it.
+///
+/// ```
+/// use layersplat::framing::{Fixed, Framing};
+/// use layersplat::{Orbit, Projection, RawOptions, TransferFunction, Viewport, Volume};
+///
+/// let volume = Volume::open("builtin:hydrogen@32", &RawOptions::default())?;
+/// let framing = Framing::visible(&volume, &TransferFunction::automatic(&volume), None);
+/// let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// let camera = framing.parallel(orbit, Viewport::new(256, 256)?, Fixed::default());
+/// // Nearer than the whole volume.
+/// let Projection::Parallel { scale } = camera.projection else { panic!() };
+/// assert!(scale < volume.grid().diagonal() / 2.0);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Framing {
     points: Vec<DVec3>,
 }
 
 /// What a fitted camera must keep to.
+///
+/// ```
+/// use layersplat::framing::{Fixed, Framing};
+/// use layersplat::{Orbit, Projection, RawOptions, Viewport, Volume};
+///
+/// let volume = Volume::open("builtin:hydrogen@32", &RawOptions::default())?;
+/// let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// let fixed = Fixed { scale: Some(10.0), ..Fixed::default() };
+/// let camera = Framing::whole(&volume).parallel(orbit, Viewport::new(256, 256)?, fixed);
+/// assert_eq!(camera.projection, Projection::Parallel { scale: 10.0 });
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fixed {
     /// World point in the middle of the picture.

@@ -3,6 +3,14 @@
 use crate::error::Error;
 
 /// Size of a picture in pixels.
+///
+/// ```
+/// use layersplat::Viewport;
+///
+/// assert_eq!(Viewport::new(640, 480)?.pixels(), 307_200);
+/// assert!(Viewport::new(0, 480).is_err());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Viewport {
     /// Columns.

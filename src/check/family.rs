@@ -10,6 +10,14 @@ use std::fmt;
 ///
 /// One of each program is checked: with bytes as voxels, and of the programs that are built anew for a kernel or a blend mode, those named
 /// here.
+///
+/// ```
+/// use layersplat::check::Family;
+///
+/// for family in Family::ALL {
+///     println!("{}", family.name());
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

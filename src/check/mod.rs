@@ -18,6 +18,15 @@ use pictures::{Picture, SIZE};
 use serde::{Deserialize, Serialize};
 
 /// What a check found of one family.
+///
+/// ```
+/// use layersplat::check::Family;
+/// use layersplat::{Device, DeviceChoice};
+///
+/// let verdict = Device::open(&DeviceChoice::Default)?.check_family(Family::PointLattice)?;
+/// assert!(verdict.passed() && verdict.problem.is_none());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Verdict {
@@ -53,6 +62,17 @@ impl Verdict {
 }
 
 /// What a check found of a device.
+///
+/// ```
+/// use layersplat::check::{CheckReport, Family, Verdict};
+/// use layersplat::{Device, DeviceChoice};
+///
+/// let device = Device::open(&DeviceChoice::Default)?;
+/// let report = CheckReport::new(&device, vec![Verdict::failed(Family::Slicing, "does not compile")]);
+/// assert!(!report.passed());
+/// println!("{}", report.require().expect_err("it failed"));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct CheckReport {

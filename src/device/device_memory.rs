@@ -10,6 +10,21 @@ use opencl3::memory::{
 use std::mem::ManuallyDrop;
 
 /// A buffer or a 2D image of the caller's, in the context of a device. Retained while this lives; clones retain it again.
+///
+/// ```
+/// use layersplat::device::DeviceMemory;
+/// use layersplat::opencl3::{context::Context, memory::{Buffer, CL_MEM_READ_WRITE}};
+/// use layersplat::{Device, DeviceChoice};
+///
+/// let device = Device::open(&DeviceChoice::Default)?;
+/// let context = Context::from_device(&device.id().into()).expect("a context");
+/// let buffer = unsafe { Buffer::<f32>::create(&context, CL_MEM_READ_WRITE, 1000, std::ptr::null_mut()) }.expect("a buffer");
+/// let memory = DeviceMemory::of_buffer(&buffer)?;
+/// // Retained: it may outlive what it was made from.
+/// drop(buffer);
+/// assert!(!memory.raw().is_null());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct DeviceMemory {
     memory: cl_mem,
@@ -26,6 +41,12 @@ pub(crate) enum MemoryKind {
 }
 
 /// Pixels of images that pictures can go to.
+///
+/// ```
+/// use layersplat::device::ImageFormat;
+///
+/// assert_ne!(ImageFormat::Rgba8, ImageFormat::Floats);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
     /// `CL_RGBA` of `CL_UNORM_INT8` or `CL_UNSIGNED_INT8`.

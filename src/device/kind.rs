@@ -4,6 +4,15 @@ use opencl3::device::{CL_DEVICE_TYPE_CPU, CL_DEVICE_TYPE_GPU};
 use serde::Serialize;
 
 /// Kind of a device.
+///
+/// ```
+/// use layersplat::Device;
+/// use layersplat::device::DeviceKind;
+///
+/// let processors = Device::list()?.into_iter().filter(|device| device.kind == DeviceKind::Cpu);
+/// println!("{} processors", processors.count());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]

@@ -56,6 +56,14 @@ use stopwatch::{Launched, Stopwatch};
 
 /// An OpenCL device with a context and a queue: its own ([`open`](Self::open)), or a caller's ([`of_queue`](Self::of_queue)). Cheap to
 /// clone: clones share both, also from thread to thread.
+///
+/// ```
+/// use layersplat::{Device, DeviceChoice};
+///
+/// let device = Device::open(&DeviceChoice::Default)?;
+/// println!("{} on {}", device.info().name, device.info().platform);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone)]
 pub struct Device {
     shared: Arc<Shared>,

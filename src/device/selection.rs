@@ -12,6 +12,15 @@ use serde::Serialize;
 use std::sync::{Mutex, PoisonError};
 
 /// Which device to open.
+///
+/// ```
+/// use layersplat::{Device, DeviceChoice};
+///
+/// let name = Device::open(&DeviceChoice::Default)?.info().name.clone();
+/// assert!(Device::open(&DeviceChoice::Named(name)).is_ok());
+/// assert!(Device::open(&DeviceChoice::Named("no such device".into())).is_err());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DeviceChoice {
@@ -23,6 +32,13 @@ pub enum DeviceChoice {
 }
 
 /// What a device is, and how it would be used.
+///
+/// ```
+/// for device in layersplat::Device::list()? {
+///     println!("{}: {} compute units, {} MiB", device.name, device.compute_units, device.memory_bytes >> 20);
+/// }
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct DeviceInfo {

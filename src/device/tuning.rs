@@ -10,6 +10,17 @@ const MOST_TILE_ROWS: u32 = 30;
 const LARGEST_GROUP: usize = 4096;
 
 /// How kernels are built and launched on a device.
+///
+/// ```
+/// use layersplat::device::Tuning;
+/// use layersplat::{Device, DeviceChoice};
+///
+/// let device = Device::open(&DeviceChoice::Default)?;
+/// let narrow = device.with_tuning(Tuning { vector_width: 4, ..*device.tuning() })?;
+/// assert_eq!(narrow.tuning().vector_width, 4);
+/// assert!(device.with_tuning(Tuning { vector_width: 3, ..*device.tuning() }).is_err());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Tuning {
     /// Lanes of a vector in the lattice kernels (16, 8, 4 or 1).

@@ -3,6 +3,13 @@
 use std::num::NonZeroU32;
 
 /// OpenGL, or a texture of the caller's, that pictures cannot go to.
+///
+/// ```
+/// use layersplat::gl::{GlError, GlFunctions};
+///
+/// let loaded = unsafe { GlFunctions::load(|_| std::ptr::null()) };
+/// assert!(matches!(loaded, Err(GlError::Function { .. })));
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GlError {

@@ -25,6 +25,14 @@ const NEEDED: [&CStr; 10] = [
 /// OpenGL, as the caller's loader finds it. Cheap to clone.
 ///
 /// It is used by the thread that has the context current: each call looks whether one is.
+///
+/// ```
+/// use layersplat::gl::GlFunctions;
+///
+/// // A loader that finds nothing is told so.
+/// let error = unsafe { GlFunctions::load(|_| std::ptr::null()) }.err().expect("no function");
+/// println!("{error}");
+/// ```
 #[derive(Clone)]
 pub struct GlFunctions(Arc<Loaded>);
 

@@ -3,6 +3,13 @@
 use std::str::FromStr;
 
 /// What a picture stands on.
+///
+/// ```
+/// use layersplat::Background;
+///
+/// assert_eq!("#ff0000".parse(), Ok(Background::Color([1.0, 0.0, 0.0])));
+/// assert_eq!("transparent".parse(), Ok(Background::Transparent));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Background {
     /// An opaque colour: red, green, blue, 0 … 1.

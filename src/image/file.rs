@@ -11,6 +11,14 @@ use std::path::Path;
 use std::sync::{PoisonError, RwLock};
 
 /// File formats of pictures.
+///
+/// ```
+/// use layersplat::image::ImageFormat;
+/// use std::path::Path;
+///
+/// assert!(ImageFormat::of(Path::new("picture.png")).is_ok());
+/// assert!(ImageFormat::of(Path::new("picture.doc")).is_err());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageFormat {

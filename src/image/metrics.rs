@@ -3,6 +3,15 @@
 use serde::Serialize;
 
 /// Differences of two pictures, in premultiplied values of 0 … 1.
+///
+/// ```
+/// use layersplat::{Frame, Viewport};
+///
+/// let [black, grey] = [0.0, 0.1].map(|c| Frame::new(Viewport { width: 1, height: 1 }, vec![[c, c, c, 1.0]]));
+/// let comparison = black.compare(&grey).expect("as large");
+/// assert!((comparison.max_difference - 0.1).abs() < 1e-6);
+/// assert!((comparison.psnr.expect("they differ") - 20.0).abs() < 1e-3);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Comparison {

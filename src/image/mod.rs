@@ -17,6 +17,14 @@ use crate::viewport::Viewport;
 use std::path::Path;
 
 /// A picture: premultiplied red, green, blue and opacity, 0 … 1, row by row, row 0 on top.
+///
+/// ```
+/// use layersplat::{Background, Frame, Viewport};
+///
+/// let frame = Frame::new(Viewport::new(2, 1)?, vec![[0.5, 0.0, 0.0, 0.5], [0.0; 4]]);
+/// assert_eq!(frame.to_rgba8(Background::BLACK), [128, 0, 0, 255, 0, 0, 0, 255]);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     viewport: Viewport,

@@ -4,6 +4,12 @@ use glam::DVec3;
 use serde::Serialize;
 
 /// An axis of the voxel grid.
+///
+/// ```
+/// use layersplat::{Axis, glam::DVec3};
+///
+/// assert_eq!(Axis::most_parallel(DVec3::new(0.2, -0.9, 0.3)), Axis::Y);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Axis {

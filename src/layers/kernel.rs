@@ -5,6 +5,13 @@ use super::kernel_function::kernel_function;
 use serde::Serialize;
 
 /// A separable reconstruction kernel.
+///
+/// ```
+/// use layersplat::Kernel;
+///
+/// // The cubic weighs a voxel's own place with 1, and the next one with 0.
+/// assert_eq!([0.0, 1.0].map(|distance| Kernel::Cubic.weight(distance)), [1.0, 0.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kernel {

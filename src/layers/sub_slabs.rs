@@ -3,6 +3,16 @@
 use super::kernel_function::kernel_integral;
 
 /// What is added for the part of the kernels that spills over from the neighbouring layers.
+///
+/// ```
+/// use layersplat::Correction;
+/// use layersplat::settings::{Classification, Layered, Settings};
+///
+/// // The paper's own way: splatted layers with the constant factors 3/32, 13/16, 3/32.
+/// let classification = Classification::Post(Correction::Constant);
+/// let settings = Settings::from(Layered { classification, ..layersplat::Quality::Paper.layered() });
+/// assert!(settings.layered().is_some());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Correction {
     /// Nothing: the splat sum of the layer alone (paper, Fig. 2 right).

@@ -17,6 +17,30 @@ const PARTS: usize = 1024;
 const WHAT: &str = "the buffer of the voxels";
 
 /// Voxels in a buffer of the caller's: of one type, x fastest, rows and layers as far apart as is said.
+///
+/// ```
+/// use layersplat::Device;
+/// use layersplat::device::DeviceMemory;
+/// use layersplat::glam::DVec3;
+/// use layersplat::renderer::{DeviceVoxels, UploadedVolume};
+/// use layersplat::volume::{Grid, VoxelType};
+/// # use layersplat::opencl3::{command_queue::CommandQueue, context::Context, memory::{Buffer, CL_MEM_READ_WRITE}};
+/// # let context = Context::from_device(&layersplat::Device::open(&layersplat::DeviceChoice::Default)?.id().into()).expect("a context");
+/// # let queue = CommandQueue::create_default_with_properties(&context, 0, 0).expect("a queue");
+/// # let voxels = vec![7u8; 100 + 8 * 12 * 12];
+/// # use layersplat::opencl3::memory::CL_MEM_COPY_HOST_PTR;
+/// # let flags = CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR;
+/// # let buffer = unsafe { Buffer::<u8>::create(&context, flags, voxels.len(), voxels.as_ptr().cast_mut().cast()) }.expect("a buffer");
+///
+/// // 8³ voxels whose rows are 12 apart, behind 100 others.
+/// let device = Device::of_queue(&queue)?;
+/// let voxels = DeviceVoxels::new(&DeviceMemory::of_buffer(&buffer)?, VoxelType::Uint8).with_first(100).with_pitches(12, 12 * 12);
+/// let description = voxels.describe(&device, "constant", Grid::new([8; 3], DVec3::ONE)?, &[])?;
+/// assert_eq!(description.range(), (7.0, 7.0));
+/// let volume = UploadedVolume::in_place(&device, &description, &voxels)?;
+/// assert!(volume.is_whole());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct DeviceVoxels {
     memory: DeviceMemory,

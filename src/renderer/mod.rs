@@ -29,6 +29,7 @@ mod world;
 pub use in_place::DeviceVoxels;
 pub use onto::{PictureFormat, PictureMemory};
 pub use parts::{CompositedLayers, PartRenderer};
+#[doc(hidden)] // Of this crate's own tests: it shows `layers`.
 pub use plan::Plan;
 pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};
 pub use streamed::{StreamPlan, StreamedLattice, StreamedRenderer};
@@ -63,6 +64,21 @@ use world::World;
 ///
 /// The voxels live on the device, and what can be kept is kept: the layout and min-max blocks of each layer axis from its
 /// first use, tables from one transfer function to the next, buffers from frame to frame.
+///
+/// ```
+/// use layersplat::{Renderer, Settings};
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// let mut renderer = Renderer::new(&device, &volume, &transfer)?;
+/// let (frame, _) = renderer.render(&camera, viewport, &Settings::default())?;
+/// assert!(frame.pixels().iter().any(|pixel| pixel[3] > 0.0));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 pub struct Renderer {
     device: Device,
     grid: Grid,

@@ -8,6 +8,13 @@ use crate::viewport::Viewport;
 const WHAT: &str = "the memory of the picture";
 
 /// Pixels of a picture.
+///
+/// ```
+/// use layersplat::Background;
+/// use layersplat::renderer::PictureFormat;
+///
+/// assert_eq!([PictureFormat::Floats, PictureFormat::Rgba8(Background::Transparent)].map(PictureFormat::bytes), [16, 4]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PictureFormat {
     /// A byte per channel, over a background.
@@ -27,6 +34,28 @@ impl PictureFormat {
 }
 
 /// A buffer or a 2D image of the caller's that pictures go to: RGBA, row by row, row 0 on top.
+///
+/// ```
+/// use layersplat::device::DeviceMemory;
+/// use layersplat::renderer::{PictureFormat, PictureMemory};
+/// use layersplat::{Renderer, Settings};
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # use layersplat::opencl3::{command_queue::CommandQueue, context::Context, memory::{Buffer, CL_MEM_READ_WRITE}};
+/// # let context = Context::from_device(&layersplat::Device::open(&layersplat::DeviceChoice::Default)?.id().into()).expect("a context");
+/// # let queue = CommandQueue::create_default_with_properties(&context, 0, 0).expect("a queue");
+/// # let device = layersplat::Device::of_queue(&queue)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+/// # let pixels = unsafe { Buffer::<f32>::create(&context, CL_MEM_READ_WRITE, 4 * 32 * 24, std::ptr::null_mut()) }.expect("a buffer");
+///
+/// let onto = PictureMemory::new(&DeviceMemory::of_buffer(&pixels)?, PictureFormat::Floats);
+/// let mut renderer = Renderer::new(&device, &volume, &transfer)?;
+/// let drawn = renderer.enqueue(&camera, viewport, &Settings::default(), &onto, &[])?;
+/// drawn.wait().expect("a picture");
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct PictureMemory {
     memory: DeviceMemory,

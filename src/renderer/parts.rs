@@ -24,9 +24,49 @@ use std::time::Duration;
 /// has the bits of one rendered as a whole. Everything that is a property of the whole volume comes from the part's description. Views
 /// without a lattice, where each ray may have a layer axis of its own, and pictures shared by several layer axes need the whole volume:
 /// they are refused with an error that says so.
+///
+/// ```
+/// use layersplat::renderer::{CompositedLayers, PartRenderer};
+/// use layersplat::{Settings, renderer::Renderer};
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// let settings = Settings::default();
+/// let (axis, rising) = PartRenderer::new(&device, &volume.part([0; 3], [16; 3])?, &transfer)?.order(&camera, viewport, &settings)?;
+/// let composite = |layers: std::ops::Range<usize>| {
+///     let needed = PartRenderer::needed(&layers, 16, &settings);
+///     let (mut first, mut dims) = ([0; 3], [16; 3]);
+///     (first[axis.index()], dims[axis.index()]) = (needed.start, needed.len());
+///     PartRenderer::new(&device, &volume.part(first, dims)?, &transfer)?.composite(&camera, viewport, &settings, layers, None)
+/// };
+/// let [lower, upper] = [composite(0..8)?, composite(8..16)?];
+/// let whole = if rising { CompositedLayers::combine(&lower, &upper)? } else { CompositedLayers::combine(&upper, &lower)? };
+/// assert_eq!(whole.layers(), 0..16);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 pub struct PartRenderer(Renderer);
 
 /// Layers that were composited, front to back, as a later one can go on with: not yet a picture.
+///
+/// ```
+/// use layersplat::Settings;
+/// use layersplat::renderer::PartRenderer;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// let mut renderer = PartRenderer::new(&device, &volume.part([0; 3], [16; 3])?, &transfer)?;
+/// let composited = renderer.composite(&camera, viewport, &Settings::default(), 0..16, None)?;
+/// assert_eq!(renderer.finish(&composited)?.width(), 32);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct CompositedLayers {
     view: LatticeView,

@@ -6,6 +6,20 @@ use crate::layers::{Lattice, Ray};
 use serde::Serialize;
 
 /// What a frame was.
+///
+/// ```
+/// use layersplat::{Renderer, Settings};
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// let (_, report) = Renderer::new(&device, &volume, &transfer)?.render(&camera, viewport, &Settings::default())?;
+/// assert!(report.lattice.is_some() && report.measured.is_none());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct FrameReport {
@@ -16,6 +30,24 @@ pub struct FrameReport {
 }
 
 /// What a frame took.
+///
+/// ```
+/// use layersplat::{Renderer, Settings};
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// let mut renderer = Renderer::new(&device, &volume, &transfer)?;
+/// renderer.measure(true);
+/// let (_, report) = renderer.render(&camera, viewport, &Settings::default())?;
+/// for (stage, milliseconds) in report.measured.expect("asked for").stages {
+///     println!("{stage}: {milliseconds} ms");
+/// }
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Measured {
@@ -26,6 +58,21 @@ pub struct Measured {
 }
 
 /// The lattice of a frame.
+///
+/// ```
+/// use layersplat::{Renderer, Settings};
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// let (_, report) = Renderer::new(&device, &volume, &transfer)?.render(&camera, viewport, &Settings::default())?;
+/// let lattice = report.lattice.expect("layers on one lattice");
+/// println!("{} x {} samples", lattice.width, lattice.height);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LatticeReport {
     /// Samples per voxel along u and v; in a perspective, in the nearest layer.
@@ -37,6 +84,21 @@ pub struct LatticeReport {
 }
 
 /// A composited lattice, before the warp.
+///
+/// ```
+/// use layersplat::{Renderer, Settings};
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// let mut renderer = Renderer::new(&device, &volume, &transfer)?;
+/// let lattice = renderer.lattice_picture(&camera, viewport, &Settings::default())?.expect("a view with a lattice");
+/// assert_eq!(lattice.samples.len(), (lattice.size[0] * lattice.size[1]) as usize);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct LatticePicture {
     pub(super) lattice: Lattice,

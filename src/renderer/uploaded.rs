@@ -9,6 +9,23 @@ use std::sync::Arc;
 
 /// The voxels of a volume, or of a part of one, on a device: uploaded, or where the caller has them
 /// ([`in_place`](Self::in_place)). Cheap to clone: clones, and all renderers that are made from it, share them.
+///
+/// ```
+/// use layersplat::renderer::UploadedVolume;
+/// use layersplat::Renderer;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// // Two transfer functions for voxels that are on the device once.
+/// let uploaded = UploadedVolume::new(&device, &volume)?;
+/// let renderers = [Renderer::of(&uploaded, &transfer)?, Renderer::of(&uploaded, &transfer.faded(0.5)?)?];
+/// assert_eq!(renderers[0].grid(), renderers[1].grid());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone)]
 pub struct UploadedVolume {
     pub(super) device: Device,

@@ -5,6 +5,14 @@ use crate::error::Error;
 use crate::layers::Kernel;
 
 /// Which renderer makes the picture. All but the first are what the paper compares with, in the same house.
+///
+/// ```
+/// use layersplat::Kernel;
+/// use layersplat::settings::{Algorithm, Settings};
+///
+/// let reference = Settings::from(Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.25 });
+/// assert_eq!(reference.algorithm.name(), "raycast");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Algorithm {
     /// Layered volume splatting.

@@ -6,6 +6,13 @@ use crate::error::Error;
 ///
 /// Maximum, minimum and average are taken among the voxels, on \[0, n − 1\] of each axis, where no background enters, and shown through
 /// the transfer function's colours, opaque, without its opacity.
+///
+/// ```
+/// use layersplat::settings::{Blend, Settings};
+///
+/// let surface = Settings { blend: Blend::Iso(90.0), ..Settings::default() };
+/// assert_eq!(surface.blend.name(), "iso");
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Blend {

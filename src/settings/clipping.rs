@@ -4,6 +4,16 @@ use crate::error::Error;
 use glam::DVec3;
 
 /// A box in voxel coordinates (voxel (i, j, k) sits at (i, j, k)): only what lies in it is shown.
+///
+/// ```
+/// use layersplat::glam::DVec3;
+/// use layersplat::settings::{Clipping, CropBox, Settings};
+///
+/// let crop = CropBox { lowest: DVec3::ZERO, highest: DVec3::new(63.0, 63.0, 20.0) };
+/// let clipping = Clipping { crop: Some(crop), ..Clipping::default() };
+/// let settings = Settings { clipping, ..Settings::default() };
+/// assert!(!settings.clipping.is_empty());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CropBox {
     /// Its lowest corner.
@@ -13,6 +23,15 @@ pub struct CropBox {
 }
 
 /// A plane in world coordinates: only what lies on the side that its normal points to is shown.
+///
+/// ```
+/// use layersplat::glam::DVec3;
+/// use layersplat::settings::{ClipPlane, Clipping, Settings};
+///
+/// let cut = ClipPlane { point: DVec3::splat(31.5), normal: DVec3::new(1.0, 0.0, 1.0) };
+/// let settings = Settings { clipping: Clipping::default().with_planes([cut]), ..Settings::default() };
+/// assert_eq!(settings.clipping.planes[0], Some(cut));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClipPlane {
     /// A point of the plane.
@@ -22,6 +41,12 @@ pub struct ClipPlane {
 }
 
 /// A crop box and up to six planes.
+///
+/// ```
+/// use layersplat::settings::Clipping;
+///
+/// assert!(Clipping::default().is_empty());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clipping {
     /// Only what lies in this box is shown; all if there is none.

@@ -5,6 +5,15 @@ use crate::error::Error;
 use crate::layers::{Axis, Correction, Density, Kernel, MAX_SAMPLES_PER_VOXEL};
 
 /// Which layer axis is taken.
+///
+/// ```
+/// use layersplat::Axis;
+/// use layersplat::settings::{Algorithm, LayerAxis, Settings};
+///
+/// let algorithm = Algorithm::default().along(LayerAxis::Forced(Axis::X));
+/// let settings = Settings { algorithm, ..Settings::default() };
+/// assert_eq!(settings.layered().map(|layered| layered.layer_axis), Some(LayerAxis::Forced(Axis::X)));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LayerAxis {
     /// The axis most parallel to the view, in voxel units (the 45° rule).
@@ -15,6 +24,16 @@ pub enum LayerAxis {
 }
 
 /// Where splat sums are evaluated.
+///
+/// ```
+/// use layersplat::Quality;
+/// use layersplat::settings::{Evaluation, Layered, Settings};
+///
+/// // No lattice: each pixel samples the layers itself.
+/// let per_pixel = Layered { evaluation: Evaluation::Direct, ..Quality::Standard.layered() };
+/// let settings = Settings::from(per_pixel);
+/// assert_eq!(settings.layered(), Some(per_pixel));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Evaluation {
     /// On the sheared lattice; where none reaches, per pixel.
@@ -24,6 +43,15 @@ pub enum Evaluation {
 }
 
 /// How samples become colour and opacity.
+///
+/// ```
+/// use layersplat::settings::Classification;
+/// use layersplat::{Kernel, Quality};
+///
+/// let Classification::Preintegrated { kernel, .. } = Quality::High.layered().classification else { panic!() };
+/// assert_eq!(kernel, Kernel::BSpline);
+/// assert!(matches!(Quality::Paper.layered().classification, Classification::Post(_)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Classification {
     /// Each sample by itself, after interpolation (the paper): samples mix the splat sums of three layers.
@@ -62,6 +90,14 @@ impl Classification {
 }
 
 /// Source of the footprints in [`Evaluation::Direct`].
+///
+/// ```
+/// use layersplat::settings::{Footprints, Layered, Settings};
+///
+/// let paper = layersplat::Quality::Paper.layered();
+/// let settings = Settings::from(Layered { footprints: Footprints::Set, ..paper });
+/// assert_eq!(settings.layered().map(|layered| layered.footprints), Some(Footprints::Set));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Footprints {
     /// Computed for the view.
@@ -72,6 +108,15 @@ pub enum Footprints {
 }
 
 /// The choices of layered rendering.
+///
+/// ```
+/// use layersplat::Density;
+/// use layersplat::settings::{Evaluation, Layered, Settings};
+///
+/// let layered = Layered { evaluation: Evaluation::Lattice(Density::Fine), ..Layered::default() };
+/// let settings = Settings::from(layered);
+/// assert_eq!(settings.layered(), Some(layered));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layered {
     /// Which layer axis is taken. Default: the 45° rule.

@@ -18,6 +18,15 @@ use crate::error::Error;
 use crate::transfer::Extinction;
 
 /// Everything that decides how a picture is made, besides volume, transfer function and camera.
+///
+/// ```
+/// use layersplat::settings::{Blend, Settings};
+/// use layersplat::Quality;
+///
+/// // The maximum along rays, in the finest quality.
+/// let settings = Settings { blend: Blend::Maximum, ..Quality::High.settings() };
+/// assert!(settings.layered().is_some());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Which renderer, with its own choices. Default: layered.

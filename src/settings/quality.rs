@@ -9,6 +9,13 @@ use std::str::FromStr;
 ///
 /// `draft`, `standard` and `high` are pre-integrated: nearer to the integral than splat sums with sub-layers, in a third
 /// of the time (docs/fidelity.md, docs/performance.md).
+///
+/// ```
+/// use layersplat::{Quality, Settings};
+///
+/// assert_eq!("high".parse::<Quality>(), Ok(Quality::High));
+/// assert_eq!(Quality::Standard.settings(), Settings::default());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quality {

@@ -4,6 +4,15 @@ use crate::error::Error;
 use glam::DVec3;
 
 /// Blinn-Phong with one white light, two-sided, from the gradient of the splat sums.
+///
+/// ```
+/// use layersplat::glam::DVec3;
+/// use layersplat::settings::{Settings, Shading};
+///
+/// let from_the_left = Shading { light: Some(DVec3::new(-1.0, 0.5, 1.0)), ..Shading::default() };
+/// let settings = Settings { shading: Some(from_the_left), ..Settings::default() };
+/// assert_ne!(settings, Settings { shading: None, ..settings });
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shading {
     /// Share of the colour that needs no light.

@@ -15,6 +15,16 @@ const SLACK: f64 = 0.02;
 /// Running integrals of extinction times colour, and of extinction, over the values of a [`TransferTable`], in whole
 /// numbers of one unit: differences of nodes are exact, however far from the first node. Entry i lies in the middle
 /// between nodes i and i+1.
+///
+/// ```
+/// use layersplat::TransferFunction;
+/// use layersplat::transfer::{Extinction, TransferTable};
+///
+/// let transfer = TransferFunction::new("ramp", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (255.0, 0.5)])?;
+/// let table = TransferTable::new(&transfer, (0.0, 255.0), Extinction::Exponential);
+/// assert!(table.integrals(1.0).spans((0.0, 255.0)));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntegralTable {
     /// r, g, b, extinction: integrals from the first node, in units times node distances. One more than entries.

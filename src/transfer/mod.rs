@@ -19,6 +19,16 @@ pub type ControlPoint<T> = (f64, T);
 
 /// Colour and opacity of a data value, each piecewise linear between its control points and constant beyond them. Two
 /// points at one value make a step; at the value itself the later one counts.
+///
+/// ```
+/// use layersplat::TransferFunction;
+///
+/// let colors = vec![(0.0, [0.0, 0.0, 1.0]), (100.0, [1.0, 0.0, 0.0])];
+/// let transfer = TransferFunction::new("cold to warm", colors, vec![(20.0, 0.0), (100.0, 0.5)])?;
+/// assert_eq!(transfer.color(50.0), [0.5, 0.0, 0.5]);
+/// assert_eq!(transfer.opacity(60.0), 0.25);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction {
     name: String,

@@ -3,6 +3,14 @@
 use super::TransferFunction;
 
 /// How opacity becomes attenuation over a distance.
+///
+/// ```
+/// use layersplat::Settings;
+/// use layersplat::transfer::Extinction;
+///
+/// let settings = Settings { extinction: Extinction::Linear, ..Settings::default() };
+/// assert_ne!(settings, Settings::default());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extinction {
     /// e^{−τΔt}, τ = −ln(1−α): exact for a homogeneous segment of any length (paper §3.3).
@@ -22,6 +30,17 @@ const OPAQUE: f64 = 1e30;
 
 /// Evenly spaced samples of a transfer function over the values that can occur. Values beyond the first and the last
 /// entry take these entries.
+///
+/// ```
+/// use layersplat::TransferFunction;
+/// use layersplat::transfer::{Extinction, TransferTable};
+///
+/// let transfer = TransferFunction::new("ramp", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (255.0, 0.5)])?;
+/// let table = TransferTable::new(&transfer, (0.0, 255.0), Extinction::Exponential);
+/// assert_eq!(table.first, 0.0);
+/// assert_eq!(table.entries[0][3], 0.0);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferTable {
     /// r, g, b and, by the kind of extinction, τ or α per unit distance.

@@ -10,6 +10,17 @@ const SMALLEST_RANGE: f64 = 1e-30;
 
 /// A whole volume, whoever holds its voxels: all of them, a part, or a device. Everything that pictures of parts must agree in comes
 /// from here.
+///
+/// ```
+/// use layersplat::glam::DVec3;
+/// use layersplat::volume::{Description, Grid, VoxelType};
+///
+/// // Of voxels that only a device has.
+/// let grid = Grid::new([128; 3], DVec3::ONE)?;
+/// let description = Description::new("density", grid, VoxelType::Float32, (0.0, 1.0))?;
+/// assert_eq!(description.range(), (0.0, 1.0));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     pub(super) name: String,

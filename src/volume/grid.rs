@@ -4,6 +4,16 @@ use crate::error::Error;
 use glam::{DAffine3, DMat3, DVec3};
 
 /// A regular grid. Voxel (i, j, k) sits at `origin + direction · (i·h_x, j·h_y, k·h_z)`.
+///
+/// ```
+/// use layersplat::glam::DVec3;
+/// use layersplat::volume::Grid;
+///
+/// let grid = Grid::new([256, 256, 128], DVec3::new(0.5, 0.5, 1.0))?;
+/// assert_eq!(grid.centre(), DVec3::new(63.75, 63.75, 63.5));
+/// assert!(Grid::new([256, 0, 128], DVec3::ONE).is_err());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     dims: [usize; 3],

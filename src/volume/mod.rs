@@ -31,6 +31,16 @@ use voxels::{is_valid, with_voxel_type};
 
 /// A scalar volume: its [`Description`] and its voxels, wherever they lie (`'a` is how long they are borrowed; owned, shared and mapped
 /// ones are `'static`). Cheap to clone: clones share the voxels.
+///
+/// ```
+/// use layersplat::volume::{Grid, Volume};
+/// use layersplat::glam::DVec3;
+///
+/// let densities: Vec<u16> = (0..4 * 3 * 2).collect();
+/// let volume = Volume::new("densities", Grid::new([4, 3, 2], DVec3::new(0.5, 0.5, 2.0))?, &densities)?;
+/// assert_eq!(volume.range(), (0.0, 23.0));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Volume<'a> {
     description: Description,

@@ -7,6 +7,15 @@ use crate::error::Error;
 use std::path::Path;
 
 /// A box of voxels of a volume, where not all of them are at hand. Everything else is known of the whole volume.
+///
+/// ```
+/// use layersplat::{RawOptions, Volume};
+///
+/// let volume = Volume::open("builtin:hydrogen@32", &RawOptions::default())?;
+/// let lower_half = volume.part([0, 0, 0], [32, 32, 16])?;
+/// assert_eq!(lower_half.description().range(), volume.range());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct VolumePart<'a> {
     pub(super) description: Description,

@@ -3,6 +3,15 @@
 use crate::error::Error;
 
 /// value = slope · stored + intercept. Voxels stay as they are stored, also on the device: what they are seen through is mapped.
+///
+/// ```
+/// use layersplat::volume::Rescale;
+///
+/// // Hounsfield units of a scanner that stores 0 ... 4095.
+/// let rescale = Rescale::new(1.0, -1024.0)?;
+/// assert_eq!((rescale.value(1024.0), rescale.stored(-1024.0)), (0.0, 0.0));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rescale {
     slope: f64,

@@ -6,6 +6,14 @@ use super::Volume;
 pub const HISTOGRAM_BINS: usize = 256;
 
 /// Range, mean and histogram of a volume's valid voxels.
+///
+/// ```
+/// use layersplat::{RawOptions, Volume};
+///
+/// let statistics = Volume::open("builtin:hydrogen@32", &RawOptions::default())?.statistics();
+/// assert!(statistics.min <= statistics.quantile(0.5) && statistics.quantile(0.5) <= statistics.max);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistics {
     /// Smallest value.

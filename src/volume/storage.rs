@@ -11,6 +11,19 @@ use std::sync::Arc;
 ///
 /// Made from a vector, a slice, an `Arc` of either, [`Voxels`], or by [`Storage::shared`] and [`Storage::from_bytes`] from anything that
 /// can show a slice, as a mapped file or a foreign array.
+///
+/// ```
+/// use layersplat::glam::DVec3;
+/// use layersplat::volume::{Grid, Storage, Volume};
+/// use std::sync::Arc;
+///
+/// // A box in the middle of a larger array that others hold, without a copy.
+/// let array: Arc<Vec<f32>> = Arc::new((0..1000).map(|n| n as f32).collect());
+/// let storage = Storage::from(array).with_first(222 * 4).with_strides([4, 40, 400]);
+/// let volume = Volume::new("inner", Grid::new([6; 3], DVec3::ONE)?, storage)?;
+/// assert_eq!(volume.range(), (222.0, 777.0));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone)]
 pub struct Storage<'a> {
     owner: Owner<'a>,

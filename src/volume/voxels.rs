@@ -13,6 +13,12 @@ pub(super) fn is_valid(number: f64) -> bool {
 }
 
 /// Type of a voxel in memory and on the device.
+///
+/// ```
+/// use layersplat::volume::VoxelType;
+///
+/// assert_eq!((VoxelType::Int16.bytes(), VoxelType::Int16.to_string().as_str()), (2, "int16"));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum VoxelType {
     /// 8 bit, unsigned.
@@ -41,6 +47,14 @@ impl fmt::Display for VoxelType {
 }
 
 /// Type of a number in a file. Those that are no [`VoxelType`] are converted on reading.
+///
+/// ```
+/// use layersplat::volume::{ScalarType, VoxelType};
+///
+/// assert_eq!("float64".parse(), Ok(ScalarType::Float64));
+/// // What no kernel reads becomes floats.
+/// assert_eq!((ScalarType::Float64.voxel_type(), ScalarType::Uint8.voxel_type()), (None, Some(VoxelType::Uint8)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ScalarType {
     /// 8 bit, unsigned.
@@ -125,6 +139,16 @@ impl FromStr for ScalarType {
 }
 
 /// Byte order of numbers.
+///
+/// ```
+/// use layersplat::glam::DVec3;
+/// use layersplat::volume::{Endian, Grid, Storage, Volume, VoxelType};
+///
+/// let storage = Storage::from_bytes(vec![0x01, 0x00, 0x00, 0x02], VoxelType::Uint16).with_endian(Endian::Big);
+/// let volume = Volume::new("two", Grid::new([2, 1, 1], DVec3::ONE)?, storage)?;
+/// assert_eq!(volume.range(), (2.0, 256.0));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Endian {
     /// Least significant byte first.
@@ -140,6 +164,15 @@ impl Endian {
 }
 
 /// A number that can be a voxel: `u8`, `i8`, `u16`, `i16` or `f32`.
+///
+/// ```
+/// use layersplat::volume::{Storage, Voxel};
+///
+/// fn lent<T: Voxel>(voxels: &[T]) -> Storage<'_> {
+///     Storage::from(voxels)
+/// }
+/// assert_eq!(lent(&[1i16, 2]).voxel_type().bytes(), 2);
+/// ```
 pub trait Voxel: Number {
     /// Its type.
     const TYPE: VoxelType;
@@ -162,6 +195,16 @@ impl Voxel for f32 {
 }
 
 /// A number that is no voxel and can be converted to one: `u32`, `i32` or `f64`.
+///
+/// ```
+/// use layersplat::glam::DVec3;
+/// use layersplat::volume::{Grid, Volume};
+///
+/// let volume = Volume::from_wide("temperature", Grid::new([2, 2, 1], DVec3::ONE)?, &[273.15f64, 280.0, 290.0, 300.0])?;
+/// // As floats hold them.
+/// assert!((volume.range().1 - 300.0).abs() < 1e-5);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 pub trait Wide: Number {
     /// Its type.
     const TYPE: ScalarType;
@@ -235,6 +278,16 @@ macro_rules! with_voxel_type {
 pub(super) use with_voxel_type;
 
 /// Voxels in a vector of any of their types, x fastest, then y, then z.
+///
+/// ```
+/// use layersplat::glam::DVec3;
+/// use layersplat::volume::{Grid, Volume, Voxels};
+///
+/// let voxels = Voxels::Uint8(vec![0, 128, 255]);
+/// let volume = Volume::new("three", Grid::new([3, 1, 1], DVec3::ONE)?, voxels)?;
+/// assert_eq!(volume.value(1), 128.0);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs)]
 pub enum Voxels {

@@ -16,6 +16,15 @@ const RELAXED: Rule = Rule { per_pixel: 1.6, per_voxel: 1.86, pixels: 2.0 };
 const FINE: Rule = Rule { per_pixel: 2.1, per_voxel: 2.35, pixels: 1.7 };
 
 /// Samples per voxel of a lattice.
+///
+/// ```
+/// use layersplat::Density;
+/// use layersplat::settings::{Evaluation, Layered, Settings};
+///
+/// // Two samples per voxel along either axis of a layer.
+/// let layered = Layered { evaluation: Evaluation::Lattice(Density::Fixed(2)), ..Layered::default() };
+/// assert!(Settings::from(layered).layered().is_some());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Density {
     /// Nowhere coarser than the screen, at least this many.

@@ -37,6 +37,22 @@ use std::time::Duration;
 /// stay, and what is prepared as long as there is room.
 /// Everything else (views in which each ray may have a layer axis of its own, sheets, slices, rays) needs the whole volume, and is
 /// refused where it does not fit.
+///
+/// ```
+/// use layersplat::Settings;
+/// use layersplat::renderer::StreamedRenderer;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// let mut renderer = StreamedRenderer::new(&device, &volume, &transfer);
+/// let (frame, _) = renderer.render(&camera, viewport, &Settings::default())?;
+/// assert_eq!(frame.width(), 32);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 pub struct StreamedRenderer<'v> {
     device: Device,
     volume: Volume<'v>,

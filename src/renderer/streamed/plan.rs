@@ -11,6 +11,23 @@ use std::fmt;
 use std::ops::Range;
 
 /// How a view of a volume is streamed.
+///
+/// ```
+/// use layersplat::Settings;
+/// use layersplat::renderer::StreamedRenderer;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// match StreamedRenderer::new(&device, &volume, &transfer).plan(&camera, viewport, &Settings::default())? {
+///     Some(plan) => println!("{plan}"),
+///     None => println!("it fits as a whole"),
+/// }
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct StreamPlan {
@@ -27,6 +44,23 @@ pub struct StreamPlan {
 }
 
 /// How a lattice of a streamed view is drawn.
+///
+/// ```
+/// use layersplat::Settings;
+/// use layersplat::renderer::StreamedRenderer;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// let plan = StreamedRenderer::new(&device, &volume, &transfer).plan(&camera, viewport, &Settings::default())?;
+/// for lattice in plan.iter().flat_map(|plan| &plan.lattices) {
+///     println!("{} parts along {:?}", lattice.parts, lattice.axis);
+/// }
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct StreamedLattice {

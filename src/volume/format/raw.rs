@@ -11,6 +11,18 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// What a raw file's name does not tell, or tells wrongly; what is given here wins. Spacing defaults to 1,1,1.
+///
+/// ```
+/// use layersplat::volume::{RawOptions, ScalarType, Volume};
+/// # let folder = tempfile::tempdir().expect("a folder");
+/// # let path = folder.path().join("bonsai.raw");
+/// # std::fs::write(&path, [0u8; 24]).expect("a file");
+///
+/// let options = RawOptions { dims: Some([4, 3, 2]), voxel_type: Some(ScalarType::Uint8), ..RawOptions::default() };
+/// let volume = Volume::open(&path, &options)?;
+/// assert_eq!(volume.grid().dims(), [4, 3, 2]);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawOptions {
     /// Voxels along x, y, z.
