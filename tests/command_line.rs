@@ -392,3 +392,64 @@ fn the_first_picture_is_neither_black_nor_solid() {
         assert!((0.01..0.6).contains(&mean), "{volume}: mean opacity {mean}");
     }
 }
+
+/// What shells and `man` are told, made from the options that there are.
+#[test]
+fn completions_and_manual_pages() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    for shell in ["bash", "zsh", "fish"] {
+        let script = String::from_utf8(layersplat(f, &["completions", shell]).stdout).unwrap();
+        assert!(script.contains("layersplat") && script.contains("azimuth"), "{shell}");
+        assert!(!script.contains("check-device"), "{shell}: what is hidden stays so");
+    }
+    assert_eq!(layersplat(f, &["completions", "cmd"]).status.code(), Some(2));
+    assert!(layersplat(f, &["man", "-o", "pages"]).status.success());
+    let pages = names(&f.join("pages"));
+    assert!(pages.contains(&"layersplat.1".into()) && pages.contains(&"layersplat-render.1".into()), "{pages:?}");
+    let page = std::fs::read_to_string(f.join("pages/layersplat-render.1")).unwrap();
+    assert!(page.contains("azimuth") && page.contains("Examples"));
+}
+
+/// Every command shows how it is used, and --verbose tells what is done.
+#[test]
+fn help_has_examples() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let text = |arguments: &[&str]| String::from_utf8(layersplat(f, arguments).stdout).unwrap();
+    let all = text(&["--help"]);
+    for command in ["render", "rotate", "info", "devices", "compare", "bench", "tune", "paper", "completions", "man"] {
+        assert!(all.contains(command), "{command}");
+        assert!(text(&[command, "--help"]).contains(&format!("Examples:\n  layersplat {command}")), "{command}");
+    }
+    let said = |more: &[&str]| {
+        let arguments = [&["info", "builtin:cube@8"][..], more].concat();
+        String::from_utf8(layersplat(f, &arguments).stderr).unwrap()
+    };
+    assert!(!said(&[]).contains("first pass") && said(&["-v"]).contains("first pass"));
+}
+
+/// Who gets a black or a solid picture is told why, and what to try; who gets a good one is not.
+#[test]
+fn pictures_of_nothing_are_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let said = |more: &str| {
+        let arguments: Vec<&str> = "render builtin:hydrogen@16 --size 24x24".split(' ').chain(more.split_whitespace()).collect();
+        let done = layersplat(f, &arguments);
+        assert!(done.status.success(), "{more}");
+        String::from_utf8(done.stderr).unwrap()
+    };
+    assert!(!said("").contains("empty") && !said("").contains("one colour"));
+    for (more, reason) in [
+        ("--transfer-range 5000,6000", "--transfer-range 0,"),
+        ("--blend iso --iso 9000", "no surface at 9000"),
+        ("--clip 0,0,0,-1,-1,-1", "cut away"),
+        ("--center 900,900,900", "--fit visible"),
+        ("--blend maximum --center 900,900,900", "--fit volume"),
+        ("--blend maximum --parallel-scale 0.01 --transfer grey --transfer-range 5000,6000", "one colour"),
+        ("--spacing 1,1,50", "50 times"),
+    ] {
+        assert!(said(more).contains(reason), "{more}: {}", said(more));
+    }
+}

@@ -1,6 +1,7 @@
 //! `layersplat render`.
 
 use super::bench::peak_bytes;
+use super::notice;
 use super::options::Fit;
 use super::scene::{Cameras, Scene, SceneOptions};
 use super::viewer::Viewer;
@@ -66,6 +67,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         eprintln!("memory: {all:.2} s, the first pass over the volume took {first:.2} of them, the picture {picture:.2}");
     }
     frame.save(&arguments.output, options.background)?;
+    if let Some(notice) = notice::of_picture(&frame, &scene) {
+        eprintln!("layersplat: {notice}");
+    }
     let rendered = Rendered {
         output: arguments.output.display().to_string(),
         volume: scene.volume.name(),

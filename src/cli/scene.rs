@@ -2,6 +2,7 @@
 
 use super::blending::BlendOptions;
 use super::check;
+use super::notice;
 use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, TransferOptions, VolumeOptions};
 use super::viewer::BoundOptions;
 use crate::camera::{Camera, Orbit, Projection};
@@ -60,6 +61,9 @@ impl Scene {
         let begun = Instant::now();
         let volume = options.volume.open()?;
         let first_pass = begun.elapsed();
+        if let Some(notice) = notice::of_spacing(volume.grid().spacing()) {
+            eprintln!("layersplat: {notice}");
+        }
         let transfer = open_transfer(&options.transfer, &volume)?;
         if options.transfer.transfer.is_none() {
             eprintln!("transfer function: {} (--transfer takes another)", described(&transfer));
