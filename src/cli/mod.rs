@@ -36,7 +36,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a volume to a .png or .npy picture
+    /// Render a volume to a picture
     Render(render::Arguments),
     /// Render a full turn about the y axis to numbered PNGs
     Rotate(rotate::Arguments),

@@ -110,7 +110,7 @@ pub(super) struct CameraOptions {
     /// Size of the picture in pixels
     #[arg(long, default_value = "512x512", value_parser = parse::viewport, value_name = "WxH", allow_hyphen_values = true)]
     pub size: Viewport,
-    /// black, white, grey, #rrggbb, R,G,B or transparent [default: .png on black, .npy bare]
+    /// black, white, grey, #rrggbb, R,G,B or transparent [default: .png and .jpg on black, .exr and .npy bare]
     #[arg(long)]
     pub background: Option<Background>,
 }

@@ -16,7 +16,7 @@ use std::time::Instant;
 pub(super) struct Arguments {
     #[command(flatten)]
     scene: SceneOptions,
-    /// Picture to write, .png or .npy
+    /// Picture to write: .png, .jpg, .exr or .npy
     #[arg(short, long, default_value = "layersplat.png")]
     output: PathBuf,
     /// Print one line of JSON
@@ -50,8 +50,8 @@ struct Stream {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     // A wrong ending is refused before any work.
-    ImageFormat::of(&arguments.output)?;
     let options = &arguments.scene.camera;
+    ImageFormat::of(&arguments.output)?.accept(options.background)?;
     let scene = Scene::open(&arguments.scene)?;
     let camera = Cameras::new(options, &scene, Fit::Visible).still(options.orbit(0.0));
     scene.require_checked(&arguments.scene, &[camera])?;
