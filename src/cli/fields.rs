@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 30] = [
+const OPTIONS: [(&str, &str); 31] = [
     ("algorithm", "--algorithm"),
     ("background", "--background"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
@@ -24,6 +24,7 @@ const OPTIONS: [(&str, &str); 30] = [
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),
     ("quality", "--quality"),
+    ("samples", "--samples N"),
     ("samples_per_layer", "--sublayers N"),
     ("scale", "--parallel-scale"),
     ("sheet_distance", "--sheet-distance D"),

@@ -7,7 +7,10 @@ mod check;
 mod compare;
 mod devices;
 mod fields;
+mod film;
 mod info;
+mod keys;
+mod many;
 mod options;
 mod paper;
 mod parse;
@@ -16,8 +19,11 @@ mod rotate;
 mod scene;
 #[cfg(unix)]
 mod signals;
+mod studio;
 mod tune;
+mod view;
 mod viewer;
+mod views;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};
@@ -38,8 +44,10 @@ struct Cli {
 enum Command {
     /// Render a volume to a picture
     Render(render::Arguments),
-    /// Render a full turn about the y axis to numbered PNGs
+    /// Render a full turn about the y axis, or a way through key cameras, to numbered PNGs, GIF, APNG or MP4
     Rotate(rotate::Arguments),
+    /// Render a contact sheet: volume from six sides and two corners, labelled
+    Views(views::Arguments),
     /// Tell dimensions, type, range and histogram of a volume
     Info(info::Arguments),
     /// List platforms and devices, with the tuning that would be used
@@ -65,6 +73,7 @@ pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Rotate(arguments) => rotate::run(&arguments),
+        Command::Views(arguments) => views::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 /// Which volume, and what its name does not tell.
 #[derive(Args)]
 pub(super) struct VolumeOptions {
-    /// NAME_XxYxZ_TYPE.raw or .raw.gz, or builtin:marschner-lobb, builtin:hydrogen, builtin:cube with @N or @XxYxZ
+    /// NAME_XxYxZ_TYPE.raw or .raw.gz, or builtin: marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot or cube, as builtin:hydrogen, with @N or @XxYxZ
     #[arg(default_value = "builtin:hydrogen")]
     volume: PathBuf,
     /// Voxels along x, y, z, where the file's name does not tell them: XxYxZ
@@ -79,7 +79,7 @@ pub(super) struct TransferOptions {
 }
 
 /// Camera and picture.
-#[derive(Args)]
+#[derive(Args, Clone)]
 #[command(next_help_heading = "Camera and picture")]
 pub(super) struct CameraOptions {
     /// Degrees about the y axis

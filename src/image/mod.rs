@@ -1,17 +1,23 @@
 //! Pictures: frames, files and how far two of them differ.
 
+mod animation;
+mod averaged;
 mod background;
 mod display;
 mod file;
 mod metrics;
 mod read;
+pub(crate) mod text;
+mod unfinished;
 
+pub use animation::{Animation, AnimationFormat};
 pub use background::Background;
-#[cfg(feature = "cli")]
-pub(crate) use file::between_files;
 pub use file::{ImageFormat, write_whole};
 pub use metrics::Comparison;
 pub use read::read_image;
+pub use text::{draw_text, text_size};
+#[cfg(feature = "cli")]
+pub(crate) use unfinished::between_files;
 
 use crate::error::Error;
 use crate::memory;
