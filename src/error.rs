@@ -104,7 +104,7 @@ pub enum Error {
     /// A view in a file of cameras that cannot be taken.
     #[error("{path}, line {line}: {problem}")]
     Cameras {
-        /// The file; `-` is standard input.
+        /// The file.
         path: PathBuf,
         /// The line, the first is 1.
         line: u64,

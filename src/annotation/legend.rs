@@ -43,7 +43,9 @@ pub(super) fn draw(transfer: &TransferFunction, units: Option<&str>, canvas: &mu
     frame(canvas, DVec2::new(left, top), DVec2::new(right, top + length), scale);
     for (at, label) in ticks {
         let y = if hi > lo { top + length * (hi - at) / (hi - lo) } else { top + length / 2.0 };
-        canvas.line(DVec2::new(right, y), DVec2::new(right + TICK * scale, y), scale, ink, 1.0);
+        // On whole pixels: thin lines between two of them are blurred.
+        let row = (y - scale / 2.0).round();
+        canvas.area(DVec2::new(right, row), DVec2::new(right + TICK * scale, row + scale), ink, 1.0);
         canvas.text([right + (TICK + 3.0) * scale, y - letters.y / 2.0], &label);
     }
     if let Some(units) = units {
@@ -55,12 +57,13 @@ pub(super) fn draw(transfer: &TransferFunction, units: Option<&str>, canvas: &mu
 
 /// A thin line around a rectangle.
 fn frame(canvas: &mut Canvas, from: DVec2, to: DVec2, width: f64) {
-    let (ink, half) = (canvas.ink(), width / 2.0);
+    let (ink, outside) = (canvas.ink(), DVec2::splat(width));
+    let (lo, hi) = (from - outside, to + outside);
     let sides = [
-        (DVec2::new(from.x - half, from.y - half), DVec2::new(to.x + half, from.y + half)),
-        (DVec2::new(from.x - half, to.y - half), DVec2::new(to.x + half, to.y + half)),
-        (DVec2::new(from.x - half, from.y + half), DVec2::new(from.x + half, to.y - half)),
-        (DVec2::new(to.x - half, from.y + half), DVec2::new(to.x + half, to.y - half)),
+        (lo, DVec2::new(hi.x, from.y)),
+        (DVec2::new(lo.x, to.y), hi),
+        (DVec2::new(lo.x, from.y), DVec2::new(from.x, to.y)),
+        (DVec2::new(to.x, from.y), DVec2::new(hi.x, to.y)),
     ];
     for (from, to) in sides {
         canvas.area(from, to, ink, 1.0);

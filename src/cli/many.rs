@@ -1,6 +1,5 @@
 //! `layersplat render --cameras`: many pictures of one volume, a line of JSON each.
 
-use super::options::Fit;
 use super::render::Arguments;
 use super::scene::{Cameras, Scene};
 use super::studio::Studio;
@@ -58,7 +57,7 @@ pub(super) fn run(arguments: &Arguments, source: &Path) -> Result<ExitCode, Erro
         Lines::open(source)?.try_for_each(|line| line?.check(arguments).map_err(|e| e.of(source)))?;
     }
     let scene = Scene::open(&arguments.scene)?;
-    let cameras = Cameras::new(&arguments.scene.camera, &scene, Fit::Visible);
+    let cameras = arguments.pictures.cameras(&arguments.scene.camera, &scene);
     let studio = Studio::new(&scene, &arguments.pictures, arguments.scene.camera.background)?;
     let lines = Lines::open(source)?;
     std::thread::scope(|threads| {
@@ -138,7 +137,8 @@ struct Wrong {
 impl Wrong {
     fn of(self, source: &Path) -> Error {
         let Wrong { line, problem } = self;
-        Error::Cameras { path: source.into(), line, problem }
+        let path = if source == Path::new("-") { "standard input".into() } else { source.into() };
+        Error::Cameras { path, line, problem }
     }
 }
 

@@ -2,8 +2,7 @@
 
 use super::bench::peak_bytes;
 use super::many;
-use super::options::Fit;
-use super::scene::{Cameras, Scene, SceneOptions};
+use super::scene::{Scene, SceneOptions};
 use super::studio::{PictureOptions, Studio};
 use crate::error::Error;
 use crate::image::ImageFormat;
@@ -66,7 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     ImageFormat::of(&arguments.output)?.accept(options.background)?;
     arguments.pictures.rendered(options.size)?;
     let scene = Scene::open(&arguments.scene)?;
-    let camera = Cameras::new(options, &scene, Fit::Visible).still(options.orbit(0.0));
+    let camera = arguments.pictures.cameras(options, &scene).still(options.orbit(0.0));
     scene.require_checked(&arguments.scene, arguments.pictures.rendered(options.size)?, &[camera])?;
     let started = Instant::now();
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;

@@ -2,8 +2,7 @@
 
 use super::film::Film;
 use super::keys::Keys;
-use super::options::Fit;
-use super::scene::{Cameras, Scene, SceneOptions};
+use super::scene::{Scene, SceneOptions};
 use super::studio::{PictureOptions, Studio};
 use crate::camera::Orbit;
 use crate::error::Error;
@@ -85,7 +84,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let size = arguments.pictures.rendered(options.size)?;
     let mut film = Film::create(&arguments.output, options, frames, arguments.rate)?;
     let scene = Scene::open(&arguments.scene)?;
-    let fitting = Cameras::new(options, &scene, Fit::Visible);
+    let fitting = arguments.pictures.cameras(options, &scene);
     let start = options.orbit(ELEVATION);
     let cameras = match &keys {
         Some(keys) => keys.cameras(&fitting, start, frames)?,

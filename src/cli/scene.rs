@@ -135,6 +135,15 @@ impl<'a> Cameras<'a> {
         Self { options: options.clone(), grid: scene.volume.grid(), framing }
     }
 
+    /// What they fit unless options say otherwise is all of the volume's box: it is to be seen.
+    pub fn of_box(options: &CameraOptions, scene: &'a Scene) -> Self {
+        let framing = options.fit.is_none().then(|| Rc::new(Framing::whole(&scene.volume)));
+        framing.map_or_else(
+            || Self::new(options, scene, Fit::Visible),
+            |framing| Self { options: options.clone(), grid: scene.volume.grid(), framing: Some(framing) },
+        )
+    }
+
     /// The same with other options, which fit the same.
     pub fn with(&self, options: CameraOptions) -> Self {
         Self { options, ..self.clone() }

@@ -1,7 +1,8 @@
 //! Where finished pictures are made: rendered, averaged, annotated.
 
+use super::options::{CameraOptions, Fit};
 use super::parse;
-use super::scene::Scene;
+use super::scene::{Cameras, Scene};
 use super::viewer::Viewer;
 use crate::annotation::{Annotations, Shown};
 use crate::camera::Camera;
@@ -21,7 +22,7 @@ pub(super) struct PictureOptions {
     /// Draw a colour bar with the transfer function's opacities beside it, and a scale bar where the projection is parallel
     #[arg(long)]
     pub legend: bool,
-    /// Draw the box around the voxels: back edges behind the volume, front edges before it
+    /// Draw the box around the voxels, back edges behind the volume, front edges before it, and fit it unless --fit says otherwise
     #[arg(long = "box")]
     pub bounding_box: bool,
     /// Draw the world's axes in the lower left corner
@@ -85,6 +86,11 @@ impl<'a> Studio<'a> {
 }
 
 impl PictureOptions {
+    /// Cameras that fit what is visible, and what is drawn around it.
+    pub fn cameras<'a>(&self, options: &CameraOptions, scene: &'a Scene) -> Cameras<'a> {
+        if self.bounding_box { Cameras::of_box(options, scene) } else { Cameras::new(options, scene, Fit::Visible) }
+    }
+
     fn annotations(&self) -> Annotations {
         let Self { legend, bounding_box, axes, .. } = *self;
         Annotations { legend, bounding_box, axes, units: self.units.clone(), length_units: self.length_units.clone() }

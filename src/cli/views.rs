@@ -1,7 +1,6 @@
 //! `layersplat views`: a contact sheet.
 
-use super::options::Fit;
-use super::scene::{Cameras, Scene, SceneOptions};
+use super::scene::{Scene, SceneOptions};
 use super::studio::{PictureOptions, Studio};
 use crate::annotation::labelled;
 use crate::camera::{Camera, Orbit};
@@ -65,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         elevation: start.elevation + elevation,
         ..start
     };
-    let cameras = Cameras::new(options, &scene, Fit::Visible).sequence(VIEWS.iter().map(orbit));
+    let cameras = arguments.pictures.cameras(options, &scene).sequence(VIEWS.iter().map(orbit));
     scene.require_checked(&arguments.scene, size, &cameras)?;
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     studio.announce(&cameras[0], options.size)?;

@@ -32,22 +32,38 @@ const ELLIPSOIDS: [Ellipsoid; 10] = [
 ];
 
 impl Ellipsoid {
-    fn contains(&self, point: DVec3) -> bool {
+    /// Distance from its surface, negative within: exact on the surface, and near it nearly so.
+    fn distance(&self, point: DVec3) -> f64 {
+        let axes = DVec3::from_array(self.axes);
         let from_centre = point - DVec3::from_array(self.centre);
-        let turned = DVec2::from_angle(-self.angle.to_radians()).rotate(from_centre.truncate());
-        (turned.extend(from_centre.z) / DVec3::from_array(self.axes)).length_squared() <= 1.0
+        let turned = DVec2::from_angle(-self.angle.to_radians()).rotate(from_centre.truncate()).extend(from_centre.z);
+        let (scaled, steep) = (turned / axes, turned / (axes * axes));
+        let size = scaled.length();
+        // In the middle it has no direction: there the nearest of its tips counts.
+        if size < 0.5 { (size - 1.0) * axes.min_element() } else { (size - 1.0) * size / steep.length() }
+    }
+
+    /// How much of a cell of this width around a point it fills, 0 … 1.
+    fn share(&self, point: DVec3, width: f64) -> f64 {
+        let distance = self.distance(point);
+        if width > 0.0 { (0.5 - distance / width).clamp(0.0, 1.0) } else { f64::from(u8::from(distance <= 0.0)) }
     }
 }
 
-/// The density at a point of \[−1, 1\]³.
-fn density(point: DVec3) -> f64 {
+/// The density of a cell of this width around a point of \[−1, 1\]³; at the point itself, if it has none.
+fn density(point: DVec3, width: f64) -> f64 {
     // Sums of ellipsoids that cancel may leave a rounding error.
-    ELLIPSOIDS.iter().filter(|ellipsoid| ellipsoid.contains(point)).map(|ellipsoid| ellipsoid.density).sum::<f64>().max(0.0)
+    ELLIPSOIDS.iter().map(|ellipsoid| ellipsoid.density * ellipsoid.share(point, width)).sum::<f64>().max(0.0)
 }
+
+/// Width of the surfaces in voxels: a scanner's voxels hold what is in them, and surfaces without steps are what can be lit.
+const SURFACE: f64 = 1.5;
 
 pub(super) fn shepp_logan(dims: [usize; 3]) -> Arc<dyn Made> {
     let [x, y, z] = coordinates(dims);
-    made(dims, move |i, j, k| density(DVec3::new(x[i], y[j], z[k])))
+    let steps: Vec<f64> = dims.iter().filter(|&&n| n > 1).map(|&n| 2.0 / (n as f64 - 1.0)).collect();
+    let width = SURFACE * steps.iter().sum::<f64>() / steps.len().max(1) as f64;
+    made(dims, move |i, j, k| density(DVec3::new(x[i], y[j], z[k]), width))
 }
 
 #[cfg(test)]
@@ -84,9 +100,22 @@ mod tests {
             // Where the large one and the smallest sphere overlap.
             ([0.0, 0.12, -0.25], 0.4),
         ] {
-            let found = density(DVec3::from_array(point));
+            let found = density(DVec3::from_array(point), 0.0);
             assert!((found - expected).abs() < ROUNDING, "{point:?}: {found}, not {expected}");
         }
+    }
+
+    /// Along the axes, distances from the tips are exact; soft surfaces are half as dense as what is within.
+    #[test]
+    fn distances_from_the_skull() {
+        let skull = &ELLIPSOIDS[0];
+        for (point, expected) in [([0.0, 1.0, 0.0], 0.08), ([0.69, 0.0, 0.0], 0.0), ([0.0, 0.0, -0.8], -0.1), ([0.0; 3], -0.69)] {
+            // (q−1)·q/|∇| of a point on an axis a at s is (s/a − 1)·a.
+            let found = skull.distance(DVec3::from_array(point));
+            assert!((found - expected).abs() < ROUNDING, "{point:?}: {found}, not {expected}");
+        }
+        assert!((density(DVec3::new(0.69, 0.0, 0.0), 0.02) - 0.5).abs() < ROUNDING);
+        assert!((density(DVec3::new(0.694, 0.0, 0.0), 0.02) - 0.3).abs() < ROUNDING);
     }
 
     /// Volumes of ellipsoids are 4π/3·abc; what all densities add up to is theirs, weighted.
@@ -97,10 +126,12 @@ mod tests {
         const DISCRETE: f64 = 0.01;
         let place = |n: usize| (2 * n + 1) as f64 / N as f64 - 1.0;
         let cells = (0..N * N * N).map(|n| DVec3::new(place(n % N), place(n / N % N), place(n / N / N)));
-        let mass = cells.map(density).sum::<f64>() * (2.0 / N as f64).powi(3);
+        let mass = |width| cells.clone().map(|cell| density(cell, width)).sum::<f64>() * (2.0 / N as f64).powi(3);
         let volume = |e: &Ellipsoid| e.axes.iter().product::<f64>() * 4.0 / 3.0 * std::f64::consts::PI;
         // Parts of the ventricles' empty ellipsoids overlap nothing but brain.
         let expected: f64 = ELLIPSOIDS.iter().map(|e| volume(e) * e.density).sum();
-        assert!((mass / expected - 1.0).abs() < DISCRETE, "{mass}, not {expected}");
+        for width in [0.0, SURFACE * 2.0 / N as f64] {
+            assert!((mass(width) / expected - 1.0).abs() < DISCRETE, "{}, not {expected}", mass(width));
+        }
     }
 }

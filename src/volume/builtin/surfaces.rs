@@ -32,15 +32,16 @@ fn gyroid_density(point: DVec3) -> f64 {
 fn torus_knot_density(point: DVec3) -> f64 {
     const RADIUS: f64 = 0.56;
     const WINDING: f64 = 0.24;
-    const TUBE: f64 = 0.115;
+    const TUBE: f64 = 0.1;
     let around = point.y.atan2(point.x);
     let across = DVec2::new(point.truncate().length() - RADIUS, point.z);
     let strand = DVec2::from_angle(1.5 * around) * WINDING;
-    let distance = across.distance(strand).min(across.distance(-strand));
-    // The line climbs by three turns of the tube while it goes around twice: across it, it is nearer than in the plane.
-    let along = point.truncate().length().max(0.1);
-    let climb = 1.5 * WINDING;
-    soft(distance * along / along.hypot(climb), TUBE)
+    let distance = |strand: DVec2| {
+        // The line climbs by one and a half turns of the tube per turn: across it, it is nearer than in the plane.
+        let along = RADIUS + strand.x;
+        across.distance(strand) * along / along.hypot(1.5 * WINDING)
+    };
+    soft(distance(strand).min(distance(-strand)), TUBE)
 }
 
 pub(super) fn gyroid(dims: [usize; 3]) -> Arc<dyn Made> {
