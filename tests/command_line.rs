@@ -198,7 +198,7 @@ fn bad_command_lines_exit_with_2() {
         ("--layer-axis w", "auto"),
         ("--layer-axis x", "--layer-axis"),
         ("--background pink", "pink"),
-        ("-o a.jpg", ".png"),
+        ("-o a.bmp", ".png"),
         ("-o a", ".png"),
         ("--type int64", "int64"),
         ("--dims 0x1x1", "XxYxZ"),

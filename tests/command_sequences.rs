@@ -354,9 +354,9 @@ fn contact_sheets_show_every_side() {
 fn annotations_are_added_to_the_picture() {
     let folder = folder();
     let f = folder.path();
-    let bare = picture(f, "--size 200x160");
+    let bare = picture(f, "--size 200x160 --fit visible");
     for options in ["--legend", "--box", "--axes", "--legend --units HU --length-units mm"] {
-        let annotated = picture(f, &format!("--size 200x160 {options}"));
+        let annotated = picture(f, &format!("--size 200x160 --fit visible {options}"));
         let differing = annotated.pixels().iter().zip(bare.pixels()).filter(|(a, b)| a != b).count();
         assert!((50..16_000).contains(&differing), "{options}: {differing}");
     }

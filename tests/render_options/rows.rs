@@ -88,6 +88,22 @@ pub const SCENES: &[Row] = &[
     row("--size", "--size 20x44", |s| s.size = viewport(20, 44)),
     row("--background", "--background #204060", |s| s.background = "#204060".parse().ok()),
     row("--background", "--background 1,0,0.5", |s| s.background = Some(Background::Color([1.0, 0.0, 0.5]))),
+    row("--samples", "--samples 3", |s| s.samples = 3),
+    row("--box", "--box", |s| s.annotations.bounding_box = true),
+    row("--axes", "--axes", |s| s.annotations.axes = true),
+    beside(
+        "--background #e0f0ff",
+        |s| s.background = "#e0f0ff".parse().ok(),
+        "--legend",
+        "--legend",
+        |s| {
+            s.annotations.legend = true;
+        },
+    ),
+    beside("--legend --size 120x90", large_legend, "--units", "--units HU", |s| s.annotations.units = Some("HU".into())),
+    beside("--legend --size 120x90", large_legend, "--length-units", "--length-units mm", |s| {
+        s.annotations.length_units = Some("mm".into());
+    }),
 ];
 
 /// How it is drawn.
@@ -205,6 +221,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--device-unchecked", "says whether a device that draws wrongly is refused; tests/device_checks.rs has one"),
     ("--memory", "streams what does not fit, to the same bits; a test of its own asserts that"),
     ("--time-limit", "gives up what takes longer, and changes nothing else; a test of its own asserts that"),
+    ("--cameras", "is many pictures; tests/command_sequences.rs has some"),
     ("--output", "says where the picture goes; a test of its own looks there"),
     ("--json", "says what is printed; a test of its own reads it"),
     ("--help", "prints, and renders nothing"),
@@ -212,6 +229,10 @@ pub const UNCHANGED: &[(&str, &str)] = &[
 ];
 
 const CENTRE: DVec3 = DVec3::new(9.0, -1.0, 5.5);
+
+fn large_legend(s: &mut Scene) {
+    (s.annotations.legend, s.size) = (true, viewport(120, 90));
+}
 
 fn of_all_in_perspective(s: &mut Scene) {
     (s.whole, s.field_of_view) = (true, Some(50.0));
