@@ -8,14 +8,18 @@ use glam::{DVec2, DVec3};
 const LENGTH: f64 = 30.0;
 /// From the corner to where the axes meet.
 const MARGIN: f64 = 50.0;
+/// Shorter side of pictures in which they are smaller.
+const SMALL: f64 = 160.0;
 const AXES: [(DVec3, &str, [u8; 3]); 3] =
     [(DVec3::X, "x", [232, 88, 80]), (DVec3::Y, "y", [96, 190, 90]), (DVec3::Z, "z", [88, 144, 240])];
 /// Least share of an axis' length, seen from its tip, for which it has an arrowhead.
 const SHORT: f64 = 0.12;
 
 pub(super) fn draw(screen: &Screen, canvas: &mut Canvas) {
-    let scale = f64::from(canvas.scale());
-    let origin = DVec2::new(MARGIN * scale, f64::from(canvas.viewport().height) - MARGIN * scale);
+    let viewport = canvas.viewport();
+    // Of small pictures they take as much, at most.
+    let scale = f64::from(canvas.scale()) * (f64::from(viewport.width.min(viewport.height)) / SMALL).min(1.0);
+    let origin = DVec2::new(MARGIN * scale, f64::from(viewport.height) - MARGIN * scale);
     let basis = screen.basis();
     let mut axes = AXES.map(|(axis, name, color)| {
         let seen = DVec2::new(axis.dot(basis.right), -axis.dot(basis.up));

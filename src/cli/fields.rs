@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 31] = [
+const OPTIONS: [(&str, &str); 32] = [
     ("algorithm", "--algorithm"),
     ("background", "--background"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
@@ -21,6 +21,7 @@ const OPTIONS: [(&str, &str); 31] = [
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
+    ("light", "--light X,Y,Z"),
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),
     ("quality", "--quality"),

@@ -5,7 +5,7 @@ use crate::{HEADER, SECOND, common::*};
 use glam::DVec3;
 use layersplat::layers::{Axis, Kernel};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Quality,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Quality, Shading,
 };
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Endian, ScalarType};
@@ -161,6 +161,9 @@ pub const QUALITIES: &[Row] = &[
     }),
     row("--extinction", "--extinction linear", |s| s.settings.extinction = Extinction::Linear),
     row("--shading", "--shading off", |s| s.settings.shading = None),
+    row("--light", "--light -1,0.5,0.25", |s| {
+        s.settings.shading = Some(Shading { light: Some(DVec3::new(-1.0, 0.5, 0.25)), ..Shading::default() });
+    }),
     row("--lattice", "--lattice direct", |s| s.layered(|l| l.evaluation = Evaluation::Direct)),
     row("--lattice", "--lattice 1", |s| s.layered(|l| l.evaluation = Evaluation::Lattice(Density::Fixed(1)))),
     beside("--lattice direct --classification post", direct_splats, "--footprints", "--footprints set", |s| {
