@@ -29,7 +29,8 @@
 //! says which module does what.
 #![warn(missing_docs)]
 
-mod camera;
+pub mod annotation;
+pub mod camera;
 pub mod check;
 #[cfg(feature = "cli")]
 #[doc(hidden)]

@@ -5,11 +5,14 @@ Examples:
   layersplat render                                          a built-in volume
   layersplat render engine_256x256x128_uint8.raw.gz --azimuth 30 --elevation 20 -o engine.png
   layersplat render head.raw --dims 256x256x109 --type uint16 --endian big --spacing 1,1,1.5
-  layersplat render builtin:hydrogen --blend maximum --transfer viridis --size 1024x768";
+  layersplat render builtin:hydrogen --blend maximum --transfer viridis --size 1024x768
+  layersplat render builtin:shepp-logan --legend --axes --samples 2 -o phantom.jpg
+  layersplat render builtin:hydrogen --cameras views.ndjson  a picture per line of the file";
 pub(super) const ROTATE: &str = "\
 Examples:
   layersplat rotate --frames 90 --output turn                turn/frame_0000.png and so on
-  layersplat rotate foot_256x256x256_uint8.raw --quality high --perspective 30";
+  layersplat rotate foot_256x256x256_uint8.raw --quality high --perspective 30 -o foot.mp4
+  layersplat rotate --keys way.json --output way.gif";
 pub(super) const INFO: &str = "\
 Examples:
   layersplat info engine_256x256x128_uint8.raw.gz
@@ -39,3 +42,7 @@ Examples:
 pub(super) const MAN: &str = "\
 Examples:
   layersplat man --output ~/.local/share/man/man1";
+pub(super) const VIEWS: &str = "\
+Examples:
+  layersplat views builtin:shepp-logan --output phantom.png
+  layersplat views engine_256x256x128_uint8.raw.gz --size 256x256";

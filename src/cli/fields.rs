@@ -3,8 +3,9 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 29] = [
+const OPTIONS: [(&str, &str); 32] = [
     ("algorithm", "--algorithm"),
+    ("background", "--background"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
     ("classification", "--classification post|preintegrated"),
     ("clipping", "--clip X,Y,Z,NX,NY,NZ"),
@@ -20,9 +21,11 @@ const OPTIONS: [(&str, &str); 29] = [
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
+    ("light", "--light X,Y,Z"),
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),
     ("quality", "--quality"),
+    ("samples", "--samples N"),
     ("samples_per_layer", "--sublayers N"),
     ("scale", "--parallel-scale"),
     ("sheet_distance", "--sheet-distance D"),

@@ -8,7 +8,10 @@ mod compare;
 mod devices;
 mod examples;
 mod fields;
+mod film;
 mod info;
+mod keys;
+mod many;
 mod notice;
 mod options;
 mod paper;
@@ -19,8 +22,11 @@ mod scene;
 mod shell;
 #[cfg(unix)]
 mod signals;
+mod studio;
 mod tune;
+mod view;
 mod viewer;
+mod views;
 
 use crate::error::Error;
 use clap::{ArgAction, Parser, Subcommand};
@@ -42,12 +48,15 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a volume to a .png or .npy picture
+    /// Render a volume to a picture
     #[command(after_help = examples::RENDER)]
     Render(render::Arguments),
-    /// Render a full turn about the y axis to numbered PNGs
+    /// Render a full turn about the y axis, or a way through key cameras, to numbered PNGs, GIF, APNG or MP4
     #[command(after_help = examples::ROTATE)]
     Rotate(rotate::Arguments),
+    /// Render a contact sheet: volume from six sides and two corners, labelled
+    #[command(after_help = examples::VIEWS)]
+    Views(views::Arguments),
     /// Tell dimensions, type, range and histogram of a volume
     #[command(after_help = examples::INFO)]
     Info(info::Arguments),
@@ -86,6 +95,7 @@ pub fn main() -> ExitCode {
     let done = match cli.command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Rotate(arguments) => rotate::run(&arguments),
+        Command::Views(arguments) => views::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 /// Which volume, and what its name does not tell.
 #[derive(Args)]
 pub(super) struct VolumeOptions {
-    /// NAME_XxYxZ_TYPE.raw or .raw.gz, or builtin:marschner-lobb, builtin:hydrogen, builtin:cube with @N or @XxYxZ
+    /// NAME_XxYxZ_TYPE.raw or .raw.gz, or builtin: marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot or cube, as builtin:hydrogen, with @N or @XxYxZ
     #[arg(default_value = "builtin:hydrogen")]
     volume: PathBuf,
     /// Voxels along x, y, z, where the file's name does not tell them: XxYxZ
@@ -79,7 +79,7 @@ pub(super) struct TransferOptions {
 }
 
 /// Camera and picture.
-#[derive(Args)]
+#[derive(Args, Clone)]
 #[command(next_help_heading = "Camera and picture")]
 pub(super) struct CameraOptions {
     /// Degrees about the y axis
@@ -110,7 +110,7 @@ pub(super) struct CameraOptions {
     /// Size of the picture in pixels
     #[arg(long, default_value = "512x512", value_parser = parse::viewport, value_name = "WxH", allow_hyphen_values = true)]
     pub size: Viewport,
-    /// black, white, grey, #rrggbb, R,G,B or transparent [default: .png on black, .npy bare]
+    /// black, white, grey, #rrggbb, R,G,B or transparent [default: .png and .jpg on black, .exr and .npy bare]
     #[arg(long)]
     pub background: Option<Background>,
 }
@@ -171,6 +171,9 @@ pub(super) struct QualityOptions {
     /// on or off
     #[arg(long, value_parser = parse::switch)]
     shading: Option<bool>,
+    /// Direction to the light, in world coordinates: white, and on both sides of surfaces [default: at the camera]
+    #[arg(long, value_parser = parse::vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    light: Option<DVec3>,
     /// auto, direct (per pixel) or samples per voxel, 1 to 16
     #[arg(long, value_parser = parse::lattice, value_name = "auto|direct|N", allow_hyphen_values = true)]
     lattice: Option<Evaluation>,
@@ -230,10 +233,23 @@ impl QualityOptions {
                 Some(ExtinctionName::Exponential) => Extinction::Exponential,
                 Some(ExtinctionName::Linear) => Extinction::Linear,
             },
-            shading: self.shading.map_or(settings.shading, |on| on.then(Shading::default)),
+            shading: self.lit(settings.shading)?,
             early_termination: self.early_termination.unwrap_or(settings.early_termination),
             ..settings
         })
+    }
+
+    /// The settings' shading with what was asked for otherwise.
+    fn lit(&self, own: Option<Shading>) -> Result<Option<Shading>, crate::Error> {
+        let shading = self.shading.map_or(own, |on| on.then(Shading::default));
+        match (shading, self.light) {
+            (Some(shading), Some(light)) => Ok(Some(Shading { light: Some(light), ..shading })),
+            (None, Some(_)) => {
+                let problem = "nothing is shaded: leave it out, or switch shading on".into();
+                Err(crate::Error::Settings { field: "light", problem })
+            }
+            (shading, None) => Ok(shading),
+        }
     }
 
     /// The quality's choices of layered rendering with what was asked for otherwise.

@@ -142,6 +142,12 @@ pub(super) fn sub_layers(text: &str) -> Result<u32, String> {
     count.ok_or_else(|| format!("'{text}' is not a number of sub-layers from 1 to {}", Correction::MAX_SUB_LAYERS))
 }
 
+/// 1 to 16 samples along the side of a pixel.
+pub(super) fn samples(text: &str) -> Result<u32, String> {
+    let count = text.parse().ok().filter(|n| (1..=16).contains(n));
+    count.ok_or_else(|| format!("'{text}' is not a number of samples along a pixel's side, from 1 to 16"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -174,6 +180,7 @@ mod tests {
         ] {
             assert_eq!(bytes(text), Ok(expected), "{text}");
         }
+        assert!(samples("0").is_err() && samples("17").is_err() && samples("x").is_err() && samples("16") == Ok(16));
         assert!(sub_layers("0").is_err() && sub_layers("17").is_err());
     }
 }

@@ -11,8 +11,11 @@ use crate::error::Error;
 use crate::framing::{Fixed, Framing};
 use crate::settings::{Blend, CropBox, Settings};
 use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
 use clap::Args;
+use glam::DVec3;
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// Options of `render`, `rotate` and `bench`.
@@ -89,8 +92,8 @@ impl Scene {
     }
 
     /// Refuses the device if it is known, or found now, not to draw such views as it should.
-    pub fn require_checked(&self, options: &SceneOptions, cameras: &[Camera]) -> Result<(), Error> {
-        let families = check::families(cameras, options.camera.size, self.volume.grid(), &self.settings);
+    pub fn require_checked(&self, options: &SceneOptions, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
+        let families = check::families(cameras, size, self.volume.grid(), &self.settings);
         check::require(&self.device, &families, &options.device)
     }
 }
@@ -120,27 +123,54 @@ pub(super) fn described(transfer: &TransferFunction) -> String {
 }
 
 /// Cameras that the options ask for.
+#[derive(Clone)]
 pub(super) struct Cameras<'a> {
-    options: &'a CameraOptions,
+    options: CameraOptions,
     grid: &'a Grid,
-    /// What is visible, if that is to be fitted.
-    framing: Option<Framing>,
-    fixed: Fixed,
+    /// What is visible, if that is to be fitted: to find it takes a pass over the volume.
+    framing: Option<Rc<Framing>>,
 }
 
 impl<'a> Cameras<'a> {
     /// `default`: what they fit unless the options say otherwise.
-    pub fn new(options: &'a CameraOptions, scene: &'a Scene, default: Fit) -> Self {
+    pub fn new(options: &CameraOptions, scene: &'a Scene, default: Fit) -> Self {
         let fit = options.fit.unwrap_or(default);
-        let framing = (fit == Fit::Visible).then(|| scene.framing());
-        let fixed = Fixed { centre: options.center, scale: options.parallel_scale, distance: options.distance };
-        Self { options, grid: scene.volume.grid(), framing, fixed }
+        let framing = (fit == Fit::Visible).then(|| Rc::new(scene.framing()));
+        Self { options: options.clone(), grid: scene.volume.grid(), framing }
+    }
+
+    /// What they fit unless options say otherwise is all of the volume's box: it is to be seen.
+    pub fn of_box(options: &CameraOptions, scene: &'a Scene) -> Self {
+        let framing = options.fit.is_none().then(|| Rc::new(Framing::whole(&scene.volume)));
+        framing.map_or_else(
+            || Self::new(options, scene, Fit::Visible),
+            |framing| Self { options: options.clone(), grid: scene.volume.grid(), framing: Some(framing) },
+        )
+    }
+
+    /// The same with other options, which fit the same.
+    pub fn with(&self, options: CameraOptions) -> Self {
+        Self { options, ..self.clone() }
+    }
+
+    pub fn options(&self) -> &CameraOptions {
+        &self.options
+    }
+
+    /// What a sequence turns around.
+    pub fn centre(&self) -> DVec3 {
+        let middle = || self.framing.as_ref().map_or_else(|| self.grid.centre(), |framing| framing.centre());
+        self.options.center.unwrap_or_else(middle)
+    }
+
+    fn fixed(&self) -> Fixed {
+        Fixed { centre: self.options.center, scale: self.options.parallel_scale, distance: self.options.distance }
     }
 
     /// The camera of one picture.
     pub fn still(&self, orbit: Orbit) -> Camera {
         match &self.framing {
-            Some(framing) => self.fitted(framing, orbit, self.fixed),
+            Some(framing) => self.fitted(framing, orbit, self.fixed()),
             None => self.of_volume(orbit),
         }
     }
@@ -156,7 +186,7 @@ impl<'a> Cameras<'a> {
     /// The cameras of a sequence, all of the same scale and around the same point.
     pub fn sequence(&self, orbits: impl Iterator<Item = Orbit>) -> Vec<Camera> {
         let Some(framing) = &self.framing else { return orbits.map(|orbit| self.of_volume(orbit)).collect() };
-        let fixed = Fixed { centre: Some(self.fixed.centre.unwrap_or_else(|| framing.centre())), ..self.fixed };
+        let fixed = Fixed { centre: Some(self.centre()), ..self.fixed() };
         let cameras: Vec<Camera> = orbits.map(|orbit| self.fitted(framing, orbit, fixed)).collect();
         let size = |camera: &Camera| match camera.projection {
             Projection::Parallel { scale } => scale,
@@ -175,7 +205,7 @@ impl<'a> Cameras<'a> {
 
     /// The whole volume, from all sides.
     fn of_volume(&self, orbit: Orbit) -> Camera {
-        let (options, grid) = (self.options, self.grid);
+        let (options, grid) = (&self.options, self.grid);
         let centre = options.center.unwrap_or_else(|| grid.centre());
         match (options.perspective, options.parallel_scale, options.distance) {
             (Some(field_of_view), _, Some(distance)) => {

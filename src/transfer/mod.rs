@@ -5,6 +5,7 @@ mod builtin;
 mod dimming;
 mod integrals;
 mod paraview;
+mod phantom;
 mod table;
 
 pub use integrals::IntegralTable;
@@ -74,9 +75,10 @@ impl TransferFunction {
         builtin::named(name)?.stretched(lo, hi)
     }
 
-    /// A sensible first transfer function, from the volume's histogram.
+    /// A sensible first transfer function, from the volume's histogram; of the built-in Shepp–Logan phantom, one that shows what is in the
+    /// head.
     pub fn automatic(volume: &Volume) -> Self {
-        automatic::from_statistics(&volume.statistics(), volume)
+        phantom::transfer(volume).unwrap_or_else(|| automatic::from_statistics(&volume.statistics(), volume))
     }
 
     /// A built-in name, `FILE` or `FILE#PRESET`.

@@ -5,7 +5,7 @@ use crate::{HEADER, SECOND, common::*};
 use glam::DVec3;
 use layersplat::layers::{Axis, Kernel};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Quality,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Quality, Shading,
 };
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Endian, ScalarType};
@@ -88,6 +88,22 @@ pub const SCENES: &[Row] = &[
     row("--size", "--size 20x44", |s| s.size = viewport(20, 44)),
     row("--background", "--background #204060", |s| s.background = "#204060".parse().ok()),
     row("--background", "--background 1,0,0.5", |s| s.background = Some(Background::Color([1.0, 0.0, 0.5]))),
+    row("--samples", "--samples 3", |s| s.samples = 3),
+    row("--box", "--box", |s| s.annotations.bounding_box = true),
+    row("--axes", "--axes", |s| s.annotations.axes = true),
+    beside(
+        "--background #e0f0ff",
+        |s| s.background = "#e0f0ff".parse().ok(),
+        "--legend",
+        "--legend",
+        |s| {
+            s.annotations.legend = true;
+        },
+    ),
+    beside("--legend --size 120x90", large_legend, "--units", "--units HU", |s| s.annotations.units = Some("HU".into())),
+    beside("--legend --size 120x90", large_legend, "--length-units", "--length-units mm", |s| {
+        s.annotations.length_units = Some("mm".into());
+    }),
 ];
 
 /// How it is drawn.
@@ -145,6 +161,9 @@ pub const QUALITIES: &[Row] = &[
     }),
     row("--extinction", "--extinction linear", |s| s.settings.extinction = Extinction::Linear),
     row("--shading", "--shading off", |s| s.settings.shading = None),
+    row("--light", "--light -1,0.5,0.25", |s| {
+        s.settings.shading = Some(Shading { light: Some(DVec3::new(-1.0, 0.5, 0.25)), ..Shading::default() });
+    }),
     row("--lattice", "--lattice direct", |s| s.layered(|l| l.evaluation = Evaluation::Direct)),
     row("--lattice", "--lattice 1", |s| s.layered(|l| l.evaluation = Evaluation::Lattice(Density::Fixed(1)))),
     beside("--lattice direct --classification post", direct_splats, "--footprints", "--footprints set", |s| {
@@ -205,6 +224,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--device-unchecked", "says whether a device that draws wrongly is refused; tests/device_checks.rs has one"),
     ("--memory", "streams what does not fit, to the same bits; a test of its own asserts that"),
     ("--time-limit", "gives up what takes longer, and changes nothing else; a test of its own asserts that"),
+    ("--cameras", "is many pictures; tests/command_sequences.rs has some"),
     ("--output", "says where the picture goes; a test of its own looks there"),
     ("--json", "says what is printed; a test of its own reads it"),
     ("--help", "prints, and renders nothing"),
@@ -212,6 +232,10 @@ pub const UNCHANGED: &[(&str, &str)] = &[
 ];
 
 const CENTRE: DVec3 = DVec3::new(9.0, -1.0, 5.5);
+
+fn large_legend(s: &mut Scene) {
+    (s.annotations.legend, s.size) = (true, viewport(120, 90));
+}
 
 fn of_all_in_perspective(s: &mut Scene) {
     (s.whole, s.field_of_view) = (true, Some(50.0));
