@@ -16,6 +16,7 @@ mod rotate;
 mod scene;
 #[cfg(unix)]
 mod signals;
+mod transfer;
 mod tune;
 mod viewer;
 
@@ -42,6 +43,8 @@ enum Command {
     Rotate(rotate::Arguments),
     /// Tell dimensions, type, range and histogram of a volume
     Info(info::Arguments),
+    /// List, show, convert and write transfer functions
+    Transfer(transfer::Arguments),
     /// List platforms and devices, with the tuning that would be used
     Devices(devices::Arguments),
     /// Tell how far two pictures differ
@@ -66,6 +69,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Rotate(arguments) => rotate::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Transfer(arguments) => transfer::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),

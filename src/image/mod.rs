@@ -4,12 +4,14 @@ mod background;
 mod display;
 mod file;
 mod metrics;
+pub(crate) mod text;
 
 pub use background::Background;
 #[cfg(feature = "cli")]
 pub(crate) use file::between_files;
 pub use file::{ImageFormat, read_image, write_whole};
 pub use metrics::Comparison;
+pub use text::{draw_text, text_size};
 
 use crate::error::Error;
 use crate::memory;

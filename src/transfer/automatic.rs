@@ -29,7 +29,7 @@ type Thresholds = [f64; CLASSES - 1];
 
 pub(super) fn from_statistics(statistics: &Statistics, volume: &Volume) -> TransferFunction {
     let (lo, hi) = visible_range(volume);
-    let name = "automatic";
+    let name = TransferFunction::AUTOMATIC;
     if statistics.min >= statistics.max {
         let color = COLORS[1];
         let points = vec![(lo, color[0]), (hi, color[1])];

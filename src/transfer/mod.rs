@@ -3,12 +3,17 @@
 mod automatic;
 mod builtin;
 mod dimming;
+mod format;
 mod integrals;
-mod paraview;
+mod maps;
+mod opacity;
 mod table;
+mod value;
 
+pub use format::FileFormat;
 pub use integrals::IntegralTable;
 pub use table::{Extinction, TransferTable};
+pub use value::Value;
 
 use crate::error::Error;
 use crate::volume::{Rescale, Volume};
@@ -37,6 +42,9 @@ pub struct TransferFunction {
 }
 
 impl TransferFunction {
+    /// The name of those that are made from a volume's histogram.
+    pub const AUTOMATIC: &str = "automatic";
+
     /// A transfer function from control points: values finite and ascending, colours and opacities in 0 … 1, at least
     /// one point each. Opacity α is per unit distance; the extinction is τ = −ln(1−α).
     pub fn new(
@@ -63,15 +71,29 @@ impl TransferFunction {
         Ok(Self { name, colors, opacities })
     }
 
-    /// The first preset of a ParaView colour-map file, or the one called `preset`.
+    /// Reads a file, recognised by what is in it: a ParaView preset (of several the first, or the one called `preset`), a volume property
+    /// of 3D Slicer (`.vp`, `.vp.json`), or lines of value,r,g,b,a (CSV). Curved functions and other colour spaces than RGB become
+    /// straight pieces, nowhere off by more than 0.001.
     pub fn from_file(path: &Path, preset: Option<&str>) -> Result<Self, Error> {
-        paraview::read(path, preset)
+        format::read(path, preset)
     }
 
-    /// A built-in transfer function, stretched onto the volume's range of values.
+    /// A built-in transfer function, one of [`TransferFunction::names`] or one of these with `_r` behind it, which turns its colours
+    /// round, stretched onto the volume's range of values. Its opacity rises slowly from a tenth of the range on, to a half.
     pub fn builtin(name: &str, volume: &Volume) -> Result<Self, Error> {
         let (lo, hi) = visible_range(volume);
-        builtin::named(name)?.stretched(lo, hi)
+        builtin::named(name).ok_or_else(|| builtin::unknown(name))?.stretched(lo, hi)
+    }
+
+    /// Names of the built-in transfer functions: this crate's own, and colour maps that other programs know by these names.
+    ///
+    /// ```
+    /// use layersplat::TransferFunction;
+    ///
+    /// assert!(["fire", "magma", "rdbu"].iter().all(|name| TransferFunction::names().any(|known| known == *name)));
+    /// ```
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        builtin::names()
     }
 
     /// A sensible first transfer function, from the volume's histogram.
@@ -82,18 +104,18 @@ impl TransferFunction {
     /// A built-in name, `FILE` or `FILE#PRESET`.
     pub fn open(source: impl AsRef<Path>, volume: &Volume) -> Result<Self, Error> {
         let path = source.as_ref();
-        if let Some(name) = path.to_str().filter(|name| builtin::NAMES.contains(name)) {
+        if let Some(name) = path.to_str().filter(|name| builtin::named(name).is_some()) {
             return Self::builtin(name, volume);
         }
         if path.exists() {
             return Self::from_file(path, None);
         }
-        match paraview::file_and_preset(path) {
+        match format::paraview::file_and_preset(path) {
             Some((file, preset)) => Self::from_file(file, Some(preset)),
             None if path.extension().is_none() && path.components().count() == 1 => Err(Error::UnknownName {
                 what: "transfer function",
                 name: path.display().to_string(),
-                known: format!("{}, or a ParaView .json file", builtin::NAMES.join(", ")),
+                known: format!("{}; or a file", builtin::listed()),
             }),
             None => Self::from_file(path, None),
         }
@@ -237,6 +259,14 @@ fn interpolate<T: Copy>(points: &[ControlPoint<T>], value: f64, mix: impl Fn(T, 
         (Some((x0, y0)), Some(&(x1, y1))) => mix(y0, y1, (value - x0) / (x1 - x0)),
         (Some((_, y)), None) | (None, Some(&(_, y))) => y,
         (None, None) => unreachable!("a transfer function has at least one point"),
+    }
+}
+
+/// What a function comes to from below: at a step, the first of its points there.
+fn approached<T: Copy>(points: &[ControlPoint<T>], value: f64, mix: impl Fn(T, T, f64) -> T) -> T {
+    match points.iter().find(|point| point.0 == value) {
+        Some(&(_, first)) => first,
+        None => interpolate(points, value, mix),
     }
 }
 
