@@ -355,7 +355,7 @@ fn bad_transfer_functions_are_refused() {
         ("empty.json", r#"{"RGBPoints": [], "Points": []}"#, "no points"),
         ("unsorted.json", r#"{"RGBPoints": [5,0,0,0, 1,0,0,0], "Points": [0,0,0.5,0]}"#, "sorted"),
         ("ragged.json", r#"{"RGBPoints": [5,0,0], "Points": [0,0,0.5,0]}"#, "multiple of 4"),
-        ("curved.json", r#"{"RGBPoints": [5,0,0,0], "Points": [0,0,0.2,0]}"#, "midpoint"),
+        ("curved.json", r#"{"RGBPoints": [5,0,0,0], "Points": [0,0,1.2,0]}"#, "midpoint"),
         ("nothing.json", "", "JSON"),
     ] {
         std::fs::write(f.join(name), text).unwrap();

@@ -8,7 +8,7 @@ use crate::volume::{Statistics, Volume};
 
 const PAPER: [u8; 4] = [24, 26, 31, 255];
 const PLOT: [u8; 4] = [33, 36, 43, 255];
-const HISTOGRAM: [u8; 4] = [96, 104, 120, 255];
+const HISTOGRAM: [u8; 4] = [76, 83, 98, 255];
 const GRID: [u8; 4] = [255, 255, 255, 26];
 const CURVE: [u8; 4] = [255, 255, 255, 255];
 const TEXT: [u8; 4] = [226, 229, 235, 255];
@@ -177,9 +177,11 @@ impl Page {
 
     fn title(&mut self, transfer: &str, volume: &str) {
         let (left, right, scale) = (self.plot.left, self.plot.right, self.scale);
-        let kinds = "opacity, log. histogram";
+        let kinds = "opacity, log histogram";
         let letters = |width: u32| (width / (8 * scale)) as usize;
         let kinds_width = text_size(kinds, scale)[0];
+        // Of a file, its name without the folders.
+        let transfer = transfer.rsplit(['/', '\\']).next().unwrap_or(transfer);
         let title = shortened(&format!("{transfer} on {volume}"), letters(right - left - kinds_width - 16 * scale));
         self.write([left as i32, 14 * scale as i32], &title, TEXT);
         self.write([(right - kinds_width) as i32, 14 * scale as i32], kinds, FAINT);
