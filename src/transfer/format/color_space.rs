@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-type Triple = [f64; 3];
+pub(super) type Triple = [f64; 3];
 
 /// What colours between two points are mixed in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,8 @@ pub(super) enum ColorSpace {
     },
     /// CIELAB.
     Lab,
+    /// CIELAB, where there are too many points for paths of the least CIEDE2000 difference.
+    Ciede2000,
     /// Polar CIELAB through white, for two ends of different hues (Moreland 2009).
     Diverging,
     /// The next point's colour.
@@ -27,7 +29,7 @@ impl ColorSpace {
         match self {
             ColorSpace::Rgb => mix(from, to, share),
             ColorSpace::Hsv { shorter_way } => mixed_hues(hsv(from), hsv(to), shorter_way, share),
-            ColorSpace::Lab => rgb_of_lab(mix(lab(from), lab(to), share)),
+            ColorSpace::Lab | ColorSpace::Ciede2000 => rgb_of_lab(mix(lab(from), lab(to), share)),
             ColorSpace::Diverging => rgb_of_lab(lab_of_polar(diverging(polar(lab(from)), polar(lab(to)), share))),
             ColorSpace::Step => to,
         }

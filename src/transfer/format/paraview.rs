@@ -1,5 +1,6 @@
 //! ParaView colour-map presets (JSON): `RGBPoints` of value, r, g, b and `Points` of value, opacity, midpoint, sharpness.
 
+use super::ciede2000;
 use super::color_space::ColorSpace;
 use super::curve::{Mix, Node, pieces};
 use super::{MAX_POINTS, bad};
@@ -34,30 +35,25 @@ struct Preset {
     indexed_colors: Vec<f64>,
 }
 
-/// Paths of the least CIEDE2000 difference, where ParaView has them.
-const EVEN_STEPS: &str = "Lab/CIEDE2000";
-
 impl Preset {
     /// Parts of it that change what ParaView shows, and nothing here.
     fn ignored(&self) -> Vec<String> {
         let scale = is_set(&self.log_scale).then(|| "UseLogScale is ignored: the scale is linear".into());
         let categories =
             (!self.indexed_colors.is_empty()).then(|| "IndexedColors are ignored: values have the colours of RGBPoints".into());
-        let path = (self.color_space.as_deref() == Some(EVEN_STEPS)).then(|| {
-            format!("its colour space is {EVEN_STEPS}: colours between points are mixed in Lab, which may be off by 0.3")
-        });
-        [scale, categories, path].into_iter().flatten().collect()
+        [scale, categories].into_iter().flatten().collect()
     }
 
     fn space(&self) -> Result<ColorSpace, String> {
         Ok(match self.color_space.as_deref() {
             None | Some("RGB") => ColorSpace::Rgb,
             Some("HSV") => ColorSpace::Hsv { shorter_way: is_set(&self.wrapped) },
-            Some("Lab" | EVEN_STEPS) => ColorSpace::Lab,
+            Some("Lab") => ColorSpace::Lab,
+            Some("Lab/CIEDE2000") => ColorSpace::Ciede2000,
             Some("Diverging") => ColorSpace::Diverging,
             Some("Step") => ColorSpace::Step,
             Some(other) => {
-                return Err(format!("its ColorSpace is {other}: expected RGB, HSV, Lab, {EVEN_STEPS}, Diverging or Step"));
+                return Err(format!("its ColorSpace is {other}: expected RGB, HSV, Lab, Lab/CIEDE2000, Diverging or Step"));
             }
         })
     }
@@ -74,6 +70,7 @@ impl Preset {
             ColorSpace::Rgb => pieces(&nodes, &Mix::Straight),
             _ if !are_colors => pieces(&nodes, &Mix::Straight),
             ColorSpace::Step => Ok(stepped(&nodes)),
+            ColorSpace::Ciede2000 if nodes.len() <= MAX_PATHS => Ok(along_paths(&nodes)),
             space => pieces(&nodes, &Mix::Curved(&|from, to, share| space.mixed(from, to, share).map(|c| c.min(1.0)))),
         }
     }
@@ -108,6 +105,19 @@ fn rows(points: &[f64], what: &str) -> Result<Vec<[f64; 4]>, String> {
         (rows, []) => Ok(rows.to_vec()),
         _ => Err(format!("{what} holds {} numbers, which is not a multiple of 4", points.len())),
     }
+}
+
+/// More points than these are near to each other, and CIELAB between them as good as a path, each of which takes milliseconds.
+const MAX_PATHS: usize = 300;
+
+/// Points of the paths between the nodes.
+fn along_paths(nodes: &[Node<3>]) -> Vec<ControlPoint<[f64; 3]>> {
+    let between = nodes.windows(2).flat_map(|pair| {
+        let (from, to) = (pair[0].value, pair[1].value);
+        let value = move |share: f64| if share < 1.0 { from + (to - from) * share } else { to };
+        ciede2000::path(pair[0].y, pair[1].y).into_iter().map(move |(share, color)| (value(share), color))
+    });
+    nodes.first().map(|node| (node.value, node.y)).into_iter().chain(between).collect()
 }
 
 /// Each point's colour from above the point before it up to itself.
@@ -230,7 +240,6 @@ mod tests {
         for (more, word) in [
             (r#", "UseLogScale": 1"#, "UseLogScale"),
             (r#", "UseLogScale": true"#, "UseLogScale"),
-            (r#", "ColorSpace": "Lab/CIEDE2000""#, "CIEDE2000"),
             (r#", "IndexedColors": [1, 0, 0]"#, "IndexedColors"),
         ] {
             assert!(matches!(&ignored(more)[..], [one] if one.contains(word)), "{more}");
