@@ -190,6 +190,28 @@ fn a_function_is_shown() {
     assert_eq!((large.width(), large.height()), (1280, 720));
 }
 
+/// Of data that are all alike, far from 0 or spread wide.
+#[test]
+fn odd_volumes_are_shown_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    for (name, values) in [
+        ("flat", [7.0; 8]),
+        ("far", [1e12, 1e12 + 4000.0, 1e12, 1e12, 1e12 + 1.0, 1e12, 1e12, 1e12]),
+        ("farther", [1e25, 1e25 + 4e9, 1e25, 1e25, 1e25, 1e25, 1e25, 1e25]),
+        ("wide", [-9e29, 9e29, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0]),
+        ("lost", [-1e30; 8]),
+        ("narrow", [0.0, 1e-30, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    ] {
+        let file = format!("{name}_2x2x2_float64.raw");
+        std::fs::write(f.join(&file), values.map(f64::to_le_bytes).concat()).unwrap();
+        for more in [&[][..], &["--transfer", "magma_r"], &["--window", "p50,1e16"]] {
+            json(f, &[&["transfer", &file, "-o", "a.png", "--size", "320x180"], more].concat());
+            assert_eq!(read_image(&f.join("a.png")).unwrap().width(), 320);
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_written_or_shown_is_refused() {
     let folder = tempfile::tempdir().unwrap();

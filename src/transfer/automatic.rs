@@ -1,7 +1,8 @@
 //! A first transfer function, from histogram and gradients: one material a class of values, noise and air left out, each with a colour
 //! of its own and as opaque as lets the next be seen.
 
-use super::{TransferFunction, visible_range};
+use super::TransferFunction;
+use super::sources::visible_range;
 use crate::volume::{HISTOGRAM_BINS, Statistics, Volume};
 
 /// Classes of values that are told apart; the lowest, air and noise, is not shown.

@@ -7,6 +7,7 @@ mod format;
 mod integrals;
 mod maps;
 mod opacity;
+mod sources;
 mod table;
 mod value;
 
@@ -17,7 +18,6 @@ pub use value::Value;
 
 use crate::error::Error;
 use crate::volume::{Rescale, Volume};
-use std::path::Path;
 
 /// A control point: a data value and what it maps to.
 pub type ControlPoint<T> = (f64, T);
@@ -42,9 +42,6 @@ pub struct TransferFunction {
 }
 
 impl TransferFunction {
-    /// The name of those that are made from a volume's histogram.
-    pub const AUTOMATIC: &str = "automatic";
-
     /// A transfer function from control points: values finite and ascending, colours and opacities in 0 … 1, at least
     /// one point each. Opacity α is per unit distance; the extinction is τ = −ln(1−α).
     pub fn new(
@@ -69,60 +66,6 @@ impl TransferFunction {
         check("the colour function", colors.iter().map(|(x, c)| (*x, c.as_slice())).collect())?;
         check("the opacity function", opacities.iter().map(|(x, a)| (*x, std::slice::from_ref(a))).collect())?;
         Ok(Self { name, colors, opacities })
-    }
-
-    /// Reads a file, recognised by what is in it: a ParaView preset (of several the first, or the one called `preset`), a volume property
-    /// of 3D Slicer (`.vp`, `.vp.json`), or lines of value,r,g,b,a (CSV). Curved functions and other colour spaces than RGB become
-    /// straight pieces, nowhere off by more than 0.001; in `Lab/CIEDE2000`, ParaView's own are as rough as 1/32.
-    ///
-    /// # Errors
-    /// If it cannot be read or is none of these; if values are not ascending, or anything is not from 0 to 1 that should be; if it is
-    /// larger than 16 MiB, or has more than 65536 control points.
-    pub fn from_file(path: &Path, preset: Option<&str>) -> Result<Self, Error> {
-        format::read(path, preset)
-    }
-
-    /// A built-in transfer function, one of [`TransferFunction::names`] or one of these with `_r` behind it, which turns its colours
-    /// round, stretched onto the volume's range of values. Its opacity rises slowly from a tenth of the range on, to a half.
-    pub fn builtin(name: &str, volume: &Volume) -> Result<Self, Error> {
-        let (lo, hi) = visible_range(volume);
-        builtin::named(name).ok_or_else(|| builtin::unknown(name))?.stretched(lo, hi)
-    }
-
-    /// Names of the built-in transfer functions: this crate's own, and colour maps that other programs know by these names.
-    ///
-    /// ```
-    /// use layersplat::TransferFunction;
-    ///
-    /// assert!(["fire", "magma", "rdbu"].iter().all(|name| TransferFunction::names().any(|known| known == *name)));
-    /// ```
-    pub fn names() -> impl Iterator<Item = &'static str> {
-        builtin::names()
-    }
-
-    /// A sensible first transfer function, from the volume's histogram.
-    pub fn automatic(volume: &Volume) -> Self {
-        automatic::from_statistics(&volume.statistics(), volume)
-    }
-
-    /// A built-in name, `FILE` or `FILE#PRESET`.
-    pub fn open(source: impl AsRef<Path>, volume: &Volume) -> Result<Self, Error> {
-        let path = source.as_ref();
-        if let Some(name) = path.to_str().filter(|name| builtin::named(name).is_some()) {
-            return Self::builtin(name, volume);
-        }
-        if path.exists() {
-            return Self::from_file(path, None);
-        }
-        match format::paraview::file_and_preset(path) {
-            Some((file, preset)) => Self::from_file(file, Some(preset)),
-            None if path.extension().is_none() && path.components().count() == 1 => Err(Error::UnknownName {
-                what: "transfer function",
-                name: path.display().to_string(),
-                known: format!("{}; or a file", builtin::listed()),
-            }),
-            None => Self::from_file(path, None),
-        }
     }
 
     /// The same function with its range of values mapped linearly onto `lo … hi`.
@@ -240,20 +183,6 @@ impl TransferFunction {
         let colors = gap(self.colors.iter().map(|p| p.0).collect());
         let opacities = gap(self.opacities.iter().map(|p| p.0).collect());
         [colors, opacities].into_iter().flatten().min_by(f64::total_cmp)
-    }
-}
-
-/// The range onto which functions without values of their own are stretched: the data's; where all voxels are alike, with the
-/// background's; where that is the same too, from 0 to a value above it, so that it shows.
-fn visible_range(volume: &Volume) -> (f64, f64) {
-    let (lo, hi) = volume.range();
-    if lo < hi {
-        return (lo, hi);
-    }
-    match volume.field_range() {
-        (lo, hi) if lo < hi => (lo, hi),
-        (lo, _) if lo > 0.0 => (0.0, lo),
-        (lo, _) => (lo, lo + 1.0),
     }
 }
 

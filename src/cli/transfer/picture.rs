@@ -159,9 +159,11 @@ impl Page {
         }
         let (lo, hi) = self.range;
         let step = round_step((hi - lo) / VALUES);
+        let first = (lo / step).ceil();
         let mut free = 0;
-        for n in (lo / step).ceil() as i64..=(hi / step).floor() as i64 {
-            let value = n as f64 * step;
+        // Far from 0, where numbers are farther apart than the steps, there is none.
+        let values = (0..=2 * VALUES as u32).map(|n| (first + f64::from(n)) * step).filter(|value| (lo..=hi).contains(value));
+        for value in values {
             let x = bar.left + ((value - lo) / (hi - lo) * f64::from(bar.width() - 1)).round() as u32;
             (plot.top..plot.bottom).for_each(|y| self.mark(x, y, GRID));
             (bar.bottom..bar.bottom + 4 * scale).for_each(|y| self.mark(x, y, FAINT));
@@ -242,8 +244,14 @@ fn round_step(least: f64) -> f64 {
 
 /// A number with as many digits as its steps need.
 fn number(value: f64, step: f64) -> String {
-    if value != 0.0 && !(1e-4..1e6).contains(&value.abs().max(step)) {
-        return format!("{value:.2e}");
+    let size = value.abs().max(step);
+    if value != 0.0 && !(1e-4..1e6).contains(&size) {
+        let digits = (size / step).log10().ceil().clamp(1.0, 9.0) as usize;
+        let text = format!("{value:.digits$e}");
+        return match text.split_once('e') {
+            Some((mantissa, power)) => format!("{}e{power}", mantissa.trim_end_matches('0').trim_end_matches('.')),
+            None => text,
+        };
     }
     let exact = |digits: &usize| {
         let power = 10f64.powi(*digits as i32);
@@ -274,7 +282,8 @@ mod tests {
             (-0.0, 1.0, "0"),
             (0.25, 0.25, "0.25"),
             (0.5, 0.25, "0.5"),
-            (2e7, 1e7, "2.00e7"),
+            (2e7, 1e7, "2e7"),
+            (1e9 + 1e3, 1e3, "1.000001e9"),
             (100.0, 20.0, "100"),
             (37.5, 12.5, "37.5"),
         ] {

@@ -48,12 +48,14 @@ impl Preset {
         Ok(match self.color_space.as_deref() {
             None | Some("RGB") => ColorSpace::Rgb,
             Some("HSV") => ColorSpace::Hsv { shorter_way: is_set(&self.wrapped) },
-            Some("Lab") => ColorSpace::Lab,
+            Some("Lab" | "CIELAB") => ColorSpace::Lab,
             Some("Lab/CIEDE2000") => ColorSpace::Ciede2000,
             Some("Diverging") => ColorSpace::Diverging,
             Some("Step") => ColorSpace::Step,
             Some(other) => {
-                return Err(format!("its ColorSpace is {other}: expected RGB, HSV, Lab, Lab/CIEDE2000, Diverging or Step"));
+                return Err(format!(
+                    "its ColorSpace is {other}: expected RGB, HSV, Lab, Lab/CIEDE2000, Diverging or Step; choose one of them in ParaView"
+                ));
             }
         })
     }
