@@ -22,6 +22,8 @@ struct Property {
     #[serde(default)]
     effective_range: Option<[f64; 2]>,
     #[serde(default)]
+    independent_components: Option<bool>,
+    #[serde(default)]
     interpolation_type: Option<String>,
     components: Vec<Component>,
 }
@@ -30,7 +32,11 @@ struct Property {
 #[serde(rename_all = "camelCase")]
 struct Component {
     #[serde(default)]
+    component_weight: Option<f64>,
+    #[serde(default)]
     shade: Option<bool>,
+    #[serde(default)]
+    lighting: Option<Lighting>,
     #[serde(default)]
     disable_gradient_opacity: Option<bool>,
     /// World distance that opacities are for.
@@ -40,6 +46,22 @@ struct Component {
     scalar_opacity: Function<Opacity>,
     #[serde(default)]
     gradient_opacity: Option<Function<Opacity>>,
+}
+
+/// As VTK lights by itself.
+#[derive(Deserialize, Serialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Lighting {
+    diffuse: f64,
+    ambient: f64,
+    specular: f64,
+    specular_power: f64,
+}
+
+impl Default for Lighting {
+    fn default() -> Self {
+        Self { diffuse: 0.7, ambient: 0.1, specular: 0.2, specular_power: 10.0 }
+    }
 }
 
 #[derive(Deserialize, Serialize)]
@@ -119,7 +141,9 @@ pub(super) fn written(transfer: &TransferFunction) -> String {
     let opacity = |&(x, y): &(f64, f64)| Opacity { x, y, midpoint: 0.5, sharpness: 0.0 };
     let function = |points: Vec<Opacity>| Function { kind: "piecewiseLinearFunction".into(), points };
     let component = Component {
+        component_weight: Some(1.0),
         shade: Some(true),
+        lighting: Some(Lighting::default()),
         disable_gradient_opacity: Some(true),
         scalar_opacity_unit_distance: Some(1.0),
         rgb_transfer_function: Function {
@@ -130,8 +154,12 @@ pub(super) fn written(transfer: &TransferFunction) -> String {
         gradient_opacity: Some(function(vec![opacity(&(0.0, 1.0)), opacity(&(255.0, 1.0))])),
     };
     let (lo, hi) = transfer.range();
-    let property =
-        Property { effective_range: Some([lo, hi]), interpolation_type: Some("linear".into()), components: vec![component] };
+    let property = Property {
+        effective_range: Some([lo, hi]),
+        independent_components: Some(true),
+        interpolation_type: Some("linear".into()),
+        components: vec![component],
+    };
     let file = File { schema: SCHEMA.into(), properties: vec![property] };
     serde_json::to_string_pretty(&file).expect("finite numbers") + "\n"
 }
