@@ -234,6 +234,7 @@ const CENTRE: DVec3 = DVec3::new(9.0, -1.0, 5.5);
 /// Of the voxels of the default volume.
 fn percentile(percent: f64) -> f64 {
     let grid = Grid::new([14, 12, 10], DVec3::ONE).unwrap();
+    // Of bytes the histogram's are exact.
     Volume::new("t", grid, crate::random_bytes([14, 12, 10], 7)).unwrap().statistics().quantile(percent / 100.0)
 }
 
