@@ -194,6 +194,16 @@ fn bad_command_lines_exit_with_2() {
         ("--background-value NaN", "NaN"),
         ("--background-value 1e31", "1e30"),
         ("--transfer-range 5,5", "LO"),
+        ("--transfer-range p50,p20", "LO"),
+        ("--transfer-range p90,0", "--transfer-range LO,HI"),
+        ("--opacity 5:2", "from 0 to 1"),
+        ("--opacity 9:0.1,5:0.2", "sort"),
+        ("--opacity p101:1", "p99.5"),
+        ("--window 40,0", "LEVEL,WIDTH"),
+        ("--window 40,10 --transfer-range 0,1", "--transfer-range"),
+        ("--tent 5", "V,WIDTH"),
+        ("--tent 1e300,1", "--tent V,WIDTH"),
+        ("--blend iso --iso p200", "p100"),
         ("--transfer nonsense", "viridis"),
         ("--layer-axis w", "auto"),
         ("--layer-axis x", "--layer-axis"),
@@ -348,7 +358,7 @@ fn bad_transfer_functions_are_refused() {
         ("empty.json", r#"{"RGBPoints": [], "Points": []}"#, "no points"),
         ("unsorted.json", r#"{"RGBPoints": [5,0,0,0, 1,0,0,0], "Points": [0,0,0.5,0]}"#, "sorted"),
         ("ragged.json", r#"{"RGBPoints": [5,0,0], "Points": [0,0,0.5,0]}"#, "multiple of 4"),
-        ("curved.json", r#"{"RGBPoints": [5,0,0,0], "Points": [0,0,0.2,0]}"#, "midpoint"),
+        ("curved.json", r#"{"RGBPoints": [5,0,0,0], "Points": [0,0,1.2,0]}"#, "midpoint"),
         ("nothing.json", "", "JSON"),
     ] {
         std::fs::write(f.join(name), text).unwrap();
@@ -420,7 +430,9 @@ fn help_has_examples() {
     let f = folder.path();
     let text = |arguments: &[&str]| String::from_utf8(layersplat(f, arguments).stdout).unwrap();
     let all = text(&["--help"]);
-    for command in ["render", "rotate", "info", "devices", "compare", "bench", "tune", "paper", "completions", "man"] {
+    for command in
+        ["render", "rotate", "views", "info", "transfer", "devices", "compare", "bench", "tune", "paper", "completions", "man"]
+    {
         assert!(all.contains(command), "{command}");
         assert!(text(&[command, "--help"]).contains(&format!("Examples:\n  layersplat {command}")), "{command}");
     }

@@ -46,3 +46,8 @@ pub(super) const VIEWS: &str = "\
 Examples:
   layersplat views builtin:shepp-logan --output phantom.png
   layersplat views engine_256x256x128_uint8.raw.gz --size 256x256";
+pub(super) const TRANSFER: &str = "\
+Examples:
+  layersplat transfer --list
+  layersplat transfer engine_256x256x128_uint8.raw.gz --transfer inferno --tent p99,30 -o curve.png
+  layersplat transfer builtin:hydrogen --transfer preset.vp -o preset.json";

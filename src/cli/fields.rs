@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 32] = [
+const OPTIONS: [(&str, &str); 34] = [
     ("algorithm", "--algorithm"),
     ("background", "--background"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
@@ -31,11 +31,13 @@ const OPTIONS: [(&str, &str); 32] = [
     ("sheet_distance", "--sheet-distance D"),
     ("spacing", "--spacing X,Y,Z"),
     ("step", "--step D"),
+    ("tent", "--tent V,WIDTH"),
     ("transfer function", "--transfer"),
     ("transfer range", "--transfer-range LO,HI"),
     ("unit_distance", "--unit-distance D"),
     ("viewport", "--size WxH"),
     ("voxel_type", "--type"),
+    ("window", "--window LEVEL,WIDTH"),
 ];
 
 /// The error's message, with the options that set what is at fault.

@@ -23,6 +23,7 @@ mod shell;
 #[cfg(unix)]
 mod signals;
 mod studio;
+mod transfer;
 mod tune;
 mod view;
 mod viewer;
@@ -60,6 +61,9 @@ enum Command {
     /// Tell dimensions, type, range and histogram of a volume
     #[command(after_help = examples::INFO)]
     Info(info::Arguments),
+    /// List, show, convert and write transfer functions
+    #[command(after_help = examples::TRANSFER)]
+    Transfer(transfer::Arguments),
     /// List platforms and devices, with the tuning that would be used
     #[command(after_help = examples::DEVICES)]
     Devices(devices::Arguments),
@@ -97,6 +101,7 @@ pub fn main() -> ExitCode {
         Command::Rotate(arguments) => rotate::run(&arguments),
         Command::Views(arguments) => views::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Transfer(arguments) => transfer::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),

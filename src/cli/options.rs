@@ -7,7 +7,7 @@ use crate::device::DeviceChoice;
 use crate::image::Background;
 use crate::layers::{Correction, Density, Kernel};
 use crate::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Layered, Quality, Settings, Shading};
-use crate::transfer::Extinction;
+use crate::transfer::{Extinction, Value};
 use crate::viewport::Viewport;
 use crate::volume::{Endian, RawOptions, ScalarType, Volume};
 use clap::{Args, ValueEnum};
@@ -70,12 +70,36 @@ impl VolumeOptions {
 #[derive(Args)]
 #[command(next_help_heading = "Transfer function")]
 pub(super) struct TransferOptions {
-    /// ParaView preset FILE or FILE#NAME, or grey, fire, viridis, cool-warm [default: from the histogram]
+    /// A name that `layersplat transfer --list` tells, with _r behind it turned round; or a file of ParaView (FILE.json or FILE.json#PRESET),
+    /// 3D Slicer (.vp, .vp.json) or lines of value,r,g,b,a (.csv) [default: from the histogram; with --window: grey]
     #[arg(long, value_name = "FILE|NAME")]
     pub transfer: Option<PathBuf>,
-    /// Stretch the transfer function onto this range of data values
+    /// Stretch the transfer function onto this range of data values; a value is a number or a percentile of the voxels, as p99.5
     #[arg(long, value_parser = parse::range, value_name = "LO,HI", allow_hyphen_values = true)]
-    pub transfer_range: Option<(f64, f64)>,
+    pub transfer_range: Option<(Value, Value)>,
+    /// Opacities of data values, even between them, instead of the transfer function's: V:OPACITY,V:OPACITY,…
+    #[arg(long, value_parser = parse::opacities, value_name = "V:A,V:A", allow_hyphen_values = true)]
+    pub opacity: Option<Opacities>,
+    /// Colours and opacity rise over a window, as radiologists give it: nothing WIDTH/2 below LEVEL, opaque WIDTH/2 above it; --opacity and
+    /// --tent take the opacity's place
+    #[arg(long, value_parser = parse::window, value_name = "LEVEL,WIDTH", allow_hyphen_values = true, conflicts_with = "transfer_range")]
+    pub window: Option<(Value, f64)>,
+    /// A thin tent of opacity around a value, of this width at its foot and this opacity (0.5) at its top; may be given several times. The
+    /// rest is clear, or as --opacity says
+    #[arg(long, value_parser = parse::tent, value_name = "V,WIDTH[,OPACITY]", allow_hyphen_values = true)]
+    pub tent: Vec<Tent>,
+}
+
+/// Opacities by value, as they are given.
+#[derive(Clone)]
+pub(super) struct Opacities(pub Vec<(Value, f64)>);
+
+/// A tent of opacity, as it is given.
+#[derive(Clone, Copy)]
+pub(super) struct Tent {
+    pub value: Value,
+    pub width: f64,
+    pub opacity: f64,
 }
 
 /// Camera and picture.

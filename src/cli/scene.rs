@@ -3,14 +3,14 @@
 use super::blending::BlendOptions;
 use super::check;
 use super::notice;
-use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, TransferOptions, VolumeOptions};
+use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, Tent, TransferOptions, VolumeOptions};
 use super::viewer::BoundOptions;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
 use crate::framing::{Fixed, Framing};
 use crate::settings::{Blend, CropBox, Settings};
-use crate::transfer::TransferFunction;
+use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
 use clap::Args;
@@ -54,7 +54,9 @@ pub(super) struct Scene {
 impl Scene {
     /// Checks the options, opens the device and reads the volume.
     pub fn open(options: &SceneOptions) -> Result<Self, Error> {
-        let settings = options.blend.apply(options.quality.settings()?)?;
+        let settings = options.quality.settings()?;
+        // What is contradictory is refused before the volume is read.
+        options.blend.check()?;
         let memory = options.bounds.memory;
         if let Some(bytes) = memory {
             eprintln!(
@@ -67,8 +69,9 @@ impl Scene {
         if let Some(notice) = notice::of_spacing(volume.grid().spacing()) {
             eprintln!("layersplat: {notice}");
         }
+        let settings = options.blend.apply(settings, Value::finder(&volume));
         let transfer = open_transfer(&options.transfer, &volume)?;
-        if options.transfer.transfer.is_none() {
+        if transfer.name() == TransferFunction::AUTOMATIC {
             eprintln!("transfer function: {} (--transfer takes another)", described(&transfer));
         }
         let choice = options.device.choice();
@@ -100,14 +103,29 @@ impl Scene {
 
 /// The wanted transfer function, or one from the histogram.
 pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume) -> Result<TransferFunction, Error> {
-    let transfer = match &options.transfer {
+    let find = Value::finder(volume);
+    let mut transfer = match &options.transfer {
         Some(source) => TransferFunction::open(source, volume)?,
+        None if options.window.is_some() => TransferFunction::builtin("grey", volume)?,
         None => TransferFunction::automatic(volume),
     };
-    match options.transfer_range {
-        Some((lo, hi)) => transfer.stretched(lo, hi),
-        None => Ok(transfer),
+    if let Some((lo, hi)) = options.transfer_range {
+        transfer = transfer.stretched(find(lo), find(hi))?;
     }
+    if let Some((level, width)) = options.window {
+        transfer = transfer.windowed(find(level), width)?;
+    }
+    match &options.opacity {
+        Some(opacities) => {
+            transfer = transfer.with_opacities(opacities.0.iter().map(|&(value, opacity)| (find(value), opacity)).collect())?;
+        }
+        None if !options.tent.is_empty() => transfer = transfer.faded(0.0)?,
+        None => {}
+    }
+    for &Tent { value, width, opacity } in &options.tent {
+        transfer = transfer.with_tent(find(value), width, opacity)?;
+    }
+    Ok(transfer)
 }
 
 /// A transfer function in a line: its name, and opacities where they change.

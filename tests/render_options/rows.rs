@@ -8,8 +8,8 @@ use layersplat::settings::{
     Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Quality, Shading,
 };
 use layersplat::transfer::Extinction;
-use layersplat::volume::{Endian, ScalarType};
-use layersplat::{Background, Correction, Density, Settings, TransferFunction};
+use layersplat::volume::{Endian, Grid, ScalarType};
+use layersplat::{Background, Correction, Density, Settings, TransferFunction, Volume};
 
 /// An option, with what it cannot be without.
 pub struct Row {
@@ -64,6 +64,23 @@ pub const SCENES: &[Row] = &[
         |s| s.transfer = Transfer::Made(second),
     ),
     row("--transfer-range", "--transfer-range -20,140", |s| s.transfer_range = Some((-20.0, 140.0))),
+    row("--transfer-range", "--transfer-range p10,p90.5", |s| s.transfer_range = Some((percentile(10.0), percentile(90.5)))),
+    row("--opacity", "--opacity 20:0,90.5:0.7,90.5:0.1,200:0.4", |s| {
+        s.shaped = |t| t.with_opacities(vec![(20.0, 0.0), (90.5, 0.7), (90.5, 0.1), (200.0, 0.4)]).unwrap();
+    }),
+    row("--opacity", "--opacity p25:0,p99.5:0.6", |s| {
+        s.shaped = |t| t.with_opacities(vec![(percentile(25.0), 0.0), (percentile(99.5), 0.6)]).unwrap();
+    }),
+    row("--window", "--window 150,80", |s| s.shaped = |t| t.windowed(150.0, 80.0).unwrap()),
+    row("--window", "--window p60,90", |s| s.shaped = |t| t.windowed(percentile(60.0), 90.0).unwrap()),
+    row("--tent", "--tent 120,30", |s| s.shaped = |t| t.faded(0.0).unwrap().with_tent(120.0, 30.0, 0.5).unwrap()),
+    beside(
+        "--tent p20,10 --opacity 200:0,255:0.3",
+        |s| s.shaped = one_tent,
+        "--tent",
+        "--tent 120,30,0.9",
+        |s| s.shaped = |t| one_tent(t).with_tent(120.0, 30.0, 0.9).unwrap(),
+    ),
     row("--azimuth", "--azimuth 35", |s| s.orbit.azimuth = 35.0),
     row("--elevation", "--elevation -25", |s| s.orbit.elevation = -25.0),
     row("--roll", "--roll 40", |s| s.orbit.roll = 40.0),
@@ -201,6 +218,7 @@ pub const QUALITIES: &[Row] = &[
             s.settings.blend = Blend::Iso(90.5);
         },
     ),
+    row("--blend", "--blend iso --iso p60", |s| s.settings.blend = Blend::Iso(percentile(60.0))),
     row("--crop", "--crop 2:9.5,:6,3:", |s| {
         let (lowest, highest) = (DVec3::new(2.0, f64::NEG_INFINITY, 3.0), DVec3::new(9.5, 6.0, f64::INFINITY));
         s.settings.clipping.crop = Some(CropBox { lowest, highest });
@@ -235,6 +253,18 @@ const CENTRE: DVec3 = DVec3::new(9.0, -1.0, 5.5);
 
 fn large_legend(s: &mut Scene) {
     (s.annotations.legend, s.size) = (true, viewport(120, 90));
+}
+
+/// Of the voxels of the default volume.
+fn percentile(percent: f64) -> f64 {
+    let grid = Grid::new([14, 12, 10], DVec3::ONE).unwrap();
+    // Of bytes the histogram's are exact.
+    Volume::new("t", grid, crate::random_bytes([14, 12, 10], 7)).unwrap().statistics().quantile(percent / 100.0)
+}
+
+/// A tent over a ramp.
+fn one_tent(transfer: TransferFunction) -> TransferFunction {
+    transfer.with_opacities(vec![(200.0, 0.0), (255.0, 0.3)]).unwrap().with_tent(percentile(20.0), 10.0, 0.5).unwrap()
 }
 
 fn of_all_in_perspective(s: &mut Scene) {

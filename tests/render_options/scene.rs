@@ -31,6 +31,8 @@ pub struct Scene {
     pub background_value: Option<f64>,
     pub transfer: Transfer,
     pub transfer_range: Option<(f64, f64)>,
+    /// What becomes of it then.
+    pub shaped: fn(TransferFunction) -> TransferFunction,
     pub orbit: Orbit,
     /// Whether the whole volume fits, from all sides, instead of what is visible.
     pub whole: bool,
@@ -52,6 +54,7 @@ impl Default for Scene {
             background_value: None,
             transfer: Transfer::Named("fire"),
             transfer_range: None,
+            shaped: |transfer| transfer,
             orbit: Orbit::default(),
             whole: false,
             fixed: Fixed::default(),
@@ -88,6 +91,7 @@ impl Scene {
         if let Some((lo, hi)) = self.transfer_range {
             transfer = transfer.stretched(lo, hi).unwrap();
         }
+        let transfer = (self.shaped)(transfer);
         let camera = self.camera(&volume, &transfer);
         let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
         let larger = viewport(self.size.width * self.samples, self.size.height * self.samples);
