@@ -23,7 +23,7 @@ pub(super) struct VolumeOptions {
     /// Voxels along x, y, z, where the file's name does not tell them: XxYxZ
     #[arg(long, value_parser = parse::dims, value_name = "XxYxZ", help_heading = "Volume")]
     dims: Option<[usize; 3]>,
-    /// uint8, int8, uint16, int16, uint32, int32, float32 or float64, where the file's name does not tell it
+    /// uint8, int8, uint16, int16, uint32, int32, uint64, int64, float16, float32 or float64, where the file's name does not tell it
     #[arg(long = "type", help_heading = "Volume")]
     voxel_type: Option<ScalarType>,
     /// Distance between voxels along x, y, z [default: 1,1,1]
@@ -35,6 +35,12 @@ pub(super) struct VolumeOptions {
     /// Bytes before the first voxel, of a .gz file once unpacked [default: 0]
     #[arg(long, value_name = "N", help_heading = "Volume")]
     header_bytes: Option<u64>,
+    /// Which of several volumes that a file holds, from 0 on [default: 0]
+    #[arg(long, value_name = "N", help_heading = "Volume")]
+    frame: Option<usize>,
+    /// Which of several numbers per voxel, from 0 on [default: 0]
+    #[arg(long, value_name = "N", help_heading = "Volume")]
+    channel: Option<usize>,
     /// Value around the volume and of voxels that are NaN or infinite [default: the smallest valid value; of built-in volumes 0]
     #[arg(long, value_parser = parse::finite, value_name = "V", allow_hyphen_values = true, help_heading = "Volume")]
     background_value: Option<f64>,
@@ -61,8 +67,8 @@ impl VolumeOptions {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         });
-        let Self { dims, voxel_type, spacing, header_bytes, .. } = *self;
-        RawOptions { dims, voxel_type, spacing, endian, header_bytes }
+        let Self { dims, voxel_type, spacing, header_bytes, frame, channel, .. } = *self;
+        RawOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel }
     }
 }
 
