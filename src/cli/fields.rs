@@ -3,9 +3,11 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 29] = [
+const OPTIONS: [(&str, &str); 32] = [
     ("algorithm", "--algorithm"),
+    ("array", "--array NAME"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
+    ("channel", "--channel N"),
     ("classification", "--classification post|preintegrated"),
     ("clipping", "--clip X,Y,Z,NX,NY,NZ"),
     ("correction", "--correction none|constant|sublayers"),
@@ -18,6 +20,7 @@ const OPTIONS: [(&str, &str); 29] = [
     ("field_of_view", "--perspective FOV"),
     ("footprints", "--footprints exact|set"),
     ("header_bytes", "--header-bytes N"),
+    ("frame", "--frame N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
     ("longest", "--time-limit SECONDS"),

@@ -41,6 +41,9 @@ pub(super) struct VolumeOptions {
     /// Which of several numbers per voxel, from 0 on [default: 0]
     #[arg(long, value_name = "N", help_heading = "Volume")]
     channel: Option<usize>,
+    /// Which of several arrays that a file names [default: the one that it marks, or the first]
+    #[arg(long, value_name = "NAME", help_heading = "Volume")]
+    array: Option<String>,
     /// Value around the volume and of voxels that are NaN or infinite [default: the smallest valid value; of built-in volumes 0]
     #[arg(long, value_parser = parse::finite, value_name = "V", allow_hyphen_values = true, help_heading = "Volume")]
     background_value: Option<f64>,
@@ -68,7 +71,7 @@ impl VolumeOptions {
             EndianName::Big => Endian::Big,
         });
         let Self { dims, voxel_type, spacing, header_bytes, frame, channel, .. } = *self;
-        RawOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel }
+        RawOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array: self.array.clone() }
     }
 }
 

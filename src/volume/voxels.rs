@@ -348,6 +348,6 @@ mod tests {
                 assert_eq!((ScalarType::from(voxel), voxel.bytes()), (scalar, scalar.bytes()));
             }
         }
-        assert!("int64".parse::<ScalarType>().unwrap_err().contains("uint32"));
+        assert!("int128".parse::<ScalarType>().unwrap_err().contains("uint32"));
     }
 }

@@ -198,7 +198,7 @@ impl Bytes for Joined {
     }
 
     fn ends_at(&mut self, end: u64) -> io::Result<bool> {
-        let mut ends = end == self.each * self.parts.len() as u64;
+        let mut ends = end == self.each.saturating_mul(self.parts.len() as u64);
         for part in &mut self.parts {
             ends &= part.ends_at(self.each)?;
         }

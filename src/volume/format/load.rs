@@ -1,9 +1,11 @@
 //! From a file whose header is read to a volume.
 
+use super::RawOptions;
 use super::bytes::Bytes;
 use crate::error::Error;
 use crate::memory;
 use crate::volume::{Endian, Grid, Rescale, ScalarType, Storage, Volume, wide};
+use glam::{DAffine3, DMat3, DVec3};
 use memmap2::{Mmap, MmapOptions};
 use std::io;
 use std::path::Path;
@@ -29,17 +31,19 @@ impl Header {
 
     /// Of one channel of voxels that have several side by side, `at` of `channels`.
     pub fn with_channels_inside(mut self, at: usize, channels: usize) -> Self {
-        self.first += (at * self.scalar.bytes()) as u64;
-        self.strides = self.strides.map(|stride| stride * channels as u64);
+        self.first = self.first.saturating_add((at * self.scalar.bytes()) as u64);
+        self.strides = self.strides.map(|stride| stride.saturating_mul(channels as u64));
         self
     }
 
     /// Of one volume of several, one after the other.
     pub fn with_frame(mut self, frame: usize) -> Self {
         let [_, _, stride] = self.strides;
-        self.first += frame as u64 * stride * self.grid.dims()[2] as u64;
+        let each = stride.saturating_mul(self.grid.dims()[2] as u64);
+        self.first = self.first.saturating_add(each.saturating_mul(frame as u64));
         self
     }
+
 
     /// Bytes from the first that is wanted to behind the last.
     fn span(&self) -> u64 {
@@ -59,6 +63,20 @@ impl Header {
     fn end(&self) -> u64 {
         self.first.saturating_add(self.span())
     }
+}
+
+/// The grid that a file tells: voxel (i, j, k) sits at `index_to_world · (i, j, k)`; with a spacing that is asked for, at the origin.
+pub(super) fn grid(path: &Path, dims: [usize; 3], index_to_world: DAffine3, options: &RawOptions) -> Result<Grid, Error> {
+    let grid = match options.spacing {
+        Some(spacing) => Grid::new(dims, spacing),
+        None => Grid::from_affine(dims, index_to_world),
+    };
+    grid.map_err(|e| Error::volume(path, e.to_string()))
+}
+
+/// Voxels `spacing` apart along the world's axes, the first at `origin`.
+pub(super) fn upright(spacing: DVec3, origin: DVec3) -> DAffine3 {
+    DAffine3 { matrix3: DMat3::from_diagonal(spacing), translation: origin }
 }
 
 fn dense(grid: &Grid, scalar: ScalarType) -> [u64; 3] {

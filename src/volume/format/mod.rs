@@ -3,6 +3,7 @@
 mod bytes;
 mod choice;
 mod load;
+mod nifti;
 mod nrrd;
 mod numbered;
 mod raw;
@@ -15,11 +16,11 @@ use crate::error::Error;
 use flate2::read::MultiGzDecoder;
 use load::Opened;
 use std::fs::File;
-use std::io;
+use std::io::{self, Read};
 use std::path::Path;
 
 /// All formats; the first that recognises a file reads it. Raw files have no mark and come last.
-const FORMATS: [&dyn Format; 2] = [&nrrd::Nrrd, &raw::Raw];
+const FORMATS: &[&dyn Format] = &[&nrrd::Nrrd, &nifti::Nifti, &raw::Raw];
 /// Bytes at the start of a file that formats are recognised by.
 const START: usize = 512;
 
@@ -53,8 +54,12 @@ impl<'a> Found<'a> {
         start.truncate(found);
         let unpacked = start.starts_with(&[0x1f, 0x8b]).then(|| {
             let mut unpacked = vec![0; START];
-            // Too few of them say enough, too.
-            let found = bytes::fill(&mut MultiGzDecoder::new(&start[..]), &mut unpacked).unwrap_or(0);
+            let mut decoder = MultiGzDecoder::new(&start[..]);
+            let mut found = 0;
+            // The start ends within what is packed, which is an error; too few bytes say enough, too.
+            while let Ok(more @ 1..) = decoder.read(&mut unpacked[found..]) {
+                found += more;
+            }
             unpacked.truncate(found);
             unpacked
         });

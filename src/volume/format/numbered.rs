@@ -1,4 +1,6 @@
-//! Names of files that are numbered.
+//! Names of files that headers tell, numbered ones too.
+
+use std::path::{Path, PathBuf};
 
 /// Files that a pattern may name: more are a mistake.
 const MOST: usize = 1 << 16;
@@ -17,6 +19,11 @@ pub(super) fn names(pattern: &str, first: i64, last: i64, step: i64) -> Result<V
     }
     let number = |n: i64| if filled { format!("{n:0width$}") } else { format!("{n:width$}") };
     Ok((0..count).map(|i| format!("{before}{}{after}", number(first + step * i as i64))).collect())
+}
+
+/// The file that a header names.
+pub(super) fn beside(header: &Path, name: &str) -> PathBuf {
+    header.parent().unwrap_or(Path::new("")).join(name)
 }
 
 #[cfg(test)]

@@ -38,6 +38,8 @@ pub struct RawOptions {
     pub frame: Option<usize>,
     /// Which of several numbers per voxel; the first if not given.
     pub channel: Option<usize>,
+    /// Which of several arrays, by its name, in formats that name them; the one that the file marks, or the first, if not given.
+    pub array: Option<String>,
 }
 
 impl RawOptions {

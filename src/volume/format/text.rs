@@ -3,7 +3,26 @@
 use crate::error::Error;
 use crate::memory;
 use crate::volume::ScalarType;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
+
+/// Bytes of text that are parsed: as much as is read at once.
+const MOST_TEXT: u64 = 1 << 32;
+
+/// All text of a file from a byte on.
+pub(super) fn of_file(path: &Path, mut file: File, start: u64) -> Result<Vec<u8>, Error> {
+    let failed = |e| Error::read(path, e);
+    let len = file.metadata().map_err(failed)?.len().saturating_sub(start);
+    if len > MOST_TEXT {
+        return Err(Error::volume(path, format!("its {len} bytes of text are too many: write it as raw or gzip")));
+    }
+    memory::require(&path.display().to_string(), len)?;
+    file.seek(SeekFrom::Start(start)).map_err(failed)?;
+    let mut text = Vec::new();
+    file.take(len).read_to_end(&mut text).map_err(failed)?;
+    Ok(text)
+}
 
 /// The bytes, in this machine's order, of `count` numbers of a type in text: with blanks, line ends or commas between them.
 ///

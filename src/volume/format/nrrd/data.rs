@@ -7,18 +7,15 @@ use crate::volume::ScalarType;
 use crate::volume::format::bytes::{Bytes, Gzip, Held, Joined, Packed, Plain};
 use crate::volume::format::{numbered, text};
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{BufRead, BufReader, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-
-/// Bytes of text that are parsed: as much as is read at once.
-const MOST_TEXT: u64 = 1 << 32;
 
 /// The bytes of the whole array.
 pub(super) fn bytes(path: &Path, fields: &Fields, axes: &Axes, scalar: ScalarType) -> Result<Box<dyn Bytes>, Error> {
     let whole = axes.bytes(scalar);
     let Some(named) = fields.get("data file") else { return one(path, fields, fields.end, whole, scalar) };
     let Some((files, per_file)) = several(path, fields, named)? else {
-        return one(&beside(path, named), fields, 0, whole, scalar);
+        return one(&numbered::beside(path, named), fields, 0, whole, scalar);
     };
     let axes_per_file = per_file.unwrap_or(axes.sizes.len() - 1).clamp(1, axes.sizes.len());
     let each = axes.stride(axes_per_file, scalar);
@@ -33,19 +30,15 @@ pub(super) fn bytes(path: &Path, fields: &Fields, axes: &Axes, scalar: ScalarTyp
 /// The files of `LIST [axes]` and of `pattern first last step [axes]`, and how many axes each of them has.
 fn several(path: &Path, fields: &Fields, named: &str) -> Result<Option<(Vec<PathBuf>, Option<usize>)>, Error> {
     let words: Vec<&str> = named.split_whitespace().collect();
-    if words[..1] == ["LIST"] {
-        let files = fields.listed.iter().map(|name| beside(path, name)).collect();
+    if words.first() == Some(&"LIST") {
+        let files = fields.listed.iter().map(|name| numbered::beside(path, name)).collect();
         return Ok(Some((files, words.get(1).and_then(|n| n.parse().ok()))));
     }
     let numbers: Option<Vec<i64>> = words.iter().skip(1).map(|word| word.parse().ok()).collect();
     let Some(&[first, last, step, ref rest @ ..]) = numbers.as_deref().filter(|_| named.contains('%')) else { return Ok(None) };
     let names = numbered::names(words[0], first, last, step).map_err(|problem| fields.wrong(problem))?;
-    let files = names.iter().map(|name| beside(path, name)).collect();
+    let files = names.iter().map(|name| numbered::beside(path, name)).collect();
     Ok(Some((files, rest.first().and_then(|&n| usize::try_from(n).ok()))))
-}
-
-fn beside(header: &Path, name: &str) -> PathBuf {
-    header.parent().unwrap_or(Path::new("")).join(name)
 }
 
 /// What one file holds from byte `start` on, `len` bytes once unpacked.
@@ -68,10 +61,10 @@ fn one(path: &Path, fields: &Fields, start: u64, len: u64, scalar: ScalarType) -
         }
         ("gz" | "gzip", Ok(skip)) => Ok(Box::new(Packed::<Gzip>::new(path, start, skip).map_err(failed)?)),
         ("txt" | "text" | "ascii", Ok(skip)) => {
-            let text = rest(path, file, start.saturating_add(skip))?;
+            let text = text::of_file(path, file, start.saturating_add(skip))?;
             Ok(Box::new(Held(text::numbers(path, &text, len / scalar.bytes() as u64, scalar)?)))
         }
-        ("hex", Ok(skip)) => Ok(Box::new(Held(text::hexadecimal(path, &rest(path, file, start.saturating_add(skip))?)?))),
+        ("hex", Ok(skip)) => Ok(Box::new(Held(text::hexadecimal(path, &text::of_file(path, file, start.saturating_add(skip))?)?))),
         (_, Err(_)) => {
             Err(fields.wrong(format!("its byte skip, {skip}, is below 0, which only raw data at a file's end may have as -1")))
         }
@@ -95,18 +88,4 @@ fn behind_lines(file: &mut File, start: u64, lines: u64) -> std::io::Result<u64>
         at += skipped;
     }
     Ok(at)
-}
-
-/// All text of a file from a byte on.
-fn rest(path: &Path, mut file: File, start: u64) -> Result<Vec<u8>, Error> {
-    let failed = |e| Error::read(path, e);
-    let len = file.metadata().map_err(failed)?.len().saturating_sub(start);
-    if len > MOST_TEXT {
-        return Err(Error::volume(path, format!("its {len} bytes of text are too many: write it as raw or gzip")));
-    }
-    crate::memory::require(&path.display().to_string(), len)?;
-    file.seek(SeekFrom::Start(start)).map_err(failed)?;
-    let mut text = Vec::new();
-    file.take(len).read_to_end(&mut text).map_err(failed)?;
-    Ok(text)
 }
