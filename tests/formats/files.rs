@@ -105,7 +105,7 @@ macro_rules! formats {
         }
     )*};
 }
-formats!(nrrd, nifti);
+formats!(nrrd, nifti, metaimage, vtk, numpy, bov);
 
 #[test]
 fn a_wrong_expectation_is_noticed() {

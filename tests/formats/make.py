@@ -152,14 +152,10 @@ def niftis():
             holds(f"nifti/{name}", 9, 1, place)
             holds(f"nifti/{name}".replace(".hdr", ".img"), 9, 1, place)
 
-    def scaled(slope, inter):
-        image = nibabel.Nifti1Image(array("float64", slope, inter).T, oblique)
-        image.set_data_dtype("int16")
-        image.header.set_slope_inter(slope, inter)
-        return image
-
-    image = scaled(0.25, -12.5)
+    image = nibabel.Nifti1Image(array("int16").T, oblique)
+    image.header.set_slope_inter(0.25, -12.5)
     nibabel.save(image, str(at / "scaled.nii"))
+    assert (nibabel.load(str(at / "scaled.nii")).get_fdata().T == array("float64", 0.25, -12.5)).all()
     holds("nifti/scaled.nii", 0.25, -12.5, image.affine)
     # Slope 0: numbers are values.
     name = "no_slope.nii"
@@ -183,7 +179,7 @@ def niftis():
     name = "both.nii"
     holds(f"nifti/{name}", 1, 0, put(name, array("uint8"), change=both))
     name = "spaced.nii"
-    put(name, array("uint8"), change=lambda h: (h.set_qform(None, 0), h.set_sform(None, 0), h.set_zooms((0.5, 1.5, 2))))
+    put(name, array("uint8"), place=None, change=lambda h: (h.set_qform(None, 0), h.set_sform(None, 0), h.set_zooms((0.5, 1.5, 2))))
     holds(f"nifti/{name}", 1, 0, affine((0.5, 1.5, 2)))
     name = "extended.nii"
     image = nibabel.Nifti1Image(array("uint8").T, oblique)
@@ -308,6 +304,14 @@ def vtks():
         writer.SetByteOrderToBigEndian()
         writer.SetBlockSize(64)
 
+    def wide(writer):
+        writer.SetHeaderTypeToUInt64()
+        writer.SetBlockSize(64)
+
+    for mode, packer in [("Appended", None), ("Binary", None), ("Binary", vtk.vtkZLibDataCompressor())]:
+        name = f"wide_{mode.lower()}_{'packed' if packer else 'plain'}.vti"
+        put(name, plain, mode, packer, wide)
+        holds(f"vtk/{name}", 100, -3000, place)
     for mode, packer in [("Appended", None), ("Binary", vtk.vtkZLibDataCompressor()), ("Appended", vtk.vtkLZ4DataCompressor())]:
         name = f"big_{mode.lower()}_{'packed' if packer else 'plain'}.vti"
         put(name, plain, mode, packer, narrow)

@@ -1,6 +1,6 @@
 //! Where the bytes of a file's voxels are, and how they are got at.
 
-use flate2::read::MultiGzDecoder;
+use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -34,6 +34,19 @@ impl Plain {
     pub fn new(file: File, first: u64) -> io::Result<Self> {
         let len = file.metadata()?.len().saturating_sub(first);
         Ok(Self { file, first, len })
+    }
+
+    /// `len` bytes from byte `first` on, or fewer if the file ends before.
+    #[cfg(feature = "npz")]
+    pub fn part(file: File, first: u64, len: u64) -> io::Result<Self> {
+        let all = Self::new(file, first)?;
+        Ok(Self { len: all.len.min(len), ..all })
+    }
+
+    /// The last `len` bytes, or all if there are fewer.
+    pub fn last(file: File, len: u64) -> io::Result<Self> {
+        let first = file.metadata()?.len().saturating_sub(len);
+        Self::new(file, first)
     }
 }
 
@@ -74,6 +87,32 @@ impl Packing for Gzip {
 
     fn unpack(packed: BufReader<File>) -> Self::Decoder {
         MultiGzDecoder::new(packed)
+    }
+}
+
+/// Zlib's frame around the same.
+pub(super) struct Zlib;
+
+impl Packing for Zlib {
+    const LIMIT: u64 = Gzip::LIMIT;
+    type Decoder = ZlibDecoder<BufReader<File>>;
+
+    fn unpack(packed: BufReader<File>) -> Self::Decoder {
+        ZlibDecoder::new(packed)
+    }
+}
+
+/// The same without any frame.
+#[cfg(feature = "npz")]
+pub(super) struct Deflate;
+
+#[cfg(feature = "npz")]
+impl Packing for Deflate {
+    const LIMIT: u64 = Gzip::LIMIT;
+    type Decoder = flate2::bufread::DeflateDecoder<BufReader<File>>;
+
+    fn unpack(packed: BufReader<File>) -> Self::Decoder {
+        flate2::bufread::DeflateDecoder::new(packed)
     }
 }
 

@@ -21,3 +21,21 @@ pub(super) fn chosen(path: &Path, field: &'static str, wanted: Option<usize>, se
         }
     }
 }
+
+/// The number of the array that is wanted among `names`; nothing, with a warning where there are more, if none was asked for and it is to
+/// be `default`.
+pub(super) fn named(path: &Path, wanted: Option<&str>, names: &[&str], default: &str) -> Result<Option<usize>, Error> {
+    let Some(wanted) = wanted else {
+        if names.len() > 1 {
+            let all = names.join(", ");
+            tracing::warn!("{}: of the arrays {all} this is {default}; array chooses another", path.display());
+        }
+        return Ok(None);
+    };
+    let found = names.iter().position(|name| *name == wanted);
+    let unknown = || {
+        let problem = format!("'{wanted}' is not in {}, whose arrays are {}", path.display(), names.join(", "));
+        Error::Settings { field: "array", problem }
+    };
+    found.map(Some).ok_or_else(unknown)
+}

@@ -1,13 +1,18 @@
 //! File formats: one file each, behind one small trait.
 
+mod bov;
 mod bytes;
 mod choice;
+mod keyed;
 mod load;
+mod metaimage;
 mod nifti;
 mod nrrd;
 mod numbered;
+mod numpy;
 mod raw;
 mod text;
+mod vtk;
 
 pub use raw::RawOptions;
 
@@ -20,7 +25,19 @@ use std::io::{self, Read};
 use std::path::Path;
 
 /// All formats; the first that recognises a file reads it. Raw files have no mark and come last.
-const FORMATS: &[&dyn Format] = &[&nrrd::Nrrd, &nifti::Nifti, &raw::Raw];
+const FORMATS: &[&dyn Format] = &[
+    &nrrd::Nrrd,
+    &nifti::Nifti,
+    &metaimage::MetaImage,
+    #[cfg(feature = "vtk")]
+    &vtk::Xml,
+    &vtk::Legacy,
+    &numpy::Npy,
+    #[cfg(feature = "npz")]
+    &numpy::Npz,
+    &bov::Bov,
+    &raw::Raw,
+];
 /// Bytes at the start of a file that formats are recognised by.
 const START: usize = 512;
 
@@ -64,6 +81,12 @@ impl<'a> Found<'a> {
             unpacked
         });
         Ok(Self { path, start, unpacked })
+    }
+
+    /// Whether the name has one of these endings, in letters of any case.
+    fn ends_with(&self, endings: &[&str]) -> bool {
+        let name = self.path.to_string_lossy().to_ascii_lowercase();
+        endings.iter().any(|ending| name.ends_with(ending))
     }
 }
 

@@ -5,20 +5,27 @@ use crate::memory;
 use crate::volume::ScalarType;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::Path;
 
 /// Bytes of text that are parsed: as much as is read at once.
 const MOST_TEXT: u64 = 1 << 32;
 
 /// All text of a file from a byte on.
-pub(super) fn of_file(path: &Path, mut file: File, start: u64) -> Result<Vec<u8>, Error> {
+pub(super) fn of_file(path: &Path, file: File, start: u64) -> Result<Vec<u8>, Error> {
+    of_part(path, file, start..u64::MAX)
+}
+
+/// The text in some bytes of a file, as far as it has them.
+pub(super) fn of_part(path: &Path, mut file: File, part: Range<u64>) -> Result<Vec<u8>, Error> {
     let failed = |e| Error::read(path, e);
-    let len = file.metadata().map_err(failed)?.len().saturating_sub(start);
+    let end = file.metadata().map_err(failed)?.len().min(part.end);
+    let len = end.saturating_sub(part.start);
     if len > MOST_TEXT {
-        return Err(Error::volume(path, format!("its {len} bytes of text are too many: write it as raw or gzip")));
+        return Err(Error::volume(path, format!("its {len} bytes of text are too many: write it in binary")));
     }
     memory::require(&path.display().to_string(), len)?;
-    file.seek(SeekFrom::Start(start)).map_err(failed)?;
+    file.seek(SeekFrom::Start(part.start)).map_err(failed)?;
     let mut text = Vec::new();
     file.take(len).read_to_end(&mut text).map_err(failed)?;
     Ok(text)

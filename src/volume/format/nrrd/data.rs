@@ -52,13 +52,7 @@ fn one(path: &Path, fields: &Fields, start: u64, len: u64, scalar: ScalarType) -
     let encoding = fields.encoding().to_ascii_lowercase();
     match (encoding.as_str(), skipped) {
         ("raw", Ok(skip)) => Ok(Box::new(Plain::new(file, start.saturating_add(skip)).map_err(failed)?)),
-        ("raw", Err(_)) if skip == -1 => {
-            let all = file.metadata().map_err(failed)?.len();
-            let first = all
-                .checked_sub(len)
-                .ok_or_else(|| fields.wrong(format!("its {len} bytes of voxels are more than its file's {all}")))?;
-            Ok(Box::new(Plain::new(file, first).map_err(failed)?))
-        }
+        ("raw", Err(_)) if skip == -1 => Ok(Box::new(Plain::last(file, len).map_err(failed)?)),
         ("gz" | "gzip", Ok(skip)) => Ok(Box::new(Packed::<Gzip>::new(path, start, skip).map_err(failed)?)),
         ("txt" | "text" | "ascii", Ok(skip)) => {
             let text = text::of_file(path, file, start.saturating_add(skip))?;
