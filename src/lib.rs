@@ -36,6 +36,7 @@ pub mod check;
 pub mod cli;
 pub mod device;
 mod error;
+mod files;
 pub mod framing;
 #[cfg(feature = "gl-interop")]
 pub mod gl;

@@ -5,6 +5,7 @@ mod bench;
 mod blending;
 mod check;
 mod compare;
+mod convert;
 mod devices;
 mod fields;
 mod info;
@@ -42,6 +43,8 @@ enum Command {
     Rotate(rotate::Arguments),
     /// Tell dimensions, type, range and histogram of a volume
     Info(info::Arguments),
+    /// Write a volume to a file of another format, voxels in the type that they have
+    Convert(convert::Arguments),
     /// List platforms and devices, with the tuning that would be used
     Devices(devices::Arguments),
     /// Tell how far two pictures differ
@@ -66,6 +69,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Rotate(arguments) => rotate::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),

@@ -9,15 +9,16 @@ use crate::layers::{Correction, Density, Kernel};
 use crate::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Layered, Quality, Settings, Shading};
 use crate::transfer::Extinction;
 use crate::viewport::Viewport;
-use crate::volume::{Endian, RawOptions, ScalarType, Volume};
+use crate::volume::{Endian, RawOptions, ScalarType, Volume, convert};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Which volume, and what its name does not tell.
 #[derive(Args)]
 pub(super) struct VolumeOptions {
-    /// NAME_XxYxZ_TYPE.raw or .raw.gz, or builtin:marschner-lobb, builtin:hydrogen, builtin:cube with @N or @XxYxZ
+    /// A file (NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF; NAME_XxYxZ_TYPE.raw or .raw.gz), a folder or NAME%d.ENDING of
+    /// numbered slices, or builtin:marschner-lobb, builtin:hydrogen, builtin:cube with @N or @XxYxZ
     #[arg(default_value = "builtin:hydrogen")]
     volume: PathBuf,
     /// Voxels along x, y, z, where the file's name does not tell them: XxYxZ
@@ -63,6 +64,15 @@ impl VolumeOptions {
             Some(value) => volume.with_background(value),
             None => Ok(volume),
         }
+    }
+
+    /// Writes it to a file of another format.
+    pub fn convert(&self, target: &Path) -> Result<PathBuf, crate::Error> {
+        if self.background_value.is_some() {
+            let problem = "files do not hold what lies around a volume: leave it out".into();
+            return Err(crate::Error::Settings { field: "background value", problem });
+        }
+        convert(&self.volume, &self.raw(), target)
     }
 
     fn raw(&self) -> RawOptions {

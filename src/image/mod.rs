@@ -5,10 +5,10 @@ mod display;
 mod file;
 mod metrics;
 
-pub use background::Background;
 #[cfg(feature = "cli")]
-pub(crate) use file::between_files;
-pub use file::{ImageFormat, read_image, write_whole};
+pub use crate::files::write_whole;
+pub use background::Background;
+pub use file::{ImageFormat, read_image};
 pub use metrics::Comparison;
 
 use crate::error::Error;

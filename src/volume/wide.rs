@@ -33,7 +33,7 @@ impl Numbers<'_> {
     }
 
     /// Number `index`; NaN where it is invalid.
-    fn get(self, index: usize) -> f64 {
+    pub fn get(self, index: usize) -> f64 {
         fn number<T: Number>(numbers: Numbers, index: usize) -> f64 {
             let at = index * size_of::<T>();
             let number = bytemuck::pod_read_unaligned::<T>(&numbers.bytes[at..at + size_of::<T>()]);

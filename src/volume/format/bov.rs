@@ -60,7 +60,9 @@ fn scalar(fields: &Keyed) -> Result<ScalarType, Error> {
 
 /// A brick from one corner to the other: voxels are at nodes, the outermost on its faces, or in the middle of zones.
 fn place(fields: &Keyed, dims: [usize; 3]) -> Result<glam::DAffine3, Error> {
-    let vector = |key: &str| Ok::<_, Error>(fields.numbers::<f64>(&[key], 3)?.map(|numbers| DVec3::new(numbers[0], numbers[1], numbers[2])));
+    let vector = |key: &str| {
+        Ok::<_, Error>(fields.numbers::<f64>(&[key], 3)?.map(|numbers| DVec3::new(numbers[0], numbers[1], numbers[2])))
+    };
     let origin = vector("BRICK_ORIGIN")?.unwrap_or(DVec3::ZERO);
     let Some(size) = vector("BRICK_SIZE")? else { return Ok(upright(DVec3::ONE, origin)) };
     let nodal = fields.get(&["CENTERING"]).is_some_and(|centring| centring.eq_ignore_ascii_case("nodal"));

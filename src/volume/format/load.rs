@@ -11,7 +11,7 @@ use std::io;
 use std::path::Path;
 
 /// What a file says of its voxels.
-pub(super) struct Header {
+pub(in crate::volume) struct Header {
     pub grid: Grid,
     pub scalar: ScalarType,
     pub endian: Endian,
@@ -43,7 +43,6 @@ impl Header {
         self.first = self.first.saturating_add(each.saturating_mul(frame as u64));
         self
     }
-
 
     /// Bytes from the first that is wanted to behind the last.
     fn span(&self) -> u64 {
@@ -92,12 +91,6 @@ pub(super) struct Opened {
     pub exact: bool,
 }
 
-impl Opened {
-    pub fn new(header: Header, bytes: impl Bytes + 'static) -> Self {
-        Self { header, bytes: Box::new(bytes), exact: false }
-    }
-}
-
 /// Bytes that are read at a time.
 const PIECE: u64 = 1 << 24;
 
@@ -105,11 +98,7 @@ const PIECE: u64 = 1 << 24;
 pub(super) fn volume(path: &Path, opened: Opened) -> Result<Volume<'static>, Error> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut file = Reading { path, opened };
-    let most = file.opened.bytes.most();
-    let in_place = file.opened.bytes.in_place().is_some();
-    if file.opened.header.end() > most || (file.opened.exact && in_place && file.opened.header.end() != most) {
-        return Err(file.wrong_size(if in_place { most.to_string() } else { format!("at most {most}") }));
-    }
+    file.check_size()?;
     let map = file.mapped()?;
     let Header { ref grid, scalar, endian, rescale, first, strides } = file.opened.header;
     let grid = grid.clone();
@@ -133,6 +122,18 @@ pub(super) fn volume(path: &Path, opened: Opened) -> Result<Volume<'static>, Err
     }
 }
 
+/// All numbers of a file one after the other, as they are stored, with what the header says.
+pub(super) fn numbers(path: &Path, opened: Opened) -> Result<(Header, Box<dyn AsRef<[u8]>>), Error> {
+    let mut file = Reading { path, opened };
+    file.check_size()?;
+    let map = file.mapped()?.filter(|_| file.opened.header.is_dense());
+    let bytes: Box<dyn AsRef<[u8]>> = match map {
+        Some(map) => Box::new(map),
+        None => Box::new(file.gathered(&path.display().to_string())?),
+    };
+    Ok((file.opened.header, bytes))
+}
+
 /// A file that is read.
 struct Reading<'a> {
     path: &'a Path,
@@ -140,6 +141,16 @@ struct Reading<'a> {
 }
 
 impl Reading<'_> {
+    /// Refuses a file that cannot have as many bytes as it should.
+    fn check_size(&self) -> Result<(), Error> {
+        let Opened { header, bytes, exact } = &self.opened;
+        let (end, most, in_place) = (header.end(), bytes.most(), bytes.in_place().is_some());
+        if end > most || (*exact && in_place && end != most) {
+            return Err(self.wrong_size(if in_place { most.to_string() } else { format!("at most {most}") }));
+        }
+        Ok(())
+    }
+
     /// All bytes from the first voxel on to the last, mapped, if a file holds them as they are.
     fn mapped(&self) -> Result<Option<Mmap>, Error> {
         let Some((file, start)) = self.opened.bytes.in_place() else { return Ok(None) };

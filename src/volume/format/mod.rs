@@ -15,11 +15,12 @@ mod text;
 mod vtk;
 
 pub use raw::RawOptions;
+pub(super) use raw::told_by_name;
 
 use super::Volume;
 use crate::error::Error;
 use flate2::read::MultiGzDecoder;
-use load::Opened;
+use load::{Header, Opened};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
@@ -40,6 +41,9 @@ const FORMATS: &[&dyn Format] = &[
 ];
 /// Bytes at the start of a file that formats are recognised by.
 const START: usize = 512;
+
+const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV or TIFF files, PNG slices, \
+                       .raw or .raw.gz files, or builtin:NAME";
 
 /// A file format.
 trait Format: Sync {
@@ -92,9 +96,18 @@ impl<'a> Found<'a> {
 
 /// Opens a file of any format.
 pub(super) fn read(path: &Path, options: &RawOptions) -> Result<Volume<'static>, Error> {
+    load::volume(path, open(path, options)?)
+}
+
+/// All numbers of a file of any format, one after the other, as they are stored, with what its header says.
+pub(super) fn numbers(path: &Path, options: &RawOptions) -> Result<(Header, Box<dyn AsRef<[u8]>>), Error> {
+    load::numbers(path, open(path, options)?)
+}
+
+fn open(path: &Path, options: &RawOptions) -> Result<Opened, Error> {
     let file = Found::look(path)?;
     let Some(format) = FORMATS.iter().find(|format| format.recognises(&file, options)) else {
-        return Err(Error::volume(path, "unknown format: volumes are .nrrd, .nhdr, .raw or .raw.gz files, or builtin:NAME"));
+        return Err(Error::volume(path, UNKNOWN));
     };
-    load::volume(path, format.open(&file, options)?)
+    format.open(&file, options)
 }

@@ -88,6 +88,12 @@ impl Format for Raw {
     }
 }
 
+/// Dimensions and type, as far as a raw file's name tells them.
+pub(in crate::volume) fn told_by_name(path: &Path) -> RawOptions {
+    let (dims, voxel_type) = stem(path).map_or((None, None), |(stem, _)| parse_name(&stem));
+    RawOptions { dims, voxel_type: voxel_type.and_then(Result::ok), ..RawOptions::default() }
+}
+
 /// A file name without `.raw` or `.raw.gz`, in any case, and whether it ended in `.gz`.
 fn stem(path: &Path) -> Option<(String, bool)> {
     let name = path.file_name()?.to_string_lossy();

@@ -78,7 +78,8 @@ fn sizes(fields: &Keyed, scalar: ScalarType, channels: usize) -> Result<Vec<usiz
 fn index_to_world(fields: &Keyed, axes: usize) -> Result<DAffine3, Error> {
     let known = axes.min(3);
     let numbers = |keys: &[&str], least| fields.numbers::<f64>(keys, least);
-    let vector = |numbers: &[f64], missing: f64| DVec3::from_array([0, 1, 2].map(|i| if i < known { numbers[i] } else { missing }));
+    let vector =
+        |numbers: &[f64], missing: f64| DVec3::from_array([0, 1, 2].map(|i| if i < known { numbers[i] } else { missing }));
     let spacing = match numbers(&["ElementSpacing"], known)? {
         Some(spacing) => Some(spacing),
         None => numbers(&["ElementSize"], known)?,

@@ -122,7 +122,8 @@ fn voxels(path: &Path, fields: &Fields) -> Result<Box<dyn Bytes>, Error> {
     let file = if fields.is_of_a_pair() {
         let others = other_of_pair(path, ".hdr", ".img").unwrap_or_default();
         let found = others.iter().find(|other| other.is_file()).cloned();
-        found.ok_or_else(|| Error::volume(path, "its voxels are in a file of the same name ending in .img, which is not there"))?
+        found
+            .ok_or_else(|| Error::volume(path, "its voxels are in a file of the same name ending in .img, which is not there"))?
     } else {
         path.to_owned()
     };

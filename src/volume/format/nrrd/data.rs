@@ -58,7 +58,9 @@ fn one(path: &Path, fields: &Fields, start: u64, len: u64, scalar: ScalarType) -
             let text = text::of_file(path, file, start.saturating_add(skip))?;
             Ok(Box::new(Held(text::numbers(path, &text, len / scalar.bytes() as u64, scalar)?)))
         }
-        ("hex", Ok(skip)) => Ok(Box::new(Held(text::hexadecimal(path, &text::of_file(path, file, start.saturating_add(skip))?)?))),
+        ("hex", Ok(skip)) => {
+            Ok(Box::new(Held(text::hexadecimal(path, &text::of_file(path, file, start.saturating_add(skip))?)?)))
+        }
         (_, Err(_)) => {
             Err(fields.wrong(format!("its byte skip, {skip}, is below 0, which only raw data at a file's end may have as -1")))
         }

@@ -61,9 +61,9 @@ fn parsed(text: &str, end: u64) -> Result<Array, String> {
     };
     let damaged = |what: &str| format!("its header tells no {what}: it is damaged, or no plain array of numbers");
     let descr = value("descr").and_then(|rest| rest.strip_prefix('\'')?.split_once('\'')).map(|(descr, _)| descr);
-    let (scalar, endian) = descr.and_then(scalar).ok_or_else(|| {
-        format!("its type is {}: expected numbers of 8 to 64 bits", descr.unwrap_or("none of plain numbers"))
-    })?;
+    let (scalar, endian) = descr
+        .and_then(scalar)
+        .ok_or_else(|| format!("its type is {}: expected numbers of 8 to 64 bits", descr.unwrap_or("none of plain numbers")))?;
     let fortran = value("fortran_order").ok_or_else(|| damaged("order"))?.starts_with("True");
     let shape = value("shape").and_then(|rest| rest.strip_prefix('(')?.split_once(')')).map(|(shape, _)| shape);
     let words = shape.ok_or_else(|| damaged("shape"))?.split(',').map(|word| word.trim().trim_end_matches('L'));

@@ -41,7 +41,14 @@ pub(super) fn chosen<'a, P>(path: &Path, arrays: &'a [Array<P>], options: &RawOp
 
 impl<P> Array<P> {
     /// Where the voxels of one component lie: at points, or in the middle of cells.
-    pub fn header(&self, path: &Path, image: &Image, scalar: ScalarType, endian: Endian, options: &RawOptions) -> Result<Header, Error> {
+    pub fn header(
+        &self,
+        path: &Path,
+        image: &Image,
+        scalar: ScalarType,
+        endian: Endian,
+        options: &RawOptions,
+    ) -> Result<Header, Error> {
         let (mut dims, mut place) = (image.points, image.index_to_world);
         if self.of_cells {
             let half = DVec3::from_array(dims.map(|n| if n > 1 { 0.5 } else { 0.0 }));

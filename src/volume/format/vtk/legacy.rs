@@ -25,15 +25,17 @@ impl Format for Legacy {
         let is_text = scanner.start()?;
         let (image, arrays) = scanner.sections(is_text)?;
         let array = arrays::chosen(path, &arrays, options)?;
-        let scalar = scalar(&array.type_name)
-            .ok_or_else(|| Error::volume(path, format!("its array {} is of type {}: expected numbers", array.name, array.type_name)))?;
+        let scalar = scalar(&array.type_name).ok_or_else(|| {
+            Error::volume(path, format!("its array {} is of type {}: expected numbers", array.name, array.type_name))
+        })?;
         let endian = if is_text { Endian::NATIVE } else { Endian::Big };
         let header = array.header(path, &image, scalar, endian, options)?;
         let failed = |e| Error::read(path, e);
         let file = File::open(path).map_err(failed)?;
         let bytes: Box<dyn Bytes> = if is_text {
             let text = text::of_file(path, file, array.place)?;
-            Box::new(Held(text::numbers(path, &text, array.numbers(&image), scalar)?))
+            let numbers = |scalar| text::numbers(path, &text, array.numbers(&image), scalar);
+            Box::new(Held(if array.type_name == COLOURS { colours(&numbers(ScalarType::Float32)?) } else { numbers(scalar)? }))
         } else {
             Box::new(Plain::new(file, array.place).map_err(failed)?)
         };
@@ -41,9 +43,18 @@ impl Format for Legacy {
     }
 }
 
+/// The type of colours: bytes, but shares of the brightest where numbers are text.
+const COLOURS: &str = "colours";
+
+/// Bytes from shares of the brightest.
+fn colours(shares: &[u8]) -> Vec<u8> {
+    let (shares, _) = shares.as_chunks::<4>();
+    shares.iter().map(|&share| (f32::from_ne_bytes(share) * 255.0).round() as u8).collect()
+}
+
 fn scalar(name: &str) -> Option<ScalarType> {
     Some(match name.to_ascii_lowercase().as_str() {
-        "unsigned_char" => ScalarType::Uint8,
+        "unsigned_char" | COLOURS => ScalarType::Uint8,
         "char" | "signed_char" => ScalarType::Int8,
         "unsigned_short" => ScalarType::Uint16,
         "short" => ScalarType::Int16,
@@ -177,7 +188,7 @@ impl<'a> Scanner<'a> {
             _ => return Err(self.wrong(format!("it says '{}' where an array should be: it is damaged", words[0]))),
         };
         let type_name = match keyword {
-            "COLOR_SCALARS" => "unsigned_char",
+            "COLOR_SCALARS" => COLOURS,
             "TEXTURE_COORDINATES" => word(words, 3),
             _ => word(words, 2),
         };
@@ -218,7 +229,10 @@ impl<'a> Scanner<'a> {
         let size = size.ok_or_else(|| self.wrong(format!("it has an array of type '{type_name}': expected numbers")))?;
         let end = self.at.saturating_add(numbers.saturating_mul(size as u64));
         if end > self.len {
-            return Err(self.wrong(format!("{numbers} numbers of {type_name} at byte {} reach beyond its end: it is truncated or damaged", self.at)));
+            return Err(self.wrong(format!(
+                "{numbers} numbers of {type_name} at byte {} reach beyond its end: it is truncated or damaged",
+                self.at
+            )));
         }
         self.go_to(end)
     }
@@ -228,7 +242,11 @@ impl<'a> Scanner<'a> {
         while left > 0 {
             let bytes = self.reader.fill_buf().map_err(|e| Error::read(self.path, e))?;
             if bytes.is_empty() {
-                return if within && left == 1 { Ok(()) } else { Err(self.wrong(format!("its text ends {left} numbers too early"))) };
+                return if within && left == 1 {
+                    Ok(())
+                } else {
+                    Err(self.wrong(format!("its text ends {left} numbers too early")))
+                };
             }
             let mut used = 0;
             for byte in bytes {

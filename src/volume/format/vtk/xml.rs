@@ -86,7 +86,9 @@ impl<'a> Document<'a> {
                 Event::End(tag) => match tag.local_name().as_ref() {
                     b"PointData" | b"CellData" => scope.marked = None,
                     b"DataArray" => {
-                        if let Some(Place::Text(range)) = document.arrays.last_mut().filter(|_| scope.marked.is_some()).map(|a| &mut a.place) {
+                        if let Some(Place::Text(range)) =
+                            document.arrays.last_mut().filter(|_| scope.marked.is_some()).map(|a| &mut a.place)
+                        {
                             range.end = range.start + scope.text_length;
                         }
                     }
@@ -130,7 +132,9 @@ impl<'a> Document<'a> {
     fn file(&mut self, tag: &BytesStart) -> Result<(), Error> {
         let kind = attribute(tag, "type").unwrap_or_default();
         if kind != "ImageData" {
-            return Err(self.wrong(format!("it holds {kind}: expected ImageData; resample it, or give its one file if it is parallel")));
+            return Err(
+                self.wrong(format!("it holds {kind}: expected ImageData; resample it, or give its one file if it is parallel"))
+            );
         }
         self.endian = if attribute(tag, "byte_order").as_deref() == Some("BigEndian") { Endian::Big } else { Endian::Little };
         self.count = if attribute(tag, "header_type").as_deref() == Some("UInt64") { 8 } else { 4 };
@@ -145,7 +149,8 @@ impl<'a> Document<'a> {
 
     fn piece(&self, tag: &BytesStart, scope: &Scope) -> Result<Image, Error> {
         let extent: [i32; 6] = self.numbers(tag, "Extent")?.ok_or_else(|| self.wrong("its piece has no Extent"))?;
-        let points = |i: usize| usize::try_from(i64::from(extent[2 * i + 1]) - i64::from(extent[2 * i]) + 1).ok().filter(|&n| n > 0);
+        let points =
+            |i: usize| usize::try_from(i64::from(extent[2 * i + 1]) - i64::from(extent[2 * i]) + 1).ok().filter(|&n| n > 0);
         let (Some(x), Some(y), Some(z)) = (points(0), points(1), points(2)) else {
             return Err(self.wrong(format!("its extent, {extent:?}, has no points")));
         };
