@@ -105,7 +105,9 @@ macro_rules! formats {
         }
     )*};
 }
-formats!(nrrd, nifti, metaimage, vtk, numpy, bov);
+formats!(nrrd, nifti, metaimage, vtk, numpy, bov, png);
+#[cfg(feature = "tiff")]
+formats!(tiff);
 
 #[test]
 fn a_wrong_expectation_is_noticed() {

@@ -442,12 +442,17 @@ def tiffs():
     for name, frame, channel in itertools.product(["imagej.tif", "ome.ome.tif"], [None, 1], [None, 1]):
         holds(f"tiff/{name}", 7, 3 + 10000 * (frame or 0) + 1000 * (channel or 0), affine((0.5, 0.5, 2)), frame=frame, channel=channel)
     # As ImageJ writes more than 4 GB: one directory, and pages one after the other.
-    tifffile.imwrite(at / "contiguous.tif", array("uint16", 7, 3), imagej=True, metadata=dict(axes="ZYX", spacing=3.0))
+    tifffile.imwrite(at / "contiguous.tif", array("uint16", 7, 3), imagej=True, truncate=True, metadata=dict(axes="ZYX", spacing=3.0))
     holds("tiff/contiguous.tif", 7, 3, affine((1, 1, 3)))
     rgb = np.stack([array("uint8", 1, 60 * n) for n in range(3)], -1)
     tifffile.imwrite(at / "rgb.tif", rgb, photometric="rgb", metadata=None)
-    for channel in [None, 2]:
-        holds("tiff/rgb.tif", 1, 60 * (channel or 0), channel=channel)
+    tifffile.imwrite(at / "planar.tif", np.moveaxis(rgb, -1, 1), photometric="rgb", planarconfig="separate", metadata=None)
+    tifffile.imwrite(at / "packed_rgb.tif", rgb, photometric="rgb", compression="zlib", predictor=True, metadata=None)
+    for name, channel in itertools.product(["rgb", "planar", "packed_rgb"], [None, 2]):
+        holds(f"tiff/{name}.tif", 1, 60 * (channel or 0), channel=channel)
+    Image.fromarray(array("uint8", 4, 1)[0]).save(at / "of_pillow.tif", compression="tiff_lzw", save_all=True,
+                                                  append_images=[Image.fromarray(p) for p in array("uint8", 4, 1)[1:]])
+    holds("tiff/of_pillow.tif", 4, 1)
     at = folder("png")
     for name, dtype in [("bytes", "uint8"), ("words", "uint16")]:
         data = array(dtype, 4, 1)

@@ -1,5 +1,6 @@
 //! Where the bytes of a file's voxels are, and how they are got at.
 
+use crate::error::Error;
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -202,32 +203,61 @@ impl Bytes for Held {
     }
 }
 
-/// Several, one after the other: slices in a file each.
+/// Opens a part of several.
+type Open = dyn FnMut(usize) -> Result<Box<dyn Bytes>, Error>;
+
+/// Several, one after the other: slices in a file each. One is open at a time.
 pub(super) struct Joined {
-    parts: Vec<Box<dyn Bytes>>,
+    open: Box<Open>,
+    parts: usize,
     /// Bytes of a part, each of which has as many.
     each: u64,
+    most: u64,
+    current: Option<(usize, Box<dyn Bytes>)>,
+    whole: bool,
 }
 
 impl Joined {
-    pub fn new(parts: Vec<Box<dyn Bytes>>, each: u64) -> Self {
-        Self { parts, each }
+    /// All parts are opened once, for what they have at most.
+    pub fn new(
+        parts: usize,
+        each: u64,
+        mut open: impl FnMut(usize) -> Result<Box<dyn Bytes>, Error> + 'static,
+    ) -> Result<Self, Error> {
+        let mut most = 0u64;
+        for part in 0..parts {
+            most = most.saturating_add(open(part)?.most().min(each));
+        }
+        Ok(Self { open: Box::new(open), parts, each, most, current: None, whole: true })
+    }
+
+    fn part(&mut self, part: usize) -> io::Result<&mut dyn Bytes> {
+        let opened = match self.current.take().filter(|(current, _)| *current == part) {
+            Some((_, opened)) => opened,
+            None => (self.open)(part).map_err(|e| io::Error::other(e.to_string()))?,
+        };
+        Ok(self.current.insert((part, opened)).1.as_mut())
     }
 }
 
 impl Bytes for Joined {
     fn most(&self) -> u64 {
-        self.parts.iter().map(|part| part.most().min(self.each)).sum()
+        self.most
     }
 
     fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize> {
-        let mut found = 0;
+        let (mut found, each) = (0, self.each);
         while found < bytes.len() {
             let at = at + found as u64;
-            let (part, within) = ((at / self.each) as usize, at % self.each);
-            let Some(part) = self.parts.get_mut(part) else { break };
-            let wanted = (self.each - within).min((bytes.len() - found) as u64) as usize;
-            let more = part.read(within, &mut bytes[found..found + wanted])?;
+            let (part, within) = ((at / each) as usize, at % each);
+            if part >= self.parts {
+                break;
+            }
+            let wanted = (each - within).min((bytes.len() - found) as u64) as usize;
+            let opened = self.part(part)?;
+            let more = opened.read(within, &mut bytes[found..found + wanted])?;
+            let ends = within + more as u64 != each || opened.ends_at(each)?;
+            self.whole &= ends;
             found += more;
             if more < wanted {
                 break;
@@ -237,11 +267,7 @@ impl Bytes for Joined {
     }
 
     fn ends_at(&mut self, end: u64) -> io::Result<bool> {
-        let mut ends = end == self.each.saturating_mul(self.parts.len() as u64);
-        for part in &mut self.parts {
-            ends &= part.ends_at(self.each)?;
-        }
-        Ok(ends)
+        Ok(self.whole && end == self.each.saturating_mul(self.parts as u64))
     }
 }
 

@@ -10,6 +10,7 @@ use std::str::FromStr;
 const LARGEST: u64 = 1 << 20;
 
 /// Keys and values in the order of the file.
+#[derive(Clone)]
 pub(super) struct Keyed {
     path: PathBuf,
     fields: Vec<(String, String)>,

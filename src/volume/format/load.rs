@@ -11,6 +11,7 @@ use std::io;
 use std::path::Path;
 
 /// What a file says of its voxels.
+#[derive(Clone)]
 pub(in crate::volume) struct Header {
     pub grid: Grid,
     pub scalar: ScalarType,
@@ -59,7 +60,7 @@ impl Header {
     }
 
     /// The byte behind the last one that is wanted.
-    fn end(&self) -> u64 {
+    pub fn end(&self) -> u64 {
         self.first.saturating_add(self.span())
     }
 }

@@ -10,8 +10,12 @@ mod nifti;
 mod nrrd;
 mod numbered;
 mod numpy;
+mod png;
 mod raw;
+mod slices;
 mod text;
+#[cfg(feature = "tiff")]
+mod tiff;
 mod vtk;
 
 pub use raw::RawOptions;
@@ -37,6 +41,9 @@ const FORMATS: &[&dyn Format] = &[
     #[cfg(feature = "npz")]
     &numpy::Npz,
     &bov::Bov,
+    #[cfg(feature = "tiff")]
+    &tiff::Tiff,
+    &png::Png,
     &raw::Raw,
 ];
 /// Bytes at the start of a file that formats are recognised by.
@@ -105,6 +112,9 @@ pub(super) fn numbers(path: &Path, options: &RawOptions) -> Result<(Header, Box<
 }
 
 fn open(path: &Path, options: &RawOptions) -> Result<Opened, Error> {
+    if let Some(files) = slices::files(path)? {
+        return slices::open(path, files, options);
+    }
     let file = Found::look(path)?;
     let Some(format) = FORMATS.iter().find(|format| format.recognises(&file, options)) else {
         return Err(Error::volume(path, UNKNOWN));

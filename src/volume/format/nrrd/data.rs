@@ -23,8 +23,9 @@ pub(super) fn bytes(path: &Path, fields: &Fields, axes: &Axes, scalar: ScalarTyp
         let (found, expected) = (files.len(), whole.div_ceil(each));
         return Err(fields.wrong(format!("it names {found} data files, and its sizes need {expected}")));
     }
-    let parts: Result<_, Error> = files.iter().map(|file| one(file, fields, 0, each, scalar)).collect();
-    Ok(Box::new(Joined::new(parts?, each)))
+    let fields = fields.clone();
+    let open = move |part: usize| one(&files[part], &fields, 0, each, scalar);
+    Ok(Box::new(Joined::new(whole.div_ceil(each) as usize, each, open)?))
 }
 
 /// The files of `LIST [axes]` and of `pattern first last step [axes]`, and how many axes each of them has.

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 const LARGEST: u64 = 1 << 20;
 
 /// Fields by their names in lower case, in the order of the file.
+#[derive(Clone)]
 pub(super) struct Fields {
     path: PathBuf,
     fields: Vec<(String, String)>,
