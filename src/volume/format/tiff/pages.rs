@@ -6,13 +6,14 @@ use crate::volume::format::bytes::{Bytes, Held};
 use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
+use tiff::decoder::ifd::Value;
 use tiff::decoder::{Decoder, Limits};
 use tiff::tags::Tag;
 
 /// Bytes that a packed byte can stand for: deflate's, and more than LZW's.
 const LIMIT: u64 = 2048;
-/// Bytes of a tag: OME's descriptions have some for every page.
-const LARGEST_TAG: u64 = 1 << 26;
+/// Bytes of a tag once read: OME's descriptions have some for every page.
+const LARGEST_TAG: u64 = 1 << 28;
 /// Most pages of a file.
 const MOST: usize = 1 << 20;
 
@@ -23,7 +24,8 @@ pub(super) fn decoder(path: &Path) -> Result<Reader, Error> {
     let file = File::open(path).map_err(|e| Error::read(path, e))?;
     let len = file.metadata().map_err(|e| Error::read(path, e))?.len();
     let mut limits = Limits::default();
-    limits.ifd_value_size = len.min(LARGEST_TAG) as usize;
+    // A number of a tag takes one to eight bytes in a file, and 32 once read.
+    limits.decoding_buffer_size = len.saturating_mul(32).min(LARGEST_TAG) as usize;
     limits.intermediate_buffer_size =
         usize::try_from(len.saturating_mul(LIMIT)).unwrap_or(usize::MAX).min(limits.intermediate_buffer_size);
     Ok(Decoder::new(BufReader::new(file)).map_err(|e| damaged(path, &e))?.with_limits(limits))
@@ -79,7 +81,10 @@ impl Page {
         if !(1..=1 << 16).contains(&samples) {
             return Err(Error::volume(path, format!("it has {samples} samples per pixel")));
         }
-        let mut per_unit = |tag: Tag| reader.find_tag(tag).ok().flatten().and_then(|value| value.into_f64().ok());
+        let mut per_unit = |tag: Tag| match reader.find_tag(tag).ok().flatten()? {
+            Value::Rational(pixels, units) => Some(f64::from(pixels) / f64::from(units)),
+            _ => None,
+        };
         let pixels_per_unit = per_unit(Tag::XResolution).zip(per_unit(Tag::YResolution)).map(|(x, y)| [x, y]);
         let big_endian = matches!(reader.byte_order(), tiff::tags::ByteOrder::BigEndian);
         let (width, height) = (width as usize, height as usize);
