@@ -37,6 +37,7 @@ pub mod check;
 pub mod cli;
 pub mod device;
 mod error;
+mod files;
 pub mod framing;
 #[cfg(feature = "gl-interop")]
 pub mod gl;

@@ -431,7 +431,7 @@ fn help_has_examples() {
     let text = |arguments: &[&str]| String::from_utf8(layersplat(f, arguments).stdout).unwrap();
     let all = text(&["--help"]);
     for command in
-        ["render", "rotate", "views", "info", "transfer", "devices", "compare", "bench", "tune", "paper", "completions", "man"]
+        ["render", "rotate", "views", "info", "transfer", "convert", "devices", "compare", "bench", "tune", "paper", "completions", "man"]
     {
         assert!(all.contains(command), "{command}");
         assert!(text(&[command, "--help"]).contains(&format!("Examples:\n  layersplat {command}")), "{command}");

@@ -51,3 +51,7 @@ Examples:
   layersplat transfer --list
   layersplat transfer engine_256x256x128_uint8.raw.gz --transfer inferno --tent p99,30 -o curve.png
   layersplat transfer builtin:hydrogen --transfer preset.vp -o preset.json";
+pub(super) const CONVERT: &str = "\
+Examples:
+  layersplat convert head.nii.gz head.nrrd
+  layersplat convert density.npy density.vti --spacing 1,1,2";

@@ -3,10 +3,12 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 34] = [
+const OPTIONS: [(&str, &str); 37] = [
     ("algorithm", "--algorithm"),
+    ("array", "--array NAME"),
     ("background", "--background"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
+    ("channel", "--channel N"),
     ("classification", "--classification post|preintegrated"),
     ("clipping", "--clip X,Y,Z,NX,NY,NZ"),
     ("correction", "--correction none|constant|sublayers"),
@@ -19,6 +21,7 @@ const OPTIONS: [(&str, &str); 34] = [
     ("field_of_view", "--perspective FOV"),
     ("footprints", "--footprints exact|set"),
     ("header_bytes", "--header-bytes N"),
+    ("frame", "--frame N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
     ("light", "--light X,Y,Z"),

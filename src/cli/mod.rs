@@ -5,6 +5,7 @@ mod bench;
 mod blending;
 mod check;
 mod compare;
+mod convert;
 mod devices;
 mod examples;
 mod fields;
@@ -64,6 +65,9 @@ enum Command {
     /// List, show, convert and write transfer functions
     #[command(after_help = examples::TRANSFER)]
     Transfer(transfer::Arguments),
+    /// Write a volume to a file of another format, voxels in the type that they have
+    #[command(after_help = examples::CONVERT)]
+    Convert(convert::Arguments),
     /// List platforms and devices, with the tuning that would be used
     #[command(after_help = examples::DEVICES)]
     Devices(devices::Arguments),
@@ -102,6 +106,7 @@ pub fn main() -> ExitCode {
         Command::Views(arguments) => views::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Transfer(arguments) => transfer::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),

@@ -9,21 +9,23 @@ use crate::layers::{Correction, Density, Kernel};
 use crate::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Layered, Quality, Settings, Shading};
 use crate::transfer::{Extinction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{Endian, RawOptions, ScalarType, Volume};
+use crate::volume::{Endian, RawOptions, ScalarType, Volume, convert};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Which volume, and what its name does not tell.
 #[derive(Args)]
 pub(super) struct VolumeOptions {
-    /// NAME_XxYxZ_TYPE.raw or .raw.gz, or builtin: marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot or cube, as builtin:hydrogen, with @N or @XxYxZ
+    /// A file (NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF; NAME_XxYxZ_TYPE.raw or .raw.gz), a folder or NAME%d.ENDING of
+    /// numbered slices, or builtin: marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot or cube, as builtin:hydrogen, with @N or
+    /// @XxYxZ
     #[arg(default_value = "builtin:hydrogen")]
     volume: PathBuf,
     /// Voxels along x, y, z, where the file's name does not tell them: XxYxZ
     #[arg(long, value_parser = parse::dims, value_name = "XxYxZ", help_heading = "Volume")]
     dims: Option<[usize; 3]>,
-    /// uint8, int8, uint16, int16, uint32, int32, float32 or float64, where the file's name does not tell it
+    /// uint8, int8, uint16, int16, uint32, int32, uint64, int64, float16, float32 or float64, where the file's name does not tell it
     #[arg(long = "type", help_heading = "Volume")]
     voxel_type: Option<ScalarType>,
     /// Distance between voxels along x, y, z [default: 1,1,1]
@@ -35,6 +37,15 @@ pub(super) struct VolumeOptions {
     /// Bytes before the first voxel, of a .gz file once unpacked [default: 0]
     #[arg(long, value_name = "N", help_heading = "Volume")]
     header_bytes: Option<u64>,
+    /// Which of several volumes that a file holds, from 0 on [default: 0]
+    #[arg(long, value_name = "N", help_heading = "Volume")]
+    frame: Option<usize>,
+    /// Which of several numbers per voxel, from 0 on [default: 0]
+    #[arg(long, value_name = "N", help_heading = "Volume")]
+    channel: Option<usize>,
+    /// Which of several arrays that a file names [default: the one that it marks, or the first]
+    #[arg(long, value_name = "NAME", help_heading = "Volume")]
+    array: Option<String>,
     /// Value around the volume and of voxels that are NaN or infinite [default: the smallest valid value; of built-in volumes 0]
     #[arg(long, value_parser = parse::finite, value_name = "V", allow_hyphen_values = true, help_heading = "Volume")]
     background_value: Option<f64>,
@@ -56,13 +67,22 @@ impl VolumeOptions {
         }
     }
 
+    /// Writes it to a file of another format.
+    pub fn convert(&self, target: &Path) -> Result<PathBuf, crate::Error> {
+        if self.background_value.is_some() {
+            let problem = "files do not hold what lies around a volume: leave it out".into();
+            return Err(crate::Error::Settings { field: "background value", problem });
+        }
+        convert(&self.volume, &self.raw(), target)
+    }
+
     fn raw(&self) -> RawOptions {
         let endian = self.endian.map(|endian| match endian {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         });
-        let Self { dims, voxel_type, spacing, header_bytes, .. } = *self;
-        RawOptions { dims, voxel_type, spacing, endian, header_bytes }
+        let Self { dims, voxel_type, spacing, header_bytes, frame, channel, .. } = *self;
+        RawOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array: self.array.clone() }
     }
 }
 

@@ -1,12 +1,13 @@
 //! Pictures to files, written whole or not at all.
 
-use super::{Background, Frame, unfinished};
+use super::{Background, Frame};
 use crate::error::Error;
+use crate::files::write_whole;
 use crate::viewport::Viewport;
 use image::codecs::{jpeg::JpegEncoder, openexr::OpenExrEncoder, png::PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use npyz::WriterBuilder;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 /// File formats of pictures.
@@ -59,18 +60,6 @@ impl ImageFormat {
         }
         Ok(())
     }
-}
-
-/// Writes a file under a temporary name beside it, then renames it: it appears whole or not at all.
-pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
-    let _writing = unfinished::at_hand();
-    let failed = |e| Error::write(path, e);
-    let (mut file, target) = unfinished::beside(path).map_err(failed)?;
-    let mut buffered = io::BufWriter::new(file.as_file_mut());
-    write(&mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
-    drop(buffered);
-    file.persist(&target).map_err(|e| failed(e.error))?;
-    Ok(())
 }
 
 pub(super) fn write_png(path: &Path, viewport: Viewport, rgba: &[u8]) -> Result<(), Error> {

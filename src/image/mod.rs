@@ -8,16 +8,14 @@ mod file;
 mod metrics;
 mod read;
 pub(crate) mod text;
-mod unfinished;
 
+pub use crate::files::write_whole;
 pub use animation::{Animation, AnimationFormat};
 pub use background::Background;
-pub use file::{ImageFormat, write_whole};
+pub use file::ImageFormat;
 pub use metrics::Comparison;
 pub use read::read_image;
 pub use text::{draw_text, text_size};
-#[cfg(feature = "cli")]
-pub(crate) use unfinished::between_files;
 
 use crate::error::Error;
 use crate::memory;

@@ -11,6 +11,7 @@ mod statistics;
 mod storage;
 mod voxels;
 mod wide;
+mod write;
 
 pub use builtin::builtin_volume;
 pub use description::Description;
@@ -23,6 +24,7 @@ pub use rescale::Rescale;
 pub use statistics::{HISTOGRAM_BINS, Statistics};
 pub use storage::Storage;
 pub use voxels::{Endian, ScalarType, Voxel, VoxelType, Voxels, Wide};
+pub use write::convert;
 
 use crate::error::Error;
 use placed::Placed;

@@ -4,9 +4,9 @@ mod film;
 mod gif;
 mod png;
 
-use super::unfinished::Unfinished;
 use super::{Background, Frame};
 use crate::error::Error;
+use crate::files::Unfinished;
 use crate::viewport::Viewport;
 use film::Film;
 use std::io;

@@ -1,8 +1,9 @@
-//! Files that are not there before they are whole, and what is left of them when the process ends: nothing.
+//! Files that are written whole or not at all, and what is left of them when the process ends: nothing.
 
+use crate::error::Error;
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
 use tempfile::{NamedTempFile, TempPath};
@@ -13,7 +14,7 @@ static WRITING: RwLock<()> = RwLock::new(());
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// While what this returns is held, no signal ends the process.
-pub(super) fn at_hand() -> RwLockReadGuard<'static, ()> {
+fn at_hand() -> RwLockReadGuard<'static, ()> {
     WRITING.read().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -30,7 +31,7 @@ pub(crate) fn between_files<T>(then: impl FnOnce() -> T) -> T {
 }
 
 /// A temporary file beside a path, and where it is to be renamed to: what a link leads to is written, not the link.
-pub(super) fn beside(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
+fn beside(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
     if target.exists() && !target.is_file() {
         return Err(io::Error::other("it exists and is no regular file"));
@@ -51,8 +52,20 @@ pub(super) fn beside(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
     Ok((file, target))
 }
 
+/// Writes a file under a temporary name beside it, then renames it: it appears whole or not at all.
+pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
+    let _writing = at_hand();
+    let failed = |e| Error::write(path, e);
+    let (mut file, target) = beside(path).map_err(failed)?;
+    let mut buffered = io::BufWriter::new(file.as_file_mut());
+    write(&mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
+    drop(buffered);
+    file.persist(&target).map_err(|e| failed(e.error))?;
+    Ok(())
+}
+
 /// A file that is written bit by bit, for longer than anyone waits who ends the process: it is removed then, as when this is dropped.
-pub(super) struct Unfinished {
+pub(crate) struct Unfinished {
     temporary: Option<TempPath>,
     target: PathBuf,
 }
@@ -96,7 +109,6 @@ fn unfinished<T>(change: impl FnOnce(&mut BTreeSet<PathBuf>) -> T) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write;
 
     fn names(folder: &Path) -> Vec<String> {
         std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
