@@ -296,7 +296,9 @@ fn lines_that_are_wrong_are_named() {
     }
     refused(f, &["render", NAME, "--cameras", "missing.ndjson"], 1, &["missing.ndjson"]);
     refused(f, &["render", NAME, "--cameras", "views.ndjson", "-o", "a.png"], 2, &["--output"]);
-    // What only the renderer can tell, and only of a view from a position.
+    std::fs::write(f.join("views.ndjson"), r#"{"output": "b.png", "perspective": 1e-300}"#).unwrap();
+    refused(f, &["render", NAME, "--cameras", "views.ndjson"], 1, &["line 1", "camera"]);
+    // What only the whole scene tells.
     std::fs::write(f.join("views.ndjson"), r#"{"output": "b.png", "position": [1, 2, 3]}"#).unwrap();
     refused(f, &["render", NAME, "--cameras", "views.ndjson"], 1, &["line 1", "parallel_scale or perspective"]);
 }
@@ -361,6 +363,8 @@ fn annotations_are_added_to_the_picture() {
         assert!((50..16_000).contains(&differing), "{options}: {differing}");
     }
     refused(f, &["render", NAME, "--units", "HU"], 2, &["--legend"]);
+    // A box without a size.
+    done(f, "render builtin:cube@1 --box --legend --axes --size 100x80 -o one.png");
     let paths: Vec<PathBuf> = ["a.png", "b.png"].map(|name| f.join(name)).into();
     for path in &paths {
         done(f, &format!("render {NAME} --legend --box --axes --size 200x160 -o {}", path.display()));

@@ -159,7 +159,9 @@ impl<'a> Cameras<'a> {
 
     /// What they fit unless options say otherwise is all of the volume's box: it is to be seen.
     pub fn of_box(options: &CameraOptions, scene: &'a Scene) -> Self {
-        let framing = options.fit.is_none().then(|| Rc::new(Framing::whole(&scene.volume)));
+        // That of a single voxel has no size.
+        let framing =
+            (options.fit.is_none() && scene.volume.grid().voxel_count() > 1).then(|| Rc::new(Framing::whole(&scene.volume)));
         framing.map_or_else(
             || Self::new(options, scene, Fit::Visible),
             |framing| Self { options: options.clone(), grid: scene.volume.grid(), framing: Some(framing) },

@@ -6,6 +6,9 @@ use glam::DVec3;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
+/// Of an angle: so many turns still differ by what can be seen.
+const MOST_DEGREES: f64 = 1e6;
+
 /// Where a camera stands, and what it does not say the command line does. By position, or in an orbit.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -49,6 +52,11 @@ impl View {
         if self.parallel_scale.is_some() && self.perspective.is_some() {
             return Err("parallel_scale and perspective: a view has one or the other".into());
         }
+        for (name, angle) in [("azimuth", self.azimuth), ("elevation", self.elevation), ("roll", self.roll)] {
+            if angle.is_some_and(|angle| angle.abs() > MOST_DEGREES) {
+                return Err(format!("{name} must be within {MOST_DEGREES} degrees of 0"));
+            }
+        }
         for (name, value) in [("distance", self.distance), ("parallel_scale", self.parallel_scale)] {
             if value.is_some_and(|value| value <= 0.0) {
                 return Err(format!("{name} must be above 0"));
@@ -82,8 +90,9 @@ impl View {
         }
         options.distance = self.distance.or(options.distance).filter(|_| options.perspective.is_some());
         options.center = self.center.map(DVec3::from_array).or(options.center);
+        let seeing = |camera: Camera| camera.basis().map(|_| camera).map_err(|e| e.to_string());
         if let Some(orbit) = self.orbit(base) {
-            return Ok(cameras.with(options).still(orbit));
+            return seeing(cameras.with(options).still(orbit));
         }
         let focal_point = self.focal_point.map_or_else(|| cameras.centre(), DVec3::from_array);
         let projection = match (options.perspective, options.parallel_scale) {
@@ -93,8 +102,7 @@ impl View {
         };
         let position = self.position.map_or(focal_point, DVec3::from_array);
         let view_up = self.view_up.map_or(DVec3::Y, DVec3::from_array);
-        let camera = Camera { position, focal_point, view_up, projection };
-        camera.basis().map(|_| camera).map_err(|e| e.to_string())
+        seeing(Camera { position, focal_point, view_up, projection })
     }
 }
 
@@ -117,6 +125,7 @@ mod tests {
             (r#"{"parallel_scale":3,"perspective":20}"#, "one or the other"),
             (r#"{"parallel_scale":0}"#, "above 0"),
             (r#"{"perspective":180}"#, "180"),
+            (r#"{"roll":-1e308}"#, "roll must be within 1000000 degrees"),
         ] {
             let message = view(text).unwrap_err();
             assert!(message.contains(word), "{text}: {message}");
