@@ -9,7 +9,8 @@ use glam::DVec3;
 use std::fs::File;
 use std::path::Path;
 
-/// What a raw file's name does not tell, or tells wrongly; what is given here wins. Spacing defaults to 1,1,1.
+/// What a file, or a raw file's name, does not tell, or tells wrongly, and which of several volumes it is to be; what is given here wins.
+/// Spacing defaults to 1,1,1.
 ///
 /// ```
 /// use layersplat::volume::{RawOptions, ScalarType, Volume};
@@ -28,7 +29,7 @@ pub struct RawOptions {
     pub dims: Option<[usize; 3]>,
     /// Type of the numbers.
     pub voxel_type: Option<ScalarType>,
-    /// World distance between voxels along x, y, z.
+    /// World distance between voxels along x, y, z, along the world's axes, whatever a file says of its grid.
     pub spacing: Option<DVec3>,
     /// Byte order; little if it is not given.
     pub endian: Option<Endian>,
