@@ -135,6 +135,9 @@ fn choices_that_there_are_not_name_their_field() {
     let cases = [
         ("nrrd/times.nrrd", RawOptions { frame: Some(2), ..options.clone() }, "frame"),
         ("nrrd/rgb.nrrd", RawOptions { channel: Some(3), ..options.clone() }, "channel"),
+        ("nrrd/raw.nrrd", RawOptions { frame: Some(1), ..options.clone() }, "frame"),
+        ("nrrd/raw.nrrd", RawOptions { channel: Some(1), ..options.clone() }, "channel"),
+        ("nifti/little_1.nii", RawOptions { array: Some("none".into()), ..options.clone() }, "array"),
         ("vtk/legacy_several_ascii.vtk", RawOptions { array: Some("none".into()), ..options.clone() }, "array"),
     ];
     for (file, options, name) in cases {

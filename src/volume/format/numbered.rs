@@ -21,6 +21,9 @@ pub(super) fn names(pattern: &str, first: i64, last: i64, step: i64) -> Result<V
     Ok((0..count).map(|i| format!("{before}{}{after}", number(first + step * i as i64))).collect())
 }
 
+/// Files, and how many axes of the whole each of them has, if that is told.
+pub(super) type Several = (Vec<PathBuf>, Option<usize>);
+
 /// The file that a header names.
 pub(super) fn beside(header: &Path, name: &str) -> PathBuf {
     header.parent().unwrap_or(Path::new("")).join(name)

@@ -2,7 +2,7 @@
 
 use super::bytes::{Bytes, Gzip, Packed, Plain};
 use super::load::{Header, Opened};
-use super::{Format, Found};
+use super::{Format, Found, choice};
 use crate::error::Error;
 use crate::volume::{Endian, Grid, ScalarType};
 use glam::DVec3;
@@ -76,6 +76,8 @@ impl Format for Raw {
             (None, Error::OutOfRange { name: "dims", .. }) => unnamed("dims", &e.to_string()),
             _ => e,
         })?;
+        choice::chosen(path, "frame", options.frame, 1)?;
+        choice::chosen(path, "channel", options.channel, 1)?;
         // What comes before the voxels counts as the file's size does.
         let first = options.header_bytes.unwrap_or(0);
         let header = Header { endian: options.endian.unwrap_or_default(), first, ..Header::new(grid, scalar) };
