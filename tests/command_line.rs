@@ -257,7 +257,7 @@ fn bad_files_exit_with_1_and_say_why() {
         ("huge_100000x100000x100_uint8.raw.gz", &["1000000000000"]),
         ("plain_4x4x4_uint8.raw.gz", &["plain_4x4x4"]),
         ("picture.txt", &[".raw"]),
-        ("folder_4x4x4_uint8.raw", &["regular"]),
+        ("folder_4x4x4_uint8.raw", &["folder without", "slices"]),
         ("/dev/null", &["regular"]),
     ] {
         refused(f, &["render", volume, "-o", "a.png"], 1, words);
@@ -430,9 +430,21 @@ fn help_has_examples() {
     let f = folder.path();
     let text = |arguments: &[&str]| String::from_utf8(layersplat(f, arguments).stdout).unwrap();
     let all = text(&["--help"]);
-    for command in
-        ["render", "rotate", "views", "info", "transfer", "convert", "devices", "compare", "bench", "tune", "paper", "completions", "man"]
-    {
+    for command in [
+        "render",
+        "rotate",
+        "views",
+        "info",
+        "transfer",
+        "convert",
+        "devices",
+        "compare",
+        "bench",
+        "tune",
+        "paper",
+        "completions",
+        "man",
+    ] {
         assert!(all.contains(command), "{command}");
         assert!(text(&[command, "--help"]).contains(&format!("Examples:\n  layersplat {command}")), "{command}");
     }

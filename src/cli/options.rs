@@ -9,10 +9,10 @@ use crate::layers::{Correction, Density, Kernel};
 use crate::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Layered, Quality, Settings, Shading};
 use crate::transfer::{Extinction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{Endian, RawOptions, ScalarType, Volume, convert};
+use crate::volume::{Endian, RawOptions, ScalarType, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Which volume, and what its name does not tell.
 #[derive(Args)]
@@ -22,6 +22,16 @@ pub(super) struct VolumeOptions {
     /// @XxYxZ
     #[arg(default_value = "builtin:hydrogen")]
     volume: PathBuf,
+    #[command(flatten)]
+    file: FileOptions,
+    /// Value around the volume and of voxels that are NaN or infinite [default: the smallest valid value; of built-in volumes 0]
+    #[arg(long, value_parser = parse::finite, value_name = "V", allow_hyphen_values = true, help_heading = "Volume")]
+    background_value: Option<f64>,
+}
+
+/// What a file does not tell, and which of its volumes.
+#[derive(Args)]
+pub(super) struct FileOptions {
     /// Voxels along x, y, z, where the file's name does not tell them: XxYxZ
     #[arg(long, value_parser = parse::dims, value_name = "XxYxZ", help_heading = "Volume")]
     dims: Option<[usize; 3]>,
@@ -46,9 +56,6 @@ pub(super) struct VolumeOptions {
     /// Which of several arrays that a file names [default: the one that it marks, or the first]
     #[arg(long, value_name = "NAME", help_heading = "Volume")]
     array: Option<String>,
-    /// Value around the volume and of voxels that are NaN or infinite [default: the smallest valid value; of built-in volumes 0]
-    #[arg(long, value_parser = parse::finite, value_name = "V", allow_hyphen_values = true, help_heading = "Volume")]
-    background_value: Option<f64>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -60,23 +67,17 @@ enum EndianName {
 impl VolumeOptions {
     /// Opens the volume.
     pub fn open(&self) -> Result<Volume<'static>, crate::Error> {
-        let volume = Volume::open(&self.volume, &self.raw())?;
+        let volume = Volume::open(&self.volume, &self.file.raw())?;
         match self.background_value {
             Some(value) => volume.with_background(value),
             None => Ok(volume),
         }
     }
+}
 
-    /// Writes it to a file of another format.
-    pub fn convert(&self, target: &Path) -> Result<PathBuf, crate::Error> {
-        if self.background_value.is_some() {
-            let problem = "files do not hold what lies around a volume: leave it out".into();
-            return Err(crate::Error::Settings { field: "background value", problem });
-        }
-        convert(&self.volume, &self.raw(), target)
-    }
-
-    fn raw(&self) -> RawOptions {
+impl FileOptions {
+    /// The same for the library.
+    pub fn raw(&self) -> RawOptions {
         let endian = self.endian.map(|endian| match endian {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,

@@ -45,6 +45,9 @@ pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume<'stat
         ("voxel_type", options.voxel_type.is_some()),
         ("endian", options.endian.is_some()),
         ("header_bytes", options.header_bytes.is_some()),
+        ("frame", options.frame.is_some()),
+        ("channel", options.channel.is_some()),
+        ("array", options.array.is_some()),
     ];
     if let Some(&(field, _)) = for_files.iter().find(|(_, given)| *given) {
         let problem = format!("this is for files, {name} is built-in: leave it out; builtin:{name}@XxYxZ tells the size");

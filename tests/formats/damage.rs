@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Lengths that a file is cut to, and bits of it that are flipped.
-const DAMAGES: usize = 60;
+const DAMAGES: usize = 40;
 /// Bytes that a damaged file of a few thousand may take at once: packed bytes stand for up to 1032.
 const MOST: usize = 24 << 20;
 /// The same of TIFF: the crate sets aside, untouched, what a tag of the first page says, up to its own limit.

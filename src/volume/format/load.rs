@@ -123,8 +123,11 @@ pub(super) fn volume(path: &Path, opened: Opened) -> Result<Volume<'static>, Err
     }
 }
 
+/// Numbers as they are stored, mapped or read, and what the header says of them.
+pub(in crate::volume) type Numbers = (Header, Box<dyn AsRef<[u8]>>);
+
 /// All numbers of a file one after the other, as they are stored, with what the header says.
-pub(super) fn numbers(path: &Path, opened: Opened) -> Result<(Header, Box<dyn AsRef<[u8]>>), Error> {
+pub(super) fn numbers(path: &Path, opened: Opened) -> Result<Numbers, Error> {
     let mut file = Reading { path, opened };
     file.check_size()?;
     let map = file.mapped()?.filter(|_| file.opened.header.is_dense());

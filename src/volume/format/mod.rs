@@ -24,7 +24,7 @@ pub(super) use raw::told_by_name;
 use super::Volume;
 use crate::error::Error;
 use flate2::read::MultiGzDecoder;
-use load::{Header, Opened};
+use load::Opened;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
@@ -56,6 +56,11 @@ const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MetaImage, VTK i
 trait Format: Sync {
     /// Whether a file is in this format: by its first bytes, or by its name where the format has no mark.
     fn recognises(&self, file: &Found, options: &RawOptions) -> bool;
+
+    /// Whether a file in this format can have several arrays with names.
+    fn names_arrays(&self) -> bool {
+        false
+    }
 
     /// Reads the header.
     fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error>;
@@ -107,7 +112,7 @@ pub(super) fn read(path: &Path, options: &RawOptions) -> Result<Volume<'static>,
 }
 
 /// All numbers of a file of any format, one after the other, as they are stored, with what its header says.
-pub(super) fn numbers(path: &Path, options: &RawOptions) -> Result<(Header, Box<dyn AsRef<[u8]>>), Error> {
+pub(super) fn numbers(path: &Path, options: &RawOptions) -> Result<load::Numbers, Error> {
     load::numbers(path, open(path, options)?)
 }
 
@@ -119,5 +124,9 @@ fn open(path: &Path, options: &RawOptions) -> Result<Opened, Error> {
     let Some(format) = FORMATS.iter().find(|format| format.recognises(&file, options)) else {
         return Err(Error::volume(path, UNKNOWN));
     };
+    if options.array.is_some() && !format.names_arrays() {
+        let problem = format!("the format of {} has no arrays with names: leave it out", path.display());
+        return Err(Error::Settings { field: "array", problem });
+    }
     format.open(&file, options)
 }

@@ -12,7 +12,7 @@ pub(super) fn names(pattern: &str, first: i64, last: i64, step: i64) -> Result<V
     let (width, after) = rest.split_once('d').ok_or_else(wrong)?;
     let filled = width.starts_with('0');
     let width: usize = if width.is_empty() { 0 } else { width.parse().ok().filter(|&n| n <= 20).ok_or_else(wrong)? };
-    let count = if step == 0 { -1 } else { last.saturating_sub(first) / step + 1 };
+    let count = if step == 0 { -1 } else { (i128::from(last) - i128::from(first)) / i128::from(step) + 1 };
     let count = usize::try_from(count).ok().filter(|count| (1..=MOST).contains(count)).ok_or_else(wrong)?;
     if after.contains('%') {
         return Err(wrong());
@@ -20,6 +20,9 @@ pub(super) fn names(pattern: &str, first: i64, last: i64, step: i64) -> Result<V
     let number = |n: i64| if filled { format!("{n:0width$}") } else { format!("{n:width$}") };
     Ok((0..count).map(|i| format!("{before}{}{after}", number(first + step * i as i64))).collect())
 }
+
+/// Files, and how many axes of the whole each of them has, if that is told.
+pub(super) type Several = (Vec<PathBuf>, Option<usize>);
 
 /// The file that a header names.
 pub(super) fn beside(header: &Path, name: &str) -> PathBuf {

@@ -2,14 +2,15 @@
 
 use super::bytes::{Bytes, Gzip, Packed, Plain};
 use super::load::{Header, Opened};
-use super::{Format, Found};
+use super::{Format, Found, choice};
 use crate::error::Error;
 use crate::volume::{Endian, Grid, ScalarType};
 use glam::DVec3;
 use std::fs::File;
 use std::path::Path;
 
-/// What a raw file's name does not tell, or tells wrongly; what is given here wins. Spacing defaults to 1,1,1.
+/// What a file, or a raw file's name, does not tell, or tells wrongly, and which of several volumes it is to be; what is given here wins.
+/// Spacing defaults to 1,1,1.
 ///
 /// ```
 /// use layersplat::volume::{RawOptions, ScalarType, Volume};
@@ -28,7 +29,7 @@ pub struct RawOptions {
     pub dims: Option<[usize; 3]>,
     /// Type of the numbers.
     pub voxel_type: Option<ScalarType>,
-    /// World distance between voxels along x, y, z.
+    /// World distance between voxels along x, y, z, along the world's axes, whatever a file says of its grid.
     pub spacing: Option<DVec3>,
     /// Byte order; little if it is not given.
     pub endian: Option<Endian>,
@@ -75,6 +76,8 @@ impl Format for Raw {
             (None, Error::OutOfRange { name: "dims", .. }) => unnamed("dims", &e.to_string()),
             _ => e,
         })?;
+        choice::chosen(path, "frame", options.frame, 1)?;
+        choice::chosen(path, "channel", options.channel, 1)?;
         // What comes before the voxels counts as the file's size does.
         let first = options.header_bytes.unwrap_or(0);
         let header = Header { endian: options.endian.unwrap_or_default(), first, ..Header::new(grid, scalar) };

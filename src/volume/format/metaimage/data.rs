@@ -6,7 +6,7 @@ use crate::volume::format::bytes::{Bytes, Held, Joined, Packed, Plain, Zlib};
 use crate::volume::format::keyed::Keyed;
 use crate::volume::format::{numbered, text};
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Whether numbers are digits.
 pub(super) fn is_text(fields: &Keyed) -> bool {
@@ -41,7 +41,7 @@ pub(super) fn bytes(
 }
 
 /// The files of `LIST [axes]` and of `pattern first last step`, and how many axes each of them has.
-fn several(path: &Path, fields: &Keyed, named: &str) -> Result<Option<(Vec<PathBuf>, Option<usize>)>, Error> {
+fn several(path: &Path, fields: &Keyed, named: &str) -> Result<Option<numbered::Several>, Error> {
     let words: Vec<&str> = named.split_whitespace().collect();
     if words.first() == Some(&"LIST") {
         let files = fields.listed.iter().map(|name| numbered::beside(path, name)).collect();

@@ -80,9 +80,16 @@ impl Axes {
     pub fn place(&self, path: &Path, scalar: ScalarType, options: &RawOptions) -> Result<(u64, [u64; 3]), Error> {
         let mut first = 0;
         let last_of_space = self.space.iter().max().copied().unwrap_or(0);
-        for axis in (0..self.sizes.len()).filter(|axis| !self.space.contains(axis) && self.sizes[*axis] > 1) {
-            let (field, wanted) = if axis > last_of_space { ("frame", options.frame) } else { ("channel", options.channel) };
-            first += choice::chosen(path, field, wanted, self.sizes[axis])? as u64 * self.stride(axis, scalar);
+        let others = || (0..self.sizes.len()).filter(|axis| !self.space.contains(axis) && self.sizes[*axis] > 1);
+        for (field, wanted, behind) in [("frame", options.frame, true), ("channel", options.channel, false)] {
+            let mut axes = others().filter(|&axis| (axis > last_of_space) == behind).peekable();
+            if axes.peek().is_none() {
+                choice::chosen(path, field, wanted, 1)?;
+            }
+            for axis in axes {
+                let chosen = choice::chosen(path, field, wanted, self.sizes[axis])? as u64;
+                first += chosen * self.stride(axis, scalar);
+            }
         }
         let along = |i: usize| self.space.get(i).map_or(scalar.bytes() as u64, |&axis| self.stride(axis, scalar));
         let mut strides = [0, 1, 2].map(along);

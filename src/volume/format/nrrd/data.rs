@@ -8,7 +8,7 @@ use crate::volume::format::bytes::{Bytes, Gzip, Held, Joined, Packed, Plain};
 use crate::volume::format::{numbered, text};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The bytes of the whole array.
 pub(super) fn bytes(path: &Path, fields: &Fields, axes: &Axes, scalar: ScalarType) -> Result<Box<dyn Bytes>, Error> {
@@ -29,7 +29,7 @@ pub(super) fn bytes(path: &Path, fields: &Fields, axes: &Axes, scalar: ScalarTyp
 }
 
 /// The files of `LIST [axes]` and of `pattern first last step [axes]`, and how many axes each of them has.
-fn several(path: &Path, fields: &Fields, named: &str) -> Result<Option<(Vec<PathBuf>, Option<usize>)>, Error> {
+fn several(path: &Path, fields: &Fields, named: &str) -> Result<Option<numbered::Several>, Error> {
     let words: Vec<&str> = named.split_whitespace().collect();
     if words.first() == Some(&"LIST") {
         let files = fields.listed.iter().map(|name| numbered::beside(path, name)).collect();

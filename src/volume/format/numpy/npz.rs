@@ -17,6 +17,10 @@ impl Format for Npz {
         file.start.starts_with(b"PK\x03\x04") && (file.ends_with(&[".npz"]) || file.start.windows(4).any(|name| name == b".npy"))
     }
 
+    fn names_arrays(&self) -> bool {
+        true
+    }
+
     fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
         let path = file.path;
         let failed = |e| Error::read(path, e);

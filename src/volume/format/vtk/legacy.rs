@@ -19,6 +19,10 @@ impl Format for Legacy {
         file.start.starts_with(b"# vtk DataFile Version")
     }
 
+    fn names_arrays(&self) -> bool {
+        true
+    }
+
     fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
         let path = file.path;
         let mut scanner = Scanner::open(path)?;

@@ -27,6 +27,10 @@ impl Format for Xml {
         file.start.windows(8).any(|bytes| bytes == b"<VTKFile")
     }
 
+    fn names_arrays(&self) -> bool {
+        true
+    }
+
     fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
         let path = file.path;
         let document = Document::read(path)?;
