@@ -99,13 +99,13 @@ fn options_that_are_for_files() {
 fn volumes_are_converted() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
-    write(f, "a_4x3x2_int32.raw", (0..24).map(|i: i32| (i * 100_000_000 - 1_000_000_000).to_be_bytes()));
+    write(f, "a_4x3x2_int32.raw", (0..24).map(|i: i32| ((i - 12) * 100_000_000).to_be_bytes()));
     for (from, to) in [("a_4x3x2_int32.raw", "b.nrrd"), ("b.nrrd", "c.npy"), ("c.npy", "d.raw")] {
         let endian: &[&str] = if from.starts_with('a') { &["--endian", "big"] } else { &[] };
         let output = layersplat(f, &[&["convert", from, to][..], endian].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
-    let expected: Vec<u8> = (0..24).flat_map(|i: i32| (i * 100_000_000 - 1_000_000_000).to_le_bytes()).collect();
+    let expected: Vec<u8> = (0..24).flat_map(|i: i32| ((i - 12) * 100_000_000).to_le_bytes()).collect();
     assert_eq!(std::fs::read(f.join("d_4x3x2_int32.raw")).unwrap(), expected);
     refused(f, &["convert", "b.nrrd", "e.doc"], 2, &["e.doc", ".nii.gz"]);
     refused(f, &["convert", "b.nrrd", "missing/e.nrrd"], 1, &["no folder"]);

@@ -163,7 +163,13 @@ impl Reading<'_> {
         // SAFETY: bytes are plain data, whatever they change to; that a file must not be cut short while it is mapped is said in
         // `Volume::open`'s documentation.
         let map = unsafe { MmapOptions::new().offset(start + header.first).len(len).map(file) };
-        map.map(Some).map_err(|e| Error::read(self.path, e))
+        map.map(Some).map_err(|e| match e.kind() {
+            io::ErrorKind::OutOfMemory => {
+                let what = self.path.display().to_string();
+                Error::HostMemory { what, needed: len as u64, available: memory::available() }
+            }
+            _ => Error::read(self.path, e),
+        })
     }
 
     /// All numbers, one after the other.

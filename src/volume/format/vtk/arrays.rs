@@ -61,6 +61,7 @@ impl<P> Array<P> {
     }
 
     /// Bytes of all its numbers.
+    #[cfg(feature = "vtk")]
     pub fn bytes(&self, image: &Image, scalar: ScalarType) -> u64 {
         self.numbers(image).saturating_mul(scalar.bytes() as u64)
     }
