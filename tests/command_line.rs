@@ -213,7 +213,7 @@ fn bad_command_lines_exit_with_2() {
         ("--light 1,0,0 --shading off", "--light X,Y,Z"),
         ("-o a.bmp", ".png"),
         ("-o a", ".png"),
-        ("--type int64", "int64"),
+        ("--type int128", "int128"),
         ("--dims 0x1x1", "XxYxZ"),
         ("--endian middle", "little"),
         ("--endian big", "--endian"),

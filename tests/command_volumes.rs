@@ -155,3 +155,26 @@ fn what_memory_does_not_hold_is_refused() {
     std::fs::write(f.join("huge.npy"), npy).unwrap();
     refused_within(3 << 30, f, &["compare", "huge.npy", "huge.npy"], 1, &["huge.npy", "4294967296 bytes"]);
 }
+
+/// Of several volumes, numbers per voxel and arrays in a file the one that is asked for.
+#[test]
+fn files_of_several_volumes() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let files = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/formats/files/");
+    let range = |file: &str, more: &[&str]| {
+        let path = format!("{files}{file}");
+        let info = json(f, &[&["info", &path][..], more].concat());
+        (info["min"].as_f64().unwrap(), info["max"].as_f64().unwrap())
+    };
+    // 60 voxels, numbered from channel to channel.
+    for (channel, expected) in [("0", (0.0, 59.0)), ("1", (60.0, 119.0)), ("2", (120.0, 179.0))] {
+        assert_eq!(range("nrrd/rgb.nrrd", &["--channel", channel]), expected);
+    }
+    assert_eq!(range("nrrd/rgb.nrrd", &[]), range("nrrd/rgb.nrrd", &["--channel", "0"]));
+    let [first, second] = ["0", "1"].map(|frame| range("nrrd/times.nrrd", &["--frame", frame]));
+    assert_ne!(first, second);
+    let path = |file: &str| format!("{files}{file}");
+    refused(f, &["info", &path("nrrd/rgb.nrrd"), "--channel", "3"], 2, &["--channel", "0 to 2"]);
+    refused(f, &["info", &path("vtk/several.vti"), "--array", "zzz"], 2, &["zzz", "--array"]);
+}

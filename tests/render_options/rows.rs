@@ -243,8 +243,12 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--memory", "streams what does not fit, to the same bits; a test of its own asserts that"),
     ("--time-limit", "gives up what takes longer, and changes nothing else; a test of its own asserts that"),
     ("--cameras", "is many pictures; tests/command_sequences.rs has some"),
+    ("--frame", "chooses one of several volumes, which raw files have not; tests/command_volumes.rs has files that do"),
+    ("--channel", "chooses one of several numbers per voxel; tests/command_volumes.rs"),
+    ("--array", "chooses one of several arrays; tests/command_volumes.rs"),
     ("--output", "says where the picture goes; a test of its own looks there"),
     ("--json", "says what is printed; a test of its own reads it"),
+    ("--verbose", "says what is told; a test of tests/command_line.rs reads it"),
     ("--help", "prints, and renders nothing"),
     ("--version", "prints, and renders nothing"),
 ];
