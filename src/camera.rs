@@ -1,5 +1,9 @@
 //! The camera, in world coordinates. Position and axes equal those of a vtkCamera with the same settings.
 
+mod path;
+
+pub use path::{CameraPath, Key};
+
 use crate::error::Error;
 use crate::viewport::Viewport;
 use glam::DVec3;

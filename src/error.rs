@@ -101,6 +101,24 @@ pub enum Error {
         /// What is wrong with it and what to do.
         problem: &'static str,
     },
+    /// A view in a file of cameras that cannot be taken.
+    #[error("{path}, line {line}: {problem}")]
+    Cameras {
+        /// The file.
+        path: PathBuf,
+        /// The line, the first is 1.
+        line: u64,
+        /// What is wrong with it and what to do.
+        problem: String,
+    },
+    /// A file of key cameras that there is no way through.
+    #[error("{path}: {problem}")]
+    Keys {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it and what to do.
+        problem: String,
+    },
     /// Settings that contradict each other or the view.
     #[error("{field}: {problem}")]
     Settings {

@@ -29,13 +29,15 @@
 //! says which module does what.
 #![warn(missing_docs)]
 
-mod camera;
+pub mod annotation;
+pub mod camera;
 pub mod check;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
 pub mod device;
 mod error;
+mod files;
 pub mod framing;
 #[cfg(feature = "gl-interop")]
 pub mod gl;

@@ -194,13 +194,26 @@ fn bad_command_lines_exit_with_2() {
         ("--background-value NaN", "NaN"),
         ("--background-value 1e31", "1e30"),
         ("--transfer-range 5,5", "LO"),
+        ("--transfer-range p50,p20", "LO"),
+        ("--transfer-range p90,0", "--transfer-range LO,HI"),
+        ("--opacity 5:2", "from 0 to 1"),
+        ("--opacity 9:0.1,5:0.2", "sort"),
+        ("--opacity p101:1", "p99.5"),
+        ("--window 40,0", "LEVEL,WIDTH"),
+        ("--window 40,10 --transfer-range 0,1", "--transfer-range"),
+        ("--tent 5", "V,WIDTH"),
+        ("--tent 1e300,1", "--tent V,WIDTH"),
+        ("--blend iso --iso p200", "p100"),
         ("--transfer nonsense", "viridis"),
         ("--layer-axis w", "auto"),
         ("--layer-axis x", "--layer-axis"),
         ("--background pink", "pink"),
-        ("-o a.jpg", ".png"),
+        ("--light 0,0,0", "other than 0"),
+        ("--light 1,0", "X,Y,Z"),
+        ("--light 1,0,0 --shading off", "--light X,Y,Z"),
+        ("-o a.bmp", ".png"),
         ("-o a", ".png"),
-        ("--type int64", "int64"),
+        ("--type int128", "int128"),
         ("--dims 0x1x1", "XxYxZ"),
         ("--endian middle", "little"),
         ("--endian big", "--endian"),
@@ -244,7 +257,7 @@ fn bad_files_exit_with_1_and_say_why() {
         ("huge_100000x100000x100_uint8.raw.gz", &["1000000000000"]),
         ("plain_4x4x4_uint8.raw.gz", &["plain_4x4x4"]),
         ("picture.txt", &[".raw"]),
-        ("folder_4x4x4_uint8.raw", &["regular"]),
+        ("folder_4x4x4_uint8.raw", &["folder without", "slices"]),
         ("/dev/null", &["regular"]),
     ] {
         refused(f, &["render", volume, "-o", "a.png"], 1, words);
@@ -345,7 +358,7 @@ fn bad_transfer_functions_are_refused() {
         ("empty.json", r#"{"RGBPoints": [], "Points": []}"#, "no points"),
         ("unsorted.json", r#"{"RGBPoints": [5,0,0,0, 1,0,0,0], "Points": [0,0,0.5,0]}"#, "sorted"),
         ("ragged.json", r#"{"RGBPoints": [5,0,0], "Points": [0,0,0.5,0]}"#, "multiple of 4"),
-        ("curved.json", r#"{"RGBPoints": [5,0,0,0], "Points": [0,0,0.2,0]}"#, "midpoint"),
+        ("curved.json", r#"{"RGBPoints": [5,0,0,0], "Points": [0,0,1.2,0]}"#, "midpoint"),
         ("nothing.json", "", "JSON"),
     ] {
         std::fs::write(f.join(name), text).unwrap();
@@ -390,5 +403,79 @@ fn the_first_picture_is_neither_black_nor_solid() {
         let frame = layersplat::image::read_image(&folder.path().join("a.npy")).unwrap();
         let mean = frame.pixels().iter().map(|p| f64::from(p[3])).sum::<f64>() / 4096.0;
         assert!((0.01..0.6).contains(&mean), "{volume}: mean opacity {mean}");
+    }
+}
+
+/// What shells and `man` are told, made from the options that there are.
+#[test]
+fn completions_and_manual_pages() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    for shell in ["bash", "zsh", "fish"] {
+        let script = String::from_utf8(layersplat(f, &["completions", shell]).stdout).unwrap();
+        assert!(script.contains("layersplat") && script.contains("azimuth"), "{shell}");
+    }
+    assert_eq!(layersplat(f, &["completions", "cmd"]).status.code(), Some(2));
+    assert!(layersplat(f, &["man", "-o", "pages"]).status.success());
+    let pages = names(&f.join("pages"));
+    assert!(pages.contains(&"layersplat.1".into()) && pages.contains(&"layersplat-render.1".into()), "{pages:?}");
+    let page = std::fs::read_to_string(f.join("pages/layersplat-render.1")).unwrap();
+    assert!(page.contains("azimuth") && page.contains("Examples"));
+}
+
+/// Every command shows how it is used, and --verbose tells what is done.
+#[test]
+fn help_has_examples() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let text = |arguments: &[&str]| String::from_utf8(layersplat(f, arguments).stdout).unwrap();
+    let all = text(&["--help"]);
+    for command in [
+        "render",
+        "rotate",
+        "views",
+        "info",
+        "transfer",
+        "convert",
+        "devices",
+        "compare",
+        "bench",
+        "tune",
+        "paper",
+        "completions",
+        "man",
+    ] {
+        assert!(all.contains(command), "{command}");
+        assert!(text(&[command, "--help"]).contains(&format!("Examples:\n  layersplat {command}")), "{command}");
+    }
+    let said = |more: &[&str]| {
+        let arguments = [&["info", "builtin:cube@8"][..], more].concat();
+        String::from_utf8(layersplat(f, &arguments).stderr).unwrap()
+    };
+    assert!(!said(&[]).contains("first pass") && said(&["-v"]).contains("first pass"));
+}
+
+/// Who gets a black or a solid picture is told why, and what to try; who gets a good one is not.
+#[test]
+fn pictures_of_nothing_are_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let said = |more: &str| {
+        let arguments: Vec<&str> = "render builtin:hydrogen@16 --size 24x24".split(' ').chain(more.split_whitespace()).collect();
+        let done = layersplat(f, &arguments);
+        assert!(done.status.success(), "{more}");
+        String::from_utf8(done.stderr).unwrap()
+    };
+    assert!(!said("").contains("empty") && !said("").contains("one colour"));
+    for (more, reason) in [
+        ("--transfer-range 5000,6000", "--transfer-range 0,"),
+        ("--blend iso --iso 9000", "no surface at 9000"),
+        ("--clip 0,0,0,-1,-1,-1", "cut away"),
+        ("--parallel-scale 1 --center 900,900,900", "--fit visible"),
+        ("--blend maximum --parallel-scale 1 --center 900,900,900", "--fit volume"),
+        ("--blend maximum --parallel-scale 0.01 --transfer grey --transfer-range 5000,6000", "one colour"),
+        ("--spacing 1,1,50", "50 times"),
+    ] {
+        assert!(said(more).contains(reason), "{more}: {}", said(more));
     }
 }

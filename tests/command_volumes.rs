@@ -95,6 +95,24 @@ fn options_that_are_for_files() {
     refused(f, &["info", "photo.dat", "--header-bytes", "-3"], 2, &["-3"]);
 }
 
+#[test]
+fn volumes_are_converted() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    write(f, "a_4x3x2_int32.raw", (0..24).map(|i: i32| ((i - 12) * 100_000_000).to_be_bytes()));
+    for (from, to) in [("a_4x3x2_int32.raw", "b.nrrd"), ("b.nrrd", "c.npy"), ("c.npy", "d.raw")] {
+        let endian: &[&str] = if from.starts_with('a') { &["--endian", "big"] } else { &[] };
+        let output = layersplat(f, &[&["convert", from, to][..], endian].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let expected: Vec<u8> = (0..24).flat_map(|i: i32| ((i - 12) * 100_000_000).to_le_bytes()).collect();
+    assert_eq!(std::fs::read(f.join("d_4x3x2_int32.raw")).unwrap(), expected);
+    refused(f, &["convert", "b.nrrd", "e.doc"], 2, &["e.doc", ".nii.gz"]);
+    refused(f, &["convert", "b.nrrd", "missing/e.nrrd"], 1, &["no folder"]);
+    refused(f, &["convert", "b.nrrd", "e.npy", "--frame", "1"], 2, &["frame", "--frame N"]);
+    refused(f, &["convert", "b.nrrd"], 2, &["OUTPUT"]);
+}
+
 /// Bytes of address space: enough for everything but the pictures and volumes of the test below.
 #[cfg(unix)]
 const LITTLE: u64 = 6 << 30;
@@ -136,4 +154,27 @@ fn what_memory_does_not_hold_is_refused() {
     npy.extend(header.bytes());
     std::fs::write(f.join("huge.npy"), npy).unwrap();
     refused_within(3 << 30, f, &["compare", "huge.npy", "huge.npy"], 1, &["huge.npy", "4294967296 bytes"]);
+}
+
+/// Of several volumes, numbers per voxel and arrays in a file the one that is asked for.
+#[test]
+fn files_of_several_volumes() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let files = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/formats/files/");
+    let range = |file: &str, more: &[&str]| {
+        let path = format!("{files}{file}");
+        let info = json(f, &[&["info", &path][..], more].concat());
+        (info["min"].as_f64().unwrap(), info["max"].as_f64().unwrap())
+    };
+    // 60 voxels, numbered from channel to channel.
+    for (channel, expected) in [("0", (0.0, 59.0)), ("1", (60.0, 119.0)), ("2", (120.0, 179.0))] {
+        assert_eq!(range("nrrd/rgb.nrrd", &["--channel", channel]), expected);
+    }
+    assert_eq!(range("nrrd/rgb.nrrd", &[]), range("nrrd/rgb.nrrd", &["--channel", "0"]));
+    let [first, second] = ["0", "1"].map(|frame| range("nrrd/times.nrrd", &["--frame", frame]));
+    assert_ne!(first, second);
+    let path = |file: &str| format!("{files}{file}");
+    refused(f, &["info", &path("nrrd/rgb.nrrd"), "--channel", "3"], 2, &["--channel", "0 to 2"]);
+    refused(f, &["info", &path("vtk/several.vti"), "--array", "zzz"], 2, &["zzz", "--array"]);
 }

@@ -243,6 +243,9 @@ fn files_of_every_type() {
             ScalarType::Int16 => i16::from(v).to_le_bytes().into(),
             ScalarType::Uint32 => u32::from(v).to_le_bytes().into(),
             ScalarType::Int32 => i32::from(v).to_le_bytes().into(),
+            ScalarType::Uint64 => u64::from(v).to_le_bytes().into(),
+            ScalarType::Int64 => i64::from(v).to_le_bytes().into(),
+            ScalarType::Float16 => half::f16::from(v).to_le_bytes().into(),
             ScalarType::Float32 => f32::from(v).to_le_bytes().into(),
             ScalarType::Float64 => f64::from(v).to_le_bytes().into(),
         }

@@ -61,7 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let orbits = (0..frames).map(|n| turn(options.orbit(ELEVATION), n, frames));
     let fitting = Cameras::new(options, &scene, Fit::Volume);
     let cameras = fitting.sequence(orbits);
-    scene.require_checked(&arguments.scene, &cameras)?;
+    scene.require_checked(&arguments.scene, options.size, &cameras)?;
     let view = |n: u32| cameras[n as usize];
 
     let started = Instant::now();

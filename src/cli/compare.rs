@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// A .png or .npy picture
+    /// A .png, .jpg, .exr or .npy picture
     a: PathBuf,
     /// Another of the same size
     b: PathBuf,

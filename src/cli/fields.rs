@@ -3,9 +3,12 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 29] = [
+const OPTIONS: [(&str, &str); 37] = [
     ("algorithm", "--algorithm"),
+    ("array", "--array NAME"),
+    ("background", "--background"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
+    ("channel", "--channel N"),
     ("classification", "--classification post|preintegrated"),
     ("clipping", "--clip X,Y,Z,NX,NY,NZ"),
     ("correction", "--correction none|constant|sublayers"),
@@ -17,22 +20,27 @@ const OPTIONS: [(&str, &str); 29] = [
     ("evaluation", "--lattice direct|auto|N"),
     ("field_of_view", "--perspective FOV"),
     ("footprints", "--footprints exact|set"),
+    ("frame", "--frame N"),
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
+    ("light", "--light X,Y,Z"),
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),
     ("quality", "--quality"),
+    ("samples", "--samples N"),
     ("samples_per_layer", "--sublayers N"),
     ("scale", "--parallel-scale"),
     ("sheet_distance", "--sheet-distance D"),
     ("spacing", "--spacing X,Y,Z"),
     ("step", "--step D"),
+    ("tent", "--tent V,WIDTH"),
     ("transfer function", "--transfer"),
     ("transfer range", "--transfer-range LO,HI"),
     ("unit_distance", "--unit-distance D"),
     ("viewport", "--size WxH"),
     ("voxel_type", "--type"),
+    ("window", "--window LEVEL,WIDTH"),
 ];
 
 /// The error's message, with the options that set what is at fault.

@@ -2,6 +2,7 @@
 
 use super::options::{TransferOptions, VolumeOptions};
 use super::scene::{described, open_transfer};
+use super::transfer::Told;
 use crate::error::Error;
 use crate::transfer::TransferFunction;
 use crate::volume::{Statistics, Volume};
@@ -30,25 +31,7 @@ struct Info {
     mean: f64,
     histogram: Vec<u64>,
     effective_splats: Option<u64>,
-    transfer: Transfer,
-}
-
-/// Control points: value and opacity; value, red, green and blue.
-#[derive(Serialize)]
-struct Transfer {
-    name: String,
-    opacities: Vec<[f64; 2]>,
-    colors: Vec<[f64; 4]>,
-}
-
-impl Transfer {
-    fn new(transfer: &TransferFunction) -> Self {
-        Self {
-            name: transfer.name().into(),
-            opacities: transfer.opacities().iter().map(|&(value, opacity)| [value, opacity]).collect(),
-            colors: transfer.colors().iter().map(|&(value, [r, g, b])| [value, r, g, b]).collect(),
-        }
-    }
+    transfer: Told,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -65,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         mean: statistics.mean,
         histogram: statistics.histogram.clone(),
         effective_splats,
-        transfer: Transfer::new(&transfer),
+        transfer: Told::new(&transfer),
     };
     super::report(arguments.json, &info, || text(&info, &transfer, &statistics, &volume))?;
     Ok(ExitCode::SUCCESS)

@@ -5,22 +5,33 @@ mod bench;
 mod blending;
 mod check;
 mod compare;
+mod convert;
 mod devices;
+mod examples;
 mod fields;
+mod film;
 mod info;
+mod keys;
+mod many;
+mod notice;
 mod options;
 mod paper;
 mod parse;
 mod render;
 mod rotate;
 mod scene;
+mod shell;
 #[cfg(unix)]
 mod signals;
+mod studio;
+mod transfer;
 mod tune;
+mod view;
 mod viewer;
+mod views;
 
 use crate::error::Error;
-use clap::{Parser, Subcommand};
+use clap::{ArgAction, Parser, Subcommand};
 use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::Path;
@@ -32,26 +43,52 @@ use std::process::ExitCode;
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Tell on standard error what is done; twice, in detail
+    #[arg(short, long, global = true, action = ArgAction::Count, display_order = 1000)]
+    verbose: u8,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a volume to a .png or .npy picture
+    /// Render a volume to a picture
+    #[command(after_help = examples::RENDER)]
     Render(render::Arguments),
-    /// Render a full turn about the y axis to numbered PNGs
+    /// Render a full turn about the y axis, or a way through key cameras, to numbered PNGs, GIF, APNG or MP4
+    #[command(after_help = examples::ROTATE)]
     Rotate(rotate::Arguments),
+    /// Render a contact sheet: volume from six sides and two corners, labelled
+    #[command(after_help = examples::VIEWS)]
+    Views(views::Arguments),
     /// Tell dimensions, type, range and histogram of a volume
+    #[command(after_help = examples::INFO)]
     Info(info::Arguments),
+    /// List, show, convert and write transfer functions
+    #[command(after_help = examples::TRANSFER)]
+    Transfer(transfer::Arguments),
+    /// Write a volume to a file of another format, voxels in the type that they have
+    #[command(after_help = examples::CONVERT)]
+    Convert(convert::Arguments),
     /// List platforms and devices, with the tuning that would be used
+    #[command(after_help = examples::DEVICES)]
     Devices(devices::Arguments),
     /// Tell how far two pictures differ
+    #[command(after_help = examples::COMPARE)]
     Compare(compare::Arguments),
     /// Time a full turn about the y axis
+    #[command(after_help = examples::BENCH)]
     Bench(bench::Arguments),
     /// Measure which tuning values this device is fastest with, and print them
+    #[command(after_help = examples::TUNE)]
     Tune(tune::Arguments),
     /// Repeat the experiments of the paper
+    #[command(after_help = examples::PAPER)]
     Paper(paper::Arguments),
+    /// Print what a shell completes this command's words with
+    #[command(after_help = examples::COMPLETIONS)]
+    Completions(shell::Completions),
+    /// Write manual pages
+    #[command(after_help = examples::MAN)]
+    Man(shell::ManPages),
     /// What other commands start to check a device
     #[command(name = check::child::NAME, hide = true)]
     CheckDevice(check::child::Arguments),
@@ -59,18 +96,24 @@ enum Command {
 
 /// Runs the command line of this process. Exit code 2 for a bad command line, 1 for anything else that fails.
 pub fn main() -> ExitCode {
-    log();
+    let cli = Cli::parse();
+    log(cli.verbose);
     #[cfg(unix)]
     signals::let_files_be_finished();
-    let done = match Cli::parse().command {
+    let done = match cli.command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Rotate(arguments) => rotate::run(&arguments),
+        Command::Views(arguments) => views::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Transfer(arguments) => transfer::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Tune(arguments) => tune::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments),
+        Command::Man(arguments) => shell::man_pages(&arguments),
         Command::CheckDevice(arguments) => check::child::run(&arguments),
     };
     done.unwrap_or_else(|error| {
@@ -79,9 +122,11 @@ pub fn main() -> ExitCode {
     })
 }
 
-/// Warnings, or what RUST_LOG asks for, to standard error.
-fn log() {
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into());
+/// Warnings, or what --verbose or RUST_LOG ask for, to standard error.
+fn log(verbose: u8) {
+    let wanted = ["warn", "layersplat=info,warn", "layersplat=debug,warn"][usize::from(verbose.min(2))];
+    let filter =
+        tracing_subscriber::EnvFilter::try_from_default_env().ok().filter(|_| verbose == 0).unwrap_or_else(|| wanted.into());
     // Colours for those who look at a terminal, unless they would rather have none (no-color.org).
     let unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     let colors = std::io::stderr().is_terminal() && !unwanted;

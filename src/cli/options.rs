@@ -7,7 +7,7 @@ use crate::device::DeviceChoice;
 use crate::image::Background;
 use crate::layers::{Correction, Density, Kernel};
 use crate::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Layered, Quality, Settings, Shading};
-use crate::transfer::Extinction;
+use crate::transfer::{Extinction, Value};
 use crate::viewport::Viewport;
 use crate::volume::{Endian, RawOptions, ScalarType, Volume};
 use clap::{Args, ValueEnum};
@@ -17,13 +17,25 @@ use std::path::PathBuf;
 /// Which volume, and what its name does not tell.
 #[derive(Args)]
 pub(super) struct VolumeOptions {
-    /// NAME_XxYxZ_TYPE.raw or .raw.gz, or builtin:marschner-lobb, builtin:hydrogen, builtin:cube with @N or @XxYxZ
+    /// A file (NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF; NAME_XxYxZ_TYPE.raw or .raw.gz), a folder or NAME%d.ENDING of
+    /// numbered slices, or builtin: marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot or cube, as builtin:hydrogen, with @N or
+    /// @XxYxZ
     #[arg(default_value = "builtin:hydrogen")]
     volume: PathBuf,
+    #[command(flatten)]
+    file: FileOptions,
+    /// Value around the volume and of voxels that are NaN or infinite [default: the smallest valid value; of built-in volumes 0]
+    #[arg(long, value_parser = parse::finite, value_name = "V", allow_hyphen_values = true, help_heading = "Volume")]
+    background_value: Option<f64>,
+}
+
+/// What a file does not tell, and which of its volumes.
+#[derive(Args)]
+pub(super) struct FileOptions {
     /// Voxels along x, y, z, where the file's name does not tell them: XxYxZ
     #[arg(long, value_parser = parse::dims, value_name = "XxYxZ", help_heading = "Volume")]
     dims: Option<[usize; 3]>,
-    /// uint8, int8, uint16, int16, uint32, int32, float32 or float64, where the file's name does not tell it
+    /// uint8, int8, uint16, int16, uint32, int32, uint64, int64, float16, float32 or float64, where the file's name does not tell it
     #[arg(long = "type", help_heading = "Volume")]
     voxel_type: Option<ScalarType>,
     /// Distance between voxels along x, y, z [default: 1,1,1]
@@ -35,9 +47,15 @@ pub(super) struct VolumeOptions {
     /// Bytes before the first voxel, of a .gz file once unpacked [default: 0]
     #[arg(long, value_name = "N", help_heading = "Volume")]
     header_bytes: Option<u64>,
-    /// Value around the volume and of voxels that are NaN or infinite [default: the smallest valid value; of built-in volumes 0]
-    #[arg(long, value_parser = parse::finite, value_name = "V", allow_hyphen_values = true, help_heading = "Volume")]
-    background_value: Option<f64>,
+    /// Which of several volumes that a file holds, from 0 on [default: 0]
+    #[arg(long, value_name = "N", help_heading = "Volume")]
+    frame: Option<usize>,
+    /// Which of several numbers per voxel, from 0 on [default: 0]
+    #[arg(long, value_name = "N", help_heading = "Volume")]
+    channel: Option<usize>,
+    /// Which of several arrays that a file names [default: the one that it marks, or the first]
+    #[arg(long, value_name = "NAME", help_heading = "Volume")]
+    array: Option<String>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -49,20 +67,23 @@ enum EndianName {
 impl VolumeOptions {
     /// Opens the volume.
     pub fn open(&self) -> Result<Volume<'static>, crate::Error> {
-        let volume = Volume::open(&self.volume, &self.raw())?;
+        let volume = Volume::open(&self.volume, &self.file.raw())?;
         match self.background_value {
             Some(value) => volume.with_background(value),
             None => Ok(volume),
         }
     }
+}
 
-    fn raw(&self) -> RawOptions {
+impl FileOptions {
+    /// The same for the library.
+    pub fn raw(&self) -> RawOptions {
         let endian = self.endian.map(|endian| match endian {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         });
-        let Self { dims, voxel_type, spacing, header_bytes, .. } = *self;
-        RawOptions { dims, voxel_type, spacing, endian, header_bytes }
+        let Self { dims, voxel_type, spacing, header_bytes, frame, channel, .. } = *self;
+        RawOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array: self.array.clone() }
     }
 }
 
@@ -70,16 +91,40 @@ impl VolumeOptions {
 #[derive(Args)]
 #[command(next_help_heading = "Transfer function")]
 pub(super) struct TransferOptions {
-    /// ParaView preset FILE or FILE#NAME, or grey, fire, viridis, cool-warm [default: from the histogram]
+    /// A name that `layersplat transfer --list` tells, with _r behind it turned round; or a file of ParaView (FILE.json or FILE.json#PRESET),
+    /// 3D Slicer (.vp, .vp.json) or lines of value,r,g,b,a (.csv) [default: from the histogram; with --window: grey]
     #[arg(long, value_name = "FILE|NAME")]
     pub transfer: Option<PathBuf>,
-    /// Stretch the transfer function onto this range of data values
+    /// Stretch the transfer function onto this range of data values; a value is a number or a percentile of the voxels, as p99.5
     #[arg(long, value_parser = parse::range, value_name = "LO,HI", allow_hyphen_values = true)]
-    pub transfer_range: Option<(f64, f64)>,
+    pub transfer_range: Option<(Value, Value)>,
+    /// Opacities of data values, even between them, instead of the transfer function's: V:OPACITY,V:OPACITY,…
+    #[arg(long, value_parser = parse::opacities, value_name = "V:A,V:A", allow_hyphen_values = true)]
+    pub opacity: Option<Opacities>,
+    /// Colours and opacity rise over a window, as radiologists give it: nothing WIDTH/2 below LEVEL, opaque WIDTH/2 above it; --opacity and
+    /// --tent take the opacity's place
+    #[arg(long, value_parser = parse::window, value_name = "LEVEL,WIDTH", allow_hyphen_values = true, conflicts_with = "transfer_range")]
+    pub window: Option<(Value, f64)>,
+    /// A thin tent of opacity around a value, of this width at its foot and this opacity (0.5) at its top; may be given several times. The
+    /// rest is clear, or as --opacity says
+    #[arg(long, value_parser = parse::tent, value_name = "V,WIDTH[,OPACITY]", allow_hyphen_values = true)]
+    pub tent: Vec<Tent>,
+}
+
+/// Opacities by value, as they are given.
+#[derive(Clone)]
+pub(super) struct Opacities(pub Vec<(Value, f64)>);
+
+/// A tent of opacity, as it is given.
+#[derive(Clone, Copy)]
+pub(super) struct Tent {
+    pub value: Value,
+    pub width: f64,
+    pub opacity: f64,
 }
 
 /// Camera and picture.
-#[derive(Args)]
+#[derive(Args, Clone)]
 #[command(next_help_heading = "Camera and picture")]
 pub(super) struct CameraOptions {
     /// Degrees about the y axis
@@ -110,7 +155,7 @@ pub(super) struct CameraOptions {
     /// Size of the picture in pixels
     #[arg(long, default_value = "512x512", value_parser = parse::viewport, value_name = "WxH", allow_hyphen_values = true)]
     pub size: Viewport,
-    /// black, white, grey, #rrggbb, R,G,B or transparent [default: .png on black, .npy bare]
+    /// black, white, grey, #rrggbb, R,G,B or transparent [default: .png and .jpg on black, .exr and .npy bare]
     #[arg(long)]
     pub background: Option<Background>,
 }
@@ -171,6 +216,9 @@ pub(super) struct QualityOptions {
     /// on or off
     #[arg(long, value_parser = parse::switch)]
     shading: Option<bool>,
+    /// Direction to the light, in world coordinates: white, and on both sides of surfaces [default: at the camera]
+    #[arg(long, value_parser = parse::vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    light: Option<DVec3>,
     /// auto, direct (per pixel) or samples per voxel, 1 to 16
     #[arg(long, value_parser = parse::lattice, value_name = "auto|direct|N", allow_hyphen_values = true)]
     lattice: Option<Evaluation>,
@@ -230,10 +278,23 @@ impl QualityOptions {
                 Some(ExtinctionName::Exponential) => Extinction::Exponential,
                 Some(ExtinctionName::Linear) => Extinction::Linear,
             },
-            shading: self.shading.map_or(settings.shading, |on| on.then(Shading::default)),
+            shading: self.lit(settings.shading)?,
             early_termination: self.early_termination.unwrap_or(settings.early_termination),
             ..settings
         })
+    }
+
+    /// The settings' shading with what was asked for otherwise.
+    fn lit(&self, own: Option<Shading>) -> Result<Option<Shading>, crate::Error> {
+        let shading = self.shading.map_or(own, |on| on.then(Shading::default));
+        match (shading, self.light) {
+            (Some(shading), Some(light)) => Ok(Some(Shading { light: Some(light), ..shading })),
+            (None, Some(_)) => {
+                let problem = "nothing is shaded: leave it out, or switch shading on".into();
+                Err(crate::Error::Settings { field: "light", problem })
+            }
+            (shading, None) => Ok(shading),
+        }
     }
 
     /// The quality's choices of layered rendering with what was asked for otherwise.

@@ -1,7 +1,9 @@
 //! Values of options: sizes `XxYxZ`, vectors `X,Y,Z`, switches.
 
+use super::options::{Opacities, Tent};
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
 use crate::settings::{ClipPlane, CropBox, Evaluation, LayerAxis};
+use crate::transfer::Value;
 use crate::viewport::Viewport;
 use glam::DVec3;
 use std::time::Duration;
@@ -84,12 +86,67 @@ pub(super) fn clip_plane(text: &str) -> Result<ClipPlane, String> {
     good.ok_or_else(|| format!("'{text}' is no plane: write X,Y,Z,NX,NY,NZ, a point and a normal other than 0"))
 }
 
-/// `LO,HI`.
-pub(super) fn range(text: &str) -> Result<(f64, f64), String> {
-    match numbers(text).as_deref() {
-        Some(&[lo, hi]) if lo < hi => Ok((lo, hi)),
-        _ => Err(format!("'{text}' is no range: write LO,HI with LO below HI")),
+/// A data value: a number or a percentile.
+pub(super) fn value(text: &str) -> Result<Value, String> {
+    text.parse().map_err(|_| format!("'{}' is no value: write a finite number, or a percentile from p0 to p100", text.trim()))
+}
+
+/// Whether one value can be below another: of percentiles only the volume tells.
+fn may_be_below(a: Value, b: Value) -> bool {
+    match (a, b) {
+        (Value::Number(a), Value::Number(b)) | (Value::Percentile(a), Value::Percentile(b)) => a < b,
+        _ => true,
     }
+}
+
+/// `LO,HI`.
+pub(super) fn range(text: &str) -> Result<(Value, Value), String> {
+    let refused = || format!("'{text}' is no range: write LO,HI with LO below HI, each a number or a percentile as p99.5");
+    let (lo, hi) = text.split_once(',').ok_or_else(refused)?;
+    let range = value(lo).ok().zip(value(hi).ok());
+    range.filter(|&(lo, hi)| may_be_below(lo, hi)).ok_or_else(refused)
+}
+
+/// `V:A,V:A,…`, opacities from 0 to 1, values ascending or twice the same.
+pub(super) fn opacities(text: &str) -> Result<Opacities, String> {
+    let point = |point: &str| {
+        let (at, opacity) = point.split_once(':')?;
+        Some((value(at).ok()?, finite(opacity.trim()).ok().filter(|a| (0.0..=1.0).contains(a))?))
+    };
+    let points: Option<Vec<_>> = text.split(',').map(point).collect();
+    let refused = "write V:A,V:A,… with values (numbers, or percentiles as p99.5) and their opacities from 0 to 1";
+    let points = points.ok_or_else(|| format!("'{text}' are no opacities: {refused}"))?;
+    match points.windows(2).find(|pair| pair[0].0 != pair[1].0 && !may_be_below(pair[0].0, pair[1].0)) {
+        Some(_) => Err(format!("'{text}' are no opacities: sort them by value")),
+        None => Ok(Opacities(points)),
+    }
+}
+
+/// `LEVEL,WIDTH`.
+pub(super) fn window(text: &str) -> Result<(Value, f64), String> {
+    let window = text.split_once(',').and_then(|(level, width)| Some((value(level).ok()?, positive(width.trim()).ok()?)));
+    window.ok_or_else(|| {
+        format!("'{text}' is no window: write LEVEL,WIDTH, a value (a number, or a percentile as p50) and a number above 0")
+    })
+}
+
+/// Opacity at the top of a tent that is given without.
+const TENT_OPACITY: f64 = 0.5;
+
+/// `V,WIDTH` or `V,WIDTH,OPACITY`.
+pub(super) fn tent(text: &str) -> Result<Tent, String> {
+    let mut parts = text.splitn(3, ',');
+    let mut tent = || {
+        let (at, width) = (value(parts.next()?).ok()?, positive(parts.next()?.trim()).ok()?);
+        let opacity = parts.next().map_or(Some(TENT_OPACITY), |a| finite(a.trim()).ok().filter(|a| (0.0..=1.0).contains(a)))?;
+        Some(Tent { value: at, width, opacity })
+    };
+    tent().ok_or_else(|| {
+        format!(
+            "'{text}' is no tent: write V,WIDTH or V,WIDTH,OPACITY, a value (a number, or a percentile as p95), a width above 0 and an \
+             opacity from 0 to 1"
+        )
+    })
 }
 
 /// `XxYxZ`, at least 1 each.
@@ -142,6 +199,12 @@ pub(super) fn sub_layers(text: &str) -> Result<u32, String> {
     count.ok_or_else(|| format!("'{text}' is not a number of sub-layers from 1 to {}", Correction::MAX_SUB_LAYERS))
 }
 
+/// 1 to 16 samples along the side of a pixel.
+pub(super) fn samples(text: &str) -> Result<u32, String> {
+    let count = text.parse().ok().filter(|n| (1..=16).contains(n));
+    count.ok_or_else(|| format!("'{text}' is not a number of samples along a pixel's side, from 1 to 16"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -155,6 +218,18 @@ mod tests {
         assert!(field_of_view("0").is_err() && field_of_view("180").is_err() && field_of_view("30").is_ok());
         assert!(spacing("1,0,1").is_err() && spacing("1,1").is_err() && spacing("1,2,3").is_ok());
         assert!(range("2,1").is_err() && range("1,1").is_err() && range("-1,1").is_ok());
+        assert!(range("p9,p5").is_err() && range("p5").is_err() && range("p5,7").is_ok() && range("p101,200").is_err());
+        assert!(window("5").is_err() && window("5,0").is_err() && window("p50,-1").is_err() && window("p50,20").is_ok());
+        for bad in ["", "5", "5:2", "5:-0.1", "5:NaN", "NaN:0.5", "5:0,1:1", "p9:0,p5:1", "5:0,", "5:0;6:1"] {
+            assert!(opacities(bad).is_err(), "{bad}");
+        }
+        for (good, points) in [("5:1", 1), ("-5:0, p50:0.5 ,7:1", 3), ("5:0,5:1", 2), ("p5:0,p5:1", 2)] {
+            assert_eq!(opacities(good).map(|given| given.0.len()), Ok(points), "{good}");
+        }
+        for bad in ["", "5", "5,0", "5,-1", "5,1,2", "5,1,0.5,7", "NaN,1", "5,1,"] {
+            assert!(tent(bad).is_err(), "{bad}");
+        }
+        assert!(tent("p99,4").is_ok_and(|t| t.opacity == TENT_OPACITY) && tent("-3,4,0").is_ok_and(|t| t.opacity == 0.0));
         assert!(dims("0x1x1").is_err() && dims("1x1").is_err() && dims("-1x1x1").is_err() && dims("3x4x5").is_ok());
         assert!(viewport("0x5").is_err() && viewport("99999x5").is_err() && viewport("5").is_err());
         assert!(lattice("0").is_err() && lattice("17").is_err() && lattice("16").is_ok());
@@ -174,6 +249,7 @@ mod tests {
         ] {
             assert_eq!(bytes(text), Ok(expected), "{text}");
         }
+        assert!(samples("0").is_err() && samples("17").is_err() && samples("x").is_err() && samples("16") == Ok(16));
         assert!(sub_layers("0").is_err() && sub_layers("17").is_err());
     }
 }

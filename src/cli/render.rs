@@ -1,9 +1,9 @@
 //! `layersplat render`.
 
 use super::bench::peak_bytes;
-use super::options::Fit;
-use super::scene::{Cameras, Scene, SceneOptions};
-use super::viewer::Viewer;
+use super::many;
+use super::scene::{Scene, SceneOptions};
+use super::studio::{PictureOptions, Studio};
 use crate::error::Error;
 use crate::image::ImageFormat;
 use crate::renderer::{LatticeReport, StreamPlan};
@@ -15,10 +15,18 @@ use std::time::Instant;
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
-    scene: SceneOptions,
-    /// Picture to write, .png or .npy
+    pub scene: SceneOptions,
+    #[command(flatten)]
+    pub pictures: PictureOptions,
+    /// Picture to write: .png, .jpg, .exr or .npy
     #[arg(short, long, default_value = "layersplat.png")]
     output: PathBuf,
+    /// Pictures of many views: a line of JSON each, of a file or, as they come, of standard input (-), as {"output": "a.png", "azimuth": 30,
+    /// "elevation": 20} or {"output": "b.png", "position": [0, 0, 90], "focal_point": [9, 9, 9], "view_up": [0, 1, 0], "perspective": 30};
+    /// also roll, center, distance, parallel_scale, size. The other options are for what a line leaves out. A line of JSON is printed for
+    /// each picture
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["output", "json"])]
+    cameras: Option<PathBuf>,
     /// Print one line of JSON
     #[arg(long)]
     json: bool,
@@ -49,18 +57,22 @@ struct Stream {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    if let Some(source) = &arguments.cameras {
+        return many::run(arguments, source);
+    }
     // A wrong ending is refused before any work.
-    ImageFormat::of(&arguments.output)?;
     let options = &arguments.scene.camera;
+    ImageFormat::of(&arguments.output)?.accept(options.background)?;
+    arguments.pictures.rendered(options.size)?;
     let scene = Scene::open(&arguments.scene)?;
-    let camera = Cameras::new(options, &scene, Fit::Visible).still(options.orbit(0.0));
-    scene.require_checked(&arguments.scene, &[camera])?;
+    let camera = arguments.pictures.cameras(options, &scene).still(options.orbit(0.0));
+    scene.require_checked(&arguments.scene, arguments.pictures.rendered(options.size)?, &[camera])?;
     let started = Instant::now();
-    let mut renderer = Viewer::new(&scene)?;
-    let plan = renderer.announce(&camera, options.size, &scene.settings)?;
-    renderer.measure(arguments.json);
-    let (frame, report) = renderer.render(&camera, options.size, &scene.settings)?;
-    let first_ms = if renderer.is_streamed() { scene.begun } else { started }.elapsed().as_secs_f64() * 1e3;
+    let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
+    let plan = studio.announce(&camera, options.size)?;
+    studio.measure(arguments.json);
+    let (frame, report) = studio.picture(&camera, options.size)?;
+    let first_ms = if studio.is_streamed() { scene.begun } else { started }.elapsed().as_secs_f64() * 1e3;
     if plan.is_some() {
         let (all, picture, first) = (first_ms / 1e3, started.elapsed().as_secs_f64(), scene.first_pass.as_secs_f64());
         eprintln!("memory: {all:.2} s, the first pass over the volume took {first:.2} of them, the picture {picture:.2}");

@@ -1,8 +1,9 @@
 //! `layersplat rotate`.
 
-use super::options::Fit;
-use super::scene::{Cameras, Scene, SceneOptions};
-use super::viewer::Viewer;
+use super::film::Film;
+use super::keys::Keys;
+use super::scene::{Scene, SceneOptions};
+use super::studio::{PictureOptions, Studio};
 use crate::camera::Orbit;
 use crate::error::Error;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,15 +13,27 @@ use std::process::ExitCode;
 
 /// Elevation of `rotate` and `bench`, as in the paper's protocol.
 pub(super) const ELEVATION: f64 = 20.0;
+/// Frames of a turn, in the paper's protocol.
+const TURN: u32 = 125;
+const MOST_FRAMES: u32 = 100_000;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
     scene: SceneOptions,
-    /// Pictures of the turn
-    #[arg(long, default_value_t = 125, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    frames: u32,
-    /// Folder for frame_0000.png and so on; made if it is missing
+    #[command(flatten)]
+    pictures: PictureOptions,
+    /// Pictures of the turn, or of the way through --keys [default: 125; with --keys, --rate times seconds]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_FRAMES)))]
+    frames: Option<u32>,
+    /// Instead of a turn, a smooth way through the key cameras of a JSON file, as [{"time": 0, "azimuth": 0}, {"time": 2.5, "azimuth": 180,
+    /// "elevation": 40}]: time in seconds, else as lines of `render --cameras`
+    #[arg(long, value_name = "FILE")]
+    keys: Option<PathBuf>,
+    /// Frames per second: 1 to 120, of a GIF to 50
+    #[arg(long, default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=120))]
+    rate: u32,
+    /// NAME.gif, NAME.apng (or .png), or NAME.mp4 where there is ffmpeg; else a folder for frame_0000.png and so on, made if it is missing
     #[arg(short, long, default_value = "frames")]
     output: PathBuf,
     /// Print one line of JSON
@@ -41,57 +54,54 @@ pub(super) fn turn(start: Orbit, n: u32, frames: u32) -> Orbit {
     Orbit { azimuth: start.azimuth + 360.0 * f64::from(n) / f64::from(frames), ..start }
 }
 
-/// `frame_0000.png` and so on, with as many digits as the last one needs, so that names sort as numbers do.
-fn frame_name(n: usize, frames: u32) -> String {
-    let digits = (frames - 1).to_string().len().max(4);
-    format!("frame_{n:0digits$}.png")
-}
-
 /// A progress bar on standard error; invisible where that is no terminal.
 pub(super) fn progress(steps: u32, what: &'static str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {elapsed} (about {eta} left)");
     ProgressBar::new(steps.into()).with_style(style.expect("the template is valid")).with_message(what)
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let options = &arguments.scene.camera;
-    let scene = Scene::open(&arguments.scene)?;
-    let orbits = (0..arguments.frames).map(|n| turn(options.orbit(ELEVATION), n, arguments.frames));
-    let cameras = Cameras::new(options, &scene, Fit::Visible).sequence(orbits);
-    scene.require_checked(&arguments.scene, &cameras)?;
-    let mut renderer = Viewer::new(&scene)?;
-    std::fs::create_dir_all(&arguments.output).map_err(|e| Error::write(&arguments.output, e))?;
-    let bar = progress(arguments.frames, "rendering");
-    for (n, camera) in cameras.iter().enumerate() {
-        if n == 0 {
-            renderer.announce(camera, options.size, &scene.settings)?;
+impl Arguments {
+    /// How many frames there are.
+    fn frames(&self, keys: Option<&Keys>) -> Result<u32, Error> {
+        let frames = match (self.frames, keys) {
+            (Some(frames), _) => f64::from(frames),
+            (None, Some(keys)) => (keys.duration() * f64::from(self.rate)).round() + 1.0,
+            (None, None) => f64::from(TURN),
+        };
+        if frames > f64::from(MOST_FRAMES) {
+            let expected = "at most 100000: choose a lower rate, other times or a number of frames";
+            return Err(Error::OutOfRange { name: "frames", value: frames.to_string(), expected });
         }
-        let (frame, _) = renderer.render(camera, options.size, &scene.settings)?;
-        frame.save(arguments.output.join(frame_name(n, arguments.frames)), options.background)?;
-        bar.inc(1);
+        Ok(frames as u32)
     }
-    bar.finish_and_clear();
-    let rotated = Rotated {
-        output: arguments.output.display().to_string(),
-        frames: arguments.frames,
-        volume: scene.volume.name(),
-        device: &scene.device.info().name,
-    };
-    super::report(arguments.json, &rotated, || format!("{} pictures in {}", rotated.frames, rotated.output))?;
-    Ok(ExitCode::SUCCESS)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_sort_as_numbers_do() {
-        assert_eq!((frame_name(0, 1), frame_name(9999, 10_000)), ("frame_0000.png".into(), "frame_9999.png".into()));
-        for frames in [1, 125, 10_000, 10_001, 100_000] {
-            let names: Vec<String> = (0..frames as usize).map(|n| frame_name(n, frames)).collect();
-            assert!(names.is_sorted(), "{frames}");
-        }
-        assert_eq!(frame_name(9, 10_001), "frame_00009.png");
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let options = &arguments.scene.camera;
+    // What is wrong with files is said before any work.
+    let keys = arguments.keys.as_deref().map(Keys::read).transpose()?;
+    let frames = arguments.frames(keys.as_ref())?;
+    let size = arguments.pictures.rendered(options.size)?;
+    let mut film = Film::create(&arguments.output, options, frames, arguments.rate)?;
+    let scene = Scene::open(&arguments.scene)?;
+    let fitting = arguments.pictures.cameras(options, &scene);
+    let start = options.orbit(ELEVATION);
+    let cameras = match &keys {
+        Some(keys) => keys.cameras(&fitting, start, frames)?,
+        None => fitting.sequence((0..frames).map(|n| turn(start, n, frames))),
+    };
+    scene.require_checked(&arguments.scene, size, &cameras)?;
+    let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
+    studio.announce(&cameras[0], options.size)?;
+    let bar = progress(frames, "rendering");
+    for camera in &cameras {
+        film.add(&studio.picture(camera, options.size)?.0)?;
+        bar.inc(1);
     }
+    film.finish()?;
+    bar.finish_and_clear();
+    let output = arguments.output.display().to_string();
+    let rotated = Rotated { output, frames, volume: scene.volume.name(), device: &scene.device.info().name };
+    super::report(arguments.json, &rotated, || format!("{} pictures in {}", rotated.frames, rotated.output))?;
+    Ok(ExitCode::SUCCESS)
 }

@@ -2,16 +2,20 @@
 
 use super::blending::BlendOptions;
 use super::check;
-use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, TransferOptions, VolumeOptions};
+use super::notice;
+use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, Tent, TransferOptions, VolumeOptions};
 use super::viewer::BoundOptions;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
 use crate::framing::{Fixed, Framing};
 use crate::settings::{Blend, CropBox, Settings};
-use crate::transfer::TransferFunction;
+use crate::transfer::{TransferFunction, Value};
+use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
 use clap::Args;
+use glam::DVec3;
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// Options of `render`, `rotate` and `bench`.
@@ -50,7 +54,9 @@ pub(super) struct Scene {
 impl Scene {
     /// Checks the options, opens the device and reads the volume.
     pub fn open(options: &SceneOptions) -> Result<Self, Error> {
-        let settings = options.blend.apply(options.quality.settings()?)?;
+        let settings = options.quality.settings()?;
+        // What is contradictory is refused before the volume is read.
+        options.blend.check()?;
         let memory = options.bounds.memory;
         if let Some(bytes) = memory {
             eprintln!(
@@ -60,8 +66,12 @@ impl Scene {
         let begun = Instant::now();
         let volume = options.volume.open()?;
         let first_pass = begun.elapsed();
+        if let Some(notice) = notice::of_spacing(volume.grid().spacing()) {
+            eprintln!("layersplat: {notice}");
+        }
+        let settings = options.blend.apply(settings, Value::finder(&volume));
         let transfer = open_transfer(&options.transfer, &volume)?;
-        if options.transfer.transfer.is_none() {
+        if transfer.name() == TransferFunction::AUTOMATIC {
             eprintln!("transfer function: {} (--transfer takes another)", described(&transfer));
         }
         let choice = options.device.choice();
@@ -85,22 +95,37 @@ impl Scene {
     }
 
     /// Refuses the device if it is known, or found now, not to draw such views as it should.
-    pub fn require_checked(&self, options: &SceneOptions, cameras: &[Camera]) -> Result<(), Error> {
-        let families = check::families(cameras, options.camera.size, self.volume.grid(), &self.settings);
+    pub fn require_checked(&self, options: &SceneOptions, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
+        let families = check::families(cameras, size, self.volume.grid(), &self.settings);
         check::require(&self.device, &families, &options.device)
     }
 }
 
 /// The wanted transfer function, or one from the histogram.
 pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume) -> Result<TransferFunction, Error> {
-    let transfer = match &options.transfer {
+    let find = Value::finder(volume);
+    let mut transfer = match &options.transfer {
         Some(source) => TransferFunction::open(source, volume)?,
+        None if options.window.is_some() => TransferFunction::builtin("grey", volume)?,
         None => TransferFunction::automatic(volume),
     };
-    match options.transfer_range {
-        Some((lo, hi)) => transfer.stretched(lo, hi),
-        None => Ok(transfer),
+    if let Some((lo, hi)) = options.transfer_range {
+        transfer = transfer.stretched(find(lo), find(hi))?;
     }
+    if let Some((level, width)) = options.window {
+        transfer = transfer.windowed(find(level), width)?;
+    }
+    match &options.opacity {
+        Some(opacities) => {
+            transfer = transfer.with_opacities(opacities.0.iter().map(|&(value, opacity)| (find(value), opacity)).collect())?;
+        }
+        None if !options.tent.is_empty() => transfer = transfer.faded(0.0)?,
+        None => {}
+    }
+    for &Tent { value, width, opacity } in &options.tent {
+        transfer = transfer.with_tent(find(value), width, opacity)?;
+    }
+    Ok(transfer)
 }
 
 /// A transfer function in a line: its name, and opacities where they change.
@@ -116,27 +141,56 @@ pub(super) fn described(transfer: &TransferFunction) -> String {
 }
 
 /// Cameras that the options ask for.
+#[derive(Clone)]
 pub(super) struct Cameras<'a> {
-    options: &'a CameraOptions,
+    options: CameraOptions,
     grid: &'a Grid,
-    /// What is visible, if that is to be fitted.
-    framing: Option<Framing>,
-    fixed: Fixed,
+    /// What is visible, if that is to be fitted: to find it takes a pass over the volume.
+    framing: Option<Rc<Framing>>,
 }
 
 impl<'a> Cameras<'a> {
     /// `default`: what they fit unless the options say otherwise.
-    pub fn new(options: &'a CameraOptions, scene: &'a Scene, default: Fit) -> Self {
+    pub fn new(options: &CameraOptions, scene: &'a Scene, default: Fit) -> Self {
         let fit = options.fit.unwrap_or(default);
-        let framing = (fit == Fit::Visible).then(|| scene.framing());
-        let fixed = Fixed { centre: options.center, scale: options.parallel_scale, distance: options.distance };
-        Self { options, grid: scene.volume.grid(), framing, fixed }
+        let framing = (fit == Fit::Visible).then(|| Rc::new(scene.framing()));
+        Self { options: options.clone(), grid: scene.volume.grid(), framing }
+    }
+
+    /// What they fit unless options say otherwise is all of the volume's box: it is to be seen.
+    pub fn of_box(options: &CameraOptions, scene: &'a Scene) -> Self {
+        // That of a single voxel has no size.
+        let framing =
+            (options.fit.is_none() && scene.volume.grid().voxel_count() > 1).then(|| Rc::new(Framing::whole(&scene.volume)));
+        framing.map_or_else(
+            || Self::new(options, scene, Fit::Visible),
+            |framing| Self { options: options.clone(), grid: scene.volume.grid(), framing: Some(framing) },
+        )
+    }
+
+    /// The same with other options, which fit the same.
+    pub fn with(&self, options: CameraOptions) -> Self {
+        Self { options, ..self.clone() }
+    }
+
+    pub fn options(&self) -> &CameraOptions {
+        &self.options
+    }
+
+    /// What a sequence turns around.
+    pub fn centre(&self) -> DVec3 {
+        let middle = || self.framing.as_ref().map_or_else(|| self.grid.centre(), |framing| framing.centre());
+        self.options.center.unwrap_or_else(middle)
+    }
+
+    fn fixed(&self) -> Fixed {
+        Fixed { centre: self.options.center, scale: self.options.parallel_scale, distance: self.options.distance }
     }
 
     /// The camera of one picture.
     pub fn still(&self, orbit: Orbit) -> Camera {
         match &self.framing {
-            Some(framing) => self.fitted(framing, orbit, self.fixed),
+            Some(framing) => self.fitted(framing, orbit, self.fixed()),
             None => self.of_volume(orbit),
         }
     }
@@ -152,7 +206,7 @@ impl<'a> Cameras<'a> {
     /// The cameras of a sequence, all of the same scale and around the same point.
     pub fn sequence(&self, orbits: impl Iterator<Item = Orbit>) -> Vec<Camera> {
         let Some(framing) = &self.framing else { return orbits.map(|orbit| self.of_volume(orbit)).collect() };
-        let fixed = Fixed { centre: Some(self.fixed.centre.unwrap_or_else(|| framing.centre())), ..self.fixed };
+        let fixed = Fixed { centre: Some(self.centre()), ..self.fixed() };
         let cameras: Vec<Camera> = orbits.map(|orbit| self.fitted(framing, orbit, fixed)).collect();
         let size = |camera: &Camera| match camera.projection {
             Projection::Parallel { scale } => scale,
@@ -171,7 +225,7 @@ impl<'a> Cameras<'a> {
 
     /// The whole volume, from all sides.
     fn of_volume(&self, orbit: Orbit) -> Camera {
-        let (options, grid) = (self.options, self.grid);
+        let (options, grid) = (&self.options, self.grid);
         let centre = options.center.unwrap_or_else(|| grid.centre());
         match (options.perspective, options.parallel_scale, options.distance) {
             (Some(field_of_view), _, Some(distance)) => {

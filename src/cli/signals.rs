@@ -1,6 +1,6 @@
 //! Signals that end the command. Files appear whole or not at all, then too.
 
-use crate::image::between_files;
+use crate::files::between_files;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::exit;

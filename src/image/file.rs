@@ -1,14 +1,14 @@
-//! PNG and NPY files.
+//! Pictures to files, written whole or not at all.
 
-use super::Frame;
+use super::{Background, Frame};
 use crate::error::Error;
-use crate::memory;
+use crate::files::write_whole;
 use crate::viewport::Viewport;
-use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader, Limits, codecs::png::PngEncoder};
+use image::codecs::{jpeg::JpegEncoder, openexr::OpenExrEncoder, png::PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
 use npyz::WriterBuilder;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
-use std::sync::{PoisonError, RwLock};
 
 /// File formats of pictures.
 ///
@@ -24,6 +24,11 @@ use std::sync::{PoisonError, RwLock};
 pub enum ImageFormat {
     /// 8-bit RGBA.
     Png,
+    /// 8-bit RGB, which knows no opacity: the picture stands on an opaque colour.
+    Jpeg,
+    /// OpenEXR, 32-bit floats, red, green, blue and opacity, premultiplied. The numbers are the frame's own: what a `.png` shows as
+    /// n/255 is n/255 here too. Programs that take them for linear light show a brighter picture.
+    Exr,
     /// NumPy array, float32, H×W×4, premultiplied.
     Npy,
 }
@@ -33,52 +38,28 @@ impl ImageFormat {
     pub fn of(path: &Path) -> Result<Self, Error> {
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("png") => Ok(ImageFormat::Png),
+            Some("jpg" | "jpeg") => Ok(ImageFormat::Jpeg),
+            Some("exr") => Ok(ImageFormat::Exr),
             Some("npy") => Ok(ImageFormat::Npy),
             _ => {
                 let name = path.display().to_string();
-                Err(Error::UnknownName { what: "picture format", name, known: "a name ending in .png or .npy".into() })
+                Err(Error::UnknownName {
+                    what: "picture format",
+                    name,
+                    known: "a name ending in .png, .jpg, .exr or .npy".into(),
+                })
             }
         }
     }
-}
 
-/// Held for reading while a file is written.
-static WRITING: RwLock<()> = RwLock::new(());
-
-/// Waits until no file is half written, and lets no other begin before `then` returns: a process may end there.
-#[cfg(feature = "cli")]
-pub(crate) fn between_files<T>(then: impl FnOnce() -> T) -> T {
-    let _no_file = WRITING.write().unwrap_or_else(PoisonError::into_inner);
-    then()
-}
-
-/// Writes a file under a temporary name beside it, then renames it: it appears whole or not at all.
-pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
-    let _writing = WRITING.read().unwrap_or_else(PoisonError::into_inner);
-    let failed = |e| Error::write(path, e);
-    // What a link leads to is written, not the link.
-    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
-    if target.exists() && !target.is_file() {
-        return Err(failed(io::Error::other("it exists and is no regular file")));
+    /// Refuses a background that the format cannot hold: a transparent one in `.jpg`.
+    pub fn accept(self, background: Option<Background>) -> Result<(), Error> {
+        if self == ImageFormat::Jpeg && background == Some(Background::Transparent) {
+            let problem = "JPEG knows no opacity: choose a colour, or write .png, .exr or .npy".into();
+            return Err(Error::Settings { field: "background", problem });
+        }
+        Ok(())
     }
-    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !folder.is_dir() {
-        return Err(failed(io::Error::other(format!("there is no folder {}", folder.display()))));
-    }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".layersplat-");
-    #[cfg(unix)]
-    let builder = {
-        use std::os::unix::fs::PermissionsExt;
-        // As any new file: the umask takes away what it must.
-        builder.permissions(std::fs::Permissions::from_mode(0o666))
-    };
-    let mut file = builder.tempfile_in(folder).map_err(failed)?;
-    let mut buffered = io::BufWriter::new(file.as_file_mut());
-    write(&mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
-    drop(buffered);
-    file.persist(&target).map_err(|e| failed(e.error))?;
-    Ok(())
 }
 
 pub(super) fn write_png(path: &Path, viewport: Viewport, rgba: &[u8]) -> Result<(), Error> {
@@ -87,6 +68,28 @@ pub(super) fn write_png(path: &Path, viewport: Viewport, rgba: &[u8]) -> Result<
             .write_image(rgba, viewport.width, viewport.height, ExtendedColorType::Rgba8)
             .map_err(io::Error::other)
     })
+}
+
+/// Of 100. Colours are not thinned out from 85 on or so; noise around edges is not seen.
+const JPEG_QUALITY: u8 = 92;
+
+/// Of opaque pixels.
+pub(super) fn write_jpeg(path: &Path, viewport: Viewport, rgba: &[u8]) -> Result<(), Error> {
+    let rgb: Vec<u8> = rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    write_whole(path, |out| {
+        JpegEncoder::new_with_quality(out, JPEG_QUALITY)
+            .write_image(&rgb, viewport.width, viewport.height, ExtendedColorType::Rgb8)
+            .map_err(io::Error::other)
+    })
+}
+
+pub(super) fn write_exr(path: &Path, frame: &Frame) -> Result<(), Error> {
+    // The encoder goes back to the file's beginning, where it keeps a table.
+    let mut encoded = io::Cursor::new(Vec::new());
+    OpenExrEncoder::new(&mut encoded)
+        .write_image(bytemuck::cast_slice(frame.pixels()), frame.width(), frame.height(), ExtendedColorType::Rgba32F)
+        .map_err(|e| Error::write(path, io::Error::other(e)))?;
+    write_whole(path, |out| out.write_all(encoded.get_ref()))
 }
 
 pub(super) fn write_npy(path: &Path, frame: &Frame) -> Result<(), Error> {
@@ -98,72 +101,10 @@ pub(super) fn write_npy(path: &Path, frame: &Frame) -> Result<(), Error> {
     })
 }
 
-/// Reads a `.png` or `.npy` picture as premultiplied floats.
-pub fn read_image(path: &Path) -> Result<Frame, Error> {
-    match ImageFormat::of(path)? {
-        ImageFormat::Png => read_png(path),
-        ImageFormat::Npy => read_npy(path),
-    }
-}
-
-/// Bytes per pixel while a PNG becomes floats: its own, at most 16 bits per channel, as floats, and premultiplied.
-const DECODING: u64 = 8 + 16 + 16;
-
-fn read_png(path: &Path) -> Result<Frame, Error> {
-    let damaged = |e: image::ImageError| match e {
-        image::ImageError::IoError(e) => Error::read(path, e),
-        e => Error::Image { path: path.into(), problem: e.to_string() },
-    };
-    let mut reader = ImageReader::open(path).map_err(|e| Error::read(path, e))?;
-    reader.set_format(image::ImageFormat::Png);
-    // The numbers of a file are as little to be trusted as the machine is to have the memory.
-    let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(memory::available());
-    (limits.max_image_width, limits.max_image_height) = (Some(Viewport::MAX_SIDE), Some(Viewport::MAX_SIDE));
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(damaged)?;
-    let (width, height) = decoder.dimensions();
-    let viewport = size_of(path, width, height)?;
-    memory::require(&path.display().to_string(), viewport.pixels() as u64 * DECODING)?;
-    let picture = DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgba32f();
-    let premultiplied = |p: &image::Rgba<f32>| [p[0] * p[3], p[1] * p[3], p[2] * p[3], p[3]];
-    Ok(Frame::new(viewport, picture.pixels().map(premultiplied).collect()))
-}
-
-/// The size of the picture in a file.
-fn size_of(path: &Path, width: u32, height: u32) -> Result<Viewport, Error> {
-    Viewport::new(width, height).map_err(|_| {
-        let problem = format!("it has {width}x{height} pixels: expected 1 to {} per side", Viewport::MAX_SIDE);
-        Error::Image { path: path.into(), problem }
-    })
-}
-
-fn read_npy(path: &Path) -> Result<Frame, Error> {
-    let damaged = |problem: String| Error::Image { path: path.into(), problem };
-    let file = std::fs::File::open(path).map_err(|e| Error::read(path, e))?;
-    let array = npyz::NpyFile::new(io::BufReader::new(file)).map_err(|e| damaged(e.to_string()))?;
-    let [height, width, 4] = *array.shape() else {
-        return Err(damaged(format!("its shape is {:?}: expected height, width, 4", array.shape())));
-    };
-    if array.order() != npyz::Order::C {
-        return Err(damaged("it is in Fortran order: save it in C order".into()));
-    }
-    let side = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
-    let viewport = size_of(path, side(width), side(height))?;
-    memory::require(&path.display().to_string(), viewport.pixels() as u64 * 16)?;
-    let numbers = array.into_vec::<f32>().map_err(|e| damaged(format!("{e}: it must hold float32")))?;
-    let lost = numbers.iter().filter(|n| !n.is_finite()).count();
-    if lost > 0 {
-        return Err(damaged(format!("{lost} of its numbers are NaN or infinite")));
-    }
-    let (pixels, _) = numbers.as_chunks::<4>();
-    Ok(Frame::new(viewport, pixels.to_vec()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::Background;
+    use crate::image::read_image;
 
     fn frame() -> Frame {
         let pixels = vec![
@@ -189,22 +130,54 @@ mod tests {
         frame().save(&png, None).unwrap();
         let over_black = read_image(&png).unwrap();
         assert!(over_black.pixels().iter().all(|p| p[3] == 1.0));
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "temporary files stay behind");
+        let exr = folder.path().join("a.exr");
+        frame().save(&exr, None).unwrap();
+        assert_eq!(read_image(&exr).unwrap(), frame());
+        frame().save(&exr, Some(Background::Color([0.0, 0.0, 1.0]))).unwrap();
+        assert_eq!(read_image(&exr).unwrap(), frame().over(Background::Color([0.0, 0.0, 1.0])));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "temporary files stay behind");
+    }
+
+    /// Largest error of smooth colours in JPEG, of 1: coefficients of such blocks are rounded by a few steps of 255.
+    const JPEG_ERROR: f64 = 0.025;
+
+    #[test]
+    fn jpeg_stands_on_a_colour() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jpeg");
+        let ramp = |n: usize| [(n % 32) as f32 / 64.0, (n / 32) as f32 / 64.0, 0.2, 0.5];
+        let smooth = Frame::new(Viewport::new(32, 24).unwrap(), (0..32 * 24).map(ramp).collect());
+        for background in [None, Some(Background::Color([1.0, 0.5, 0.0]))] {
+            smooth.save(&path, background).unwrap();
+            let expected = smooth.clone().over(background.unwrap_or(Background::BLACK));
+            let found = read_image(&path).unwrap().compare(&expected).unwrap().max_difference;
+            assert!(found < JPEG_ERROR, "{background:?}: {found}");
+        }
+        std::fs::remove_file(&path).unwrap();
+        let refused = smooth.save(&path, Some(Background::Transparent)).unwrap_err();
+        assert!(refused.to_string().contains("no opacity") && refused.fields() == ["background"], "{refused}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
     #[test]
     fn truncated_files_are_refused_at_any_length() {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["a.npy", "a.png"] {
+        for name in ["a.npy", "a.png", "a.exr", "a.jpg"] {
             let path = folder.path().join(name);
             frame().save(&path, None).unwrap();
             let whole = std::fs::read(&path).unwrap();
-            // The last 12 bytes of a PNG are an empty closing chunk, which decoders may do without.
-            for length in 0..whole.len() - 12 {
+            // The last 12 bytes of a PNG are an empty closing chunk, which decoders may do without; so may they without a JPEG's last pixels.
+            let needed = if name == "a.jpg" { header_of(&whole) } else { whole.len() - 12 };
+            for length in 0..needed {
                 std::fs::write(&path, &whole[..length]).unwrap();
                 assert!(read_image(&path).is_err(), "{name} at {length} of {}", whole.len());
             }
         }
+    }
+
+    /// Bytes of a JPEG before its coefficients.
+    fn header_of(jpeg: &[u8]) -> usize {
+        jpeg.windows(2).position(|marker| marker == [0xff, 0xda]).unwrap()
     }
 
     #[cfg(unix)]
@@ -223,7 +196,7 @@ mod tests {
     fn unwritable_places_leave_nothing() {
         let folder = tempfile::tempdir().unwrap();
         assert!(frame().save(folder.path().join("missing/a.png"), None).is_err());
-        assert!(frame().save(folder.path().join("a.jpg"), None).is_err());
+        assert!(frame().save(folder.path().join("a.bmp"), None).is_err());
         let lost =
             Frame::new(Viewport::new(3, 2).unwrap(), frame().pixels().iter().map(|p| [f32::NAN, p[1], p[2], p[3]]).collect());
         let unfinished = folder.path().join("nan.npy");

@@ -1,19 +1,26 @@
 //! Pictures: frames, files and how far two of them differ.
 
+mod animation;
+mod averaged;
 mod background;
 mod display;
 mod file;
 mod metrics;
+mod read;
+pub(crate) mod text;
 
+pub use crate::files::write_whole;
+pub use animation::{Animation, AnimationFormat};
 pub use background::Background;
-#[cfg(feature = "cli")]
-pub(crate) use file::between_files;
-pub use file::{ImageFormat, read_image, write_whole};
+pub use file::ImageFormat;
 pub use metrics::Comparison;
+pub use read::read_image;
+pub use text::{draw_text, text_size};
 
 use crate::error::Error;
 use crate::memory;
 use crate::viewport::Viewport;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// A picture: premultiplied red, green, blue and opacity, 0 … 1, row by row, row 0 on top.
@@ -82,22 +89,33 @@ impl Frame {
         self.pixels.iter().flat_map(|&pixel| display::displayed(pixel, background)).collect()
     }
 
-    /// Writes a `.png` (8 bit) or `.npy` (float32, H×W×4) file, whole or not at all. Without a background, `.npy` keeps
-    /// the bare picture and `.png` stands on opaque black.
+    /// Writes a `.png`, `.jpg` (8 bit), `.exr` or `.npy` (float32, H×W×4) file, whole or not at all. Without a background, `.exr`
+    /// and `.npy` keep the bare picture, and `.png` and `.jpg` stand on opaque black.
+    ///
+    /// # Errors
+    /// Of endings, files that cannot be written, and `Transparent` for a `.jpg`, which knows no opacity.
     pub fn save(&self, path: impl AsRef<Path>, background: Option<Background>) -> Result<(), Error> {
         let path = path.as_ref();
-        match ImageFormat::of(path)? {
-            ImageFormat::Png => {
-                memory::require("the picture to write", self.pixels.len() as u64 * 4)?;
-                file::write_png(path, self.viewport, &self.to_rgba8(background.unwrap_or(Background::BLACK)))
-            }
-            ImageFormat::Npy => match background {
-                Some(background) => {
-                    memory::require("the picture to write", self.pixels.len() as u64 * 16)?;
-                    file::write_npy(path, &self.clone().over(background))
-                }
-                None => file::write_npy(path, self),
-            },
+        let format = ImageFormat::of(path)?;
+        format.accept(background)?;
+        // What stands between the frame and the file, per pixel; EXR is encoded before it is written.
+        let bytes = match format {
+            ImageFormat::Png => 4,
+            ImageFormat::Jpeg => 4 + 3,
+            ImageFormat::Npy => 16,
+            ImageFormat::Exr => 16 + 16,
+        };
+        memory::require("the picture to write", self.pixels.len() as u64 * bytes)?;
+        let displayed = || self.to_rgba8(background.unwrap_or(Background::BLACK));
+        let floats = || match background {
+            Some(background @ Background::Color(_)) => Cow::Owned(self.clone().over(background)),
+            _ => Cow::Borrowed(self),
+        };
+        match format {
+            ImageFormat::Png => file::write_png(path, self.viewport, &displayed()),
+            ImageFormat::Jpeg => file::write_jpeg(path, self.viewport, &displayed()),
+            ImageFormat::Exr => file::write_exr(path, &floats()),
+            ImageFormat::Npy => file::write_npy(path, &floats()),
         }
     }
 

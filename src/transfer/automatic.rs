@@ -1,7 +1,8 @@
 //! A first transfer function, from histogram and gradients: one material a class of values, noise and air left out, each with a colour
 //! of its own and as opaque as lets the next be seen.
 
-use super::{TransferFunction, visible_range};
+use super::TransferFunction;
+use super::sources::visible_range;
 use crate::volume::{HISTOGRAM_BINS, Statistics, Volume};
 
 /// Classes of values that are told apart; the lowest, air and noise, is not shown.
@@ -29,7 +30,7 @@ type Thresholds = [f64; CLASSES - 1];
 
 pub(super) fn from_statistics(statistics: &Statistics, volume: &Volume) -> TransferFunction {
     let (lo, hi) = visible_range(volume);
-    let name = "automatic";
+    let name = TransferFunction::AUTOMATIC;
     if statistics.min >= statistics.max {
         let color = COLORS[1];
         let points = vec![(lo, color[0]), (hi, color[1])];

@@ -1,15 +1,46 @@
 //! Built-in transfer functions, over 0 … 1.
 
-use super::TransferFunction;
+use super::{ControlPoint, TransferFunction, maps};
 use crate::error::Error;
 
-pub(super) const NAMES: [&str; 4] = ["grey", "fire", "viridis", "cool-warm"];
+const NAMES: [&str; 4] = ["grey", "fire", "viridis", "cool-warm"];
+
+/// What turns a map round, behind its name.
+const REVERSED: &str = "_r";
+
+/// Names of this crate's own, and of colour maps; any may end in `_r`.
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    NAMES.into_iter().chain(maps::names())
+}
+
+/// All names, for messages.
+pub(super) fn listed() -> String {
+    format!("{}, or one of these with {REVERSED} behind it, which turns it round", names().collect::<Vec<_>>().join(", "))
+}
 
 /// Opacity rises slowly from a tenth of the range on, so that what is faint does not hide what is inside.
 const OPACITY: [(f64, f64); 4] = [(0.0, 0.0), (0.1, 0.0), (0.5, 0.05), (1.0, 0.5)];
 
-pub(super) fn named(name: &str) -> Result<TransferFunction, Error> {
-    let colors: &[(f64, [f64; 3])] = match name {
+/// The built-in transfer function of that name, over 0 … 1.
+pub(super) fn named(name: &str) -> Option<TransferFunction> {
+    let colors = match name.strip_suffix(REVERSED) {
+        Some(forward) => turned_round(colors(forward)?),
+        None => colors(name)?,
+    };
+    Some(TransferFunction::new(name, colors, OPACITY.to_vec()).expect("ascending"))
+}
+
+pub(super) fn unknown(name: &str) -> Error {
+    Error::UnknownName { what: "transfer function", name: name.into(), known: listed() }
+}
+
+fn turned_round(colors: Vec<ControlPoint<[f64; 3]>>) -> Vec<ControlPoint<[f64; 3]>> {
+    colors.into_iter().rev().map(|(value, color)| (1.0 - value, color)).collect()
+}
+
+/// Colours over 0 … 1.
+fn colors(name: &str) -> Option<Vec<ControlPoint<[f64; 3]>>> {
+    let points: &[ControlPoint<[f64; 3]>] = match name {
         "grey" => &[(0.0, [0.0; 3]), (1.0, [1.0; 3])],
         "fire" => &[(0.0, [0.1, 0.0, 0.0]), (0.4, [0.9, 0.1, 0.0]), (0.75, [1.0, 0.75, 0.1]), (1.0, [1.0; 3])],
         "viridis" => &[
@@ -20,11 +51,9 @@ pub(super) fn named(name: &str) -> Result<TransferFunction, Error> {
             (1.0, [0.993, 0.906, 0.144]),
         ],
         "cool-warm" => &[(0.0, [0.23, 0.30, 0.75]), (0.5, [0.87, 0.87, 0.87]), (1.0, [0.71, 0.016, 0.15])],
-        _ => {
-            return Err(Error::UnknownName { what: "transfer function", name: name.into(), known: NAMES.join(", ") });
-        }
+        _ => return maps::colors(name),
     };
-    TransferFunction::new(name, colors.to_vec(), OPACITY.to_vec())
+    Some(points.to_vec())
 }
 
 #[cfg(test)]
@@ -33,10 +62,28 @@ mod tests {
 
     #[test]
     fn all_names_span_zero_to_one() {
-        for name in NAMES {
-            assert_eq!(named(name).unwrap().range(), (0.0, 1.0));
+        for name in names() {
+            for name in [name.to_owned(), format!("{name}_r")] {
+                let named = named(&name).unwrap();
+                assert_eq!((named.range(), named.name()), ((0.0, 1.0), &*name));
+            }
         }
-        assert!(named("pink").is_err());
+        assert!(named("pink").is_none() && named("pink_r").is_none() && named("grey_r_r").is_none() && named("_r").is_none());
+        assert!(unknown("pink").to_string().contains("viridis, cool-warm, inferno"));
+    }
+
+    #[test]
+    fn turned_round_colours_run_the_other_way_and_opacity_does_not() {
+        for name in names() {
+            let (forward, back) = (named(name).unwrap(), named(&format!("{name}_r")).unwrap());
+            for i in 0..=64 {
+                // Exact in binary, like 1 less it.
+                let value = f64::from(i) / 64.0;
+                let (a, b) = (forward.color(value), back.color(1.0 - value));
+                assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-12), "{name} at {value}: {a:?}, {b:?}");
+                assert_eq!(forward.opacity(value), back.opacity(value));
+            }
+        }
     }
 
     #[test]

@@ -3,16 +3,22 @@
 mod automatic;
 mod builtin;
 mod dimming;
+mod format;
 mod integrals;
-mod paraview;
+mod maps;
+mod opacity;
+mod phantom;
+mod sources;
 mod table;
+mod value;
 
+pub use format::FileFormat;
 pub use integrals::IntegralTable;
 pub use table::{Extinction, TransferTable};
+pub use value::Value;
 
 use crate::error::Error;
 use crate::volume::{Rescale, Volume};
-use std::path::Path;
 
 /// A control point: a data value and what it maps to.
 pub type ControlPoint<T> = (f64, T);
@@ -61,42 +67,6 @@ impl TransferFunction {
         check("the colour function", colors.iter().map(|(x, c)| (*x, c.as_slice())).collect())?;
         check("the opacity function", opacities.iter().map(|(x, a)| (*x, std::slice::from_ref(a))).collect())?;
         Ok(Self { name, colors, opacities })
-    }
-
-    /// The first preset of a ParaView colour-map file, or the one called `preset`.
-    pub fn from_file(path: &Path, preset: Option<&str>) -> Result<Self, Error> {
-        paraview::read(path, preset)
-    }
-
-    /// A built-in transfer function, stretched onto the volume's range of values.
-    pub fn builtin(name: &str, volume: &Volume) -> Result<Self, Error> {
-        let (lo, hi) = visible_range(volume);
-        builtin::named(name)?.stretched(lo, hi)
-    }
-
-    /// A sensible first transfer function, from the volume's histogram.
-    pub fn automatic(volume: &Volume) -> Self {
-        automatic::from_statistics(&volume.statistics(), volume)
-    }
-
-    /// A built-in name, `FILE` or `FILE#PRESET`.
-    pub fn open(source: impl AsRef<Path>, volume: &Volume) -> Result<Self, Error> {
-        let path = source.as_ref();
-        if let Some(name) = path.to_str().filter(|name| builtin::NAMES.contains(name)) {
-            return Self::builtin(name, volume);
-        }
-        if path.exists() {
-            return Self::from_file(path, None);
-        }
-        match paraview::file_and_preset(path) {
-            Some((file, preset)) => Self::from_file(file, Some(preset)),
-            None if path.extension().is_none() && path.components().count() == 1 => Err(Error::UnknownName {
-                what: "transfer function",
-                name: path.display().to_string(),
-                known: format!("{}, or a ParaView .json file", builtin::NAMES.join(", ")),
-            }),
-            None => Self::from_file(path, None),
-        }
     }
 
     /// The same function with its range of values mapped linearly onto `lo … hi`.
@@ -217,26 +187,20 @@ impl TransferFunction {
     }
 }
 
-/// The range onto which functions without values of their own are stretched: the data's; where all voxels are alike, with the
-/// background's; where that is the same too, from 0 to a value above it, so that it shows.
-fn visible_range(volume: &Volume) -> (f64, f64) {
-    let (lo, hi) = volume.range();
-    if lo < hi {
-        return (lo, hi);
-    }
-    match volume.field_range() {
-        (lo, hi) if lo < hi => (lo, hi),
-        (lo, _) if lo > 0.0 => (0.0, lo),
-        (lo, _) => (lo, lo + 1.0),
-    }
-}
-
 fn interpolate<T: Copy>(points: &[ControlPoint<T>], value: f64, mix: impl Fn(T, T, f64) -> T) -> T {
     let next = points.partition_point(|p| p.0 <= value);
     match (next.checked_sub(1).map(|i| points[i]), points.get(next)) {
         (Some((x0, y0)), Some(&(x1, y1))) => mix(y0, y1, (value - x0) / (x1 - x0)),
         (Some((_, y)), None) | (None, Some(&(_, y))) => y,
         (None, None) => unreachable!("a transfer function has at least one point"),
+    }
+}
+
+/// What a function comes to from below: at a step, the first of its points there.
+fn approached<T: Copy>(points: &[ControlPoint<T>], value: f64, mix: impl Fn(T, T, f64) -> T) -> T {
+    match points.iter().find(|point| point.0 == value) {
+        Some(&(_, first)) => first,
+        None => interpolate(points, value, mix),
     }
 }
 

@@ -1,5 +1,8 @@
 //! Built-in closed-form volumes, sampled at any size.
 
+mod phantom;
+mod surfaces;
+
 use super::storage::{Made, Storage};
 use super::{RawOptions, Volume, VoxelType};
 use crate::error::Error;
@@ -9,7 +12,7 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-const NAMES: &str = "marschner-lobb, hydrogen or cube";
+const NAMES: &str = "marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot or cube";
 /// Largest built-in volume: 2048³ voxels.
 const MAX_VOXELS: usize = 1 << 33;
 /// Voxels up to which a volume is kept; those of larger ones are made whenever they are looked at.
@@ -20,12 +23,18 @@ const MOST_KEPT: usize = 1 << 28;
 ///
 /// * `marschner-lobb`: the test signal of Marschner & Lobb (1994), f_M = 6, α = 0.25, on \[−1, 1\]³.
 /// * `hydrogen`: the density of hydrogen's 3d_z² orbital, the square root of it so that both lobes and ring show.
+/// * `shepp-logan`: the head phantom's ellipsoids on \[−1, 1\]³ (Kak & Slaney 1988), in Toft's (1996) contrasts: skull 1, brain 0.2.
+/// * `gyroid`: sheets around sin x cos y + sin y cos z + sin z cos x = 0, two and a half periods per axis, in a ball.
+/// * `torus-knot`: a trefoil, the tube around a line that winds three times around a torus while it goes around twice.
 /// * `cube`: one value, 255, everywhere: a homogeneous cube that fills its grid.
 pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume<'static>, Error> {
     let (name, size) = source.split_once('@').unwrap_or((source, "64"));
     let sampled: fn([usize; 3]) -> Arc<dyn Made> = match name {
         "marschner-lobb" => marschner_lobb,
         "hydrogen" => hydrogen,
+        "shepp-logan" => phantom::shepp_logan,
+        "gyroid" => surfaces::gyroid,
+        "torus-knot" => surfaces::torus_knot,
         "cube" => |dims| made(dims, |_, _, _| 1.0),
         _ => {
             return Err(Error::UnknownName { what: "built-in volume", name: name.into(), known: NAMES.into() });
@@ -36,6 +45,9 @@ pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume<'stat
         ("voxel_type", options.voxel_type.is_some()),
         ("endian", options.endian.is_some()),
         ("header_bytes", options.header_bytes.is_some()),
+        ("frame", options.frame.is_some()),
+        ("channel", options.channel.is_some()),
+        ("array", options.array.is_some()),
     ];
     if let Some(&(field, _)) = for_files.iter().find(|(_, given)| *given) {
         let problem = format!("this is for files, {name} is built-in: leave it out; builtin:{name}@XxYxZ tells the size");
@@ -173,7 +185,7 @@ mod tests {
     fn made_or_kept() {
         let dims = [31, 17, 20];
         let grid = Grid::new(dims, DVec3::ONE).unwrap();
-        for sampled in [marschner_lobb, hydrogen] {
+        for sampled in [marschner_lobb, hydrogen, phantom::shepp_logan, surfaces::gyroid, surfaces::torus_knot] {
             let bytes = kept("kept", &*sampled(dims)).unwrap();
             let made = Volume::new("made", grid.clone(), Storage::made(sampled(dims), VoxelType::Uint8)).unwrap();
             let kept = Volume::new("kept", grid.clone(), bytes.as_slice()).unwrap();

@@ -11,6 +11,7 @@ mod statistics;
 mod storage;
 mod voxels;
 mod wide;
+mod write;
 
 pub use builtin::builtin_volume;
 pub use description::Description;
@@ -23,6 +24,7 @@ pub use rescale::Rescale;
 pub use statistics::{HISTOGRAM_BINS, Statistics};
 pub use storage::Storage;
 pub use voxels::{Endian, ScalarType, Voxel, VoxelType, Voxels, Wide};
+pub use write::convert;
 
 use crate::error::Error;
 use placed::Placed;
@@ -49,11 +51,19 @@ pub struct Volume<'a> {
 }
 
 impl Volume<'static> {
-    /// Opens `builtin:NAME[@SIZE]` or a file: `NAME_XxYxZ_TYPE.raw` or `.raw.gz`, with `options` for what the name
-    /// does not tell, or tells wrongly.
+    /// Opens `builtin:NAME[@SIZE]`, a file, or slices that are a file each: a folder of numbered `.png` or `.tif` files, or a name with `%d`
+    /// in the place of their numbers.
+    ///
+    /// Files are NRRD, NIfTI-1 and -2, MetaImage, VTK image data (`.vti` with the feature `vtk`, and the older `.vtk`), NumPy arrays (`.npz`
+    /// with the feature `npz`), TIFF (with the feature `tiff`), PNG, VisIt's `.bov`, recognised by what they hold; and
+    /// `NAME_XxYxZ_TYPE.raw` or `.raw.gz`, with `options` for what the name does not tell, or tells wrongly. `options` also choose one of
+    /// several volumes, channels or arrays. World axes point to the right, to the front and up where a file says where it lies in a patient.
     ///
     /// Files that hold voxels as they are get mapped, not read: they must not be cut short while the volume is in use. Others are read
     /// where there is enough memory.
+    ///
+    /// # Errors
+    /// Files that cannot be read, are none of these, are cut short or damaged, or whose grid is sheared; options that do not fit the file.
     pub fn open(source: impl AsRef<Path>, options: &RawOptions) -> Result<Self, Error> {
         let source = source.as_ref();
         match source.to_str().and_then(|name| name.strip_prefix("builtin:")) {

@@ -116,12 +116,12 @@ impl Placed<'_> {
     /// Smallest and largest valid number, if there is one, and how many voxels are invalid.
     pub fn valid_range(&self) -> (Option<(f64, f64)>, usize) {
         fn block<T: Voxel>(values: &[T]) -> (Option<(f64, f64)>, usize) {
-            let valid = |v: &T| T::TYPE != VoxelType::Float32 || is_valid((*v).into());
+            let valid = |v: &T| T::TYPE != VoxelType::Float32 || is_valid(v.value());
             let all = || values.iter().copied().filter(valid);
             let Some(first) = all().next() else { return (None, values.len()) };
             let within = |(lo, hi): (T, T), v: T| (if v < lo { v } else { lo }, if v > hi { v } else { hi });
             let (lo, hi) = all().fold((first, first), within);
-            (Some((lo.into(), hi.into())), values.len() - all().count())
+            (Some((lo.value(), hi.value())), values.len() - all().count())
         }
         let blocks = with_voxel_type!(self.storage.voxel_type(), T => self.map_blocks::<T, _>(block));
         blocks.into_iter().fold((None, 0), |(range, invalid), (more, also)| (union(range, more), invalid + also))
@@ -131,7 +131,7 @@ impl Placed<'_> {
     pub fn column_ranges(&self, from: [usize; 2], to: [usize; 2], instead: f64) -> Vec<(f64, f64)> {
         fn widen<T: Voxel>(ranges: &mut [(T, T)], row: &[T], instead: T) {
             for ((lo, hi), &number) in ranges.iter_mut().zip(row) {
-                let valid = T::TYPE != VoxelType::Float32 || is_valid(number.into());
+                let valid = T::TYPE != VoxelType::Float32 || is_valid(number.value());
                 let number = if valid { number } else { instead };
                 (*lo, *hi) = (if number < *lo { number } else { *lo }, if number > *hi { number } else { *hi });
             }

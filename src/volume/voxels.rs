@@ -69,6 +69,12 @@ pub enum ScalarType {
     Uint32,
     /// 32 bit, signed.
     Int32,
+    /// 64 bit, unsigned.
+    Uint64,
+    /// 64 bit, signed.
+    Int64,
+    /// 16-bit float.
+    Float16,
     /// 32-bit float.
     Float32,
     /// 64-bit float.
@@ -76,13 +82,16 @@ pub enum ScalarType {
 }
 
 impl ScalarType {
-    const NAMES: [(ScalarType, &'static str); 8] = [
+    const NAMES: [(ScalarType, &'static str); 11] = [
         (ScalarType::Uint8, "uint8"),
         (ScalarType::Int8, "int8"),
         (ScalarType::Uint16, "uint16"),
         (ScalarType::Int16, "int16"),
         (ScalarType::Uint32, "uint32"),
         (ScalarType::Int32, "int32"),
+        (ScalarType::Uint64, "uint64"),
+        (ScalarType::Int64, "int64"),
+        (ScalarType::Float16, "float16"),
         (ScalarType::Float32, "float32"),
         (ScalarType::Float64, "float64"),
     ];
@@ -91,9 +100,9 @@ impl ScalarType {
     pub fn bytes(self) -> usize {
         match self {
             ScalarType::Uint8 | ScalarType::Int8 => 1,
-            ScalarType::Uint16 | ScalarType::Int16 => 2,
+            ScalarType::Uint16 | ScalarType::Int16 | ScalarType::Float16 => 2,
             ScalarType::Uint32 | ScalarType::Int32 | ScalarType::Float32 => 4,
-            ScalarType::Float64 => 8,
+            ScalarType::Uint64 | ScalarType::Int64 | ScalarType::Float64 => 8,
         }
     }
 
@@ -105,7 +114,8 @@ impl ScalarType {
             ScalarType::Uint16 => Some(VoxelType::Uint16),
             ScalarType::Int16 => Some(VoxelType::Int16),
             ScalarType::Float32 => Some(VoxelType::Float32),
-            ScalarType::Uint32 | ScalarType::Int32 | ScalarType::Float64 => None,
+            ScalarType::Uint32 | ScalarType::Int32 | ScalarType::Uint64 | ScalarType::Int64 => None,
+            ScalarType::Float16 | ScalarType::Float64 => None,
         }
     }
 }
@@ -194,7 +204,7 @@ impl Voxel for f32 {
     const TYPE: VoxelType = VoxelType::Float32;
 }
 
-/// A number that is no voxel and can be converted to one: `u32`, `i32` or `f64`.
+/// A number that is no voxel and can be converted to one: `u32`, `i32`, `u64`, `i64` or `f64`.
 ///
 /// ```
 /// use layersplat::glam::DVec3;
@@ -216,6 +226,12 @@ impl Wide for u32 {
 impl Wide for i32 {
     const TYPE: ScalarType = ScalarType::Int32;
 }
+impl Wide for u64 {
+    const TYPE: ScalarType = ScalarType::Uint64;
+}
+impl Wide for i64 {
+    const TYPE: ScalarType = ScalarType::Int64;
+}
 impl Wide for f64 {
     const TYPE: ScalarType = ScalarType::Float64;
 }
@@ -223,7 +239,9 @@ impl Wide for f64 {
 pub(super) use number::Number;
 mod number {
     /// A plain number in a file or in memory. Not public: nobody else can make a type a voxel.
-    pub trait Number: super::Pod + PartialOrd + Into<f64> + Send + Sync {
+    pub trait Number: super::Pod + PartialOrd + Send + Sync {
+        /// As a 64-bit float: exactly, but whole numbers beyond 2^53.
+        fn value(self) -> f64;
         /// With its bytes in the other order.
         fn swapped(self) -> Self;
         /// The nearest number of this type.
@@ -233,6 +251,10 @@ mod number {
     macro_rules! number {
         ($($type:ty),*) => {$(
             impl Number for $type {
+                fn value(self) -> f64 {
+                    self as f64
+                }
+
                 fn swapped(self) -> Self {
                     let mut bytes = self.to_ne_bytes();
                     bytes.reverse();
@@ -245,7 +267,21 @@ mod number {
             }
         )*};
     }
-    number!(u8, i8, u16, i16, u32, i32, f32, f64);
+    number!(u8, i8, u16, i16, u32, i32, u64, i64, f32, f64);
+
+    impl Number for half::f16 {
+        fn value(self) -> f64 {
+            self.to_f64()
+        }
+
+        fn swapped(self) -> Self {
+            Self::from_bits(self.to_bits().swap_bytes())
+        }
+
+        fn nearest(value: f64) -> Self {
+            Self::from_f64(value)
+        }
+    }
 }
 
 /// Runs `$body` with `$Type` standing for the Rust type of a [`VoxelType`].
@@ -312,6 +348,6 @@ mod tests {
                 assert_eq!((ScalarType::from(voxel), voxel.bytes()), (scalar, scalar.bytes()));
             }
         }
-        assert!("int64".parse::<ScalarType>().unwrap_err().contains("uint32"));
+        assert!("int128".parse::<ScalarType>().unwrap_err().contains("uint32"));
     }
 }

@@ -1,4 +1,4 @@
-//! Numbers that are no voxels of a device, 32-bit integers and 64-bit floats: converted on reading, the smallest one to 0, so that
+//! Numbers that are no voxels of a device, integers of more than 16 bits and floats of 16 and 64: converted on reading, the smallest one to 0, so that
 //! voxels are as fine as the data's own range, wherever that lies.
 
 use super::voxels::{Endian, Number, ScalarType, is_valid};
@@ -33,11 +33,11 @@ impl Numbers<'_> {
     }
 
     /// Number `index`; NaN where it is invalid.
-    fn get(self, index: usize) -> f64 {
+    pub fn get(self, index: usize) -> f64 {
         fn number<T: Number>(numbers: Numbers, index: usize) -> f64 {
             let at = index * size_of::<T>();
             let number = bytemuck::pod_read_unaligned::<T>(&numbers.bytes[at..at + size_of::<T>()]);
-            if numbers.endian == Endian::NATIVE { number } else { number.swapped() }.into()
+            if numbers.endian == Endian::NATIVE { number } else { number.swapped() }.value()
         }
         let number = match self.scalar {
             ScalarType::Uint8 => number::<u8>(self, index),
@@ -46,6 +46,9 @@ impl Numbers<'_> {
             ScalarType::Int16 => number::<i16>(self, index),
             ScalarType::Uint32 => number::<u32>(self, index),
             ScalarType::Int32 => number::<i32>(self, index),
+            ScalarType::Uint64 => number::<u64>(self, index),
+            ScalarType::Int64 => number::<i64>(self, index),
+            ScalarType::Float16 => number::<half::f16>(self, index),
             ScalarType::Float32 => number::<f32>(self, index),
             ScalarType::Float64 => number::<f64>(self, index),
         };
@@ -87,7 +90,7 @@ impl Numbers<'_> {
 pub(super) fn volume(name: String, grid: Grid, numbers: Numbers, rescale: Rescale) -> Result<Volume<'static>, Error> {
     let (smallest, largest) = numbers.range().unwrap_or((0.0, 0.0));
     let width = largest - smallest;
-    let whole = matches!(numbers.scalar, ScalarType::Uint32 | ScalarType::Int32);
+    let whole = !matches!(numbers.scalar, ScalarType::Float16 | ScalarType::Float64);
     let storage: Storage = if whole && width <= f64::from(u8::MAX) {
         numbers.less::<u8>(&name, smallest)?.into()
     } else if whole && width <= f64::from(u16::MAX) {

@@ -83,8 +83,8 @@ fn check(rows: &[Row]) {
         let without = scene.frame(folder());
         change(&mut scene);
         let with = scene.frame(folder());
-        // A later --transfer would be refused, not taken instead of the first.
-        let others = if words(others).next() == Some(option) && *option != "--clip" { "" } else { others };
+        // A later --transfer would be refused, not taken instead of the first; of clip planes and tents there may be several.
+        let others = if words(others).next() == Some(option) && !["--clip", "--tent"].contains(option) { "" } else { others };
         let found = rendered(&scene, &format!("{others} {given}"));
         assert!(found == with, "{others} {given}: not the library's picture");
         if with.width() == without.width() {
@@ -116,7 +116,8 @@ fn the_table_has_every_option() {
     let help = String::from_utf8(layersplat(folder(), &["render", "--help"]).stdout).unwrap();
     let listed = help.lines().map(str::trim_start).filter(|line| line.starts_with('-'));
     let listed = listed.map(|line| words(line).find_map(|word| word.strip_prefix("--")).expect("a long name"));
-    let mut listed: Vec<String> = listed.map(|name| format!("--{name}")).collect();
+    // Dots stand behind those that may be given again.
+    let mut listed: Vec<String> = listed.map(|name| format!("--{}", name.trim_end_matches('.'))).collect();
     assert!(help.contains("[VOLUME]") && listed.len() > 30, "{help}");
     listed.push("VOLUME".into());
     let mut rows: Vec<&str> = SCENES.iter().chain(QUALITIES).map(|row| row.option).collect();

@@ -5,11 +5,11 @@ use crate::{HEADER, SECOND, common::*};
 use glam::DVec3;
 use layersplat::layers::{Axis, Kernel};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Quality,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Quality, Shading,
 };
 use layersplat::transfer::Extinction;
-use layersplat::volume::{Endian, ScalarType};
-use layersplat::{Background, Correction, Density, Settings, TransferFunction};
+use layersplat::volume::{Endian, Grid, ScalarType};
+use layersplat::{Background, Correction, Density, Settings, TransferFunction, Volume};
 
 /// An option, with what it cannot be without.
 pub struct Row {
@@ -64,6 +64,23 @@ pub const SCENES: &[Row] = &[
         |s| s.transfer = Transfer::Made(second),
     ),
     row("--transfer-range", "--transfer-range -20,140", |s| s.transfer_range = Some((-20.0, 140.0))),
+    row("--transfer-range", "--transfer-range p10,p90.5", |s| s.transfer_range = Some((percentile(10.0), percentile(90.5)))),
+    row("--opacity", "--opacity 20:0,90.5:0.7,90.5:0.1,200:0.4", |s| {
+        s.shaped = |t| t.with_opacities(vec![(20.0, 0.0), (90.5, 0.7), (90.5, 0.1), (200.0, 0.4)]).unwrap();
+    }),
+    row("--opacity", "--opacity p25:0,p99.5:0.6", |s| {
+        s.shaped = |t| t.with_opacities(vec![(percentile(25.0), 0.0), (percentile(99.5), 0.6)]).unwrap();
+    }),
+    row("--window", "--window 150,80", |s| s.shaped = |t| t.windowed(150.0, 80.0).unwrap()),
+    row("--window", "--window p60,90", |s| s.shaped = |t| t.windowed(percentile(60.0), 90.0).unwrap()),
+    row("--tent", "--tent 120,30", |s| s.shaped = |t| t.faded(0.0).unwrap().with_tent(120.0, 30.0, 0.5).unwrap()),
+    beside(
+        "--tent p20,10 --opacity 200:0,255:0.3",
+        |s| s.shaped = one_tent,
+        "--tent",
+        "--tent 120,30,0.9",
+        |s| s.shaped = |t| one_tent(t).with_tent(120.0, 30.0, 0.9).unwrap(),
+    ),
     row("--azimuth", "--azimuth 35", |s| s.orbit.azimuth = 35.0),
     row("--elevation", "--elevation -25", |s| s.orbit.elevation = -25.0),
     row("--roll", "--roll 40", |s| s.orbit.roll = 40.0),
@@ -88,6 +105,22 @@ pub const SCENES: &[Row] = &[
     row("--size", "--size 20x44", |s| s.size = viewport(20, 44)),
     row("--background", "--background #204060", |s| s.background = "#204060".parse().ok()),
     row("--background", "--background 1,0,0.5", |s| s.background = Some(Background::Color([1.0, 0.0, 0.5]))),
+    row("--samples", "--samples 3", |s| s.samples = 3),
+    row("--box", "--box", |s| s.annotations.bounding_box = true),
+    row("--axes", "--axes", |s| s.annotations.axes = true),
+    beside(
+        "--background #e0f0ff",
+        |s| s.background = "#e0f0ff".parse().ok(),
+        "--legend",
+        "--legend",
+        |s| {
+            s.annotations.legend = true;
+        },
+    ),
+    beside("--legend --size 120x90", large_legend, "--units", "--units HU", |s| s.annotations.units = Some("HU".into())),
+    beside("--legend --size 120x90", large_legend, "--length-units", "--length-units mm", |s| {
+        s.annotations.length_units = Some("mm".into());
+    }),
 ];
 
 /// How it is drawn.
@@ -145,6 +178,9 @@ pub const QUALITIES: &[Row] = &[
     }),
     row("--extinction", "--extinction linear", |s| s.settings.extinction = Extinction::Linear),
     row("--shading", "--shading off", |s| s.settings.shading = None),
+    row("--light", "--light -1,0.5,0.25", |s| {
+        s.settings.shading = Some(Shading { light: Some(DVec3::new(-1.0, 0.5, 0.25)), ..Shading::default() });
+    }),
     row("--lattice", "--lattice direct", |s| s.layered(|l| l.evaluation = Evaluation::Direct)),
     row("--lattice", "--lattice 1", |s| s.layered(|l| l.evaluation = Evaluation::Lattice(Density::Fixed(1)))),
     beside("--lattice direct --classification post", direct_splats, "--footprints", "--footprints set", |s| {
@@ -182,6 +218,7 @@ pub const QUALITIES: &[Row] = &[
             s.settings.blend = Blend::Iso(90.5);
         },
     ),
+    row("--blend", "--blend iso --iso p60", |s| s.settings.blend = Blend::Iso(percentile(60.0))),
     row("--crop", "--crop 2:9.5,:6,3:", |s| {
         let (lowest, highest) = (DVec3::new(2.0, f64::NEG_INFINITY, 3.0), DVec3::new(9.5, 6.0, f64::INFINITY));
         s.settings.clipping.crop = Some(CropBox { lowest, highest });
@@ -205,13 +242,34 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--device-unchecked", "says whether a device that draws wrongly is refused; tests/device_checks.rs has one"),
     ("--memory", "streams what does not fit, to the same bits; a test of its own asserts that"),
     ("--time-limit", "gives up what takes longer, and changes nothing else; a test of its own asserts that"),
+    ("--cameras", "is many pictures; tests/command_sequences.rs has some"),
+    ("--frame", "chooses one of several volumes, which raw files have not; tests/command_volumes.rs has files that do"),
+    ("--channel", "chooses one of several numbers per voxel; tests/command_volumes.rs"),
+    ("--array", "chooses one of several arrays; tests/command_volumes.rs"),
     ("--output", "says where the picture goes; a test of its own looks there"),
     ("--json", "says what is printed; a test of its own reads it"),
+    ("--verbose", "says what is told; a test of tests/command_line.rs reads it"),
     ("--help", "prints, and renders nothing"),
     ("--version", "prints, and renders nothing"),
 ];
 
 const CENTRE: DVec3 = DVec3::new(9.0, -1.0, 5.5);
+
+fn large_legend(s: &mut Scene) {
+    (s.annotations.legend, s.size) = (true, viewport(120, 90));
+}
+
+/// Of the voxels of the default volume.
+fn percentile(percent: f64) -> f64 {
+    let grid = Grid::new([14, 12, 10], DVec3::ONE).unwrap();
+    // Of bytes the histogram's are exact.
+    Volume::new("t", grid, crate::random_bytes([14, 12, 10], 7)).unwrap().statistics().quantile(percent / 100.0)
+}
+
+/// A tent over a ramp.
+fn one_tent(transfer: TransferFunction) -> TransferFunction {
+    transfer.with_opacities(vec![(200.0, 0.0), (255.0, 0.3)]).unwrap().with_tent(percentile(20.0), 10.0, 0.5).unwrap()
+}
 
 fn of_all_in_perspective(s: &mut Scene) {
     (s.whole, s.field_of_view) = (true, Some(50.0));

@@ -2,6 +2,7 @@
 
 use crate::common::*;
 use glam::DVec3;
+use layersplat::annotation::{Annotations, Shown};
 use layersplat::framing::{Fixed, Framing};
 use layersplat::settings::{Blend, Layered};
 use layersplat::{
@@ -30,6 +31,8 @@ pub struct Scene {
     pub background_value: Option<f64>,
     pub transfer: Transfer,
     pub transfer_range: Option<(f64, f64)>,
+    /// What becomes of it then.
+    pub shaped: fn(TransferFunction) -> TransferFunction,
     pub orbit: Orbit,
     /// Whether the whole volume fits, from all sides, instead of what is visible.
     pub whole: bool,
@@ -38,6 +41,9 @@ pub struct Scene {
     pub size: Viewport,
     pub settings: Settings,
     pub background: Option<Background>,
+    /// Rays along the side of a pixel.
+    pub samples: u32,
+    pub annotations: Annotations,
 }
 
 impl Default for Scene {
@@ -48,6 +54,7 @@ impl Default for Scene {
             background_value: None,
             transfer: Transfer::Named("fire"),
             transfer_range: None,
+            shaped: |transfer| transfer,
             orbit: Orbit::default(),
             whole: false,
             fixed: Fixed::default(),
@@ -55,6 +62,8 @@ impl Default for Scene {
             size: viewport(36, 28),
             settings: Settings::default(),
             background: None,
+            samples: 1,
+            annotations: Annotations::default(),
         }
     }
 }
@@ -82,9 +91,14 @@ impl Scene {
         if let Some((lo, hi)) = self.transfer_range {
             transfer = transfer.stretched(lo, hi).unwrap();
         }
+        let transfer = (self.shaped)(transfer);
         let camera = self.camera(&volume, &transfer);
         let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
-        let (frame, _) = renderer.render(&camera, self.size, &self.settings).unwrap();
+        let larger = viewport(self.size.width * self.samples, self.size.height * self.samples);
+        let (frame, _) = renderer.render(&camera, larger, &self.settings).unwrap();
+        let background = self.background.unwrap_or(Background::BLACK);
+        let shown = Shown { camera: &camera, grid: volume.grid(), transfer: &transfer, background };
+        let frame = self.annotations.drawn(frame.averaged(self.samples).unwrap(), shown).unwrap();
         match self.background {
             Some(background) => frame.over(background),
             None => frame,
@@ -96,6 +110,7 @@ impl Scene {
             return self.camera_of_all(volume);
         }
         let mut framing = match self.settings.blend {
+            _ if self.annotations.bounding_box => Framing::whole(volume),
             Blend::Composite => Framing::visible(volume, transfer, self.settings.unit_distance),
             Blend::Iso(value) => Framing::iso(volume, value),
             _ => Framing::whole(volume),

@@ -80,7 +80,7 @@ pub unsafe extern "C" fn layersplat_render_floats(
     })
 }
 
-/// Writes a picture of floats, as layersplat_render_floats() makes them, to a file: .png (8 bit) or .npy (float32, height x width x 4),
+/// Writes a picture of floats, as layersplat_render_floats() makes them, to a file: .png or .jpg (8 bit), .exr or .npy (float32),
 /// over an opaque colour (three floats, 0 to 1), or where `background` is null, with its alpha. `floats` is 4 * width * height. The file
 /// is written whole or not at all.
 #[unsafe(no_mangle)]

@@ -89,7 +89,8 @@ impl Volume {
             name.parse().map_err(|_| unknown("voxel_type", name, known))
         });
         let voxel_type = voxel_type.transpose()?;
-        let options = RawOptions { dims, voxel_type, spacing: spacing.map(DVec3::from), endian, header_bytes };
+        let options =
+            RawOptions { dims, voxel_type, spacing: spacing.map(DVec3::from), endian, header_bytes, ..RawOptions::default() };
         let volume = py.detach(|| Ours::open(path, &options))?;
         Ok(Self(match background {
             Some(value) => volume.with_background(value)?,

@@ -1,120 +1,132 @@
 //! File formats: one file each, behind one small trait.
 
+mod bov;
+mod bytes;
+mod choice;
+mod keyed;
+mod load;
+mod metaimage;
+mod nifti;
+mod nrrd;
+mod numbered;
+mod numpy;
+mod png;
 mod raw;
+mod slices;
+mod text;
+#[cfg(feature = "tiff")]
+mod tiff;
+mod vtk;
 
 pub use raw::RawOptions;
+pub(super) use raw::told_by_name;
 
-use super::voxels::{Endian, ScalarType};
-use super::{Grid, Rescale, Storage, Volume, wide};
+use super::Volume;
 use crate::error::Error;
-use crate::memory;
-use memmap2::MmapOptions;
+use flate2::read::MultiGzDecoder;
+use load::Opened;
 use std::fs::File;
 use std::io::{self, Read};
-use std::ops::Range;
 use std::path::Path;
 
 /// All formats; the first that recognises a file reads it. Raw files have no mark and come last.
-const FORMATS: [&dyn Format; 1] = [&raw::Raw];
+const FORMATS: &[&dyn Format] = &[
+    &nrrd::Nrrd,
+    &nifti::Nifti,
+    &metaimage::MetaImage,
+    #[cfg(feature = "vtk")]
+    &vtk::Xml,
+    &vtk::Legacy,
+    &numpy::Npy,
+    #[cfg(feature = "npz")]
+    &numpy::Npz,
+    &bov::Bov,
+    #[cfg(feature = "tiff")]
+    &tiff::Tiff,
+    &png::Png,
+    &raw::Raw,
+];
 /// Bytes at the start of a file that formats are recognised by.
-const START: u64 = 512;
+const START: usize = 512;
+
+const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV or TIFF files, PNG slices, \
+                       .raw or .raw.gz files, or builtin:NAME";
 
 /// A file format.
 trait Format: Sync {
     /// Whether a file is in this format: by its first bytes, or by its name where the format has no mark.
-    fn recognises(&self, path: &Path, start: &[u8], options: &RawOptions) -> bool;
+    fn recognises(&self, file: &Found, options: &RawOptions) -> bool;
 
-    /// Reads the header, and checks the file's size against it. Nothing is allocated for voxels yet.
-    fn open(&self, path: &Path, options: &RawOptions) -> Result<Box<dyn VolumeFile>, Error>;
-}
-
-/// What a file says of its voxels.
-struct Header {
-    grid: Grid,
-    scalar: ScalarType,
-    endian: Endian,
-    rescale: Rescale,
-}
-
-impl Header {
-    /// Bytes of so many slices along z.
-    fn slice_bytes(&self, slices: usize) -> usize {
-        let [x, y, _] = self.grid.dims();
-        x * y * slices * self.scalar.bytes()
+    /// Whether a file in this format can have several arrays with names.
+    fn names_arrays(&self) -> bool {
+        false
     }
+
+    /// Reads the header.
+    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error>;
 }
 
-/// A volume file whose header was read.
-trait VolumeFile {
-    fn header(&self) -> &Header;
-
-    /// The file that holds all voxels one after the other as they are, and the byte at which they begin, if one does.
-    fn in_place(&self) -> Option<(&File, u64)>;
-
-    /// Reads slices along z, in the file's type and byte order. Reading them in order takes one pass over the file.
-    fn read(&mut self, slices: Range<usize>, bytes: &mut [u8]) -> Result<(), Error>;
+/// A file, before anything is known of it.
+struct Found<'a> {
+    path: &'a Path,
+    /// The first bytes, as they are.
+    start: Vec<u8>,
+    /// Those of what a file of gzip holds.
+    unpacked: Option<Vec<u8>>,
 }
 
-/// Bytes that are read at a time.
-const PIECE: usize = 1 << 24;
-
-/// Opens a file of any format. Voxels of a device's type that lie in the file as they are are mapped, not read.
-pub(super) fn read(path: &Path, options: &RawOptions) -> Result<Volume<'static>, Error> {
-    let metadata = std::fs::metadata(path).map_err(|e| Error::read(path, e))?;
-    if !metadata.is_file() {
-        return Err(Error::read(path, io::Error::other("not a regular file")));
-    }
-    let mut start = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(START).read_to_end(&mut start));
-    read.map_err(|e| Error::read(path, e))?;
-    let Some(format) = FORMATS.iter().find(|format| format.recognises(path, &start, options)) else {
-        return Err(Error::volume(path, "unknown format: volumes are .raw or .raw.gz files, or builtin:NAME"));
-    };
-    let mut file = format.open(path, options)?;
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let Header { grid, scalar, endian, rescale } = file.header();
-    let (grid, scalar, endian, rescale) = (grid.clone(), *scalar, *endian, *rescale);
-    let voxels = grid.voxel_count() as u64;
-    match scalar.voxel_type() {
-        Some(voxel_type) => {
-            memory::require(&name, voxels * voxel_type.bytes() as u64)?;
-            let storage = match mapped(path, file.as_ref())? {
-                Some(map) => Storage::from_bytes(map, voxel_type),
-                None => Storage::from_bytes(read_all(&name, file.as_mut())?, voxel_type),
-            };
-            Ok(Volume::new(name, grid, storage.with_endian(endian))?.with_rescale(rescale))
+impl<'a> Found<'a> {
+    fn look(path: &'a Path) -> Result<Self, Error> {
+        let failed = |e| Error::read(path, e);
+        let metadata = std::fs::metadata(path).map_err(failed)?;
+        if !metadata.is_file() {
+            return Err(failed(io::Error::other("not a regular file")));
         }
-        None => match mapped(path, file.as_ref())? {
-            Some(map) => wide::volume(name, grid, wide::Numbers { bytes: &map, scalar, endian }, rescale),
-            None => {
-                // Beside the converted voxels.
-                memory::require(&name, voxels * scalar.bytes() as u64)?;
-                let bytes = read_all(&name, file.as_mut())?;
-                wide::volume(name, grid, wide::Numbers { bytes: &bytes, scalar, endian }, rescale)
+        let mut start = vec![0; START];
+        let found = bytes::fill(&mut File::open(path).map_err(failed)?, &mut start).map_err(failed)?;
+        start.truncate(found);
+        let unpacked = start.starts_with(&[0x1f, 0x8b]).then(|| {
+            let mut unpacked = vec![0; START];
+            let mut decoder = MultiGzDecoder::new(&start[..]);
+            let mut found = 0;
+            // The start ends within what is packed, which is an error; too few bytes say enough, too.
+            while let Ok(more @ 1..) = decoder.read(&mut unpacked[found..]) {
+                found += more;
             }
-        },
+            unpacked.truncate(found);
+            unpacked
+        });
+        Ok(Self { path, start, unpacked })
+    }
+
+    /// Whether the name has one of these endings, in letters of any case.
+    fn ends_with(&self, endings: &[&str]) -> bool {
+        let name = self.path.to_string_lossy().to_ascii_lowercase();
+        endings.iter().any(|ending| name.ends_with(ending))
     }
 }
 
-/// All voxels of a file that holds them as they are, mapped.
-fn mapped(path: &Path, file: &dyn VolumeFile) -> Result<Option<memmap2::Mmap>, Error> {
-    let Some((mapped, first)) = file.in_place() else { return Ok(None) };
-    let len = file.header().slice_bytes(file.header().grid.dims()[2]);
-    // SAFETY: bytes are plain data, whatever they change to; that a file must not be cut short while it is mapped is said in
-    // `Volume::open`'s documentation.
-    unsafe { MmapOptions::new().offset(first).len(len).map(mapped) }.map(Some).map_err(|e| Error::read(path, e))
+/// Opens a file of any format.
+pub(super) fn read(path: &Path, options: &RawOptions) -> Result<Volume<'static>, Error> {
+    load::volume(path, open(path, options)?)
 }
 
-/// All voxels of a file, read piece by piece.
-fn read_all(name: &str, file: &mut dyn VolumeFile) -> Result<Vec<u8>, Error> {
-    let slices = file.header().grid.dims()[2];
-    let slice = file.header().slice_bytes(1);
-    let mut bytes = memory::zeroed(name, slice * slices)?;
-    let at_a_time = (PIECE / slice).max(1);
-    for first in (0..slices).step_by(at_a_time) {
-        let range = first..(first + at_a_time).min(slices);
-        let place = range.start * slice..range.end * slice;
-        file.read(range, &mut bytes[place])?;
+/// All numbers of a file of any format, one after the other, as they are stored, with what its header says.
+pub(super) fn numbers(path: &Path, options: &RawOptions) -> Result<load::Numbers, Error> {
+    load::numbers(path, open(path, options)?)
+}
+
+fn open(path: &Path, options: &RawOptions) -> Result<Opened, Error> {
+    if let Some(files) = slices::files(path)? {
+        return slices::open(path, files, options);
     }
-    Ok(bytes)
+    let file = Found::look(path)?;
+    let Some(format) = FORMATS.iter().find(|format| format.recognises(&file, options)) else {
+        return Err(Error::volume(path, UNKNOWN));
+    };
+    if options.array.is_some() && !format.names_arrays() {
+        let problem = format!("the format of {} has no arrays with names: leave it out", path.display());
+        return Err(Error::Settings { field: "array", problem });
+    }
+    format.open(&file, options)
 }

@@ -1,16 +1,16 @@
 //! Raw volumes, `NAME_XxYxZ_TYPE.raw` and `.raw.gz` (the naming of the Open SciVis Datasets).
 
-use super::{Format, Header, VolumeFile};
+use super::bytes::{Bytes, Gzip, Packed, Plain};
+use super::load::{Header, Opened};
+use super::{Format, Found, choice};
 use crate::error::Error;
-use crate::volume::{Endian, Grid, Rescale, ScalarType};
-use flate2::read::MultiGzDecoder;
+use crate::volume::{Endian, Grid, ScalarType};
 use glam::DVec3;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
-use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// What a raw file's name does not tell, or tells wrongly; what is given here wins. Spacing defaults to 1,1,1.
+/// What a file, or a raw file's name, does not tell, or tells wrongly, and which of several volumes it is to be; what is given here wins.
+/// Spacing defaults to 1,1,1.
 ///
 /// ```
 /// use layersplat::volume::{RawOptions, ScalarType, Volume};
@@ -29,12 +29,18 @@ pub struct RawOptions {
     pub dims: Option<[usize; 3]>,
     /// Type of the numbers.
     pub voxel_type: Option<ScalarType>,
-    /// World distance between voxels along x, y, z.
+    /// World distance between voxels along x, y, z, along the world's axes, whatever a file says of its grid.
     pub spacing: Option<DVec3>,
     /// Byte order; little if it is not given.
     pub endian: Option<Endian>,
     /// Bytes before the first voxel, of a gzip file once unpacked; 0 if not given.
     pub header_bytes: Option<u64>,
+    /// Which of several volumes, in formats that hold a sequence of them; the first if not given.
+    pub frame: Option<usize>,
+    /// Which of several numbers per voxel; the first if not given.
+    pub channel: Option<usize>,
+    /// Which of several arrays, by its name, in formats that name them; the one that the file marks, or the first, if not given.
+    pub array: Option<String>,
 }
 
 impl RawOptions {
@@ -48,11 +54,12 @@ impl RawOptions {
 pub(super) struct Raw;
 
 impl Format for Raw {
-    fn recognises(&self, path: &Path, _start: &[u8], options: &RawOptions) -> bool {
-        stem(path).is_some() || (options.dims.is_some() && options.voxel_type.is_some())
+    fn recognises(&self, file: &Found, options: &RawOptions) -> bool {
+        stem(file.path).is_some() || (options.dims.is_some() && options.voxel_type.is_some())
     }
 
-    fn open(&self, path: &Path, options: &RawOptions) -> Result<Box<dyn VolumeFile>, Error> {
+    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+        let path = file.path;
         let named = stem(path);
         let (named_dims, named_type) = named.as_ref().map_or((None, None), |(stem, _)| parse_name(stem));
         let zipped = named.is_some_and(|(_, zipped)| zipped);
@@ -69,34 +76,26 @@ impl Format for Raw {
             (None, Error::OutOfRange { name: "dims", .. }) => unnamed("dims", &e.to_string()),
             _ => e,
         })?;
-        let header = Header { grid, scalar, endian: options.endian.unwrap_or_default(), rescale: Rescale::default() };
+        choice::chosen(path, "frame", options.frame, 1)?;
+        choice::chosen(path, "channel", options.channel, 1)?;
+        // What comes before the voxels counts as the file's size does.
         let first = options.header_bytes.unwrap_or(0);
-        let bytes = header.grid.voxel_count() as u64 * scalar.bytes() as u64;
-        let expected = first.saturating_add(bytes);
-        let open = || File::open(path).map_err(|e| Error::read(path, e));
-        let file = open()?;
-        let len = file.metadata().map_err(|e| Error::read(path, e))?.len();
-        let wrong_size = WrongSize { path: path.into(), dims, scalar, expected };
-        if !zipped {
-            let fits = len == expected;
-            return if fits {
-                Ok(Box::new(Plain { header, file, first, path: path.into() }))
-            } else {
-                Err(wrong_size.found(len))
-            };
-        }
-        // A gzip stream cannot pack better than 1032:1, so an absurd size is refused before anything is allocated.
-        if expected / GZIP_LIMIT > len {
-            return Err(wrong_size.found(format!("at most {}", len.saturating_mul(GZIP_LIMIT))));
-        }
-        let mut zipped = Zipped { header, unpacked: MultiGzDecoder::new(file), first, position: 0, wrong_size };
-        zipped.skip(first)?;
-        Ok(Box::new(zipped))
+        let header = Header { endian: options.endian.unwrap_or_default(), first, ..Header::new(grid, scalar) };
+        let failed = |e| Error::read(path, e);
+        let bytes: Box<dyn Bytes> = if zipped {
+            Box::new(Packed::<Gzip>::new(path, 0, 0).map_err(failed)?)
+        } else {
+            Box::new(Plain::new(File::open(path).map_err(failed)?, 0).map_err(failed)?)
+        };
+        Ok(Opened { header, bytes, exact: true })
     }
 }
 
-/// Bytes that a byte of a gzip stream can stand for.
-const GZIP_LIMIT: u64 = 1032;
+/// Dimensions and type, as far as a raw file's name tells them.
+pub(in crate::volume) fn told_by_name(path: &Path) -> RawOptions {
+    let (dims, voxel_type) = stem(path).map_or((None, None), |(stem, _)| parse_name(&stem));
+    RawOptions { dims, voxel_type: voxel_type.and_then(Result::ok), ..RawOptions::default() }
+}
 
 /// A file name without `.raw` or `.raw.gz`, in any case, and whether it ended in `.gz`.
 fn stem(path: &Path) -> Option<(String, bool)> {
@@ -107,134 +106,6 @@ fn stem(path: &Path) -> Option<(String, bool)> {
     };
     let unzipped = without(&name, ".gz");
     Some((without(unzipped.as_deref().unwrap_or(&name), ".raw")?, unzipped.is_some()))
-}
-
-/// A file that is not as long as it should be.
-struct WrongSize {
-    path: PathBuf,
-    dims: [usize; 3],
-    scalar: ScalarType,
-    expected: u64,
-}
-
-impl WrongSize {
-    fn found(&self, found: impl ToString) -> Error {
-        let Self { path, dims, scalar, expected } = self;
-        Error::FileSize {
-            path: path.clone(),
-            dims: *dims,
-            scalar: scalar.to_string(),
-            expected: *expected,
-            found: found.to_string(),
-        }
-    }
-}
-
-/// A file of voxels as they are.
-struct Plain {
-    header: Header,
-    file: File,
-    first: u64,
-    path: PathBuf,
-}
-
-impl VolumeFile for Plain {
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn in_place(&self) -> Option<(&File, u64)> {
-        Some((&self.file, self.first))
-    }
-
-    fn read(&mut self, slices: Range<usize>, bytes: &mut [u8]) -> Result<(), Error> {
-        let at = self.first + self.header.slice_bytes(slices.start) as u64;
-        let read = self.file.seek(SeekFrom::Start(at)).and_then(|_| self.file.read_exact(bytes));
-        read.map_err(|e| Error::read(&self.path, e))
-    }
-}
-
-/// A packed one.
-struct Zipped {
-    header: Header,
-    unpacked: MultiGzDecoder<File>,
-    first: u64,
-    /// Bytes that were unpacked.
-    position: u64,
-    wrong_size: WrongSize,
-}
-
-impl Zipped {
-    /// What a failed read means.
-    fn failed(&self, e: io::Error) -> Error {
-        let path = &self.wrong_size.path;
-        match e.kind() {
-            io::ErrorKind::UnexpectedEof => {
-                let (position, expected) = (self.position, self.wrong_size.expected);
-                let problem = format!("the gzip data ends, truncated or damaged, after {position} of {expected} bytes");
-                Error::volume(path, problem)
-            }
-            _ => Error::read(path, e),
-        }
-    }
-
-    /// Unpacks into `bytes`.
-    fn fill(&mut self, mut bytes: &mut [u8]) -> Result<(), Error> {
-        while !bytes.is_empty() {
-            match self.unpacked.read(bytes) {
-                Ok(0) => return Err(self.wrong_size.found(self.position)),
-                Ok(n) => {
-                    self.position += n as u64;
-                    bytes = &mut bytes[n..];
-                }
-                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-                Err(e) => return Err(self.failed(e)),
-            }
-        }
-        Ok(())
-    }
-
-    /// Unpacks and forgets.
-    fn skip(&mut self, bytes: u64) -> Result<(), Error> {
-        let mut piece = [0; 1 << 14];
-        let mut left = bytes;
-        while left > 0 {
-            let now = left.min(piece.len() as u64);
-            self.fill(&mut piece[..now as usize])?;
-            left -= now;
-        }
-        Ok(())
-    }
-}
-
-impl VolumeFile for Zipped {
-    fn header(&self) -> &Header {
-        &self.header
-    }
-
-    fn in_place(&self) -> Option<(&File, u64)> {
-        None
-    }
-
-    fn read(&mut self, slices: Range<usize>, bytes: &mut [u8]) -> Result<(), Error> {
-        let at = self.first + self.header.slice_bytes(slices.start) as u64;
-        if at < self.position {
-            let path = &self.wrong_size.path;
-            self.unpacked = MultiGzDecoder::new(File::open(path).map_err(|e| Error::read(path, e))?);
-            self.position = 0;
-        }
-        self.skip(at - self.position)?;
-        self.fill(bytes)?;
-        if self.position == self.wrong_size.expected {
-            // What comes after tells a longer file from a fitting one, and a damaged one by its check sum.
-            match self.unpacked.read(&mut [0]) {
-                Ok(0) => {}
-                Ok(_) => return Err(self.wrong_size.found(format!("more than {}", self.position))),
-                Err(e) => return Err(self.failed(e)),
-            }
-        }
-        Ok(())
-    }
 }
 
 /// Dimensions and type from `NAME_XxYxZ_TYPE`, in letters of any case, as far as it tells them.
@@ -274,35 +145,5 @@ mod tests {
         assert_eq!(stem("folder/a_1x2x3_uint8.raw"), Some(("a_1x2x3_uint8".into(), false)));
         assert_eq!(stem("A_1x2x3_uint8.RAW.Gz"), Some(("A_1x2x3_uint8".into(), true)));
         assert_eq!((stem("a.raw.txt"), stem("raw"), stem("é")), (None, None, None));
-    }
-
-    /// Slices in any order, from a plain and a packed file, with and without a header.
-    #[test]
-    fn ranges_of_slices() {
-        use std::io::Write;
-        let folder = tempfile::tempdir().unwrap();
-        let bytes: Vec<u8> = (0..7 + 3 * 4 * 50).map(|i| (i * 7 % 251) as u8).collect();
-        for name in ["a_3x2x50_uint16.raw", "a_3x2x50_uint16.raw.gz"] {
-            let path = folder.path().join(name);
-            let mut file = File::create(&path).unwrap();
-            if name.ends_with("gz") {
-                let mut packed = flate2::write::GzEncoder::new(file, flate2::Compression::fast());
-                packed.write_all(&bytes).unwrap();
-                packed.finish().unwrap();
-            } else {
-                file.write_all(&bytes).unwrap();
-            }
-            let options = RawOptions { header_bytes: Some(7), ..Default::default() };
-            let mut file = Raw.open(&path, &options).unwrap();
-            for range in [0..1, 1..4, 4..50, 30..31, 10..50, 0..50] {
-                let mut slices = vec![0; 12 * range.len()];
-                file.read(range.clone(), &mut slices).unwrap();
-                assert_eq!(slices, bytes[7 + 12 * range.start..7 + 12 * range.end], "{name}, {range:?}");
-            }
-            assert!(
-                Raw.open(&path, &RawOptions::default()).is_err_and(|e| e.to_string().contains("header_bytes"))
-                    || name.ends_with("gz")
-            );
-        }
     }
 }

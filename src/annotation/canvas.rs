@@ -1,0 +1,174 @@
+//! Lines, areas and letters with smooth edges, on transparent pixels.
+
+use crate::error::Error;
+use crate::image::text::blend;
+use crate::image::{Background, draw_text, text_size};
+use crate::memory;
+use crate::viewport::Viewport;
+use glam::DVec2;
+
+/// Straight-alpha RGBA8 pixels, and what is legible on them.
+pub(super) struct Canvas {
+    pixels: Vec<u8>,
+    viewport: Viewport,
+    ink: [u8; 3],
+    halo: [u8; 3],
+}
+
+/// Pixels of a picture's shorter side from which on everything is drawn twice as large, and so on.
+const SCALE: u32 = 480;
+const LIGHT: [u8; 3] = [236, 236, 236];
+const DARK: [u8; 3] = [24, 24, 24];
+/// Opacity of the rim around letters and lines, which keeps them legible where the volume is as bright as they are.
+const HALO: u8 = 150;
+
+impl Canvas {
+    pub fn new(viewport: Viewport, background: Background) -> Result<Self, Error> {
+        let light = match background {
+            Background::Color([r, g, b]) => 0.299 * r + 0.587 * g + 0.114 * b > 0.5,
+            // What it will stand on nobody knows: the rim helps.
+            Background::Transparent => false,
+        };
+        let (ink, halo) = if light { (DARK, LIGHT) } else { (LIGHT, DARK) };
+        Ok(Self { pixels: memory::zeroed("annotations", viewport.pixels() * 4)?, viewport, ink, halo })
+    }
+
+    /// How many times larger than the least everything is.
+    pub fn scale(&self) -> u32 {
+        let shorter = self.viewport.width.min(self.viewport.height);
+        ((shorter + SCALE / 2) / SCALE).max(1)
+    }
+
+    pub fn viewport(&self) -> Viewport {
+        self.viewport
+    }
+
+    /// The colour of lines and letters.
+    pub fn ink(&self) -> [u8; 3] {
+        self.ink
+    }
+
+    /// Pixel `n`, premultiplied.
+    pub fn pixel(&self, n: usize) -> [f32; 4] {
+        let [r, g, b, a] = [0, 1, 2, 3].map(|channel| f32::from(self.pixels[4 * n + channel]) / 255.0);
+        [r * a, g * a, b * a, a]
+    }
+
+    /// A line, `width` pixels wide at its ends, of an opacity 0 … 1, with a rim.
+    pub fn line(&mut self, from: DVec2, to: DVec2, width: f64, color: [u8; 3], opacity: f64) {
+        let rim = f64::from(self.scale());
+        self.stroke([from, to], [width + 2.0 * rim; 2], self.halo, opacity * f64::from(HALO) / 255.0 * 0.6);
+        self.stroke([from, to], [width; 2], color, opacity);
+    }
+
+    /// A line whose width changes from one end to the other, without a rim. Covers pixels by how much of them lies within.
+    pub fn stroke(&mut self, ends: [DVec2; 2], widths: [f64; 2], color: [u8; 3], opacity: f64) {
+        let [from, to] = ends;
+        if !(from.is_finite() && to.is_finite()) {
+            return;
+        }
+        let reach = widths[0].max(widths[1]) / 2.0 + 1.0;
+        let (lo, hi) = (from.min(to) - reach, from.max(to) + reach);
+        let (columns, rows) = (clipped(lo.x, hi.x, self.viewport.width), clipped(lo.y, hi.y, self.viewport.height));
+        let along = to - from;
+        let length = along.length_squared();
+        for y in rows {
+            for x in columns.clone() {
+                let point = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let t = if length > 0.0 { ((point - from).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
+                let half = (widths[0] + (widths[1] - widths[0]) * t) / 2.0;
+                let covered = half + 0.5 - point.distance(from + along * t);
+                // Less than a pixel of width covers no more than that.
+                self.cover(x, y, color, covered.clamp(0.0, (2.0 * half).min(1.0)) * opacity);
+            }
+        }
+    }
+
+    /// A rectangle from corner to corner, whose edges may lie within pixels.
+    pub fn area(&mut self, from: DVec2, to: DVec2, color: [u8; 3], opacity: f64) {
+        let (columns, rows) = (clipped(from.x, to.x, self.viewport.width), clipped(from.y, to.y, self.viewport.height));
+        let share = |n: u32, lo: f64, hi: f64| (hi.min(f64::from(n) + 1.0) - lo.max(f64::from(n))).clamp(0.0, 1.0);
+        for y in rows {
+            for x in columns.clone() {
+                self.cover(x, y, color, share(x, from.x, to.x) * share(y, from.y, to.y) * opacity);
+            }
+        }
+    }
+
+    fn cover(&mut self, x: u32, y: u32, [r, g, b]: [u8; 3], opacity: f64) {
+        let alpha = (opacity * 255.0 + 0.5) as u8;
+        if alpha > 0 {
+            let first = (y as usize * self.viewport.width as usize + x as usize) * 4;
+            blend(&mut self.pixels[first..first + 4], [r, g, b, alpha]);
+        }
+    }
+
+    /// Letters with a rim, their upper left corner `at`.
+    pub fn text(&mut self, at: [f64; 2], text: &str) {
+        self.text_in(at, text, self.ink);
+    }
+
+    pub fn text_in(&mut self, at: [f64; 2], text: &str, color: [u8; 3]) {
+        let (size, scale) = ([self.viewport.width, self.viewport.height], self.scale());
+        let at = at.map(|c| c.round() as i32);
+        let [r, g, b] = self.halo;
+        let rim = scale as i32;
+        for (x, y) in [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)] {
+            draw_text(&mut self.pixels, size, [at[0] + x * rim, at[1] + y * rim], text, [r, g, b, HALO], scale);
+        }
+        let [r, g, b] = color;
+        draw_text(&mut self.pixels, size, at, text, [r, g, b, 255], scale);
+    }
+
+    /// Size of letters.
+    pub fn text_size(&self, text: &str) -> DVec2 {
+        let [width, height] = text_size(text, self.scale());
+        DVec2::new(width.into(), height.into())
+    }
+}
+
+/// Pixels between two places, as far as there are any.
+fn clipped(lo: f64, hi: f64, size: u32) -> std::ops::Range<u32> {
+    // Casts saturate.
+    (lo.floor().max(0.0) as u32).min(size)..(hi.ceil().max(0.0) as u32).min(size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of opacities rounded to 8 bits, per pixel that is covered in part.
+    const ROUNDING: f64 = 1.0 / 255.0;
+
+    fn covered(canvas: &Canvas) -> f64 {
+        (0..canvas.viewport.pixels()).map(|n| f64::from(canvas.pixel(n)[3])).sum()
+    }
+
+    #[test]
+    fn areas_cover_what_they_should() {
+        let mut canvas = Canvas::new(Viewport::new(20, 20).unwrap(), Background::BLACK).unwrap();
+        canvas.area(DVec2::new(2.25, 3.5), DVec2::new(7.0, 9.75), LIGHT, 1.0);
+        assert!((covered(&canvas) - 4.75 * 6.25).abs() < 40.0 * ROUNDING, "{}", covered(&canvas));
+        canvas.area(DVec2::splat(-1e9), DVec2::splat(1e9), LIGHT, 1.0);
+        assert_eq!(covered(&canvas), 400.0);
+    }
+
+    #[test]
+    fn lines_cover_their_width_in_any_direction() {
+        for (angle, width) in [(0.0, 1.0), (0.3, 1.0), (0.3, 2.5), (0.8, 0.5), (1.4, 1.5)] {
+            let mut canvas = Canvas::new(Viewport::new(100, 100).unwrap(), Background::BLACK).unwrap();
+            let half = DVec2::from_angle(angle) * 30.0;
+            canvas.stroke([DVec2::splat(50.0) - half, DVec2::splat(50.0) + half], [width; 2], LIGHT, 1.0);
+            // Round ends cover about a width more; distance stands for covered area, to a few percent.
+            let found = covered(&canvas) / (60.0 * width);
+            assert!((0.9..1.15).contains(&found), "{angle}, {width}: {found}");
+        }
+    }
+
+    #[test]
+    fn ink_differs_from_what_it_is_on() {
+        let ink = |background| Canvas::new(Viewport::new(9, 9).unwrap(), background).unwrap().ink();
+        assert_eq!(ink(Background::BLACK), LIGHT);
+        assert_eq!(ink(Background::Color([1.0, 1.0, 0.0])), DARK);
+    }
+}

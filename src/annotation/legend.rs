@@ -1,0 +1,71 @@
+//! The colour bar.
+
+use super::canvas::Canvas;
+use super::ticks::ticks;
+use crate::transfer::TransferFunction;
+use glam::DVec2;
+
+/// Share of the picture's height that the bar takes.
+const HEIGHT: f64 = 0.44;
+/// Widths, in pixels at a scale of 1: of the colours, of the most opaque place beside them, of the ticks, and free at the edge.
+const BAR: f64 = 12.0;
+const PROFILE: f64 = 22.0;
+const TICK: f64 = 4.0;
+const MARGIN: f64 = 12.0;
+
+/// On the right, in the middle: values ascend, colours stand beside the opacities that are seen of them, relative to the largest one.
+pub(super) fn draw(transfer: &TransferFunction, units: Option<&str>, canvas: &mut Canvas) {
+    let (width, height) = (f64::from(canvas.viewport().width), f64::from(canvas.viewport().height));
+    let scale = f64::from(canvas.scale());
+    let (lo, hi) = transfer.range();
+    let length = (height * HEIGHT).round();
+    let letters = canvas.text_size("0");
+    // Labels two lines apart, at least.
+    let most = ((length / (letters.y * 2.5)) as usize).clamp(2, 6);
+    let ticks = ticks(lo, hi, most);
+    let widest = ticks.iter().map(|(_, label)| canvas.text_size(label).x).fold(0.0, f64::max);
+    let right = (width - MARGIN * scale - widest - (TICK + 3.0) * scale).round();
+    let (left, top) = (right - BAR * scale, ((height - length) / 2.0).round());
+    let value = |row: f64| hi + (lo - hi) * (row / length);
+    let largest = transfer.largest_opacity(lo, hi);
+    for row in 0..length as u32 {
+        let (y, at) = (top + f64::from(row), value(f64::from(row) + 0.5));
+        let color = transfer.color(at).map(|c| (c * 255.0 + 0.5) as u8);
+        canvas.area(DVec2::new(left, y), DVec2::new(right, y + 1.0), color, 1.0);
+        // Thin peaks between two rows are not lost.
+        let seen = transfer.largest_opacity(value(f64::from(row) + 1.0), value(f64::from(row)));
+        if largest > 0.0 {
+            let reach = PROFILE * scale * seen / largest;
+            canvas.area(DVec2::new(left - reach, y), DVec2::new(left, y + 1.0), color, 0.75);
+        }
+    }
+    let ink = canvas.ink();
+    frame(canvas, DVec2::new(left, top), DVec2::new(right, top + length), scale);
+    for (at, label) in ticks {
+        let y = if hi > lo { top + length * (hi - at) / (hi - lo) } else { top + length / 2.0 };
+        // On whole pixels: thin lines between two of them are blurred.
+        let row = (y - scale / 2.0).round();
+        canvas.area(DVec2::new(right, row), DVec2::new(right + TICK * scale, row + scale), ink, 1.0);
+        canvas.text([right + (TICK + 3.0) * scale, y - letters.y / 2.0], &label);
+    }
+    if let Some(units) = units {
+        let size = canvas.text_size(units);
+        let at = (right - size.x / 2.0).min(width - size.x - MARGIN / 2.0 * scale);
+        canvas.text([at, top - size.y - 8.0 * scale], units);
+    }
+}
+
+/// A thin line around a rectangle.
+fn frame(canvas: &mut Canvas, from: DVec2, to: DVec2, width: f64) {
+    let (ink, outside) = (canvas.ink(), DVec2::splat(width));
+    let (lo, hi) = (from - outside, to + outside);
+    let sides = [
+        (lo, DVec2::new(hi.x, from.y)),
+        (DVec2::new(lo.x, to.y), hi),
+        (DVec2::new(lo.x, from.y), DVec2::new(from.x, to.y)),
+        (DVec2::new(to.x, from.y), DVec2::new(hi.x, to.y)),
+    ];
+    for (from, to) in sides {
+        canvas.area(from, to, ink, 1.0);
+    }
+}

@@ -1,0 +1,143 @@
+//! What is drawn on finished pictures: colour bar, scale bar, bounding box and axes. On the host, over (and, of the box, under) a frame of
+//! premultiplied floats, so that it goes to every kind of file.
+
+mod axes;
+mod canvas;
+mod legend;
+mod outline;
+mod scale_bar;
+mod screen;
+mod ticks;
+
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::image::{Background, Frame};
+use crate::memory;
+use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
+use crate::volume::Grid;
+use canvas::Canvas;
+use rayon::prelude::*;
+use screen::Screen;
+
+/// What is to be drawn.
+///
+/// ```
+/// use layersplat::annotation::Annotations;
+///
+/// let annotations = Annotations { legend: true, units: Some("HU".into()), ..Annotations::default() };
+/// assert!(!annotations.is_empty() && Annotations::default().is_empty());
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Annotations {
+    /// A colour bar with the transfer function's colours, opacities and values; of parallel views, a scale bar too.
+    pub legend: bool,
+    /// The box around the voxels: edges that face away from the eye behind the volume, the others before it.
+    pub bounding_box: bool,
+    /// The world's axes, in the lower left corner.
+    pub axes: bool,
+    /// What data values are in, said above the colour bar.
+    pub units: Option<String>,
+    /// What world units are, said at the scale bar.
+    pub length_units: Option<String>,
+}
+
+/// What a picture shows.
+///
+/// ```
+/// use layersplat::annotation::{Annotations, Shown};
+/// use layersplat::{Background, Camera, Frame, Orbit, RawOptions, TransferFunction, Viewport, Volume};
+///
+/// let volume = Volume::open("builtin:cube@8", &RawOptions::default())?;
+/// let (grid, transfer, viewport) = (volume.grid(), TransferFunction::builtin("fire", &volume)?, Viewport::new(96, 64)?);
+/// let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), viewport, Orbit::default());
+/// let empty = Frame::new(viewport, vec![[0.0; 4]; viewport.pixels()]);
+/// let shown = Shown { camera: &camera, grid, transfer: &transfer, background: Background::BLACK };
+/// let annotations = Annotations { bounding_box: true, ..Annotations::default() };
+/// assert!(annotations.drawn(empty, shown)?.pixels().iter().any(|pixel| pixel[3] > 0.0));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct Shown<'a> {
+    /// From where.
+    pub camera: &'a Camera,
+    /// Of the volume.
+    pub grid: &'a Grid,
+    /// As what.
+    pub transfer: &'a TransferFunction,
+    /// What the picture will stand on: light lines and letters on dark ones, dark on light ones.
+    pub background: Background,
+}
+
+impl Annotations {
+    /// Whether nothing is to be drawn.
+    pub fn is_empty(&self) -> bool {
+        !(self.legend || self.bounding_box || self.axes)
+    }
+
+    /// The frame with them.
+    ///
+    /// # Errors
+    /// Of a camera without a view, and where there is no memory for what is drawn.
+    pub fn drawn(&self, frame: Frame, shown: Shown) -> Result<Frame, Error> {
+        if self.is_empty() {
+            return Ok(frame);
+        }
+        let viewport = Viewport::new(frame.width(), frame.height())?;
+        // Two canvases, and the frame that they make.
+        memory::require("annotations", viewport.pixels() as u64 * (4 + 4 + 16))?;
+        let screen = Screen::new(shown.camera, viewport)?;
+        let [mut under, mut over] = [Canvas::new(viewport, shown.background)?, Canvas::new(viewport, shown.background)?];
+        if self.bounding_box {
+            outline::draw(&screen, shown.grid, &mut under, &mut over);
+        }
+        if self.axes {
+            axes::draw(&screen, &mut over);
+        }
+        if self.legend {
+            legend::draw(shown.transfer, self.units.as_deref(), &mut over);
+            scale_bar::draw(&screen, self.length_units.as_deref(), &mut over);
+        }
+        Ok(composed(frame, viewport, &under, &over))
+    }
+}
+
+/// Draws a label into the upper left corner of a picture.
+///
+/// ```
+/// use layersplat::{Background, Frame, Viewport};
+///
+/// let viewport = Viewport::new(64, 32)?;
+/// let empty = Frame::new(viewport, vec![[0.0; 4]; viewport.pixels()]);
+/// let labelled = layersplat::annotation::labelled(empty, "front", Background::BLACK)?;
+/// assert!(labelled.pixels().iter().any(|pixel| pixel[3] > 0.0));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
+///
+/// # Errors
+/// Where there is no memory for it.
+pub fn labelled(frame: Frame, label: &str, background: Background) -> Result<Frame, Error> {
+    let viewport = Viewport::new(frame.width(), frame.height())?;
+    let [under, mut over] = [Canvas::new(viewport, background)?, Canvas::new(viewport, background)?];
+    let margin = f64::from(over.scale()) * 8.0;
+    over.text([margin, margin], label);
+    Ok(composed(frame, viewport, &under, &over))
+}
+
+/// One over the frame over the other.
+fn composed(frame: Frame, viewport: Viewport, under: &Canvas, over: &Canvas) -> Frame {
+    let mut pixels = frame.into_pixels();
+    pixels.par_iter_mut().enumerate().for_each(|(n, pixel)| {
+        *pixel = on(over.pixel(n), on(*pixel, under.pixel(n)));
+    });
+    Frame::new(viewport, pixels)
+}
+
+/// A premultiplied pixel over another. Where there is none, the other is untouched to the bit.
+fn on(above: [f32; 4], below: [f32; 4]) -> [f32; 4] {
+    let through = 1.0 - above[3];
+    std::array::from_fn(|i| above[i] + through * below[i])
+}
+
+#[cfg(test)]
+mod tests;

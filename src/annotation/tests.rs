@@ -1,0 +1,119 @@
+use super::*;
+use crate::camera::{Orbit, Projection};
+use glam::DVec3;
+
+fn scene() -> (Grid, TransferFunction, Viewport) {
+    let colors = vec![(0.0, [1.0, 0.0, 0.0]), (100.0, [0.0, 0.0, 1.0])];
+    let transfer = TransferFunction::new("test", colors, vec![(0.0, 0.0), (100.0, 1.0)]).unwrap();
+    (Grid::new([11, 21, 31], DVec3::ONE).unwrap(), transfer, Viewport::new(200, 160).unwrap())
+}
+
+fn camera(grid: &Grid, azimuth: f64, projection: Projection) -> Camera {
+    Camera::orbit(grid.centre(), 200.0, Orbit { azimuth, elevation: 0.0, roll: 0.0 }, projection)
+}
+
+fn drawn(annotations: &Annotations, fill: [f32; 4], projection: Projection) -> Frame {
+    let (grid, transfer, viewport) = scene();
+    let camera = camera(&grid, 0.0, projection);
+    let frame = Frame::new(viewport, vec![fill; viewport.pixels()]);
+    let shown = Shown { camera: &camera, grid: &grid, transfer: &transfer, background: Background::BLACK };
+    annotations.drawn(frame, shown).unwrap()
+}
+
+const PARALLEL: Projection = Projection::Parallel { scale: 20.0 };
+
+/// Seen along z, half the height 20 units on 80 pixels: the box's sides lie 5 units (20 pixels) and 10 units (40) from the middle.
+#[test]
+fn the_box_is_where_the_voxels_are() {
+    let bounding_box = Annotations { bounding_box: true, ..Annotations::default() };
+    let frame = drawn(&bounding_box, [0.0; 4], PARALLEL);
+    let opaque = |column, row| frame.pixel(column, row)[3] > 0.5;
+    for column in [79, 80, 119, 120] {
+        assert!(opaque(column, 80), "{column}");
+    }
+    for row in [39, 40, 119, 120] {
+        assert!(opaque(100, row), "{row}");
+    }
+    assert!(!opaque(90, 80) && !opaque(70, 80) && !opaque(100, 60) && !opaque(100, 30));
+    // Nearer things are larger in a perspective: the front of the box reaches beyond where it was, its back does not reach it.
+    let wide = drawn(&bounding_box, [0.0; 4], Projection::Perspective { field_of_view: 2.0 * 0.1f64.atan().to_degrees() });
+    let columns: Vec<u32> = (0..200).filter(|&column| wide.pixel(column, 80)[3] > 0.4).collect();
+    assert!(columns.iter().any(|c| (75..80).contains(c)) && columns.iter().any(|c| (80..84).contains(c)), "{columns:?}");
+}
+
+/// What is opaque hides the back edges; those before it are seen.
+#[test]
+fn the_volume_hides_what_is_behind_it() {
+    let (grid, transfer, viewport) = scene();
+    let bounding_box = Annotations { bounding_box: true, ..Annotations::default() };
+    let camera = Camera::orbit(grid.centre(), 200.0, Orbit { azimuth: 30.0, elevation: 25.0, roll: 0.0 }, PARALLEL);
+    let shown = Shown { camera: &camera, grid: &grid, transfer: &transfer, background: Background::BLACK };
+    let on = |fill| bounding_box.drawn(Frame::new(viewport, vec![fill; viewport.pixels()]), shown).unwrap();
+    let count = |frame: &Frame, bare: [f32; 4]| frame.pixels().iter().filter(|&&pixel| pixel != bare).count();
+    let (empty, opaque) = (count(&on([0.0; 4]), [0.0; 4]), count(&on([0.5, 0.5, 0.5, 1.0]), [0.5, 0.5, 0.5, 1.0]));
+    // Three edges of twelve are at the back.
+    assert!(opaque > empty / 2 && opaque < empty * 9 / 10, "{opaque} of {empty}");
+}
+
+/// The bar's colours are those of the transfer function, its top the largest value.
+#[test]
+fn the_legend_shows_the_colours() {
+    let legend = Annotations { legend: true, ..Annotations::default() };
+    let frame = drawn(&legend, [0.0; 4], PARALLEL);
+    // 160 · 0.44 rows, from the middle.
+    let (top, bottom) = (80 - 35 + 2, 80 + 35 - 3);
+    let is = |pixel: [f32; 4], red: bool| pixel[3] > 0.9 && (pixel[0] > 0.8) == red && (pixel[2] > 0.8) != red && pixel[1] < 0.1;
+    let found = |row: u32, red: bool| (100..200).filter(|&column| is(frame.pixel(column, row), red)).count();
+    assert!(found(top, false) >= 10 && found(bottom, true) >= 10, "{} and {}", found(top, false), found(bottom, true));
+    assert_eq!((found(top, true), found(bottom, false)), (0, 0));
+}
+
+/// 20 units on 80 pixels; of 200 columns, 44 may be a bar: 11 units, of which 10 are round.
+#[test]
+fn the_scale_bar_is_as_long_as_it_says() {
+    let legend = Annotations { legend: true, ..Annotations::default() };
+    let bright = |frame: &Frame| (0..200).filter(|&column| frame.pixel(column, 160 - 16)[0] > 0.7).count();
+    let found = bright(&drawn(&legend, [0.0; 4], PARALLEL));
+    assert!((40..=43).contains(&found), "{found}");
+    assert_eq!(bright(&drawn(&legend, [0.0; 4], Projection::Perspective { field_of_view: 30.0 })), 0);
+}
+
+#[test]
+fn axes_point_where_they_should() {
+    let frame = drawn(&Annotations { axes: true, ..Annotations::default() }, [0.0; 4], PARALLEL);
+    let red = |column: u32, row: u32| frame.pixel(column, row)[0] > frame.pixel(column, row)[1] + 0.3;
+    let green = |column: u32, row: u32| frame.pixel(column, row)[1] > frame.pixel(column, row)[0] + 0.2;
+    assert!(red(70, 110) && green(50, 90) && !red(30, 110) && !green(50, 130));
+}
+
+/// On an empty frame and elsewhere on a full one, pixels stay what they were to the bit.
+#[test]
+fn what_is_not_drawn_on_is_not_touched() {
+    let all =
+        Annotations { legend: true, bounding_box: true, axes: true, units: Some("HU".into()), length_units: Some("mm".into()) };
+    let fill = [0.123, 0.2, 0.3, 0.7];
+    let frame = drawn(&all, fill, PARALLEL);
+    let same = frame.pixels().iter().filter(|&&pixel| pixel == fill).count();
+    assert!(same > frame.pixels().len() / 2 && same < frame.pixels().len());
+    assert!(frame.pixels().iter().flatten().all(|c| (0.0..=1.001).contains(c)));
+    assert_eq!(drawn(&Annotations::default(), fill, PARALLEL).pixels(), vec![fill; 200 * 160]);
+}
+
+/// An eye in the box sees lines before it only; degenerate sizes draw nothing that fails.
+#[test]
+fn odd_views_do_no_harm() {
+    let (grid, transfer, _) = scene();
+    let all = Annotations { legend: true, bounding_box: true, axes: true, units: Some("HU".into()), ..Annotations::default() };
+    for (width, height) in [(1, 1), (3, 200), (200, 3), (40, 40)] {
+        let viewport = Viewport::new(width, height).unwrap();
+        let inside = Camera {
+            position: grid.centre(),
+            focal_point: grid.centre() + DVec3::X,
+            view_up: DVec3::Y,
+            projection: Projection::Perspective { field_of_view: 150.0 },
+        };
+        let shown = Shown { camera: &inside, grid: &grid, transfer: &transfer, background: Background::Transparent };
+        let frame = all.drawn(Frame::new(viewport, vec![[0.0; 4]; viewport.pixels()]), shown).unwrap();
+        assert!(frame.pixels().iter().flatten().all(|c| c.is_finite()));
+    }
+}

@@ -1,0 +1,104 @@
+//! `layersplat transfer`: transfer functions by themselves.
+
+mod picture;
+
+use super::options::{TransferOptions, VolumeOptions};
+use super::parse;
+use super::scene::{described, open_transfer};
+use crate::error::Error;
+use crate::image::{ImageFormat, write_whole};
+use crate::transfer::{FileFormat, TransferFunction};
+use crate::viewport::Viewport;
+use crate::volume::Volume;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    volume: VolumeOptions,
+    #[command(flatten)]
+    transfer: TransferOptions,
+    /// List the names that --transfer takes
+    #[arg(long, conflicts_with_all = ["output", "json"])]
+    list: bool,
+    /// Picture of histogram, opacities and colours (.png, .npy), or the function itself for ParaView (.json), 3D Slicer (.vp, .vp.json) or
+    /// as lines of value,r,g,b,a (.csv) [default: tell it in a line]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Size of the picture in pixels
+    #[arg(long, default_value = "640x360", value_parser = parse::viewport, value_name = "WxH", allow_hyphen_values = true)]
+    size: Viewport,
+    /// Print one line of JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// A transfer function as it is told: values with opacities; values with red, green and blue.
+#[derive(Serialize)]
+pub(super) struct Told {
+    name: String,
+    opacities: Vec<[f64; 2]>,
+    colors: Vec<[f64; 4]>,
+}
+
+impl Told {
+    pub fn new(transfer: &TransferFunction) -> Self {
+        Self {
+            name: transfer.name().into(),
+            opacities: transfer.opacities().iter().map(|&(value, opacity)| [value, opacity]).collect(),
+            colors: transfer.colors().iter().map(|&(value, [r, g, b])| [value, r, g, b]).collect(),
+        }
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    if arguments.list {
+        let names: Vec<&str> = TransferFunction::names().collect();
+        super::report(false, &names, || names.join("\n"))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    // A wrong ending is refused before any work.
+    let output = arguments.output.as_deref().map(Output::of).transpose()?;
+    let volume = arguments.volume.open()?;
+    let transfer = open_transfer(&arguments.transfer, &volume)?;
+    if let (Some(path), Some(output)) = (&arguments.output, output) {
+        output.write(path, &transfer, &volume, arguments.size)?;
+    }
+    super::report(arguments.json, &Told::new(&transfer), || match &arguments.output {
+        Some(path) => path.display().to_string(),
+        None => described(&transfer),
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What is written.
+enum Output {
+    Picture,
+    Function(FileFormat),
+}
+
+impl Output {
+    /// What a file name's ending asks for.
+    fn of(path: &Path) -> Result<Self, Error> {
+        if ImageFormat::of(path).is_ok() {
+            return Ok(Output::Picture);
+        }
+        FileFormat::of(path).map(Output::Function).map_err(|_| Error::UnknownName {
+            what: "transfer function format",
+            name: path.display().to_string(),
+            known: "a name ending in .png or .npy for a picture, .json (ParaView), .vp or .vp.json (3D Slicer), or .csv".into(),
+        })
+    }
+
+    fn write(&self, path: &Path, transfer: &TransferFunction, volume: &Volume, size: Viewport) -> Result<(), Error> {
+        match self {
+            Output::Picture => picture::drawn(transfer, volume, size)?.save(path, None),
+            Output::Function(format) => {
+                let text = transfer.to_text(*format);
+                write_whole(path, |out| out.write_all(text.as_bytes()))
+            }
+        }
+    }
+}

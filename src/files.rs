@@ -1,0 +1,132 @@
+//! Files that are written whole or not at all, and what is left of them when the process ends: nothing.
+
+use crate::error::Error;
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
+use tempfile::{NamedTempFile, TempPath};
+
+/// Held for reading while a file is written.
+static WRITING: RwLock<()> = RwLock::new(());
+/// Files that take too long for anyone to wait for them.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// While what this returns is held, no signal ends the process.
+fn at_hand() -> RwLockReadGuard<'static, ()> {
+    WRITING.read().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Waits until no file is half written, removes those that take longer, and lets no other begin before `then` returns: a process may end
+/// there.
+#[cfg(feature = "cli")]
+pub(crate) fn between_files<T>(then: impl FnOnce() -> T) -> T {
+    let _no_file = WRITING.write().unwrap_or_else(PoisonError::into_inner);
+    for path in std::mem::take(&mut *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)) {
+        // There is nobody left to tell.
+        let _ = std::fs::remove_file(path);
+    }
+    then()
+}
+
+/// A temporary file beside a path, and where it is to be renamed to: what a link leads to is written, not the link.
+fn beside(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
+    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
+    if target.exists() && !target.is_file() {
+        return Err(io::Error::other("it exists and is no regular file"));
+    }
+    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(io::Error::other(format!("there is no folder {}", folder.display())));
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".layersplat-");
+    #[cfg(unix)]
+    let builder = {
+        use std::os::unix::fs::PermissionsExt;
+        // As any new file: the umask takes away what it must.
+        builder.permissions(std::fs::Permissions::from_mode(0o666))
+    };
+    let file = builder.tempfile_in(folder)?;
+    Ok((file, target))
+}
+
+/// Writes a file under a temporary name beside it, then renames it: it appears whole or not at all.
+pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
+    let _writing = at_hand();
+    let failed = |e| Error::write(path, e);
+    let (mut file, target) = beside(path).map_err(failed)?;
+    let mut buffered = io::BufWriter::new(file.as_file_mut());
+    write(&mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
+    drop(buffered);
+    file.persist(&target).map_err(|e| failed(e.error))?;
+    Ok(())
+}
+
+/// A file that is written bit by bit, for longer than anyone waits who ends the process: it is removed then, as when this is dropped.
+pub(crate) struct Unfinished {
+    temporary: Option<TempPath>,
+    target: PathBuf,
+}
+
+impl Unfinished {
+    /// The file, and where to write.
+    pub fn new(path: &Path) -> io::Result<(Self, File)> {
+        let _writing = at_hand();
+        let (file, target) = beside(path)?;
+        let (file, temporary) = file.into_parts();
+        unfinished(|paths| paths.insert(temporary.to_path_buf()));
+        Ok((Self { temporary: Some(temporary), target }, file))
+    }
+
+    /// Its name for the time being.
+    pub fn path(&self) -> &Path {
+        self.temporary.as_deref().expect("it is there until it is finished")
+    }
+
+    /// Gives it its name, once everything is in it.
+    pub fn finish(mut self) -> io::Result<()> {
+        let _writing = at_hand();
+        let temporary = self.temporary.take().expect("it is there until it is finished");
+        unfinished(|paths| paths.remove(&temporary.to_path_buf()));
+        temporary.persist(&self.target).map_err(|e| e.error)
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        if let Some(temporary) = self.temporary.take() {
+            unfinished(|paths| paths.remove(&temporary.to_path_buf()));
+        }
+    }
+}
+
+fn unfinished<T>(change: impl FnOnce(&mut BTreeSet<PathBuf>) -> T) -> T {
+    change(&mut UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
+    }
+
+    #[test]
+    fn it_is_there_when_it_is_finished_and_gone_when_it_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        let (unfinished, mut file) = Unfinished::new(&path).unwrap();
+        file.write_all(b"half").unwrap();
+        assert!(names(folder.path())[0].starts_with(".layersplat-") && !path.exists());
+        drop(unfinished);
+        assert_eq!(names(folder.path()), [""; 0]);
+        let (unfinished, mut file) = Unfinished::new(&path).unwrap();
+        file.write_all(b"whole").unwrap();
+        unfinished.finish().unwrap();
+        assert_eq!((names(folder.path()), std::fs::read(&path).unwrap()), (vec!["a.bin".to_owned()], b"whole".to_vec()));
+        assert!(Unfinished::new(&folder.path().join("missing/a.bin")).is_err());
+    }
+}

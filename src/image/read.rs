@@ -1,0 +1,83 @@
+//! Pictures from files, as premultiplied floats.
+
+use super::{Frame, ImageFormat};
+use crate::error::Error;
+use crate::memory;
+use crate::viewport::Viewport;
+use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
+use std::io;
+use std::path::Path;
+
+/// Reads a `.png`, `.jpg`, `.exr` or `.npy` picture as premultiplied floats.
+pub fn read_image(path: &Path) -> Result<Frame, Error> {
+    match ImageFormat::of(path)? {
+        ImageFormat::Png => decoded(path, image::ImageFormat::Png),
+        ImageFormat::Jpeg => decoded(path, image::ImageFormat::Jpeg),
+        ImageFormat::Exr => decoded(path, image::ImageFormat::OpenExr),
+        ImageFormat::Npy => read_npy(path),
+    }
+}
+
+/// Bytes per pixel while a picture becomes floats: its own, at most a float per channel, as floats, and premultiplied.
+const DECODING: u64 = 16 + 16 + 16;
+
+fn decoded(path: &Path, format: image::ImageFormat) -> Result<Frame, Error> {
+    let damaged = |e: image::ImageError| match e {
+        image::ImageError::IoError(e) => Error::read(path, e),
+        e => Error::Image { path: path.into(), problem: e.to_string() },
+    };
+    let mut reader = ImageReader::open(path).map_err(|e| Error::read(path, e))?;
+    reader.set_format(format);
+    // The numbers of a file are as little to be trusted as the machine is to have the memory.
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(memory::available());
+    (limits.max_image_width, limits.max_image_height) = (Some(Viewport::MAX_SIDE), Some(Viewport::MAX_SIDE));
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    let viewport = size_of(path, width, height)?;
+    memory::require(&path.display().to_string(), viewport.pixels() as u64 * DECODING)?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgba32f();
+    let premultiplied = |p: &image::Rgba<f32>| match format {
+        // As the format has it already.
+        image::ImageFormat::OpenExr => p.0,
+        _ => [p[0] * p[3], p[1] * p[3], p[2] * p[3], p[3]],
+    };
+    finite(path, Frame::new(viewport, picture.pixels().map(premultiplied).collect()))
+}
+
+/// The size of the picture in a file.
+fn size_of(path: &Path, width: u32, height: u32) -> Result<Viewport, Error> {
+    Viewport::new(width, height).map_err(|_| {
+        let problem = format!("it has {width}x{height} pixels: expected 1 to {} per side", Viewport::MAX_SIDE);
+        Error::Image { path: path.into(), problem }
+    })
+}
+
+fn read_npy(path: &Path) -> Result<Frame, Error> {
+    let damaged = |problem: String| Error::Image { path: path.into(), problem };
+    let file = std::fs::File::open(path).map_err(|e| Error::read(path, e))?;
+    let array = npyz::NpyFile::new(io::BufReader::new(file)).map_err(|e| damaged(e.to_string()))?;
+    let [height, width, 4] = *array.shape() else {
+        return Err(damaged(format!("its shape is {:?}: expected height, width, 4", array.shape())));
+    };
+    if array.order() != npyz::Order::C {
+        return Err(damaged("it is in Fortran order: save it in C order".into()));
+    }
+    let side = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
+    let viewport = size_of(path, side(width), side(height))?;
+    memory::require(&path.display().to_string(), viewport.pixels() as u64 * 16)?;
+    let numbers = array.into_vec::<f32>().map_err(|e| damaged(format!("{e}: it must hold float32")))?;
+    let (pixels, _) = numbers.as_chunks::<4>();
+    finite(path, Frame::new(viewport, pixels.to_vec()))
+}
+
+/// Refuses pictures with numbers that are none.
+fn finite(path: &Path, frame: Frame) -> Result<Frame, Error> {
+    let lost = frame.pixels().iter().flatten().filter(|n| !n.is_finite()).count();
+    if lost > 0 {
+        let problem = format!("{lost} of its numbers are NaN or infinite");
+        return Err(Error::Image { path: path.into(), problem });
+    }
+    Ok(frame)
+}

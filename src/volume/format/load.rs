@@ -1,0 +1,243 @@
+//! From a file whose header is read to a volume.
+
+use super::RawOptions;
+use super::bytes::Bytes;
+use crate::error::Error;
+use crate::memory;
+use crate::volume::{Endian, Grid, Rescale, ScalarType, Storage, Volume, wide};
+use glam::{DAffine3, DMat3, DVec3};
+use memmap2::{Mmap, MmapOptions};
+use std::io;
+use std::path::Path;
+
+/// What a file says of its voxels.
+#[derive(Clone)]
+pub(in crate::volume) struct Header {
+    pub grid: Grid,
+    pub scalar: ScalarType,
+    pub endian: Endian,
+    /// Makes numbers values.
+    pub rescale: Rescale,
+    /// Byte of the first voxel, and bytes from a voxel to the next ones along x, y, z: of one frame and one channel of several.
+    pub first: u64,
+    pub strides: [u64; 3],
+}
+
+impl Header {
+    /// Of voxels one after the other, x fastest, in the byte order of most files.
+    pub fn new(grid: Grid, scalar: ScalarType) -> Self {
+        let strides = dense(&grid, scalar);
+        Self { grid, scalar, endian: Endian::Little, rescale: Rescale::default(), first: 0, strides }
+    }
+
+    /// Of one channel of voxels that have several side by side, `at` of `channels`.
+    pub fn with_channels_inside(mut self, at: usize, channels: usize) -> Self {
+        self.first = self.first.saturating_add((at * self.scalar.bytes()) as u64);
+        self.strides = self.strides.map(|stride| stride.saturating_mul(channels as u64));
+        self
+    }
+
+    /// Of one volume of several, one after the other.
+    pub fn with_frame(mut self, frame: usize) -> Self {
+        let [_, _, stride] = self.strides;
+        let each = stride.saturating_mul(self.grid.dims()[2] as u64);
+        self.first = self.first.saturating_add(each.saturating_mul(frame as u64));
+        self
+    }
+
+    /// Bytes from the first that is wanted to behind the last.
+    fn span(&self) -> u64 {
+        self.span_of(self.grid.dims())
+    }
+
+    fn span_of(&self, dims: [usize; 3]) -> u64 {
+        let last: u64 = (0..3).map(|i| self.strides[i].saturating_mul(dims[i] as u64 - 1)).fold(0, u64::saturating_add);
+        last.saturating_add(self.scalar.bytes() as u64)
+    }
+
+    fn is_dense(&self) -> bool {
+        self.strides == dense(&self.grid, self.scalar)
+    }
+
+    /// The byte behind the last one that is wanted.
+    pub fn end(&self) -> u64 {
+        self.first.saturating_add(self.span())
+    }
+}
+
+/// The grid that a file tells: voxel (i, j, k) sits at `index_to_world · (i, j, k)`; with a spacing that is asked for, at the origin.
+pub(super) fn grid(path: &Path, dims: [usize; 3], index_to_world: DAffine3, options: &RawOptions) -> Result<Grid, Error> {
+    let grid = match options.spacing {
+        Some(spacing) => Grid::new(dims, spacing),
+        None => Grid::from_affine(dims, index_to_world),
+    };
+    grid.map_err(|e| Error::volume(path, e.to_string()))
+}
+
+/// Voxels `spacing` apart along the world's axes, the first at `origin`.
+pub(super) fn upright(spacing: DVec3, origin: DVec3) -> DAffine3 {
+    DAffine3 { matrix3: DMat3::from_diagonal(spacing), translation: origin }
+}
+
+fn dense(grid: &Grid, scalar: ScalarType) -> [u64; 3] {
+    let ([x, y, _], size) = (grid.dims().map(|n| n as u64), scalar.bytes() as u64);
+    [size, size.saturating_mul(x), size.saturating_mul(x).saturating_mul(y)]
+}
+
+/// A file whose header is read.
+pub(super) struct Opened {
+    pub header: Header,
+    pub bytes: Box<dyn Bytes>,
+    /// There may be no more bytes than those of the voxels: where nothing but a name tells how many these are.
+    pub exact: bool,
+}
+
+/// Bytes that are read at a time.
+const PIECE: u64 = 1 << 24;
+
+/// The volume of a file. Voxels of a device's type that lie there as they are are mapped, not read.
+pub(super) fn volume(path: &Path, opened: Opened) -> Result<Volume<'static>, Error> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut file = Reading { path, opened };
+    file.check_size()?;
+    let map = file.mapped()?;
+    let Header { ref grid, scalar, endian, rescale, first, strides } = file.opened.header;
+    let grid = grid.clone();
+    match (scalar.voxel_type(), map) {
+        (Some(voxel_type), Some(map)) => {
+            let stride = |i: usize| isize::try_from(strides[i]).unwrap_or(isize::MAX);
+            let storage = Storage::from_bytes(map, voxel_type).with_strides([stride(0), stride(1), stride(2)]);
+            debug_assert!(first <= file.opened.bytes.most());
+            Ok(Volume::new(name, grid, storage.with_endian(endian))?.with_rescale(rescale))
+        }
+        (Some(voxel_type), None) => {
+            let storage = Storage::from_bytes(file.gathered(&name)?, voxel_type).with_endian(endian);
+            Ok(Volume::new(name, grid, storage)?.with_rescale(rescale))
+        }
+        (None, map) => {
+            let map = map.filter(|_| file.opened.header.is_dense());
+            let read = if map.is_none() { file.gathered(&name)? } else { Vec::new() };
+            let bytes = map.as_deref().unwrap_or(&read);
+            wide::volume(name, grid, wide::Numbers { bytes, scalar, endian }, rescale)
+        }
+    }
+}
+
+/// Numbers as they are stored, mapped or read, and what the header says of them.
+pub(in crate::volume) type Numbers = (Header, Box<dyn AsRef<[u8]>>);
+
+/// All numbers of a file one after the other, as they are stored, with what the header says.
+pub(super) fn numbers(path: &Path, opened: Opened) -> Result<Numbers, Error> {
+    let mut file = Reading { path, opened };
+    file.check_size()?;
+    let map = file.mapped()?.filter(|_| file.opened.header.is_dense());
+    let bytes: Box<dyn AsRef<[u8]>> = match map {
+        Some(map) => Box::new(map),
+        None => Box::new(file.gathered(&path.display().to_string())?),
+    };
+    Ok((file.opened.header, bytes))
+}
+
+/// A file that is read.
+struct Reading<'a> {
+    path: &'a Path,
+    opened: Opened,
+}
+
+impl Reading<'_> {
+    /// Refuses a file that cannot have as many bytes as it should.
+    fn check_size(&self) -> Result<(), Error> {
+        let Opened { header, bytes, exact } = &self.opened;
+        let (end, most, in_place) = (header.end(), bytes.most(), bytes.in_place().is_some());
+        if end > most || (*exact && in_place && end != most) {
+            return Err(self.wrong_size(if in_place { most.to_string() } else { format!("at most {most}") }));
+        }
+        Ok(())
+    }
+
+    /// All bytes from the first voxel on to the last, mapped, if a file holds them as they are.
+    fn mapped(&self) -> Result<Option<Mmap>, Error> {
+        let Some((file, start)) = self.opened.bytes.in_place() else { return Ok(None) };
+        let header = &self.opened.header;
+        let len = usize::try_from(header.span()).map_err(|_| self.wrong_size("another number"))?;
+        // SAFETY: bytes are plain data, whatever they change to; that a file must not be cut short while it is mapped is said in
+        // `Volume::open`'s documentation.
+        let map = unsafe { MmapOptions::new().offset(start + header.first).len(len).map(file) };
+        map.map(Some).map_err(|e| match e.kind() {
+            io::ErrorKind::OutOfMemory => {
+                let what = self.path.display().to_string();
+                Error::HostMemory { what, needed: len as u64, available: memory::available() }
+            }
+            _ => Error::read(self.path, e),
+        })
+    }
+
+    /// All numbers, one after the other.
+    fn gathered(&mut self, name: &str) -> Result<Vec<u8>, Error> {
+        let (dims, size) = (self.opened.header.grid.dims(), self.opened.header.scalar.bytes());
+        let mut numbers = memory::zeroed(name, dims.iter().product::<usize>() * size)?;
+        if self.opened.header.is_dense() {
+            let first = self.opened.header.first;
+            for (n, piece) in numbers.chunks_mut(PIECE as usize).enumerate() {
+                self.read(first + n as u64 * PIECE, piece)?;
+            }
+        } else {
+            self.pick(name, dims, size, &mut numbers)?;
+        }
+        let end = self.opened.header.end();
+        match self.opened.bytes.ends_at(end) {
+            Ok(false) if self.opened.exact => Err(self.wrong_size(format!("more than {end}"))),
+            Ok(_) => Ok(numbers),
+            Err(e) => Err(self.failed(&e)),
+        }
+    }
+
+    /// Numbers with others between them: slice by slice, or all at once where slices lie in each other.
+    fn pick(&mut self, name: &str, dims: [usize; 3], size: usize, numbers: &mut [u8]) -> Result<(), Error> {
+        let Header { first, strides, .. } = self.opened.header;
+        let of_slice = self.opened.header.span_of([dims[0], dims[1], 1]);
+        let (together, span) = if strides[2] >= of_slice { (1, of_slice) } else { (dims[2], self.opened.header.span()) };
+        let mut bytes = memory::zeroed(name, usize::try_from(span).unwrap_or(usize::MAX))?;
+        for (n, slices) in numbers.chunks_mut(dims[0] * dims[1] * together * size).enumerate() {
+            self.read(first + n as u64 * strides[2], &mut bytes)?;
+            for (index, number) in slices.chunks_exact_mut(size).enumerate() {
+                let place = [index % dims[0], index / dims[0] % dims[1], index / dims[0] / dims[1]];
+                let at: usize = (0..3).map(|i| place[i] * strides[i] as usize).sum();
+                number.copy_from_slice(&bytes[at..at + size]);
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, at: u64, bytes: &mut [u8]) -> Result<(), Error> {
+        match self.opened.bytes.read(at, bytes) {
+            Ok(found) if found == bytes.len() => Ok(()),
+            Ok(found) => Err(self.wrong_size(format!("{}", at + found as u64))),
+            Err(e) => Err(self.failed(&e)),
+        }
+    }
+
+    /// What a failed read means.
+    fn failed(&self, e: &io::Error) -> Error {
+        match e.kind() {
+            io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => {
+                Error::volume(self.path, format!("what is packed in it is truncated or damaged: {e}"))
+            }
+            _ => Error::read(self.path, io::Error::new(e.kind(), e.to_string())),
+        }
+    }
+
+    fn wrong_size(&self, found: impl ToString) -> Error {
+        let Header { grid, scalar, .. } = &self.opened.header;
+        let (dims, expected) = (grid.dims(), self.opened.header.end());
+        if self.opened.exact {
+            let (scalar, found) = (scalar.to_string(), found.to_string());
+            return Error::FileSize { path: self.path.into(), dims, scalar, expected, found };
+        }
+        let ([x, y, z], found) = (dims, found.to_string());
+        let problem = format!(
+            "{x}x{y}x{z} voxels of {scalar}, as it says, are {expected} bytes, found {found}: it is truncated or damaged"
+        );
+        Error::volume(self.path, problem)
+    }
+}

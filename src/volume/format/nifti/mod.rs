@@ -1,0 +1,137 @@
+//! NIfTI-1 and NIfTI-2, in one file or two, packed or not (<https://nifti.nimh.nih.gov>).
+
+mod header;
+mod place;
+
+use super::bytes::{self, Bytes, Gzip, Packed, Plain};
+use super::load::{self, Header, Opened};
+use super::{Format, Found, RawOptions, choice};
+use crate::error::Error;
+use crate::volume::{Rescale, ScalarType};
+use flate2::read::MultiGzDecoder;
+use header::Fields;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// The format.
+pub(super) struct Nifti;
+
+impl Format for Nifti {
+    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+        is_header(file) || header_of(file.path).is_some()
+    }
+
+    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+        let path = &header_of(file.path).unwrap_or_else(|| file.path.into());
+        let fields = read(path)?;
+        let wrong = |problem: String| Error::volume(path, problem);
+        let (scalar, inside) = scalar(fields.datatype()).ok_or_else(|| {
+            let code = fields.datatype();
+            wrong(format!("its datatype is {code}: expected whole numbers, floats of 32 or 64 bits, or colours; convert it"))
+        })?;
+        let sizes = sizes(&fields, scalar.bytes() * inside).map_err(wrong)?;
+        let dims = [sizes[0], sizes[1], sizes[2]];
+        let grid = load::grid(path, dims, place::index_to_world(&fields, dims), options)?;
+        let frames = sizes[3];
+        let frame = choice::chosen(path, "frame", options.frame, frames)?;
+        let outside: usize = sizes[4..].iter().product();
+        let channel = choice::chosen(path, "channel", options.channel, inside * outside)?;
+        let rescale = match fields.rescale() {
+            Some((slope, intercept)) => Rescale::new(slope, intercept).map_err(|e| wrong(e.to_string()))?,
+            None => Rescale::default(),
+        };
+        let header = Header { endian: fields.endian(), rescale, ..Header::new(grid, scalar) };
+        let header = header.with_channels_inside(channel % inside, inside).with_frame(frame + frames * (channel / inside));
+        Ok(Opened { header, bytes: voxels(path, &fields)?, exact: false })
+    }
+}
+
+/// Whether it has the mark, packed or not.
+fn is_header(file: &Found) -> bool {
+    Fields::new(file.unpacked.clone().unwrap_or_else(|| file.start.clone())).is_some()
+}
+
+/// The header of a pair whose voxels are named.
+fn header_of(path: &Path) -> Option<PathBuf> {
+    let others = other_of_pair(path, ".img", ".hdr")?;
+    others.into_iter().find(|other| Found::look(other).is_ok_and(|found| is_header(&found)))
+}
+
+/// Names of the other file of a pair: of the same case and packing first.
+fn other_of_pair(path: &Path, ending: &str, other: &str) -> Option<[PathBuf; 2]> {
+    let name = path.file_name()?.to_str()?;
+    let (stem, packed) = name.strip_suffix(".gz").map_or((name, false), |stem| (stem, true));
+    let (plain, gz) = match stem.strip_suffix(ending) {
+        Some(stem) => (format!("{stem}{other}"), format!("{stem}{other}.gz")),
+        None => {
+            let (ending, other) = (ending.to_ascii_uppercase(), other.to_ascii_uppercase());
+            let stem = stem.strip_suffix(&ending)?;
+            (format!("{stem}{other}"), format!("{stem}{other}.gz"))
+        }
+    };
+    let names = if packed { [gz, plain] } else { [plain, gz] };
+    Some(names.map(|name| path.with_file_name(name)))
+}
+
+/// Reads the header of a file that may be packed.
+fn read(path: &Path) -> Result<Fields, Error> {
+    let failed = |e| Error::read(path, e);
+    let mut start = vec![0; header::LARGEST];
+    let mut file = File::open(path).map_err(failed)?;
+    let found = if Found::look(path)?.unpacked.is_some() {
+        bytes::fill(&mut MultiGzDecoder::new(file), &mut start)
+    } else {
+        bytes::fill(&mut file, &mut start)
+    };
+    start.truncate(found.map_err(failed)?);
+    Fields::new(start).ok_or_else(|| Error::volume(path, "its header is truncated or damaged"))
+}
+
+/// The type of a code, and how many numbers a voxel has of it.
+fn scalar(code: i16) -> Option<(ScalarType, usize)> {
+    Some(match code {
+        2 => (ScalarType::Uint8, 1),
+        4 => (ScalarType::Int16, 1),
+        8 => (ScalarType::Int32, 1),
+        16 => (ScalarType::Float32, 1),
+        64 => (ScalarType::Float64, 1),
+        128 => (ScalarType::Uint8, 3),
+        256 => (ScalarType::Int8, 1),
+        512 => (ScalarType::Uint16, 1),
+        768 => (ScalarType::Uint32, 1),
+        1024 => (ScalarType::Int64, 1),
+        1280 => (ScalarType::Uint64, 1),
+        2304 => (ScalarType::Uint8, 4),
+        _ => return None,
+    })
+}
+
+/// Along x, y, z, time and three more axes, 1 along those that there are not.
+fn sizes(fields: &Fields, bytes: usize) -> Result<[usize; 7], String> {
+    let [axes, sizes @ ..] = fields.dims();
+    let known = usize::try_from(axes).ok().filter(|n| (1..=7).contains(n));
+    let known = known.ok_or_else(|| format!("it has {axes} axes: expected 1 to 7"))?;
+    let size = |i: usize| if i < known { usize::try_from(sizes[i]).unwrap_or(0) } else { 1 };
+    let found = [0, 1, 2, 3, 4, 5, 6].map(size);
+    let all = found.iter().try_fold(bytes as u64, |n, &size| n.checked_mul(size as u64).filter(|&n| n > 0));
+    all.map(|_| found).ok_or_else(|| format!("its sizes, {:?}, hold no voxels, or more than any file", &sizes[..known]))
+}
+
+/// Behind the header, or in the other file of a pair.
+fn voxels(path: &Path, fields: &Fields) -> Result<Box<dyn Bytes>, Error> {
+    let file = if fields.is_of_a_pair() {
+        let others = other_of_pair(path, ".hdr", ".img").unwrap_or_default();
+        let found = others.iter().find(|other| other.is_file()).cloned();
+        found
+            .ok_or_else(|| Error::volume(path, "its voxels are in a file of the same name ending in .img, which is not there"))?
+    } else {
+        path.to_owned()
+    };
+    let first = fields.first().ok_or_else(|| Error::volume(path, "its vox_offset is no place in a file"))?;
+    let failed = |e| Error::read(&file, e);
+    if Found::look(&file)?.unpacked.is_some() {
+        Ok(Box::new(Packed::<Gzip>::new(&file, 0, first).map_err(failed)?))
+    } else {
+        Ok(Box::new(Plain::new(File::open(&file).map_err(failed)?, first).map_err(failed)?))
+    }
+}

@@ -1,0 +1,40 @@
+//! Where voxels lie: the matrix if there is one, else the quaternion, else distances alone.
+
+use super::header::Fields;
+use crate::volume::format::load::upright;
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+/// Axes of the world point to the right, to the front and up.
+pub(super) fn index_to_world(fields: &Fields, dims: [usize; 3]) -> DAffine3 {
+    let [sign, spacing @ ..] = fields.spacings();
+    let spacing = DVec3::from_array(spacing.map(|h| if h == 0.0 || !h.is_finite() { 1.0 } else { h.abs() }));
+    let [quaternion, rows] = fields.codes();
+    if rows > 0 {
+        with_lengths(of_rows(fields.rows()), dims)
+    } else if quaternion > 0 {
+        let third = if sign < 0.0 { -1.0 } else { 1.0 };
+        of_quaternion(fields.quaternion(), spacing * DVec3::new(1.0, 1.0, third))
+    } else {
+        upright(spacing, DVec3::ZERO)
+    }
+}
+
+fn of_rows(rows: [f64; 12]) -> DAffine3 {
+    let column = |i: usize| DVec3::new(rows[i], rows[4 + i], rows[8 + i]);
+    DAffine3::from_cols(column(0), column(1), column(2), column(3))
+}
+
+fn of_quaternion([b, c, d, x, y, z]: [f64; 6], spacing: DVec3) -> DAffine3 {
+    let a = (1.0 - (b * b + c * c + d * d)).max(0.0).sqrt();
+    let turn = DMat3::from_quat(DQuat::from_xyzw(b, c, d, a).normalize());
+    DAffine3 { matrix3: turn * DMat3::from_diagonal(spacing), translation: DVec3::new(x, y, z) }
+}
+
+/// Of an axis with one voxel the length does not matter, and may be missing.
+fn with_lengths(mut affine: DAffine3, dims: [usize; 3]) -> DAffine3 {
+    let [x, y, z] = [0, 1, 2].map(|i| affine.matrix3.col(i));
+    if dims[2] == 1 && z == DVec3::ZERO {
+        affine.matrix3.z_axis = x.cross(y).normalize_or(DVec3::Z) * x.length();
+    }
+    affine
+}

@@ -1,0 +1,191 @@
+//! Which axes are those of space, and where they lie in the world.
+
+use super::fields::Fields;
+use crate::error::Error;
+use crate::volume::format::{RawOptions, choice};
+use crate::volume::{Grid, ScalarType};
+use glam::{DAffine3, DMat3, DVec3};
+use std::path::Path;
+
+/// Most axes that the format has.
+const MOST: usize = 16;
+
+/// The axes of an array, the fastest first.
+pub(super) struct Axes {
+    pub sizes: Vec<usize>,
+    /// Directions of those that are axes of space.
+    directions: Vec<Option<DVec3>>,
+    /// The numbers of the axes of space.
+    space: Vec<usize>,
+}
+
+impl Axes {
+    pub fn of(fields: &Fields) -> Result<Self, Error> {
+        let count = fields.need("dimension")?.parse().ok().filter(|n| (1..=MOST).contains(n));
+        let count = count.ok_or_else(|| fields.wrong(format!("its dimension is not 1 to {MOST}")))?;
+        let sizes: Vec<usize> = fields.numbers("sizes", count)?.ok_or_else(|| fields.wrong("its header has no 'sizes'"))?;
+        if sizes.contains(&0) || sizes.iter().try_fold(1u64, |n, &size| n.checked_mul(size as u64)).is_none() {
+            return Err(fields.wrong(format!("its sizes, {sizes:?}, hold no voxels, or more than any file")));
+        }
+        let directions = directions(fields, count)?;
+        let space = space(fields, &sizes, &directions)?;
+        Ok(Self { sizes, directions, space })
+    }
+
+    /// Bytes of the whole array.
+    pub fn bytes(&self, scalar: ScalarType) -> u64 {
+        self.stride(self.sizes.len(), scalar)
+    }
+
+    /// Bytes from one to the next along an axis.
+    pub fn stride(&self, axis: usize, scalar: ScalarType) -> u64 {
+        self.sizes[..axis].iter().fold(scalar.bytes() as u64, |bytes, &size| bytes.saturating_mul(size as u64))
+    }
+
+    fn dims(&self) -> [usize; 3] {
+        [0, 1, 2].map(|i| self.space.get(i).map_or(1, |&axis| self.sizes[axis]))
+    }
+
+    /// The grid in the world, whose axes point to the right, to the front and up where the file says which way they point.
+    pub fn grid(&self, path: &Path, fields: &Fields, options: &RawOptions) -> Result<Grid, Error> {
+        let named = |e: Error| Error::volume(path, e.to_string());
+        if let Some(spacing) = options.spacing {
+            return Grid::new(self.dims(), spacing).map_err(named);
+        }
+        let to_ras = to_ras(fields.get("space").unwrap_or_default());
+        let known: Vec<DVec3> = self.space.iter().filter_map(|&axis| self.directions[axis]).collect();
+        if known.is_empty() {
+            return self.spaced(fields).map_err(named);
+        }
+        let axes = completed(&known);
+        let origin =
+            fields.get("space origin").map(|text| vector(text).ok_or_else(|| fields.wrong("its space origin is no vector")));
+        let affine = DAffine3 { matrix3: to_ras * axes, translation: to_ras * origin.transpose()?.unwrap_or(DVec3::ZERO) };
+        Grid::from_affine(self.dims(), affine).map_err(named)
+    }
+
+    /// With spacings only.
+    fn spaced(&self, fields: &Fields) -> Result<Grid, Error> {
+        let per_axis = |name: &str| -> Result<DVec3, Error> {
+            let numbers: Option<Vec<f64>> = fields.numbers(name, self.sizes.len())?;
+            let of = |i: usize| Some(numbers.as_ref()?[*self.space.get(i)?]).filter(|n| n.is_finite());
+            let unknown = if name == "spacings" { 1.0 } else { 0.0 };
+            Ok(DVec3::from_array([0, 1, 2].map(|i| of(i).unwrap_or(unknown))))
+        };
+        let (spacing, origin) = (per_axis("spacings")?, per_axis("axis mins")?);
+        Grid::from_affine(self.dims(), DAffine3 { matrix3: DMat3::from_diagonal(spacing), translation: origin })
+    }
+
+    /// The first byte and the strides of the frame and the channel that are wanted.
+    pub fn place(&self, path: &Path, scalar: ScalarType, options: &RawOptions) -> Result<(u64, [u64; 3]), Error> {
+        let mut first = 0;
+        let last_of_space = self.space.iter().max().copied().unwrap_or(0);
+        let others = || (0..self.sizes.len()).filter(|axis| !self.space.contains(axis) && self.sizes[*axis] > 1);
+        for (field, wanted, behind) in [("frame", options.frame, true), ("channel", options.channel, false)] {
+            let mut axes = others().filter(|&axis| (axis > last_of_space) == behind).peekable();
+            if axes.peek().is_none() {
+                choice::chosen(path, field, wanted, 1)?;
+            }
+            for axis in axes {
+                let chosen = choice::chosen(path, field, wanted, self.sizes[axis])? as u64;
+                first += chosen * self.stride(axis, scalar);
+            }
+        }
+        let along = |i: usize| self.space.get(i).map_or(scalar.bytes() as u64, |&axis| self.stride(axis, scalar));
+        let mut strides = [0, 1, 2].map(along);
+        // Axes that there are not, of one voxel: as if voxels were dense.
+        for i in self.space.len()..3 {
+            strides[i] = strides[i - 1].saturating_mul(self.dims()[i - 1] as u64);
+        }
+        Ok((first, strides))
+    }
+}
+
+/// The direction of each axis; none where it has no place in space.
+fn directions(fields: &Fields, count: usize) -> Result<Vec<Option<DVec3>>, Error> {
+    let Some(text) = fields.get("space directions") else { return Ok(vec![None; count]) };
+    let wrong = || fields.wrong(format!("its space directions, '{text}', are not {count} vectors or none"));
+    let mut directions = Vec::new();
+    let mut rest = text.trim();
+    while !rest.is_empty() {
+        let end = if rest.starts_with('(') {
+            rest.find(')').ok_or_else(wrong)? + 1
+        } else {
+            rest.find(char::is_whitespace).unwrap_or(rest.len())
+        };
+        let (word, behind) = rest.split_at(end);
+        directions.push(if word == "none" { None } else { Some(vector(word).ok_or_else(wrong)?) });
+        rest = behind.trim_start();
+    }
+    // Vectors of NaN say none, too.
+    let directions: Vec<_> = directions.into_iter().map(|direction| direction.filter(|d| !d.is_nan())).collect();
+    if directions.len() == count { Ok(directions) } else { Err(wrong()) }
+}
+
+/// `(x,y,z)`, or of fewer numbers.
+fn vector(text: &str) -> Option<DVec3> {
+    let inner = text.trim().strip_prefix('(')?.strip_suffix(')')?;
+    let numbers: Vec<f64> = inner.split(',').map(|n| n.trim().parse().ok()).collect::<Option<_>>()?;
+    let of = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
+    (1..=3).contains(&numbers.len()).then(|| DVec3::new(of(0), of(1), of(2)))
+}
+
+/// Up to three directions, and what is at right angles to them.
+fn completed(known: &[DVec3]) -> DMat3 {
+    let third = |a: DVec3, b: DVec3| a.cross(b).normalize_or(DVec3::Z);
+    match *known {
+        [a, b, c] => DMat3::from_cols(a, b, c),
+        [a, b] => DMat3::from_cols(a, b, third(a, b)),
+        [a] => DMat3::from_cols(a, a.any_orthonormal_vector(), third(a, a.any_orthonormal_vector())),
+        _ => DMat3::IDENTITY,
+    }
+}
+
+/// The axes of space: those with a direction; else those whose kind says so; else all of up to three; else all but the smallest at either
+/// end.
+fn space(fields: &Fields, sizes: &[usize], directions: &[Option<DVec3>]) -> Result<Vec<usize>, Error> {
+    let all = 0..sizes.len();
+    let kinds: Vec<&str> = fields.get("kinds").map(|text| text.split_whitespace().collect()).unwrap_or_default();
+    let of_kind =
+        |axis: &usize| kinds.get(*axis).is_some_and(|kind| ["domain", "space"].contains(&kind.to_ascii_lowercase().as_str()));
+    let directed: Vec<usize> = all.clone().filter(|&axis| directions[axis].is_some()).collect();
+    let kind: Vec<usize> = all.clone().filter(of_kind).collect();
+    let mut found = if !directed.is_empty() {
+        directed
+    } else if !kind.is_empty() {
+        kind
+    } else {
+        all.collect()
+    };
+    while found.len() > 3 {
+        let (front, back) = (sizes[found[0]], sizes[found[found.len() - 1]]);
+        if found.len() > 4 || back < front {
+            found.pop()
+        } else {
+            Some(found.remove(0))
+        };
+    }
+    if found.is_empty() { Err(fields.wrong("none of its axes lies in space")) } else { Ok(found) }
+}
+
+/// Takes a space whose axes are named to one whose axes point to the right, to the front and up.
+fn to_ras(space: &str) -> DMat3 {
+    let letters: Vec<char> = match space.to_ascii_lowercase().split('-').collect::<Vec<_>>()[..] {
+        [name] => name.chars().collect(),
+        ref names => names.iter().filter_map(|name| name.chars().next()).collect(),
+    };
+    let axis = |letter: &char| match letter {
+        'r' => Some(DVec3::X),
+        'l' => Some(DVec3::NEG_X),
+        'a' => Some(DVec3::Y),
+        'p' => Some(DVec3::NEG_Y),
+        's' => Some(DVec3::Z),
+        'i' => Some(DVec3::NEG_Z),
+        _ => None,
+    };
+    let axes: Option<Vec<DVec3>> = letters.iter().take(3).map(axis).collect();
+    match axes.as_deref() {
+        Some(&[x, y, z]) if DMat3::from_cols(x, y, z).determinant() != 0.0 => DMat3::from_cols(x, y, z),
+        _ => DMat3::IDENTITY,
+    }
+}

@@ -1,0 +1,88 @@
+//! The files that hold the voxels, and how they are packed.
+
+use super::axes::Axes;
+use super::fields::Fields;
+use crate::error::Error;
+use crate::volume::ScalarType;
+use crate::volume::format::bytes::{Bytes, Gzip, Held, Joined, Packed, Plain};
+use crate::volume::format::{numbered, text};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Seek, SeekFrom};
+use std::path::Path;
+
+/// The bytes of the whole array.
+pub(super) fn bytes(path: &Path, fields: &Fields, axes: &Axes, scalar: ScalarType) -> Result<Box<dyn Bytes>, Error> {
+    let whole = axes.bytes(scalar);
+    let Some(named) = fields.get("data file") else { return one(path, fields, fields.end, whole, scalar) };
+    let Some((files, per_file)) = several(path, fields, named)? else {
+        return one(&numbered::beside(path, named), fields, 0, whole, scalar);
+    };
+    let axes_per_file = per_file.unwrap_or(axes.sizes.len() - 1).clamp(1, axes.sizes.len());
+    let each = axes.stride(axes_per_file, scalar);
+    if files.len() as u64 != whole.div_ceil(each) {
+        let (found, expected) = (files.len(), whole.div_ceil(each));
+        return Err(fields.wrong(format!("it names {found} data files, and its sizes need {expected}")));
+    }
+    let fields = fields.clone();
+    let open = move |part: usize| one(&files[part], &fields, 0, each, scalar);
+    Ok(Box::new(Joined::new(whole.div_ceil(each) as usize, each, open)?))
+}
+
+/// The files of `LIST [axes]` and of `pattern first last step [axes]`, and how many axes each of them has.
+fn several(path: &Path, fields: &Fields, named: &str) -> Result<Option<numbered::Several>, Error> {
+    let words: Vec<&str> = named.split_whitespace().collect();
+    if words.first() == Some(&"LIST") {
+        let files = fields.listed.iter().map(|name| numbered::beside(path, name)).collect();
+        return Ok(Some((files, words.get(1).and_then(|n| n.parse().ok()))));
+    }
+    let numbers: Option<Vec<i64>> = words.iter().skip(1).map(|word| word.parse().ok()).collect();
+    let Some(&[first, last, step, ref rest @ ..]) = numbers.as_deref().filter(|_| named.contains('%')) else { return Ok(None) };
+    let names = numbered::names(words[0], first, last, step).map_err(|problem| fields.wrong(problem))?;
+    let files = names.iter().map(|name| numbered::beside(path, name)).collect();
+    Ok(Some((files, rest.first().and_then(|&n| usize::try_from(n).ok()))))
+}
+
+/// What one file holds from byte `start` on, `len` bytes once unpacked.
+fn one(path: &Path, fields: &Fields, start: u64, len: u64, scalar: ScalarType) -> Result<Box<dyn Bytes>, Error> {
+    let failed = |e| Error::read(path, e);
+    let mut file = File::open(path).map_err(failed)?;
+    let lines = u64::try_from(fields.whole("line skip")?).map_err(|_| fields.wrong("its line skip is below 0"))?;
+    let start = behind_lines(&mut file, start, lines).map_err(failed)?;
+    let skip = fields.whole("byte skip")?;
+    let skipped = u64::try_from(skip);
+    let encoding = fields.encoding().to_ascii_lowercase();
+    match (encoding.as_str(), skipped) {
+        ("raw", Ok(skip)) => Ok(Box::new(Plain::new(file, start.saturating_add(skip)).map_err(failed)?)),
+        ("raw", Err(_)) if skip == -1 => Ok(Box::new(Plain::last(file, len).map_err(failed)?)),
+        ("gz" | "gzip", Ok(skip)) => Ok(Box::new(Packed::<Gzip>::new(path, start, skip).map_err(failed)?)),
+        ("txt" | "text" | "ascii", Ok(skip)) => {
+            let text = text::of_file(path, file, start.saturating_add(skip))?;
+            Ok(Box::new(Held(text::numbers(path, &text, len / scalar.bytes() as u64, scalar)?)))
+        }
+        ("hex", Ok(skip)) => {
+            Ok(Box::new(Held(text::hexadecimal(path, &text::of_file(path, file, start.saturating_add(skip))?)?)))
+        }
+        (_, Err(_)) => {
+            Err(fields.wrong(format!("its byte skip, {skip}, is below 0, which only raw data at a file's end may have as -1")))
+        }
+        (other, _) => {
+            Err(fields
+                .wrong(format!("its encoding is '{other}': expected raw, gzip, ascii or hex; pack it anew with one of these")))
+        }
+    }
+}
+
+/// The byte behind so many lines.
+fn behind_lines(file: &mut File, start: u64, lines: u64) -> std::io::Result<u64> {
+    file.seek(SeekFrom::Start(start))?;
+    let mut reader = BufReader::new(file);
+    let mut at = start;
+    for _ in 0..lines {
+        let skipped = reader.skip_until(b'\n')? as u64;
+        if skipped == 0 {
+            break;
+        }
+        at += skipped;
+    }
+    Ok(at)
+}

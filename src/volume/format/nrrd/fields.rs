@@ -1,0 +1,104 @@
+//! The header's lines.
+
+use crate::error::Error;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+/// Bytes that a header may have: a thousand names of files fit.
+const LARGEST: u64 = 1 << 20;
+
+/// Fields by their names in lower case, in the order of the file.
+#[derive(Clone)]
+pub(super) struct Fields {
+    path: PathBuf,
+    fields: Vec<(String, String)>,
+    /// Lines behind `data file: LIST`.
+    pub listed: Vec<String>,
+    /// Byte behind the empty line that ends the header.
+    pub end: u64,
+}
+
+impl Fields {
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let failed = |e| Error::read(path, e);
+        let mut lines = BufReader::new(File::open(path).map_err(failed)?.take(LARGEST));
+        let mut found = Self { path: path.into(), fields: Vec::new(), listed: Vec::new(), end: 0 };
+        loop {
+            let mut line = Vec::new();
+            let read = lines.read_until(b'\n', &mut line).map_err(failed)? as u64;
+            found.end += read;
+            let line = String::from_utf8_lossy(&line);
+            let line = line.trim_end();
+            if found.end >= LARGEST {
+                return Err(found.wrong(format!("its header has no end within {LARGEST} bytes")));
+            }
+            // A detached header may end with its file.
+            if read == 0 || line.is_empty() {
+                return Ok(found);
+            }
+            found.take(line);
+        }
+    }
+
+    fn take(&mut self, line: &str) {
+        if line.starts_with('#') || line.starts_with("NRRD000") {
+            return;
+        }
+        if self.get("data file").is_some_and(|value| value.starts_with("LIST")) {
+            self.listed.push(line.into());
+            return;
+        }
+        // `key:=value` are of others.
+        let Some((name, value)) = line.split_once(':').filter(|(_, value)| !value.starts_with('=')) else { return };
+        let name = match name.trim().to_ascii_lowercase().as_str() {
+            "datafile" => "data file".into(),
+            "lineskip" => "line skip".into(),
+            "byteskip" => "byte skip".into(),
+            "axismins" => "axis mins".into(),
+            other => other.to_owned(),
+        };
+        self.fields.push((name, value.trim().into()));
+    }
+
+    pub fn get(&self, name: &str) -> Option<&str> {
+        self.fields.iter().rfind(|(n, _)| n == name).map(|(_, value)| value.as_str())
+    }
+
+    pub fn need(&self, name: &str) -> Result<&str, Error> {
+        self.get(name).ok_or_else(|| self.wrong(format!("its header has no '{name}'")))
+    }
+
+    /// The numbers of a field, as many as there are axes.
+    pub fn numbers<T: std::str::FromStr>(&self, name: &str, axes: usize) -> Result<Option<Vec<T>>, Error> {
+        let Some(value) = self.get(name) else { return Ok(None) };
+        let numbers: Option<Vec<T>> = value.split_whitespace().map(|word| word.parse().ok()).collect();
+        match numbers {
+            Some(numbers) if numbers.len() == axes => Ok(Some(numbers)),
+            _ => Err(self.wrong(format!("its {name}, '{value}', are not {axes} numbers"))),
+        }
+    }
+
+    /// A whole number; 0 where there is none.
+    pub fn whole(&self, name: &str) -> Result<i64, Error> {
+        let Some(value) = self.get(name) else { return Ok(0) };
+        value.parse().map_err(|_| self.wrong(format!("its {name}, '{value}', is no whole number")))
+    }
+
+    pub fn encoding(&self) -> &str {
+        self.get("encoding").unwrap_or_default()
+    }
+
+    /// Whether numbers are digits, which have no order of bytes.
+    pub fn is_text(&self) -> bool {
+        matches!(self.encoding().to_ascii_lowercase().as_str(), "txt" | "text" | "ascii")
+    }
+
+    pub fn is_binary(&self) -> bool {
+        !self.is_text()
+    }
+
+    pub fn wrong(&self, problem: impl Into<String>) -> Error {
+        Error::volume(&self.path, problem)
+    }
+}

@@ -1,0 +1,62 @@
+//! NRRD, attached and detached (<https://teem.sourceforge.net/nrrd/format.html>).
+
+mod axes;
+mod data;
+mod fields;
+
+use super::load::{Header, Opened};
+use super::{Format, Found, RawOptions};
+use crate::error::Error;
+use crate::volume::{Endian, ScalarType};
+use fields::Fields;
+
+/// The format.
+pub(super) struct Nrrd;
+
+impl Format for Nrrd {
+    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+        file.start.starts_with(b"NRRD000")
+    }
+
+    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+        let path = file.path;
+        let fields = Fields::read(path)?;
+        let scalar = scalar(&fields)?;
+        let axes = axes::Axes::of(&fields)?;
+        let grid = axes.grid(path, &fields, options)?;
+        let (first, strides) = axes.place(path, scalar, options)?;
+        let endian = match (fields.get("endian").map(str::to_ascii_lowercase).as_deref(), scalar.bytes()) {
+            (Some("little"), _) | (None, 1) => Endian::Little,
+            (Some("big"), _) => Endian::Big,
+            (None, _) if !fields.is_binary() => Endian::NATIVE,
+            (other, _) => {
+                let found = other.unwrap_or("missing");
+                return Err(fields.wrong(format!("its endian is {found}: expected little or big for numbers of several bytes")));
+            }
+        };
+        let endian = if fields.is_text() { Endian::NATIVE } else { endian };
+        let bytes = data::bytes(path, &fields, &axes, scalar)?;
+        Ok(Opened { header: Header { endian, first, strides, ..Header::new(grid, scalar) }, bytes, exact: false })
+    }
+}
+
+/// The type, by any of the names that the format has for it.
+fn scalar(fields: &Fields) -> Result<ScalarType, Error> {
+    let name = fields.need("type")?;
+    match name {
+        "signed char" | "int8" | "int8_t" => Ok(ScalarType::Int8),
+        "uchar" | "unsigned char" | "uint8" | "uint8_t" => Ok(ScalarType::Uint8),
+        "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => Ok(ScalarType::Int16),
+        "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => Ok(ScalarType::Uint16),
+        "int" | "signed int" | "int32" | "int32_t" => Ok(ScalarType::Int32),
+        "uint" | "unsigned int" | "uint32" | "uint32_t" => Ok(ScalarType::Uint32),
+        "longlong" | "long long" | "long long int" | "signed long long" | "signed long long int" | "int64" | "int64_t" => {
+            Ok(ScalarType::Int64)
+        }
+        "ulonglong" | "unsigned long long" | "unsigned long long int" | "uint64" | "uint64_t" => Ok(ScalarType::Uint64),
+        "half" | "float16" => Ok(ScalarType::Float16),
+        "float" | "float32" => Ok(ScalarType::Float32),
+        "double" | "float64" => Ok(ScalarType::Float64),
+        _ => Err(fields.wrong(format!("its type is '{name}': expected one from int8 to double; blocks cannot be rendered"))),
+    }
+}

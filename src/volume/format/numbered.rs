@@ -1,0 +1,46 @@
+//! Names of files that headers tell, numbered ones too.
+
+use std::path::{Path, PathBuf};
+
+/// Files that a pattern may name: more are a mistake.
+const MOST: usize = 1 << 16;
+
+/// The names that a pattern with one `%d`, `%3d` or `%03d` stands for.
+pub(super) fn names(pattern: &str, first: i64, last: i64, step: i64) -> Result<Vec<String>, String> {
+    let wrong = || format!("'{pattern}' with the numbers {first} to {last} by {step} names no files: expected one %d or %03d");
+    let (before, rest) = pattern.split_once('%').ok_or_else(wrong)?;
+    let (width, after) = rest.split_once('d').ok_or_else(wrong)?;
+    let filled = width.starts_with('0');
+    let width: usize = if width.is_empty() { 0 } else { width.parse().ok().filter(|&n| n <= 20).ok_or_else(wrong)? };
+    let count = if step == 0 { -1 } else { (i128::from(last) - i128::from(first)) / i128::from(step) + 1 };
+    let count = usize::try_from(count).ok().filter(|count| (1..=MOST).contains(count)).ok_or_else(wrong)?;
+    if after.contains('%') {
+        return Err(wrong());
+    }
+    let number = |n: i64| if filled { format!("{n:0width$}") } else { format!("{n:width$}") };
+    Ok((0..count).map(|i| format!("{before}{}{after}", number(first + step * i as i64))).collect())
+}
+
+/// Files, and how many axes of the whole each of them has, if that is told.
+pub(super) type Several = (Vec<PathBuf>, Option<usize>);
+
+/// The file that a header names.
+pub(super) fn beside(header: &Path, name: &str) -> PathBuf {
+    header.parent().unwrap_or(Path::new("")).join(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_name_files() {
+        assert_eq!(names("a.%03d.raw", 8, 10, 1).unwrap(), ["a.008.raw", "a.009.raw", "a.010.raw"]);
+        assert_eq!(names("s%d", 5, 1, -2).unwrap(), ["s5", "s3", "s1"]);
+        for (pattern, first, last, step) in
+            [("a", 0, 1, 1), ("a%x", 0, 1, 1), ("a%d", 0, 1, 0), ("a%d", 1, 0, 1), ("%d%d", 0, 1, 1), ("%d", 0, i64::MAX, 1)]
+        {
+            assert!(names(pattern, first, last, step).is_err(), "{pattern} {first} {last} {step}");
+        }
+    }
+}

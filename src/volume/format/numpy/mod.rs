@@ -1,0 +1,63 @@
+//! NumPy's arrays, `.npy` and, with the feature `npz`, archives of them (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>).
+
+mod header;
+#[cfg(feature = "npz")]
+mod npz;
+
+#[cfg(feature = "npz")]
+pub(super) use npz::Npz;
+
+use super::bytes::{Bytes, Plain};
+use super::load::{self, Header, Opened, upright};
+use super::{Format, Found, RawOptions, choice};
+use crate::error::Error;
+use glam::DVec3;
+use std::fs::File;
+use std::path::Path;
+
+/// The format.
+pub(super) struct Npy;
+
+/// Most numbers that a last axis of four or more has if it is one of channels.
+const MOST_CHANNELS: usize = 4;
+
+impl Format for Npy {
+    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+        file.start.starts_with(header::MARK)
+    }
+
+    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+        let failed = |e| Error::read(file.path, e);
+        let bytes = Plain::new(File::open(file.path).map_err(failed)?, 0).map_err(failed)?;
+        array(file.path, Box::new(bytes), options)
+    }
+}
+
+/// An array of which all bytes are given: its last axes are z, y and x, a fourth of up to four numbers behind them channels, all before
+/// frames.
+fn array(path: &Path, mut bytes: Box<dyn Bytes>, options: &RawOptions) -> Result<Opened, Error> {
+    let read = header::read(bytes.as_mut()).map_err(|e| Error::read(path, e))?;
+    let found = read.map_err(|problem| Error::volume(path, problem))?;
+    let axes = found.shape.len();
+    let behind = usize::from(axes > 3 && found.shape[axes - 1] <= MOST_CHANNELS);
+    let space = (axes - behind).min(3);
+    let frames = axes - behind - space;
+    let axis = |i: usize| (i < space).then(|| frames + space - 1 - i);
+    let dims = [0, 1, 2].map(|i| axis(i).map_or(1, |axis| found.shape[axis]));
+    let grid = load::grid(path, dims, upright(DVec3::ONE, DVec3::ZERO), options)?;
+    let mut header = Header { endian: found.endian, ..Header::new(grid, found.scalar) };
+    let strides = found.strides();
+    for i in 0..space {
+        header.strides[i] = axis(i).map_or(0, |axis| strides[axis]);
+    }
+    let mut first = found.end;
+    if behind > 0 {
+        first += strides[axes - 1] * choice::chosen(path, "channel", options.channel, found.shape[axes - 1])? as u64;
+    }
+    let mut frame = choice::chosen(path, "frame", options.frame, found.shape[..frames].iter().product())?;
+    for axis in (0..frames).rev() {
+        first += strides[axis] * (frame % found.shape[axis]) as u64;
+        frame /= found.shape[axis];
+    }
+    Ok(Opened { header: Header { first, ..header }, bytes, exact: false })
+}

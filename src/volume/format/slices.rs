@@ -1,0 +1,133 @@
+//! Volumes of which every slice is a file: those of a folder, or all that a pattern stands for.
+
+use super::bytes::Joined;
+use super::load::{self, Header, Opened};
+use super::{RawOptions, open as open_one};
+use crate::error::Error;
+use std::path::{Path, PathBuf};
+
+/// Endings of files that are slices.
+const ENDINGS: [&str; 3] = ["png", "tif", "tiff"];
+
+/// The files of a folder, or of a name with one `%d` or `%03d`, in the order of their numbers; nothing if it is a file.
+pub(super) fn files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
+    if path.is_dir() {
+        let mut files = listed(path)?;
+        files.retain(|file| ending(file).is_some_and(|ending| ENDINGS.contains(&ending.as_str())));
+        let Some(first) = files.first().and_then(|file| ending(file)) else {
+            return Err(Error::volume(path, "it is a folder without numbered .png or .tif slices: give a file"));
+        };
+        if files.iter().any(|file| ending(file).as_ref() != Some(&first)) {
+            return Err(Error::volume(
+                path,
+                "it is a folder with slices of several kinds: give NAME%d.ENDING of those that are meant",
+            ));
+        }
+        files.sort_by_key(|file| numbered(file));
+        return Ok(Some(files));
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let Some((before, after)) = name.split_once('%').filter(|_| !path.exists()) else { return Ok(None) };
+    let Some((width, after)) = after.split_once('d').filter(|(width, _)| width.bytes().all(|c| c.is_ascii_digit())) else {
+        return Ok(None);
+    };
+    let digits = |file: &PathBuf| {
+        let name = file.file_name()?.to_str()?;
+        let digits = name.strip_prefix(before)?.strip_suffix(after)?;
+        // %03d is three digits, or more that do not begin with 0.
+        let padded = !width.starts_with('0') || width.parse() == Ok(digits.len()) || !digits.starts_with('0');
+        digits.parse::<u64>().ok().filter(|_| padded)
+    };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut files = listed(folder)?;
+    files.retain(|file| digits(file).is_some());
+    files.sort_by_key(digits);
+    if files.is_empty() {
+        return Err(Error::volume(path, "there are no files with a number in the place of %d"));
+    }
+    Ok(Some(files))
+}
+
+fn listed(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let failed = |e| Error::read(folder, e);
+    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(failed)?.collect();
+    Ok(entries.map_err(failed)?.into_iter().map(|entry| entry.path()).filter(|path| path.is_file()).collect())
+}
+
+fn ending(file: &Path) -> Option<String> {
+    Some(file.extension()?.to_str()?.to_ascii_lowercase())
+}
+
+/// What a name is sorted by: its texts, and the numbers between them.
+fn numbered(file: &Path) -> Vec<(String, u128)> {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let mut parts = Vec::new();
+    let mut rest = &name[..];
+    while !rest.is_empty() {
+        let (text, behind) = rest.split_at(rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len()));
+        let (digits, behind) = behind.split_at(behind.find(|c: char| !c.is_ascii_digit()).unwrap_or(behind.len()));
+        parts.push((text.to_owned(), digits.parse().unwrap_or(0)));
+        rest = behind;
+    }
+    parts
+}
+
+/// A volume of slices, which must be alike.
+pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &RawOptions) -> Result<Opened, Error> {
+    let first = open_one(&files[0], options)?.header;
+    let [x, y, z] = first.grid.dims();
+    if z != 1 {
+        return Err(Error::volume(
+            &files[0],
+            format!("it has {z} slices, and there are others like it: give one of these files"),
+        ));
+    }
+    let (each, count) = (first.end(), files.len());
+    let grid = load::grid(path, [x, y, count], first.grid.index_to_world(), options)?;
+    let strides = [first.strides[0], first.strides[1], each];
+    let header = Header { grid, strides, ..first.clone() };
+    // Which frame and channel it is was said of the first.
+    let options = RawOptions { frame: options.frame.or(Some(0)), channel: options.channel.or(Some(0)), ..options.clone() };
+    let slice = move |n: usize| {
+        let opened = open_one(&files[n], &options)?;
+        if !alike(&opened.header, &first) {
+            let problem = format!("it differs from {} in size or type: slices must be alike", files[0].display());
+            return Err(Error::volume(&files[n], problem));
+        }
+        Ok(opened.bytes)
+    };
+    Ok(Opened { header, bytes: Box::new(Joined::new(count, each, slice)?), exact: false })
+}
+
+fn alike(a: &Header, b: &Header) -> bool {
+    let layout = |h: &Header| (h.grid.dims(), h.scalar, h.endian, h.first, [h.strides[0], h.strides[1]]);
+    layout(a) == layout(b) && a.rescale == b.rescale
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_sorted_by_their_numbers() {
+        let mut names = ["b1.png", "a10.png", "a9.png", "a9b2.png", "a9b10.png"].map(PathBuf::from);
+        names.sort_by_key(|name| numbered(name));
+        assert_eq!(names, ["a9.png", "a9b2.png", "a9b10.png", "a10.png", "b1.png"].map(PathBuf::from));
+    }
+
+    #[test]
+    fn patterns_find_the_files_that_there_are() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["s1.tif", "s01.tif", "s002.tif", "s0010.tif", "s1000.tif", "sx.tif", "s003.png"] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let found = |pattern: &str| {
+            let files = files(&folder.path().join(pattern)).unwrap().unwrap();
+            files.iter().map(|file| file.file_name().unwrap().to_string_lossy().into_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(found("s%03d.tif"), ["s1.tif", "s002.tif", "s1000.tif"]);
+        assert_eq!(found("s%03d.png"), ["s003.png"]);
+        assert!(files(&folder.path().join("t%d.tif")).is_err());
+        assert!(files(folder.path()).unwrap_err().to_string().contains("several kinds"));
+    }
+}

@@ -1,0 +1,63 @@
+//! TIFF: pages that are slices, of ImageJ's and OME's too.
+
+mod layout;
+mod pages;
+
+use super::bytes::{Bytes, Plain};
+use super::load::{self, Header, Opened, upright};
+use super::{Format, Found, RawOptions, choice};
+use crate::error::Error;
+use crate::volume::Endian;
+use glam::DVec3;
+use layout::Layout;
+use pages::{Page, Pages};
+use std::fs::File;
+
+/// The format.
+pub(super) struct Tiff;
+
+impl Format for Tiff {
+    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+        [b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|mark| file.start.starts_with(*mark))
+    }
+
+    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+        let path = file.path;
+        let mut reader = pages::decoder(path)?;
+        let page = Page::of(path, &mut reader)?;
+        let description = pages::description(&mut reader);
+        let layout = Layout::new(&description, page.samples, page.pixels_per_unit);
+        // Larger files of ImageJ's have one directory, and all pages behind the first.
+        let (offset, big_endian) = (page.in_place, page.big_endian);
+        let indices = pages::alike(path, &mut reader, &page)?;
+        let contiguous = layout.imagej && indices.len() == 1 && layout.pages() > 1;
+        let layout =
+            if contiguous { layout } else { layout.of_pages(indices.len()).map_err(|problem| Error::volume(path, problem))? };
+        let dims = [page.width, page.height, layout.slices];
+        let grid = load::grid(path, dims, upright(layout.spacing, DVec3::ZERO), options)?;
+        let frame = choice::chosen(path, "frame", options.frame, layout.frames)?;
+        let channel = choice::chosen(path, "channel", options.channel, layout.channels.saturating_mul(page.samples))?;
+        let (channel, sample) = (channel / page.samples, channel % page.samples);
+        let endian = if contiguous && big_endian { Endian::Big } else { Endian::NATIVE };
+        let header = Header { endian, ..Header::new(grid, page.scalar) };
+        let mut header = if page.planar { header } else { header.with_channels_inside(sample, page.samples) };
+        // Pages have all samples, whether these are side by side or one after the other.
+        header.strides[2] = page.bytes();
+        if page.planar {
+            header.first = (page.bytes() / page.samples as u64).saturating_mul(sample as u64);
+        }
+        let bytes: Box<dyn Bytes> = if contiguous {
+            let offset = offset.ok_or_else(|| Error::volume(path, "its pages are not all there, or packed: save it anew"))?;
+            let endian = if big_endian { Endian::Big } else { Endian::Little };
+            header.endian = endian;
+            let each = page.bytes();
+            header.first = header.first.saturating_add(each.saturating_mul(layout.page(0, frame, channel) as u64));
+            header.strides[2] = each.saturating_mul(layout.page(1, 0, 0) as u64);
+            Box::new(Plain::new(File::open(path).map_err(|e| Error::read(path, e))?, offset).map_err(|e| Error::read(path, e))?)
+        } else {
+            let wanted = (0..layout.slices).map(|slice| indices[layout.page(slice, frame, channel)]).collect();
+            Box::new(Pages::new(path, wanted, page.bytes())?)
+        };
+        Ok(Opened { header, bytes, exact: false })
+    }
+}

@@ -1,0 +1,187 @@
+//! Pages, decoded one at a time.
+
+use crate::error::Error;
+use crate::volume::ScalarType;
+use crate::volume::format::bytes::{Bytes, Held};
+use std::fs::File;
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf};
+use tiff::decoder::ifd::Value;
+use tiff::decoder::{Decoder, Limits};
+use tiff::tags::Tag;
+
+/// Bytes that a packed byte can stand for: deflate's, and more than LZW's.
+const LIMIT: u64 = 2048;
+/// Bytes of a tag once read: OME's descriptions have some for every page.
+const LARGEST_TAG: u64 = 1 << 28;
+/// Most pages of a file.
+const MOST: usize = 1 << 20;
+
+pub(super) type Reader = Decoder<BufReader<File>>;
+
+/// Opens a file at its first page.
+pub(super) fn decoder(path: &Path) -> Result<Reader, Error> {
+    let file = File::open(path).map_err(|e| Error::read(path, e))?;
+    let len = file.metadata().map_err(|e| Error::read(path, e))?.len();
+    let mut limits = Limits::default();
+    // A number of a tag takes one to eight bytes in a file, and 32 once read.
+    limits.decoding_buffer_size = len.saturating_mul(32).min(LARGEST_TAG) as usize;
+    limits.intermediate_buffer_size =
+        usize::try_from(len.saturating_mul(LIMIT)).unwrap_or(usize::MAX).min(limits.intermediate_buffer_size);
+    Ok(Decoder::new(BufReader::new(file)).map_err(|e| damaged(path, &e))?.with_limits(limits))
+}
+
+fn damaged(path: &Path, e: &tiff::TiffError) -> Error {
+    match e {
+        tiff::TiffError::IoError(e) if e.kind() != io::ErrorKind::UnexpectedEof => {
+            Error::read(path, io::Error::new(e.kind(), e.to_string()))
+        }
+        e => Error::volume(path, format!("its pages cannot be read: {e}")),
+    }
+}
+
+/// What the first page is like, and the others too.
+pub(super) struct Page {
+    pub width: usize,
+    pub height: usize,
+    /// Numbers of a pixel.
+    pub samples: usize,
+    pub scalar: ScalarType,
+    /// Whether samples are in planes one after the other.
+    pub planar: bool,
+    pub big_endian: bool,
+    pub pixels_per_unit: Option<[f64; 2]>,
+    /// Byte of the file at which numbers begin, if they are not packed.
+    pub in_place: Option<u64>,
+}
+
+impl Page {
+    /// The page at hand.
+    pub fn of(path: &Path, reader: &mut Reader) -> Result<Self, Error> {
+        let (width, height) = reader.dimensions().map_err(|e| damaged(path, &e))?;
+        let mut tag = |tag: Tag| reader.find_tag_unsigned_vec::<u64>(tag).ok().flatten().unwrap_or_default();
+        let first = |numbers: Vec<u64>, missing: u64| numbers.first().copied().unwrap_or(missing);
+        let bits = tag(Tag::BitsPerSample);
+        let kind = first(tag(Tag::SampleFormat), 1);
+        let samples = first(tag(Tag::SamplesPerPixel), 1) as usize;
+        let planar = first(tag(Tag::PlanarConfiguration), 1) == 2 && samples > 1;
+        let packed = first(tag(Tag::Compression), 1) != 1;
+        let in_place = tag(Tag::StripOffsets).first().copied().filter(|_| !packed);
+        let bits = first(bits, 1);
+        let scalar = match (kind, bits) {
+            (1, 8 | 16 | 32 | 64) => format!("uint{bits}"),
+            (2, 8 | 16 | 32 | 64) => format!("int{bits}"),
+            (3, 16 | 32 | 64) => format!("float{bits}"),
+            _ => String::new(),
+        };
+        let scalar = scalar.parse();
+        let scalar = scalar.map_err(|_| {
+            Error::volume(path, format!("its samples have {bits} bits (format {kind}): expected 8, 16, 32 or 64; convert it"))
+        })?;
+        if !(1..=1 << 16).contains(&samples) {
+            return Err(Error::volume(path, format!("it has {samples} samples per pixel")));
+        }
+        let mut per_unit = |tag: Tag| match reader.find_tag(tag).ok().flatten()? {
+            Value::Rational(pixels, units) => Some(f64::from(pixels) / f64::from(units)),
+            _ => None,
+        };
+        let pixels_per_unit = per_unit(Tag::XResolution).zip(per_unit(Tag::YResolution)).map(|(x, y)| [x, y]);
+        let big_endian = matches!(reader.byte_order(), tiff::tags::ByteOrder::BigEndian);
+        let (width, height) = (width as usize, height as usize);
+        Ok(Self { width, height, samples, scalar, planar, big_endian, pixels_per_unit, in_place })
+    }
+
+    /// Bytes of a page.
+    pub fn bytes(&self) -> u64 {
+        let sizes = [self.width, self.height, self.samples, self.scalar.bytes()];
+        sizes.iter().fold(1, |n: u64, &size| n.saturating_mul(size as u64))
+    }
+}
+
+/// What the first page says of all.
+pub(super) fn description(reader: &mut Reader) -> String {
+    reader.get_tag_ascii_string(Tag::ImageDescription).unwrap_or_default()
+}
+
+/// The numbers of all pages that are like the first: smaller ones are previews.
+pub(super) fn alike(path: &Path, reader: &mut Reader, first: &Page) -> Result<Vec<usize>, Error> {
+    let mut found = vec![0];
+    let mut index = 0;
+    while reader.more_images() {
+        reader.next_image().map_err(|e| damaged(path, &e))?;
+        index += 1;
+        let size = reader.dimensions().map_err(|e| damaged(path, &e))?;
+        if size == (first.width as u32, first.height as u32) {
+            found.push(index);
+        }
+        if index > MOST {
+            return Err(Error::volume(path, format!("it has more than {MOST} pages")));
+        }
+    }
+    Ok(found)
+}
+
+/// Some pages of a file, one after the other.
+pub(super) struct Pages {
+    path: PathBuf,
+    reader: Reader,
+    pages: Vec<usize>,
+    /// Bytes of a page.
+    each: u64,
+    most: u64,
+    /// The page that was decoded last.
+    current: Option<(usize, Held)>,
+}
+
+impl Pages {
+    pub fn new(path: &Path, pages: Vec<usize>, each: u64) -> Result<Self, Error> {
+        let packed = std::fs::metadata(path).map_err(|e| Error::read(path, e))?.len();
+        let most = each.saturating_mul(pages.len() as u64).min(packed.saturating_mul(LIMIT));
+        Ok(Self { path: path.into(), reader: decoder(path)?, pages, each, most, current: None })
+    }
+
+    fn page(&mut self, page: usize) -> io::Result<&mut Held> {
+        let held = match self.current.take().filter(|(current, _)| *current == page) {
+            Some((_, held)) => held,
+            None => {
+                let bytes = crate::memory::zeroed(&self.path.display().to_string(), self.each as usize);
+                let mut bytes: Vec<u8> = bytes.map_err(|e| io::Error::other(e.to_string()))?;
+                let mut decode = |reader: &mut Reader| {
+                    reader.seek_to_image(self.pages[page])?;
+                    reader.read_image_bytes(&mut bytes)
+                };
+                decode(&mut self.reader).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.to_string()))?;
+                Held(bytes)
+            }
+        };
+        Ok(&mut self.current.insert((page, held)).1)
+    }
+}
+
+impl Bytes for Pages {
+    fn most(&self) -> u64 {
+        self.most
+    }
+
+    fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize> {
+        let mut found = 0;
+        while found < bytes.len() {
+            let at = at + found as u64;
+            let (page, within) = ((at / self.each) as usize, at % self.each);
+            if page >= self.pages.len() {
+                break;
+            }
+            let wanted = (self.each - within).min((bytes.len() - found) as u64) as usize;
+            let more = self.page(page)?.read(within, &mut bytes[found..found + wanted])?;
+            found += more;
+            if more < wanted {
+                break;
+            }
+        }
+        Ok(found)
+    }
+
+    fn ends_at(&mut self, end: u64) -> io::Result<bool> {
+        Ok(end == self.each.saturating_mul(self.pages.len() as u64))
+    }
+}

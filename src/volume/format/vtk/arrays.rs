@@ -1,0 +1,73 @@
+//! The arrays of an image, at its points and in its cells.
+
+use crate::error::Error;
+use crate::volume::format::load::{self, Header};
+use crate::volume::format::{RawOptions, choice};
+use crate::volume::{Endian, ScalarType};
+use glam::{DAffine3, DVec3};
+use std::path::Path;
+
+/// An array, wherever its numbers are.
+pub(super) struct Array<Place> {
+    pub name: String,
+    /// As the file calls it.
+    pub type_name: String,
+    pub components: usize,
+    /// Of the cells between points, not of the points.
+    pub of_cells: bool,
+    /// What the file marks as the one to show.
+    pub active: bool,
+    pub place: Place,
+}
+
+/// Where an image lies.
+pub(super) struct Image {
+    /// Points along x, y, z.
+    pub points: [usize; 3],
+    pub index_to_world: DAffine3,
+}
+
+/// The one that is asked for, or marked, or at points, or the first.
+pub(super) fn chosen<'a, P>(path: &Path, arrays: &'a [Array<P>], options: &RawOptions) -> Result<&'a Array<P>, Error> {
+    let best = |array: &&Array<P>| (!array.active, array.of_cells);
+    let default = arrays.iter().min_by_key(best);
+    let default = default.ok_or_else(|| Error::volume(path, "it has no array of numbers at points or in cells"))?;
+    let names: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
+    match choice::named(path, options.array.as_deref(), &names, &default.name)? {
+        None => Ok(default),
+        Some(index) => Ok(&arrays[index]),
+    }
+}
+
+impl<P> Array<P> {
+    /// Where the voxels of one component lie: at points, or in the middle of cells.
+    pub fn header(
+        &self,
+        path: &Path,
+        image: &Image,
+        scalar: ScalarType,
+        endian: Endian,
+        options: &RawOptions,
+    ) -> Result<Header, Error> {
+        let (mut dims, mut place) = (image.points, image.index_to_world);
+        if self.of_cells {
+            let half = DVec3::from_array(dims.map(|n| if n > 1 { 0.5 } else { 0.0 }));
+            place.translation = place.transform_point3(half);
+            dims = dims.map(|n| (n - 1).max(1));
+        }
+        let grid = load::grid(path, dims, place, options)?;
+        let channel = choice::chosen(path, "channel", options.channel, self.components)?;
+        Ok(Header { endian, ..Header::new(grid, scalar) }.with_channels_inside(channel, self.components))
+    }
+
+    /// Bytes of all its numbers.
+    #[cfg(feature = "vtk")]
+    pub fn bytes(&self, image: &Image, scalar: ScalarType) -> u64 {
+        self.numbers(image).saturating_mul(scalar.bytes() as u64)
+    }
+
+    pub fn numbers(&self, image: &Image) -> u64 {
+        let along = |n: usize| if self.of_cells { (n - 1).max(1) } else { n } as u64;
+        image.points.iter().fold(self.components as u64, |all, &n| all.saturating_mul(along(n)))
+    }
+}

@@ -1,0 +1,14 @@
+//! VTK's image data: XML (`.vti`, with the feature `vtk`) and the older structured points (`.vtk`).
+
+mod arrays;
+#[cfg(feature = "vtk")]
+mod blocks;
+#[cfg(feature = "vtk")]
+mod encoded;
+mod legacy;
+#[cfg(feature = "vtk")]
+mod xml;
+
+pub(super) use legacy::Legacy;
+#[cfg(feature = "vtk")]
+pub(super) use xml::Xml;

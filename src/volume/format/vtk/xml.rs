@@ -1,0 +1,281 @@
+//! `.vti`: XML around arrays (<https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>).
+
+use super::arrays::{self, Array, Image};
+use super::blocks::{self, Method};
+use super::encoded;
+use crate::error::Error;
+use crate::volume::format::bytes::{Bytes, Held, Plain};
+use crate::volume::format::load::Opened;
+use crate::volume::format::{Format, Found, RawOptions, text};
+use crate::volume::{Endian, ScalarType};
+use glam::{DAffine3, DMat3, DVec3};
+use quick_xml::events::{BytesStart, Event};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::Path;
+use std::str::FromStr;
+
+/// The format.
+pub(in crate::volume::format) struct Xml;
+
+/// Bytes that a tag and what comes before it may have, but for numbers.
+const LARGEST: u64 = 1 << 32;
+
+impl Format for Xml {
+    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+        file.start.windows(8).any(|bytes| bytes == b"<VTKFile")
+    }
+
+    fn names_arrays(&self) -> bool {
+        true
+    }
+
+    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+        let path = file.path;
+        let document = Document::read(path)?;
+        let image = document.image.as_ref().ok_or_else(|| document.wrong("it has no piece of ImageData"))?;
+        let array = arrays::chosen(path, &document.arrays, options)?;
+        let scalar = ScalarType::from_str(&array.type_name.to_ascii_lowercase());
+        let scalar = scalar.map_err(|_| document.wrong(format!("its array {} is of type {}", array.name, array.type_name)))?;
+        let endian = if matches!(array.place, Place::Text(_)) { Endian::NATIVE } else { document.endian };
+        let header = array.header(path, image, scalar, endian, options)?;
+        Ok(Opened { header, bytes: document.bytes(array, image, scalar)?, exact: false })
+    }
+}
+
+/// Where the numbers of an array are.
+enum Place {
+    /// Words in these bytes of the file.
+    Text(Range<u64>),
+    /// Base64 from this byte on.
+    Inline(u64),
+    /// So many bytes behind the underscore of the appended data.
+    Appended(u64),
+}
+
+/// What the file says before its appended data.
+struct Document<'a> {
+    path: &'a Path,
+    endian: Endian,
+    /// Bytes of the counts before data.
+    count: usize,
+    method: Option<Method>,
+    image: Option<Image>,
+    arrays: Vec<Array<Place>>,
+    /// The byte behind the underscore, and whether base64 follows.
+    appended: Option<(u64, bool)>,
+}
+
+impl<'a> Document<'a> {
+    fn read(path: &'a Path) -> Result<Self, Error> {
+        let file = File::open(path).map_err(|e| Error::read(path, e))?;
+        let mut document =
+            Self { path, endian: Endian::Little, count: 4, method: None, image: None, arrays: Vec::new(), appended: None };
+        let mut reader = quick_xml::Reader::from_reader(BufReader::new(file).take(LARGEST));
+        let mut scope = Scope::default();
+        let mut buffer = Vec::new();
+        loop {
+            buffer.clear();
+            let event = reader.read_event_into(&mut buffer).map_err(|e| document.wrong(format!("its XML is damaged: {e}")))?;
+            match event {
+                Event::Start(tag) if tag.local_name().as_ref() == b"AppendedData" => {
+                    let coding = attribute(&tag, "encoding");
+                    document.append(reader.buffer_position(), coding.as_deref() == Some("base64"))?;
+                    return Ok(document);
+                }
+                Event::Start(tag) => document.open_tag(&tag, &mut scope, reader.buffer_position(), false)?,
+                Event::Empty(tag) => document.open_tag(&tag, &mut scope, reader.buffer_position(), true)?,
+                Event::Text(words) => scope.text_length = words.len() as u64,
+                Event::End(tag) => match tag.local_name().as_ref() {
+                    b"PointData" | b"CellData" => scope.marked = None,
+                    b"DataArray" => {
+                        if let Some(Place::Text(range)) =
+                            document.arrays.last_mut().filter(|_| scope.marked.is_some()).map(|a| &mut a.place)
+                        {
+                            range.end = range.start + scope.text_length;
+                        }
+                    }
+                    _ => {}
+                },
+                Event::Eof => return Ok(document),
+                _ => {}
+            }
+        }
+    }
+
+    fn open_tag(&mut self, tag: &BytesStart, scope: &mut Scope, behind: u64, empty: bool) -> Result<(), Error> {
+        scope.text_length = 0;
+        match tag.local_name().as_ref() {
+            b"VTKFile" => self.file(tag),
+            b"ImageData" => {
+                (scope.origin, scope.spacing) = (self.vector(tag, "Origin")?, self.vector(tag, "Spacing")?);
+                scope.direction = self.numbers(tag, "Direction")?;
+                Ok(())
+            }
+            b"Piece" if self.image.is_some() => Err(self.wrong("it has several pieces: write it as one")),
+            b"Piece" => {
+                self.image = Some(self.piece(tag, scope)?);
+                Ok(())
+            }
+            name @ (b"PointData" | b"CellData") if !empty => {
+                scope.marked = Some((name == b"CellData", attribute(tag, "Scalars")));
+                Ok(())
+            }
+            b"DataArray" => {
+                if let Some((of_cells, marked)) = &scope.marked {
+                    let array = self.array(tag, *of_cells, marked.as_deref(), behind)?;
+                    self.arrays.push(array);
+                }
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn file(&mut self, tag: &BytesStart) -> Result<(), Error> {
+        let kind = attribute(tag, "type").unwrap_or_default();
+        if kind != "ImageData" {
+            return Err(
+                self.wrong(format!("it holds {kind}: expected ImageData; resample it, or give its one file if it is parallel"))
+            );
+        }
+        self.endian = if attribute(tag, "byte_order").as_deref() == Some("BigEndian") { Endian::Big } else { Endian::Little };
+        self.count = if attribute(tag, "header_type").as_deref() == Some("UInt64") { 8 } else { 4 };
+        self.method = match attribute(tag, "compressor").as_deref() {
+            None | Some("") => None,
+            Some("vtkZLibDataCompressor") => Some(Method::Zlib),
+            Some("vtkLZ4DataCompressor") => Some(Method::Lz4),
+            Some(other) => return Err(self.wrong(format!("it is packed by {other}: pack it by zlib, lz4 or not at all"))),
+        };
+        Ok(())
+    }
+
+    fn piece(&self, tag: &BytesStart, scope: &Scope) -> Result<Image, Error> {
+        let extent: [i32; 6] = self.numbers(tag, "Extent")?.ok_or_else(|| self.wrong("its piece has no Extent"))?;
+        let points =
+            |i: usize| usize::try_from(i64::from(extent[2 * i + 1]) - i64::from(extent[2 * i]) + 1).ok().filter(|&n| n > 0);
+        let (Some(x), Some(y), Some(z)) = (points(0), points(1), points(2)) else {
+            return Err(self.wrong(format!("its extent, {extent:?}, has no points")));
+        };
+        let first = DVec3::new(extent[0].into(), extent[2].into(), extent[4].into());
+        // Row by row.
+        let direction = scope.direction.map_or(DMat3::IDENTITY, |rows: [f64; 9]| DMat3::from_cols_array(&rows).transpose());
+        let matrix3 = direction * DMat3::from_diagonal(scope.spacing.unwrap_or(DVec3::ONE));
+        let translation = scope.origin.unwrap_or(DVec3::ZERO) + matrix3 * first;
+        Ok(Image { points: [x, y, z], index_to_world: DAffine3 { matrix3, translation } })
+    }
+
+    fn array(&self, tag: &BytesStart, of_cells: bool, marked: Option<&str>, behind: u64) -> Result<Array<Place>, Error> {
+        let name = attribute(tag, "Name").unwrap_or_default();
+        let number = |key: &str, missing: u64| match attribute(tag, key) {
+            Some(text) => text.trim().parse().map_err(|_| self.wrong(format!("{key} of its array {name} is '{text}'"))),
+            None => Ok(missing),
+        };
+        let components = number("NumberOfComponents", 1)?;
+        let components = usize::try_from(components).ok().filter(|n| (1..=1 << 20).contains(n));
+        let components = components.ok_or_else(|| self.wrong(format!("its array {name} has no components, or too many")))?;
+        let place = match attribute(tag, "format").as_deref() {
+            Some("appended") => Place::Appended(number("offset", 0)?),
+            Some("binary") => Place::Inline(behind),
+            _ => Place::Text(behind..behind),
+        };
+        let active = marked == Some(name.as_str());
+        Ok(Array { type_name: attribute(tag, "type").unwrap_or_default(), name, components, of_cells, active, place })
+    }
+
+    /// Notes where appended data begin, from the byte behind their tag on.
+    fn append(&mut self, behind: u64, coded: bool) -> Result<(), Error> {
+        let failed = |e| Error::read(self.path, e);
+        let mut file = File::open(self.path).map_err(failed)?;
+        file.seek(SeekFrom::Start(behind)).map_err(failed)?;
+        let blanks = BufReader::new(file).take(1 << 10).skip_until(b'_').map_err(failed)?;
+        self.appended = Some((behind + blanks as u64, coded));
+        Ok(())
+    }
+
+    /// All numbers of an array.
+    fn bytes(&self, array: &Array<Place>, image: &Image, scalar: ScalarType) -> Result<Box<dyn Bytes>, Error> {
+        let failed = |e| Error::read(self.path, e);
+        let file = File::open(self.path).map_err(failed)?;
+        let coded = |at: u64| encoded::Coded { path: self.path, at, count: self.count, endian: self.endian };
+        let wanted = array.bytes(image, scalar);
+        match (&array.place, self.appended) {
+            (Place::Text(range), _) => {
+                let text = text::of_part(self.path, file, range.clone())?;
+                Ok(Box::new(Held(text::numbers(self.path, &text, array.numbers(image), scalar)?)))
+            }
+            (Place::Appended(_), None) => Err(self.wrong("it has no appended data: it is truncated")),
+            (Place::Inline(at), _) => self.decoded(&coded(*at), wanted),
+            (Place::Appended(offset), Some((start, true))) => self.decoded(&coded(start.saturating_add(*offset)), wanted),
+            (Place::Appended(offset), Some((start, false))) => {
+                let mut counts = Plain::new(file, start.saturating_add(*offset)).map_err(failed)?;
+                if let Some(method) = self.method {
+                    return blocks::unpacked(self.path, Box::new(counts), self.count, self.endian, method);
+                }
+                let mut declared = [0; 8];
+                let found = counts.read(0, &mut declared[..self.count]).map_err(failed)?;
+                let declared = blocks::number(&declared[..found], self.endian);
+                self.compare(declared, wanted)?;
+                let file = File::open(self.path).map_err(failed)?;
+                let first = start.saturating_add(*offset).saturating_add(self.count as u64);
+                Ok(Box::new(Plain::new(file, first).map_err(failed)?))
+            }
+        }
+    }
+
+    fn decoded(&self, coded: &encoded::Coded, wanted: u64) -> Result<Box<dyn Bytes>, Error> {
+        match self.method {
+            Some(method) => {
+                let bytes = Held(coded.blocks()?);
+                blocks::unpacked(self.path, Box::new(bytes), self.count, self.endian, method)
+            }
+            None => {
+                let (declared, bytes) = coded.plain()?;
+                self.compare(declared, wanted)?;
+                Ok(Box::new(Held(bytes)))
+            }
+        }
+    }
+
+    fn compare(&self, declared: u64, wanted: u64) -> Result<(), Error> {
+        if declared >= wanted {
+            return Ok(());
+        }
+        Err(self.wrong(format!("an array of {declared} bytes should have {wanted}: it is damaged")))
+    }
+
+    fn vector(&self, tag: &BytesStart, name: &str) -> Result<Option<DVec3>, Error> {
+        Ok(self.numbers::<f64, 3>(tag, name)?.map(DVec3::from_array))
+    }
+
+    /// So many numbers of an attribute.
+    fn numbers<T: FromStr, const N: usize>(&self, tag: &BytesStart, name: &str) -> Result<Option<[T; N]>, Error> {
+        let Some(text) = attribute(tag, name) else { return Ok(None) };
+        let numbers: Option<Vec<T>> = text.split_whitespace().map(|word| word.parse().ok()).collect();
+        let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
+        numbers.map(Some).ok_or_else(|| self.wrong(format!("its {name}, '{text}', is not {N} numbers")))
+    }
+
+    fn wrong(&self, problem: impl Into<String>) -> Error {
+        Error::volume(self.path, problem)
+    }
+}
+
+/// What the tags around an array say.
+#[derive(Default)]
+struct Scope {
+    origin: Option<DVec3>,
+    spacing: Option<DVec3>,
+    direction: Option<[f64; 9]>,
+    /// In PointData (false) or CellData (true), and which array is marked there.
+    marked: Option<(bool, Option<String>)>,
+    /// Bytes of the last text.
+    text_length: u64,
+}
+
+fn attribute(tag: &BytesStart, name: &str) -> Option<String> {
+    let found = tag.try_get_attribute(name).ok()??;
+    let value = found.unescape_value().ok()?;
+    Some(value.into_owned())
+}

@@ -1,0 +1,219 @@
+//! Volumes written to files, voxels in the type that they have.
+
+mod nifti;
+mod npy;
+mod nrrd;
+mod raw;
+mod vti;
+
+use super::format;
+use super::{Endian, Grid, RawOptions, Rescale, ScalarType, Volume};
+use crate::error::Error;
+use crate::files::write_whole;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Bytes that are turned around at a time.
+const PIECE: usize = 1 << 20;
+
+/// What is written: all numbers, x fastest.
+struct Written<'a> {
+    name: &'a str,
+    grid: &'a Grid,
+    scalar: ScalarType,
+    rescale: Rescale,
+    numbers: Numbers<'a>,
+}
+
+/// Where they are.
+enum Numbers<'a> {
+    Volume(&'a Volume<'a>),
+    Bytes(&'a [u8], Endian),
+}
+
+/// Formats, by the endings of names.
+#[derive(Clone, Copy)]
+enum Format {
+    Raw,
+    Nrrd,
+    Nifti { packed: bool },
+    Npy,
+    Vti,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self, Error> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        let formats = [
+            (".raw", Format::Raw),
+            (".nrrd", Format::Nrrd),
+            (".nii", Format::Nifti { packed: false }),
+            (".nii.gz", Format::Nifti { packed: true }),
+            (".npy", Format::Npy),
+            (".vti", Format::Vti),
+        ];
+        let found = formats.into_iter().find(|(ending, _)| name.ends_with(ending)).map(|(_, format)| format);
+        let known = || "a name ending in .raw, .nrrd, .nii, .nii.gz, .npy or .vti".into();
+        found.ok_or_else(|| Error::UnknownName { what: "volume format", name, known: known() })
+    }
+
+    /// Whether a file says how its numbers become values, and whether it says where voxels lie.
+    fn keeps(self) -> (bool, bool) {
+        match self {
+            Format::Nifti { .. } => (true, true),
+            Format::Nrrd | Format::Vti => (false, true),
+            Format::Raw | Format::Npy => (false, false),
+        }
+    }
+}
+
+/// Writes what a file, or `builtin:NAME`, holds to a file of another format, in the type that it has there. The rest is as
+/// [`Volume::save`] says.
+///
+/// # Errors
+/// Those of [`Volume::open`] and of [`Volume::save`].
+///
+/// ```
+/// use layersplat::volume::{RawOptions, convert};
+/// # let folder = tempfile::tempdir().expect("a folder");
+///
+/// let written = convert("builtin:cube@4", &RawOptions::default(), folder.path().join("cube.raw"))?;
+/// assert!(written.ends_with("cube_4x4x4_uint8.raw"));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
+pub fn convert(source: impl AsRef<Path>, options: &RawOptions, target: impl AsRef<Path>) -> Result<PathBuf, Error> {
+    let (source, target) = (source.as_ref(), target.as_ref());
+    let format = Format::of(target)?;
+    if source.to_str().is_some_and(|name| name.starts_with("builtin:")) {
+        return Volume::open(source, options)?.save(target);
+    }
+    let (header, bytes) = format::numbers(source, options)?;
+    let name = source.file_name().unwrap_or_default().to_string_lossy();
+    let numbers = Numbers::Bytes((*bytes).as_ref(), header.endian);
+    let written = Written { name: &name, grid: &header.grid, scalar: header.scalar, rescale: header.rescale, numbers };
+    written.save(target, format)
+}
+
+impl Volume<'_> {
+    /// Writes the volume to a file, whole or not at all: `.raw` (its dimensions and type are put into the name), `.nrrd`, `.nii`,
+    /// `.nii.gz`, `.npy` or `.vti`. Returns the file's name.
+    ///
+    /// Voxels have the type that they are stored in. NIfTI says how these become values; elsewhere they are written as values, floats, if
+    /// they are not stored so, with a warning. Raw files and arrays do not say where voxels lie, which is warned of too.
+    ///
+    /// # Errors
+    /// An ending that is none of these, what the format does not hold, and files that cannot be written.
+    ///
+    /// ```
+    /// use layersplat::volume::{RawOptions, Volume};
+    /// # let folder = tempfile::tempdir().expect("a folder");
+    ///
+    /// let volume = Volume::open("builtin:hydrogen@8", &RawOptions::default())?;
+    /// let path = volume.save(folder.path().join("hydrogen.nrrd"))?;
+    /// assert_eq!(Volume::open(path, &RawOptions::default())?.value(77), volume.value(77));
+    /// # Ok::<(), layersplat::Error>(())
+    /// ```
+    pub fn save(&self, target: impl AsRef<Path>) -> Result<PathBuf, Error> {
+        let target = target.as_ref();
+        let (scalar, rescale) = (self.voxel_type().into(), self.description().rescale());
+        let numbers = Numbers::Volume(self);
+        Written { name: self.name(), grid: self.grid(), scalar, rescale, numbers }.save(target, Format::of(target)?)
+    }
+}
+
+impl Written<'_> {
+    fn save(&self, target: &Path, format: Format) -> Result<PathBuf, Error> {
+        let (keeps_rescale, keeps_place) = format.keeps();
+        if !keeps_place && *self.grid != Grid::new(self.grid.dims(), glam::DVec3::ONE)? {
+            tracing::warn!(
+                "{}: the format does not say where voxels lie: spacing and place of the grid are lost",
+                target.display()
+            );
+        }
+        let as_values = !keeps_rescale && self.rescale != Rescale::default();
+        if as_values {
+            tracing::warn!("{}: the format has no slope and intercept: {} voxels become values", target.display(), self.scalar);
+        }
+        let mut target = target.to_owned();
+        let written = Written {
+            scalar: if as_values { self.type_of_values() } else { self.scalar },
+            numbers: self.numbers.again(),
+            ..*self
+        };
+        let head = match format {
+            Format::Raw => {
+                target = raw::named(&target, written.grid.dims(), written.scalar)?;
+                Ok(Vec::new())
+            }
+            Format::Nrrd => nrrd::head(&written),
+            Format::Nifti { .. } => nifti::head(&written),
+            Format::Npy => npy::head(&written),
+            Format::Vti => vti::head(&written),
+        };
+        let head = head.map_err(|problem| Error::volume(&target, problem))?;
+        let foot: &[u8] = if matches!(format, Format::Vti) { vti::FOOT } else { &[] };
+        let rescale = as_values.then_some(self.rescale);
+        let all = |out: &mut dyn Write| {
+            out.write_all(&head)?;
+            written.write(self.scalar, rescale, out)?;
+            out.write_all(foot)
+        };
+        write_whole(&target, |out| match format {
+            Format::Nifti { packed: true } => {
+                let mut packer = flate2::write::GzEncoder::new(out, flate2::Compression::default());
+                all(&mut packer)?;
+                packer.finish().map(|_| ())
+            }
+            _ => all(out),
+        })?;
+        Ok(target)
+    }
+
+    /// Floats that hold every value of a number of up to 16 bits, or of more.
+    fn type_of_values(&self) -> ScalarType {
+        if self.scalar.bytes() <= 2 { ScalarType::Float32 } else { ScalarType::Float64 }
+    }
+
+    /// Bytes of all numbers.
+    fn bytes(&self) -> u64 {
+        self.grid.voxel_count() as u64 * self.scalar.bytes() as u64
+    }
+
+    /// Writes all numbers, the lowest byte first; as values if they are to be rescaled.
+    fn write(&self, stored: ScalarType, rescale: Option<Rescale>, out: &mut dyn Write) -> io::Result<()> {
+        let mut piece = |bytes: &[u8], endian: Endian| match rescale {
+            Some(rescale) => out.write_all(&values(bytes, stored, endian, rescale, self.scalar)),
+            None if endian == Endian::Little || stored.bytes() == 1 => out.write_all(bytes),
+            None => bytes.chunks(PIECE).try_for_each(|bytes| {
+                let mut turned = bytes.to_vec();
+                turned.chunks_exact_mut(stored.bytes()).for_each(<[u8]>::reverse);
+                out.write_all(&turned)
+            }),
+        };
+        match self.numbers {
+            Numbers::Volume(volume) => volume
+                .voxels
+                .for_each_piece(None, |_, bytes| bytes.chunks(PIECE).try_for_each(|bytes| piece(bytes, Endian::NATIVE))),
+            Numbers::Bytes(bytes, endian) => bytes.chunks(PIECE).try_for_each(|bytes| piece(bytes, endian)),
+        }
+    }
+}
+
+impl<'a> Numbers<'a> {
+    fn again(&self) -> Numbers<'a> {
+        match *self {
+            Numbers::Volume(volume) => Numbers::Volume(volume),
+            Numbers::Bytes(bytes, endian) => Numbers::Bytes(bytes, endian),
+        }
+    }
+}
+
+/// Numbers as values, the lowest byte first.
+fn values(bytes: &[u8], stored: ScalarType, endian: Endian, rescale: Rescale, scalar: ScalarType) -> Vec<u8> {
+    let numbers = super::wide::Numbers { bytes, scalar: stored, endian };
+    let values = (0..bytes.len() / stored.bytes()).map(|index| rescale.value(numbers.get(index)));
+    match scalar {
+        ScalarType::Float32 => values.flat_map(|value| (value as f32).to_le_bytes()).collect(),
+        _ => values.flat_map(f64::to_le_bytes).collect(),
+    }
+}

@@ -1,0 +1,126 @@
+//! Files that are cut short, or of which bits are flipped, give a volume or an error, and take no more memory than their bytes could
+//! stand for.
+
+use crate::files::{all, folder};
+use layersplat::volume::Volume;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Lengths that a file is cut to, and bits of it that are flipped.
+const DAMAGES: usize = 40;
+/// Bytes that a damaged file of a few thousand may take at once: packed bytes stand for up to 1032.
+const MOST: usize = 24 << 20;
+/// The same of TIFF: the crate sets aside, untouched, what a tag of the first page says, up to its own limit.
+const MOST_OF_TIFF: usize = 257 << 20;
+
+/// Remembers the largest piece of memory that was asked for.
+struct Watched;
+
+static LARGEST: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: all calls are handed on as they are.
+unsafe impl GlobalAlloc for Watched {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        LARGEST.fetch_max(size, Ordering::Relaxed);
+        unsafe { System.realloc(memory, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[global_allocator]
+static WATCHED: Watched = Watched;
+
+/// All files of a folder, below another.
+fn copied(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copied(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
+
+/// The file that holds what is opened: the first slice of a pattern.
+fn one(path: &Path) -> std::path::PathBuf {
+    if path.is_dir() { path.join("slice_8.png") } else { path.to_str().unwrap().replace("%d", "8").into() }
+}
+
+/// Opens a file in every damaged form. How many of them were refused.
+fn damaged(path: &Path, options: &layersplat::RawOptions) -> usize {
+    let target = one(path);
+    let whole = std::fs::read(&target).unwrap();
+    let most = if path.to_string_lossy().contains(".tif") { MOST_OF_TIFF } else { MOST };
+    let mut refused = 0;
+    let mut try_it = |bytes: &[u8], what: &dyn Fn() -> String| {
+        std::fs::write(&target, bytes).unwrap();
+        LARGEST.store(0, Ordering::Relaxed);
+        refused += usize::from(Volume::open(path, options).is_err());
+        let largest = LARGEST.load(Ordering::Relaxed);
+        assert!(largest < most, "{} takes {largest} bytes, {}", path.display(), what());
+    };
+    let step = (whole.len() / DAMAGES).max(1);
+    for length in (0..whole.len()).step_by(step) {
+        try_it(&whole[..length], &|| format!("cut to {length}"));
+    }
+    // Bits by a linear congruence, so that a failure comes back.
+    let mut state = 12345u64;
+    for _ in 0..DAMAGES {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        let bit = (state >> 20) as usize % (whole.len() * 8);
+        let mut bytes = whole.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        try_it(&bytes, &|| format!("with bit {bit} flipped"));
+    }
+    std::fs::write(&target, whole).unwrap();
+    refused
+}
+
+/// One test, for what it measures is the process's.
+#[test]
+fn damaged_files_are_refused_or_read() {
+    let temporary = tempfile::tempdir().unwrap();
+    copied(&folder(), temporary.path());
+    let mut seen = BTreeSet::new();
+    for expected in all() {
+        if seen.insert(expected.file.clone()) {
+            let refused = damaged(&temporary.path().join(&expected.file), &expected.options);
+            assert!(refused > 0, "{}: nothing that is done to it is noticed", expected.file);
+        }
+    }
+}
+
+/// Nothing of a file can be left out but what comes behind its voxels.
+#[test]
+fn files_cut_short_within_their_voxels_are_refused() {
+    let temporary = tempfile::tempdir().unwrap();
+    copied(&folder(), temporary.path());
+    for file in ["nrrd/raw.nrrd", "nrrd/int16.nrrd"] {
+        let path = temporary.path().join(file);
+        let whole = std::fs::read(&path).unwrap();
+        for length in 0..whole.len() - 1 {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            let opened = Volume::open(&path, &layersplat::RawOptions::default());
+            // The checksum behind packed voxels is not looked at where these end.
+            assert!(opened.is_err(), "{file} at {length} of {}", whole.len());
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Every file of files/expected.json.
+
+use layersplat::glam::{DAffine3, DVec3};
+use layersplat::volume::{RawOptions, Volume};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// Places are of files that hold them as 32-bit floats, up to 30 from the origin.
+const PLACE: f64 = 1e-5;
+
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/files")
+}
+
+/// A file, the options that it is opened with, and what the one who wrote it says of it.
+pub struct Expected {
+    pub file: String,
+    pub options: RawOptions,
+    dims: [usize; 3],
+    /// Voxel (x, y, z) is `intercept + slope * (x, y, z) · strides`.
+    strides: [f64; 3],
+    slope: f64,
+    intercept: f64,
+    affine: DAffine3,
+}
+
+impl Expected {
+    fn new(entry: &Value) -> Self {
+        let number = |value: &Value| value.as_f64().unwrap();
+        let row = |i: usize, j: usize| number(&entry["affine"][i][j]);
+        let column = |j: usize| DVec3::new(row(0, j), row(1, j), row(2, j));
+        let whole = |name: &str| entry[name].as_u64().map(|n| n as usize);
+        Self {
+            file: entry["file"].as_str().unwrap().into(),
+            options: RawOptions {
+                frame: whole("frame"),
+                channel: whole("channel"),
+                array: entry["array"].as_str().map(String::from),
+                ..RawOptions::default()
+            },
+            dims: [0, 1, 2].map(|i| entry["dims"][i].as_u64().unwrap() as usize),
+            strides: [0, 1, 2].map(|i| number(&entry["strides"][i])),
+            slope: number(&entry["slope"]),
+            intercept: number(&entry["intercept"]),
+            affine: DAffine3::from_cols(column(0), column(1), column(2), column(3)),
+        }
+    }
+
+    /// What is wrong with a volume.
+    pub fn differences(&self, volume: &Volume) -> Vec<String> {
+        let mut wrong = Vec::new();
+        if volume.grid().dims() != self.dims {
+            return vec![format!("{:?} voxels, expected {:?}", volume.grid().dims(), self.dims)];
+        }
+        let found = volume.grid().index_to_world();
+        if !found.abs_diff_eq(self.affine, PLACE) {
+            wrong.push(format!("it lies at {found}, expected {}", self.affine));
+        }
+        let [x, y, _] = self.dims;
+        for index in 0..self.dims.iter().product() {
+            let place = [index % x, index / x % y, index / x / y];
+            let number: f64 = (0..3).map(|i| place[i] as f64 * self.strides[i]).sum();
+            let (found, expected) = (volume.value(index), self.intercept + self.slope * number);
+            if found != expected {
+                wrong.push(format!("voxel {place:?} is {found}, expected {expected}"));
+                break;
+            }
+        }
+        wrong
+    }
+}
+
+/// All that the features of this build can read.
+pub fn all() -> Vec<Expected> {
+    let text = std::fs::read_to_string(folder().join("expected.json")).unwrap();
+    let entries: Vec<Value> = serde_json::from_str(&text).unwrap();
+    let readable = |file: &str| {
+        let built = [(".vti", cfg!(feature = "vtk")), (".npz", cfg!(feature = "npz")), (".tif", cfg!(feature = "tiff"))];
+        built.iter().all(|(ending, built)| !file.ends_with(ending) || *built)
+    };
+    entries.iter().map(Expected::new).filter(|expected| readable(&expected.file)).collect()
+}
+
+/// Opens all files of a folder; panics with all that is wrong.
+#[track_caller]
+fn check(format: &str) {
+    let of_format: Vec<Expected> = all().into_iter().filter(|expected| expected.file.starts_with(format)).collect();
+    assert!(!of_format.is_empty(), "there are no files of {format}");
+    let mut wrong = Vec::new();
+    for expected in of_format {
+        let differences = match Volume::open(folder().join(&expected.file), &expected.options) {
+            Ok(volume) => expected.differences(&volume),
+            Err(e) => vec![e.to_string()],
+        };
+        wrong.extend(differences.iter().map(|difference| format!("{}: {difference}", expected.file)));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+macro_rules! formats {
+    ($($name:ident),*) => {$(
+        #[test]
+        fn $name() {
+            check(concat!(stringify!($name), "/"));
+        }
+    )*};
+}
+formats!(nrrd, nifti, metaimage, vtk, numpy, bov, png);
+#[cfg(feature = "tiff")]
+formats!(tiff);
+
+#[test]
+fn a_wrong_expectation_is_noticed() {
+    let mut expected = all().into_iter().find(|expected| expected.file == "nrrd/raw.nrrd").unwrap();
+    let volume = Volume::open(folder().join(&expected.file), &expected.options).unwrap();
+    assert_eq!(expected.differences(&volume), [""; 0]);
+    expected.affine.translation.x += 1e-4;
+    assert_eq!(expected.differences(&volume).len(), 1);
+    expected.strides.swap(0, 1);
+    assert_eq!(expected.differences(&volume).len(), 2);
+}

@@ -1,0 +1,162 @@
+//! Files with something wrong in them: named, with what is wrong.
+
+use crate::files::folder;
+use layersplat::volume::{RawOptions, Volume};
+use layersplat::{Error, glam::DVec3};
+use std::path::Path;
+
+/// A file, what is replaced in it by what, and a word of the message.
+type Case<'a> = (&'a str, &'a [u8], &'a [u8], &'a str);
+
+const TEXT: &[Case] = &[
+    ("nrrd/raw.nrrd", b"dimension: 3", b"dimension: 0", "dimension"),
+    ("nrrd/raw.nrrd", b"dimension: 3", b"dimension: 4", "sizes"),
+    ("nrrd/raw.nrrd", b"sizes: 5 4 3", b"sizes: 5 0 3", "no voxels"),
+    ("nrrd/raw.nrrd", b"sizes: 5 4 3", b"sizes: 5 4 4", "truncated"),
+    ("nrrd/raw.nrrd", b"sizes: 5 4 3", b"sizes: 999999999 999999999 999999999", "more than any"),
+    ("nrrd/raw.nrrd", b"type: int16", b"type: block", "block"),
+    ("nrrd/raw.nrrd", b"encoding: raw", b"encoding: bzip2", "bzip2"),
+    ("nrrd/raw.nrrd", b"endian: little", b"endian: middle", "endian"),
+    ("nrrd/raw.nrrd", b"spacings: 0.5", b"spacings: 0.0", "length 0"),
+    ("nrrd/lps.nrrd", b"space directions: (", b"space directions: (9", "sheared"),
+    ("nrrd/detached_raw.nhdr", b"detached_raw.raw", b"missing.raw", "missing.raw"),
+    ("nrrd/numbered.nhdr", b"8 10 1", b"8 11 1", "names 4"),
+    ("nrrd/numbered.nhdr", b"%02d", b"%02x", "names no files"),
+    ("nrrd/ascii.nrrd", b"-3000", b"-3oo0", "-3oo0"),
+    ("metaimage/plain.mha", b"DimSize = 5 4 3", b"DimSize = 5 4 -3", "DimSize"),
+    ("metaimage/plain.mha", b"DimSize = 5 4 3", b"DimSize = 5 4 9", "truncated"),
+    ("metaimage/plain.mha", b"NDims = 3", b"NDims = 0", "NDims"),
+    ("metaimage/plain.mha", b"MET_SHORT", b"MET_STRING", "MET_STRING"),
+    ("metaimage/plain.mha", b"TransformMatrix = 0.8", b"TransformMatrix = 3.8", "sheared"),
+    ("metaimage/plain.mhd", b"plain.raw", b"missing.raw", "missing.raw"),
+    ("metaimage/listed.mhd", b"slice_10.raw\n", b"", "names 2"),
+    ("metaimage/int16.mha", b"CompressedData = True", b"CompressedData = False", "truncated"),
+    ("vtk/legacy_30.vtk", b"STRUCTURED_POINTS", b"POLYDATA", "POLYDATA"),
+    ("vtk/legacy_30.vtk", b"DIMENSIONS 5 4 3", b"DIMENSIONS 5 4 0", "DIMENSIONS"),
+    ("vtk/legacy_30.vtk", b"unsigned_char", b"bit", "bit"),
+    ("vtk/legacy_30.vtk", b"POINT_DATA 60", b"POINT_DATA 70", "early"),
+    ("vtk/legacy_42_binary_int16.vtk", b"POINT_DATA 60", b"POINT_DATA 6000000000", "beyond its end"),
+    ("numpy/int16.npy", b"<i2", b"<c8", "<c8"),
+    ("numpy/int16.npy", b"(3, 4, 5)", b"(3, 4, 9)", "truncated"),
+    ("numpy/int16.npy", b"(3, 4, 5)", b"()       ", "no voxels"),
+    ("bov/values.bov", b"values.bin", b"missing.bin", "missing.bin"),
+    ("bov/values.bov", b"FLOAT", b"COMPLEX", "COMPLEX"),
+    ("bov/values.bov", b"5 4 3", b"5 4", "DATA_SIZE"),
+];
+
+#[cfg(feature = "vtk")]
+const XML: &[Case] = &[
+    ("vtk/ascii_plain.vti", b"\"ImageData\"", b"\"UnstructuredGrid\"", "UnstructuredGrid"),
+    ("vtk/ascii_plain.vti", b"Piece Extent=\"0 4 0 3 0 2\"", b"Piece Extent=\"0 4 0 3 2 0\"", "no points"),
+    ("vtk/ascii_plain.vti", b"Piece Extent=\"0 4 0 3 0 2\"", b"Piece Extent=\"0 4 0 3 0 9\"", "numbers"),
+    ("vtk/ascii_plain.vti", b"\"Int16\"", b"\"String\"", "String"),
+    ("vtk/ascii_plain.vti", b"</Piece>", b"</Peace>", "XML"),
+    ("vtk/binary_plain.vti", b"eAAAA", b"eAAAB", "base64"),
+    ("vtk/binary_plain.vti", b"eAAAA", b"*AAAA", "base64"),
+    ("vtk/binary_zlib.vti", b"vtkZLibDataCompressor", b"vtkLZMADataCompressor", "LZMA"),
+    ("vtk/appended_zlib.vti", b"offset=\"0\"", b"offset=\"99999999999\"", "ends too early"),
+    ("vtk/appended_plain.vti", b"Piece Extent=\"0 4 0 3 0 2\"", b"Piece Extent=\"0 4 0 3 0 9\"", "should have"),
+];
+
+/// All files of the folder of a case, one of them changed.
+fn changed(file: &str, change: impl FnOnce(&mut Vec<u8>)) -> (tempfile::TempDir, std::path::PathBuf) {
+    let temporary = tempfile::tempdir().unwrap();
+    let source = folder().join(file);
+    for entry in std::fs::read_dir(source.parent().unwrap()).unwrap().map(|entry| entry.unwrap()) {
+        if entry.path().is_file() {
+            std::fs::copy(entry.path(), temporary.path().join(entry.file_name())).unwrap();
+        }
+    }
+    let path = temporary.path().join(source.file_name().unwrap());
+    let mut bytes = std::fs::read(&path).unwrap();
+    change(&mut bytes);
+    std::fs::write(&path, bytes).unwrap();
+    (temporary, path)
+}
+
+#[track_caller]
+fn refused(path: &Path, what: &str, word: &str) {
+    let message = match Volume::open(path, &RawOptions::default()) {
+        Ok(volume) => panic!("{what} is opened: {volume:?}"),
+        Err(e) => e.to_string(),
+    };
+    assert!(message.contains(word), "{what}: '{word}' is not in: {message}");
+    // The message names a file in the folder.
+    assert!(message.contains(path.parent().unwrap().to_str().unwrap()), "{what}: {message}");
+}
+
+fn refused_text(cases: &[Case]) {
+    for &(file, from, to, word) in cases {
+        let what = format!("{file} with {}", String::from_utf8_lossy(to));
+        let (_temporary, path) = changed(file, |bytes| {
+            let at =
+                bytes.windows(from.len()).position(|part| part == from).unwrap_or_else(|| panic!("{what}: nothing to change"));
+            bytes.splice(at..at + from.len(), to.iter().copied());
+        });
+        refused(&path, &what, word);
+    }
+}
+
+#[test]
+fn wrong_headers_are_named() {
+    refused_text(TEXT);
+}
+
+#[test]
+#[cfg(feature = "vtk")]
+fn wrong_xml_is_named() {
+    refused_text(XML);
+}
+
+#[test]
+fn wrong_bytes_are_named() {
+    let cases: [(&str, usize, &[u8], &str); 8] = [
+        ("nifti/little_1.nii", 40, &[0], "axes"),
+        ("nifti/little_1.nii", 42, &[0, 0], "no voxels"),
+        ("nifti/little_1.nii", 42, &[255, 127], "truncated"),
+        ("nifti/little_1.nii", 70, &[32], "datatype is 32"),
+        ("nifti/little_1.nii", 280, &[0, 0, 0x80, 0x40], "sheared"),
+        ("nifti/little_2.nii", 175, &[0x80], "vox_offset"),
+        ("nifti/pair_1.hdr", 70, &[1, 0], "datatype is 1"),
+        ("numpy/int16.npy", 6, &[9], "version 9"),
+    ];
+    for (file, at, with, word) in cases {
+        let (_temporary, path) = changed(file, |bytes| bytes[at..at + with.len()].copy_from_slice(with));
+        refused(&path, &format!("{file} with {with:?} at {at}"), word);
+    }
+    let (_temporary, path) = changed("nifti/pair_1.hdr", |_| {});
+    std::fs::remove_file(path.with_extension("img")).unwrap();
+    refused(&path, "half a pair", ".img");
+}
+
+#[test]
+fn choices_that_there_are_not_name_their_field() {
+    let options = RawOptions::default();
+    let cases = [
+        ("nrrd/times.nrrd", RawOptions { frame: Some(2), ..options.clone() }, "frame"),
+        ("nrrd/rgb.nrrd", RawOptions { channel: Some(3), ..options.clone() }, "channel"),
+        ("nrrd/raw.nrrd", RawOptions { frame: Some(1), ..options.clone() }, "frame"),
+        ("nrrd/raw.nrrd", RawOptions { channel: Some(1), ..options.clone() }, "channel"),
+        ("nifti/little_1.nii", RawOptions { array: Some("none".into()), ..options.clone() }, "array"),
+        ("vtk/legacy_several_ascii.vtk", RawOptions { array: Some("none".into()), ..options.clone() }, "array"),
+    ];
+    for (file, options, name) in cases {
+        match Volume::open(folder().join(file), &options).unwrap_err() {
+            Error::Settings { field, problem } => assert!(field == name && problem.contains(file), "{file}: {problem}"),
+            e => panic!("{e}"),
+        }
+    }
+}
+
+/// A sheared file can be looked at all the same, with a spacing.
+#[test]
+fn a_spacing_that_is_given_wins() {
+    let spacing = DVec3::new(1.0, 2.0, 3.0);
+    let options = RawOptions { spacing: Some(spacing), ..RawOptions::default() };
+    for file in
+        ["nrrd/lps.nrrd", "nifti/little_1.nii", "metaimage/plain.mha", "vtk/legacy_30.vtk", "numpy/int16.npy", "bov/values.bov"]
+    {
+        let volume = Volume::open(folder().join(file), &options).unwrap();
+        assert_eq!((volume.grid().spacing(), volume.grid().origin()), (spacing, DVec3::ZERO), "{file}");
+    }
+}
