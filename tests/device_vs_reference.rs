@@ -17,7 +17,8 @@ use layersplat::{Camera, Renderer, Settings, TransferFunction, Viewport, Volume}
 /// more at |s| = 2.
 const QUADRATURE_TOLERANCE: f64 = 1.5e-2;
 
-const SHAPES: [[usize; 3]; 6] = [[1, 1, 1], [1, 7, 4], [6, 1, 5], [5, 9, 1], [17, 33, 5], [11, 8, 13]];
+/// The last is longer than what is transposed at once, 16 x 64 voxels of a byte.
+const SHAPES: [[usize; 3]; 7] = [[1, 1, 1], [1, 7, 4], [6, 1, 5], [5, 9, 1], [17, 33, 5], [11, 8, 13], [18, 67, 2]];
 /// Each axis from both sides, exactly 45°, and views in between.
 const VIEWS: [(f64, f64); 12] = [
     (0.0, 0.0),

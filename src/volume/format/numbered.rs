@@ -1,5 +1,7 @@
-//! Names of files that headers tell, numbered ones too.
+//! Files that headers name, numbered ones too.
 
+use super::bytes::{Bytes, Joined};
+use crate::error::Error;
 use std::path::{Path, PathBuf};
 
 /// Files that a pattern may name: more are a mistake.
@@ -27,6 +29,21 @@ pub(super) type Several = (Vec<PathBuf>, Option<usize>);
 /// The file that a header names.
 pub(super) fn beside(header: &Path, name: &str) -> PathBuf {
     header.parent().unwrap_or(Path::new("")).join(name)
+}
+
+/// The `whole` bytes of an array, of which each of the files that its header names has as many, as `open` reads them.
+pub(super) fn joined(
+    header: &Path,
+    files: Vec<PathBuf>,
+    whole: u64,
+    each: u64,
+    open: impl Fn(&Path) -> Result<Box<dyn Bytes>, Error> + 'static,
+) -> Result<Box<dyn Bytes>, Error> {
+    let (found, expected) = (files.len(), whole.div_ceil(each));
+    if found as u64 != expected {
+        return Err(Error::volume(header, format!("it names {found} data files, and its sizes need {expected}")));
+    }
+    Ok(Box::new(Joined::new(found, each, move |part| open(&files[part]))?))
 }
 
 #[cfg(test)]

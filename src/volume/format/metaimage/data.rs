@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::volume::ScalarType;
-use crate::volume::format::bytes::{Bytes, Held, Joined, Packed, Plain, Zlib};
+use crate::volume::format::bytes::{Bytes, Held, Packed, Plain, Zlib};
 use crate::volume::format::keyed::Keyed;
 use crate::volume::format::{numbered, text};
 use std::fs::File;
@@ -31,13 +31,8 @@ pub(super) fn bytes(
         return one(&numbered::beside(path, named), fields, 0, whole, scalar);
     };
     let each = of(axes.unwrap_or(sizes.len() - 1).clamp(1, sizes.len()));
-    if files.len() as u64 != whole.div_ceil(each) {
-        let (found, expected) = (files.len(), whole.div_ceil(each));
-        return Err(fields.wrong(format!("it names {found} data files, and its sizes need {expected}")));
-    }
     let fields = fields.clone();
-    let open = move |part: usize| one(&files[part], &fields, 0, each, scalar);
-    Ok(Box::new(Joined::new(whole.div_ceil(each) as usize, each, open)?))
+    numbered::joined(path, files, whole, each, move |file| one(file, &fields, 0, each, scalar))
 }
 
 /// The files of `LIST [axes]` and of `pattern first last step`, and how many axes each of them has.

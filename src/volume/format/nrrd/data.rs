@@ -4,7 +4,7 @@ use super::axes::Axes;
 use super::fields::Fields;
 use crate::error::Error;
 use crate::volume::ScalarType;
-use crate::volume::format::bytes::{Bytes, Gzip, Held, Joined, Packed, Plain};
+use crate::volume::format::bytes::{Bytes, Gzip, Held, Packed, Plain};
 use crate::volume::format::{numbered, text};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
@@ -19,13 +19,8 @@ pub(super) fn bytes(path: &Path, fields: &Fields, axes: &Axes, scalar: ScalarTyp
     };
     let axes_per_file = per_file.unwrap_or(axes.sizes.len() - 1).clamp(1, axes.sizes.len());
     let each = axes.stride(axes_per_file, scalar);
-    if files.len() as u64 != whole.div_ceil(each) {
-        let (found, expected) = (files.len(), whole.div_ceil(each));
-        return Err(fields.wrong(format!("it names {found} data files, and its sizes need {expected}")));
-    }
     let fields = fields.clone();
-    let open = move |part: usize| one(&files[part], &fields, 0, each, scalar);
-    Ok(Box::new(Joined::new(whole.div_ceil(each) as usize, each, open)?))
+    numbered::joined(path, files, whole, each, move |file| one(file, &fields, 0, each, scalar))
 }
 
 /// The files of `LIST [axes]` and of `pattern first last step [axes]`, and how many axes each of them has.
