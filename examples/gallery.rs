@@ -1,7 +1,7 @@
 //! Writes the pictures that the README shows into a folder: `cargo run --release --example gallery docs/images`.
 
 use layersplat::{
-    Background, Camera, Device, DeviceChoice, Error, Orbit, RawOptions, Renderer, Settings, TransferFunction, Viewport, Volume,
+    Background, Camera, Device, DeviceChoice, Error, OpenOptions, Orbit, Renderer, Settings, TransferFunction, Viewport, Volume,
 };
 use std::path::PathBuf;
 
@@ -29,7 +29,7 @@ fn main() -> Result<(), Error> {
         ("marschner-lobb", "builtin:marschner-lobb@128", solid()?, 25.0, 35.0, 1.0),
     ];
     for (name, source, transfer, azimuth, elevation, zoom) in pictures {
-        let volume = Volume::open(source, &RawOptions::default())?;
+        let volume = Volume::open(source, &OpenOptions::default())?;
         let orbit = Orbit { azimuth, elevation, roll: 0.0 };
         let camera = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal() * zoom, viewport, orbit);
         let mut renderer = Renderer::new(&device, &volume, &transfer)?;

@@ -1,10 +1,10 @@
 //! The whole API in one picture: `cargo run --release --example minimal`.
 
 use layersplat::framing::{Fixed, Framing};
-use layersplat::{Device, DeviceChoice, Orbit, RawOptions, Renderer, Settings, TransferFunction, Viewport, Volume};
+use layersplat::{Device, DeviceChoice, OpenOptions, Orbit, Renderer, Settings, TransferFunction, Viewport, Volume};
 
 fn main() -> Result<(), layersplat::Error> {
-    let volume = Volume::open("builtin:hydrogen@96", &RawOptions::default())?;
+    let volume = Volume::open("builtin:hydrogen@96", &OpenOptions::default())?;
     let transfer = TransferFunction::automatic(&volume);
     let device = Device::open(&DeviceChoice::Default)?;
     let mut renderer = Renderer::new(&device, &volume, &transfer)?;

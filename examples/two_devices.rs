@@ -7,7 +7,7 @@ use layersplat::opencl3::command_queue::CommandQueue;
 use layersplat::opencl3::context::Context;
 use layersplat::opencl3::device::{CL_DEVICE_PARTITION_EQUALLY, Device as ClDevice};
 use layersplat::{
-    Background, Camera, Device, DeviceChoice, Orbit, RawOptions, Renderer, Settings, TransferFunction, Viewport, Volume,
+    Background, Camera, Device, DeviceChoice, OpenOptions, Orbit, Renderer, Settings, TransferFunction, Viewport, Volume,
 };
 use std::error::Error;
 use std::ops::Range;
@@ -43,7 +43,7 @@ fn median(mut times: Vec<Duration>) -> Duration {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let frames = std::env::args().nth(1).map_or(Ok(36), |n| n.parse())?;
-    let volume = Volume::open("builtin:hydrogen@128", &RawOptions::default())?;
+    let volume = Volume::open("builtin:hydrogen@128", &OpenOptions::default())?;
     let transfer = TransferFunction::automatic(&volume);
     let whole =
         ClDevice::new(Device::open(&DeviceChoice::Named("cpu".into())).or_else(|_| Device::open(&DeviceChoice::Default))?.id());

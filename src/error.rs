@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 /// Everything that can fail in this crate.
 ///
 /// ```
-/// use layersplat::{Error, RawOptions, Volume};
+/// use layersplat::{Error, OpenOptions, Volume};
 ///
-/// match Volume::open("no_such_file.raw", &RawOptions::default()) {
+/// match Volume::open("no_such_file.raw", &OpenOptions::default()) {
 ///     Err(Error::Read { path, source }) => println!("{}: {source}", path.display()),
 ///     other => println!("{other:?}"),
 /// }

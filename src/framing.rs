@@ -23,9 +23,9 @@ const MARGIN: f64 = 0.05;
 ///
 /// ```
 /// use layersplat::framing::{Fixed, Framing};
-/// use layersplat::{Orbit, Projection, RawOptions, TransferFunction, Viewport, Volume};
+/// use layersplat::{Orbit, Projection, OpenOptions, TransferFunction, Viewport, Volume};
 ///
-/// let volume = Volume::open("builtin:hydrogen@32", &RawOptions::default())?;
+/// let volume = Volume::open("builtin:hydrogen@32", &OpenOptions::default())?;
 /// let framing = Framing::visible(&volume, &TransferFunction::automatic(&volume), None);
 /// let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
 /// let camera = framing.parallel(orbit, Viewport::new(256, 256)?, Fixed::default());
@@ -43,9 +43,9 @@ pub struct Framing {
 ///
 /// ```
 /// use layersplat::framing::{Fixed, Framing};
-/// use layersplat::{Orbit, Projection, RawOptions, Viewport, Volume};
+/// use layersplat::{Orbit, Projection, OpenOptions, Viewport, Volume};
 ///
-/// let volume = Volume::open("builtin:hydrogen@32", &RawOptions::default())?;
+/// let volume = Volume::open("builtin:hydrogen@32", &OpenOptions::default())?;
 /// let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
 /// let fixed = Fixed { scale: Some(10.0), ..Fixed::default() };
 /// let camera = Framing::whole(&volume).parallel(orbit, Viewport::new(256, 256)?, fixed);

@@ -4,11 +4,11 @@
 //! [`Frame`]:
 //!
 //! ```no_run
-//! use layersplat::{Camera, Device, DeviceChoice, Projection, RawOptions, Renderer, Settings, TransferFunction};
+//! use layersplat::{Camera, Device, DeviceChoice, Projection, OpenOptions, Renderer, Settings, TransferFunction};
 //! use layersplat::{Orbit, Viewport, Volume};
 //!
 //! # fn main() -> Result<(), layersplat::Error> {
-//! let volume = Volume::open("builtin:hydrogen", &RawOptions::default())?;
+//! let volume = Volume::open("builtin:hydrogen", &OpenOptions::default())?;
 //! let transfer = TransferFunction::automatic(&volume);
 //! let device = Device::open(&DeviceChoice::Default)?;
 //! let mut renderer = Renderer::new(&device, &volume, &transfer)?;
@@ -65,7 +65,7 @@ pub use renderer::Renderer;
 pub use settings::{Quality, Settings};
 pub use transfer::TransferFunction;
 pub use viewport::Viewport;
-pub use volume::{RawOptions, Volume};
+pub use volume::{OpenOptions, Volume};
 
 /// What docs/embedding.md shows is built with the tests.
 #[cfg(doctest)]

@@ -225,7 +225,7 @@ fn ramp(tau: f64) -> Vec<(f64, f64)> {
 fn convergence_to_the_own_integral() {
     /// Gain for half the step, in dB.
     const GAIN: f64 = 3.0;
-    let volume = Volume::open("builtin:hydrogen@24", &layersplat::RawOptions::default()).unwrap();
+    let volume = Volume::open("builtin:hydrogen@24", &layersplat::OpenOptions::default()).unwrap();
     let transfer = TransferFunction::automatic(&volume);
     let size = viewport(64, 64);
     let camera = parallel(&volume, size, 35.0, 20.0);

@@ -73,7 +73,7 @@ fn eyes_inside_and_visible_backgrounds() {
 fn cast_segments_and_shared_axes_are_the_integral() {
     /// dB; measured 36.5 and more.
     const LEAST: f64 = 35.0;
-    let volume = Volume::open("builtin:hydrogen@24", &layersplat::RawOptions::default()).unwrap();
+    let volume = Volume::open("builtin:hydrogen@24", &layersplat::OpenOptions::default()).unwrap();
     let transfer = TransferFunction::automatic(&volume);
     let size = viewport(40, 40);
     let planes = [plane([9.0, 12.0, 9.0], [1.0, 0.3, 0.5])];

@@ -340,7 +340,7 @@ fn gzip_truncated_at_any_length_is_refused() {
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
     encoder.write_all(&bytes).unwrap();
     let whole = encoder.finish().unwrap();
-    let open = || layersplat::Volume::open(path.to_str().unwrap(), &layersplat::RawOptions::default());
+    let open = || layersplat::Volume::open(path.to_str().unwrap(), &layersplat::OpenOptions::default());
     std::fs::write(&path, &whole).unwrap();
     assert!(open().is_ok());
     for length in 0..whole.len() {

@@ -5,7 +5,7 @@ mod common;
 use common::command::*;
 use common::{device, random_bytes, scaled, viewport};
 use layersplat::framing::{Fixed, Framing};
-use layersplat::{Background, Camera, Orbit, Projection, RawOptions, Renderer, Settings, TransferFunction, Volume};
+use layersplat::{Background, Camera, OpenOptions, Orbit, Projection, Renderer, Settings, TransferFunction, Volume};
 use std::io::Write;
 use std::path::Path;
 use std::process::Command;
@@ -16,7 +16,7 @@ const NAME: &str = "plain_14x12x10_uint8.raw";
 /// A volume without any symmetry.
 fn write_volume(folder: &Path) -> Volume<'static> {
     std::fs::write(folder.join(NAME), random_bytes(DIMS, 7)).unwrap();
-    Volume::open(folder.join(NAME), &RawOptions::default()).unwrap()
+    Volume::open(folder.join(NAME), &OpenOptions::default()).unwrap()
 }
 
 fn words(text: &str) -> Vec<&str> {

@@ -7,7 +7,7 @@ use common::*;
 use layersplat::layers::{Correction, Kernel, Rays};
 use layersplat::reference::Integral;
 use layersplat::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Shading};
-use layersplat::{Camera, Frame, Quality, RawOptions, Settings, TransferFunction, Viewport, Volume};
+use layersplat::{Camera, Frame, OpenOptions, Quality, Settings, TransferFunction, Viewport, Volume};
 
 /// What is measured: PSNR over RGB, in dB, of [`ways`], as many as there are numbers.
 type Measured<'a> = &'a [f64];
@@ -192,7 +192,7 @@ const BUILT_IN: [BuiltIn; 2] = [
 fn every_way_reaches_what_was_measured_on_built_in_volumes() {
     let size = viewport(128, 128);
     for (name, measured, own) in BUILT_IN {
-        let volume = Volume::open(format!("builtin:{name}"), &RawOptions::default()).unwrap();
+        let volume = Volume::open(format!("builtin:{name}"), &OpenOptions::default()).unwrap();
         let cameras = [parallel(&volume, size, 72.0, 20.0), perspective(&volume, 72.0, 20.0, 30.0)];
         let views = cameras.into_iter().flat_map(|camera| [(camera, None), (camera, Some(Shading::default()))]);
         for (((camera, shading), measured), own) in views.zip(measured).zip(own) {

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use layersplat::layers::{Correction, Density, Ray, Rays};
 use layersplat::renderer::{LatticePicture, Plan};
 use layersplat::settings::{Classification, Evaluation, Layered};
-use layersplat::{Camera, Frame, RawOptions, Renderer, Settings, TransferFunction, Volume};
+use layersplat::{Camera, Frame, OpenOptions, Renderer, Settings, TransferFunction, Volume};
 
 /// PSNR over RGBA of noise, the hardest case: its finest detail is two voxels, four to six samples. 1 dB below what is measured, here
 /// and of a smooth volume.
@@ -18,7 +18,7 @@ const VIEWS: [(f64, f64); 8] =
     [(0.0, 0.0), (45.0, 0.0), (0.0, 45.0), (30.0, 20.0), (120.0, -35.0), (-100.0, 10.0), (72.0, 70.0), (180.0, 0.0)];
 
 fn smooth_volume() -> Volume<'static> {
-    Volume::open("builtin:hydrogen@40x36x44", &RawOptions::default()).unwrap()
+    Volume::open("builtin:hydrogen@40x36x44", &OpenOptions::default()).unwrap()
 }
 
 fn psnr(volume: &Volume, transfer: &TransferFunction, camera: &Camera, settings: &Settings) -> f64 {

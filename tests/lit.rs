@@ -51,7 +51,7 @@ const LEAST_APPROACHED: f64 = 83.5;
 /// Per pixel, the integral is approached with every sample more.
 #[test]
 fn more_samples_per_layer_approach_the_integral() {
-    let volume = Volume::open("builtin:hydrogen@40", &layersplat::RawOptions::default()).unwrap();
+    let volume = Volume::open("builtin:hydrogen@40", &layersplat::OpenOptions::default()).unwrap();
     let size = viewport(96, 96);
     for (camera, what) in
         [(parallel(&volume, size, 40.0, 25.0), "parallel"), (perspective(&volume, 40.0, 25.0, 40.0), "perspective")]

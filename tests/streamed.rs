@@ -7,7 +7,7 @@ use glam::DVec3;
 use layersplat::layers::{Axis, Kernel};
 use layersplat::renderer::{StreamPlan, StreamedRenderer};
 use layersplat::settings::{Algorithm, Blend, LayerAxis, Layered, Quality};
-use layersplat::volume::{Endian, RawOptions};
+use layersplat::volume::{Endian, OpenOptions};
 use layersplat::{Camera, Device, Error, Frame, Projection, Renderer, Settings, TransferFunction, Viewport, Volume};
 use std::time::Instant;
 
@@ -163,7 +163,7 @@ fn files_in_another_byte_order() {
     let numbers: Vec<u8> = random_bytes(dims, SEED).into_iter().enumerate().flat_map(|(n, b)| [b, (n % 251) as u8]).collect();
     let path = folder.path().join("big_70x90x110_uint16.raw");
     std::fs::write(&path, numbers).unwrap();
-    let volume = Volume::open(&path, &RawOptions { endian: Some(Endian::Big), ..Default::default() }).unwrap();
+    let volume = Volume::open(&path, &OpenOptions { endian: Some(Endian::Big), ..Default::default() }).unwrap();
     let transfer = TransferFunction::builtin("fire", &volume).unwrap();
     let size = viewport(30, 24);
     for (azimuth, elevation) in [(85.0, 5.0), (10.0, 80.0), (10.0, 5.0)] {
@@ -264,7 +264,7 @@ fn what_is_kept_makes_room() {
 #[ignore = "renders 4 GiB of voxels, some minutes on two cores: cargo test --release --test streamed -- --ignored --nocapture"]
 fn four_gibibytes() {
     let begun = Instant::now();
-    let volume = Volume::open("builtin:marschner-lobb@2048x2048x1024", &RawOptions::default()).unwrap();
+    let volume = Volume::open("builtin:marschner-lobb@2048x2048x1024", &OpenOptions::default()).unwrap();
     let first_pass = begun.elapsed().as_secs_f64();
     let transfer = TransferFunction::builtin("fire", &volume).unwrap();
     let (size, memory) = (viewport(512, 512), 512 << 20);

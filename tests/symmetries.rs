@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use layersplat::image::Background;
 use layersplat::settings::Shading;
 use layersplat::volume::{Endian, Grid, Voxels};
-use layersplat::{Camera, Frame, RawOptions, Renderer, Settings, Volume};
+use layersplat::{Camera, Frame, OpenOptions, Renderer, Settings, Volume};
 
 /// The same sums in another order, in floats; a table index that flips by one entry costs less than this.
 const REORDERED: f64 = 1e-3;
@@ -151,7 +151,7 @@ fn voxel_types_and_byte_orders() {
         // Files are mapped: each needs a name of its own.
         let path = folder.path().join(format!("{endian:?}_13x9x7_{name}.raw"));
         std::fs::write(&path, data).unwrap();
-        Volume::open(path.to_str().unwrap(), &RawOptions { endian: Some(endian), ..RawOptions::default() }).unwrap()
+        Volume::open(path.to_str().unwrap(), &OpenOptions { endian: Some(endian), ..OpenOptions::default() }).unwrap()
     };
     let wide = |f: fn(u8) -> Vec<u8>| -> Vec<u8> { bytes.iter().flat_map(|&b| f(b)).collect() };
     let volumes = [

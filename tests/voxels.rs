@@ -6,7 +6,7 @@ use common::*;
 use glam::DVec3;
 use layersplat::settings::Layered;
 use layersplat::volume::{Endian, Grid, Rescale, ScalarType, Storage, VoxelType};
-use layersplat::{Frame, RawOptions, Settings, TransferFunction, Volume};
+use layersplat::{Frame, OpenOptions, Settings, TransferFunction, Volume};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -191,7 +191,7 @@ fn doubles_keep_the_detail_of_their_own_range() {
     let file = folder.path().join("far_9x8x7_float64.raw");
     std::fs::write(&file, far.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>()).unwrap();
     let spacing = Some(grid().spacing());
-    let read = Volume::open(file.to_str().unwrap(), &RawOptions { spacing, ..Default::default() }).unwrap();
+    let read = Volume::open(file.to_str().unwrap(), &OpenOptions { spacing, ..Default::default() }).unwrap();
     for volume in [Volume::from_wide("far", grid(), &far).unwrap(), read] {
         assert_eq!(volume.voxel_type(), VoxelType::Float32);
         assert!((0..far.len()).all(|i| (volume.value(i) - far[i]).abs() < 1e-3), "values are what they were");
@@ -279,7 +279,7 @@ fn files_of_every_type() {
             }
             let open = |header_bytes| {
                 let spacing = Some(grid().spacing());
-                Volume::open(path.to_str().unwrap(), &RawOptions { spacing, endian, header_bytes, ..Default::default() })
+                Volume::open(path.to_str().unwrap(), &OpenOptions { spacing, endian, header_bytes, ..Default::default() })
             };
             let volume = open(Some(header as u64)).unwrap();
             let values: Vec<f64> = (0..bytes.len()).map(|i| volume.value(i)).collect();
@@ -301,7 +301,7 @@ fn mapped_files_look_as_read_ones() {
     let mut file = flate2::write::GzEncoder::new(std::fs::File::create(&packed).unwrap(), flate2::Compression::fast());
     file.write_all(&content).unwrap();
     file.finish().unwrap();
-    let open = |path: &Path| Volume::open(path.to_str().unwrap(), &RawOptions::default()).unwrap();
+    let open = |path: &Path| Volume::open(path.to_str().unwrap(), &OpenOptions::default()).unwrap();
     let [mapped, read] = [open(&plain), open(&packed)];
     let transfer = TransferFunction::builtin("fire", &read).unwrap();
     assert_same("mapped", &pictures(&mapped, &transfer), &pictures(&read, &transfer));

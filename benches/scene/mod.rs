@@ -1,7 +1,7 @@
 //! What the benches render: built-in volumes, and the paper's data sets where they are at hand.
 #![allow(dead_code, reason = "each bench uses its own part")]
 
-use layersplat::{Camera, Device, DeviceChoice, Orbit, RawOptions, Renderer, TransferFunction, Viewport, Volume};
+use layersplat::{Camera, Device, DeviceChoice, OpenOptions, Orbit, Renderer, TransferFunction, Viewport, Volume};
 use std::path::PathBuf;
 
 pub const BUILT_IN: [&str; 2] = ["builtin:hydrogen@128", "builtin:marschner-lobb@64"];
@@ -16,7 +16,7 @@ pub struct Scene {
 
 impl Scene {
     pub fn built_in(name: &str) -> Self {
-        let volume = Volume::open(name, &RawOptions::default()).expect("a built-in volume");
+        let volume = Volume::open(name, &OpenOptions::default()).expect("a built-in volume");
         // Not the automatic one: what is timed must not change with it.
         let file = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/hydrogen.json");
         let transfer = TransferFunction::from_file(file.as_ref(), None).expect("a transfer function");
@@ -33,7 +33,7 @@ impl Scene {
     fn data_set(folder: &PathBuf, name: &str) -> Option<Self> {
         let mut files = std::fs::read_dir(folder).ok()?.flatten().filter_map(|e| e.file_name().into_string().ok());
         let file = files.find(|f| f.starts_with(&format!("{name}_")) && f.contains("uint8"))?;
-        let volume = Volume::open(folder.join(file).to_str()?, &RawOptions::default()).ok()?;
+        let volume = Volume::open(folder.join(file).to_str()?, &OpenOptions::default()).ok()?;
         let transfer = TransferFunction::from_file(&folder.join(format!("../transfer/{name}.json")), None).ok()?;
         Some(Self { name: name.into(), volume, transfer })
     }

@@ -46,9 +46,9 @@ pub struct Annotations {
 ///
 /// ```
 /// use layersplat::annotation::{Annotations, Shown};
-/// use layersplat::{Background, Camera, Frame, Orbit, RawOptions, TransferFunction, Viewport, Volume};
+/// use layersplat::{Background, Camera, Frame, Orbit, OpenOptions, TransferFunction, Viewport, Volume};
 ///
-/// let volume = Volume::open("builtin:cube@8", &RawOptions::default())?;
+/// let volume = Volume::open("builtin:cube@8", &OpenOptions::default())?;
 /// let (grid, transfer, viewport) = (volume.grid(), TransferFunction::builtin("fire", &volume)?, Viewport::new(96, 64)?);
 /// let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), viewport, Orbit::default());
 /// let empty = Frame::new(viewport, vec![[0.0; 4]; viewport.pixels()]);

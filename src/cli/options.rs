@@ -9,7 +9,7 @@ use crate::layers::{Correction, Density, Kernel};
 use crate::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Layered, Quality, Settings, Shading};
 use crate::transfer::{Extinction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{Endian, RawOptions, ScalarType, Volume};
+use crate::volume::{Endian, OpenOptions, ScalarType, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -77,13 +77,13 @@ impl VolumeOptions {
 
 impl FileOptions {
     /// The same for the library.
-    pub fn raw(&self) -> RawOptions {
+    pub fn raw(&self) -> OpenOptions {
         let endian = self.endian.map(|endian| match endian {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         });
         let Self { dims, voxel_type, spacing, header_bytes, frame, channel, .. } = *self;
-        RawOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array: self.array.clone() }
+        OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array: self.array.clone() }
     }
 }
 

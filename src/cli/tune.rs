@@ -12,7 +12,7 @@ use crate::renderer::Renderer;
 use crate::settings::{Algorithm, Evaluation, Layered, Quality, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{RawOptions, Volume};
+use crate::volume::{OpenOptions, Volume};
 use serde::Serialize;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -111,7 +111,7 @@ struct Measured {
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let device = Device::open(&arguments.device.choice())?;
     check::require(&device, &crate::check::Family::ALL.into_iter().collect(), &arguments.device)?;
-    let volume = Volume::open(&arguments.volume, &RawOptions::default())?;
+    let volume = Volume::open(&arguments.volume, &OpenOptions::default())?;
     let transfer = TransferFunction::automatic(&volume);
     let before = *device.tuning();
     let (mut tuning, mut measured) = (before, Vec::new());

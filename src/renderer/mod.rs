@@ -67,7 +67,7 @@ use world::World;
 ///
 /// ```
 /// use layersplat::{Renderer, Settings};
-/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
 /// # let transfer = layersplat::TransferFunction::automatic(&volume);
 /// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
 /// # let viewport = layersplat::Viewport::new(32, 24)?;

@@ -28,7 +28,7 @@ use std::time::Duration;
 /// ```
 /// use layersplat::renderer::{CompositedLayers, PartRenderer};
 /// use layersplat::{Settings, renderer::Renderer};
-/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
 /// # let transfer = layersplat::TransferFunction::automatic(&volume);
 /// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
 /// # let viewport = layersplat::Viewport::new(32, 24)?;
@@ -55,7 +55,7 @@ pub struct PartRenderer(Renderer);
 /// ```
 /// use layersplat::Settings;
 /// use layersplat::renderer::PartRenderer;
-/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
 /// # let transfer = layersplat::TransferFunction::automatic(&volume);
 /// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
 /// # let viewport = layersplat::Viewport::new(32, 24)?;

@@ -9,7 +9,7 @@ use serde::Serialize;
 ///
 /// ```
 /// use layersplat::{Renderer, Settings};
-/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
 /// # let transfer = layersplat::TransferFunction::automatic(&volume);
 /// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
 /// # let viewport = layersplat::Viewport::new(32, 24)?;
@@ -33,7 +33,7 @@ pub struct FrameReport {
 ///
 /// ```
 /// use layersplat::{Renderer, Settings};
-/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
 /// # let transfer = layersplat::TransferFunction::automatic(&volume);
 /// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
 /// # let viewport = layersplat::Viewport::new(32, 24)?;
@@ -61,7 +61,7 @@ pub struct Measured {
 ///
 /// ```
 /// use layersplat::{Renderer, Settings};
-/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
 /// # let transfer = layersplat::TransferFunction::automatic(&volume);
 /// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
 /// # let viewport = layersplat::Viewport::new(32, 24)?;
@@ -87,7 +87,7 @@ pub struct LatticeReport {
 ///
 /// ```
 /// use layersplat::{Renderer, Settings};
-/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
 /// # let transfer = layersplat::TransferFunction::automatic(&volume);
 /// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
 /// # let viewport = layersplat::Viewport::new(32, 24)?;

@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// ```
 /// use layersplat::renderer::UploadedVolume;
 /// use layersplat::Renderer;
-/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
 /// # let transfer = layersplat::TransferFunction::automatic(&volume);
 /// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
 /// # let viewport = layersplat::Viewport::new(32, 24)?;

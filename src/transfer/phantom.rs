@@ -46,11 +46,11 @@ pub(super) fn transfer(volume: &Volume) -> Option<TransferFunction> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::RawOptions;
+    use crate::OpenOptions;
 
     #[test]
     fn finer_heads_are_as_opaque() {
-        let open = |name: &str| Volume::open(name, &RawOptions::default()).unwrap();
+        let open = |name: &str| Volume::open(name, &OpenOptions::default()).unwrap();
         let [coarse, fine] = ["builtin:shepp-logan@32", "builtin:shepp-logan@64"].map(|name| transfer(&open(name)).unwrap());
         for value in [20.0, 51.0, 77.0, 240.0] {
             let through = |transfer: &TransferFunction, n: i32| (1.0 - transfer.opacity(value)).powi(n);

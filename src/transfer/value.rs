@@ -8,10 +8,10 @@ use std::str::FromStr;
 /// A data value: a number, or `p0` … `p100`, what so many percent of a volume's voxels do not exceed.
 ///
 /// ```
-/// use layersplat::{RawOptions, Volume};
+/// use layersplat::{OpenOptions, Volume};
 /// use layersplat::transfer::Value;
 ///
-/// let volume = Volume::open("builtin:hydrogen@32", &RawOptions::default())?;
+/// let volume = Volume::open("builtin:hydrogen@32", &OpenOptions::default())?;
 /// let (bright, all): (Value, Value) = ("p99.5".parse()?, "p100".parse()?);
 /// let find = Value::finder(&volume);
 /// assert!(find(bright) < find(all));

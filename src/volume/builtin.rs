@@ -4,7 +4,7 @@ mod phantom;
 mod surfaces;
 
 use super::storage::{Made, Storage};
-use super::{RawOptions, Volume, VoxelType};
+use super::{OpenOptions, Volume, VoxelType};
 use crate::error::Error;
 use crate::memory;
 use glam::{DVec2, DVec3};
@@ -27,7 +27,7 @@ const MOST_KEPT: usize = 1 << 28;
 /// * `gyroid`: sheets around sin x cos y + sin y cos z + sin z cos x = 0, two and a half periods per axis, in a ball.
 /// * `torus-knot`: a trefoil, the tube around a line that winds three times around a torus while it goes around twice.
 /// * `cube`: one value, 255, everywhere: a homogeneous cube that fills its grid.
-pub fn builtin_volume(source: &str, options: &RawOptions) -> Result<Volume<'static>, Error> {
+pub fn builtin_volume(source: &str, options: &OpenOptions) -> Result<Volume<'static>, Error> {
     let (name, size) = source.split_once('@').unwrap_or((source, "64"));
     let sampled: fn([usize; 3]) -> Arc<dyn Made> = match name {
         "marschner-lobb" => marschner_lobb,
@@ -163,7 +163,7 @@ mod tests {
     use crate::volume::Grid;
 
     fn values(source: &str) -> (Volume<'static>, Vec<u8>) {
-        let volume = builtin_volume(source, &RawOptions::default()).unwrap();
+        let volume = builtin_volume(source, &OpenOptions::default()).unwrap();
         assert_eq!(volume.voxel_type(), VoxelType::Uint8);
         let values = (0..volume.grid().voxel_count()).map(|i| volume.value(i) as u8).collect();
         (volume, values)
@@ -176,7 +176,7 @@ mod tests {
         assert_eq!(values("hydrogen").0.grid().dims(), [64; 3]);
         assert_eq!(values("marschner-lobb@1").1.len(), 1);
         for bad in ["cube@0", "cube@2x2", "cube@", "cube@-1", "cube@100000x100000x1", "sphere"] {
-            assert!(builtin_volume(bad, &RawOptions::default()).is_err(), "{bad}");
+            assert!(builtin_volume(bad, &OpenOptions::default()).is_err(), "{bad}");
         }
     }
 

@@ -16,7 +16,7 @@ mod write;
 pub use builtin::builtin_volume;
 pub use description::Description;
 pub(crate) use description::Stored;
-pub use format::RawOptions;
+pub use format::OpenOptions;
 pub use grid::Grid;
 pub(crate) use part::Held;
 pub use part::VolumePart;
@@ -64,7 +64,7 @@ impl Volume<'static> {
     ///
     /// # Errors
     /// Files that cannot be read, are none of these, are cut short or damaged, or whose grid is sheared; options that do not fit the file.
-    pub fn open(source: impl AsRef<Path>, options: &RawOptions) -> Result<Self, Error> {
+    pub fn open(source: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
         let source = source.as_ref();
         match source.to_str().and_then(|name| name.strip_prefix("builtin:")) {
             Some(builtin) => builtin_volume(builtin, options),

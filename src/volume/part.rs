@@ -9,9 +9,9 @@ use std::path::Path;
 /// A box of voxels of a volume, where not all of them are at hand. Everything else is known of the whole volume.
 ///
 /// ```
-/// use layersplat::{RawOptions, Volume};
+/// use layersplat::{OpenOptions, Volume};
 ///
-/// let volume = Volume::open("builtin:hydrogen@32", &RawOptions::default())?;
+/// let volume = Volume::open("builtin:hydrogen@32", &OpenOptions::default())?;
 /// let lower_half = volume.part([0, 0, 0], [32, 32, 16])?;
 /// assert_eq!(lower_half.description().range(), volume.range());
 /// # Ok::<(), layersplat::Error>(())

@@ -8,9 +8,9 @@ pub const HISTOGRAM_BINS: usize = 256;
 /// Range, mean and histogram of a volume's valid voxels.
 ///
 /// ```
-/// use layersplat::{RawOptions, Volume};
+/// use layersplat::{OpenOptions, Volume};
 ///
-/// let statistics = Volume::open("builtin:hydrogen@32", &RawOptions::default())?.statistics();
+/// let statistics = Volume::open("builtin:hydrogen@32", &OpenOptions::default())?.statistics();
 /// assert!(statistics.min <= statistics.quantile(0.5) && statistics.quantile(0.5) <= statistics.max);
 /// # Ok::<(), layersplat::Error>(())
 /// ```

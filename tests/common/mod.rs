@@ -245,7 +245,7 @@ fn real_volumes() -> PathBuf {
 /// A file beside the real data sets, with a transfer function from the folder `../transfer`, or `fire`.
 pub fn real(file: &str, spacing: Option<DVec3>, transfer: Option<&str>) -> (Volume<'static>, TransferFunction) {
     let folder = real_volumes();
-    let options = layersplat::RawOptions { spacing, ..Default::default() };
+    let options = layersplat::OpenOptions { spacing, ..Default::default() };
     let volume = Volume::open(folder.join(file).to_str().unwrap(), &options).unwrap();
     let transfer = match transfer {
         Some(name) => TransferFunction::from_file(&folder.join("../transfer").join(name), None).unwrap(),
@@ -262,7 +262,7 @@ pub fn data_set(name: &str) -> (Volume<'static>, TransferFunction) {
     let file = files
         .find(|p| p.file_name().and_then(|n| n.to_str()).is_some_and(is_it))
         .unwrap_or_else(|| panic!("no {name} in {folder:?}"));
-    let volume = Volume::open(file.to_str().unwrap(), &layersplat::RawOptions::default()).unwrap();
+    let volume = Volume::open(file.to_str().unwrap(), &layersplat::OpenOptions::default()).unwrap();
     let transfer = TransferFunction::from_file(&folder.join("../transfer").join(format!("{name}.json")), None).unwrap();
     (volume, transfer)
 }

@@ -65,7 +65,7 @@ fn one(path: &Path) -> std::path::PathBuf {
 }
 
 /// Opens a file in every damaged form. How many of them were refused.
-fn damaged(path: &Path, options: &layersplat::RawOptions) -> usize {
+fn damaged(path: &Path, options: &layersplat::OpenOptions) -> usize {
     let target = one(path);
     let whole = std::fs::read(&target).unwrap();
     let most = if path.to_string_lossy().contains(".tif") { MOST_OF_TIFF } else { MOST };
@@ -118,7 +118,7 @@ fn files_cut_short_within_their_voxels_are_refused() {
         let whole = std::fs::read(&path).unwrap();
         for length in 0..whole.len() - 1 {
             std::fs::write(&path, &whole[..length]).unwrap();
-            let opened = Volume::open(&path, &layersplat::RawOptions::default());
+            let opened = Volume::open(&path, &layersplat::OpenOptions::default());
             // The checksum behind packed voxels is not looked at where these end.
             assert!(opened.is_err(), "{file} at {length} of {}", whole.len());
         }

@@ -1,7 +1,7 @@
 //! Every file of files/expected.json.
 
 use layersplat::glam::{DAffine3, DVec3};
-use layersplat::volume::{RawOptions, Volume};
+use layersplat::volume::{OpenOptions, Volume};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ pub fn folder() -> PathBuf {
 /// A file, the options that it is opened with, and what the one who wrote it says of it.
 pub struct Expected {
     pub file: String,
-    pub options: RawOptions,
+    pub options: OpenOptions,
     dims: [usize; 3],
     /// Voxel (x, y, z) is `intercept + slope * (x, y, z) · strides`.
     strides: [f64; 3],
@@ -32,11 +32,11 @@ impl Expected {
         let whole = |name: &str| entry[name].as_u64().map(|n| n as usize);
         Self {
             file: entry["file"].as_str().unwrap().into(),
-            options: RawOptions {
+            options: OpenOptions {
                 frame: whole("frame"),
                 channel: whole("channel"),
                 array: entry["array"].as_str().map(String::from),
-                ..RawOptions::default()
+                ..OpenOptions::default()
             },
             dims: [0, 1, 2].map(|i| entry["dims"][i].as_u64().unwrap() as usize),
             strides: [0, 1, 2].map(|i| number(&entry["strides"][i])),

@@ -1,7 +1,7 @@
 //! Files with something wrong in them: named, with what is wrong.
 
 use crate::files::folder;
-use layersplat::volume::{RawOptions, Volume};
+use layersplat::volume::{OpenOptions, Volume};
 use layersplat::{Error, glam::DVec3};
 use std::path::Path;
 
@@ -76,7 +76,7 @@ fn changed(file: &str, change: impl FnOnce(&mut Vec<u8>)) -> (tempfile::TempDir,
 
 #[track_caller]
 fn refused(path: &Path, what: &str, word: &str) {
-    let message = match Volume::open(path, &RawOptions::default()) {
+    let message = match Volume::open(path, &OpenOptions::default()) {
         Ok(volume) => panic!("{what} is opened: {volume:?}"),
         Err(e) => e.to_string(),
     };
@@ -131,14 +131,14 @@ fn wrong_bytes_are_named() {
 
 #[test]
 fn choices_that_there_are_not_name_their_field() {
-    let options = RawOptions::default();
+    let options = OpenOptions::default();
     let cases = [
-        ("nrrd/times.nrrd", RawOptions { frame: Some(2), ..options.clone() }, "frame"),
-        ("nrrd/rgb.nrrd", RawOptions { channel: Some(3), ..options.clone() }, "channel"),
-        ("nrrd/raw.nrrd", RawOptions { frame: Some(1), ..options.clone() }, "frame"),
-        ("nrrd/raw.nrrd", RawOptions { channel: Some(1), ..options.clone() }, "channel"),
-        ("nifti/little_1.nii", RawOptions { array: Some("none".into()), ..options.clone() }, "array"),
-        ("vtk/legacy_several_ascii.vtk", RawOptions { array: Some("none".into()), ..options.clone() }, "array"),
+        ("nrrd/times.nrrd", OpenOptions { frame: Some(2), ..options.clone() }, "frame"),
+        ("nrrd/rgb.nrrd", OpenOptions { channel: Some(3), ..options.clone() }, "channel"),
+        ("nrrd/raw.nrrd", OpenOptions { frame: Some(1), ..options.clone() }, "frame"),
+        ("nrrd/raw.nrrd", OpenOptions { channel: Some(1), ..options.clone() }, "channel"),
+        ("nifti/little_1.nii", OpenOptions { array: Some("none".into()), ..options.clone() }, "array"),
+        ("vtk/legacy_several_ascii.vtk", OpenOptions { array: Some("none".into()), ..options.clone() }, "array"),
     ];
     for (file, options, name) in cases {
         match Volume::open(folder().join(file), &options).unwrap_err() {
@@ -152,7 +152,7 @@ fn choices_that_there_are_not_name_their_field() {
 #[test]
 fn a_spacing_that_is_given_wins() {
     let spacing = DVec3::new(1.0, 2.0, 3.0);
-    let options = RawOptions { spacing: Some(spacing), ..RawOptions::default() };
+    let options = OpenOptions { spacing: Some(spacing), ..OpenOptions::default() };
     for file in
         ["nrrd/lps.nrrd", "nifti/little_1.nii", "metaimage/plain.mha", "vtk/legacy_30.vtk", "numpy/int16.npy", "bov/values.bov"]
     {

@@ -2,7 +2,7 @@
 
 use crate::files::{all, folder};
 use layersplat::glam::{DMat3, DVec3};
-use layersplat::volume::{Grid, RawOptions, Volume, convert};
+use layersplat::volume::{Grid, OpenOptions, Volume, convert};
 use std::path::Path;
 
 /// Endings of formats that say where voxels lie.
@@ -11,7 +11,7 @@ const PLACED: [&str; 4] = ["nrrd", "nii", "nii.gz", "vti"];
 const PLACE: f64 = 1e-5;
 
 fn opened(path: &Path) -> Volume<'static> {
-    Volume::open(path, &RawOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+    Volume::open(path, &OpenOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Every fixture through every format that can hold it: the same values at the same places as in the original.
@@ -64,13 +64,13 @@ fn voxels_keep_their_bits_and_their_type() {
         std::fs::write(&raw, &bytes).unwrap();
         for ending in ["nrrd", "nii", "npy", "vti"] {
             let target = temporary.path().join(format!("b.{ending}"));
-            convert(&raw, &RawOptions::default(), &target).unwrap();
+            convert(&raw, &OpenOptions::default(), &target).unwrap();
             let written = std::fs::read(&target).unwrap();
             assert!(written.windows(bytes.len()).any(|part| part == bytes), "{name} in {ending}");
             if ending == "vti" && cfg!(not(feature = "vtk")) {
                 continue;
             }
-            let back = convert(&target, &RawOptions::default(), temporary.path().join("back.raw")).unwrap();
+            let back = convert(&target, &OpenOptions::default(), temporary.path().join("back.raw")).unwrap();
             assert!(back.ends_with(format!("back_4x3x2_{name}.raw")), "{}", back.display());
             assert_eq!(std::fs::read(&back).unwrap(), bytes, "{name} through {ending}");
         }
@@ -100,7 +100,7 @@ fn volumes_in_memory_are_written_with_their_place() {
 #[test]
 fn what_cannot_be_written_leaves_nothing() {
     let temporary = tempfile::tempdir().unwrap();
-    let to = |name: &str| convert("builtin:cube@4", &RawOptions::default(), temporary.path().join(name));
+    let to = |name: &str| convert("builtin:cube@4", &OpenOptions::default(), temporary.path().join(name));
     for (name, word) in [("a.tif", ".nrrd"), ("a_4x4x3_uint8.raw", "4x4x4"), ("missing/a.nrrd", "no folder"), ("a", ".raw")] {
         let message = to(name).unwrap_err().to_string();
         assert!(message.contains(word), "{message}");

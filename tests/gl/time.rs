@@ -3,7 +3,7 @@
 use crate::context::OpenGl;
 use layersplat::renderer::GlTexture;
 use layersplat::{
-    Background, Camera, Device, DeviceChoice, Orbit, RawOptions, Renderer, Settings, TransferFunction, Viewport, Volume,
+    Background, Camera, Device, DeviceChoice, OpenOptions, Orbit, Renderer, Settings, TransferFunction, Viewport, Volume,
 };
 use std::time::Instant;
 
@@ -21,7 +21,7 @@ fn time(frame: impl FnOnce()) -> f64 {
 fn pictures_in_textures_and_in_host_memory() {
     let opengl = OpenGl::new();
     let device = Device::open_with_gl(&DeviceChoice::Default).unwrap();
-    let volume = Volume::open("builtin:hydrogen@64", &RawOptions::default()).unwrap();
+    let volume = Volume::open("builtin:hydrogen@64", &OpenOptions::default()).unwrap();
     let mut renderer = Renderer::new(&device, &volume, &TransferFunction::automatic(&volume)).unwrap();
     let (centre, size, settings) = (volume.grid().centre(), volume.grid().diagonal(), Settings::default());
     for side in [256, 512, 1024] {

@@ -21,7 +21,7 @@ fn psnr(a: &Frame, b: &Frame) -> f64 {
 /// Per pixel, the integral is approached with every sample more.
 #[test]
 fn more_samples_per_layer_approach_the_kernels_own_integral() {
-    let volume = Volume::open("builtin:hydrogen@40", &layersplat::RawOptions::default()).unwrap();
+    let volume = Volume::open("builtin:hydrogen@40", &layersplat::OpenOptions::default()).unwrap();
     let (size, transfer) = (viewport(64, 64), smooth_transfer());
     for (camera, what) in
         [(parallel(&volume, size, 40.0, 25.0), "parallel"), (perspective(&volume, 40.0, 25.0, 40.0), "perspective")]

@@ -52,7 +52,7 @@ const SHOWN: f64 = 0.85;
 
 /// Marschner and Lobb's signal (1994), sampled n³ times and rounded to bytes. All sizes make the same picture, but for what is lost.
 pub fn marschner_lobb(n: usize) -> Scene {
-    let volume = Volume::open(format!("builtin:marschner-lobb@{n}"), &layersplat::RawOptions::default()).unwrap();
+    let volume = Volume::open(format!("builtin:marschner-lobb@{n}"), &layersplat::OpenOptions::default()).unwrap();
     let half = (n as f64 - 1.0) / 2.0;
     // Rings that are cut in the middle of their slope, behind a thin fog.
     let opacities =

@@ -6,7 +6,7 @@ use layersplat::annotation::{Annotations, Shown};
 use layersplat::framing::{Fixed, Framing};
 use layersplat::settings::{Blend, Layered};
 use layersplat::{
-    Background, Camera, Frame, Orbit, Projection, RawOptions, Renderer, Settings, TransferFunction, Viewport, Volume,
+    Background, Camera, Frame, OpenOptions, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume,
 };
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub enum Transfer {
 pub struct Scene {
     /// A file, or `builtin:NAME`.
     pub source: &'static str,
-    pub raw: RawOptions,
+    pub raw: OpenOptions,
     pub background_value: Option<f64>,
     pub transfer: Transfer,
     pub transfer_range: Option<(f64, f64)>,
@@ -50,7 +50,7 @@ impl Default for Scene {
     fn default() -> Self {
         Self {
             source: crate::VOLUME,
-            raw: RawOptions::default(),
+            raw: OpenOptions::default(),
             background_value: None,
             transfer: Transfer::Named("fire"),
             transfer_range: None,

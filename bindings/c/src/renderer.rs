@@ -95,12 +95,12 @@ pub unsafe extern "C" fn layersplat_renderer_free(renderer: *mut Renderer) {
 mod tests {
     use super::*;
     use crate::Status;
-    use layersplat::{DeviceChoice, RawOptions, TransferFunction};
+    use layersplat::{DeviceChoice, OpenOptions, TransferFunction};
 
     /// A panic in the middle of a frame leaves a renderer that says so, and can be freed.
     #[test]
     fn a_renderer_is_used_once_at_a_time_and_not_after_a_panic() {
-        let volume = layersplat::Volume::open("builtin:hydrogen@8", &RawOptions::default()).unwrap();
+        let volume = layersplat::Volume::open("builtin:hydrogen@8", &OpenOptions::default()).unwrap();
         let transfer = TransferFunction::automatic(&volume);
         let device = layersplat::Device::open(&DeviceChoice::Default).unwrap();
         let made = Renderer::new(layersplat::Renderer::new(&device, &volume, &transfer).unwrap());

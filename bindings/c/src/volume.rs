@@ -2,7 +2,7 @@
 
 use crate::border::{Failure, Out, borrowed, free, guard, text};
 use crate::{Grid, Status, VoxelType};
-use layersplat::RawOptions;
+use layersplat::OpenOptions;
 use layersplat::volume::{self, Storage};
 use std::ffi::{c_char, c_void};
 
@@ -97,7 +97,7 @@ pub unsafe extern "C" fn layersplat_volume_open(source: *const c_char, volume: *
         // SAFETY: the caller's promise, and below.
         let out = unsafe { Out::handle(volume, "volume") }?;
         let source = unsafe { text(source, "source") }?;
-        out.give(Volume(layersplat::Volume::open(source, &RawOptions::default())?));
+        out.give(Volume(layersplat::Volume::open(source, &OpenOptions::default())?));
         Ok(())
     })
 }

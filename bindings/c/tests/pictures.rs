@@ -6,14 +6,14 @@ use common::{EMPTY, FLOATS, FROM, HEIGHT, SOURCE, Scene, WIDTH, last_error, made
 use layersplat::glam::DVec3;
 use layersplat::settings::Algorithm;
 use layersplat::volume::Grid as LibraryGrid;
-use layersplat::{Background, DeviceChoice, Orbit, RawOptions, TransferFunction, Viewport};
+use layersplat::{Background, DeviceChoice, OpenOptions, Orbit, TransferFunction, Viewport};
 use layersplat_c::*;
 use std::ffi::CString;
 use std::ptr::{null, null_mut};
 
 /// The library's own picture of the scene.
 fn expected(settings: layersplat::Settings) -> layersplat::Frame {
-    let volume = layersplat::Volume::open(SOURCE, &RawOptions::default()).unwrap();
+    let volume = layersplat::Volume::open(SOURCE, &OpenOptions::default()).unwrap();
     let device = layersplat::Device::open(&DeviceChoice::Default).unwrap();
     let mut renderer = layersplat::Renderer::new(&device, &volume, &TransferFunction::automatic(&volume)).unwrap();
     let viewport = Viewport::new(WIDTH, HEIGHT).unwrap();

@@ -1,6 +1,6 @@
 //! The programs of examples/c, compiled and run.
 
-use layersplat::{Background, DeviceChoice, Framing, Orbit, Quality, RawOptions, TransferFunction, Viewport};
+use layersplat::{Background, DeviceChoice, Framing, OpenOptions, Orbit, Quality, TransferFunction, Viewport};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -41,7 +41,7 @@ fn shared(name: &str, to: &Path) -> PathBuf {
 
 /// The library's own picture of what plain.c shows.
 fn save_expected(path: &Path) {
-    let volume = layersplat::Volume::open("builtin:hydrogen@48", &RawOptions::default()).unwrap();
+    let volume = layersplat::Volume::open("builtin:hydrogen@48", &OpenOptions::default()).unwrap();
     let transfer = TransferFunction::automatic(&volume);
     let device = layersplat::Device::open(&DeviceChoice::Default).unwrap();
     let viewport = Viewport::new(256, 192).unwrap();

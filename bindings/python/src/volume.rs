@@ -4,7 +4,7 @@ use crate::arrays;
 use crate::errors::{Result, unknown};
 use layersplat::glam::{DAffine3, DMat3, DVec3};
 use layersplat::volume::{Endian, Grid};
-use layersplat::{RawOptions, Volume as Ours};
+use layersplat::{OpenOptions, Volume as Ours};
 use numpy::PyUntypedArray;
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -90,7 +90,7 @@ impl Volume {
         });
         let voxel_type = voxel_type.transpose()?;
         let options =
-            RawOptions { dims, voxel_type, spacing: spacing.map(DVec3::from), endian, header_bytes, ..RawOptions::default() };
+            OpenOptions { dims, voxel_type, spacing: spacing.map(DVec3::from), endian, header_bytes, ..OpenOptions::default() };
         let volume = py.detach(|| Ours::open(path, &options))?;
         Ok(Self(match background {
             Some(value) => volume.with_background(value)?,

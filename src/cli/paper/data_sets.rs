@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::transfer::TransferFunction;
-use crate::volume::{RawOptions, Volume};
+use crate::volume::{OpenOptions, Volume};
 use std::path::{Path, PathBuf};
 
 /// A row of the paper's Table 1.
@@ -147,7 +147,7 @@ fn is_volume(path: &Path, name: &str) -> bool {
 
 impl Source {
     pub fn open(&self) -> Result<DataSet, Error> {
-        let volume = Volume::open(&self.path, &RawOptions::default())?;
+        let volume = Volume::open(&self.path, &OpenOptions::default())?;
         let transfer = match &self.transfer {
             Seen::File(file) => TransferFunction::from_file(file, None)?,
             Seen::Automatic => TransferFunction::automatic(&volume),

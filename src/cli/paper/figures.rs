@@ -13,7 +13,7 @@ use crate::renderer::Renderer;
 use crate::settings::{Classification, Evaluation, Layered, Settings};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
-use crate::volume::{RawOptions, Volume};
+use crate::volume::{OpenOptions, Volume};
 
 /// Samples per layer where only the extinction is to count.
 const FINELY: u32 = 3;
@@ -153,7 +153,7 @@ pub(super) fn curves(laboratory: &Laboratory, page: &mut Page) -> Result<(), Err
 /// Transmittance per layer of a homogeneous cube seen straight on, where a layer's extinction (or α) times its length is `x`.
 fn through_a_layer(laboratory: &Laboratory, x: f64, extinction: Extinction) -> Result<f64, Error> {
     const ALPHA: f64 = 0.05;
-    let volume = Volume::open("builtin:cube@2", &RawOptions::default())?;
+    let volume = Volume::open("builtin:cube@2", &OpenOptions::default())?;
     let (_, value) = volume.range();
     let points = vec![(0.0, 0.0), (value / 2.0, 0.0), (value / 2.0, ALPHA), (value, ALPHA)];
     let transfer = TransferFunction::new("cube", vec![(0.0, [1.0; 3])], points)?;

@@ -10,7 +10,7 @@ use crate::renderer::{PartRenderer, PictureFormat, PictureMemory, Renderer, Stre
 use crate::settings::{Algorithm, Blend, Classification, Evaluation, LayerAxis, Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{RawOptions, Volume};
+use crate::volume::{OpenOptions, Volume};
 
 const SIZE: Viewport = Viewport { width: 21, height: 17 };
 
@@ -34,7 +34,7 @@ pub struct Scene {
 
 impl Scene {
     pub fn of(volume: &str) -> Self {
-        let volume = Volume::open(volume, &RawOptions::default()).unwrap();
+        let volume = Volume::open(volume, &OpenOptions::default()).unwrap();
         Self { transfer: TransferFunction::builtin("fire", &volume).unwrap(), volume }
     }
 

@@ -244,13 +244,13 @@ mod tests {
     use crate::layers::Kernel;
     use crate::settings::{Algorithm, Quality, Settings};
     use crate::viewport::Viewport;
-    use crate::volume::{RawOptions, Volume};
+    use crate::volume::{OpenOptions, Volume};
     use glam::DVec3;
 
     /// And two views, of different layer axes.
     fn renderer() -> (Renderer, [Camera; 2], Viewport) {
         let device = Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
-        let volume = Volume::open("builtin:hydrogen@24", &RawOptions::default()).unwrap();
+        let volume = Volume::open("builtin:hydrogen@24", &OpenOptions::default()).unwrap();
         let transfer = TransferFunction::builtin("fire", &volume).unwrap();
         let viewport = Viewport::new(40, 32).unwrap();
         let camera = |azimuth| {

@@ -41,7 +41,7 @@ use std::time::Duration;
 /// ```
 /// use layersplat::Settings;
 /// use layersplat::renderer::StreamedRenderer;
-/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::RawOptions::default())?;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
 /// # let transfer = layersplat::TransferFunction::automatic(&volume);
 /// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
 /// # let viewport = layersplat::Viewport::new(32, 24)?;

@@ -3,7 +3,7 @@
 use super::bytes::{Bytes, Gzip, Packed, Plain};
 use super::keyed::Keyed;
 use super::load::{self, Header, Opened, upright};
-use super::{Format, Found, RawOptions, choice, numbered};
+use super::{Format, Found, OpenOptions, choice, numbered};
 use crate::error::Error;
 use crate::volume::{Endian, ScalarType};
 use glam::DVec3;
@@ -13,12 +13,12 @@ use std::fs::File;
 pub(super) struct Bov;
 
 impl Format for Bov {
-    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         let has = |word: &[u8]| file.start.windows(word.len()).any(|bytes| bytes == word);
         has(b"DATA_FILE") && (has(b"DATA_SIZE") || file.ends_with(&[".bov"]))
     }
 
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let fields = Keyed::read(path, ':', "")?;
         let sizes: Vec<usize> = fields.numbers(&["DATA_SIZE"], 3)?.ok_or_else(|| fields.wrong("its header has no DATA_SIZE"))?;

@@ -1,6 +1,6 @@
 //! From a file whose header is read to a volume.
 
-use super::RawOptions;
+use super::OpenOptions;
 use super::bytes::Bytes;
 use crate::error::Error;
 use crate::memory;
@@ -66,7 +66,7 @@ impl Header {
 }
 
 /// The grid that a file tells: voxel (i, j, k) sits at `index_to_world · (i, j, k)`; with a spacing that is asked for, at the origin.
-pub(super) fn grid(path: &Path, dims: [usize; 3], index_to_world: DAffine3, options: &RawOptions) -> Result<Grid, Error> {
+pub(super) fn grid(path: &Path, dims: [usize; 3], index_to_world: DAffine3, options: &OpenOptions) -> Result<Grid, Error> {
     let grid = match options.spacing {
         Some(spacing) => Grid::new(dims, spacing),
         None => Grid::from_affine(dims, index_to_world),

@@ -10,6 +10,7 @@ mod nifti;
 mod nrrd;
 mod numbered;
 mod numpy;
+mod options;
 mod png;
 mod raw;
 mod slices;
@@ -18,7 +19,7 @@ mod text;
 mod tiff;
 mod vtk;
 
-pub use raw::RawOptions;
+pub use options::OpenOptions;
 pub(super) use raw::told_by_name;
 
 use super::Volume;
@@ -55,7 +56,7 @@ const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MetaImage, VTK i
 /// A file format.
 trait Format: Sync {
     /// Whether a file is in this format: by its first bytes, or by its name where the format has no mark.
-    fn recognises(&self, file: &Found, options: &RawOptions) -> bool;
+    fn recognises(&self, file: &Found, options: &OpenOptions) -> bool;
 
     /// Whether a file in this format can have several arrays with names.
     fn names_arrays(&self) -> bool {
@@ -63,7 +64,7 @@ trait Format: Sync {
     }
 
     /// Reads the header.
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error>;
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error>;
 }
 
 /// A file, before anything is known of it.
@@ -107,16 +108,16 @@ impl<'a> Found<'a> {
 }
 
 /// Opens a file of any format.
-pub(super) fn read(path: &Path, options: &RawOptions) -> Result<Volume<'static>, Error> {
+pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
     load::volume(path, open(path, options)?)
 }
 
 /// All numbers of a file of any format, one after the other, as they are stored, with what its header says.
-pub(super) fn numbers(path: &Path, options: &RawOptions) -> Result<load::Numbers, Error> {
+pub(super) fn numbers(path: &Path, options: &OpenOptions) -> Result<load::Numbers, Error> {
     load::numbers(path, open(path, options)?)
 }
 
-fn open(path: &Path, options: &RawOptions) -> Result<Opened, Error> {
+fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     if let Some(files) = slices::files(path)? {
         return slices::open(path, files, options);
     }

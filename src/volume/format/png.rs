@@ -2,7 +2,7 @@
 
 use super::bytes::{Bytes, Held};
 use super::load::{self, Header, Opened, upright};
-use super::{Format, Found, RawOptions, choice};
+use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::memory;
 use crate::volume::{Endian, ScalarType};
@@ -20,11 +20,11 @@ pub(super) struct Png;
 const LIMIT: u64 = 1032;
 
 impl Format for Png {
-    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         file.start.starts_with(b"\x89PNG\r\n\x1a\n")
     }
 
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let decoder = decoder(path)?;
         let ((x, y), all, color) = (decoder.dimensions(), decoder.total_bytes(), decoder.color_type());

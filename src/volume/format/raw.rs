@@ -2,63 +2,21 @@
 
 use super::bytes::{Bytes, Gzip, Packed, Plain};
 use super::load::{Header, Opened};
-use super::{Format, Found, choice};
+use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
-use crate::volume::{Endian, Grid, ScalarType};
-use glam::DVec3;
+use crate::volume::ScalarType;
 use std::fs::File;
 use std::path::Path;
-
-/// What a file, or a raw file's name, does not tell, or tells wrongly, and which of several volumes it is to be; what is given here wins.
-/// Spacing defaults to 1,1,1.
-///
-/// ```
-/// use layersplat::volume::{RawOptions, ScalarType, Volume};
-/// # let folder = tempfile::tempdir().expect("a folder");
-/// # let path = folder.path().join("bonsai.raw");
-/// # std::fs::write(&path, [0u8; 24]).expect("a file");
-///
-/// let options = RawOptions { dims: Some([4, 3, 2]), voxel_type: Some(ScalarType::Uint8), ..RawOptions::default() };
-/// let volume = Volume::open(&path, &options)?;
-/// assert_eq!(volume.grid().dims(), [4, 3, 2]);
-/// # Ok::<(), layersplat::Error>(())
-/// ```
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RawOptions {
-    /// Voxels along x, y, z.
-    pub dims: Option<[usize; 3]>,
-    /// Type of the numbers.
-    pub voxel_type: Option<ScalarType>,
-    /// World distance between voxels along x, y, z, along the world's axes, whatever a file says of its grid.
-    pub spacing: Option<DVec3>,
-    /// Byte order; little if it is not given.
-    pub endian: Option<Endian>,
-    /// Bytes before the first voxel, of a gzip file once unpacked; 0 if not given.
-    pub header_bytes: Option<u64>,
-    /// Which of several volumes, in formats that hold a sequence of them; the first if not given.
-    pub frame: Option<usize>,
-    /// Which of several numbers per voxel; the first if not given.
-    pub channel: Option<usize>,
-    /// Which of several arrays, by its name, in formats that name them; the one that the file marks, or the first, if not given.
-    pub array: Option<String>,
-}
-
-impl RawOptions {
-    /// The grid of `dims` with the wanted spacing.
-    pub(in crate::volume) fn grid(&self, dims: [usize; 3]) -> Result<Grid, Error> {
-        Grid::new(dims, self.spacing.unwrap_or(DVec3::ONE))
-    }
-}
 
 /// The format.
 pub(super) struct Raw;
 
 impl Format for Raw {
-    fn recognises(&self, file: &Found, options: &RawOptions) -> bool {
+    fn recognises(&self, file: &Found, options: &OpenOptions) -> bool {
         stem(file.path).is_some() || (options.dims.is_some() && options.voxel_type.is_some())
     }
 
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let named = stem(path);
         let (named_dims, named_type) = named.as_ref().map_or((None, None), |(stem, _)| parse_name(stem));
@@ -92,9 +50,9 @@ impl Format for Raw {
 }
 
 /// Dimensions and type, as far as a raw file's name tells them.
-pub(in crate::volume) fn told_by_name(path: &Path) -> RawOptions {
+pub(in crate::volume) fn told_by_name(path: &Path) -> OpenOptions {
     let (dims, voxel_type) = stem(path).map_or((None, None), |(stem, _)| parse_name(&stem));
-    RawOptions { dims, voxel_type: voxel_type.and_then(Result::ok), ..RawOptions::default() }
+    OpenOptions { dims, voxel_type: voxel_type.and_then(Result::ok), ..OpenOptions::default() }
 }
 
 /// A file name without `.raw` or `.raw.gz`, in any case, and whether it ended in `.gz`.

@@ -2,7 +2,7 @@
 
 use super::bytes::Joined;
 use super::load::{self, Header, Opened};
-use super::{RawOptions, open as open_one};
+use super::{OpenOptions, open as open_one};
 use crate::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -73,7 +73,7 @@ fn numbered(file: &Path) -> Vec<(String, u128)> {
 }
 
 /// A volume of slices, which must be alike.
-pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &RawOptions) -> Result<Opened, Error> {
+pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> Result<Opened, Error> {
     let first = open_one(&files[0], options)?.header;
     let [x, y, z] = first.grid.dims();
     if z != 1 {
@@ -87,7 +87,7 @@ pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &RawOptions) -> Re
     let strides = [first.strides[0], first.strides[1], each];
     let header = Header { grid, strides, ..first.clone() };
     // Which frame and channel it is was said of the first.
-    let options = RawOptions { frame: options.frame.or(Some(0)), channel: options.channel.or(Some(0)), ..options.clone() };
+    let options = OpenOptions { frame: options.frame.or(Some(0)), channel: options.channel.or(Some(0)), ..options.clone() };
     let slice = move |n: usize| {
         let opened = open_one(&files[n], &options)?;
         if !alike(&opened.header, &first) {

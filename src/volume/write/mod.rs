@@ -7,7 +7,7 @@ mod raw;
 mod vti;
 
 use super::format;
-use super::{Endian, Grid, RawOptions, Rescale, ScalarType, Volume};
+use super::{Endian, Grid, OpenOptions, Rescale, ScalarType, Volume};
 use crate::error::Error;
 use crate::files::write_whole;
 use std::io::{self, Write};
@@ -74,14 +74,14 @@ impl Format {
 /// Those of [`Volume::open`] and of [`Volume::save`].
 ///
 /// ```
-/// use layersplat::volume::{RawOptions, convert};
+/// use layersplat::volume::{OpenOptions, convert};
 /// # let folder = tempfile::tempdir().expect("a folder");
 ///
-/// let written = convert("builtin:cube@4", &RawOptions::default(), folder.path().join("cube.raw"))?;
+/// let written = convert("builtin:cube@4", &OpenOptions::default(), folder.path().join("cube.raw"))?;
 /// assert!(written.ends_with("cube_4x4x4_uint8.raw"));
 /// # Ok::<(), layersplat::Error>(())
 /// ```
-pub fn convert(source: impl AsRef<Path>, options: &RawOptions, target: impl AsRef<Path>) -> Result<PathBuf, Error> {
+pub fn convert(source: impl AsRef<Path>, options: &OpenOptions, target: impl AsRef<Path>) -> Result<PathBuf, Error> {
     let (source, target) = (source.as_ref(), target.as_ref());
     let format = Format::of(target)?;
     if source.to_str().is_some_and(|name| name.starts_with("builtin:")) {
@@ -105,12 +105,12 @@ impl Volume<'_> {
     /// An ending that is none of these, what the format does not hold, and files that cannot be written.
     ///
     /// ```
-    /// use layersplat::volume::{RawOptions, Volume};
+    /// use layersplat::volume::{OpenOptions, Volume};
     /// # let folder = tempfile::tempdir().expect("a folder");
     ///
-    /// let volume = Volume::open("builtin:hydrogen@8", &RawOptions::default())?;
+    /// let volume = Volume::open("builtin:hydrogen@8", &OpenOptions::default())?;
     /// let path = volume.save(folder.path().join("hydrogen.nrrd"))?;
-    /// assert_eq!(Volume::open(path, &RawOptions::default())?.value(77), volume.value(77));
+    /// assert_eq!(Volume::open(path, &OpenOptions::default())?.value(77), volume.value(77));
     /// # Ok::<(), layersplat::Error>(())
     /// ```
     pub fn save(&self, target: impl AsRef<Path>) -> Result<PathBuf, Error> {

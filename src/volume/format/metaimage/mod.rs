@@ -4,7 +4,7 @@ mod data;
 
 use super::keyed::Keyed;
 use super::load::{self, Header, Opened};
-use super::{Format, Found, RawOptions, choice};
+use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::volume::{Endian, ScalarType};
 use glam::{DAffine3, DMat3, DVec3};
@@ -16,13 +16,13 @@ pub(super) struct MetaImage;
 const MOST: usize = 10;
 
 impl Format for MetaImage {
-    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         let has = |word: &[u8]| file.start.windows(word.len()).any(|bytes| bytes == word);
         let first = file.start.split(|&byte| byte == b'\n').next().unwrap_or_default();
         first.contains(&b'=') && (has(b"NDims") || has(b"ObjectType")) && (has(b"DimSize") || file.ends_with(&[".mha", ".mhd"]))
     }
 
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let fields = Keyed::read(path, '=', "ElementDataFile")?;
         let scalar = scalar(&fields)?;

@@ -5,7 +5,7 @@ mod place;
 
 use super::bytes::{self, Bytes, Gzip, Packed, Plain};
 use super::load::{self, Header, Opened};
-use super::{Format, Found, RawOptions, choice};
+use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::volume::{Rescale, ScalarType};
 use flate2::read::MultiGzDecoder;
@@ -17,11 +17,11 @@ use std::path::{Path, PathBuf};
 pub(super) struct Nifti;
 
 impl Format for Nifti {
-    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         is_header(file) || header_of(file.path).is_some()
     }
 
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = &header_of(file.path).unwrap_or_else(|| file.path.into());
         let fields = read(path)?;
         let wrong = |problem: String| Error::volume(path, problem);

@@ -2,7 +2,7 @@
 
 use super::fields::Fields;
 use crate::error::Error;
-use crate::volume::format::{RawOptions, choice};
+use crate::volume::format::{OpenOptions, choice};
 use crate::volume::{Grid, ScalarType};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::Path;
@@ -47,7 +47,7 @@ impl Axes {
     }
 
     /// The grid in the world, whose axes point to the right, to the front and up where the file says which way they point.
-    pub fn grid(&self, path: &Path, fields: &Fields, options: &RawOptions) -> Result<Grid, Error> {
+    pub fn grid(&self, path: &Path, fields: &Fields, options: &OpenOptions) -> Result<Grid, Error> {
         let named = |e: Error| Error::volume(path, e.to_string());
         if let Some(spacing) = options.spacing {
             return Grid::new(self.dims(), spacing).map_err(named);
@@ -77,7 +77,7 @@ impl Axes {
     }
 
     /// The first byte and the strides of the frame and the channel that are wanted.
-    pub fn place(&self, path: &Path, scalar: ScalarType, options: &RawOptions) -> Result<(u64, [u64; 3]), Error> {
+    pub fn place(&self, path: &Path, scalar: ScalarType, options: &OpenOptions) -> Result<(u64, [u64; 3]), Error> {
         let mut first = 0;
         let last_of_space = self.space.iter().max().copied().unwrap_or(0);
         let others = || (0..self.sizes.len()).filter(|axis| !self.space.contains(axis) && self.sizes[*axis] > 1);

@@ -5,7 +5,7 @@ mod data;
 mod fields;
 
 use super::load::{Header, Opened};
-use super::{Format, Found, RawOptions};
+use super::{Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::volume::{Endian, ScalarType};
 use fields::Fields;
@@ -14,11 +14,11 @@ use fields::Fields;
 pub(super) struct Nrrd;
 
 impl Format for Nrrd {
-    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         file.start.starts_with(b"NRRD000")
     }
 
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let fields = Fields::read(path)?;
         let scalar = scalar(&fields)?;

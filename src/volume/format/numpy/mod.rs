@@ -9,7 +9,7 @@ pub(super) use npz::Npz;
 
 use super::bytes::{Bytes, Plain};
 use super::load::{self, Header, Opened, upright};
-use super::{Format, Found, RawOptions, choice};
+use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use glam::DVec3;
 use std::fs::File;
@@ -22,11 +22,11 @@ pub(super) struct Npy;
 const MOST_CHANNELS: usize = 4;
 
 impl Format for Npy {
-    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         file.start.starts_with(header::MARK)
     }
 
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let failed = |e| Error::read(file.path, e);
         let bytes = Plain::new(File::open(file.path).map_err(failed)?, 0).map_err(failed)?;
         array(file.path, Box::new(bytes), options)
@@ -35,7 +35,7 @@ impl Format for Npy {
 
 /// An array of which all bytes are given: its last axes are z, y and x, a fourth of up to four numbers behind them channels, all before
 /// frames.
-fn array(path: &Path, mut bytes: Box<dyn Bytes>, options: &RawOptions) -> Result<Opened, Error> {
+fn array(path: &Path, mut bytes: Box<dyn Bytes>, options: &OpenOptions) -> Result<Opened, Error> {
     let read = header::read(bytes.as_mut()).map_err(|e| Error::read(path, e))?;
     let found = read.map_err(|problem| Error::volume(path, problem))?;
     let axes = found.shape.len();

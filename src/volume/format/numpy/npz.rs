@@ -4,7 +4,7 @@ use super::array;
 use crate::error::Error;
 use crate::volume::format::bytes::{Bytes, Deflate, Packed, Plain};
 use crate::volume::format::load::Opened;
-use crate::volume::format::{Format, Found, RawOptions, choice};
+use crate::volume::format::{Format, Found, OpenOptions, choice};
 use std::fs::File;
 use std::io::BufReader;
 use zip::{CompressionMethod, ZipArchive};
@@ -13,7 +13,7 @@ use zip::{CompressionMethod, ZipArchive};
 pub(in crate::volume::format) struct Npz;
 
 impl Format for Npz {
-    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         file.start.starts_with(b"PK\x03\x04") && (file.ends_with(&[".npz"]) || file.start.windows(4).any(|name| name == b".npy"))
     }
 
@@ -21,7 +21,7 @@ impl Format for Npz {
         true
     }
 
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let failed = |e| Error::read(path, e);
         let damaged = |e: zip::result::ZipError| Error::volume(path, format!("it is no whole archive: {e}"));

@@ -5,7 +5,7 @@ mod pages;
 
 use super::bytes::{Bytes, Plain};
 use super::load::{self, Header, Opened, upright};
-use super::{Format, Found, RawOptions, choice};
+use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::volume::Endian;
 use glam::DVec3;
@@ -17,11 +17,11 @@ use std::fs::File;
 pub(super) struct Tiff;
 
 impl Format for Tiff {
-    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         [b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|mark| file.start.starts_with(*mark))
     }
 
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let mut reader = pages::decoder(path)?;
         let page = Page::of(path, &mut reader)?;

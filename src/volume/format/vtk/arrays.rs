@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::volume::format::load::{self, Header};
-use crate::volume::format::{RawOptions, choice};
+use crate::volume::format::{OpenOptions, choice};
 use crate::volume::{Endian, ScalarType};
 use glam::{DAffine3, DVec3};
 use std::path::Path;
@@ -28,7 +28,7 @@ pub(super) struct Image {
 }
 
 /// The one that is asked for, or marked, or at points, or the first.
-pub(super) fn chosen<'a, P>(path: &Path, arrays: &'a [Array<P>], options: &RawOptions) -> Result<&'a Array<P>, Error> {
+pub(super) fn chosen<'a, P>(path: &Path, arrays: &'a [Array<P>], options: &OpenOptions) -> Result<&'a Array<P>, Error> {
     let best = |array: &&Array<P>| (!array.active, array.of_cells);
     let default = arrays.iter().min_by_key(best);
     let default = default.ok_or_else(|| Error::volume(path, "it has no array of numbers at points or in cells"))?;
@@ -47,7 +47,7 @@ impl<P> Array<P> {
         image: &Image,
         scalar: ScalarType,
         endian: Endian,
-        options: &RawOptions,
+        options: &OpenOptions,
     ) -> Result<Header, Error> {
         let (mut dims, mut place) = (image.points, image.index_to_world);
         if self.of_cells {

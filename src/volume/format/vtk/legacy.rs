@@ -4,7 +4,7 @@ use super::arrays::{self, Array, Image};
 use crate::error::Error;
 use crate::volume::format::bytes::{Bytes, Held, Plain};
 use crate::volume::format::load::{Opened, upright};
-use crate::volume::format::{Format, Found, RawOptions, text};
+use crate::volume::format::{Format, Found, OpenOptions, text};
 use crate::volume::{Endian, ScalarType};
 use glam::DVec3;
 use std::fs::File;
@@ -15,7 +15,7 @@ use std::path::Path;
 pub(in crate::volume::format) struct Legacy;
 
 impl Format for Legacy {
-    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         file.start.starts_with(b"# vtk DataFile Version")
     }
 
@@ -23,7 +23,7 @@ impl Format for Legacy {
         true
     }
 
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let mut scanner = Scanner::open(path)?;
         let is_text = scanner.start()?;

@@ -6,7 +6,7 @@ use super::encoded;
 use crate::error::Error;
 use crate::volume::format::bytes::{Bytes, Held, Plain};
 use crate::volume::format::load::Opened;
-use crate::volume::format::{Format, Found, RawOptions, text};
+use crate::volume::format::{Format, Found, OpenOptions, text};
 use crate::volume::{Endian, ScalarType};
 use glam::{DAffine3, DMat3, DVec3};
 use quick_xml::events::{BytesStart, Event};
@@ -23,7 +23,7 @@ pub(in crate::volume::format) struct Xml;
 const LARGEST: u64 = 1 << 32;
 
 impl Format for Xml {
-    fn recognises(&self, file: &Found, _options: &RawOptions) -> bool {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         file.start.windows(8).any(|bytes| bytes == b"<VTKFile")
     }
 
@@ -31,7 +31,7 @@ impl Format for Xml {
         true
     }
 
-    fn open(&self, file: &Found, options: &RawOptions) -> Result<Opened, Error> {
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let document = Document::read(path)?;
         let image = document.image.as_ref().ok_or_else(|| document.wrong("it has no piece of ImageData"))?;
