@@ -99,13 +99,15 @@ ALWAYS_INLINE void accumulate(realv r, realv g, realv b, realv opacity, Accumula
     a->t -= weight;
 }
 
-// Lights a colour before.
+// Lights a colour before, and thins it.
 ALWAYS_INLINE void accumulate_lit(const SampleParams *p, realv r, realv g, realv b, realv opacity, const Lighting *lighting,
                                   Accumulator *a) {
     if (p->shading) {
         r = MIN(r * lighting->factor + lighting->highlight, (realv)(1.0f));
         g = MIN(g * lighting->factor + lighting->highlight, (realv)(1.0f));
         b = MIN(b * lighting->factor + lighting->highlight, (realv)(1.0f));
+        if (p->thinned)
+            opacity = thinned(p, opacity, lighting->left);
     }
     accumulate(r, g, b, opacity, a);
 }

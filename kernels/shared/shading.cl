@@ -8,10 +8,21 @@ static inline intv table_index(const SampleParams *p, realv value) {
     return CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)(p->table_last)));
 }
 
-// What a colour is multiplied by, and what highlight is added to it; and what it counts where it is mixed with another.
+// What a colour is multiplied by, and what highlight is added to it; what it counts where it is mixed with another; and what is left of the
+// extinction.
 typedef struct {
-    realv factor, highlight, weight;
+    realv factor, highlight, weight, left;
 } Lighting;
+
+// What a gradient's length leaves of the extinction: src/settings/gradient_opacity.rs.
+static inline realv left_by(const SampleParams *p, realv length) {
+    realv left = p->least_thinned;
+    for (int i = 0; i < (int)(sizeof p->rises / sizeof(float[3])); i++) {
+        const float *rise = p->rises + 3 * i;
+        left += rise[1] * (CLAMP(length, (realv)(rise[0]), (realv)(rise[2])) - rise[0]);
+    }
+    return CLAMP(left, (realv)(0.0f), (realv)(1.0f));
+}
 
 // Blinn-Phong, two-sided, one white light. Where the gradient is below 1e-3 of the value range per voxel the colour
 // stays as it is, with a smooth fade up to 2e-3: rounding must not flip it.
@@ -32,10 +43,17 @@ static inline Lighting light_gradient(const SampleParams *p, realv u, realv v, r
     lighting.weight = inverse_sqrt(inverse);
     lighting.factor = 1.0f + lit * (p->ambient + p->diffuse * facing - 1.0f);
     lighting.highlight = lit * p->specular * power(mirror, p->power);
+    lighting.left = p->thinned ? left_by(p, squared * inverse) : (realv)(1.0f);
     return lighting;
 }
 
 // Opacity of an optical depth, or of alpha times length.
 static inline realv opacity_of_depth(const SampleParams *p, realv depth) {
     return p->linear ? MIN(depth, (realv)(1.0f)) : absorbed(depth);
+}
+
+// An opacity of which the gradient leaves a part: of the extinction. All of it to the bit.
+static inline realv thinned(const SampleParams *p, realv opacity, realv left) {
+    const realv less = p->linear ? opacity * left : 1.0f - raised(1.0f - opacity, left);
+    return left < 1.0f ? less : opacity;
 }

@@ -51,11 +51,12 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
         splat->x = x, splat->y = y, splat->w = h[2];
 #ifdef PRECLASSIFIED
         splat->reach = at.z;
-        const float4 entry = table[table_index(&sample, content.x)];
+        float4 entry = table[table_index(&sample, content.x)];
         float4 color = (float4)(entry.xyz, 1.0f);
         if (sample.shading) {
             const Lighting lighting = light_gradient(&sample, content.y, content.z, content.w);
             color.xyz = MIN(color.xyz * lighting.factor + lighting.highlight, (float3)(1.0f));
+            entry.w *= lighting.left;
         }
         splat->content = color * MIN(entry.w, OPAQUE_EXTINCTION);
 #else

@@ -4,13 +4,13 @@ use super::compositing::{Gathered, picture};
 use super::field::Field;
 use super::interval::{Interval, Region};
 use super::known::Known;
-use super::shading::shade;
+use super::shading::Look;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Kernel, Ray, Rays};
-use crate::settings::{Blend, Clipping, Shading};
-use crate::transfer::TransferFunction;
+use crate::settings::{Blend, Clipping, GradientOpacity, Shading};
+use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
 use glam::DVec3;
@@ -51,6 +51,8 @@ pub struct Integral<'a> {
     unit_distance: f64,
     /// How it is lit. Default: not at all.
     pub shading: Option<Shading>,
+    /// What gradients leave of the extinction. Default: all.
+    pub gradient_opacity: Option<GradientOpacity>,
     /// What of it is shown. Default: all.
     pub clipping: Clipping,
 }
@@ -61,7 +63,7 @@ impl<'a> Integral<'a> {
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, unit_distance: Option<f64>) -> Self {
         let unit_distance = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
         let integrand = Box::new(Field::new(volume, transfer, Blend::Composite, Kernel::Cubic));
-        Self { integrand, transfer, volume, unit_distance, shading: None, clipping: Clipping::default() }
+        Self { integrand, transfer, volume, unit_distance, shading: None, gradient_opacity: None, clipping: Clipping::default() }
     }
 
     /// The same of the field that another kernel reconstructs.
@@ -93,6 +95,7 @@ impl<'a> Integral<'a> {
         let steps = ((to - from) / step).ceil().max(1.0);
         let step = (to - from) / steps;
         let dt = step * world_per_t / self.unit_distance;
+        let look = Look { shading: self.shading, gradient_opacity: self.gradient_opacity, extinction: Extinction::Exponential };
         let mut gathered = Gathered::new();
         for n in 0..steps as usize {
             let p = ray.origin + ray.direction * (from + (n as f64 + 0.5) * step);
@@ -101,10 +104,8 @@ impl<'a> Integral<'a> {
                 continue;
             }
             let opacity = -(-self.transfer.extinction(value) * dt).exp_m1();
-            let mut color = self.transfer.color(value);
-            if let Some(shading) = self.shading {
-                color = shade(self.volume, shading, color, self.integrand.gradient(p), to_eye);
-            }
+            let (color, gradient) = (self.transfer.color(value), || self.integrand.gradient(p));
+            let (color, opacity) = look.at(self.volume, gradient, to_eye, color, opacity);
             gathered.add(color, opacity);
             if gathered.transmittance < 1e-12 {
                 break;

@@ -4,7 +4,7 @@ use super::blending::Values;
 use super::compositing::{Gathered, picture};
 use super::field::Field;
 use super::interval::{Interval, Part, Region};
-use super::shading::shade;
+use super::shading::Look;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
@@ -128,10 +128,8 @@ impl<'a> Layered<'a> {
             Extinction::Exponential => -(-self.transfer.extinction(value) * dt * share).exp_m1(),
             Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0) * share,
         };
-        let mut color = self.transfer.color(value);
-        if let Some(shading) = self.settings.shading {
-            color = shade(self.volume, shading, color, self.gradient(crossing, k), to_eye);
-        }
+        let (color, gradient) = (self.transfer.color(value), || self.gradient(crossing, k));
+        let (color, opacity) = Look::of(self.settings).at(self.volume, gradient, to_eye, color, opacity);
         gathered.add(color, opacity);
     }
 

@@ -4,7 +4,7 @@ use super::blending::{Values, crossing, opaque};
 use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
 use super::field::Field;
 use super::interval::{Part, Region};
-use super::shading::{Lighting, shade};
+use super::shading::{Lighting, Look};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
@@ -78,10 +78,8 @@ impl<'a> Marched<'a> {
                     Extinction::Exponential => opacity_over(self.transfer, value, dt * share, Extinction::Exponential),
                     Extinction::Linear => opacity_over(self.transfer, value, dt, Extinction::Linear) * share,
                 };
-                let mut color = self.transfer.color(value);
-                if let Some(shading) = self.settings.shading {
-                    color = shade(self.volume, shading, color, self.field.gradient(p), to_eye);
-                }
+                let (color, gradient) = (self.transfer.color(value), || self.field.gradient(p));
+                let (color, opacity) = Look::of(self.settings).at(self.volume, gradient, to_eye, color, opacity);
                 gathered.add(color, opacity);
             }
         }
@@ -95,16 +93,14 @@ impl<'a> Marched<'a> {
         for slab in self.slabs(ray, self.between_planes(ray, to_eye)) {
             let points = slab.points(ray);
             let values = slab.part.ends_of(points.map(|p| self.field.reconstructed(p)));
-            let Some((mean, mut color)) = slab_between(self.transfer, values, self.step * smallest, self.settings.extinction)
-            else {
+            let Some((mean, color)) = slab_between(self.transfer, values, self.step * smallest, self.settings.extinction) else {
                 continue;
             };
             let length = slab.part.length() * (slab.back - slab.front) * per_parameter;
-            if let Some(shading) = self.settings.shading {
-                let [g, h] = points.map(|p| self.field.gradient(p));
-                color = shade(self.volume, shading, color, (g + h) / 2.0, to_eye);
-            }
-            gathered.add(color, opacity_of_depth(mean * length, self.settings.extinction));
+            let opacity = opacity_of_depth(mean * length, self.settings.extinction);
+            let gradient = || points.map(|p| self.field.gradient(p)).into_iter().sum::<DVec3>() / 2.0;
+            let (color, opacity) = Look::of(self.settings).at(self.volume, gradient, to_eye, color, opacity);
+            gathered.add(color, opacity);
         }
         gathered.rgba()
     }
@@ -130,9 +126,10 @@ impl<'a> Marched<'a> {
             let Some(t) = crossing(points.map(|p| self.field.reconstructed(p)), iso) else { continue };
             if (slab.part.from..=slab.part.to).contains(&t) {
                 let color = self.transfer.color(iso);
-                return opaque(self.settings.shading.map_or(color, |shading| {
+                return opaque(self.settings.shading.map_or(color, |_| {
+                    let look = Look::of(self.settings);
                     let [front, back] =
-                        points.map(|p| Lighting::of(&self.field, self.volume, shading, self.field.gradient(p), to_eye));
+                        points.map(|p| Lighting::of(&self.field, self.volume, look, self.field.gradient(p), to_eye));
                     front.mix(back, t).on(color)
                 }));
             }

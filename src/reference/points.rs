@@ -4,7 +4,7 @@ use super::blending::{Values, crossing, opaque, refined_crossing};
 use super::compositing::{Gathered, opacity_of_depth, opacity_over};
 use super::interval::Part;
 use super::layered::{Crossing, Layered};
-use super::shading::Lighting;
+use super::shading::{Lighting, Look};
 use crate::layers::{lighting_curve, segment_ends};
 use crate::settings::Blend;
 use crate::transfer::{Extinction, TransferFunction};
@@ -72,7 +72,7 @@ impl Layered<'_> {
             Blend::Iso(_) => samples_per_layer == 1,
             _ => false,
         };
-        let looked_at = self.field.kernel().has_own_slope() && self.settings.shading.is_some() && lit_at_ends;
+        let looked_at = self.field.kernel().has_own_slope() && self.settings.looks_at_gradients() && lit_at_ends;
         if !looked_at || !self.shows(segment.values) {
             return vec![segment];
         }
@@ -105,9 +105,12 @@ impl Layered<'_> {
     }
 
     fn lighting(&self, segment: &Segment, to_eye: DVec3) -> Option<[Lighting; 2]> {
-        let shading = self.settings.shading?;
+        if !self.settings.looks_at_gradients() {
+            return None;
+        }
+        let look = Look::of(self.settings);
         let gradients = segment.gradients.unwrap_or_else(|| segment.points.map(|p| self.field.gradient(p)));
-        Some(gradients.map(|gradient| Lighting::of(&self.field, self.volume, shading, gradient, to_eye)))
+        Some(gradients.map(|gradient| Lighting::of(&self.field, self.volume, look, gradient, to_eye)))
     }
 
     /// A segment of one colour, lit where most of its light comes from.
@@ -116,11 +119,13 @@ impl Layered<'_> {
         let Some(mean) = mean(self.transfer, segment, extinction) else { return };
         let depth = mean.attenuation * segment.length;
         let opacity = opacity_of_depth(depth, extinction);
-        let color = self.lighting(segment, to_eye).map_or(mean.color, |ends| {
+        let (color, opacity) = self.lighting(segment, to_eye).map_or((mean.color, opacity), |ends| {
             // Light comes from before the centroid, by as much as what lies behind is dimmed, if extinction is even.
             let dimmed = if depth > 1e-6 { 0.5 - 1.0 / depth + 1.0 / depth.exp_m1() } else { 0.0 };
             let source = mean.centroid - 4.0 * mean.centroid * (1.0 - mean.centroid) * dimmed;
-            self.along_curve(ends, segment.part.at(source), samples_per_layer).on(mean.color)
+            let lighting = self.along_curve(ends, segment.part.at(source), samples_per_layer);
+            let thinned = ends[0].mix(ends[1], segment.part.at(mean.centroid)).thinned(opacity, extinction);
+            (lighting.on(mean.color), thinned)
         });
         gathered.add(color, opacity);
     }
@@ -133,7 +138,10 @@ impl Layered<'_> {
             let value = self.field.reconstructed(segment.place(t));
             let opacity = opacity_over(self.transfer, value, segment.length / PARTS as f64, self.settings.extinction);
             let color = self.transfer.color(value);
-            gathered.add(lighting.map_or(color, |[front, back]| front.mix(back, t).on(color)), opacity);
+            let lighting = lighting.map(|[front, back]| front.mix(back, t));
+            let (color, opacity) = lighting
+                .map_or((color, opacity), |lighting| (lighting.on(color), lighting.thinned(opacity, self.settings.extinction)));
+            gathered.add(color, opacity);
         }
     }
 
@@ -150,7 +158,7 @@ impl Layered<'_> {
         let color = self.transfer.color(iso);
         let lighting = if refined {
             let gradient = self.field.gradient(segment.place(t));
-            self.settings.shading.map(|shading| Lighting::new(self.volume, shading, gradient, to_eye))
+            self.settings.shading.map(|_| Lighting::new(self.volume, Look::of(self.settings), gradient, to_eye))
         } else {
             self.lighting(segment, to_eye).map(|ends| self.along_curve(ends, t, samples_per_layer))
         };

@@ -3,7 +3,7 @@
 use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
 use super::field::Field;
 use super::interval::Region;
-use super::shading::shade;
+use super::shading::{Lighting, Look};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
@@ -110,11 +110,6 @@ impl<'a> Sheets<'a> {
         (ray.direction * spacing).length() / unit / projection.along.dot(ray.direction)
     }
 
-    fn shaded(&self, value: f64, gradient: DVec3, to_eye: DVec3) -> [f64; 3] {
-        let color = self.transfer.color(value);
-        self.settings.shading.map_or(color, |shading| shade(self.volume, shading, color, gradient, to_eye))
-    }
-
     fn by_layer(
         &self,
         ray: &Ray,
@@ -130,8 +125,10 @@ impl<'a> Sheets<'a> {
                 Extinction::Exponential => self.transfer.extinction(splat.value).min(OPAQUE),
                 Extinction::Linear => self.transfer.opacity(splat.value),
             };
+            let lighting = Lighting::new(self.volume, Look::of(self.settings), splat.gradient, to_eye);
+            let extinction = extinction * lighting.left();
             if extinction > 0.0 {
-                let [r, g, b] = self.shaded(splat.value, splat.gradient, to_eye);
+                let [r, g, b] = lighting.on(self.transfer.color(splat.value));
                 let sums = layers.entry(splat.layer).or_default();
                 for (sum, c) in sums.iter_mut().zip([r, g, b, 1.0]) {
                     *sum += weight * extinction * c;
@@ -199,7 +196,9 @@ impl<'a> Sheets<'a> {
                 Extinction::Linear => opacity_over(self.transfer, value, dt, Extinction::Linear) * share,
             };
             if opacity > 0.0 {
-                gathered.add(self.shaded(value, gradient, to_eye), opacity);
+                let color = self.transfer.color(value);
+                let (color, opacity) = Look::of(self.settings).at(self.volume, || gradient, to_eye, color, opacity);
+                gathered.add(color, opacity);
             }
         }
         gathered.rgba()

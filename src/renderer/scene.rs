@@ -5,10 +5,13 @@ use crate::device::Device;
 use crate::device::launch::structs::SampleParams;
 use crate::layers::{AxisFrame, Rays};
 use crate::settings::Blend;
-use crate::settings::{Classification, Settings};
+use crate::settings::{Classification, GradientOpacity, Settings, Shading};
 use crate::transfer::Extinction;
 use crate::viewport::Viewport;
 use glam::DVec3;
+
+/// Colours as they are, where gradients are looked at for opacity alone.
+const UNLIT: Shading = Shading { ambient: 1.0, diffuse: 0.0, specular: 0.0, power: 1.0, light: None };
 
 /// A view, to be drawn.
 #[derive(Clone, Copy)]
@@ -60,8 +63,7 @@ impl Scene<'_> {
         let grid = self.prepared.grid();
         let spacing = grid.spacing();
         let smallest = spacing.min_element();
-        let (lo, hi) = self.prepared.stored_range();
-        let range = if hi > lo { hi - lo } else { 1.0 };
+        let range = self.gradient_range();
         let to_eye = self.rays.to_eye;
         let light = self.settings.shading.and_then(|s| s.light).map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
         let unit = self.settings.unit_distance.unwrap_or(smallest) * f64::from(samples_per_layer);
@@ -73,12 +75,26 @@ impl Scene<'_> {
         }
     }
 
+    /// The stored numbers that gradients are measured by.
+    fn gradient_range(&self) -> f64 {
+        let (lo, hi) = self.prepared.stored_range();
+        if hi > lo { hi - lo } else { 1.0 }
+    }
+
+    /// By lengths as samples have them, in value ranges per voxel of the smallest spacing.
+    fn gradient_opacity(&self) -> Option<GradientOpacity> {
+        let stored_per_value = (self.prepared.stored_value(1.0) - self.prepared.stored_value(0.0)).abs();
+        let per_length = stored_per_value * self.prepared.grid().spacing().min_element() / self.gradient_range();
+        self.settings.gradient_opacity.map(|opacity| opacity.times(per_length))
+    }
+
     /// Parameters of samples for a layer axis, without those of a table and of layers. Kernels whose rays may differ in their axis set
     /// the axes themselves.
     pub fn sample(&self, axes: &SampleAxes, frame: AxisFrame) -> SampleParams {
         let settings = self.settings;
-        let shading = settings.shading.unwrap_or_default();
+        let shading = settings.shading.unwrap_or(UNLIT);
         let local = |v: DVec3| frame.local(v).as_vec3().to_array();
+        let (least_thinned, rises) = self.gradient_opacity().map_or_else(Default::default, |opacity| opacity.rises());
         let iso = if let Blend::Iso(value) = settings.blend { Some(value) } else { None };
         SampleParams {
             table_first: 0.0,
@@ -90,7 +106,7 @@ impl Scene<'_> {
             samples_per_layer: [1, 0, 0],
             background_visible: i32::from(self.prepared.background_visible()),
             opaque: if settings.early_termination { Settings::OPAQUE as f32 } else { 0.0 },
-            shading: i32::from(settings.shading.is_some()),
+            shading: i32::from(settings.looks_at_gradients()),
             gradient: local(axes.gradient),
             light: local(axes.light),
             half_way: local(axes.half_way),
@@ -98,6 +114,9 @@ impl Scene<'_> {
             diffuse: shading.diffuse as f32,
             specular: shading.specular as f32,
             power: shading.power as f32,
+            thinned: i32::from(settings.gradient_opacity.is_some()),
+            least_thinned: least_thinned as f32,
+            rises: rises.map(|rise| rise.map(|number| number.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32)),
             step: local(axes.step),
             table_unit: 0.0,
             ends: [[0.0; 2]; Classification::MAX_POINTS as usize],

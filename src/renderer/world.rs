@@ -56,6 +56,7 @@ impl World {
         let planes = settings.clipping.planes.map(|slot| slot.map(plane));
         Settings {
             unit_distance: settings.unit_distance.map(|d| d / self.unit),
+            gradient_opacity: settings.gradient_opacity.map(|opacity| opacity.times(self.unit)),
             clipping: Clipping { planes, ..settings.clipping },
             ..*settings
         }

@@ -3,6 +3,7 @@
 mod algorithm;
 mod blend;
 mod clipping;
+mod gradient_opacity;
 mod layered;
 mod quality;
 mod shading;
@@ -10,6 +11,7 @@ mod shading;
 pub use algorithm::Algorithm;
 pub use blend::Blend;
 pub use clipping::{ClipPlane, Clipping, CropBox};
+pub use gradient_opacity::GradientOpacity;
 pub use layered::{Classification, Evaluation, Footprints, LayerAxis, Layered};
 pub use quality::Quality;
 pub use shading::Shading;
@@ -39,6 +41,8 @@ pub struct Settings {
     pub extinction: Extinction,
     /// Default: on.
     pub shading: Option<Shading>,
+    /// What gradients leave of the extinction. Default: all.
+    pub gradient_opacity: Option<GradientOpacity>,
     /// Whether tiles stop where less than 1/4096 of the light passes. Default: on; it costs less than half a step of an
     /// 8-bit picture.
     pub early_termination: bool,
@@ -63,6 +67,7 @@ impl From<Algorithm> for Settings {
             clipping: Clipping::default(),
             extinction: Extinction::Exponential,
             shading: Some(Shading::default()),
+            gradient_opacity: None,
             early_termination: true,
             unit_distance: None,
             culling: true,
@@ -89,11 +94,20 @@ impl Settings {
         }
     }
 
+    /// Whether gradients are looked at where values are composited.
+    pub(crate) fn looks_at_gradients(&self) -> bool {
+        self.shading.is_some() || self.gradient_opacity.is_some()
+    }
+
     /// Checks every number, and what goes together.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.algorithm.check()?;
         self.blend.check()?;
         self.check_blend()?;
+        if self.gradient_opacity.is_some() && self.blend != Blend::Composite {
+            let problem = "only the blend mode composite has opacities along rays: leave it out".into();
+            return Err(Error::Settings { field: "gradient_opacity", problem });
+        }
         self.clipping.check()?;
         self.shading.map_or(Ok(()), |shading| shading.check())?;
         match self.unit_distance {

@@ -48,6 +48,7 @@ kernel_struct! {
         background_visible: i32,
         /// Transmittance below which a tile is finished; 0: never.
         opaque: f32,
+        /// Gradients are looked at: samples are lit, or thinned.
         shading: i32,
         /// Voxel differences to gradients in value ranges per voxel of the smallest spacing, world axes.
         gradient as [gradient_u, gradient_v, gradient_a]: f32,
@@ -59,6 +60,11 @@ kernel_struct! {
         diffuse: f32,
         specular: f32,
         power: f32,
+        /// Gradients leave less of the opacity.
+        thinned: i32,
+        /// What is left of it where there is no gradient, and what that rises by: from a length of the gradient, per length, and to another.
+        least_thinned: f32,
+        rises: [[f32; 3]; 7],
         /// World size of a voxel step / (unit distance x samples per layer).
         step as [step_u, step_v, step_a]: f32,
         /// Extinction of one unit in the table of integrals.

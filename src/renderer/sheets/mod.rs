@@ -109,7 +109,7 @@ impl ImageAlignedSheets {
             frame: picture,
             active_samples,
         };
-        self.kernel.launch(device, (slabs.count(), settings.shading.is_some(), region.rendering.clipped), &arguments)
+        self.kernel.launch(device, (slabs.count(), settings.looks_at_gradients(), region.rendering.clipped), &arguments)
     }
 }
 
