@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 37] = [
+const OPTIONS: [(&str, &str); 38] = [
     ("algorithm", "--algorithm"),
     ("array", "--array NAME"),
     ("background", "--background"),
@@ -21,6 +21,7 @@ const OPTIONS: [(&str, &str); 37] = [
     ("field_of_view", "--perspective FOV"),
     ("footprints", "--footprints exact|set"),
     ("frame", "--frame N"),
+    ("gradient_opacity", "--gradient-opacity G:F,G:F"),
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),

@@ -6,7 +6,9 @@ use crate::camera::Orbit;
 use crate::device::DeviceChoice;
 use crate::image::Background;
 use crate::layers::{Correction, Density, Kernel};
-use crate::settings::{Algorithm, Classification, Evaluation, Footprints, LayerAxis, Layered, Quality, Settings, Shading};
+use crate::settings::{
+    Algorithm, Classification, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered, Quality, Settings, Shading,
+};
 use crate::transfer::{Extinction, Value};
 use crate::viewport::Viewport;
 use crate::volume::{Endian, OpenOptions, ScalarType, Volume};
@@ -219,6 +221,10 @@ pub(super) struct QualityOptions {
     /// Direction to the light, in world coordinates: white, and on both sides of surfaces [default: at the camera]
     #[arg(long, value_parser = parse::vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
     light: Option<DVec3>,
+    /// What is left of the opacity where the field changes by so much, in values per world distance: G:FACTOR,G:FACTOR,…, even between;
+    /// "5:0,20:1" hides what lies even and shows where materials meet
+    #[arg(long, value_parser = parse::gradient_opacity, value_name = "G:F,G:F")]
+    gradient_opacity: Option<GradientOpacity>,
     /// auto, direct (per pixel) or samples per voxel, 1 to 16
     #[arg(long, value_parser = parse::lattice, value_name = "auto|direct|N", allow_hyphen_values = true)]
     lattice: Option<Evaluation>,
@@ -279,6 +285,7 @@ impl QualityOptions {
                 Some(ExtinctionName::Linear) => Extinction::Linear,
             },
             shading: self.lit(settings.shading)?,
+            gradient_opacity: self.gradient_opacity,
             early_termination: self.early_termination.unwrap_or(settings.early_termination),
             ..settings
         })

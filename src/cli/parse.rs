@@ -2,7 +2,7 @@
 
 use super::options::{Opacities, Tent};
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
-use crate::settings::{ClipPlane, CropBox, Evaluation, LayerAxis};
+use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis};
 use crate::transfer::Value;
 use crate::viewport::Viewport;
 use glam::DVec3;
@@ -120,6 +120,21 @@ pub(super) fn opacities(text: &str) -> Result<Opacities, String> {
         Some(_) => Err(format!("'{text}' are no opacities: sort them by value")),
         None => Ok(Opacities(points)),
     }
+}
+
+/// `G:F,G:F,…`, lengths of gradients and factors of the opacity.
+pub(super) fn gradient_opacity(text: &str) -> Result<GradientOpacity, String> {
+    let point = |point: &str| {
+        let (length, factor) = point.split_once(':')?;
+        Some((finite(length.trim()).ok()?, finite(factor.trim()).ok()?))
+    };
+    let points: Option<Vec<_>> = text.split(',').map(point).collect();
+    let given = points.and_then(|points| GradientOpacity::new(&points).ok());
+    given.ok_or_else(|| {
+        format!(
+            "'{text}' is no opacity by gradients: write G:F,G:F,…, at most 8 of them, with G from 0 on, sorted, and F from 0 to 1"
+        )
+    })
 }
 
 /// `LEVEL,WIDTH`.

@@ -4,7 +4,8 @@ use crate::common::*;
 use glam::DVec3;
 use layersplat::layers::{Density, Kernel};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Layered, Shading,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered,
+    Shading,
 };
 use layersplat::transfer::Extinction;
 use layersplat::{Axis, Camera, Correction, Orbit, Projection, Settings, Viewport, Volume};
@@ -97,6 +98,12 @@ fn another_unit(s: &mut Scene, r: &mut Random) {
     s.settings.unit_distance = other(r, s.settings.unit_distance, &[None, Some(0.5), Some(1.7), Some(3.0)]);
 }
 
+fn other_gradient_opacity(s: &mut Scene, r: &mut Random) {
+    let edges = |points: &[(f64, f64)]| Some(GradientOpacity::new(points).unwrap());
+    let of = [None, edges(&[(2.0, 0.0), (30.0, 1.0)]), edges(&[(0.0, 1.0), (20.0, 0.3)])];
+    s.settings.gradient_opacity = other(r, s.settings.gradient_opacity, &of);
+}
+
 fn other_extinction(s: &mut Scene, _: &mut Random) {
     s.settings.extinction = match s.settings.extinction {
         Extinction::Exponential => Extinction::Linear,
@@ -150,7 +157,8 @@ pub const TABLES: [fn(&mut Scene, &mut Random); 12] = [
 ];
 
 /// And what else may.
-pub const OTHER: [fn(&mut Scene, &mut Random); 10] = [
+pub const OTHER: [fn(&mut Scene, &mut Random); 11] = [
+    other_gradient_opacity,
     |s, r| s.orbit = [360.0 * r.unit(), 180.0 * r.unit() - 90.0, 360.0 * r.unit()],
     |s, r| {
         let shadings = [None, Some(Shading::default()), Some(Shading { light: Some(DVec3::X), ..Shading::default() })];

@@ -4,7 +4,7 @@ use crate::common::Random;
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 use layersplat::layers::{Correction, Kernel};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, LayerAxis, Layered, Shading,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, GradientOpacity, LayerAxis, Layered, Shading,
 };
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Grid, Voxels};
@@ -180,16 +180,27 @@ fn shading() -> impl Strategy<Value = Shading> {
         .prop_map(|(ambient, diffuse, specular, power, light)| Shading { ambient, diffuse, specular, power, light })
 }
 
+fn gradient_opacity() -> impl Strategy<Value = Option<GradientOpacity>> {
+    let point = || ((-3.0..3.0f64).prop_map(|power| 10f64.powf(power)), 0.0..=1.0f64);
+    prop::option::of(prop::collection::vec(point(), 1..=GradientOpacity::MOST_POINTS).prop_map(|mut points| {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points.dedup_by_key(|point| point.0);
+        GradientOpacity::new(&points).expect("sorted")
+    }))
+}
+
 fn settings(grid: Grid) -> impl Strategy<Value = (usize, Settings)> {
     let smallest = grid.spacing().min_element();
     let unit_distance = prop::option::of((-3.0..3.0f64).prop_map(move |power| smallest * 10f64.powf(power)));
     let switches = (any::<bool>(), any::<bool>(), any::<bool>());
-    (0..ways().len(), shading(), clipping(grid), unit_distance, switches, -10.0..270.0f64).prop_map(
-        |(way, shading, clipping, unit_distance, (early_termination, culling, linear), iso)| {
+    let by_gradients = (shading(), gradient_opacity());
+    (0..ways().len(), by_gradients, clipping(grid), unit_distance, switches, -10.0..270.0f64).prop_map(
+        |(way, (shading, gradient_opacity), clipping, unit_distance, (early_termination, culling, linear), iso)| {
             let own = ways()[way];
             let settings = Settings {
                 blend: if matches!(own.blend, Blend::Iso(_)) { Blend::Iso(iso) } else { own.blend },
                 shading: own.shading.map(|_| shading),
+                gradient_opacity: gradient_opacity.filter(|_| own.blend == Blend::Composite),
                 extinction: if linear { Extinction::Linear } else { Extinction::Exponential },
                 clipping,
                 unit_distance,

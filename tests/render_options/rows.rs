@@ -5,7 +5,8 @@ use crate::{HEADER, SECOND, common::*};
 use glam::DVec3;
 use layersplat::layers::{Axis, Kernel};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, LayerAxis, Quality, Shading,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, GradientOpacity, LayerAxis, Quality,
+    Shading,
 };
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Endian, Grid, ScalarType};
@@ -180,6 +181,9 @@ pub const QUALITIES: &[Row] = &[
     row("--shading", "--shading off", |s| s.settings.shading = None),
     row("--light", "--light -1,0.5,0.25", |s| {
         s.settings.shading = Some(Shading { light: Some(DVec3::new(-1.0, 0.5, 0.25)), ..Shading::default() });
+    }),
+    row("--gradient-opacity", "--gradient-opacity 2:0,9:0.75", |s| {
+        s.settings.gradient_opacity = Some(GradientOpacity::new(&[(2.0, 0.0), (9.0, 0.75)]).unwrap());
     }),
     row("--lattice", "--lattice direct", |s| s.layered(|l| l.evaluation = Evaluation::Direct)),
     row("--lattice", "--lattice 1", |s| s.layered(|l| l.evaluation = Evaluation::Lattice(Density::Fixed(1)))),

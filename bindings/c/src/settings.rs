@@ -3,7 +3,7 @@
 use crate::border::{Failure, Out, guard};
 use crate::{AlgorithmChoice, BlendChoice, KernelChoice, QualityChoice, Status};
 use layersplat::glam::DVec3;
-use layersplat::settings::{self, Algorithm, Blend, ClipPlane, Clipping, CropBox, Layered, Shading};
+use layersplat::settings::{self, Algorithm, Blend, ClipPlane, Clipping, CropBox, GradientOpacity, Layered, Shading};
 use layersplat::{Kernel, Quality};
 
 /// A plane in world coordinates: what lies on the side that its normal points to is shown.
@@ -42,6 +42,8 @@ pub struct Settings {
     pub cropped: i32,
     /// How many of `planes` count.
     pub plane_count: i32,
+    /// How many of `gradient_opacity` count; 0: gradients leave all of the opacity.
+    pub gradient_point_count: i32,
     /// Distance of slices or of samples along rays, in smallest spacings, of sheets in voxels; 0 is the algorithm's own.
     pub step: f64,
     /// The value of the surface of LAYERSPLAT_BLEND_ISO.
@@ -58,6 +60,8 @@ pub struct Settings {
     pub light: [f64; 3],
     /// World distance that opacities are for; 0 is the smallest spacing.
     pub unit_distance: f64,
+    /// Lengths of the field's gradient in values per world distance, ascending, and what is left of the opacity there.
+    pub gradient_opacity: [[f64; 2]; 8],
     /// The lowest corner of what is shown, in voxels.
     pub crop_lowest: [f64; 3],
     /// The highest corner of what is shown, in voxels.
@@ -91,6 +95,8 @@ fn of_quality(quality: QualityChoice) -> Settings {
         power,
         light: [0.0, 0.0, 1.0],
         unit_distance: 0.0,
+        gradient_point_count: 0,
+        gradient_opacity: [[0.0; 2]; 8],
         crop_lowest: [0.0; 3],
         crop_highest: [0.0; 3],
         planes: [Plane::default(); 6],
@@ -151,10 +157,21 @@ impl Settings {
             },
             clipping: Clipping { crop, ..Clipping::default() }.with_planes(planes.iter().map(plane)),
             shading: self.shading()?,
+            gradient_opacity: self.gradient_opacity()?,
             early_termination: flag("early_termination", self.early_termination)?,
             unit_distance: (self.unit_distance != 0.0).then_some(self.unit_distance),
             ..settings::Settings::default()
         })
+    }
+
+    fn gradient_opacity(&self) -> Result<Option<GradientOpacity>, Failure> {
+        let count = usize::try_from(self.gradient_point_count).ok().filter(|&count| count <= self.gradient_opacity.len());
+        let Some(count) = count else {
+            let (count, most) = (self.gradient_point_count, self.gradient_opacity.len());
+            return Err(Failure::invalid(format!("gradient_point_count is {count}: expected 0 to {most}")));
+        };
+        let points: Vec<_> = self.gradient_opacity[..count].iter().map(|&[length, factor]| (length, factor)).collect();
+        Ok((count > 0).then(|| GradientOpacity::new(&points)).transpose()?)
     }
 
     fn algorithm(&self) -> Result<Algorithm, Failure> {

@@ -140,6 +140,10 @@ fn numbers_that_are_wrong_are_told() {
         refused(draw(view, WIDTH, FLOATS, &Settings { size: 4, ..settings(1) }), Status::InvalidArgument);
         refused(draw(view, WIDTH, FLOATS, &Settings { step: -1.0, algorithm: 3, ..settings(1) }), Status::InvalidArgument);
         refused(draw(view, WIDTH, FLOATS, &Settings { unit_distance: f64::NAN, ..settings(1) }), Status::InvalidArgument);
+        refused(draw(view, WIDTH, FLOATS, &Settings { gradient_point_count: 9, ..settings(1) }), Status::InvalidArgument);
+        let unsorted = [[1.0, 0.5]; 8];
+        let unsorted = Settings { gradient_point_count: 2, gradient_opacity: unsorted, ..settings(1) };
+        refused(draw(view, WIDTH, FLOATS, &unsorted), Status::InvalidArgument);
         refused(layersplat_settings_default(4, &mut settings(1), size_of::<Settings>()), Status::InvalidArgument);
         refused(layersplat_settings_default(1, &mut settings(1), 12), Status::InvalidArgument);
         refused(layersplat_camera_orbit([0.0; 3].as_ptr(), 1.0, FROM, 7, 1.0, &mut camera), Status::InvalidArgument);

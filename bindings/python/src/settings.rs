@@ -2,7 +2,7 @@
 
 use crate::errors::{Failure, Result, conflict, unknown};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, LayerAxis, Layered, Shading,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, GradientOpacity, LayerAxis, Layered, Shading,
 };
 use layersplat::{Axis, Density, Kernel, Quality, Settings as Ours, transfer::Extinction};
 use pyo3::prelude::*;
@@ -16,7 +16,8 @@ use std::collections::BTreeMap;
 /// catmull-rom or bspline; of raycast gaussian, too. samples_per_layer: 1 to 8; density: samples per voxel, 1 to 16; layer_axis: auto, x,
 /// y or z; all three of layered. step: of slicing and raycast, smallest spacings. sheet_distance: of view-sheets, 0.125 to 4 voxels.
 /// blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient, diffuse, specular, power and
-/// light, the direction (x, y, z) to it; without, it is at the camera. crop: ((x, y, z), (x, y, z)), the lowest and the highest voxel that
+/// light, the direction (x, y, z) to it; without, it is at the camera. gradient_opacity: up to eight
+/// (length, factor), what is left of the opacity where the field's gradient has a length in values per world distance. crop: ((x, y, z), (x, y, z)), the lowest and the highest voxel that
 /// are shown. planes: up to six (point, normal) in the world, of which the side that the normal points to is shown. unit_distance: world
 /// distance that opacities are for, the smallest spacing by default. extinction: exponential or linear. early_termination: whether rays
 /// stop where less than 1/4096 of the light passes.
@@ -59,7 +60,7 @@ impl Settings {
     #[new]
     #[pyo3(signature = (
         quality = None, *, algorithm = "layered", kernel = None, samples_per_layer = None, density = None, layer_axis = None,
-        step = None, sheet_distance = None, blend = None, shading = None, crop = None, planes = None, unit_distance = None,
+        step = None, sheet_distance = None, blend = None, shading = None, gradient_opacity = None, crop = None, planes = None, unit_distance = None,
         extinction = "exponential", early_termination = true,
     ))]
     #[allow(clippy::too_many_arguments)] // Each is a keyword.
@@ -74,6 +75,7 @@ impl Settings {
         sheet_distance: Option<f64>,
         blend: Option<BlendName>,
         shading: Option<Lighting<'_>>,
+        gradient_opacity: Option<Vec<(f64, f64)>>,
         crop: Option<[[f64; 3]; 2]>,
         planes: Option<Vec<[[f64; 3]; 2]>>,
         unit_distance: Option<f64>,
@@ -90,6 +92,7 @@ impl Settings {
                 other => return Err(unknown("extinction", other, "exponential or linear")),
             },
             shading: shading.map_or(Ok(Some(Shading::default())), Lighting::shading)?,
+            gradient_opacity: gradient_opacity.map(|points| GradientOpacity::new(&points)).transpose()?,
             early_termination,
             unit_distance,
             ..own.algorithm(algorithm)?.into()

@@ -21,6 +21,7 @@ WAYS = [
     ({"blend": "maximum", "crop": ((3, 2, 1), (20, 21, 17))}, {}, ["--blend", "maximum", "--crop", "3:20,2:21,1:17"]),
     ({"blend": ("iso", 90.0)}, {}, ["--blend", "iso", "--iso", "90"]),
     ({"shading": False, "unit_distance": 3.0}, {}, ["--shading", "off", "--unit-distance", "3"]),
+    ({"gradient_opacity": [(2, 0), (9, 0.75)]}, {}, ["--gradient-opacity", "2:0,9:0.75"]),
     ({"planes": [((12, 10, 9), (1, 0.5, 0))]}, {}, ["--clip", "12,10,9,1,0.5,0"]),
     ({}, {"field_of_view": 40.0}, ["--perspective", "40"]),
     ({"algorithm": "raycast", "kernel": "gaussian", "step": 0.7}, {}, ["--algorithm", "raycast", "--kernel", "gaussian", "--step", "0.7"]),
