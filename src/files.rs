@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
-use tempfile::{NamedTempFile, TempPath};
+use tempfile::{NamedTempFile, TempDir, TempPath};
 
 /// Held for reading while a file is written.
 static WRITING: RwLock<()> = RwLock::new(());
@@ -25,7 +25,7 @@ pub(crate) fn between_files<T>(then: impl FnOnce() -> T) -> T {
     let _no_file = WRITING.write().unwrap_or_else(PoisonError::into_inner);
     for path in std::mem::take(&mut *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)) {
         // There is nobody left to tell.
-        let _ = std::fs::remove_file(path);
+        let _ = std::fs::remove_file(&path).or_else(|_| std::fs::remove_dir_all(&path));
     }
     then()
 }
@@ -99,6 +99,33 @@ impl Drop for Unfinished {
         if let Some(temporary) = self.temporary.take() {
             unfinished(|paths| paths.remove(&temporary.to_path_buf()));
         }
+    }
+}
+
+/// A folder for files on their way: it is removed with all that is in it when this is dropped, or the process ends.
+#[cfg(feature = "cli")]
+pub(crate) struct Scratch(TempDir);
+
+#[cfg(feature = "cli")]
+impl Scratch {
+    /// Where the system has temporary files (`TMPDIR`).
+    pub fn new() -> Result<Self, Error> {
+        let _writing = at_hand();
+        let folder = tempfile::Builder::new().prefix("layersplat-").tempdir();
+        let folder = folder.map_err(|e| Error::write(&std::env::temp_dir(), e))?;
+        unfinished(|paths| paths.insert(folder.path().into()));
+        Ok(Self(folder))
+    }
+
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+#[cfg(feature = "cli")]
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        unfinished(|paths| paths.remove(self.0.path()));
     }
 }
 

@@ -23,6 +23,7 @@ mod scene;
 mod shell;
 #[cfg(unix)]
 mod signals;
+mod standard;
 mod studio;
 mod transfer;
 mod tune;
