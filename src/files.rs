@@ -102,6 +102,11 @@ impl Drop for Unfinished {
     }
 }
 
+/// What to do where a temporary file cannot be written: another folder may have room.
+pub(crate) fn temporary_failed(e: io::Error) -> Error {
+    Error::write(&std::env::temp_dir(), io::Error::new(e.kind(), format!("{e}; TMPDIR names another folder for temporary files")))
+}
+
 /// A folder for files on their way: it is removed with all that is in it when this is dropped, or the process ends.
 #[cfg(feature = "cli")]
 pub(crate) struct Scratch(TempDir);
@@ -112,7 +117,7 @@ impl Scratch {
     pub fn new() -> Result<Self, Error> {
         let _writing = at_hand();
         let folder = tempfile::Builder::new().prefix("layersplat-").tempdir();
-        let folder = folder.map_err(|e| Error::write(&std::env::temp_dir(), e))?;
+        let folder = folder.map_err(temporary_failed)?;
         unfinished(|paths| paths.insert(folder.path().into()));
         Ok(Self(folder))
     }

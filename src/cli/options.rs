@@ -65,9 +65,10 @@ enum EndianName {
 }
 
 impl VolumeOptions {
-    /// Opens the volume.
-    pub fn open(&self) -> Result<Volume<'static>, crate::Error> {
-        let volume = standard::opened(&self.volume, |path| Volume::open(path, &self.file.raw()))?;
+    /// Opens the volume, of which memory is to hold so many bytes at most where it cannot be mapped.
+    pub fn open(&self, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
+        let options = OpenOptions { memory, ..self.file.raw() };
+        let volume = standard::opened(&self.volume, |path| Volume::open(path, &options))?;
         match self.background_value {
             Some(value) => volume.with_background(value),
             None => Ok(volume),
@@ -83,7 +84,7 @@ impl FileOptions {
             EndianName::Big => Endian::Big,
         });
         let Self { dims, voxel_type, spacing, header_bytes, frame, channel, .. } = *self;
-        OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array: self.array.clone() }
+        OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array: self.array.clone(), memory: None }
     }
 }
 

@@ -4,7 +4,7 @@
 //! file, so memory does not grow with them.
 
 use crate::error::Error;
-use crate::files::Scratch;
+use crate::files::{Scratch, temporary_failed};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -48,12 +48,7 @@ fn spooled(mut input: impl BufRead, folder: &Path) -> Result<PathBuf, Error> {
     // Raw files that are packed are known by their names.
     let name = if start.starts_with(&[0x1f, 0x8b]) { "standard input.raw.gz" } else { INPUT };
     let path = folder.join(name);
-    // Where it is full, it is the folder that another can be chosen for.
-    let unwritten = |e: io::Error| {
-        let problem = format!("{e}, where standard input is kept: TMPDIR names another folder");
-        Error::write(folder, io::Error::new(e.kind(), problem))
-    };
-    let mut file = File::create(&path).map_err(unwritten)?;
+    let mut file = File::create(&path).map_err(temporary_failed)?;
     loop {
         let piece = match input.fill_buf() {
             Err(e) if e.kind() == ErrorKind::Interrupted => continue,
@@ -62,7 +57,7 @@ fn spooled(mut input: impl BufRead, folder: &Path) -> Result<PathBuf, Error> {
         if piece.is_empty() {
             return Ok(path);
         }
-        file.write_all(piece).map_err(unwritten)?;
+        file.write_all(piece).map_err(temporary_failed)?;
         let len = piece.len();
         input.consume(len);
     }

@@ -7,6 +7,7 @@ mod grid;
 mod part;
 mod placed;
 mod rescale;
+mod spool;
 mod statistics;
 mod storage;
 mod voxels;
@@ -60,7 +61,7 @@ impl Volume<'static> {
     /// several volumes, channels or arrays. World axes point to the right, to the front and up where a file says where it lies in a patient.
     ///
     /// Files that hold voxels as they are get mapped, not read: they must not be cut short while the volume is in use. Others are read
-    /// where there is enough memory.
+    /// where there is enough memory, or [as much as they may take](OpenOptions::memory).
     ///
     /// # Errors
     /// Files that cannot be read, are none of these, are cut short or damaged, or whose grid is sheared; options that do not fit the file.
@@ -81,7 +82,7 @@ impl Volume<'static> {
             return Err(Error::VoxelCount { name, dims: grid.dims(), expected, found });
         }
         let numbers = wide::Numbers { bytes: bytemuck::cast_slice(numbers), scalar: T::TYPE, endian: Endian::NATIVE };
-        wide::volume(name, grid, numbers, Rescale::default())
+        wide::volume(name, grid, numbers, Rescale::default(), None)
     }
 }
 

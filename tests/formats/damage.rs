@@ -115,9 +115,11 @@ fn files_cut_short_within_their_voxels_are_refused() {
         let whole = std::fs::read(&path).unwrap();
         for length in 0..whole.len() - 1 {
             std::fs::write(&path, &whole[..length]).unwrap();
-            let opened = Volume::open(&path, &layersplat::OpenOptions::default());
-            // The checksum behind packed voxels is not looked at where these end.
-            assert!(opened.is_err(), "{file} at {length} of {}", whole.len());
+            for memory in [None, Some(0)] {
+                let opened = Volume::open(&path, &layersplat::OpenOptions { memory, ..Default::default() });
+                // The checksum behind packed voxels is not looked at where these end.
+                assert!(opened.is_err(), "{file} at {length} of {}", whole.len());
+            }
         }
     }
 }
