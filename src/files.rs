@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
-use tempfile::{NamedTempFile, TempDir, TempPath};
+use tempfile::{NamedTempFile, TempPath};
 
 /// Held for reading while a file is written.
 static WRITING: RwLock<()> = RwLock::new(());
@@ -109,7 +109,7 @@ pub(crate) fn temporary_failed(e: io::Error) -> Error {
 
 /// A folder for files on their way: it is removed with all that is in it when this is dropped, or the process ends.
 #[cfg(feature = "cli")]
-pub(crate) struct Scratch(TempDir);
+pub(crate) struct Scratch(tempfile::TempDir);
 
 #[cfg(feature = "cli")]
 impl Scratch {

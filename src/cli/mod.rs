@@ -17,6 +17,7 @@ mod notice;
 mod options;
 mod paper;
 mod parse;
+mod progress;
 mod render;
 mod rotate;
 mod scene;
@@ -99,6 +100,7 @@ enum Command {
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     log(cli.verbose);
+    progress::show_tasks();
     #[cfg(unix)]
     signals::let_files_be_finished();
     let done = match cli.command {

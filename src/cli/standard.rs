@@ -5,6 +5,7 @@
 
 use crate::error::Error;
 use crate::files::{Scratch, temporary_failed};
+use crate::progress::Task;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -49,6 +50,7 @@ fn spooled(mut input: impl BufRead, folder: &Path) -> Result<PathBuf, Error> {
     let name = if start.starts_with(&[0x1f, 0x8b]) { "standard input.raw.gz" } else { INPUT };
     let path = folder.join(name);
     let mut file = File::create(&path).map_err(temporary_failed)?;
+    let mut task = Task::new("reading standard input", 0);
     loop {
         let piece = match input.fill_buf() {
             Err(e) if e.kind() == ErrorKind::Interrupted => continue,
@@ -60,6 +62,7 @@ fn spooled(mut input: impl BufRead, folder: &Path) -> Result<PathBuf, Error> {
         file.write_all(piece).map_err(temporary_failed)?;
         let len = piece.len();
         input.consume(len);
+        task.add(len as u64);
     }
 }
 

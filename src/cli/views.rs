@@ -1,5 +1,6 @@
 //! `layersplat views`: a contact sheet.
 
+use super::progress;
 use super::scene::{Scene, SceneOptions};
 use super::standard::Output;
 use super::studio::{PictureOptions, Studio};
@@ -94,6 +95,7 @@ fn drawn(arguments: &Arguments, studio: &mut Studio, cameras: &[Camera], sheet: 
     let background = options.background.unwrap_or(Background::BLACK);
     let (width, height, row_length) = (options.size.width as usize, options.size.height as usize, sheet.width as usize);
     let mut pixels = memory::zeroed("the contact sheet", sheet.pixels())?;
+    let bar = progress::steps(VIEWS.len() as u32, "rendering");
     for (n, (camera, (name, ..))) in cameras.iter().zip(VIEWS).enumerate() {
         // One legend is for all.
         studio.set_legend(arguments.pictures.legend && n + 1 == COLUMNS);
@@ -103,7 +105,9 @@ fn drawn(arguments: &Arguments, studio: &mut Studio, cameras: &[Camera], sheet: 
         for (row, seen) in frame.pixels().chunks_exact(width).enumerate() {
             pixels[first + row * row_length..][..width].copy_from_slice(seen);
         }
+        bar.inc(1);
     }
+    bar.finish_and_clear();
     Ok(pixels)
 }
 

@@ -5,6 +5,7 @@ use super::bytes::{Bytes, Plain};
 use crate::error::Error;
 use crate::files::temporary_failed;
 use crate::memory;
+use crate::progress::Task;
 use crate::volume::spool::Spool;
 use crate::volume::{Endian, Grid, Rescale, ScalarType, Storage, Volume, wide};
 use glam::{DAffine3, DMat3, DVec3};
@@ -101,7 +102,7 @@ const PIECE: u64 = 1 << 24;
 /// bytes, in a temporary file.
 pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<Volume<'static>, Error> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let mut file = Reading { path, opened };
+    let mut file = Reading::new(path, opened);
     file.check_size()?;
     if most.is_some_and(|most| file.opened.header.span() > most) && file.opened.bytes.in_place().is_none() {
         file.spool(&name)?;
@@ -134,7 +135,7 @@ pub(in crate::volume) type Numbers = (Header, Box<dyn AsRef<[u8]>>);
 
 /// All numbers of a file one after the other, as they are stored, with what the header says.
 pub(super) fn numbers(path: &Path, opened: Opened) -> Result<Numbers, Error> {
-    let mut file = Reading { path, opened };
+    let mut file = Reading::new(path, opened);
     file.check_size()?;
     let map = file.mapped()?.filter(|_| file.opened.header.is_dense());
     let bytes: Box<dyn AsRef<[u8]>> = match map {
@@ -148,6 +149,14 @@ pub(super) fn numbers(path: &Path, opened: Opened) -> Result<Numbers, Error> {
 struct Reading<'a> {
     path: &'a Path,
     opened: Opened,
+    task: Task,
+}
+
+impl<'a> Reading<'a> {
+    fn new(path: &'a Path, opened: Opened) -> Self {
+        let task = Task::new(format!("reading {}", path.display()), opened.header.span());
+        Self { path, opened, task }
+    }
 }
 
 impl Reading<'_> {
@@ -238,7 +247,10 @@ impl Reading<'_> {
 
     fn read(&mut self, at: u64, bytes: &mut [u8]) -> Result<(), Error> {
         match self.opened.bytes.read(at, bytes) {
-            Ok(found) if found == bytes.len() => Ok(()),
+            Ok(found) if found == bytes.len() => {
+                self.task.add(found as u64);
+                Ok(())
+            }
             Ok(found) => Err(self.wrong_size(format!("{}", at + found as u64))),
             Err(e) => Err(self.failed(&e)),
         }
