@@ -98,8 +98,11 @@ mod tiffs {
         (0..entries(directory)).map(|n| directory + 2 + 12 * n).find(|&at| int16(at) == tag).unwrap()
     }
 
+    /// A page, a tag, and what it is to be.
+    type Value = (usize, u16, u32);
+
     /// Gives tags of pages other values.
-    fn with(bytes: &mut [u8], values: &[(usize, u16, u32)]) {
+    fn with(bytes: &mut [u8], values: &[Value]) {
         for &(page, tag, value) in values {
             let at = entry(bytes, page, tag);
             bytes[at + 8..at + 12].copy_from_slice(&value.to_le_bytes());
@@ -116,7 +119,7 @@ mod tiffs {
     #[test]
     fn wrong_pages_are_named() {
         let huge = [0, 1, 2].map(|page| [(page, WIDTH, 60_000), (page, HEIGHT, 60_000), (page, ROWS, 60_000)]).concat();
-        let cases: [(&str, &[(usize, u16, u32)], &str); 9] = [
+        let cases: [(&str, &[Value], &str); 9] = [
             ("uint8.tif", &[(0, BITS, 1)], "its samples have 1 bits (format 1): expected 8, 16, 32 or 64; convert it"),
             ("uint8.tif", &[(0, WIDTH, 0)], "its pages cannot be read"),
             ("uint8.tif", &[(0, SAMPLES, 0)], "its pages cannot be read"),
