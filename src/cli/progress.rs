@@ -27,20 +27,28 @@ fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).expect("the template is valid")
 }
 
-/// The task at hand: when it began, and its bar, once there is one.
+/// The task at hand: its name, when it began, and its bar, once there is one.
 #[derive(Default)]
 struct Shown {
+    what: String,
     begun: Option<Instant>,
     bar: Option<ProgressBar>,
 }
 
 impl Shown {
     fn update(&mut self, what: &str, done: u64, total: u64) {
-        if total > 0 && done >= total {
-            self.begun = None;
+        let over = total > 0 && done >= total;
+        // One that goes on beneath another is not seen; where it ends, the other is left alone.
+        if over && self.what != what {
+            return;
+        }
+        if over || self.what != what {
+            (self.what, self.begun) = (what.to_owned(), None);
             if let Some(bar) = self.bar.take() {
                 bar.finish_and_clear();
             }
+        }
+        if over {
             return;
         }
         let begun = *self.begun.get_or_insert_with(Instant::now);
@@ -72,6 +80,8 @@ mod tests {
         shown.update("reading", 5, 10);
         let bar = shown.bar.clone().unwrap();
         assert_eq!((bar.position(), bar.length()), (5, Some(10)));
+        shown.update("another", 10, 10);
+        assert!(shown.bar.is_some());
         shown.update("reading", 10, 10);
         assert!(shown.bar.is_none() && shown.begun.is_none() && bar.is_finished());
     }

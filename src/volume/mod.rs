@@ -28,6 +28,7 @@ pub use voxels::{Endian, ScalarType, Voxel, VoxelType, Voxels, Wide};
 pub use write::convert;
 
 use crate::error::Error;
+use crate::progress::Task;
 use placed::Placed;
 use std::path::Path;
 use voxels::{is_valid, with_voxel_type};
@@ -102,8 +103,9 @@ impl<'a> Volume<'a> {
         let Some(voxels) = storage.placed(grid.dims()) else {
             return Err(Error::volume(Path::new(&name), "its first byte and strides lead to voxels outside of its bytes"));
         };
-        tracing::info!("{name}: a first pass over {} bytes, for the range of its values", expected * voxel_type.bytes() as u64);
-        let (range, invalid) = voxels.valid_range();
+        let bytes = expected * voxel_type.bytes() as u64;
+        tracing::info!("{name}: a first pass over {bytes} bytes, for the range of its values");
+        let (range, invalid) = voxels.valid_range(Task::new(format!("looking at {name}"), bytes));
         if invalid > 0 {
             tracing::warn!("{name}: {invalid} voxels are NaN, infinite or beyond 1e30: they count as the background");
         }
