@@ -25,7 +25,7 @@ pub(crate) fn between_files<T>(then: impl FnOnce() -> T) -> T {
     let _no_file = WRITING.write().unwrap_or_else(PoisonError::into_inner);
     for path in std::mem::take(&mut *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)) {
         // There is nobody left to tell.
-        let _ = std::fs::remove_file(path);
+        let _ = std::fs::remove_file(&path).or_else(|_| std::fs::remove_dir_all(&path));
     }
     then()
 }
@@ -99,6 +99,38 @@ impl Drop for Unfinished {
         if let Some(temporary) = self.temporary.take() {
             unfinished(|paths| paths.remove(&temporary.to_path_buf()));
         }
+    }
+}
+
+/// What to do where a temporary file cannot be written: another folder may have room.
+pub(crate) fn temporary_failed(e: io::Error) -> Error {
+    Error::write(&std::env::temp_dir(), io::Error::new(e.kind(), format!("{e}; TMPDIR names another folder for temporary files")))
+}
+
+/// A folder for files on their way: it is removed with all that is in it when this is dropped, or the process ends.
+#[cfg(feature = "cli")]
+pub(crate) struct Scratch(tempfile::TempDir);
+
+#[cfg(feature = "cli")]
+impl Scratch {
+    /// Where the system has temporary files (`TMPDIR`).
+    pub fn new() -> Result<Self, Error> {
+        let _writing = at_hand();
+        let folder = tempfile::Builder::new().prefix("layersplat-").tempdir();
+        let folder = folder.map_err(temporary_failed)?;
+        unfinished(|paths| paths.insert(folder.path().into()));
+        Ok(Self(folder))
+    }
+
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+#[cfg(feature = "cli")]
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        unfinished(|paths| paths.remove(self.0.path()));
     }
 }
 

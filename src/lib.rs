@@ -45,6 +45,7 @@ pub mod image;
 #[doc(hidden)]
 pub mod layers;
 mod memory;
+mod progress;
 #[doc(hidden)]
 pub mod reference;
 pub mod renderer;

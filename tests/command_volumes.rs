@@ -3,6 +3,7 @@
 mod common;
 
 use common::command::*;
+use layersplat::volume::{OpenOptions, Volume};
 use std::path::Path;
 
 fn write<const N: usize>(folder: &Path, name: &str, numbers: impl IntoIterator<Item = [u8; N]>) {
@@ -154,6 +155,54 @@ fn what_memory_does_not_hold_is_refused() {
     npy.extend(header.bytes());
     std::fs::write(f.join("huge.npy"), npy).unwrap();
     refused_within(3 << 30, f, &["compare", "huge.npy", "huge.npy"], 1, &["huge.npy", "4294967296 bytes"]);
+}
+
+/// Files that cannot be mapped are streamed as others are, to the same picture, out of a temporary file of which nothing is left.
+#[test]
+fn packed_volumes_are_streamed() {
+    const SIZE: usize = 100;
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let volume = Volume::open(format!("builtin:marschner-lobb@{SIZE}"), &OpenOptions::default()).unwrap();
+    let number = |index: usize| volume.value(index).round() as u8;
+    let bytes: Vec<u8> = (0..SIZE * SIZE * SIZE).map(number).collect();
+    // Numbers that become voxels on reading, one slice a file, and a stack in one file.
+    write(f, "wide_100x100x100_float64.raw", bytes.iter().map(|&n| f64::from(n).to_le_bytes()));
+    write(f, "plain_100x100x100_uint8.raw", bytes.iter().map(|&n| [n]));
+    assert!(layersplat(f, &["convert", "plain_100x100x100_uint8.raw", "packed.nii.gz"]).status.success());
+    std::fs::create_dir(f.join("slices")).unwrap();
+    for (z, slice) in bytes.chunks(SIZE * SIZE).enumerate() {
+        let side = SIZE as u32;
+        image::save_buffer(f.join(format!("slices/{z}.png")), slice, side, side, image::ColorType::L8).unwrap();
+    }
+    let temporary = f.join("temporary");
+    std::fs::create_dir(&temporary).unwrap();
+    let frame = |volume: &str, more: &[&str]| {
+        let all = [&["render", volume, "--size", "36x28", "--transfer", "fire", "-o", "a.npy", "-v"], more].concat();
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_layersplat"));
+        let output = command.current_dir(f).args(&all).env("TMPDIR", &temporary).output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{told}");
+        (std::fs::read(f.join("a.npy")).unwrap(), told.contains("temporary file"))
+    };
+    let (whole, _) = frame("plain_100x100x100_uint8.raw", &[]);
+    for volume in ["packed.nii.gz", "slices", "wide_100x100x100_float64.raw"] {
+        // Where a file says nothing of its place, spacings are 1 as well.
+        let (read, spooled) = frame(volume, &["--spacing", "1,1,1"]);
+        assert!(!spooled && (read == whole || volume.starts_with("wide")), "{volume}");
+        let (streamed, spooled) =
+            frame(volume, &["--spacing", "1,1,1", "--memory", if volume.starts_with("wide") { "3M" } else { "700K" }]);
+        assert!(streamed == read && spooled, "{volume}");
+        assert_eq!(names(&temporary), [""; 0]);
+    }
+    let (_, spooled) = frame("plain_100x100x100_uint8.raw", &["--memory", "700K"]);
+    assert!(!spooled, "what can be mapped is copied");
+    std::fs::remove_dir(&temporary).unwrap();
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_layersplat"));
+    let lost = ["render", "packed.nii.gz", "--memory", "700K", "-o", "b.npy"];
+    let output = command.current_dir(f).args(lost).env("TMPDIR", &temporary).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(1) && told.contains("TMPDIR names another folder"), "{told}");
 }
 
 /// Of several volumes, numbers per voxel and arrays in a file the one that is asked for.

@@ -1,7 +1,8 @@
 //! `layersplat bench`: the paper's protocol, a full turn about y.
 
 use super::options::Fit;
-use super::rotate::{ELEVATION, progress, turn};
+use super::progress;
+use super::rotate::{ELEVATION, turn};
 use super::scene::{Cameras, Scene, SceneOptions};
 use super::viewer::Viewer;
 use crate::camera::Orbit;
@@ -75,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         renderer.render_rgba8(&view(n * frames / frames.min(8)), options.size, &scene.settings, background)?;
     }
 
-    let bar = progress(2 * frames, "measuring");
+    let bar = progress::steps(2 * frames, "measuring");
     let mut stages = StageTimes::new();
     let (mut active_samples, mut lattice) = (0, None);
     renderer.measure(true);

@@ -7,7 +7,8 @@ Examples:
   layersplat render head.raw --dims 256x256x109 --type uint16 --endian big --spacing 1,1,1.5
   layersplat render builtin:hydrogen --blend maximum --transfer viridis --size 1024x768
   layersplat render builtin:shepp-logan --legend --axes --samples 2 -o phantom.jpg
-  layersplat render builtin:hydrogen --cameras views.ndjson  a picture per line of the file";
+  layersplat render builtin:hydrogen --cameras views.ndjson  a picture per line of the file
+  curl -s https://host/head.nrrd | layersplat render - -o - > head.png";
 pub(super) const ROTATE: &str = "\
 Examples:
   layersplat rotate --frames 90 --output turn                turn/frame_0000.png and so on
@@ -54,4 +55,5 @@ Examples:
 pub(super) const CONVERT: &str = "\
 Examples:
   layersplat convert head.nii.gz head.nrrd
-  layersplat convert density.npy density.vti --spacing 1,1,2";
+  layersplat convert density.npy density.vti --spacing 1,1,2
+  layersplat convert - nrrd:- < head.nii.gz | xz > head.nrrd.xz";

@@ -3,11 +3,12 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 38] = [
+const OPTIONS: [(&str, &str); 40] = [
     ("algorithm", "--algorithm"),
     ("array", "--array NAME"),
     ("background", "--background"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
+    ("cameras", "--cameras FILE"),
     ("channel", "--channel N"),
     ("classification", "--classification post|preintegrated"),
     ("clipping", "--clip X,Y,Z,NX,NY,NZ"),
@@ -28,6 +29,7 @@ const OPTIONS: [(&str, &str); 38] = [
     ("light", "--light X,Y,Z"),
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),
+    ("output", "--output"),
     ("quality", "--quality"),
     ("samples", "--samples N"),
     ("samples_per_layer", "--sublayers N"),

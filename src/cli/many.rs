@@ -4,16 +4,17 @@ use super::render::Arguments;
 use super::scene::{Cameras, Scene};
 use super::studio::Studio;
 use super::view::View;
-use super::{check, parse};
+use super::{check, parse, progress};
 use crate::camera::Camera;
 use crate::check::Family;
 use crate::error::Error;
 use crate::image::{Frame, ImageFormat};
 use crate::viewport::Viewport;
+use indicatif::ProgressBar;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, IsTerminal, Read, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -52,17 +53,23 @@ struct Written {
 /// Renders the lines of a file, or of standard input as they come.
 pub(super) fn run(arguments: &Arguments, source: &Path) -> Result<ExitCode, Error> {
     let from_pipe = source == Path::new("-");
+    let mut count = 0;
     if !from_pipe {
         // All lines are looked at before any is rendered: what is wrong with the last one is said now.
-        Lines::open(source)?.try_for_each(|line| line?.check(arguments).map_err(|e| e.of(source)))?;
+        Lines::open(source)?.try_for_each(|line| {
+            count += 1;
+            line?.check(arguments).map_err(|e| e.of(source))
+        })?;
     }
+    // On a terminal, the lines that are reported show how far it is.
+    let bar = if from_pipe || stdout().is_terminal() { ProgressBar::hidden() } else { progress::steps(count, "rendering") };
     let scene = Scene::open(&arguments.scene)?;
     let cameras = arguments.pictures.cameras(&arguments.scene.camera, &scene);
     let studio = Studio::new(&scene, &arguments.pictures, arguments.scene.camera.background)?;
     let lines = Lines::open(source)?;
     std::thread::scope(|threads| {
         let (sender, receiver) = sync_channel(WAITING);
-        let writer = threads.spawn(move || write_all(arguments, &receiver));
+        let writer = threads.spawn(move || write_all(arguments, &receiver, &bar));
         let rendered = render_all(arguments, &cameras, studio, lines, &sender);
         drop(sender);
         // What could not be written is the reason why rendering ended, if it did.
@@ -118,13 +125,15 @@ fn require_checked(
 }
 
 /// Writes pictures while the next ones are rendered, and reports each.
-fn write_all(arguments: &Arguments, taken: &Receiver<Taken>) -> Result<(), Error> {
+fn write_all(arguments: &Arguments, taken: &Receiver<Taken>, bar: &ProgressBar) -> Result<(), Error> {
     for Taken { line, output, frame, render_ms } in taken {
         frame.save(&output, arguments.scene.camera.background)?;
         let (width, height) = (frame.width(), frame.height());
         let written = Written { line, output: output.display().to_string(), width, height, render_ms };
         super::report(true, &written, String::new)?;
+        bar.inc(1);
     }
+    bar.finish_and_clear();
     Ok(())
 }
 

@@ -17,12 +17,14 @@ mod notice;
 mod options;
 mod paper;
 mod parse;
+mod progress;
 mod render;
 mod rotate;
 mod scene;
 mod shell;
 #[cfg(unix)]
 mod signals;
+mod standard;
 mod studio;
 mod transfer;
 mod tune;
@@ -98,6 +100,7 @@ enum Command {
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     log(cli.verbose);
+    progress::show_tasks();
     #[cfg(unix)]
     signals::let_files_be_finished();
     let done = match cli.command {

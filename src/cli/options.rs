@@ -1,7 +1,7 @@
 //! Options that `render`, `rotate` and `bench` share.
 
 use super::algorithm::{AlgorithmOptions, no_meaning};
-use super::parse;
+use super::{parse, standard};
 use crate::camera::Orbit;
 use crate::device::DeviceChoice;
 use crate::image::Background;
@@ -21,9 +21,9 @@ use std::path::PathBuf;
 pub(super) struct VolumeOptions {
     /// A file (NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF; NAME_XxYxZ_TYPE.raw or .raw.gz), a folder or NAME%d.ENDING of
     /// numbered slices, or builtin: marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot or cube, as builtin:hydrogen, with @N or
-    /// @XxYxZ
+    /// @XxYxZ; - is standard input
     #[arg(default_value = "builtin:hydrogen")]
-    volume: PathBuf,
+    pub volume: PathBuf,
     #[command(flatten)]
     file: FileOptions,
     /// Value around the volume and of voxels that are NaN or infinite [default: the smallest valid value; of built-in volumes 0]
@@ -67,9 +67,10 @@ enum EndianName {
 }
 
 impl VolumeOptions {
-    /// Opens the volume.
-    pub fn open(&self) -> Result<Volume<'static>, crate::Error> {
-        let volume = Volume::open(&self.volume, &self.file.raw())?;
+    /// Opens the volume, of which memory is to hold so many bytes at most where it cannot be mapped.
+    pub fn open(&self, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
+        let options = OpenOptions { memory, ..self.file.raw() };
+        let volume = standard::opened(&self.volume, |path| Volume::open(path, &options))?;
         match self.background_value {
             Some(value) => volume.with_background(value),
             None => Ok(volume),
@@ -85,7 +86,7 @@ impl FileOptions {
             EndianName::Big => Endian::Big,
         });
         let Self { dims, voxel_type, spacing, header_bytes, frame, channel, .. } = *self;
-        OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array: self.array.clone() }
+        OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array: self.array.clone(), memory: None }
     }
 }
 

@@ -3,6 +3,7 @@
 use super::bench::peak_bytes;
 use super::many;
 use super::scene::{Scene, SceneOptions};
+use super::standard::{Output, is_input};
 use super::studio::{PictureOptions, Studio};
 use crate::error::Error;
 use crate::image::ImageFormat;
@@ -18,7 +19,7 @@ pub(super) struct Arguments {
     pub scene: SceneOptions,
     #[command(flatten)]
     pub pictures: PictureOptions,
-    /// Picture to write: .png, .jpg, .exr or .npy
+    /// Picture to write: .png, .jpg, .exr or .npy; on standard output - for PNG, or jpg:-, exr:-, npy:-
     #[arg(short, long, default_value = "layersplat.png")]
     output: PathBuf,
     /// Pictures of many views: a line of JSON each, of a file or, as they come, of standard input (-), as {"output": "a.png", "azimuth": 30,
@@ -58,11 +59,17 @@ struct Stream {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(source) = &arguments.cameras {
+        if is_input(source) && is_input(&arguments.scene.volume.volume) {
+            let problem = "standard input holds the cameras or the volume, not both: name a file for one of them".into();
+            return Err(Error::Settings { field: "cameras", problem });
+        }
         return many::run(arguments, source);
     }
     // A wrong ending is refused before any work.
     let options = &arguments.scene.camera;
-    ImageFormat::of(&arguments.output)?.accept(options.background)?;
+    let output = Output::of(&arguments.output, Some("png"))?;
+    output.refuse_report(arguments.json)?;
+    ImageFormat::of(output.path()).map_err(|e| output.renamed(e))?.accept(options.background)?;
     arguments.pictures.rendered(options.size)?;
     let scene = Scene::open(&arguments.scene)?;
     let camera = arguments.pictures.cameras(options, &scene).still(options.orbit(0.0));
@@ -77,7 +84,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         let (all, picture, first) = (first_ms / 1e3, started.elapsed().as_secs_f64(), scene.first_pass.as_secs_f64());
         eprintln!("memory: {all:.2} s, the first pass over the volume took {first:.2} of them, the picture {picture:.2}");
     }
-    frame.save(&arguments.output, options.background)?;
+    frame.save(output.path(), options.background)?;
+    if output.is_standard() {
+        return output.finish(output.path());
+    }
     let rendered = Rendered {
         output: arguments.output.display().to_string(),
         volume: scene.volume.name(),

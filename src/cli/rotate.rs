@@ -2,11 +2,11 @@
 
 use super::film::Film;
 use super::keys::Keys;
+use super::progress;
 use super::scene::{Scene, SceneOptions};
 use super::studio::{PictureOptions, Studio};
 use crate::camera::Orbit;
 use crate::error::Error;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -54,12 +54,6 @@ pub(super) fn turn(start: Orbit, n: u32, frames: u32) -> Orbit {
     Orbit { azimuth: start.azimuth + 360.0 * f64::from(n) / f64::from(frames), ..start }
 }
 
-/// A progress bar on standard error; invisible where that is no terminal.
-pub(super) fn progress(steps: u32, what: &'static str) -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {elapsed} (about {eta} left)");
-    ProgressBar::new(steps.into()).with_style(style.expect("the template is valid")).with_message(what)
-}
-
 impl Arguments {
     /// How many frames there are.
     fn frames(&self, keys: Option<&Keys>) -> Result<u32, Error> {
@@ -93,7 +87,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     scene.require_checked(&arguments.scene, size, &cameras)?;
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     studio.announce(&cameras[0], options.size)?;
-    let bar = progress(frames, "rendering");
+    let bar = progress::steps(frames, "rendering");
     for camera in &cameras {
         film.add(&studio.picture(camera, options.size)?.0)?;
         bar.inc(1);

@@ -2,7 +2,7 @@
 
 use super::check;
 use super::options::DeviceOptions;
-use super::rotate::progress;
+use super::progress;
 use crate::camera::{Camera, Orbit};
 use crate::device::{Device, Tuning};
 use crate::error::Error;
@@ -115,7 +115,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let transfer = TransferFunction::automatic(&volume);
     let before = *device.tuning();
     let (mut tuning, mut measured) = (before, Vec::new());
-    let bar = progress(KNOBS.len() as u32, "measuring");
+    let bar = progress::steps(KNOBS.len() as u32, "measuring");
     for knob in &KNOBS {
         tuning = settle(knob, tuning, &device, &volume, &transfer, arguments.frames, &mut measured)?;
         bar.inc(1);

@@ -1,6 +1,8 @@
 //! `layersplat views`: a contact sheet.
 
+use super::progress;
 use super::scene::{Scene, SceneOptions};
+use super::standard::Output;
 use super::studio::{PictureOptions, Studio};
 use crate::annotation::labelled;
 use crate::camera::{Camera, Orbit};
@@ -32,7 +34,7 @@ pub(super) struct Arguments {
     scene: SceneOptions,
     #[command(flatten)]
     pictures: PictureOptions,
-    /// Picture to write: .png, .jpg, .exr or .npy; --size is that of each of its eight views
+    /// Picture to write: .png, .jpg, .exr or .npy, or - for PNG on standard output; --size is that of each of its eight views
     #[arg(short, long, default_value = "views.png")]
     output: PathBuf,
     /// Print one line of JSON
@@ -52,7 +54,9 @@ struct Sheet<'a> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
-    ImageFormat::of(&arguments.output)?.accept(options.background)?;
+    let output = Output::of(&arguments.output, Some("png"))?;
+    output.refuse_report(arguments.json)?;
+    ImageFormat::of(output.path()).map_err(|e| output.renamed(e))?.accept(options.background)?;
     let sheet = sheet_size(options.size)?;
     memory::require("the contact sheet", sheet.pixels() as u64 * size_of::<[f32; 4]>() as u64)?;
     let size = arguments.pictures.rendered(options.size)?;
@@ -69,7 +73,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     studio.announce(&cameras[0], options.size)?;
     let pixels = drawn(arguments, &mut studio, &cameras, sheet)?;
-    Frame::new(sheet, pixels).save(&arguments.output, options.background)?;
+    Frame::new(sheet, pixels).save(output.path(), options.background)?;
+    if output.is_standard() {
+        return output.finish(output.path());
+    }
     let sheet = Sheet {
         output: arguments.output.display().to_string(),
         volume: scene.volume.name(),
@@ -88,6 +95,7 @@ fn drawn(arguments: &Arguments, studio: &mut Studio, cameras: &[Camera], sheet: 
     let background = options.background.unwrap_or(Background::BLACK);
     let (width, height, row_length) = (options.size.width as usize, options.size.height as usize, sheet.width as usize);
     let mut pixels = memory::zeroed("the contact sheet", sheet.pixels())?;
+    let bar = progress::steps(VIEWS.len() as u32, "rendering");
     for (n, (camera, (name, ..))) in cameras.iter().zip(VIEWS).enumerate() {
         // One legend is for all.
         studio.set_legend(arguments.pictures.legend && n + 1 == COLUMNS);
@@ -97,7 +105,9 @@ fn drawn(arguments: &Arguments, studio: &mut Studio, cameras: &[Camera], sheet: 
         for (row, seen) in frame.pixels().chunks_exact(width).enumerate() {
             pixels[first + row * row_length..][..width].copy_from_slice(seen);
         }
+        bar.inc(1);
     }
+    bar.finish_and_clear();
     Ok(pixels)
 }
 

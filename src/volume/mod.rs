@@ -7,6 +7,7 @@ mod grid;
 mod part;
 mod placed;
 mod rescale;
+mod spool;
 mod statistics;
 mod storage;
 mod voxels;
@@ -27,6 +28,7 @@ pub use voxels::{Endian, ScalarType, Voxel, VoxelType, Voxels, Wide};
 pub use write::convert;
 
 use crate::error::Error;
+use crate::progress::Task;
 use placed::Placed;
 use std::path::Path;
 use voxels::{is_valid, with_voxel_type};
@@ -60,7 +62,7 @@ impl Volume<'static> {
     /// several volumes, channels or arrays. World axes point to the right, to the front and up where a file says where it lies in a patient.
     ///
     /// Files that hold voxels as they are get mapped, not read: they must not be cut short while the volume is in use. Others are read
-    /// where there is enough memory.
+    /// where there is enough memory, or [as much as they may take](OpenOptions::memory).
     ///
     /// # Errors
     /// Files that cannot be read, are none of these, are cut short or damaged, or whose grid is sheared; options that do not fit the file.
@@ -81,7 +83,7 @@ impl Volume<'static> {
             return Err(Error::VoxelCount { name, dims: grid.dims(), expected, found });
         }
         let numbers = wide::Numbers { bytes: bytemuck::cast_slice(numbers), scalar: T::TYPE, endian: Endian::NATIVE };
-        wide::volume(name, grid, numbers, Rescale::default())
+        wide::volume(name, grid, numbers, Rescale::default(), None)
     }
 }
 
@@ -101,8 +103,9 @@ impl<'a> Volume<'a> {
         let Some(voxels) = storage.placed(grid.dims()) else {
             return Err(Error::volume(Path::new(&name), "its first byte and strides lead to voxels outside of its bytes"));
         };
-        tracing::info!("{name}: a first pass over {} bytes, for the range of its values", expected * voxel_type.bytes() as u64);
-        let (range, invalid) = voxels.valid_range();
+        let bytes = expected * voxel_type.bytes() as u64;
+        tracing::info!("{name}: a first pass over {bytes} bytes, for the range of its values");
+        let (range, invalid) = voxels.valid_range(Task::new(format!("looking at {name}"), bytes));
         if invalid > 0 {
             tracing::warn!("{name}: {invalid} voxels are NaN, infinite or beyond 1e30: they count as the background");
         }

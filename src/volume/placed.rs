@@ -2,8 +2,10 @@
 
 use super::storage::Storage;
 use super::voxels::{Number, Voxel, VoxelType, is_valid, with_voxel_type};
+use crate::progress::Task;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 /// Voxels that are looked at together by one core, and copied together.
 const BLOCK: usize = 1 << 18;
@@ -113,8 +115,8 @@ impl Placed<'_> {
         blocks.map(|n| visit(&self.gathered(n * BLOCK..((n + 1) * BLOCK).min(self.len())))).collect()
     }
 
-    /// Smallest and largest valid number, if there is one, and how many voxels are invalid.
-    pub fn valid_range(&self) -> (Option<(f64, f64)>, usize) {
+    /// Smallest and largest valid number, if there is one, and how many voxels are invalid. The task's steps are bytes.
+    pub fn valid_range(&self, task: Task) -> (Option<(f64, f64)>, usize) {
         fn block<T: Voxel>(values: &[T]) -> (Option<(f64, f64)>, usize) {
             let valid = |v: &T| T::TYPE != VoxelType::Float32 || is_valid(v.value());
             let all = || values.iter().copied().filter(valid);
@@ -123,7 +125,12 @@ impl Placed<'_> {
             let (lo, hi) = all().fold((first, first), within);
             (Some((lo.value(), hi.value())), values.len() - all().count())
         }
-        let blocks = with_voxel_type!(self.storage.voxel_type(), T => self.map_blocks::<T, _>(block));
+        let task = Mutex::new(task);
+        let blocks = with_voxel_type!(self.storage.voxel_type(), T => self.map_blocks::<T, _>(|values| {
+            let found = block(values);
+            task.lock().unwrap_or_else(PoisonError::into_inner).add(size_of_val(values) as u64);
+            found
+        }));
         blocks.into_iter().fold((None, 0), |(range, invalid), (more, also)| (union(range, more), invalid + also))
     }
 

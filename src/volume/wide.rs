@@ -1,7 +1,8 @@
 //! Numbers that are no voxels of a device, integers of more than 16 bits and floats of 16 and 64: converted on reading, the smallest one to 0, so that
 //! voxels are as fine as the data's own range, wherever that lies.
 
-use super::voxels::{Endian, Number, ScalarType, is_valid};
+use super::spool::Spool;
+use super::voxels::{Endian, Number, ScalarType, Voxel, is_valid};
 use super::{Grid, Rescale, Storage, Volume};
 use crate::error::Error;
 use crate::memory;
@@ -10,6 +11,8 @@ use rayon::prelude::*;
 
 /// Numbers that one core looks at together.
 const BLOCK: usize = 1 << 16;
+/// Numbers that are converted before they are written to a file.
+const PIECE: usize = 1 << 22;
 /// Numbers of which it is looked at where most of them lie.
 const ASKED: usize = 1 << 16;
 /// Shares of numbers that are below and above where most of them lie.
@@ -65,15 +68,29 @@ impl Numbers<'_> {
         (range.0 <= range.1).then_some(range)
     }
 
-    /// All numbers less `smallest`, as voxels.
-    fn less<T: Number + Zeroable>(self, name: &str, smallest: f64) -> Result<Vec<T>, Error> {
-        let mut voxels = memory::zeroed::<T>(name, self.len())?;
-        voxels.par_chunks_mut(BLOCK).enumerate().for_each(|(block, voxels)| {
-            for (i, voxel) in voxels.iter_mut().enumerate() {
-                *voxel = T::nearest(self.get(block * BLOCK + i) - smallest);
-            }
-        });
-        Ok(voxels)
+    /// All numbers less `smallest`, as voxels; in a file where they are more than `most` bytes.
+    fn less<T: Voxel + Zeroable>(self, name: &str, smallest: f64, most: Option<u64>) -> Result<Storage<'static>, Error> {
+        let convert = |first: usize, voxels: &mut [T]| {
+            voxels.par_chunks_mut(BLOCK).enumerate().for_each(|(block, voxels)| {
+                for (i, voxel) in voxels.iter_mut().enumerate() {
+                    *voxel = T::nearest(self.get(first + block * BLOCK + i) - smallest);
+                }
+            });
+        };
+        let bytes = (self.len() * size_of::<T>()) as u64;
+        if most.is_none_or(|most| bytes <= most) {
+            let mut voxels = memory::zeroed::<T>(name, self.len())?;
+            convert(0, &mut voxels);
+            return Ok(voxels.into());
+        }
+        let mut spool = Spool::new(name, bytes)?;
+        let mut piece = memory::zeroed::<T>(name, PIECE.min(self.len()))?;
+        for first in (0..self.len()).step_by(PIECE) {
+            let voxels = &mut piece[..PIECE.min(self.len() - first)];
+            convert(first, voxels);
+            spool.put(bytemuck::cast_slice(voxels))?;
+        }
+        Ok(Storage::from_bytes(spool.mapped()?, T::TYPE))
     }
 
     /// Where most numbers lie, judged by some of them.
@@ -86,15 +103,21 @@ impl Numbers<'_> {
     }
 }
 
-/// A volume of such numbers; `rescale` is what makes them values.
-pub(super) fn volume(name: String, grid: Grid, numbers: Numbers, rescale: Rescale) -> Result<Volume<'static>, Error> {
+/// A volume of such numbers; `rescale` is what makes them values, `most` how many bytes of memory its voxels may take.
+pub(super) fn volume(
+    name: String,
+    grid: Grid,
+    numbers: Numbers,
+    rescale: Rescale,
+    most: Option<u64>,
+) -> Result<Volume<'static>, Error> {
     let (smallest, largest) = numbers.range().unwrap_or((0.0, 0.0));
     let width = largest - smallest;
     let whole = !matches!(numbers.scalar, ScalarType::Float16 | ScalarType::Float64);
     let storage: Storage = if whole && width <= f64::from(u8::MAX) {
-        numbers.less::<u8>(&name, smallest)?.into()
+        numbers.less::<u8>(&name, smallest, most)?
     } else if whole && width <= f64::from(u16::MAX) {
-        numbers.less::<u16>(&name, smallest)?.into()
+        numbers.less::<u16>(&name, smallest, most)?
     } else {
         if whole && width > WHOLE_FLOATS {
             let step = (width / WHOLE_FLOATS).log2().ceil().exp2();
@@ -104,7 +127,7 @@ pub(super) fn volume(name: String, grid: Grid, numbers: Numbers, rescale: Rescal
             );
         }
         warn_if_coarse(&name, numbers, smallest);
-        numbers.less::<f32>(&name, smallest)?.into()
+        numbers.less::<f32>(&name, smallest, most)?
     };
     let rescale = Rescale::new(rescale.slope(), rescale.value(smallest))?;
     Ok(Volume::new(name, grid, storage)?.with_rescale(rescale))

@@ -88,11 +88,15 @@ fn check(format: &str) {
     assert!(!of_format.is_empty(), "there are no files of {format}");
     let mut wrong = Vec::new();
     for expected in of_format {
-        let differences = match Volume::open(folder().join(&expected.file), &expected.options) {
-            Ok(volume) => expected.differences(&volume),
-            Err(e) => vec![e.to_string()],
-        };
-        wrong.extend(differences.iter().map(|difference| format!("{}: {difference}", expected.file)));
+        // In memory, and, where it cannot be mapped, in a temporary file.
+        for memory in [None, Some(0)] {
+            let options = OpenOptions { memory, ..expected.options.clone() };
+            let differences = match Volume::open(folder().join(&expected.file), &options) {
+                Ok(volume) => expected.differences(&volume),
+                Err(e) => vec![e.to_string()],
+            };
+            wrong.extend(differences.iter().map(|difference| format!("{}, memory {memory:?}: {difference}", expected.file)));
+        }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

@@ -3,4 +3,7 @@
 mod damage;
 mod files;
 mod refused;
+#[cfg(feature = "npz")]
+mod refused_archives;
+mod refused_pictures;
 mod written;

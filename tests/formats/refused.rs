@@ -56,10 +56,11 @@ const XML: &[Case] = &[
     ("vtk/binary_zlib.vti", b"vtkZLibDataCompressor", b"vtkLZMADataCompressor", "LZMA"),
     ("vtk/appended_zlib.vti", b"offset=\"0\"", b"offset=\"99999999999\"", "ends too early"),
     ("vtk/appended_plain.vti", b"Piece Extent=\"0 4 0 3 0 2\"", b"Piece Extent=\"0 4 0 3 0 9\"", "should have"),
+    ("vtk/ascii_plain.vti", b"</Piece>", b"</Piece><Piece Extent=\"0 4 0 3 2 4\"></Piece>", "SetNumberOfPieces(1)"),
 ];
 
 /// All files of the folder of a case, one of them changed.
-fn changed(file: &str, change: impl FnOnce(&mut Vec<u8>)) -> (tempfile::TempDir, std::path::PathBuf) {
+pub fn changed(file: &str, change: impl FnOnce(&mut Vec<u8>)) -> (tempfile::TempDir, std::path::PathBuf) {
     let temporary = tempfile::tempdir().unwrap();
     let source = folder().join(file);
     for entry in std::fs::read_dir(source.parent().unwrap()).unwrap().map(|entry| entry.unwrap()) {
@@ -75,7 +76,7 @@ fn changed(file: &str, change: impl FnOnce(&mut Vec<u8>)) -> (tempfile::TempDir,
 }
 
 #[track_caller]
-fn refused(path: &Path, what: &str, word: &str) {
+pub fn refused(path: &Path, what: &str, word: &str) {
     let message = match Volume::open(path, &OpenOptions::default()) {
         Ok(volume) => panic!("{what} is opened: {volume:?}"),
         Err(e) => e.to_string(),

@@ -9,7 +9,7 @@ mod systems;
 mod table1;
 
 use super::options::DeviceOptions;
-use super::rotate::progress;
+use super::progress;
 use super::{check, parse, report};
 use crate::check::Family;
 use crate::device::Device;
@@ -141,7 +141,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     check::require(&device, &Family::ALL.into(), &arguments.device)?;
     std::fs::create_dir_all(&arguments.out).map_err(|e| Error::write(&arguments.out, e))?;
     let experiments = arguments.what.experiments();
-    let bar = progress(experiments.iter().map(|what| what.steps(&library)).sum(), "beginning");
+    let bar = progress::steps(experiments.iter().map(|what| what.steps(&library)).sum(), "beginning");
     let laboratory =
         Laboratory { device, library, seen, frames: arguments.frames, size: arguments.size, out: &arguments.out, bar };
     let mut pages = Vec::new();

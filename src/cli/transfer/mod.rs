@@ -5,6 +5,7 @@ mod picture;
 use super::options::{TransferOptions, VolumeOptions};
 use super::parse;
 use super::scene::{described, open_transfer};
+use super::standard::Output;
 use crate::error::Error;
 use crate::image::{ImageFormat, write_whole};
 use crate::transfer::{FileFormat, TransferFunction};
@@ -24,7 +25,7 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with_all = ["output", "json"])]
     list: bool,
     /// Picture of histogram, opacities and colours (.png, .npy), or the function itself for ParaView (.json), 3D Slicer (.vp, .vp.json) or
-    /// as lines of value,r,g,b,a (.csv) [default: tell it in a line]
+    /// as lines of value,r,g,b,a (.csv); on standard output - for PNG, or json:- and so on [default: tell it in a line]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Size of the picture in pixels
@@ -60,11 +61,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         return Ok(ExitCode::SUCCESS);
     }
     // A wrong ending is refused before any work.
-    let output = arguments.output.as_deref().map(Output::of).transpose()?;
-    let volume = arguments.volume.open()?;
+    let target = arguments.output.as_deref().map(|path| Output::of(path, Some("png"))).transpose()?;
+    let output = target.as_ref().map(|target| Content::of(target.path()).map_err(|e| target.renamed(e))).transpose()?;
+    target.as_ref().map_or(Ok(()), |target| target.refuse_report(arguments.json))?;
+    let volume = arguments.volume.open(None)?;
     let transfer = open_transfer(&arguments.transfer, &volume)?;
-    if let (Some(path), Some(output)) = (&arguments.output, output) {
-        output.write(path, &transfer, &volume, arguments.size)?;
+    if let (Some(target), Some(output)) = (&target, output) {
+        output.write(target.path(), &transfer, &volume, arguments.size)?;
+        if target.is_standard() {
+            return target.finish(target.path());
+        }
     }
     super::report(arguments.json, &Told::new(&transfer), || match &arguments.output {
         Some(path) => path.display().to_string(),
@@ -74,18 +80,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 }
 
 /// What is written.
-enum Output {
+enum Content {
     Picture,
     Function(FileFormat),
 }
 
-impl Output {
+impl Content {
     /// What a file name's ending asks for.
     fn of(path: &Path) -> Result<Self, Error> {
         if ImageFormat::of(path).is_ok() {
-            return Ok(Output::Picture);
+            return Ok(Content::Picture);
         }
-        FileFormat::of(path).map(Output::Function).map_err(|_| Error::UnknownName {
+        FileFormat::of(path).map(Content::Function).map_err(|_| Error::UnknownName {
             what: "transfer function format",
             name: path.display().to_string(),
             known: "a name ending in .png or .npy for a picture, .json (ParaView), .vp or .vp.json (3D Slicer), or .csv".into(),
@@ -94,8 +100,8 @@ impl Output {
 
     fn write(&self, path: &Path, transfer: &TransferFunction, volume: &Volume, size: Viewport) -> Result<(), Error> {
         match self {
-            Output::Picture => picture::drawn(transfer, volume, size)?.save(path, None),
-            Output::Function(format) => {
+            Content::Picture => picture::drawn(transfer, volume, size)?.save(path, None),
+            Content::Function(format) => {
                 let text = transfer.to_text(*format);
                 write_whole(path, |out| out.write_all(text.as_bytes()))
             }

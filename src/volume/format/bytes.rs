@@ -203,14 +203,14 @@ impl Bytes for Held {
     }
 }
 
-/// Opens a part of several.
-type Open = dyn FnMut(usize) -> Result<Box<dyn Bytes>, Error>;
+/// Opens a file of several.
+type Open = dyn FnMut(&Path) -> Result<Box<dyn Bytes>, Error>;
 
-/// Several, one after the other: slices in a file each. One is open at a time.
+/// Those of several files, one after the other: slices in a file each. One is open at a time.
 pub(super) struct Joined {
     open: Box<Open>,
-    parts: usize,
-    /// Bytes of a part, each of which has as many.
+    files: Vec<PathBuf>,
+    /// Bytes of a file, each of which has as many.
     each: u64,
     most: u64,
     current: Option<(usize, Box<dyn Bytes>)>,
@@ -218,23 +218,23 @@ pub(super) struct Joined {
 }
 
 impl Joined {
-    /// All parts are opened once, for what they have at most.
+    /// All files are opened once, for what they have at most.
     pub fn new(
-        parts: usize,
+        files: Vec<PathBuf>,
         each: u64,
-        mut open: impl FnMut(usize) -> Result<Box<dyn Bytes>, Error> + 'static,
+        mut open: impl FnMut(&Path) -> Result<Box<dyn Bytes>, Error> + 'static,
     ) -> Result<Self, Error> {
         let mut most = 0u64;
-        for part in 0..parts {
-            most = most.saturating_add(open(part)?.most().min(each));
+        for file in &files {
+            most = most.saturating_add(open(file)?.most().min(each));
         }
-        Ok(Self { open: Box::new(open), parts, each, most, current: None, whole: true })
+        Ok(Self { open: Box::new(open), files, each, most, current: None, whole: true })
     }
 
     fn part(&mut self, part: usize) -> io::Result<&mut dyn Bytes> {
         let opened = match self.current.take().filter(|(current, _)| *current == part) {
             Some((_, opened)) => opened,
-            None => (self.open)(part).map_err(|e| io::Error::other(e.to_string()))?,
+            None => (self.open)(&self.files[part]).map_err(|e| io::Error::other(e.to_string()))?,
         };
         Ok(self.current.insert((part, opened)).1.as_mut())
     }
@@ -250,13 +250,14 @@ impl Bytes for Joined {
         while found < bytes.len() {
             let at = at + found as u64;
             let (part, within) = ((at / each) as usize, at % each);
-            if part >= self.parts {
+            if part >= self.files.len() {
                 break;
             }
             let wanted = (each - within).min((bytes.len() - found) as u64) as usize;
             let opened = self.part(part)?;
-            let more = opened.read(within, &mut bytes[found..found + wanted])?;
-            let ends = within + more as u64 != each || opened.ends_at(each)?;
+            let read = opened.read(within, &mut bytes[found..found + wanted]);
+            let read = read.and_then(|more| Ok((more, within + more as u64 != each || opened.ends_at(each)?)));
+            let (more, ends) = read.map_err(|e| io::Error::new(e.kind(), format!("{}: {e}", self.files[part].display())))?;
             self.whole &= ends;
             found += more;
             if more < wanted {
@@ -267,7 +268,7 @@ impl Bytes for Joined {
     }
 
     fn ends_at(&mut self, end: u64) -> io::Result<bool> {
-        Ok(self.whole && end == self.each.saturating_mul(self.parts as u64))
+        Ok(self.whole && end == self.each.saturating_mul(self.files.len() as u64))
     }
 }
 

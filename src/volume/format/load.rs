@@ -1,9 +1,12 @@
 //! From a file whose header is read to a volume.
 
 use super::OpenOptions;
-use super::bytes::Bytes;
+use super::bytes::{Bytes, Plain};
 use crate::error::Error;
+use crate::files::temporary_failed;
 use crate::memory;
+use crate::progress::Task;
+use crate::volume::spool::Spool;
 use crate::volume::{Endian, Grid, Rescale, ScalarType, Storage, Volume, wide};
 use glam::{DAffine3, DMat3, DVec3};
 use memmap2::{Mmap, MmapOptions};
@@ -95,11 +98,15 @@ pub(super) struct Opened {
 /// Bytes that are read at a time.
 const PIECE: u64 = 1 << 24;
 
-/// The volume of a file. Voxels of a device's type that lie there as they are are mapped, not read.
-pub(super) fn volume(path: &Path, opened: Opened) -> Result<Volume<'static>, Error> {
+/// The volume of a file. Voxels of a device's type that lie there as they are are mapped, not read; others, if they are more than `most`
+/// bytes, in a temporary file.
+pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<Volume<'static>, Error> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let mut file = Reading { path, opened };
+    let mut file = Reading::new(path, opened);
     file.check_size()?;
+    if most.is_some_and(|most| file.opened.header.span() > most) && file.opened.bytes.in_place().is_none() {
+        file.spool(&name)?;
+    }
     let map = file.mapped()?;
     let Header { ref grid, scalar, endian, rescale, first, strides } = file.opened.header;
     let grid = grid.clone();
@@ -118,7 +125,7 @@ pub(super) fn volume(path: &Path, opened: Opened) -> Result<Volume<'static>, Err
             let map = map.filter(|_| file.opened.header.is_dense());
             let read = if map.is_none() { file.gathered(&name)? } else { Vec::new() };
             let bytes = map.as_deref().unwrap_or(&read);
-            wide::volume(name, grid, wide::Numbers { bytes, scalar, endian }, rescale)
+            wide::volume(name, grid, wide::Numbers { bytes, scalar, endian }, rescale, most)
         }
     }
 }
@@ -128,7 +135,7 @@ pub(in crate::volume) type Numbers = (Header, Box<dyn AsRef<[u8]>>);
 
 /// All numbers of a file one after the other, as they are stored, with what the header says.
 pub(super) fn numbers(path: &Path, opened: Opened) -> Result<Numbers, Error> {
-    let mut file = Reading { path, opened };
+    let mut file = Reading::new(path, opened);
     file.check_size()?;
     let map = file.mapped()?.filter(|_| file.opened.header.is_dense());
     let bytes: Box<dyn AsRef<[u8]>> = match map {
@@ -142,6 +149,14 @@ pub(super) fn numbers(path: &Path, opened: Opened) -> Result<Numbers, Error> {
 struct Reading<'a> {
     path: &'a Path,
     opened: Opened,
+    task: Task,
+}
+
+impl<'a> Reading<'a> {
+    fn new(path: &'a Path, opened: Opened) -> Self {
+        let task = Task::new(format!("reading {}", path.display()), opened.header.span());
+        Self { path, opened, task }
+    }
 }
 
 impl Reading<'_> {
@@ -172,6 +187,22 @@ impl Reading<'_> {
         })
     }
 
+    /// Puts all bytes from the first voxel on to the last into a file, as they would lie in one that is not packed.
+    fn spool(&mut self, name: &str) -> Result<(), Error> {
+        let (first, span, end) = (self.opened.header.first, self.opened.header.span(), self.opened.header.end());
+        let mut spool = Spool::new(name, span)?;
+        let mut piece = memory::zeroed(name, span.min(PIECE) as usize)?;
+        for at in (0..span).step_by(PIECE as usize) {
+            let piece = &mut piece[..(span - at).min(PIECE) as usize];
+            self.read(first + at, piece)?;
+            spool.put(piece)?;
+        }
+        self.check_end(end)?;
+        self.opened.bytes = Box::new(Plain::new(spool.finish(), 0).map_err(temporary_failed)?);
+        self.opened.header.first = 0;
+        Ok(())
+    }
+
     /// All numbers, one after the other.
     fn gathered(&mut self, name: &str) -> Result<Vec<u8>, Error> {
         let (dims, size) = (self.opened.header.grid.dims(), self.opened.header.scalar.bytes());
@@ -184,10 +215,15 @@ impl Reading<'_> {
         } else {
             self.pick(name, dims, size, &mut numbers)?;
         }
-        let end = self.opened.header.end();
+        self.check_end(self.opened.header.end())?;
+        Ok(numbers)
+    }
+
+    /// Refuses what goes on behind the last voxel where it must not, and damage that is only told at the end of what is packed.
+    fn check_end(&mut self, end: u64) -> Result<(), Error> {
         match self.opened.bytes.ends_at(end) {
             Ok(false) if self.opened.exact => Err(self.wrong_size(format!("more than {end}"))),
-            Ok(_) => Ok(numbers),
+            Ok(_) => Ok(()),
             Err(e) => Err(self.failed(&e)),
         }
     }
@@ -211,7 +247,10 @@ impl Reading<'_> {
 
     fn read(&mut self, at: u64, bytes: &mut [u8]) -> Result<(), Error> {
         match self.opened.bytes.read(at, bytes) {
-            Ok(found) if found == bytes.len() => Ok(()),
+            Ok(found) if found == bytes.len() => {
+                self.task.add(found as u64);
+                Ok(())
+            }
             Ok(found) => Err(self.wrong_size(format!("{}", at + found as u64))),
             Err(e) => Err(self.failed(&e)),
         }

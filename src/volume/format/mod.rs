@@ -109,7 +109,7 @@ impl<'a> Found<'a> {
 
 /// Opens a file of any format.
 pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
-    load::volume(path, open(path, options)?)
+    load::volume(path, open(path, options)?, options.memory)
 }
 
 /// All numbers of a file of any format, one after the other, as they are stored, with what its header says.

@@ -43,7 +43,7 @@ pub(super) fn joined(
     if found as u64 != expected {
         return Err(Error::volume(header, format!("it names {found} data files, and its sizes need {expected}")));
     }
-    Ok(Box::new(Joined::new(found, each, move |part| open(&files[part]))?))
+    Ok(Box::new(Joined::new(files, each, open)?))
 }
 
 #[cfg(test)]

@@ -36,6 +36,9 @@ pub struct OpenOptions {
     pub channel: Option<usize>,
     /// Which of several arrays, by its name, in formats that name them; the one that the file marks, or the first, if not given.
     pub array: Option<String>,
+    /// Bytes that voxels may take in memory where a file cannot be mapped as it is: larger ones are unpacked to a temporary file (in the
+    /// system's folder for these, `TMPDIR`), which is mapped. As many as there are if not given.
+    pub memory: Option<u64>,
 }
 
 impl OpenOptions {

@@ -88,15 +88,28 @@ pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> R
     let header = Header { grid, strides, ..first.clone() };
     // Which frame and channel it is was said of the first.
     let options = OpenOptions { frame: options.frame.or(Some(0)), channel: options.channel.or(Some(0)), ..options.clone() };
-    let slice = move |n: usize| {
-        let opened = open_one(&files[n], &options)?;
+    let first_file = files[0].clone();
+    let slice = move |file: &Path| {
+        let opened = open_one(file, &options)?;
         if !alike(&opened.header, &first) {
-            let problem = format!("it differs from {} in size or type: slices must be alike", files[0].display());
-            return Err(Error::volume(&files[n], problem));
+            let (this, that) = (told(&opened.header), told(&first));
+            let problem = format!("it is {this}, and {} is {that}: slices must be alike", first_file.display());
+            return Err(Error::volume(file, problem));
         }
         Ok(opened.bytes)
     };
-    Ok(Opened { header, bytes: Box::new(Joined::new(count, each, slice)?), exact: false })
+    Ok(Opened { header, bytes: Box::new(Joined::new(files, each, slice)?), exact: false })
+}
+
+/// What slices are compared in, in words.
+fn told(header: &Header) -> String {
+    let ([x, y, z], scalar) = (header.grid.dims(), header.scalar);
+    let slices = if z > 1 { format!("{z} slices of ") } else { String::new() };
+    let channels = match header.strides[0] / scalar.bytes() as u64 {
+        0 | 1 => String::new(),
+        channels => format!(" with {channels} channels"),
+    };
+    format!("{slices}{x}x{y} pixels of {scalar}{channels}")
 }
 
 fn alike(a: &Header, b: &Header) -> bool {

@@ -10,6 +10,7 @@ use super::format;
 use super::{Endian, Grid, OpenOptions, Rescale, ScalarType, Volume};
 use crate::error::Error;
 use crate::files::write_whole;
+use crate::progress::Task;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -181,14 +182,19 @@ impl Written<'_> {
 
     /// Writes all numbers, the lowest byte first; as values if they are to be rescaled.
     fn write(&self, stored: ScalarType, rescale: Option<Rescale>, out: &mut dyn Write) -> io::Result<()> {
-        let mut piece = |bytes: &[u8], endian: Endian| match rescale {
-            Some(rescale) => out.write_all(&values(bytes, stored, endian, rescale, self.scalar)),
-            None if endian == Endian::Little || stored.bytes() == 1 => out.write_all(bytes),
-            None => bytes.chunks(PIECE).try_for_each(|bytes| {
-                let mut turned = bytes.to_vec();
-                turned.chunks_exact_mut(stored.bytes()).for_each(<[u8]>::reverse);
-                out.write_all(&turned)
-            }),
+        let mut task = Task::new(format!("writing {}", self.name), self.grid.voxel_count() as u64 * stored.bytes() as u64);
+        let mut piece = |bytes: &[u8], endian: Endian| {
+            match rescale {
+                Some(rescale) => out.write_all(&values(bytes, stored, endian, rescale, self.scalar))?,
+                None if endian == Endian::Little || stored.bytes() == 1 => out.write_all(bytes)?,
+                None => {
+                    let mut turned = bytes.to_vec();
+                    turned.chunks_exact_mut(stored.bytes()).for_each(<[u8]>::reverse);
+                    out.write_all(&turned)?;
+                }
+            }
+            task.add(bytes.len() as u64);
+            Ok(())
         };
         match self.numbers {
             Numbers::Volume(volume) => volume

@@ -1,5 +1,6 @@
 //! TIFF: pages that are slices, of ImageJ's and OME's too.
 
+mod directory;
 mod layout;
 mod pages;
 
@@ -29,7 +30,7 @@ impl Format for Tiff {
         let layout = Layout::new(&description, page.samples, page.pixels_per_unit);
         // Larger files of ImageJ's have one directory, and all pages behind the first.
         let (offset, big_endian) = (page.in_place, page.big_endian);
-        let indices = pages::alike(path, &mut reader, &page)?;
+        let indices = pages::slices(path, &mut reader, &page)?;
         let contiguous = layout.imagej && indices.len() == 1 && layout.pages() > 1;
         let layout =
             if contiguous { layout } else { layout.of_pages(indices.len()).map_err(|problem| Error::volume(path, problem))? };

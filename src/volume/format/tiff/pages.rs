@@ -1,8 +1,10 @@
 //! Pages, decoded one at a time.
 
+use super::directory;
 use crate::error::Error;
 use crate::volume::ScalarType;
 use crate::volume::format::bytes::{Bytes, Held};
+use std::fmt;
 use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
@@ -17,17 +19,32 @@ const LARGEST_TAG: u64 = 1 << 28;
 /// Most pages of a file.
 const MOST: usize = 1 << 20;
 
+/// Values of Compression that the crate was built for: none, LZW, deflate (two of them), PackBits.
+const READABLE: [u64; 5] = [1, 5, 8, 32946, 32773];
+/// Others that files have.
+const UNREADABLE: [(u64, &str); 8] = [
+    (2, "CCITT's methods"),
+    (3, "CCITT's methods"),
+    (4, "CCITT's methods"),
+    (6, "JPEG"),
+    (7, "JPEG"),
+    (34712, "JPEG 2000"),
+    (34925, "LZMA"),
+    (50000, "Zstandard"),
+];
+
 pub(super) type Reader = Decoder<BufReader<File>>;
 
 /// Opens a file at its first page.
 pub(super) fn decoder(path: &Path) -> Result<Reader, Error> {
-    let file = File::open(path).map_err(|e| Error::read(path, e))?;
+    let mut file = File::open(path).map_err(|e| Error::read(path, e))?;
     let len = file.metadata().map_err(|e| Error::read(path, e))?.len();
+    directory::check(path, &mut file, len)?;
     let mut limits = Limits::default();
     // A number of a tag takes one to eight bytes in a file, and 32 once read.
     limits.decoding_buffer_size = len.saturating_mul(32).min(LARGEST_TAG) as usize;
-    limits.intermediate_buffer_size =
-        usize::try_from(len.saturating_mul(LIMIT)).unwrap_or(usize::MAX).min(limits.intermediate_buffer_size);
+    // A strip or tile is read packed, and may be the whole file.
+    limits.intermediate_buffer_size = usize::try_from(len).unwrap_or(usize::MAX);
     Ok(Decoder::new(BufReader::new(file)).map_err(|e| damaged(path, &e))?.with_limits(limits))
 }
 
@@ -65,8 +82,13 @@ impl Page {
         let kind = first(tag(Tag::SampleFormat), 1);
         let samples = first(tag(Tag::SamplesPerPixel), 1) as usize;
         let planar = first(tag(Tag::PlanarConfiguration), 1) == 2 && samples > 1;
-        let packed = first(tag(Tag::Compression), 1) != 1;
-        let in_place = tag(Tag::StripOffsets).first().copied().filter(|_| !packed);
+        let packing = first(tag(Tag::Compression), 1);
+        if !READABLE.contains(&packing) {
+            let name = UNREADABLE.iter().find(|(code, _)| *code == packing).map_or("an unknown method", |(_, name)| name);
+            let problem = format!("its pages are packed by {name}: save them packed by deflate or LZW, or not at all");
+            return Err(Error::volume(path, problem));
+        }
+        let in_place = tag(Tag::StripOffsets).first().copied().filter(|_| packing == 1);
         let bits = first(bits, 1);
         let scalar = match (kind, bits) {
             (1, 8 | 16 | 32 | 64) => format!("uint{bits}"),
@@ -91,10 +113,26 @@ impl Page {
         Ok(Self { width, height, samples, scalar, planar, big_endian, pixels_per_unit, in_place })
     }
 
+    fn is_like(&self, other: &Self) -> bool {
+        let layout = |page: &Self| (page.width, page.height, page.samples, page.scalar, page.planar);
+        layout(self) == layout(other)
+    }
+
     /// Bytes of a page.
     pub fn bytes(&self) -> u64 {
         let sizes = [self.width, self.height, self.samples, self.scalar.bytes()];
         sizes.iter().fold(1, |n: u64, &size| n.saturating_mul(size as u64))
+    }
+}
+
+impl fmt::Display for Page {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{} pixels of {}", self.width, self.height, self.scalar)?;
+        match (self.samples, self.planar) {
+            (1, _) => Ok(()),
+            (samples, true) => write!(f, " in {samples} planes"),
+            (samples, false) => write!(f, " with {samples} channels"),
+        }
     }
 }
 
@@ -103,22 +141,37 @@ pub(super) fn description(reader: &mut Reader) -> String {
     reader.get_tag_ascii_string(Tag::ImageDescription).unwrap_or_default()
 }
 
-/// The numbers of all pages that are like the first: smaller ones are previews.
-pub(super) fn alike(path: &Path, reader: &mut Reader, first: &Page) -> Result<Vec<usize>, Error> {
+/// The numbers of all pages that are slices: previews, marked as such, are none.
+///
+/// # Errors
+/// If others are not like the first.
+pub(super) fn slices(path: &Path, reader: &mut Reader, first: &Page) -> Result<Vec<usize>, Error> {
     let mut found = vec![0];
     let mut index = 0;
     while reader.more_images() {
         reader.next_image().map_err(|e| damaged(path, &e))?;
         index += 1;
-        let size = reader.dimensions().map_err(|e| damaged(path, &e))?;
-        if size == (first.width as u32, first.height as u32) {
-            found.push(index);
-        }
         if index > MOST {
             return Err(Error::volume(path, format!("it has more than {MOST} pages")));
         }
+        if is_preview(reader) {
+            continue;
+        }
+        let page = Page::of(path, reader)?;
+        if !page.is_like(first) {
+            let problem =
+                format!("page {index} is {page}, and page 0 is {first}: save pages that are alike in a file of their own");
+            return Err(Error::volume(path, problem));
+        }
+        found.push(index);
     }
     Ok(found)
+}
+
+/// Whether the page at hand is a smaller one of another.
+fn is_preview(reader: &mut Reader) -> bool {
+    let mut number = |tag: Tag| reader.find_tag_unsigned::<u64>(tag).ok().flatten().unwrap_or(0);
+    number(Tag::NewSubfileType) & 1 == 1 || number(Tag::SubfileType) == 2
 }
 
 /// Some pages of a file, one after the other.

@@ -113,7 +113,10 @@ impl<'a> Document<'a> {
                 scope.direction = self.numbers(tag, "Direction")?;
                 Ok(())
             }
-            b"Piece" if self.image.is_some() => Err(self.wrong("it has several pieces: write it as one")),
+            b"Piece" if self.image.is_some() => Err(self.wrong(
+                "it has several pieces: write it as one (in ParaView by Merge Blocks, then Save Data; in VTK by a writer's \
+                 SetNumberOfPieces(1))",
+            )),
             b"Piece" => {
                 self.image = Some(self.piece(tag, scope)?);
                 Ok(())

@@ -1,0 +1,14 @@
+#![no_main]
+
+use layersplat_fuzz::{File, raw_options};
+use std::sync::LazyLock;
+
+/// The name tells type and sizes, as far as no option does.
+static FILES: LazyLock<[File; 2]> =
+    LazyLock::new(|| ["input_4x3x2_uint8.raw", "input_4x3x2_uint8.raw.gz"].map(|name| File::new(name, None)));
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    if let Some((choice, rest)) = bytes.split_first_chunk::<8>() {
+        FILES[usize::from(choice[0] & 1)].volume_with(rest, &raw_options(choice));
+    }
+});
