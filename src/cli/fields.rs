@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 37] = [
+const OPTIONS: [(&str, &str); 38] = [
     ("algorithm", "--algorithm"),
     ("array", "--array NAME"),
     ("background", "--background"),
@@ -31,6 +31,7 @@ const OPTIONS: [(&str, &str); 37] = [
     ("samples", "--samples N"),
     ("samples_per_layer", "--sublayers N"),
     ("scale", "--parallel-scale"),
+    ("series", "--series NAME"),
     ("sheet_distance", "--sheet-distance D"),
     ("spacing", "--spacing X,Y,Z"),
     ("step", "--step D"),

@@ -56,6 +56,9 @@ pub(super) struct FileOptions {
     /// Which of several arrays that a file names [default: the one that it marks, or the first]
     #[arg(long, value_name = "NAME", help_heading = "Volume")]
     array: Option<String>,
+    /// Which of several series of DICOM images in a folder: its number, its description or its identifier
+    #[arg(long, value_name = "NAME", help_heading = "Volume")]
+    series: Option<String>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -83,7 +86,8 @@ impl FileOptions {
             EndianName::Big => Endian::Big,
         });
         let Self { dims, voxel_type, spacing, header_bytes, frame, channel, .. } = *self;
-        OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array: self.array.clone() }
+        let (array, series) = (self.array.clone(), self.series.clone());
+        OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series }
     }
 }
 

@@ -138,6 +138,7 @@ fn choices_that_there_are_not_name_their_field() {
         ("nrrd/raw.nrrd", OpenOptions { frame: Some(1), ..options.clone() }, "frame"),
         ("nrrd/raw.nrrd", OpenOptions { channel: Some(1), ..options.clone() }, "channel"),
         ("nifti/little_1.nii", OpenOptions { array: Some("none".into()), ..options.clone() }, "array"),
+        ("nifti/little_1.nii", OpenOptions { series: Some("none".into()), ..options.clone() }, "series"),
         ("vtk/legacy_several_ascii.vtk", OpenOptions { array: Some("none".into()), ..options.clone() }, "array"),
     ];
     for (file, options, name) in cases {
@@ -145,6 +146,48 @@ fn choices_that_there_are_not_name_their_field() {
             Error::Settings { field, problem } => assert!(field == name && problem.contains(file), "{file}: {problem}"),
             e => panic!("{e}"),
         }
+    }
+}
+
+#[test]
+#[cfg(feature = "dicom")]
+fn series_that_are_no_volumes_say_why() {
+    let cases = [
+        ("tilted", "a tilt of 17.74 degrees"),
+        ("gap", "2.5 to 5 apart"),
+        ("overview", "several directions"),
+        ("unequal", "1 to 2"),
+        ("sizes", "alike"),
+        ("jpeg2000.dcm", "JPEG 2000"),
+        ("no_pixels.dcm", "without pixels"),
+    ];
+    for (name, word) in cases {
+        refused(&folder().join("dicom/refused").join(name), name, word);
+    }
+    // What is wrong with the distances does not matter to one who gives them.
+    for name in ["tilted", "gap"] {
+        let options = OpenOptions { spacing: Some(DVec3::ONE), ..OpenOptions::default() };
+        assert_eq!(Volume::open(folder().join("dicom/refused").join(name), &options).unwrap().grid().spacing(), DVec3::ONE);
+    }
+}
+
+#[test]
+#[cfg(feature = "dicom")]
+fn several_series_are_named() {
+    for (series, words) in [(None, ["2 'first' (3 slices", "4 'dynamic' (6 slices"]), (Some("none"), ["'none'", "dynamic"])] {
+        let options = OpenOptions { series: series.map(String::from), ..OpenOptions::default() };
+        match Volume::open(folder().join("dicom/several"), &options).unwrap_err() {
+            Error::Settings { field: "series", problem } => assert!(words.iter().all(|word| problem.contains(word)), "{problem}"),
+            e => panic!("{e}"),
+        }
+    }
+}
+
+#[test]
+#[cfg(not(feature = "dicom"))]
+fn what_this_build_does_not_read_is_named() {
+    for name in ["dicom/oblique", "dicom/enhanced.dcm"] {
+        refused(&folder().join(name), name, "--features dicom");
     }
 }
 

@@ -36,6 +36,9 @@ pub struct OpenOptions {
     pub channel: Option<usize>,
     /// Which of several arrays, by its name, in formats that name them; the one that the file marks, or the first, if not given.
     pub array: Option<String>,
+    /// Which of several series of DICOM images in a folder: its number, its description or its identifier. An error if there are several
+    /// and it is not given.
+    pub series: Option<String>,
 }
 
 impl OpenOptions {
