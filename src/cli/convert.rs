@@ -17,7 +17,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let written = convert(&arguments.input, &arguments.file.raw(), &arguments.output)?;
+    let written = convert(&arguments.input, &arguments.file.raw(None)?, &arguments.output)?;
     eprintln!("{}", written.display());
     Ok(ExitCode::SUCCESS)
 }

@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 38] = [
+const OPTIONS: [(&str, &str); 39] = [
     ("algorithm", "--algorithm"),
     ("array", "--array NAME"),
     ("background", "--background"),
@@ -24,6 +24,7 @@ const OPTIONS: [(&str, &str); 38] = [
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
+    ("level", "--level N|auto"),
     ("light", "--light X,Y,Z"),
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),

@@ -46,7 +46,7 @@ unsafe impl GlobalAlloc for Watched {
 static WATCHED: Watched = Watched;
 
 /// All files of a folder, below another.
-fn copied(from: &Path, to: &Path) {
+pub fn copied(from: &Path, to: &Path) {
     std::fs::create_dir_all(to).unwrap();
     for entry in std::fs::read_dir(from).unwrap() {
         let entry = entry.unwrap();

@@ -61,7 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     // A wrong ending is refused before any work.
     let output = arguments.output.as_deref().map(Output::of).transpose()?;
-    let volume = arguments.volume.open()?;
+    let volume = arguments.volume.open(None)?;
     let transfer = open_transfer(&arguments.transfer, &volume)?;
     if let (Some(path), Some(output)) = (&arguments.output, output) {
         output.write(path, &transfer, &volume, arguments.size)?;

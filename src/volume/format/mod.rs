@@ -5,10 +5,12 @@ mod bytes;
 mod choice;
 #[cfg(feature = "dicom")]
 mod dicom;
+#[cfg(feature = "hdf5")]
+mod hdf5;
 mod keyed;
 mod load;
 mod metaimage;
-#[cfg(not(feature = "dicom"))]
+#[cfg(not(all(feature = "dicom", feature = "hdf5", feature = "zarr")))]
 mod missing;
 mod nifti;
 mod nrrd;
@@ -22,8 +24,10 @@ mod text;
 #[cfg(feature = "tiff")]
 mod tiff;
 mod vtk;
+#[cfg(feature = "zarr")]
+mod zarr;
 
-pub use options::OpenOptions;
+pub use options::{Level, OpenOptions};
 pub(super) use raw::told_by_name;
 
 use super::Volume;
@@ -57,13 +61,29 @@ const FORMATS: &[&dyn Format] = &[
         feature: "dicom",
         recognises: |file| file.start.get(128..132) == Some(b"DICM") || (file.folder && holds(file.path, ".dcm")),
     },
+    #[cfg(feature = "hdf5")]
+    &hdf5::Hdf5,
+    #[cfg(not(feature = "hdf5"))]
+    &missing::Missing {
+        name: "HDF5 or NetCDF-4",
+        feature: "hdf5",
+        recognises: |file| file.start.starts_with(b"\x89HDF\r\n\x1a\n"),
+    },
+    #[cfg(feature = "zarr")]
+    &zarr::Zarr,
+    #[cfg(not(feature = "zarr"))]
+    &missing::Missing {
+        name: "Zarr",
+        feature: "zarr",
+        recognises: |file| ["zarr.json", ".zarray", ".zgroup"].iter().any(|mark| file.path.join(mark).is_file()),
+    },
     &raw::Raw,
 ];
 /// Bytes at the start of a file that formats are recognised by.
 const START: usize = 512;
 
-const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV or TIFF files, PNG slices, \
-                       .raw or .raw.gz files, or builtin:NAME";
+const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM or HDF5 files, \
+                       folders of Zarr, PNG slices, .raw or .raw.gz files, or builtin:NAME";
 
 /// A file format.
 trait Format: Sync {
@@ -141,7 +161,7 @@ fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     let Some(format) = FORMATS.iter().find(|format| format.recognises(&file, options)) else {
         return Err(Error::volume(path, if file.folder { slices::UNKNOWN } else { UNKNOWN }));
     };
-    let given = [("array", options.array.is_some()), ("series", options.series.is_some())];
+    let given = [("array", options.array.is_some()), ("level", options.level.is_some()), ("series", options.series.is_some())];
     if let Some((field, _)) = given.iter().find(|(field, given)| *given && !format.chooses().contains(field)) {
         let problem = format!("the format of {} has nothing that it chooses: leave it out", path.display());
         return Err(Error::Settings { field, problem });

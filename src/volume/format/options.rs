@@ -39,6 +39,25 @@ pub struct OpenOptions {
     /// Which of several series of DICOM images in a folder: its number, its description or its identifier. An error if there are several
     /// and it is not given.
     pub series: Option<String>,
+    /// Which of several resolutions, in formats that hold them; the finest that fits into half of the free memory if not given.
+    pub level: Option<Level>,
+}
+
+/// Which of several resolutions of a volume.
+///
+/// ```
+/// use layersplat::volume::{Level, OpenOptions};
+///
+/// // As many voxels as a picture of this width shows.
+/// let options = OpenOptions { level: Some(Level::Pixels(1024)), ..OpenOptions::default() };
+/// # assert_ne!(options, OpenOptions::default());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// By its number: 0 is the finest.
+    Number(usize),
+    /// The coarsest that has at least so many voxels along its longest axis; the finest if none has.
+    Pixels(usize),
 }
 
 impl OpenOptions {

@@ -103,7 +103,9 @@ fn series(folder: &Path, options: &OpenOptions) -> Result<Vec<Image>, Error> {
         None => identifiers.clone(),
     };
     let problem = match (&options.series, found.len()) {
-        _ if images.is_empty() => return Err(Error::volume(folder, "its DICOM files have no pixels: give the folder of a series of images")),
+        _ if images.is_empty() => {
+            return Err(Error::volume(folder, "its DICOM files have no pixels: give the folder of a series of images"));
+        }
         (_, 1) => {
             images.retain(|image| found.contains(&image.series));
             return Ok(images);

@@ -93,7 +93,8 @@ fn offsets(from: &mut dyn Reading, (at, len): (u64, u64)) -> io::Result<Vec<u32>
 
 /// Segments of runs, one for each byte of each channel's numbers, the highest first; numbers come out little-endian, channels side by side.
 pub(super) fn runs(packed: &[u8], shape: Shape) -> io::Result<Vec<u8>> {
-    let header: Vec<usize> = packed.get(..RUNS).ok_or_else(|| damaged("no header of runs"))?.chunks_exact(4).map(offset).collect();
+    let header: Vec<usize> =
+        packed.get(..RUNS).ok_or_else(|| damaged("no header of runs"))?.chunks_exact(4).map(offset).collect();
     let (segments, pixels) = (shape.channels * shape.bytes, shape.columns * shape.rows);
     if header[0] != segments || segments >= header.len() {
         return Err(damaged(format!("{} segments of runs, expected {segments}", header[0])));

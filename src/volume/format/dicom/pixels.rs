@@ -4,7 +4,7 @@ use super::image::Image;
 use super::packed::{self, Packing};
 use super::place::Slice;
 use crate::memory;
-use crate::volume::format::bytes::{Bytes, Held};
+use crate::volume::format::bytes::{self, Bytes, Held};
 use std::io::{self, SeekFrom};
 
 /// Slices one after the other, each of the numbers of one channel, little-endian.
@@ -68,8 +68,8 @@ impl Pixels {
         let image = &self.images[of];
         let (shape, mut from) = (image.shape, image.source.open()?);
         let Some(packing) = image.kind.packing else {
-            let mut numbers = zeroed(image, bytes(image))?;
-            from.seek(SeekFrom::Start(image.pixels.at + frame as u64 * bytes(image)))?;
+            let mut numbers = zeroed(image, stored(image))?;
+            from.seek(SeekFrom::Start(image.pixels.at + frame as u64 * stored(image)))?;
             from.read_exact(&mut numbers)?;
             return Ok(numbers);
         };
@@ -78,8 +78,8 @@ impl Pixels {
         }
         let pieces = self.pieces.as_ref().map_or(&[][..], |(_, frames)| &frames[frame]);
         let len: u64 = pieces.iter().map(|(_, len)| len).sum();
-        if bytes(image) > len.saturating_mul(packed::LIMIT) {
-            let problem = format!("{len} packed bytes cannot stand for {} of frame {frame}", bytes(image));
+        if stored(image) > len.saturating_mul(packed::LIMIT) {
+            let problem = format!("{len} packed bytes cannot stand for {} of frame {frame}", stored(image));
             return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
         }
         let mut whole = zeroed(image, len)?;
@@ -101,7 +101,7 @@ fn zeroed(image: &Image, len: u64) -> io::Result<Vec<u8>> {
 }
 
 /// Bytes of a frame as it is stored.
-fn bytes(image: &Image) -> u64 {
+fn stored(image: &Image) -> u64 {
     let shape = image.shape;
     [shape.columns, shape.rows, shape.channels, shape.bytes].iter().fold(1, |n: u64, &size| n.saturating_mul(size as u64))
 }
@@ -110,7 +110,7 @@ fn bytes(image: &Image) -> u64 {
 fn available(image: &Image, each: u64) -> io::Result<u64> {
     let there = image.source.len()?.saturating_sub(image.pixels.at);
     Ok(match image.pixels.len {
-        Some(len) => (there.min(len) / bytes(image)).saturating_mul(each),
+        Some(len) => (there.min(len) / stored(image)).saturating_mul(each),
         None => there.saturating_mul(packed::LIMIT).saturating_mul(size_of::<f32>() as u64),
     })
 }
@@ -142,21 +142,8 @@ impl Bytes for Pixels {
     }
 
     fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize> {
-        let mut found = 0;
-        while found < bytes.len() {
-            let at = at + found as u64;
-            let (slice, within) = ((at / self.each) as usize, at % self.each);
-            if slice >= self.slices.len() {
-                break;
-            }
-            let wanted = (self.each - within).min((bytes.len() - found) as u64) as usize;
-            let more = self.slice(slice)?.read(within, &mut bytes[found..found + wanted])?;
-            found += more;
-            if more < wanted {
-                break;
-            }
-        }
-        Ok(found)
+        let (each, count) = (self.each, self.slices.len());
+        bytes::of_parts(at, bytes, each, count, |slice, within, bytes| self.slice(slice)?.read(within, bytes))
     }
 
     fn ends_at(&mut self, end: u64) -> io::Result<bool> {

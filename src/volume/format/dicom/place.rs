@@ -149,7 +149,11 @@ fn unlocated<'a>(
     choice::chosen(path, "frame", options.frame, 1)?;
     slices.sort_by_key(|&slice| frame(slice).order);
     if slices.len() > 1 {
-        tracing::warn!("{}: it does not tell where its {} slices lie: they are in the order of their numbers", path.display(), slices.len());
+        tracing::warn!(
+            "{}: it does not tell where its {} slices lie: they are in the order of their numbers",
+            path.display(),
+            slices.len()
+        );
     }
     let first = frame(slices[0]);
     let [x, y] = first.spacing.unwrap_or([1.0; 2]);
