@@ -17,12 +17,13 @@ pub(super) struct Layers {
     dims: [usize; 3],
     /// Layers that are read together.
     deep: usize,
+    most: u64,
     current: Option<(usize, Held)>,
 }
 
 impl Layers {
-    /// Volume `frame` of all those along the axes before those of space.
-    pub fn new(dataset: Dataset, scalar: ScalarType, before: &[usize], mut frame: usize, dims: [usize; 3]) -> Self {
+    /// Volume `frame` of all those along the axes before those of space, of which there are at most `most` bytes.
+    pub fn new(dataset: Dataset, scalar: ScalarType, before: &[usize], mut frame: usize, dims: [usize; 3], most: u64) -> Self {
         let mut place = vec![0; before.len()];
         for axis in (0..before.len()).rev() {
             place[axis] = (frame % before[axis]) as u64;
@@ -31,7 +32,7 @@ impl Layers {
         let layer = dims[0].saturating_mul(dims[1]).saturating_mul(scalar.bytes());
         let chunk = dataset.chunks().filter(|_| dataset.ndim() >= 3).and_then(|chunks| chunks.get(before.len()).copied());
         let deep = chunk.map_or(TOGETHER / layer.max(1), |chunk| chunk as usize).clamp(1, dims[2]);
-        Self { dataset, scalar, place, dims, deep, current: None }
+        Self { dataset, scalar, place, dims, deep, most, current: None }
     }
 
     fn layer(&self) -> usize {
@@ -76,9 +77,8 @@ impl Layers {
 }
 
 impl Bytes for Layers {
-    /// As many as are declared: those of pieces that are not stored are told by the dataset.
     fn most(&self) -> u64 {
-        self.dims.iter().fold(self.scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64))
+        self.most
     }
 
     fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize> {
@@ -87,6 +87,6 @@ impl Bytes for Layers {
     }
 
     fn ends_at(&mut self, end: u64) -> io::Result<bool> {
-        Ok(end == self.most())
+        Ok(end == (self.layer() * self.dims[2]) as u64)
     }
 }

@@ -20,6 +20,8 @@ pub(super) struct Hdf5;
 const MARK: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// Bytes of what is said of an object.
 const LONGEST_HEADER: usize = 16 << 20;
+/// Bytes that a packed byte can stand for: deflate's. What is not stored, as all of it is the fill value, counts as packed.
+const LIMIT: u64 = 1032;
 /// Datasets and groups that are looked at.
 const MOST: usize = 10_000;
 
@@ -34,10 +36,11 @@ impl Format for Hdf5 {
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
-        let most = usize::try_from(memory::available()).unwrap_or(usize::MAX);
-        let size = usize::try_from(std::fs::metadata(path).map_err(|e| Error::read(path, e))?.len()).unwrap_or(usize::MAX);
-        let limits = Limits::default().with_max_chunk_bytes(most).with_max_read_bytes(most);
-        let limits = limits.with_max_object_header_bytes(LONGEST_HEADER.min(size));
+        let size = std::fs::metadata(path).map_err(|e| Error::read(path, e))?.len();
+        let most = size.saturating_mul(LIMIT);
+        let at_once = usize::try_from(most.min(memory::available())).unwrap_or(usize::MAX);
+        let limits = Limits::default().with_max_chunk_bytes(at_once).with_max_read_bytes(at_once);
+        let limits = limits.with_max_object_header_bytes(LONGEST_HEADER.min(at_once));
         let opened = Hdf5File::open_with_options(path, limits).map_err(|e| damaged(path, &e))?;
         let dataset = match &options.array {
             Some(name) => opened.dataset(name).map_err(|_| unknown(path, name, &opened))?,
@@ -59,9 +62,11 @@ impl Format for Hdf5 {
         choice::chosen(path, "channel", options.channel, 1)?;
         let dims = [0, 1, 2].map(|i| space.len().checked_sub(i + 1).map_or(1, |axis| space[axis]));
         let grid = load::grid(path, dims, upright(spacing(&dataset), DVec3::ZERO), options)?;
+        // Only what lies in pieces can be packed, or not be stored at all.
+        let is_packed = dataset.chunks().is_some();
         let rescale = rescale(&dataset).map_err(|e| Error::volume(path, e.to_string()))?;
         let header = Header { endian: Endian::NATIVE, rescale, ..Header::new(grid, scalar) };
-        let bytes = Layers::new(dataset, scalar, before, frame, dims);
+        let bytes = Layers::new(dataset, scalar, before, frame, dims, if is_packed { most } else { size });
         Ok(Opened { header, bytes: Box::new(bytes), exact: false })
     }
 }
