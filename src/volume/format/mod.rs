@@ -40,6 +40,15 @@ use std::path::{Path, PathBuf};
 
 /// All formats; the first that recognises a file reads it. Raw files have no mark and come last.
 const FORMATS: &[&dyn Format] = &[
+    // Before TIFF, as some files are both: what comes before DICOM's mark is free.
+    #[cfg(feature = "dicom")]
+    &dicom::Dicom,
+    #[cfg(not(feature = "dicom"))]
+    &missing::Missing {
+        name: "DICOM",
+        feature: "dicom",
+        recognises: |file| file.start.get(128..132) == Some(b"DICM") || (file.folder && holds(file.path, ".dcm")),
+    },
     &nrrd::Nrrd,
     &nifti::Nifti,
     &metaimage::MetaImage,
@@ -53,14 +62,6 @@ const FORMATS: &[&dyn Format] = &[
     #[cfg(feature = "tiff")]
     &tiff::Tiff,
     &png::Png,
-    #[cfg(feature = "dicom")]
-    &dicom::Dicom,
-    #[cfg(not(feature = "dicom"))]
-    &missing::Missing {
-        name: "DICOM",
-        feature: "dicom",
-        recognises: |file| file.start.get(128..132) == Some(b"DICM") || (file.folder && holds(file.path, ".dcm")),
-    },
     #[cfg(feature = "hdf5")]
     &hdf5::Hdf5,
     #[cfg(not(feature = "hdf5"))]

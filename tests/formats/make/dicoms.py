@@ -190,6 +190,17 @@ def dicoms():
     for name in ["colours", "planes"]:
         for channel in [None, 2]:
             holds(f"dicom/{name}.dcm", 1, 60 * (channel or 0), channel=channel)
+    # The start of a TIFF before the mark, as some scanners write; beside it another series, packed in a way that is not read.
+    (at / "both").mkdir()
+    for z in range(3):
+        made = image(data[z], instance=z, **place(z))
+        made.preamble = b"II*\0" + b"\1\0\0\0" * 31
+        made.save_as(at / "both" / f"{z}.dcm", enforce_file_format=True)
+    other = image(np.zeros((64, 64), "uint8"), series=5)
+    other.compress(JPEG2000Lossless, encoding_plugin="pylibjpeg", generate_instance_uid=False)
+    other.save_as(at / "both" / "other.dcm", enforce_file_format=True)
+    holds("dicom/both/1.dcm", 100, -3000, upright)
+    holds("dicom/both", 100, -3000, upright, series="1")
     # What is refused.
     bad = at / "refused"
     bad.mkdir()

@@ -48,12 +48,6 @@ pub(super) struct Frame {
 /// A file with pixels.
 pub(super) struct Image {
     pub path: PathBuf,
-    /// Which series it is of: an identifier, and how people call it.
-    pub series: String,
-    pub number: Option<String>,
-    pub description: Option<String>,
-    /// The image's own identifier.
-    pub identifier: Option<String>,
     pub shape: Shape,
     pub kind: Kind,
     pub frames: Vec<Frame>,
@@ -62,33 +56,34 @@ pub(super) struct Image {
 }
 
 impl Image {
-    /// Nothing if the file has no pixels.
-    pub fn new(path: &Path, found: Found) -> Result<Option<Self>, Error> {
+    pub fn new(path: &Path, found: Found) -> Result<Self, Error> {
         let wrong = |problem: String| Error::volume(path, problem);
-        let Found { dataset, pixels: Some(pixels), source, syntax } = found else { return Ok(None) };
+        let Found { dataset, pixels, source, syntax } = found;
+        let pixels = pixels.ok_or_else(|| wrong("it has no pixels".into()))?;
         let size = |tag: Tag, name: &str| {
             dataset.whole(tag).filter(|&n| n > 0).ok_or_else(|| wrong(format!("it is an image that tells no {name}")))
         };
         let (rows, columns) = (size(tags::ROWS, "rows")?, size(tags::COLUMNS, "columns")?);
         let channels = dataset.whole(tags::SAMPLES_PER_PIXEL).unwrap_or(1);
         let kind = kind(&dataset, pixels, channels, &syntax).map_err(wrong)?;
-        let count = dataset.whole(tags::NUMBER_OF_FRAMES).unwrap_or(1).max(1);
+        let count = frames_of(&dataset);
         if count > MOST_FRAMES || !(1..=4).contains(&channels) || rows > 65535 || columns > 65535 {
             return Err(wrong(format!("it has {count} frames of {columns}x{rows} pixels of {channels} numbers")));
         }
-        Ok(Some(Self {
+        Ok(Self {
             path: path.into(),
-            series: dataset.text(tags::SERIES_INSTANCE_UID).unwrap_or_default(),
-            number: dataset.text(tags::SERIES_NUMBER),
-            description: dataset.text(tags::SERIES_DESCRIPTION),
-            identifier: dataset.text(tags::SOP_INSTANCE_UID),
             shape: Shape { columns, rows, channels, bytes: kind.scalar.bytes() },
             kind,
             frames: frames(&dataset, count),
             source,
             pixels,
-        }))
+        })
     }
+}
+
+/// How many frames a file has.
+pub(super) fn frames_of(dataset: &Dataset) -> usize {
+    dataset.whole(tags::NUMBER_OF_FRAMES).unwrap_or(1).max(1)
 }
 
 fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str) -> Result<Kind, String> {

@@ -10,6 +10,7 @@ use super::load::{self, Header, Opened};
 use super::{Format, Found, OpenOptions, choice, listed};
 use crate::error::Error;
 use crate::volume::{Rescale, ScalarType};
+use dicom_dictionary_std::tags;
 use image::Image;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -28,7 +29,7 @@ impl Format for Dicom {
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
-        let images = if file.folder { series(path, options)? } else { series_of(path, options)? };
+        let images = if file.folder { series(path, options.series.as_deref())? } else { series_of(path, options)? };
         check_alike(&images)?;
         let (shape, kind) = (images[0].shape, images[0].kind);
         let stack = place::stack(path, &images, options)?;
@@ -73,42 +74,53 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(files)
 }
 
-/// The images among files; each but once, for copies are common.
-fn images(files: &[PathBuf]) -> Result<Vec<Image>, Error> {
-    let (mut found, mut seen) = (Vec::new(), BTreeSet::new());
-    for file in files {
-        let Some(image) = Image::new(file, dataset::read(file)?)? else { continue };
-        if image.identifier.clone().is_none_or(|identifier| seen.insert(identifier)) {
-            found.push(image);
-        } else {
-            tracing::warn!("{}: it is a copy of another file: left out", file.display());
-        }
-    }
-    Ok(found)
+/// A file with pixels, and which series it is of: an identifier, and how people call it.
+struct Candidate {
+    path: PathBuf,
+    found: dataset::Found,
+    series: String,
+    number: Option<String>,
+    description: Option<String>,
 }
 
-/// The one series of a folder, or the one that is wanted.
-fn series(folder: &Path, options: &OpenOptions) -> Result<Vec<Image>, Error> {
-    let mut images = images(&files(folder)?)?;
-    let identifiers: BTreeSet<String> = images.iter().map(|image| image.series.clone()).collect();
+impl Candidate {
+    /// Nothing if the file has no pixels.
+    fn new(path: &Path) -> Result<Option<Self>, Error> {
+        let found = dataset::read(path)?;
+        if found.pixels.is_none() {
+            return Ok(None);
+        }
+        let text = |tag| found.dataset.text(tag);
+        let series = text(tags::SERIES_INSTANCE_UID).unwrap_or_default();
+        let (number, description) = (text(tags::SERIES_NUMBER), text(tags::SERIES_DESCRIPTION));
+        Ok(Some(Self { path: path.into(), found, series, number, description }))
+    }
+
+    fn is_called(&self, name: &str) -> bool {
+        self.series == name || [&self.number, &self.description].into_iter().flatten().any(|other| other == name)
+    }
+}
+
+/// The one series of a folder, or the one that is wanted. Only its files are looked at closer.
+fn series(folder: &Path, wanted: Option<&str>) -> Result<Vec<Image>, Error> {
+    let mut all = Vec::new();
+    for file in files(folder)? {
+        all.extend(Candidate::new(&file)?);
+    }
+    let identifiers =
+        |all: &mut dyn Iterator<Item = &Candidate>| all.map(|file| file.series.clone()).collect::<BTreeSet<String>>();
+    let found = identifiers(&mut all.iter().filter(|file| wanted.is_none_or(|name| file.is_called(name))));
     let names = || {
-        let of = |identifier: &String| images.iter().filter(|image| image.series == *identifier).collect::<Vec<_>>();
-        identifiers.iter().map(|identifier| named(&of(identifier))).collect::<Vec<_>>().join(", ")
+        let of = |identifier: &String| all.iter().filter(|file| file.series == *identifier).collect::<Vec<_>>();
+        identifiers(&mut all.iter()).iter().map(|identifier| named(&of(identifier))).collect::<Vec<_>>().join(", ")
     };
-    let is_called = |image: &Image, name: &str| {
-        image.series == name || [&image.number, &image.description].into_iter().flatten().any(|other| other == name)
-    };
-    let found: BTreeSet<String> = match &options.series {
-        Some(name) => images.iter().filter(|image| is_called(image, name)).map(|image| image.series.clone()).collect(),
-        None => identifiers.clone(),
-    };
-    let problem = match (&options.series, found.len()) {
-        _ if images.is_empty() => {
+    let problem = match (wanted, found.len()) {
+        _ if all.is_empty() => {
             return Err(Error::volume(folder, "its DICOM files have no pixels: give the folder of a series of images"));
         }
         (_, 1) => {
-            images.retain(|image| found.contains(&image.series));
-            return Ok(images);
+            all.retain(|file| found.contains(&file.series));
+            return images(all);
         }
         (Some(name), 0) => format!("'{name}' is not in {}, whose series are {}", folder.display(), names()),
         (Some(name), _) => format!("several series of {} are called '{name}': {}", folder.display(), names()),
@@ -117,24 +129,36 @@ fn series(folder: &Path, options: &OpenOptions) -> Result<Vec<Image>, Error> {
     Err(Error::Settings { field: "series", problem })
 }
 
+/// Each image but once, for copies are common.
+fn images(files: Vec<Candidate>) -> Result<Vec<Image>, Error> {
+    let (mut images, mut seen) = (Vec::new(), BTreeSet::new());
+    for file in files {
+        if file.found.dataset.text(tags::SOP_INSTANCE_UID).is_none_or(|identifier| seen.insert(identifier)) {
+            images.push(Image::new(&file.path, file.found)?);
+        } else {
+            tracing::warn!("{}: it is a copy of another file: left out", file.path.display());
+        }
+    }
+    Ok(images)
+}
+
 /// How a series is called in a message.
-fn named(images: &[&Image]) -> String {
-    let first = images[0];
+fn named(files: &[&Candidate]) -> String {
+    let first = files[0];
     let [number, description] = [&first.number, &first.description].map(|text| text.clone().unwrap_or_default());
-    let frames: usize = images.iter().map(|image| image.frames.len()).sum();
-    format!("{number} '{description}' ({frames} slices, {})", first.series)
+    let slices: usize = files.iter().map(|file| image::frames_of(&file.found.dataset)).sum();
+    format!("{number} '{description}' ({slices} slices, {})", first.series)
 }
 
 /// The series that a file is of, in its folder; a file of several frames alone.
 fn series_of(path: &Path, options: &OpenOptions) -> Result<Vec<Image>, Error> {
     let no_pixels = || Error::volume(path, "it is a DICOM file without pixels: give an image of a series, or their folder");
-    let image = Image::new(path, dataset::read(path)?)?.ok_or_else(no_pixels)?;
-    if image.frames.len() > 1 || image.series.is_empty() {
-        return Ok(vec![image]);
+    let file = Candidate::new(path)?.ok_or_else(no_pixels)?;
+    if image::frames_of(&file.found.dataset) > 1 || file.series.is_empty() {
+        return images(vec![file]);
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let wanted = OpenOptions { series: Some(options.series.clone().unwrap_or(image.series)), ..OpenOptions::default() };
-    series(folder, &wanted)
+    series(folder, Some(options.series.as_deref().unwrap_or(&file.series)))
 }
 
 /// Slices of one volume have one size and type.

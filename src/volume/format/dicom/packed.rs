@@ -32,8 +32,11 @@ fn damaged(problem: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, problem.into())
 }
 
+/// Of each frame its fragments: bytes of the source at which they begin, and how many.
+pub(super) type Fragments = Vec<Vec<(u64, u64)>>;
+
 /// Where the fragments of each of the `frames` are: bytes of the source, and how many.
-pub(super) fn fragments(source: &Source, pixels: PixelData, frames: usize) -> io::Result<Vec<Vec<(u64, u64)>>> {
+pub(super) fn fragments(source: &Source, pixels: PixelData, frames: usize) -> io::Result<Fragments> {
     let (mut from, end) = (source.open()?, source.len()?);
     let mut at = pixels.at;
     let mut items: Vec<(u64, u64)> = Vec::new();

@@ -19,7 +19,7 @@ pub(super) struct Pixels {
     most: u64,
     current: Option<(usize, Held)>,
     /// Where the pieces of the frames of the image that was read last are, of packed ones.
-    pieces: Option<(usize, Vec<Vec<(u64, u64)>>)>,
+    pieces: Option<(usize, packed::Fragments)>,
 }
 
 impl Pixels {
