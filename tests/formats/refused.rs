@@ -284,7 +284,7 @@ fn what_this_build_does_not_read_is_named() {
             if built {
                 Volume::open(folder().join(name), &OpenOptions::default()).unwrap();
             } else {
-                refused(&folder().join(name), name, &format!("--features {feature}"));
+                refused(&folder().join(name), name, &format!("with the feature {feature} does"));
             }
         }
     }

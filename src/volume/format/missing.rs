@@ -22,6 +22,9 @@ impl Format for Missing {
 
     fn open(&self, file: &Found, _options: &OpenOptions) -> Result<Opened, Error> {
         let Self { name, feature, .. } = self;
-        Err(Error::volume(file.path, format!("it is {name}, which this build does not read: build with --features {feature}")))
+        Err(Error::volume(
+            file.path,
+            format!("it is {name}, which this build does not read: one with the feature {feature} does"),
+        ))
     }
 }

@@ -96,7 +96,7 @@ fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str) -> 
         other => {
             let name = TransferSyntaxRegistry.get(other).map_or(other, |syntax| syntax.name());
             return Err(format!(
-                "its pixels are packed as {name}, which is not read: unpack them, as `gdcmconv --raw IN OUT` does with each file"
+                "its pixels are packed as {name}, which is not read: unpack them, as gdcmconv does for instance"
             ));
         }
     };
