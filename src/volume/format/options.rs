@@ -56,7 +56,8 @@ pub struct OpenOptions {
 pub enum Level {
     /// By its number: 0 is the finest.
     Number(usize),
-    /// The coarsest that has at least so many voxels along its longest axis; the finest if none has.
+    /// The coarsest that has a voxel per pixel along every axis, in a picture of which the volume's longest side takes so many pixels; the
+    /// finest if none has.
     Pixels(usize),
 }
 

@@ -98,7 +98,6 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Place
     }
     let roles = Roles::new(&image.axes, image.axes.len());
     let sizes = |array: &Array| roles.space.map(|axis| axis.map_or(1, |axis| array.shape[axis]));
-    let longest = |array: &Array| sizes(array).into_iter().max().unwrap_or(1);
     let coarsest = |fits: &dyn Fn(&Array) -> bool| arrays.iter().rposition(fits).unwrap_or(0);
     let count = arrays.len();
     let index = match options.level {
@@ -107,7 +106,11 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Place
             let problem = format!("{n} is not in {}, whose levels are 0 to {}", path.display(), count - 1);
             return Err(Error::Settings { field: "level", problem });
         }
-        Some(Level::Pixels(pixels)) => coarsest(&|array| longest(array) >= pixels),
+        Some(Level::Pixels(pixels)) => {
+            let scale = roles.space.map(|axis| axis.map_or(1.0, |axis| image.levels[0].scale[axis]));
+            let wanted = wanted(sizes(&arrays[0]), scale, pixels);
+            coarsest(&|array| sizes(array).iter().zip(wanted).all(|(&size, wanted)| size >= wanted))
+        }
         None => {
             let bytes =
                 |array: &Array| sizes(array).iter().fold(array.scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64));
@@ -126,6 +129,13 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Place
     let told = &image.levels[index];
     let array = arrays.swap_remove(index);
     Ok((array, image.axes, told.scale.clone(), told.translation.clone()))
+}
+
+/// Voxels along each axis that a picture shows whose longest side is that of the volume; no more than the finest resolution has.
+fn wanted(finest: [usize; 3], scale: [f64; 3], pixels: usize) -> [usize; 3] {
+    let extents = [0, 1, 2].map(|i| finest[i] as f64 * scale[i].abs());
+    let longest = extents.into_iter().fold(f64::MIN_POSITIVE, f64::max);
+    [0, 1, 2].map(|i| finest[i].min((pixels as f64 * extents[i] / longest).ceil() as usize))
 }
 
 /// Axes as an array names them.
@@ -232,6 +242,14 @@ mod tests {
         assert_eq!(roles(&["x", "y", "z", "c"]), ([Some(0), Some(1), Some(2)], vec![], vec![3]));
         assert_eq!(roles(&["", "", "", ""]), ([Some(3), Some(2), Some(1)], vec![0], vec![]));
         assert_eq!(roles(&["lat", "lon"]), ([Some(1), Some(0), None], vec![], vec![]));
+    }
+
+    #[test]
+    fn pictures_want_voxels_along_every_axis() {
+        // An axis that is coarse already is never finer.
+        assert_eq!(wanted([256, 256, 128], [1.0, 1.0, 1.0], 100), [100, 100, 50]);
+        assert_eq!(wanted([5, 4, 3], [0.5, 0.5, 2.0], 5), [3, 2, 3]);
+        assert_eq!(wanted([8, 8, 1], [1.0, 1.0, 0.0], 4), [4, 4, 0]);
     }
 
     #[test]
