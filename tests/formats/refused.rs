@@ -184,8 +184,12 @@ fn several_series_are_named() {
     }
 }
 
+/// A store, and in which of its files what is replaced by what, and a word of the message.
 #[cfg(feature = "zarr")]
-const STORES: &[(&str, &str, &[u8], &[u8], &str)] = &[
+type StoreCase<'a> = (&'a str, &'a str, &'a [u8], &'a [u8], &'a str);
+
+#[cfg(feature = "zarr")]
+const STORES: &[StoreCase] = &[
     ("plain.zarr", ".zarray", b"\"<i2\"", b"\"<c8\"", "<c8"),
     ("plain.zarr", ".zarray", b"\"zarr_format\": 2", b"\"zarr_format\": 4", "zarr_format"),
     ("plain.zarr", ".zarray", b"\"shape\": [\n    3", b"\"shape\": [\n    0", "shape"),
