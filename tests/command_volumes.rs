@@ -226,4 +226,27 @@ fn files_of_several_volumes() {
     let path = |file: &str| format!("{files}{file}");
     refused(f, &["info", &path("nrrd/rgb.nrrd"), "--channel", "3"], 2, &["--channel", "0 to 2"]);
     refused(f, &["info", &path("vtk/several.vti"), "--array", "zzz"], 2, &["zzz", "--array"]);
+    refused(f, &["info", &path("nrrd/rgb.nrrd"), "--series", "2"], 2, &["--series NAME"]);
+    #[cfg(feature = "dicom")]
+    {
+        refused(f, &["info", &path("dicom/several")], 2, &["2 'first'", "4 'dynamic'", "--series NAME"]);
+        assert_eq!(range("dicom/several", &["--series", "dynamic", "--frame", "1"]), (1000.0, 1177.0));
+    }
+    #[cfg(feature = "zarr")]
+    {
+        let dims = |level: &str| json(f, &["info", &path("zarr/ome_04.zarr"), "--level", level])["dims"].clone();
+        assert_eq!((dims("0"), dims("1")), (serde_json::json!([5, 4, 3]), serde_json::json!([2, 2, 3])));
+        refused(f, &["info", &path("zarr/ome_04.zarr"), "--level", "2"], 2, &["levels are 0 to 1", "--level"]);
+        refused(f, &["info", &path("zarr/ome_04.zarr"), "--level", "auto"], 2, &["give a number", "--level"]);
+        refused(f, &["info", &path("zarr/ome_04.zarr"), "--level", "fine"], 2, &["fine", "auto"]);
+        // What a picture of 3 pixels needs is the coarse one.
+        let picture = |level: &str, name: &str| {
+            let file = path("zarr/ome_04.zarr");
+            let given = ["render", &file, "--size", "3x3", "--level", level, "--transfer", "grey", "-o", name];
+            assert!(layersplat(f, &given).status.success(), "{level}");
+            std::fs::read(f.join(name)).unwrap()
+        };
+        let [auto, coarse, fine] = [("auto", "a.npy"), ("1", "b.npy"), ("0", "c.npy")].map(|(level, name)| picture(level, name));
+        assert!(auto == coarse && auto != fine);
+    }
 }

@@ -20,7 +20,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let output = Output::of(&arguments.output, None)?;
-    let converted = |input: &Path| convert(input, &arguments.file.raw(), output.path());
+    let options = arguments.file.raw(None)?;
+    let converted = |input: &Path| convert(input, &options, output.path());
     let written = standard::opened(&arguments.input, converted).map_err(|e| output.renamed(e))?;
     // The name of a raw file says what it holds.
     let told = if output.is_standard() { Path::new(written.file_name().unwrap_or_default()) } else { &written };

@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
-const OPTIONS: [(&str, &str); 40] = [
+const OPTIONS: [(&str, &str); 42] = [
     ("algorithm", "--algorithm"),
     ("array", "--array NAME"),
     ("background", "--background"),
@@ -26,6 +26,7 @@ const OPTIONS: [(&str, &str); 40] = [
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
+    ("level", "--level N|auto"),
     ("light", "--light X,Y,Z"),
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),
@@ -34,6 +35,7 @@ const OPTIONS: [(&str, &str); 40] = [
     ("samples", "--samples N"),
     ("samples_per_layer", "--sublayers N"),
     ("scale", "--parallel-scale"),
+    ("series", "--series NAME"),
     ("sheet_distance", "--sheet-distance D"),
     ("spacing", "--spacing X,Y,Z"),
     ("step", "--step D"),

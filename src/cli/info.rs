@@ -35,7 +35,7 @@ struct Info {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let volume = arguments.volume.open(None)?;
+    let volume = arguments.volume.open(None, None)?;
     let transfer = open_transfer(&arguments.transfer, &volume)?;
     let effective_splats = arguments.transfer.transfer.is_some().then(|| transfer.effective_splats(&volume));
     let statistics = volume.statistics();

@@ -11,7 +11,7 @@ use crate::settings::{
 };
 use crate::transfer::{Extinction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{Endian, OpenOptions, ScalarType, Volume};
+use crate::volume::{Endian, Level, OpenOptions, ScalarType, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -19,9 +19,9 @@ use std::path::PathBuf;
 /// Which volume, and what its name does not tell.
 #[derive(Args)]
 pub(super) struct VolumeOptions {
-    /// A file (NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF; NAME_XxYxZ_TYPE.raw or .raw.gz), a folder or NAME%d.ENDING of
-    /// numbered slices, or builtin: marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot or cube, as builtin:hydrogen, with @N or
-    /// @XxYxZ; - is standard input
+    /// A file (NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM, HDF5; NAME_XxYxZ_TYPE.raw or .raw.gz), a folder of Zarr or
+    /// of DICOM images, a folder or NAME%d.ENDING of numbered slices, or builtin: marschner-lobb, hydrogen, shepp-logan, gyroid,
+    /// torus-knot or cube, as builtin:hydrogen, with @N or @XxYxZ; - is standard input
     #[arg(default_value = "builtin:hydrogen")]
     pub volume: PathBuf,
     #[command(flatten)]
@@ -58,6 +58,20 @@ pub(super) struct FileOptions {
     /// Which of several arrays that a file names [default: the one that it marks, or the first]
     #[arg(long, value_name = "NAME", help_heading = "Volume")]
     array: Option<String>,
+    /// Which of several series of DICOM images in a folder: its number, its description or its identifier
+    #[arg(long, value_name = "NAME", help_heading = "Volume")]
+    series: Option<String>,
+    /// Which of several resolutions, 0 the finest, or auto: for a picture, the coarsest that still has a voxel per pixel [default: the finest
+    /// that fits into memory]
+    #[arg(long, value_parser = parse::level, value_name = "N|auto", help_heading = "Volume")]
+    level: Option<LevelChoice>,
+}
+
+/// A resolution, as it is given.
+#[derive(Clone, Copy)]
+pub(super) enum LevelChoice {
+    Auto,
+    Number(usize),
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -67,9 +81,10 @@ enum EndianName {
 }
 
 impl VolumeOptions {
-    /// Opens the volume, of which memory is to hold so many bytes at most where it cannot be mapped.
-    pub fn open(&self, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
-        let options = OpenOptions { memory, ..self.file.raw() };
+    /// Opens the volume, for pictures of a size if there will be any, of which memory is to hold so many bytes at most where it cannot be
+    /// mapped.
+    pub fn open(&self, size: Option<Viewport>, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
+        let options = OpenOptions { memory, ..self.file.raw(size)? };
         let volume = standard::opened(&self.volume, |path| Volume::open(path, &options))?;
         match self.background_value {
             Some(value) => volume.with_background(value),
@@ -80,13 +95,23 @@ impl VolumeOptions {
 
 impl FileOptions {
     /// The same for the library.
-    pub fn raw(&self) -> OpenOptions {
+    pub fn raw(&self, size: Option<Viewport>) -> Result<OpenOptions, crate::Error> {
         let endian = self.endian.map(|endian| match endian {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         });
         let Self { dims, voxel_type, spacing, header_bytes, frame, channel, .. } = *self;
-        OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array: self.array.clone(), memory: None }
+        let (array, series) = (self.array.clone(), self.series.clone());
+        let level = match (self.level, size) {
+            (None, _) => None,
+            (Some(LevelChoice::Number(n)), _) => Some(Level::Number(n)),
+            (Some(LevelChoice::Auto), Some(size)) => Some(Level::Pixels(size.width.max(size.height) as usize)),
+            (Some(LevelChoice::Auto), None) => {
+                let problem = "auto is for pictures, and none is made here: give a number".into();
+                return Err(crate::Error::Settings { field: "level", problem });
+            }
+        };
+        Ok(OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level, memory: None })
     }
 }
 

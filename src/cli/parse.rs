@@ -1,6 +1,6 @@
 //! Values of options: sizes `XxYxZ`, vectors `X,Y,Z`, switches.
 
-use super::options::{Opacities, Tent};
+use super::options::{LevelChoice, Opacities, Tent};
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
 use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis};
 use crate::transfer::Value;
@@ -43,6 +43,16 @@ pub(super) fn bytes(text: &str) -> Result<u64, String> {
     };
     let bytes = number.parse::<f64>().ok().zip(scale).map(|(number, scale)| number * scale);
     bytes.filter(|&n| n >= 1.0 && n < u64::MAX as f64).map(|n| n as u64).ok_or_else(refused)
+}
+
+/// The number of a resolution, or `auto`.
+pub(super) fn level(text: &str) -> Result<LevelChoice, String> {
+    match text {
+        "auto" => Ok(LevelChoice::Auto),
+        _ => {
+            text.parse().map(LevelChoice::Number).map_err(|_| format!("'{text}' is no level: write a number from 0 on, or auto"))
+        }
+    }
 }
 
 /// Degrees between 0 and 180.

@@ -64,7 +64,7 @@ impl Scene {
             );
         }
         let begun = Instant::now();
-        let volume = options.volume.open(memory)?;
+        let volume = options.volume.open(Some(options.camera.size), memory)?;
         let first_pass = begun.elapsed();
         if let Some(notice) = notice::of_spacing(volume.grid().spacing()) {
             eprintln!("layersplat: {notice}");

@@ -17,7 +17,7 @@ mod write;
 pub use builtin::builtin_volume;
 pub use description::Description;
 pub(crate) use description::Stored;
-pub use format::OpenOptions;
+pub use format::{Level, OpenOptions};
 pub use grid::Grid;
 pub(crate) use part::Held;
 pub use part::VolumePart;

@@ -5,7 +5,7 @@ use crate::files::{all, folder};
 use layersplat::volume::Volume;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Lengths that a file is cut to, and bits of it that are flipped.
@@ -44,7 +44,7 @@ unsafe impl GlobalAlloc for Watched {
 static WATCHED: Watched = Watched;
 
 /// All files of a folder, below another.
-fn copied(from: &Path, to: &Path) {
+pub fn copied(from: &Path, to: &Path) {
     std::fs::create_dir_all(to).unwrap();
     for entry in std::fs::read_dir(from).unwrap() {
         let entry = entry.unwrap();
@@ -57,18 +57,33 @@ fn copied(from: &Path, to: &Path) {
     }
 }
 
-/// The file that holds what is opened: the first slice of a pattern.
-fn one(path: &Path) -> std::path::PathBuf {
-    if path.is_dir() { path.join("slice_8.png") } else { path.to_str().unwrap().replace("%d", "8").into() }
+/// The files that hold what is opened, of several the first and the last: a pattern's own, or all below a folder.
+fn targets(path: &Path) -> Vec<PathBuf> {
+    if !path.is_dir() {
+        return vec![path.to_str().unwrap().replace("%d", "8").into()];
+    }
+    let mut found: Vec<PathBuf> = Vec::new();
+    for entry in std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()) {
+        found.extend(if entry.is_dir() { targets(&entry) } else { vec![entry] });
+    }
+    found.sort();
+    let last = found.pop().unwrap();
+    found.truncate(1);
+    found.push(last);
+    found
 }
 
 /// Opens a file in every damaged form. How many of them were refused.
 fn damaged(path: &Path, options: &layersplat::OpenOptions) -> usize {
-    let target = one(path);
-    let whole = std::fs::read(&target).unwrap();
+    targets(path).iter().map(|target| damaged_at(path, target, options)).sum()
+}
+
+/// The same with damage to one of its files.
+fn damaged_at(path: &Path, target: &Path, options: &layersplat::OpenOptions) -> usize {
+    let whole = std::fs::read(target).unwrap();
     let mut refused = 0;
     let mut try_it = |bytes: &[u8], what: &dyn Fn() -> String| {
-        std::fs::write(&target, bytes).unwrap();
+        std::fs::write(target, bytes).unwrap();
         LARGEST.store(0, Ordering::Relaxed);
         refused += usize::from(Volume::open(path, options).is_err());
         let largest = LARGEST.load(Ordering::Relaxed);
@@ -87,7 +102,7 @@ fn damaged(path: &Path, options: &layersplat::OpenOptions) -> usize {
         bytes[bit / 8] ^= 1 << (bit % 8);
         try_it(&bytes, &|| format!("with bit {bit} flipped"));
     }
-    std::fs::write(&target, whole).unwrap();
+    std::fs::write(target, whole).unwrap();
     refused
 }
 

@@ -1,7 +1,7 @@
 //! Every file of files/expected.json.
 
 use layersplat::glam::{DAffine3, DVec3};
-use layersplat::volume::{OpenOptions, Volume};
+use layersplat::volume::{Level, OpenOptions, Volume};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -36,6 +36,8 @@ impl Expected {
                 frame: whole("frame"),
                 channel: whole("channel"),
                 array: entry["array"].as_str().map(String::from),
+                series: entry["series"].as_str().map(String::from),
+                level: whole("level").map(Level::Number),
                 ..OpenOptions::default()
             },
             dims: [0, 1, 2].map(|i| entry["dims"][i].as_u64().unwrap() as usize),
@@ -77,6 +79,9 @@ pub fn all() -> Vec<Expected> {
     let readable = |file: &str| {
         let built = [(".vti", cfg!(feature = "vtk")), (".npz", cfg!(feature = "npz")), (".tif", cfg!(feature = "tiff"))];
         built.iter().all(|(ending, built)| !file.ends_with(ending) || *built)
+            && (cfg!(feature = "dicom") || !file.starts_with("dicom/"))
+            && (cfg!(feature = "hdf5") || !file.starts_with("hdf5/"))
+            && (cfg!(feature = "zarr") || !file.starts_with("zarr/"))
     };
     entries.iter().map(Expected::new).filter(|expected| readable(&expected.file)).collect()
 }
@@ -112,6 +117,12 @@ macro_rules! formats {
 formats!(nrrd, nifti, metaimage, vtk, numpy, bov, png);
 #[cfg(feature = "tiff")]
 formats!(tiff);
+#[cfg(feature = "dicom")]
+formats!(dicom);
+#[cfg(feature = "hdf5")]
+formats!(hdf5);
+#[cfg(feature = "zarr")]
+formats!(zarr);
 
 #[test]
 fn a_wrong_expectation_is_noticed() {

@@ -1,4 +1,4 @@
-//! Files that others wrote (make.py) hold what they say, and what is damaged is refused.
+//! Files that others wrote (the scripts in make) hold what they say, and what is damaged is refused.
 
 mod damage;
 mod files;

@@ -139,12 +139,158 @@ fn choices_that_there_are_not_name_their_field() {
         ("nrrd/raw.nrrd", OpenOptions { frame: Some(1), ..options.clone() }, "frame"),
         ("nrrd/raw.nrrd", OpenOptions { channel: Some(1), ..options.clone() }, "channel"),
         ("nifti/little_1.nii", OpenOptions { array: Some("none".into()), ..options.clone() }, "array"),
+        ("nifti/little_1.nii", OpenOptions { level: Some(layersplat::volume::Level::Number(0)), ..options.clone() }, "level"),
+        ("nifti/little_1.nii", OpenOptions { series: Some("none".into()), ..options.clone() }, "series"),
         ("vtk/legacy_several_ascii.vtk", OpenOptions { array: Some("none".into()), ..options.clone() }, "array"),
     ];
     for (file, options, name) in cases {
         match Volume::open(folder().join(file), &options).unwrap_err() {
             Error::Settings { field, problem } => assert!(field == name && problem.contains(file), "{file}: {problem}"),
             e => panic!("{e}"),
+        }
+    }
+}
+
+#[test]
+#[cfg(feature = "dicom")]
+fn series_that_are_no_volumes_say_why() {
+    let cases = [
+        ("tilted", "a tilt of 17.74 degrees"),
+        ("gap", "2.5 to 5 apart"),
+        ("overview", "several directions"),
+        ("unequal", "1 to 2"),
+        ("sizes", "alike"),
+        ("jpeg2000.dcm", "JPEG 2000"),
+        ("no_pixels.dcm", "without pixels"),
+    ];
+    for (name, word) in cases {
+        refused(&folder().join("dicom/refused").join(name), name, word);
+    }
+    // What is wrong with the distances does not matter to one who gives them.
+    for name in ["tilted", "gap"] {
+        let options = OpenOptions { spacing: Some(DVec3::ONE), ..OpenOptions::default() };
+        assert_eq!(Volume::open(folder().join("dicom/refused").join(name), &options).unwrap().grid().spacing(), DVec3::ONE);
+    }
+}
+
+#[test]
+#[cfg(feature = "dicom")]
+fn several_series_are_named() {
+    for (series, words) in [(None, ["2 'first' (3 slices", "4 'dynamic' (6 slices"]), (Some("none"), ["'none'", "dynamic"])] {
+        let options = OpenOptions { series: series.map(String::from), ..OpenOptions::default() };
+        match Volume::open(folder().join("dicom/several"), &options).unwrap_err() {
+            Error::Settings { field: "series", problem } => assert!(words.iter().all(|word| problem.contains(word)), "{problem}"),
+            e => panic!("{e}"),
+        }
+    }
+}
+
+/// A store, and in which of its files what is replaced by what, and a word of the message.
+#[cfg(feature = "zarr")]
+type StoreCase<'a> = (&'a str, &'a str, &'a [u8], &'a [u8], &'a str);
+
+#[cfg(feature = "zarr")]
+const STORES: &[StoreCase] = &[
+    ("plain.zarr", ".zarray", b"\"<i2\"", b"\"<c8\"", "<c8"),
+    ("plain.zarr", ".zarray", b"\"zarr_format\": 2", b"\"zarr_format\": 4", "zarr_format"),
+    ("plain.zarr", ".zarray", b"\"shape\": [\n    3", b"\"shape\": [\n    0", "shape"),
+    ("plain.zarr", ".zarray", b"\"shape\": [\n    3", b"\"shape\": [\n    99999999999999999", "2^40"),
+    ("plain.zarr", ".zarray", b"\"shape\": [\n    3,", b"\"shape\": [\n    3, 9,", "axes"),
+    ("plain.zarr", ".zarray", b"\"chunks\": [\n    2", b"\"chunks\": [\n    3", "expected 120"),
+    ("plain.zarr", ".zarray", b"\"filters\": null", b"\"filters\": [{\"id\": \"delta\"}]", "delta"),
+    ("lz4_alone.zarr", ".zarray", b"\"id\"", b"\"id\"", "lz4, which is not read"),
+    ("3_plain.zarr", "zarr.json", b"\"regular\"", b"\"crooked\"", "crooked"),
+    ("3_plain.zarr", "zarr.json", b"\"int16\"", b"\"complex64\"", "complex64"),
+    ("3_zstd.zarr", "zarr.json", b"\"zstd\"", b"\"pack\"", "pack, which is not read"),
+    ("ome_moved.zarr", ".zattrs", b"\"coarse\"", b"\"../../\"", "no array in it"),
+    ("ome_moved.zarr", ".zattrs", b"\"translation\"", b"\"rotation\"", "scale and translation"),
+];
+
+#[cfg(feature = "zarr")]
+#[test]
+fn wrong_stores_are_named() {
+    for &(store, file, from, to, word) in STORES {
+        let what = format!("{store} with {}", String::from_utf8_lossy(to));
+        let temporary = tempfile::tempdir().unwrap();
+        let path = temporary.path().join(store);
+        crate::damage::copied(&folder().join("zarr").join(store), &path);
+        let mut bytes = std::fs::read(path.join(file)).unwrap();
+        let at = bytes.windows(from.len()).position(|part| part == from);
+        let at = at.unwrap_or_else(|| panic!("{what}: nothing to change"));
+        bytes.splice(at..at + from.len(), to.iter().copied());
+        std::fs::write(path.join(file), bytes).unwrap();
+        refused(&path, &what, word);
+    }
+}
+
+/// A piece that stands for more than it should, and one of which the checksum is wrong.
+#[cfg(feature = "zarr")]
+#[test]
+fn pieces_that_lie_are_refused() {
+    use std::io::Read;
+    let mut large = Vec::new();
+    flate2::read::GzEncoder::new(&[0; 1 << 20][..], flate2::Compression::best()).read_to_end(&mut large).unwrap();
+    for (store, piece, bytes, word) in
+        [("gzip.zarr", "0.0.0", Some(large), "more than its"), ("3_checked.zarr", "c/0/0/0", None, "checksum")]
+    {
+        let temporary = tempfile::tempdir().unwrap();
+        let path = temporary.path().join(store);
+        crate::damage::copied(&folder().join("zarr").join(store), &path);
+        let bytes = bytes.unwrap_or_else(|| {
+            let mut bytes = std::fs::read(path.join(piece)).unwrap();
+            bytes[10] ^= 1;
+            bytes
+        });
+        std::fs::write(path.join(piece), bytes).unwrap();
+        refused(&path, store, word);
+    }
+}
+
+#[cfg(feature = "zarr")]
+#[test]
+fn resolutions_are_chosen_by_number_or_by_pixels() {
+    use layersplat::volume::Level;
+    let opened = |level| {
+        let options = OpenOptions { level: Some(level), ..OpenOptions::default() };
+        Volume::open(folder().join("zarr/ome_04.zarr"), &options)
+    };
+    for (pixels, dims) in [(1, [2, 2, 3]), (4, [2, 2, 3]), (5, [5, 4, 3]), (1000, [5, 4, 3])] {
+        assert_eq!(opened(Level::Pixels(pixels)).unwrap().grid().dims(), dims, "{pixels}");
+    }
+    let message = opened(Level::Number(2)).unwrap_err().to_string();
+    assert!(message.contains("levels are 0 to 1"), "{message}");
+}
+
+#[test]
+#[cfg(feature = "hdf5")]
+fn several_datasets_are_named() {
+    for array in [None, Some("none")] {
+        let options = OpenOptions { array: array.map(String::from), ..OpenOptions::default() };
+        match Volume::open(folder().join("hdf5/several.h5"), &options).unwrap_err() {
+            Error::Settings { field: "array", problem } => {
+                let named = problem.contains("first, deep/second") && !problem.contains("flat");
+                assert!(named && problem.contains("several.h5"), "{problem}");
+            }
+            e => panic!("{e}"),
+        }
+    }
+}
+
+/// What a feature that is off would read is named, with the feature.
+#[test]
+fn what_this_build_does_not_read_is_named() {
+    let cases = [
+        ("dicom", cfg!(feature = "dicom"), ["dicom/oblique", "dicom/enhanced.dcm"]),
+        ("hdf5", cfg!(feature = "hdf5"), ["hdf5/int16.h5", "hdf5/scaled.nc"]),
+        ("zarr", cfg!(feature = "zarr"), ["zarr/plain.zarr", "zarr/ome_05.zarr"]),
+    ];
+    for (feature, built, names) in cases {
+        for name in names {
+            if built {
+                Volume::open(folder().join(name), &OpenOptions::default()).unwrap();
+            } else {
+                refused(&folder().join(name), name, &format!("with the feature {feature} does"));
+            }
         }
     }
 }

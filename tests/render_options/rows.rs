@@ -249,6 +249,8 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--cameras", "is many pictures; tests/command_sequences.rs has some"),
     ("--frame", "chooses one of several volumes, which raw files have not; tests/command_volumes.rs has files that do"),
     ("--channel", "chooses one of several numbers per voxel; tests/command_volumes.rs"),
+    ("--series", "chooses one of several series of DICOM images; tests/command_volumes.rs"),
+    ("--level", "chooses one of several resolutions; tests/command_volumes.rs"),
     ("--array", "chooses one of several arrays; tests/command_volumes.rs"),
     ("--output", "says where the picture goes; a test of its own looks there"),
     ("--json", "says what is printed; a test of its own reads it"),

@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let target = arguments.output.as_deref().map(|path| Output::of(path, Some("png"))).transpose()?;
     let output = target.as_ref().map(|target| Content::of(target.path()).map_err(|e| target.renamed(e))).transpose()?;
     target.as_ref().map_or(Ok(()), |target| target.refuse_report(arguments.json))?;
-    let volume = arguments.volume.open(None)?;
+    let volume = arguments.volume.open(None, None)?;
     let transfer = open_transfer(&arguments.transfer, &volume)?;
     if let (Some(target), Some(output)) = (&target, output) {
         output.write(target.path(), &transfer, &volume, arguments.size)?;

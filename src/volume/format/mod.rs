@@ -3,9 +3,15 @@
 mod bov;
 mod bytes;
 mod choice;
+#[cfg(feature = "dicom")]
+mod dicom;
+#[cfg(feature = "hdf5")]
+mod hdf5;
 mod keyed;
 mod load;
 mod metaimage;
+#[cfg(not(all(feature = "dicom", feature = "hdf5", feature = "zarr")))]
+mod missing;
 mod nifti;
 mod nrrd;
 mod numbered;
@@ -18,8 +24,10 @@ mod text;
 #[cfg(feature = "tiff")]
 mod tiff;
 mod vtk;
+#[cfg(feature = "zarr")]
+mod zarr;
 
-pub use options::OpenOptions;
+pub use options::{Level, OpenOptions};
 pub(super) use raw::told_by_name;
 
 use super::Volume;
@@ -28,10 +36,19 @@ use flate2::read::MultiGzDecoder;
 use load::Opened;
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// All formats; the first that recognises a file reads it. Raw files have no mark and come last.
 const FORMATS: &[&dyn Format] = &[
+    // Before TIFF, as some files are both: what comes before DICOM's mark is free.
+    #[cfg(feature = "dicom")]
+    &dicom::Dicom,
+    #[cfg(not(feature = "dicom"))]
+    &missing::Missing {
+        name: "DICOM",
+        feature: "dicom",
+        recognises: |file| file.start.get(128..132) == Some(b"DICM") || (file.folder && holds(file.path, ".dcm")),
+    },
     &nrrd::Nrrd,
     &nifti::Nifti,
     &metaimage::MetaImage,
@@ -45,31 +62,48 @@ const FORMATS: &[&dyn Format] = &[
     #[cfg(feature = "tiff")]
     &tiff::Tiff,
     &png::Png,
+    #[cfg(feature = "hdf5")]
+    &hdf5::Hdf5,
+    #[cfg(not(feature = "hdf5"))]
+    &missing::Missing {
+        name: "HDF5 or NetCDF-4",
+        feature: "hdf5",
+        recognises: |file| file.start.starts_with(b"\x89HDF\r\n\x1a\n"),
+    },
+    #[cfg(feature = "zarr")]
+    &zarr::Zarr,
+    #[cfg(not(feature = "zarr"))]
+    &missing::Missing {
+        name: "Zarr",
+        feature: "zarr",
+        recognises: |file| ["zarr.json", ".zarray", ".zgroup"].iter().any(|mark| file.path.join(mark).is_file()),
+    },
     &raw::Raw,
 ];
 /// Bytes at the start of a file that formats are recognised by.
 const START: usize = 512;
 
-const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV or TIFF files, PNG slices, \
-                       .raw or .raw.gz files, or builtin:NAME";
+const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM or HDF5 files, \
+                       folders of Zarr, PNG slices, .raw or .raw.gz files, or builtin:NAME";
 
 /// A file format.
 trait Format: Sync {
     /// Whether a file is in this format: by its first bytes, or by its name where the format has no mark.
     fn recognises(&self, file: &Found, options: &OpenOptions) -> bool;
 
-    /// Whether a file in this format can have several arrays with names.
-    fn names_arrays(&self) -> bool {
-        false
+    /// The options by name, of those that only some formats know, that choose in a file or folder of this format.
+    fn chooses(&self) -> &'static [&'static str] {
+        &[]
     }
 
     /// Reads the header.
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error>;
 }
 
-/// A file, before anything is known of it.
+/// A file, or a folder, before anything is known of it.
 struct Found<'a> {
     path: &'a Path,
+    folder: bool,
     /// The first bytes, as they are.
     start: Vec<u8>,
     /// Those of what a file of gzip holds.
@@ -80,6 +114,9 @@ impl<'a> Found<'a> {
     fn look(path: &'a Path) -> Result<Self, Error> {
         let failed = |e| Error::read(path, e);
         let metadata = std::fs::metadata(path).map_err(failed)?;
+        if metadata.is_dir() {
+            return Ok(Self { path, folder: true, start: Vec::new(), unpacked: None });
+        }
         if !metadata.is_file() {
             return Err(failed(io::Error::other("not a regular file")));
         }
@@ -97,7 +134,7 @@ impl<'a> Found<'a> {
             unpacked.truncate(found);
             unpacked
         });
-        Ok(Self { path, start, unpacked })
+        Ok(Self { path, folder: false, start, unpacked })
     }
 
     /// Whether the name has one of these endings, in letters of any case.
@@ -123,11 +160,26 @@ fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     }
     let file = Found::look(path)?;
     let Some(format) = FORMATS.iter().find(|format| format.recognises(&file, options)) else {
-        return Err(Error::volume(path, UNKNOWN));
+        return Err(Error::volume(path, if file.folder { slices::UNKNOWN } else { UNKNOWN }));
     };
-    if options.array.is_some() && !format.names_arrays() {
-        let problem = format!("the format of {} has no arrays with names: leave it out", path.display());
-        return Err(Error::Settings { field: "array", problem });
+    let given = [("array", options.array.is_some()), ("level", options.level.is_some()), ("series", options.series.is_some())];
+    if let Some((field, _)) = given.iter().find(|(field, given)| *given && !format.chooses().contains(field)) {
+        let problem = format!("the format of {} has nothing that it chooses: leave it out", path.display());
+        return Err(Error::Settings { field, problem });
     }
     format.open(&file, options)
+}
+
+/// The files of a folder.
+fn listed(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let failed = |e| Error::read(folder, e);
+    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(failed)?.collect();
+    Ok(entries.map_err(failed)?.into_iter().map(|entry| entry.path()).filter(|path| path.is_file()).collect())
+}
+
+/// Whether a folder holds a file of which the name has this ending.
+#[cfg(not(feature = "dicom"))]
+fn holds(folder: &Path, ending: &str) -> bool {
+    let is_one = |file: &PathBuf| file.to_string_lossy().to_ascii_lowercase().ends_with(ending);
+    listed(folder).is_ok_and(|files| files.iter().any(is_one))
 }

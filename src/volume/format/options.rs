@@ -36,9 +36,32 @@ pub struct OpenOptions {
     pub channel: Option<usize>,
     /// Which of several arrays, by its name, in formats that name them; the one that the file marks, or the first, if not given.
     pub array: Option<String>,
+    /// Which of several series of DICOM images in a folder: its number, its description or its identifier. An error if there are several
+    /// and it is not given.
+    pub series: Option<String>,
+    /// Which of several resolutions, in formats that hold them; the finest that fits into half of the free memory if not given.
+    pub level: Option<Level>,
     /// Bytes that voxels may take in memory where a file cannot be mapped as it is: larger ones are unpacked to a temporary file (in the
     /// system's folder for these, `TMPDIR`), which is mapped. As many as there are if not given.
     pub memory: Option<u64>,
+}
+
+/// Which of several resolutions of a volume.
+///
+/// ```
+/// use layersplat::volume::{Level, OpenOptions};
+///
+/// // As many voxels as a picture of this width shows.
+/// let options = OpenOptions { level: Some(Level::Pixels(1024)), ..OpenOptions::default() };
+/// # assert_ne!(options, OpenOptions::default());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// By its number: 0 is the finest.
+    Number(usize),
+    /// The coarsest that has a voxel per pixel along every axis, in a picture of which the volume's longest side takes so many pixels; the
+    /// finest if none has.
+    Pixels(usize),
 }
 
 impl OpenOptions {

@@ -2,21 +2,23 @@
 
 use super::bytes::Joined;
 use super::load::{self, Header, Opened};
-use super::{OpenOptions, open as open_one};
+use super::{OpenOptions, listed, open as open_one};
 use crate::error::Error;
 use std::path::{Path, PathBuf};
 
 /// Endings of files that are slices.
 const ENDINGS: [&str; 3] = ["png", "tif", "tiff"];
 
-/// The files of a folder, or of a name with one `%d` or `%03d`, in the order of their numbers; nothing if it is a file.
+pub(super) const UNKNOWN: &str =
+    "it is a folder without numbered .png or .tif slices, a series of DICOM images or anything else that is read: give a file";
+
+/// The files of a folder, or of a name with one `%d` or `%03d`, in the order of their numbers; nothing if it is a file,
+/// or a folder without any.
 pub(super) fn files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     if path.is_dir() {
         let mut files = listed(path)?;
         files.retain(|file| ending(file).is_some_and(|ending| ENDINGS.contains(&ending.as_str())));
-        let Some(first) = files.first().and_then(|file| ending(file)) else {
-            return Err(Error::volume(path, "it is a folder without numbered .png or .tif slices: give a file"));
-        };
+        let Some(first) = files.first().and_then(|file| ending(file)) else { return Ok(None) };
         if files.iter().any(|file| ending(file).as_ref() != Some(&first)) {
             return Err(Error::volume(
                 path,
@@ -46,12 +48,6 @@ pub(super) fn files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
         return Err(Error::volume(path, "there are no files with a number in the place of %d"));
     }
     Ok(Some(files))
-}
-
-fn listed(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let failed = |e| Error::read(folder, e);
-    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(failed)?.collect();
-    Ok(entries.map_err(failed)?.into_iter().map(|entry| entry.path()).filter(|path| path.is_file()).collect())
 }
 
 fn ending(file: &Path) -> Option<String> {

@@ -17,8 +17,8 @@ impl Format for Npz {
         file.start.starts_with(b"PK\x03\x04") && (file.ends_with(&[".npz"]) || file.start.windows(4).any(|name| name == b".npy"))
     }
 
-    fn names_arrays(&self) -> bool {
-        true
+    fn chooses(&self) -> &'static [&'static str] {
+        &["array"]
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {

@@ -3,7 +3,7 @@
 use super::directory;
 use crate::error::Error;
 use crate::volume::ScalarType;
-use crate::volume::format::bytes::{Bytes, Held};
+use crate::volume::format::bytes::{self, Bytes, Held};
 use std::fmt;
 use std::fs::File;
 use std::io::{self, BufReader};
@@ -217,21 +217,8 @@ impl Bytes for Pages {
     }
 
     fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize> {
-        let mut found = 0;
-        while found < bytes.len() {
-            let at = at + found as u64;
-            let (page, within) = ((at / self.each) as usize, at % self.each);
-            if page >= self.pages.len() {
-                break;
-            }
-            let wanted = (self.each - within).min((bytes.len() - found) as u64) as usize;
-            let more = self.page(page)?.read(within, &mut bytes[found..found + wanted])?;
-            found += more;
-            if more < wanted {
-                break;
-            }
-        }
-        Ok(found)
+        let (each, count) = (self.each, self.pages.len());
+        bytes::of_parts(at, bytes, each, count, |page, within, bytes| self.page(page)?.read(within, bytes))
     }
 
     fn ends_at(&mut self, end: u64) -> io::Result<bool> {

@@ -19,8 +19,8 @@ impl Format for Legacy {
         file.start.starts_with(b"# vtk DataFile Version")
     }
 
-    fn names_arrays(&self) -> bool {
-        true
+    fn chooses(&self) -> &'static [&'static str] {
+        &["array"]
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {

@@ -27,8 +27,8 @@ impl Format for Xml {
         file.start.windows(8).any(|bytes| bytes == b"<VTKFile")
     }
 
-    fn names_arrays(&self) -> bool {
-        true
+    fn chooses(&self) -> &'static [&'static str] {
+        &["array"]
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {

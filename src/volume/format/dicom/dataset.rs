@@ -1,0 +1,270 @@
+//! What a file tells before its pixels, and where these are.
+
+use crate::error::Error;
+use crate::memory;
+use crate::volume::format::bytes;
+use dicom_core::{PrimitiveValue, Tag};
+use dicom_dictionary_std::tags;
+use dicom_encoding::TransferSyntaxIndex;
+use dicom_parser::StatefulDecode;
+use dicom_parser::dataset::LazyDataToken;
+use dicom_parser::dataset::lazy_read::LazyDataSetReader;
+use dicom_transfer_syntax_registry::TransferSyntaxRegistry;
+use flate2::bufread::DeflateDecoder;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Bytes before the mark of a file.
+const PREAMBLE: usize = 128;
+const MARK: &[u8] = b"DICM";
+/// Bytes of a value that is kept: offsets of many slices are the longest.
+const LONGEST: u64 = 1 << 20;
+/// Sequences in each other, and items in all of them: more are no image's.
+const DEEPEST: usize = 64;
+const MOST_ITEMS: usize = 1 << 20;
+/// Bytes that a deflated byte can stand for.
+const LIMIT: u64 = 1032;
+/// Bytes that are inflated at a time.
+const PIECE: usize = 1 << 20;
+
+const EXPLICIT_LITTLE: &str = "1.2.840.10008.1.2.1";
+const DEFLATED: &str = "1.2.840.10008.1.2.1.99";
+
+/// Whether these are a file's first bytes.
+pub(super) fn is_start(start: &[u8]) -> bool {
+    start.get(PREAMBLE..).is_some_and(|rest| rest.starts_with(MARK))
+}
+
+/// Elements and sequences by their tags.
+#[derive(Default)]
+pub(super) struct Dataset {
+    values: BTreeMap<Tag, PrimitiveValue>,
+    sequences: BTreeMap<Tag, Vec<Dataset>>,
+}
+
+impl Dataset {
+    /// All numbers of an element; none if it is not there, or holds no numbers.
+    pub fn numbers(&self, tag: Tag) -> Vec<f64> {
+        self.values.get(&tag).and_then(|value| value.to_multi_float64().ok()).unwrap_or_default()
+    }
+
+    pub fn number(&self, tag: Tag) -> Option<f64> {
+        self.numbers(tag).first().copied().filter(|number| number.is_finite())
+    }
+
+    pub fn whole(&self, tag: Tag) -> Option<usize> {
+        self.values.get(&tag)?.to_int().ok()
+    }
+
+    pub fn text(&self, tag: Tag) -> Option<String> {
+        let text = self.values.get(&tag)?.to_str();
+        Some(text.trim_matches(['\0', ' ']).to_owned()).filter(|text| !text.is_empty())
+    }
+
+    /// An item of a sequence.
+    pub fn item(&self, sequence: Tag, index: usize) -> Option<&Self> {
+        self.sequences.get(&sequence)?.get(index)
+    }
+}
+
+/// Where pixels are in a source.
+#[derive(Clone, Copy)]
+pub(super) struct PixelData {
+    /// `PIXEL_DATA`, or one of floats.
+    pub tag: Tag,
+    pub at: u64,
+    /// Bytes from there on, if they are not packed.
+    pub len: Option<u64>,
+    /// Whether they are words, which the byte order of a file swaps.
+    pub words: bool,
+}
+
+/// A file's bytes, or what they are once inflated.
+#[derive(Clone)]
+pub(super) enum Source {
+    File(std::path::PathBuf),
+    Inflated(Arc<[u8]>),
+}
+
+/// What is read from anywhere.
+pub(super) trait Reading: Read + Seek {}
+impl<T: Read + Seek> Reading for T {}
+
+impl Source {
+    pub fn open(&self) -> io::Result<Box<dyn Reading>> {
+        Ok(match self {
+            Self::File(path) => Box::new(BufReader::new(File::open(path)?)),
+            Self::Inflated(bytes) => Box::new(Cursor::new(bytes.clone())),
+        })
+    }
+
+    pub fn len(&self) -> io::Result<u64> {
+        Ok(match self {
+            Self::File(path) => std::fs::metadata(path)?.len(),
+            Self::Inflated(bytes) => bytes.len() as u64,
+        })
+    }
+}
+
+/// A file that is read up to its pixels.
+pub(super) struct Found {
+    pub dataset: Dataset,
+    /// Nothing if it is no image.
+    pub pixels: Option<PixelData>,
+    pub source: Source,
+    /// The transfer syntax's identifier.
+    pub syntax: String,
+}
+
+/// Reads all but the pixels.
+pub(super) fn read(path: &Path) -> Result<Found, Error> {
+    let damaged = |what: String| Error::volume(path, format!("its header is truncated or damaged: {what}"));
+    let failed = |e: io::Error| match e.kind() {
+        io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => damaged(e.to_string()),
+        _ => Error::read(path, e),
+    };
+    let mut file = BufReader::new(File::open(path).map_err(failed)?);
+    let (syntax, behind) = meta(&mut file).map_err(failed)?;
+    let (source, start) = if syntax == DEFLATED {
+        (Source::Inflated(inflated(path, file, behind)?), 0)
+    } else {
+        (Source::File(path.into()), behind)
+    };
+    let mut from = source.open().map_err(failed)?;
+    from.seek(SeekFrom::Start(start)).map_err(failed)?;
+    let end = source.len().map_err(failed)?;
+    let (dataset, pixels) = parsed(from, end, &syntax).map_err(damaged)?;
+    Ok(Found { dataset, pixels, source, syntax })
+}
+
+/// The transfer syntax, and the byte behind the elements that tell of the file itself, which are always of the same form.
+fn meta(from: &mut (impl Read + Seek)) -> io::Result<(String, u64)> {
+    let mut at = (PREAMBLE + MARK.len()) as u64;
+    let mut syntax = None;
+    loop {
+        from.seek(SeekFrom::Start(at))?;
+        let mut head = [0; 8];
+        from.read_exact(&mut head)?;
+        let [group, element] = [0, 2].map(|i| u16::from_le_bytes([head[i], head[i + 1]]));
+        if group != 2 {
+            let missing = || io::Error::new(io::ErrorKind::InvalidData, "it tells no transfer syntax");
+            return syntax.ok_or_else(missing).map(|syntax| (syntax, at));
+        }
+        let len = if matches!(&head[4..6], b"OB" | b"OW" | b"OF" | b"OD" | b"OL" | b"SQ" | b"UC" | b"UR" | b"UT" | b"UN") {
+            let mut len = [0; 4];
+            from.read_exact(&mut len)?;
+            at += 12;
+            u32::from_le_bytes(len)
+        } else {
+            at += 8;
+            u16::from_le_bytes([head[6], head[7]]).into()
+        };
+        if element == 0x10 {
+            let mut text = vec![0; len.min(64) as usize];
+            from.read_exact(&mut text)?;
+            syntax = Some(String::from_utf8_lossy(&text).trim_matches(['\0', ' ']).to_owned());
+        }
+        at += u64::from(len);
+    }
+}
+
+/// What is deflated behind byte `start`; as much as there is, as long as there is memory.
+fn inflated(path: &Path, mut file: BufReader<File>, start: u64) -> Result<Arc<[u8]>, Error> {
+    let failed = |e: io::Error| Error::volume(path, format!("what is packed in it is truncated or damaged: {e}"));
+    let packed = file.get_ref().metadata().map_err(|e| Error::read(path, e))?.len();
+    file.seek(SeekFrom::Start(start)).map_err(|e| Error::read(path, e))?;
+    let mut decoder = DeflateDecoder::new(file.take(packed)).take(packed.saturating_mul(LIMIT));
+    let mut all = Vec::new();
+    loop {
+        let before = all.len();
+        memory::require(&path.display().to_string(), 2 * (before + PIECE) as u64)?;
+        all.resize(before + PIECE, 0);
+        let found = bytes::fill(&mut decoder, &mut all[before..]).map_err(failed)?;
+        all.truncate(before + found);
+        if found < PIECE {
+            return Ok(all.into());
+        }
+    }
+}
+
+/// What is open while elements are read.
+enum Open {
+    Sequence(Tag, Vec<Dataset>),
+    Item(Dataset),
+}
+
+/// Elements up to the pixels. Values that do not fit into what there is are refused before they are read.
+fn parsed(from: Box<dyn Reading>, end: u64, syntax: &str) -> Result<(Dataset, Option<PixelData>), String> {
+    let known = TransferSyntaxRegistry.get(if syntax == DEFLATED { EXPLICIT_LITTLE } else { syntax });
+    let known = known.ok_or_else(|| format!("its transfer syntax is {syntax}, which is none of DICOM's"))?;
+    let mut reader = LazyDataSetReader::new_with_ts(from, known).map_err(|e| e.to_string())?;
+    let (mut open, mut items) = (vec![Open::Item(Dataset::default())], 0);
+    let mut pixels = None;
+    while let Some(token) = reader.advance() {
+        match token.map_err(|e| e.to_string())? {
+            LazyDataToken::SequenceStart { tag, .. } => open.push(Open::Sequence(tag, Vec::new())),
+            LazyDataToken::ItemStart { .. } => {
+                items += 1;
+                open.push(Open::Item(Dataset::default()));
+            }
+            LazyDataToken::ItemEnd | LazyDataToken::SequenceEnd => close(&mut open),
+            LazyDataToken::LazyValue { header, decoder } => {
+                let (at, len) = (decoder.position(), u64::from(header.len.0));
+                if is_pixels(header.tag) && open.len() == 1 {
+                    pixels = Some(PixelData { tag: header.tag, at, len: Some(len), words: header.vr == dicom_core::VR::OW });
+                    break;
+                }
+                if at.saturating_add(len) > end {
+                    return Err(format!("element {} is {len} bytes long", header.tag));
+                }
+                if len > LONGEST || !is_wanted(header.tag) {
+                    decoder.skip_bytes(header.len.0).map_err(|e| e.to_string())?;
+                } else {
+                    let value = decoder.read_value_preserved(&header).map_err(|e| e.to_string())?;
+                    if let Some(Open::Item(item)) = open.last_mut() {
+                        item.values.insert(header.tag, value);
+                    }
+                }
+            }
+            LazyDataToken::PixelSequenceStart if open.len() == 1 => {
+                let at = reader.into_decoder().position();
+                pixels = Some(PixelData { tag: tags::PIXEL_DATA, at, len: None, words: false });
+                break;
+            }
+            token => token.skip().map_err(|e| e.to_string())?,
+        }
+        if open.len() > DEEPEST || items > MOST_ITEMS {
+            return Err(format!("it has {items} items, up to {} in each other", open.len()));
+        }
+    }
+    match open.swap_remove(0) {
+        Open::Item(dataset) => Ok((dataset, pixels)),
+        Open::Sequence(..) => Err("it begins within a sequence".into()),
+    }
+}
+
+/// Ends the innermost item or sequence.
+fn close(open: &mut Vec<Open>) {
+    if open.len() < 2 {
+        return;
+    }
+    match (open.pop(), open.last_mut()) {
+        (Some(Open::Item(item)), Some(Open::Sequence(_, items))) => items.push(item),
+        (Some(Open::Sequence(tag, items)), Some(Open::Item(parent))) => {
+            parent.sequences.insert(tag, items);
+        }
+        _ => {}
+    }
+}
+
+fn is_pixels(tag: Tag) -> bool {
+    [tags::PIXEL_DATA, tags::FLOAT_PIXEL_DATA, tags::DOUBLE_FLOAT_PIXEL_DATA].contains(&tag)
+}
+
+/// Whether an element says anything of a volume: private ones and those of patients do not.
+fn is_wanted(tag: Tag) -> bool {
+    matches!(tag.0, 0x0008 | 0x0018 | 0x0020 | 0x0028 | 0x3004)
+}

@@ -1,0 +1,201 @@
+//! What one file of a series holds: one frame, or several.
+
+use super::dataset::{Dataset, Found, PixelData, Source};
+use super::packed::{Packing, Shape};
+use crate::error::Error;
+use crate::volume::ScalarType;
+use dicom_core::Tag;
+use dicom_dictionary_std::tags;
+use dicom_encoding::TransferSyntaxIndex;
+use dicom_transfer_syntax_registry::TransferSyntaxRegistry;
+use glam::DVec3;
+use std::path::{Path, PathBuf};
+
+/// Frames of a file: more are a mistake.
+const MOST_FRAMES: usize = 1 << 20;
+
+/// How the numbers of a file lie there.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct Kind {
+    pub scalar: ScalarType,
+    /// Bits of a number that count, and how many come behind them.
+    pub bits: u32,
+    pub shift: u32,
+    pub signed: bool,
+    pub big_endian: bool,
+    /// Whether channels are planes one after the other.
+    pub planar: bool,
+    pub packing: Option<Packing>,
+    /// Whether colours are stored as brightness and differences.
+    pub luminance: bool,
+}
+
+/// A slice.
+pub(super) struct Frame {
+    /// Its first pixel, and the directions of its rows and columns, to the left, the back and the top.
+    pub position: Option<DVec3>,
+    pub axes: Option<[DVec3; 2]>,
+    /// Between pixels along x and y.
+    pub spacing: Option<[f64; 2]>,
+    /// Between slices, where their places do not tell it.
+    pub thickness: Option<f64>,
+    pub slope: f64,
+    pub intercept: f64,
+    /// What slices of one place are sorted by.
+    pub order: [i64; 3],
+}
+
+/// A file with pixels.
+pub(super) struct Image {
+    pub path: PathBuf,
+    pub shape: Shape,
+    pub kind: Kind,
+    pub frames: Vec<Frame>,
+    pub source: Source,
+    pub pixels: PixelData,
+}
+
+impl Image {
+    pub fn new(path: &Path, found: Found) -> Result<Self, Error> {
+        let wrong = |problem: String| Error::volume(path, problem);
+        let Found { dataset, pixels, source, syntax } = found;
+        let pixels = pixels.ok_or_else(|| wrong("it has no pixels".into()))?;
+        let size = |tag: Tag, name: &str| {
+            dataset.whole(tag).filter(|&n| n > 0).ok_or_else(|| wrong(format!("it is an image that tells no {name}")))
+        };
+        let (rows, columns) = (size(tags::ROWS, "rows")?, size(tags::COLUMNS, "columns")?);
+        let channels = dataset.whole(tags::SAMPLES_PER_PIXEL).unwrap_or(1);
+        let kind = kind(&dataset, pixels, channels, &syntax).map_err(wrong)?;
+        let count = frames_of(&dataset);
+        if count > MOST_FRAMES || !(1..=4).contains(&channels) || rows > 65535 || columns > 65535 {
+            return Err(wrong(format!("it has {count} frames of {columns}x{rows} pixels of {channels} numbers")));
+        }
+        Ok(Self {
+            path: path.into(),
+            shape: Shape { columns, rows, channels, bytes: kind.scalar.bytes() },
+            kind,
+            frames: frames(&dataset, count),
+            source,
+            pixels,
+        })
+    }
+}
+
+/// How many frames a file has.
+pub(super) fn frames_of(dataset: &Dataset) -> usize {
+    dataset.whole(tags::NUMBER_OF_FRAMES).unwrap_or(1).max(1)
+}
+
+fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str) -> Result<Kind, String> {
+    let packing = match syntax {
+        "1.2.840.10008.1.2" | "1.2.840.10008.1.2.1" | "1.2.840.10008.1.2.1.99" | "1.2.840.10008.1.2.2" => None,
+        "1.2.840.10008.1.2.5" => Some(Packing::Rle),
+        "1.2.840.10008.1.2.4.50" | "1.2.840.10008.1.2.4.51" | "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70" => {
+            Some(Packing::Jpeg)
+        }
+        other => {
+            let name = TransferSyntaxRegistry.get(other).map_or(other, |syntax| syntax.name());
+            return Err(format!(
+                "its pixels are packed as {name}, which is not read: unpack them, as gdcmconv does for instance"
+            ));
+        }
+    };
+    if pixels.len.is_some() != packing.is_none() {
+        return Err("whether its pixels are packed, as its transfer syntax says, and how they lie there differ".into());
+    }
+    let photometric = dataset.text(tags::PHOTOMETRIC_INTERPRETATION).unwrap_or_default();
+    let luminance = photometric.starts_with("YBR");
+    if photometric == "PALETTE COLOR" || (luminance && channels == 3 && packing != Some(Packing::Jpeg)) {
+        return Err(format!("its colours are {photometric}: convert them to RGB, or to one number per pixel"));
+    }
+    let allocated = dataset.whole(tags::BITS_ALLOCATED).unwrap_or(0);
+    let signed = dataset.whole(tags::PIXEL_REPRESENTATION) == Some(1);
+    let (scalar, whole) = match (pixels.tag, allocated, signed) {
+        (tags::FLOAT_PIXEL_DATA, ..) => (ScalarType::Float32, false),
+        (tags::DOUBLE_FLOAT_PIXEL_DATA, ..) => (ScalarType::Float64, false),
+        (_, 8, false) => (ScalarType::Uint8, true),
+        (_, 8, true) => (ScalarType::Int8, true),
+        (_, 16, false) => (ScalarType::Uint16, true),
+        (_, 16, true) => (ScalarType::Int16, true),
+        (_, 32, false) => (ScalarType::Uint32, true),
+        (_, 32, true) => (ScalarType::Int32, true),
+        _ => return Err(format!("its pixels have {allocated} bits: expected 8, 16 or 32; convert it")),
+    };
+    let all = 8 * scalar.bytes() as u32;
+    let told = |tag: Tag| dataset.whole(tag).and_then(|n| u32::try_from(n).ok()).filter(|_| whole);
+    let bits = told(tags::BITS_STORED).filter(|bits| (1..=all).contains(bits)).unwrap_or(all);
+    let highest = told(tags::HIGH_BIT).filter(|&highest| highest < all && highest + 1 >= bits).unwrap_or(bits - 1);
+    let big_endian = syntax == "1.2.840.10008.1.2.2";
+    if big_endian && pixels.words && scalar.bytes() == 1 {
+        return Err("its bytes lie in big-endian words: convert it to a little-endian transfer syntax".into());
+    }
+    let planar = dataset.whole(tags::PLANAR_CONFIGURATION) == Some(1) && packing.is_none();
+    Ok(Kind { scalar, bits, shift: highest + 1 - bits, signed, big_endian, planar, packing, luminance })
+}
+
+fn frames(dataset: &Dataset, count: usize) -> Vec<Frame> {
+    let offsets = dataset.numbers(tags::GRID_FRAME_OFFSET_VECTOR);
+    let instance = dataset.whole(tags::INSTANCE_NUMBER).unwrap_or(0) as i64;
+    let temporal = dataset.whole(tags::TEMPORAL_POSITION_IDENTIFIER).unwrap_or(0) as i64;
+    let of_frame = |index: usize| {
+        let groups = Groups { dataset, index };
+        let axes = vectors(&groups.numbers(tags::PLANE_ORIENTATION_SEQUENCE, tags::IMAGE_ORIENTATION_PATIENT));
+        let axes = <[DVec3; 2]>::try_from(axes).ok().filter(|axes| axes.iter().all(|axis| axis.length() > 0.5));
+        let told = vectors(&groups.numbers(tags::PLANE_POSITION_SEQUENCE, tags::IMAGE_POSITION_PATIENT)).first().copied();
+        let measures = tags::PIXEL_MEASURES_SEQUENCE;
+        let between = groups.numbers(measures, tags::SPACING_BETWEEN_SLICES);
+        let thickness = groups.numbers(measures, tags::SLICE_THICKNESS);
+        let thickness = between.first().or(thickness.first()).copied().filter(|h| h.is_finite() && *h != 0.0);
+        let own = count == 1 || groups.own().is_some();
+        // Frames that have no places of their own lie behind the first.
+        let behind = offsets.get(index).copied().or(thickness.map(|h| h * index as f64));
+        let position = match (told, axes) {
+            (Some(told), _) if own => Some(told),
+            (Some(told), Some([x, y])) => behind.map(|h| told + x.cross(y).normalize_or_zero() * h),
+            _ => None,
+        };
+        let spacing = groups.numbers(measures, tags::PIXEL_SPACING);
+        let spacing = if spacing.is_empty() { dataset.numbers(tags::IMAGER_PIXEL_SPACING) } else { spacing };
+        let spacing = <[f64; 2]>::try_from(spacing).ok().filter(|h| h.iter().all(|h| h.is_finite() && *h > 0.0));
+        let values = tags::PIXEL_VALUE_TRANSFORMATION_SEQUENCE;
+        let scaling = dataset.number(tags::DOSE_GRID_SCALING);
+        let slope = groups.numbers(values, tags::RESCALE_SLOPE).first().copied().or(scaling);
+        let intercept = groups.numbers(values, tags::RESCALE_INTERCEPT).first().copied();
+        let time = groups.numbers(tags::FRAME_CONTENT_SEQUENCE, tags::TEMPORAL_POSITION_INDEX).first().map(|&n| n as i64);
+        Frame {
+            position: position.filter(|position| position.is_finite()),
+            axes,
+            spacing: spacing.map(|[y, x]| [x, y]),
+            thickness: thickness.map(f64::abs),
+            slope: slope.filter(|slope| slope.is_finite() && *slope != 0.0).unwrap_or(1.0),
+            intercept: intercept.filter(|intercept| intercept.is_finite()).unwrap_or(0.0),
+            order: [time.unwrap_or(temporal), instance, index as i64],
+        }
+    };
+    (0..count).map(of_frame).collect()
+}
+
+fn vectors(numbers: &[f64]) -> Vec<DVec3> {
+    numbers.chunks_exact(3).map(DVec3::from_slice).collect()
+}
+
+/// Where what is said of a frame may stand.
+struct Groups<'a> {
+    dataset: &'a Dataset,
+    index: usize,
+}
+
+impl Groups<'_> {
+    /// What is said of this frame alone.
+    fn own(&self) -> Option<&Dataset> {
+        self.dataset.item(tags::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE, self.index)
+    }
+
+    /// Of this frame, of all frames, or of the image.
+    fn numbers(&self, group: Tag, tag: Tag) -> Vec<f64> {
+        let shared = self.dataset.item(tags::SHARED_FUNCTIONAL_GROUPS_SEQUENCE, 0);
+        let told = [self.own(), shared].into_iter().flatten().filter_map(|groups| groups.item(group, 0));
+        let found = told.map(|group| group.numbers(tag)).find(|numbers| !numbers.is_empty());
+        found.unwrap_or_else(|| self.dataset.numbers(tag))
+    }
+}

@@ -1,0 +1,177 @@
+//! Series of DICOM images (<https://www.dicomstandard.org>): a folder of them, one of its files, or one file of many frames.
+
+mod dataset;
+mod image;
+mod packed;
+mod pixels;
+mod place;
+
+use super::load::{self, Header, Opened};
+use super::{Format, Found, OpenOptions, choice, listed};
+use crate::error::Error;
+use crate::volume::{Rescale, ScalarType};
+use dicom_dictionary_std::tags;
+use image::Image;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// The format.
+pub(super) struct Dicom;
+
+impl Format for Dicom {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
+        if file.folder { files(file.path).is_ok_and(|files| !files.is_empty()) } else { dataset::is_start(&file.start) }
+    }
+
+    fn chooses(&self) -> &'static [&'static str] {
+        &["series"]
+    }
+
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
+        let path = file.path;
+        let images = if file.folder { series(path, options.series.as_deref())? } else { series_of(path, options)? };
+        check_alike(&images)?;
+        let (shape, kind) = (images[0].shape, images[0].kind);
+        let stack = place::stack(path, &images, options)?;
+        let channel = choice::chosen(path, "channel", options.channel, shape.channels)?;
+        let dims = [shape.columns, shape.rows, stack.slices.len()];
+        let grid = load::grid(path, dims, stack.index_to_world, options)?;
+        let scales: BTreeSet<[u64; 2]> = stack.slices.iter().map(|&(image, frame)| scale(&images[image], frame)).collect();
+        let floats = matches!(kind.scalar, ScalarType::Float32 | ScalarType::Float64);
+        let one = scales.len() == 1 || floats;
+        let (image, frame) = stack.slices[0];
+        let (slope, intercept) = (images[image].frames[frame].slope, images[image].frames[frame].intercept);
+        let header = if one {
+            let rescale = Rescale::new(slope, intercept).map_err(|e| Error::volume(path, e.to_string()))?;
+            Header { rescale, ..Header::new(grid, kind.scalar) }
+        } else {
+            tracing::info!("{}: every slice has a scale of its own: values become floats", path.display());
+            Header::new(grid, ScalarType::Float32)
+        };
+        let bytes = pixels::Pixels::new(images, stack.slices, channel, !one).map_err(|e| unreadable(path, e))?;
+        Ok(Opened { header, bytes: Box::new(bytes), exact: false })
+    }
+}
+
+fn unreadable(path: &Path, e: std::io::Error) -> Error {
+    match e.kind() {
+        std::io::ErrorKind::UnexpectedEof | std::io::ErrorKind::InvalidData => {
+            Error::volume(path, format!("its pixels are truncated or damaged: {e}"))
+        }
+        _ => Error::read(path, e),
+    }
+}
+
+fn scale(image: &Image, frame: usize) -> [u64; 2] {
+    [image.frames[frame].slope.to_bits(), image.frames[frame].intercept.to_bits()]
+}
+
+/// All of a folder that have the format's mark.
+fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let mut files = listed(folder)?;
+    files.retain(|file| Found::look(file).is_ok_and(|found| dataset::is_start(&found.start)));
+    files.sort();
+    Ok(files)
+}
+
+/// A file with pixels, and which series it is of: an identifier, and how people call it.
+struct Candidate {
+    path: PathBuf,
+    found: dataset::Found,
+    series: String,
+    number: Option<String>,
+    description: Option<String>,
+}
+
+impl Candidate {
+    /// Nothing if the file has no pixels.
+    fn new(path: &Path) -> Result<Option<Self>, Error> {
+        let found = dataset::read(path)?;
+        if found.pixels.is_none() {
+            return Ok(None);
+        }
+        let text = |tag| found.dataset.text(tag);
+        let series = text(tags::SERIES_INSTANCE_UID).unwrap_or_default();
+        let (number, description) = (text(tags::SERIES_NUMBER), text(tags::SERIES_DESCRIPTION));
+        Ok(Some(Self { path: path.into(), found, series, number, description }))
+    }
+
+    fn is_called(&self, name: &str) -> bool {
+        self.series == name || [&self.number, &self.description].into_iter().flatten().any(|other| other == name)
+    }
+}
+
+/// The one series of a folder, or the one that is wanted. Only its files are looked at closer.
+fn series(folder: &Path, wanted: Option<&str>) -> Result<Vec<Image>, Error> {
+    let mut all = Vec::new();
+    for file in files(folder)? {
+        all.extend(Candidate::new(&file)?);
+    }
+    let identifiers =
+        |all: &mut dyn Iterator<Item = &Candidate>| all.map(|file| file.series.clone()).collect::<BTreeSet<String>>();
+    let found = identifiers(&mut all.iter().filter(|file| wanted.is_none_or(|name| file.is_called(name))));
+    let names = || {
+        let of = |identifier: &String| all.iter().filter(|file| file.series == *identifier).collect::<Vec<_>>();
+        identifiers(&mut all.iter()).iter().map(|identifier| named(&of(identifier))).collect::<Vec<_>>().join(", ")
+    };
+    let problem = match (wanted, found.len()) {
+        _ if all.is_empty() => {
+            return Err(Error::volume(folder, "its DICOM files have no pixels: give the folder of a series of images"));
+        }
+        (_, 1) => {
+            all.retain(|file| found.contains(&file.series));
+            return images(all);
+        }
+        (Some(name), 0) => format!("'{name}' is not in {}, whose series are {}", folder.display(), names()),
+        (Some(name), _) => format!("several series of {} are called '{name}': {}", folder.display(), names()),
+        (None, several) => format!("{} has {several} series: {}; choose one", folder.display(), names()),
+    };
+    Err(Error::Settings { field: "series", problem })
+}
+
+/// Each image but once, for copies are common.
+fn images(files: Vec<Candidate>) -> Result<Vec<Image>, Error> {
+    let (mut images, mut seen) = (Vec::new(), BTreeSet::new());
+    for file in files {
+        if file.found.dataset.text(tags::SOP_INSTANCE_UID).is_none_or(|identifier| seen.insert(identifier)) {
+            images.push(Image::new(&file.path, file.found)?);
+        } else {
+            tracing::warn!("{}: it is a copy of another file: left out", file.path.display());
+        }
+    }
+    Ok(images)
+}
+
+/// How a series is called in a message.
+fn named(files: &[&Candidate]) -> String {
+    let first = files[0];
+    let [number, description] = [&first.number, &first.description].map(|text| text.clone().unwrap_or_default());
+    let slices: usize = files.iter().map(|file| image::frames_of(&file.found.dataset)).sum();
+    format!("{number} '{description}' ({slices} slices, {})", first.series)
+}
+
+/// The series that a file is of, in its folder; a file of several frames alone.
+fn series_of(path: &Path, options: &OpenOptions) -> Result<Vec<Image>, Error> {
+    let no_pixels = || Error::volume(path, "it is a DICOM file without pixels: give an image of a series, or their folder");
+    let file = Candidate::new(path)?.ok_or_else(no_pixels)?;
+    if image::frames_of(&file.found.dataset) > 1 || file.series.is_empty() {
+        return images(vec![file]);
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    series(folder, Some(options.series.as_deref().unwrap_or(&file.series)))
+}
+
+/// Slices of one volume have one size and type.
+fn check_alike(images: &[Image]) -> Result<(), Error> {
+    let layout = |image: &Image| {
+        let shape = image.shape;
+        (shape.columns, shape.rows, shape.channels, image.kind.scalar)
+    };
+    match images.iter().find(|image| layout(image) != layout(&images[0])) {
+        Some(other) => {
+            let problem = format!("it differs from {} in size or type: slices must be alike", images[0].path.display());
+            Err(Error::volume(&other.path, problem))
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,189 @@
+//! Frames that are packed each by itself, in one or more fragments.
+
+use super::dataset::{PixelData, Reading, Source};
+use jpeg_decoder::{ColorTransform, Decoder, PixelFormat};
+use std::io::{self, SeekFrom};
+
+/// Bytes that a packed byte can stand for: more than those of any of these ways of packing.
+pub(super) const LIMIT: u64 = 1032;
+/// Fragments that a file may have.
+const MOST: usize = 1 << 20;
+/// Bytes of the header of a frame of run lengths.
+const RUNS: usize = 64;
+
+/// How frames are packed.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Packing {
+    Rle,
+    Jpeg,
+}
+
+/// A frame's size and kind, as the file tells it.
+#[derive(Clone, Copy)]
+pub(super) struct Shape {
+    pub columns: usize,
+    pub rows: usize,
+    pub channels: usize,
+    /// Bytes of a number.
+    pub bytes: usize,
+}
+
+fn damaged(problem: impl Into<String>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, problem.into())
+}
+
+/// Of each frame its fragments: bytes of the source at which they begin, and how many.
+pub(super) type Fragments = Vec<Vec<(u64, u64)>>;
+
+/// Where the fragments of each of the `frames` are: bytes of the source, and how many.
+pub(super) fn fragments(source: &Source, pixels: PixelData, frames: usize) -> io::Result<Fragments> {
+    let (mut from, end) = (source.open()?, source.len()?);
+    let mut at = pixels.at;
+    let mut items: Vec<(u64, u64)> = Vec::new();
+    loop {
+        let (tag, len) = item(from.as_mut(), at)?;
+        at += 8;
+        match tag {
+            0xe000 if at.saturating_add(len) <= end && items.len() < MOST => items.push((at, len)),
+            0xe000 => return Err(damaged(format!("a piece of {len} bytes, or too many of them"))),
+            0xe0dd => break,
+            _ => return Err(damaged("no piece of pixels where one should be")),
+        }
+        at += len;
+    }
+    if items.is_empty() {
+        return Err(damaged("no table of offsets before the pixels"));
+    }
+    let table = items.remove(0);
+    if items.len() == frames {
+        return Ok(items.into_iter().map(|item| vec![item]).collect());
+    }
+    if frames == 1 && !items.is_empty() {
+        return Ok(vec![items]);
+    }
+    let offsets = offsets(from.as_mut(), table)?;
+    if offsets.len() != frames || items.is_empty() {
+        return Err(damaged(format!("{} pieces for {frames} frames, and no table that tells which is whose", items.len())));
+    }
+    // Offsets count from the first piece's own header.
+    let first = items[0].0;
+    let frame_of = |item: &(u64, u64)| offsets.partition_point(|&offset| u64::from(offset) <= item.0 - first).saturating_sub(1);
+    let mut of_frames = vec![Vec::new(); frames];
+    for item in items {
+        of_frames[frame_of(&item)].push(item);
+    }
+    Ok(of_frames)
+}
+
+/// The element and the length of an item's header.
+fn item(from: &mut dyn Reading, at: u64) -> io::Result<(u16, u64)> {
+    let mut head = [0; 8];
+    from.seek(SeekFrom::Start(at))?;
+    from.read_exact(&mut head)?;
+    let element = if head[..2] == [0xfe, 0xff] { u16::from_le_bytes([head[2], head[3]]) } else { 0 };
+    Ok((element, u32::from_le_bytes([head[4], head[5], head[6], head[7]]).into()))
+}
+
+fn offsets(from: &mut dyn Reading, (at, len): (u64, u64)) -> io::Result<Vec<u32>> {
+    if len > 4 * MOST as u64 {
+        return Err(damaged("its table of offsets is too long"));
+    }
+    let mut table = vec![0; len as usize];
+    from.seek(SeekFrom::Start(at))?;
+    from.read_exact(&mut table)?;
+    Ok(table.chunks_exact(4).map(|offset| u32::from_le_bytes([offset[0], offset[1], offset[2], offset[3]])).collect())
+}
+
+/// Segments of runs, one for each byte of each channel's numbers, the highest first; numbers come out little-endian, channels side by side.
+pub(super) fn runs(packed: &[u8], shape: Shape) -> io::Result<Vec<u8>> {
+    let header: Vec<usize> =
+        packed.get(..RUNS).ok_or_else(|| damaged("no header of runs"))?.chunks_exact(4).map(offset).collect();
+    let (segments, pixels) = (shape.channels * shape.bytes, shape.columns * shape.rows);
+    if header[0] != segments || segments >= header.len() {
+        return Err(damaged(format!("{} segments of runs, expected {segments}", header[0])));
+    }
+    let mut numbers = vec![0; pixels * segments];
+    for segment in 0..segments {
+        let start = header[1 + segment];
+        let end = if segment + 1 < segments { header[2 + segment] } else { packed.len() };
+        let runs = packed.get(start..end).ok_or_else(|| damaged("segments of runs that lie outside"))?;
+        let (channel, byte) = (segment / shape.bytes, shape.bytes - 1 - segment % shape.bytes);
+        let mut places = (0..pixels).map(|pixel| (pixel * shape.channels + channel) * shape.bytes + byte);
+        unpack(runs, |value| places.next().map(|place| numbers[place] = value).is_some());
+        if places.next().is_some() {
+            return Err(damaged("runs that end too early"));
+        }
+    }
+    Ok(numbers)
+}
+
+fn offset(bytes: &[u8]) -> usize {
+    u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as usize
+}
+
+/// Hands on bytes until no more are taken.
+fn unpack(mut runs: &[u8], mut take: impl FnMut(u8) -> bool) {
+    while let [count, rest @ ..] = runs {
+        let count = *count as i8;
+        let (used, repeat) = match count {
+            0.. => (count as usize + 1, 1),
+            i8::MIN => (0, 0),
+            _ => (1, 1 - isize::from(count)),
+        };
+        let used = used.min(rest.len());
+        for &value in &rest[..used] {
+            if !(0..repeat).all(|_| take(value)) {
+                return;
+            }
+        }
+        runs = &rest[used..];
+    }
+}
+
+/// A picture of the size that is told: one that says otherwise is refused before it is decoded. `luminance`: whether colours are stored as
+/// brightness and differences.
+pub(super) fn jpeg(packed: &[u8], shape: Shape, luminance: bool) -> io::Result<Vec<u8>> {
+    let failed = |e: jpeg_decoder::Error| damaged(e.to_string());
+    let mut decoder = Decoder::new(packed);
+    if shape.channels == 3 {
+        decoder.set_color_transform(if luminance { ColorTransform::YCbCr } else { ColorTransform::RGB });
+    }
+    decoder.read_info().map_err(failed)?;
+    let info = decoder.info().ok_or_else(|| damaged("a picture without a size"))?;
+    let (channels, bytes) = match info.pixel_format {
+        PixelFormat::L8 => (1, 1),
+        PixelFormat::L16 => (1, 2),
+        PixelFormat::RGB24 => (3, 1),
+        PixelFormat::CMYK32 => (4, 1),
+    };
+    let size = [usize::from(info.width), usize::from(info.height)];
+    if size != [shape.columns, shape.rows] || channels != shape.channels || bytes > shape.bytes {
+        let [x, y] = size;
+        return Err(damaged(format!("a picture of {x}x{y} pixels with {channels} numbers of {} bits", 8 * bytes)));
+    }
+    decoder.set_max_decoding_buffer_size(2 * channels * bytes * size[0] * size[1] + RUNS);
+    let numbers = decoder.decode().map_err(failed)?;
+    if numbers.len() != size[0] * size[1] * channels * bytes {
+        return Err(damaged("a picture that ends too early"));
+    }
+    if bytes == shape.bytes {
+        let little = |pair: &[u8]| u16::from_ne_bytes([pair[0], pair[1]]).to_le_bytes();
+        return Ok(if bytes == 2 { numbers.chunks_exact(2).flat_map(little).collect() } else { numbers });
+    }
+    Ok(numbers.into_iter().flat_map(|number| std::iter::once(number).chain(std::iter::repeat_n(0, shape.bytes - 1))).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_and_literals_are_unpacked() {
+        let mut found = Vec::new();
+        unpack(&[2, 1, 2, 3, 0xfe, 9, 0x80, 0, 7], |value| {
+            found.push(value);
+            true
+        });
+        assert_eq!(found, [1, 2, 3, 9, 9, 9, 7]);
+    }
+}

@@ -1,0 +1,152 @@
+//! The numbers of slices, read one slice at a time.
+
+use super::image::Image;
+use super::packed::{self, Packing};
+use super::place::Slice;
+use crate::memory;
+use crate::volume::format::bytes::{self, Bytes, Held};
+use std::io::{self, SeekFrom};
+
+/// Slices one after the other, each of the numbers of one channel, little-endian.
+pub(super) struct Pixels {
+    images: Vec<Image>,
+    slices: Vec<Slice>,
+    channel: usize,
+    /// Whether numbers become floats, as they must where every slice has a slope of its own.
+    values: bool,
+    /// Bytes of a slice.
+    each: u64,
+    most: u64,
+    current: Option<(usize, Held)>,
+    /// Where the pieces of the frames of the image that was read last are, of packed ones.
+    pieces: Option<(usize, packed::Fragments)>,
+}
+
+impl Pixels {
+    pub fn new(images: Vec<Image>, slices: Vec<Slice>, channel: usize, values: bool) -> io::Result<Self> {
+        let shape = images[0].shape;
+        let size = if values { size_of::<f32>() } else { shape.bytes };
+        let each = (shape.columns * shape.rows * size) as u64;
+        let mut most = 0u64;
+        for (index, image) in images.iter().enumerate() {
+            let wanted = slices.iter().filter(|(of, _)| *of == index).count() as u64;
+            most = most.saturating_add(each.saturating_mul(wanted).min(available(image, each)?));
+        }
+        Ok(Self { images, slices, channel, values, each, most, current: None, pieces: None })
+    }
+
+    fn slice(&mut self, index: usize) -> io::Result<&mut Held> {
+        let held = match self.current.take().filter(|(current, _)| *current == index) {
+            Some((_, held)) => held,
+            None => Held(self.read_slice(index)?),
+        };
+        Ok(&mut self.current.insert((index, held)).1)
+    }
+
+    fn read_slice(&mut self, index: usize) -> io::Result<Vec<u8>> {
+        let (of, frame) = self.slices[index];
+        let name = self.images[of].path.display().to_string();
+        let named = |e: io::Error| io::Error::new(e.kind(), format!("{name}: {e}"));
+        let raw = self.frame(of, frame).map_err(named)?;
+        let image = &self.images[of];
+        let mut numbers = Vec::new();
+        for number in samples(&raw, image, self.channel) {
+            let bytes = number.to_le_bytes();
+            if self.values {
+                let image = &image.frames[frame];
+                let value = image.slope * whole(number, self.images[of].kind.signed) + image.intercept;
+                numbers.extend_from_slice(&(value as f32).to_le_bytes());
+            } else {
+                numbers.extend_from_slice(&bytes[..image.shape.bytes]);
+            }
+        }
+        Ok(numbers)
+    }
+
+    /// A frame's numbers as they are stored, unpacked.
+    fn frame(&mut self, of: usize, frame: usize) -> io::Result<Vec<u8>> {
+        let image = &self.images[of];
+        let (shape, mut from) = (image.shape, image.source.open()?);
+        let Some(packing) = image.kind.packing else {
+            let mut numbers = zeroed(image, stored(image))?;
+            from.seek(SeekFrom::Start(image.pixels.at + frame as u64 * stored(image)))?;
+            from.read_exact(&mut numbers)?;
+            return Ok(numbers);
+        };
+        if self.pieces.as_ref().is_none_or(|(current, _)| *current != of) {
+            self.pieces = Some((of, packed::fragments(&image.source, image.pixels, image.frames.len())?));
+        }
+        let pieces = self.pieces.as_ref().map_or(&[][..], |(_, frames)| &frames[frame]);
+        let len: u64 = pieces.iter().map(|(_, len)| len).sum();
+        if stored(image) > len.saturating_mul(packed::LIMIT) {
+            let problem = format!("{len} packed bytes cannot stand for {} of frame {frame}", stored(image));
+            return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
+        }
+        let mut whole = zeroed(image, len)?;
+        let mut at = 0;
+        for &(start, len) in pieces {
+            from.seek(SeekFrom::Start(start))?;
+            from.read_exact(&mut whole[at..at + len as usize])?;
+            at += len as usize;
+        }
+        match packing {
+            Packing::Rle => packed::runs(&whole, shape),
+            Packing::Jpeg => packed::jpeg(&whole, shape, image.kind.luminance),
+        }
+    }
+}
+
+fn zeroed(image: &Image, len: u64) -> io::Result<Vec<u8>> {
+    memory::zeroed(&image.path.display().to_string(), len as usize).map_err(|e| io::Error::other(e.to_string()))
+}
+
+/// Bytes of a frame as it is stored.
+fn stored(image: &Image) -> u64 {
+    let shape = image.shape;
+    [shape.columns, shape.rows, shape.channels, shape.bytes].iter().fold(1, |n: u64, &size| n.saturating_mul(size as u64))
+}
+
+/// Bytes of slices that there can be in a file, each of `each`.
+fn available(image: &Image, each: u64) -> io::Result<u64> {
+    let there = image.source.len()?.saturating_sub(image.pixels.at);
+    Ok(match image.pixels.len {
+        Some(len) => (there.min(len) / stored(image)).saturating_mul(each),
+        None => there.saturating_mul(packed::LIMIT).saturating_mul(size_of::<f32>() as u64),
+    })
+}
+
+/// The bits of one channel's numbers that count, with their sign.
+fn samples(raw: &[u8], image: &Image, channel: usize) -> impl Iterator<Item = u64> {
+    let (shape, kind) = (image.shape, image.kind);
+    let (size, pixels) = (shape.bytes, shape.columns * shape.rows);
+    let (first, step) = if kind.planar { (channel * pixels, 1) } else { (channel, shape.channels) };
+    let above = 64 - kind.bits;
+    raw.chunks_exact(size).skip(first).step_by(step).take(pixels).map(move |number| {
+        let mut bytes = [0; 8];
+        bytes[..size].copy_from_slice(number);
+        if kind.big_endian {
+            bytes[..size].reverse();
+        }
+        let bits = (u64::from_le_bytes(bytes) >> kind.shift) << above;
+        if kind.signed { ((bits as i64) >> above) as u64 } else { bits >> above }
+    })
+}
+
+fn whole(number: u64, signed: bool) -> f64 {
+    if signed { number as i64 as f64 } else { number as f64 }
+}
+
+impl Bytes for Pixels {
+    fn most(&self) -> u64 {
+        self.most
+    }
+
+    fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize> {
+        let (each, count) = (self.each, self.slices.len());
+        bytes::of_parts(at, bytes, each, count, |slice, within, bytes| self.slice(slice)?.read(within, bytes))
+    }
+
+    fn ends_at(&mut self, end: u64) -> io::Result<bool> {
+        Ok(end == self.most)
+    }
+}

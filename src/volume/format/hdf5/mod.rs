@@ -1,0 +1,153 @@
+//! HDF5, and NetCDF-4, which is HDF5 (<https://www.hdfgroup.org>): one of a file's datasets.
+
+mod layers;
+
+use super::load::{self, Header, Opened, upright};
+use super::{Format, Found, OpenOptions, choice};
+use crate::error::Error;
+use crate::memory;
+use crate::volume::{Endian, Rescale, ScalarType};
+use glam::DVec3;
+use hdf5_reader::group::Group;
+use hdf5_reader::{Dataset, Datatype, Hdf5File, OpenOptions as Limits};
+use layers::Layers;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// The format.
+pub(super) struct Hdf5;
+
+const MARK: &[u8] = b"\x89HDF\r\n\x1a\n";
+/// Bytes of what is said of an object.
+const LONGEST_HEADER: usize = 16 << 20;
+/// Bytes that a packed byte can stand for: deflate's. What is not stored, as all of it is the fill value, counts as packed.
+const LIMIT: u64 = 1032;
+/// Datasets and groups that are looked at.
+const MOST: usize = 10_000;
+
+impl Format for Hdf5 {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
+        file.start.starts_with(MARK)
+    }
+
+    fn chooses(&self) -> &'static [&'static str] {
+        &["array"]
+    }
+
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
+        let path = file.path;
+        let size = std::fs::metadata(path).map_err(|e| Error::read(path, e))?.len();
+        let most = size.saturating_mul(LIMIT);
+        let at_once = usize::try_from(most.min(memory::available())).unwrap_or(usize::MAX);
+        let limits = Limits::default().with_max_chunk_bytes(at_once).with_max_read_bytes(at_once);
+        let limits = limits.with_max_object_header_bytes(LONGEST_HEADER.min(at_once));
+        let opened = Hdf5File::open_with_options(path, limits).map_err(|e| damaged(path, &e))?;
+        let dataset = match &options.array {
+            Some(name) => opened.dataset(name).map_err(|_| unknown(path, name, &opened))?,
+            None => only(path, &opened)?,
+        };
+        let scalar = scalar(dataset.dtype());
+        let scalar = scalar.ok_or_else(|| {
+            Error::volume(
+                path,
+                format!("the numbers of '{}' are {:?}: expected whole numbers or floats", dataset.name(), dataset.dtype()),
+            )
+        })?;
+        let shape: Option<Vec<usize>> = dataset.shape().iter().map(|&n| usize::try_from(n).ok().filter(|&n| n > 0)).collect();
+        let shape = shape.filter(|shape| !shape.is_empty());
+        let shape = shape.ok_or_else(|| Error::volume(path, format!("'{}' holds no voxels", dataset.name())))?;
+        let (before, space) = shape.split_at(shape.len().saturating_sub(3));
+        let frames = before.iter().fold(1usize, |n, &size| n.saturating_mul(size));
+        let frame = choice::chosen(path, "frame", options.frame, frames)?;
+        choice::chosen(path, "channel", options.channel, 1)?;
+        let dims = [0, 1, 2].map(|i| space.len().checked_sub(i + 1).map_or(1, |axis| space[axis]));
+        let grid = load::grid(path, dims, upright(spacing(&dataset), DVec3::ZERO), options)?;
+        // Only what lies in pieces can be packed, or not be stored at all.
+        let is_packed = dataset.chunks().is_some();
+        let rescale = rescale(&dataset).map_err(|e| Error::volume(path, e.to_string()))?;
+        let header = Header { endian: Endian::NATIVE, rescale, ..Header::new(grid, scalar) };
+        let bytes = Layers::new(dataset, scalar, before, frame, dims, if is_packed { most } else { size });
+        Ok(Opened { header, bytes: Box::new(bytes), exact: false })
+    }
+}
+
+fn damaged(path: &Path, e: &hdf5_reader::error::Error) -> Error {
+    Error::volume(path, format!("it cannot be read: {e}"))
+}
+
+/// The type of a dataset's numbers.
+fn scalar(told: &Datatype) -> Option<ScalarType> {
+    match told {
+        Datatype::FixedPoint { size, signed, .. } => {
+            format!("{}int{}", if *signed { "" } else { "u" }, 8 * u32::from(*size)).parse().ok()
+        }
+        Datatype::FloatingPoint { size: size @ (4 | 8), .. } => format!("float{}", 8 * u32::from(*size)).parse().ok(),
+        _ => None,
+    }
+}
+
+/// The one dataset with the most axes.
+fn only(path: &Path, file: &Hdf5File) -> Result<Dataset, Error> {
+    let all = volumes(path, file)?;
+    match &all[..] {
+        [] => Err(Error::volume(path, "it has no dataset of numbers along two axes or more")),
+        [name] => file.dataset(name).map_err(|e| damaged(path, &e)),
+        several => {
+            let problem = format!("{} has several datasets: {}; choose one", path.display(), several.join(", "));
+            Err(Error::Settings { field: "array", problem })
+        }
+    }
+}
+
+fn unknown(path: &Path, name: &str, file: &Hdf5File) -> Error {
+    match volumes(path, file) {
+        Ok(names) => {
+            let problem = format!("'{name}' is not in {}, whose arrays are {}", path.display(), names.join(", "));
+            Error::Settings { field: "array", problem }
+        }
+        Err(e) => e,
+    }
+}
+
+/// Paths of all datasets of numbers along three axes or more; if there are none, of those along two.
+fn volumes(path: &Path, file: &Hdf5File) -> Result<Vec<String>, Error> {
+    let (mut found, mut seen) = (Vec::new(), BTreeSet::new());
+    let mut groups: Vec<(String, Group)> = vec![(String::new(), file.root_group().map_err(|e| damaged(path, &e))?)];
+    while let Some((prefix, group)) = groups.pop() {
+        // A group can be reached in several ways, even from within.
+        if !seen.insert(group.address()) || found.len() + groups.len() > MOST {
+            continue;
+        }
+        let (below, datasets) = group.members().map_err(|e| damaged(path, &e))?;
+        groups.extend(below.into_iter().rev().map(|group| (format!("{prefix}{}/", last(group.name())), group)));
+        let numbers = datasets.iter().filter(|dataset| scalar(dataset.dtype()).is_some());
+        found.extend(numbers.map(|dataset| (dataset.ndim(), format!("{prefix}{}", last(dataset.name())))));
+    }
+    let of =
+        |axes: &dyn Fn(usize) -> bool| found.iter().filter(|(n, _)| axes(*n)).map(|(_, name)| name.clone()).collect::<Vec<_>>();
+    let volumes = of(&|n| n > 2);
+    Ok(if volumes.is_empty() { of(&|n| n == 2) } else { volumes })
+}
+
+/// The last part of a path.
+fn last(name: &str) -> &str {
+    name.trim_end_matches('/').rsplit('/').next().unwrap_or_default()
+}
+
+/// Distances along x, y, z where they are told as microscopists' programs do, 1 otherwise.
+fn spacing(dataset: &Dataset) -> DVec3 {
+    let told = dataset.attribute("element_size_um").and_then(|attribute| attribute.read_1d::<f64>()).unwrap_or_default();
+    match told[..] {
+        [z, y, x] if told.iter().all(|h| h.is_finite() && *h > 0.0) => DVec3::new(x, y, z),
+        _ => DVec3::ONE,
+    }
+}
+
+/// Slope and intercept as NetCDF's conventions call them.
+fn rescale(dataset: &Dataset) -> Result<Rescale, Error> {
+    let told = |name: &str| dataset.attribute(name).and_then(|attribute| attribute.read_as_f64()).ok();
+    match (told("scale_factor"), told("add_offset")) {
+        (None, None) => Ok(Rescale::default()),
+        (slope, intercept) => Rescale::new(slope.unwrap_or(1.0), intercept.unwrap_or(0.0)),
+    }
+}

@@ -1,0 +1,131 @@
+//! What is said of an array, by version 2 (`.zarray`) or 3 (`zarr.json`) of the format.
+
+use super::codec::Codec;
+use crate::volume::{Endian, ScalarType};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// Axes that an array may have.
+const MOST_AXES: usize = 8;
+
+/// An array, and how its pieces are stored.
+pub(super) struct Array {
+    folder: PathBuf,
+    pub shape: Vec<usize>,
+    /// Of a piece.
+    pub chunks: Vec<usize>,
+    pub scalar: ScalarType,
+    pub endian: Endian,
+    pub codec: Codec,
+    /// The bytes of a number where there is no piece.
+    pub fill: Vec<u8>,
+    prefix: &'static str,
+    separator: char,
+    /// Names of axes, where they are told.
+    pub names: Vec<String>,
+}
+
+impl Array {
+    pub fn new(folder: &Path, told: &Value, attributes: &Value) -> Result<Self, String> {
+        let shape = sizes(&told["shape"], "shape")?;
+        let second = told["zarr_format"] == 2;
+        let (key, encoding) = (&told["chunk_key_encoding"], &told["chunk_key_encoding"]["configuration"]);
+        let (chunks, separator, prefix) = if second {
+            let separator = if told["dimension_separator"] == "/" { '/' } else { '.' };
+            (sizes(&told["chunks"], "chunks")?, separator, "")
+        } else {
+            if told["chunk_grid"]["name"] != "regular" {
+                return Err(format!("its chunks are a {} grid: expected a regular one", told["chunk_grid"]["name"]));
+            }
+            let plain = key["name"] == "v2";
+            let separator = match encoding["separator"].as_str() {
+                Some(".") => '.',
+                Some("/") => '/',
+                _ if plain => '.',
+                _ => '/',
+            };
+            let chunks = sizes(&told["chunk_grid"]["configuration"]["chunk_shape"], "chunk_shape")?;
+            (chunks, separator, if plain { "" } else { "c" })
+        };
+        if chunks.len() != shape.len() || !(1..=MOST_AXES).contains(&shape.len()) {
+            return Err(format!("it has {} axes, and its chunks {}", shape.len(), chunks.len()));
+        }
+        let (scalar, codec, endian) = if second {
+            let (scalar, endian) = dtype(&told["dtype"])?;
+            (scalar, Codec::of_version_2(told, shape.len())?, endian)
+        } else {
+            let (codec, endian) = Codec::of_version_3(&told["codecs"], shape.len())?;
+            (data_type(&told["data_type"])?, codec, endian)
+        };
+        let piece =
+            chunks.iter().try_fold(scalar.bytes(), |n, &size| n.checked_mul(size)).filter(|&n| n <= isize::MAX as usize / 32);
+        if piece.is_none() {
+            return Err(format!("its pieces have {chunks:?} numbers each: more than any memory holds"));
+        }
+        let fill = fill(&told["fill_value"], scalar, endian);
+        let names = if second { &attributes["_ARRAY_DIMENSIONS"] } else { &told["dimension_names"] };
+        let names = names.as_array().filter(|names| names.len() == shape.len());
+        let names = names.map(|names| names.iter().map(|name| name.as_str().unwrap_or_default().to_owned()).collect());
+        let names = names.unwrap_or_default();
+        Ok(Self { folder: folder.into(), shape, chunks, scalar, endian, codec, fill, prefix, separator, names })
+    }
+
+    /// The file of a piece.
+    pub fn file(&self, place: &[usize]) -> PathBuf {
+        let numbers: Vec<String> = place.iter().map(usize::to_string).collect();
+        let numbers = numbers.join(&self.separator.to_string());
+        let name = if self.prefix.is_empty() { numbers } else { format!("{}{}{numbers}", self.prefix, self.separator) };
+        self.folder.join(name)
+    }
+}
+
+/// Sizes above 0.
+pub(super) fn sizes(told: &Value, name: &str) -> Result<Vec<usize>, String> {
+    let size = |n: &Value| n.as_u64().and_then(|n| usize::try_from(n).ok()).filter(|&n| n > 0);
+    let found: Option<Vec<usize>> = told.as_array().and_then(|sizes| sizes.iter().map(size).collect());
+    found.ok_or_else(|| format!("its {name} is {told}: expected numbers above 0"))
+}
+
+fn dtype(told: &Value) -> Result<(ScalarType, Endian), String> {
+    let wrong = || format!("its numbers are {told}: expected whole numbers or floats; convert it");
+    let text = told.as_str().ok_or_else(wrong)?;
+    let (order, kind) = text.split_at_checked(1).ok_or_else(wrong)?;
+    let bits = kind.get(1..).and_then(|bytes| bytes.parse::<usize>().ok()).ok_or_else(wrong)?.saturating_mul(8);
+    let name = match kind.as_bytes()[0] {
+        b'i' => format!("int{bits}"),
+        b'u' => format!("uint{bits}"),
+        b'b' if bits == 8 => "uint8".into(),
+        b'f' => format!("float{bits}"),
+        _ => return Err(wrong()),
+    };
+    let endian = if order == ">" { Endian::Big } else { Endian::Little };
+    name.parse().map(|scalar| (scalar, endian)).map_err(|_| wrong())
+}
+
+fn data_type(told: &Value) -> Result<ScalarType, String> {
+    let wrong = || format!("its data_type is {told}: expected whole numbers or floats; convert it");
+    let name = told.as_str().ok_or_else(wrong)?;
+    if name == "bool" { Ok(ScalarType::Uint8) } else { name.parse().map_err(|_| wrong()) }
+}
+
+/// The bytes of the number that stands where nothing is stored; 0 if none is told.
+fn fill(told: &Value, scalar: ScalarType, endian: Endian) -> Vec<u8> {
+    let float = match told.as_str() {
+        Some("NaN") => f64::NAN,
+        Some("Infinity") => f64::INFINITY,
+        Some("-Infinity") => f64::NEG_INFINITY,
+        _ => told.as_f64().unwrap_or(0.0),
+    };
+    let whole = told.as_i64().map(|n| n as u64).or(told.as_u64()).or(told.as_bool().map(u64::from)).unwrap_or(0);
+    let bits = match scalar {
+        ScalarType::Float16 => u64::from(half::f16::from_f64(float).to_bits()),
+        ScalarType::Float32 => u64::from((float as f32).to_bits()),
+        ScalarType::Float64 => float.to_bits(),
+        _ => whole,
+    };
+    let mut bytes = bits.to_le_bytes()[..scalar.bytes()].to_vec();
+    if endian == Endian::Big {
+        bytes.reverse();
+    }
+    bytes
+}

@@ -1,0 +1,262 @@
+//! Zarr, versions 2 and 3, and OME-Zarr (<https://zarr.dev>, <https://ngff.openmicroscopy.org>): folders of packed pieces.
+
+mod array;
+mod blosc;
+mod codec;
+mod multiscales;
+mod node;
+mod pieces;
+
+use super::load::{self, Header, Opened, upright};
+use super::{Format, Found, OpenOptions, choice};
+use crate::error::Error;
+use crate::memory;
+use crate::volume::Level;
+use array::Array;
+use glam::DVec3;
+use multiscales::{Axis, Multiscales};
+use node::Node;
+use std::path::{Path, PathBuf};
+
+/// The format.
+pub(super) struct Zarr;
+
+/// Share of the free memory that a volume may take where none is chosen: what shows it needs as much again.
+const SHARE: u64 = 2;
+
+impl Format for Zarr {
+    fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
+        file.folder && node::is_node(file.path)
+    }
+
+    fn chooses(&self) -> &'static [&'static str] {
+        &["array", "level"]
+    }
+
+    fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
+        let (path, node) = chosen(file.path, options)?;
+        let (array, axes, scale, translation) = match node {
+            Node::Image(image) => level(&path, image, options)?,
+            Node::Array(_) if options.level.is_some() => {
+                let problem = format!("{} is one array, of one resolution: leave it out", path.display());
+                return Err(Error::Settings { field: "level", problem });
+            }
+            Node::Array(array) => {
+                let axes = named(&array);
+                let count = array.shape.len();
+                (*array, axes, vec![1.0; count], vec![0.0; count])
+            }
+            Node::Group => return Err(Error::volume(&path, "it is a group of arrays: give one of them")),
+        };
+        let roles = Roles::new(&axes, array.shape.len());
+        let mut place = vec![0; array.shape.len()];
+        roles.choose(&path, "frame", options.frame, &roles.frames, &array, &mut place)?;
+        roles.choose(&path, "channel", options.channel, &roles.channels, &array, &mut place)?;
+        let along =
+            |from: &[f64], missing: f64| DVec3::from_array(roles.space.map(|axis| axis.map_or(missing, |axis| from[axis])));
+        let dims = roles.space.map(|axis| axis.map_or(1, |axis| array.shape[axis]));
+        let grid = load::grid(&path, dims, upright(along(&scale, 1.0), along(&translation, 0.0)), options)?;
+        let header = Header { endian: array.endian, ..Header::new(grid, array.scalar) };
+        let bytes = pieces::Pieces::new(array, roles.space, place);
+        Ok(Opened { header, bytes: Box::new(bytes), exact: false })
+    }
+}
+
+/// The array or image that a folder is, or the one in it that is wanted.
+fn chosen(path: &Path, options: &OpenOptions) -> Result<(PathBuf, Node), Error> {
+    let node = node::node(path)?;
+    let wanted = options.array.as_deref();
+    if !matches!(node, Node::Group) && wanted.is_none() {
+        return Ok((path.into(), node));
+    }
+    let names = node::below(path)?;
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let first = names.first().ok_or_else(|| Error::volume(path, "it is a group of Zarr without arrays"))?;
+    let index = choice::named(path, wanted, &names, first)?.unwrap_or(0);
+    let below = path.join(names[index]);
+    let node = node::node(&below)?;
+    Ok((below, node))
+}
+
+/// An array, what its axes are, and how its places come from its numbers'.
+type Placed = (Array, Vec<Axis>, Vec<f64>, Vec<f64>);
+
+/// The array of the resolution that is wanted.
+fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Placed, Error> {
+    let mut arrays = Vec::new();
+    for level in &image.levels {
+        let folder = path.join(&level.path);
+        match node::leads_below(&level.path).then(|| node::node(&folder)).transpose()? {
+            Some(Node::Array(array)) if array.shape.len() == level.scale.len() => arrays.push(*array),
+            Some(Node::Array(array)) => {
+                let problem =
+                    format!("it has {} axes, and what is said of its resolutions {}", array.shape.len(), level.scale.len());
+                return Err(Error::volume(&folder, problem));
+            }
+            _ => return Err(Error::volume(path, format!("its resolution {} is no array in it", level.path))),
+        }
+    }
+    let roles = Roles::new(&image.axes, image.axes.len());
+    let sizes = |array: &Array| roles.space.map(|axis| axis.map_or(1, |axis| array.shape[axis]));
+    let coarsest = |fits: &dyn Fn(&Array) -> bool| arrays.iter().rposition(fits).unwrap_or(0);
+    let count = arrays.len();
+    let index = match options.level {
+        Some(Level::Number(n)) if n < count => n,
+        Some(Level::Number(n)) => {
+            let problem = format!("{n} is not in {}, whose levels are 0 to {}", path.display(), count - 1);
+            return Err(Error::Settings { field: "level", problem });
+        }
+        Some(Level::Pixels(pixels)) => {
+            let scale = roles.space.map(|axis| axis.map_or(1.0, |axis| image.levels[0].scale[axis]));
+            let wanted = wanted(sizes(&arrays[0]), scale, pixels);
+            coarsest(&|array| sizes(array).iter().zip(wanted).all(|(&size, wanted)| size >= wanted))
+        }
+        None => {
+            let bytes =
+                |array: &Array| sizes(array).iter().fold(array.scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64));
+            let most = memory::available() / SHARE;
+            arrays.iter().position(|array| bytes(array) <= most).unwrap_or(count - 1)
+        }
+    };
+    if options.level.is_none() && index > 0 {
+        tracing::warn!(
+            "{}: the finest of {count} levels that fits into memory is {index}; level chooses another",
+            path.display()
+        );
+    } else {
+        tracing::info!("{}: level {index} of {count}", path.display());
+    }
+    let told = &image.levels[index];
+    let array = arrays.swap_remove(index);
+    Ok((array, image.axes, told.scale.clone(), told.translation.clone()))
+}
+
+/// Voxels along each axis that a picture shows whose longest side is that of the volume; no more than the finest resolution has.
+fn wanted(finest: [usize; 3], scale: [f64; 3], pixels: usize) -> [usize; 3] {
+    let extents = [0, 1, 2].map(|i| finest[i] as f64 * scale[i].abs());
+    let longest = extents.into_iter().fold(f64::MIN_POSITIVE, f64::max);
+    [0, 1, 2].map(|i| finest[i].min((pixels as f64 * extents[i] / longest).ceil() as usize))
+}
+
+/// Axes as an array names them.
+fn named(array: &Array) -> Vec<Axis> {
+    array.names.iter().map(|name| Axis { name: name.clone(), kind: String::new() }).collect()
+}
+
+/// What the axes of an array are.
+struct Roles {
+    /// Those that are x, y and z.
+    space: [Option<usize>; 3],
+    frames: Vec<usize>,
+    channels: Vec<usize>,
+}
+
+impl Roles {
+    /// By what is said of them, or their names; where neither tells, the last three are z, y and x, and frames come before.
+    fn new(axes: &[Axis], count: usize) -> Self {
+        let is = |i: usize, kind: &str, names: &[&str]| {
+            let axis = axes.get(i);
+            axis.is_some_and(|axis| axis.kind == kind || names.contains(&axis.name.to_ascii_lowercase().as_str()))
+        };
+        let channels: Vec<usize> = (0..count).filter(|&i| is(i, "channel", &["c", "channel"])).collect();
+        let mut frames: Vec<usize> = (0..count).filter(|&i| is(i, "time", &["t", "time"])).collect();
+        let rest: Vec<usize> = (0..count).filter(|i| !channels.contains(i) && !frames.contains(i)).collect();
+        let (before, last) = rest.split_at(rest.len().saturating_sub(3));
+        frames.extend(before);
+        frames.sort_unstable();
+        let is_called = |i: usize, name: &str| axes.get(i).is_some_and(|axis| axis.name.eq_ignore_ascii_case(name));
+        let by_name = |name: &str| last.iter().copied().find(|&i| is_called(i, name));
+        let named = ["x", "y", "z"].map(by_name);
+        let by_order = [0, 1, 2].map(|n| last.len().checked_sub(n + 1).map(|i| last[i]));
+        let space = if named.iter().flatten().count() == last.len() { named } else { by_order };
+        Self { space, frames, channels }
+    }
+
+    /// Which of several along some axes: where on each of these it is.
+    fn choose(
+        &self,
+        path: &Path,
+        field: &'static str,
+        wanted: Option<usize>,
+        axes: &[usize],
+        array: &Array,
+        place: &mut [usize],
+    ) -> Result<(), Error> {
+        let several = axes.iter().fold(1usize, |n, &axis| n.saturating_mul(array.shape[axis]));
+        let mut number = choice::chosen(path, field, wanted, several)?;
+        for &axis in axes.iter().rev() {
+            place[axis] = number % array.shape[axis];
+            number /= array.shape[axis];
+        }
+        Ok(())
+    }
+}
+
+/// Bytes from a number to the next ones along each axis, the last axis the fastest.
+fn strides(shape: &[usize], size: usize) -> Vec<usize> {
+    let mut strides = vec![size; shape.len()];
+    for axis in (1..shape.len()).rev() {
+        strides[axis - 1] = strides[axis] * shape[axis];
+    }
+    strides
+}
+
+/// The place of number `n` in a grid of pieces, the last axis the fastest.
+fn place(mut n: usize, counts: &[usize]) -> Vec<usize> {
+    let mut place = vec![0; counts.len()];
+    for axis in (0..counts.len()).rev() {
+        place[axis] = n % counts[axis];
+        n /= counts[axis];
+    }
+    place
+}
+
+/// Copies a box of numbers of `size` bytes from where they lie by some strides to where they lie by others.
+fn copy(from: &[u8], of_from: &[usize], to: &mut [u8], of_to: &[usize], shape: &[usize], size: usize) {
+    let ([count, shape @ ..], [step, of_from @ ..], [stride, of_to @ ..]) = (shape, of_from, of_to) else {
+        to[..size].copy_from_slice(&from[..size]);
+        return;
+    };
+    if shape.is_empty() && *step == size && *stride == size {
+        to[..count * size].copy_from_slice(&from[..count * size]);
+        return;
+    }
+    for n in 0..*count {
+        copy(&from[n * step..], of_from, &mut to[n * stride..], of_to, shape, size);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn roles(names: &[&str]) -> ([Option<usize>; 3], Vec<usize>, Vec<usize>) {
+        let axes: Vec<Axis> = names.iter().map(|name| Axis { name: (*name).into(), kind: String::new() }).collect();
+        let found = Roles::new(&axes, names.len());
+        (found.space, found.frames, found.channels)
+    }
+
+    #[test]
+    fn axes_are_told_by_their_names_or_their_order() {
+        assert_eq!(roles(&["t", "c", "z", "y", "x"]), ([Some(4), Some(3), Some(2)], vec![0], vec![1]));
+        assert_eq!(roles(&["x", "y", "z", "c"]), ([Some(0), Some(1), Some(2)], vec![], vec![3]));
+        assert_eq!(roles(&["", "", "", ""]), ([Some(3), Some(2), Some(1)], vec![0], vec![]));
+        assert_eq!(roles(&["lat", "lon"]), ([Some(1), Some(0), None], vec![], vec![]));
+    }
+
+    #[test]
+    fn pictures_want_voxels_along_every_axis() {
+        // An axis that is coarse already is never finer.
+        assert_eq!(wanted([256, 256, 128], [1.0, 1.0, 1.0], 100), [100, 100, 50]);
+        assert_eq!(wanted([5, 4, 3], [0.5, 0.5, 2.0], 5), [3, 2, 3]);
+        assert_eq!(wanted([8, 8, 1], [1.0, 1.0, 0.0], 4), [4, 4, 0]);
+    }
+
+    #[test]
+    fn boxes_are_copied_between_orders() {
+        let from: Vec<u8> = (0..24).collect();
+        let mut to = vec![0; 24];
+        copy(&from, &[12, 4, 1], &mut to, &[1, 2, 6], &[2, 3, 4], 1);
+        assert_eq!(to[..8], [0, 12, 4, 16, 8, 20, 1, 13]);
+    }
+}

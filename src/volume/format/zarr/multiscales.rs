@@ -1,0 +1,83 @@
+//! What OME-Zarr says of a group: the same image at several resolutions (<https://ngff.openmicroscopy.org>).
+
+use serde_json::Value;
+
+/// Resolutions that an image may have.
+const MOST_LEVELS: usize = 64;
+
+/// An image at several resolutions, the finest first.
+pub(super) struct Multiscales {
+    pub axes: Vec<Axis>,
+    pub levels: Vec<Level>,
+}
+
+/// An axis of all its arrays.
+#[derive(Clone)]
+pub(super) struct Axis {
+    pub name: String,
+    /// `space`, `time` or `channel`, where it is told.
+    pub kind: String,
+}
+
+/// An array: where it is in the group, and how its places come from its numbers', axis by axis.
+pub(super) struct Level {
+    pub path: String,
+    pub scale: Vec<f64>,
+    pub translation: Vec<f64>,
+}
+
+impl Multiscales {
+    /// Nothing if a group's attributes tell of none.
+    pub fn new(attributes: &Value) -> Result<Option<Self>, String> {
+        let all = if attributes["ome"]["multiscales"].is_array() { &attributes["ome"] } else { attributes };
+        let Some(told) = all["multiscales"].as_array().and_then(|several| several.first()) else { return Ok(None) };
+        let axes: Vec<Axis> = told["axes"].as_array().map(|axes| axes.iter().map(axis).collect()).unwrap_or_default();
+        let datasets = told["datasets"].as_array().filter(|levels| (1..=MOST_LEVELS).contains(&levels.len()));
+        let datasets = datasets.ok_or("its multiscales name no arrays, or too many")?;
+        let levels: Result<Vec<Level>, String> = datasets.iter().map(|level| Level::new(level, told, axes.len())).collect();
+        Ok(Some(Self { axes, levels: levels? }))
+    }
+}
+
+/// Of version 0.4 and later an object, before a name.
+fn axis(told: &Value) -> Axis {
+    let text = |told: &Value| told.as_str().unwrap_or_default().to_owned();
+    if told.is_string() {
+        Axis { name: text(told), kind: String::new() }
+    } else {
+        Axis { name: text(&told["name"]), kind: text(&told["type"]) }
+    }
+}
+
+impl Level {
+    /// What is said of the level comes first, then what is said of all.
+    fn new(told: &Value, all: &Value, axes: usize) -> Result<Self, String> {
+        let path = told["path"].as_str().ok_or("its multiscales name an array without a path")?.to_owned();
+        let (mut scale, mut translation) = (vec![1.0; axes], vec![0.0; axes]);
+        let steps = [told, all].map(|of| of["coordinateTransformations"].as_array().cloned().unwrap_or_default());
+        for step in steps.iter().flatten() {
+            match step["type"].as_str() {
+                Some("identity") => {}
+                Some("scale") => {
+                    for (i, by) in numbers(&step["scale"], axes)?.into_iter().enumerate() {
+                        scale[i] *= by;
+                        translation[i] *= by;
+                    }
+                }
+                Some("translation") => {
+                    let by = numbers(&step["translation"], axes)?;
+                    translation.iter_mut().zip(by).for_each(|(to, by)| *to += by);
+                }
+                _ => return Err(format!("its coordinateTransformations have {step}: expected scale and translation")),
+            }
+        }
+        Ok(Self { path, scale, translation })
+    }
+}
+
+fn numbers(told: &Value, count: usize) -> Result<Vec<f64>, String> {
+    let found: Option<Vec<f64>> = told.as_array().and_then(|numbers| numbers.iter().map(Value::as_f64).collect());
+    found
+        .filter(|numbers| numbers.len() == count)
+        .ok_or_else(|| format!("its coordinateTransformations have {told} for {count} axes"))
+}

@@ -1,0 +1,95 @@
+//! Folders of a store: groups, and arrays in them.
+
+use super::array::Array;
+use super::multiscales::Multiscales;
+use crate::error::Error;
+use crate::memory;
+use serde_json::Value;
+use std::path::{Component, Path};
+
+/// Files that make a folder part of a store.
+const MARKS: [&str; 3] = ["zarr.json", ".zarray", ".zgroup"];
+/// Bytes of a file that tells of a node: groups tell of all that is in them, too.
+const LONGEST: u64 = 64 << 20;
+/// Groups in each other, and arrays that are looked for.
+const DEEPEST: usize = 6;
+const MOST_ARRAYS: usize = 1000;
+
+/// Whether a folder is part of a store.
+pub(super) fn is_node(folder: &Path) -> bool {
+    MARKS.iter().any(|mark| folder.join(mark).is_file())
+}
+
+/// What is in a folder.
+pub(super) enum Node {
+    Array(Box<Array>),
+    Image(Multiscales),
+    Group,
+}
+
+/// Reads what is said of a folder.
+pub(super) fn node(folder: &Path) -> Result<Node, Error> {
+    let wrong = |problem: String| Error::volume(folder, problem);
+    let third = folder.join(MARKS[0]);
+    let (told, attributes, is_array) = if third.is_file() {
+        let told = json(&third)?;
+        let (attributes, is_array) = (told["attributes"].clone(), told["node_type"] == "array");
+        (told, attributes, is_array)
+    } else {
+        let (array, attributes) = (folder.join(MARKS[1]), folder.join(".zattrs"));
+        let is_array = array.is_file();
+        let attributes = if attributes.is_file() { json(&attributes)? } else { Value::Null };
+        (json(&if is_array { array } else { folder.join(MARKS[2]) })?, attributes, is_array)
+    };
+    if !(told["zarr_format"] == 2 || told["zarr_format"] == 3) {
+        return Err(wrong(format!("its zarr_format is {}: expected 2 or 3", told["zarr_format"])));
+    }
+    if is_array {
+        return Array::new(folder, &told, &attributes).map(|array| Node::Array(Box::new(array))).map_err(wrong);
+    }
+    Ok(Multiscales::new(&attributes).map_err(wrong)?.map_or(Node::Group, Node::Image))
+}
+
+fn json(path: &Path) -> Result<Value, Error> {
+    let len = std::fs::metadata(path).map_err(|e| Error::read(path, e))?.len();
+    if len > LONGEST {
+        return Err(Error::volume(path, format!("it has {len} bytes: too many to tell of an array")));
+    }
+    memory::require(&path.display().to_string(), len)?;
+    let text = std::fs::read(path).map_err(|e| Error::read(path, e))?;
+    serde_json::from_slice(&text).map_err(|e| Error::volume(path, format!("it is truncated or damaged: {e}")))
+}
+
+/// Whether a name leads to something below.
+pub(super) fn leads_below(name: &str) -> bool {
+    Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+}
+
+/// The arrays and images below a group, by their paths.
+pub(super) fn below(group: &Path) -> Result<Vec<String>, Error> {
+    let mut found = Vec::new();
+    gather(group, "", DEEPEST, &mut found)?;
+    Ok(found)
+}
+
+fn gather(group: &Path, prefix: &str, deep: usize, found: &mut Vec<String>) -> Result<(), Error> {
+    let failed = |e| Error::read(group, e);
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(group).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if let Some(name) = path.file_name().and_then(|name| name.to_str()).filter(|_| path.is_dir() && is_node(&path)) {
+            names.push(name.to_owned());
+        }
+    }
+    names.sort_by_key(|name| (name.len(), name.clone()));
+    for name in names {
+        let (path, folder) = (format!("{prefix}{name}"), group.join(&name));
+        match node(&folder)? {
+            _ if found.len() >= MOST_ARRAYS => break,
+            Node::Group if deep > 0 => gather(&folder, &format!("{path}/"), deep - 1, found)?,
+            Node::Group => {}
+            Node::Array(_) | Node::Image(_) => found.push(path),
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,122 @@
+//! The numbers of an array, read as many layers at a time as its pieces are deep.
+
+use super::array::Array;
+use crate::memory;
+use crate::volume::format::bytes::{self, Bytes, Held};
+use std::fs::File;
+use std::io;
+
+/// One volume of an array, x fastest.
+pub(super) struct Pieces {
+    array: Array,
+    /// Which axes of the array are x, y and z, if there are any, and where on the others the volume is.
+    space: [Option<usize>; 3],
+    place: Vec<usize>,
+    dims: [usize; 3],
+    current: Option<(usize, Held)>,
+}
+
+impl Pieces {
+    pub fn new(array: Array, space: [Option<usize>; 3], place: Vec<usize>) -> Self {
+        let dims = space.map(|axis| axis.map_or(1, |axis| array.shape[axis]));
+        Self { array, space, place, dims, current: None }
+    }
+
+    /// Numbers of a piece along an axis of the volume.
+    fn chunk(&self, axis: usize) -> usize {
+        self.space[axis].map_or(1, |axis| self.array.chunks[axis])
+    }
+
+    /// Layers that are read together.
+    fn deep(&self) -> usize {
+        self.chunk(2).min(self.dims[2])
+    }
+
+    fn layer(&self) -> usize {
+        self.dims[0] * self.dims[1] * self.array.scalar.bytes()
+    }
+
+    /// All layers that lie in one layer of pieces.
+    fn slab(&mut self, index: usize) -> io::Result<&mut Held> {
+        let held = match self.current.take().filter(|(current, _)| *current == index) {
+            Some((_, held)) => held,
+            None => Held(self.read_slab(index)?),
+        };
+        Ok(&mut self.current.insert((index, held)).1)
+    }
+
+    fn read_slab(&self, index: usize) -> io::Result<Vec<u8>> {
+        let other = |e: crate::error::Error| io::Error::other(e.to_string());
+        let (size, first) = (self.array.scalar.bytes(), index * self.chunk(2));
+        let deep = self.chunk(2).min(self.dims[2] - first);
+        let mut slab = memory::zeroed(&self.array.file(&[]).display().to_string(), self.layer() * deep).map_err(other)?;
+        slab.chunks_exact_mut(size).for_each(|number| number.copy_from_slice(&self.array.fill));
+        let counts = [0, 1].map(|i| self.dims[i].div_ceil(self.chunk(i)));
+        for n in 0..counts[0] * counts[1] {
+            let at = [n % counts[0], n / counts[0], index];
+            let mut piece: Vec<usize> = self.place.iter().zip(&self.array.chunks).map(|(place, chunk)| place / chunk).collect();
+            for (axis, at) in self.space.iter().zip(at) {
+                axis.iter().for_each(|&axis| piece[axis] = at);
+            }
+            if let Some(numbers) = self.piece(&piece)? {
+                self.put(&numbers, at, &mut slab, deep);
+            }
+        }
+        Ok(slab)
+    }
+
+    /// Nothing where none is stored.
+    fn piece(&self, place: &[usize]) -> io::Result<Option<Vec<u8>>> {
+        let (path, array) = (self.array.file(place), &self.array);
+        let named = |problem: String| io::Error::new(io::ErrorKind::InvalidData, format!("{}: {problem}", path.display()));
+        let mut file = match File::open(&path) {
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
+            file => file?,
+        };
+        let len = file.metadata()?.len();
+        let size = array.scalar.bytes();
+        let most = array.codec.longest(array.chunks.iter().product::<usize>() * size);
+        if len > most {
+            return Err(named(format!("it has {len} bytes, and what it holds needs at most {most}")));
+        }
+        let name = path.display().to_string();
+        let mut packed = memory::zeroed(&name, len as usize).map_err(|e| io::Error::other(e.to_string()))?;
+        let found = bytes::fill(&mut file, &mut packed)?;
+        packed.truncate(found);
+        array.codec.unpack(packed, &array.chunks, size, &array.fill).map(Some).map_err(named)
+    }
+
+    /// Copies what a piece has of the volume.
+    fn put(&self, numbers: &[u8], at: [usize; 3], slab: &mut [u8], deep: usize) {
+        let (array, size) = (&self.array, self.array.scalar.bytes());
+        let strides = array.codec.strides(&array.chunks, size);
+        let within = self.place.iter().zip(&array.chunks).zip(&strides);
+        let skipped: usize = within
+            .enumerate()
+            .filter(|(axis, _)| !self.space.contains(&Some(*axis)))
+            .map(|(_, ((place, chunk), stride))| place % chunk * stride)
+            .sum();
+        let from = [2, 1, 0].map(|i| self.space[i].map_or(0, |axis| strides[axis]));
+        let to = [self.layer(), self.dims[0] * size, size];
+        let first = [0, 1].map(|i| at[i] * self.chunk(i));
+        let [x, y] = [0, 1].map(|i| self.chunk(i).min(self.dims[i] - first[i]));
+        let start = (first[1] * self.dims[0] + first[0]) * size;
+        super::copy(&numbers[skipped..], &from, &mut slab[start..], &to, &[deep, y, x], size);
+    }
+}
+
+impl Bytes for Pieces {
+    /// As many as are declared: those of pieces that are not stored are told by the array.
+    fn most(&self) -> u64 {
+        self.dims.iter().fold(self.array.scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64))
+    }
+
+    fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize> {
+        let (each, count) = ((self.layer() * self.deep()) as u64, self.dims[2].div_ceil(self.deep()));
+        bytes::of_parts(at, bytes, each, count, |slab, within, bytes| self.slab(slab)?.read(within, bytes))
+    }
+
+    fn ends_at(&mut self, end: u64) -> io::Result<bool> {
+        Ok(end == self.most())
+    }
+}

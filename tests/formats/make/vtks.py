@@ -1,0 +1,122 @@
+"""VTK image data, by VTK."""
+import numpy as np
+import vtk
+from vtk.util.numpy_support import numpy_to_vtk
+from common import affine, array, folder, holds, turned
+
+
+def vtk_image(data, spacing=(1, 1, 1), origin=(0, 0, 0), name="values", first=(0, 0, 0), components=1):
+    image = vtk.vtkImageData()
+    z, y, x = data.shape[:3]
+    image.SetExtent(first[0], first[0] + x - 1, first[1], first[1] + y - 1, first[2], first[2] + z - 1)
+    image.SetSpacing(spacing)
+    image.SetOrigin(origin)
+    values = numpy_to_vtk(data.reshape(-1, components) if components > 1 else data.ravel(), deep=True)
+    values.SetName(name)
+    image.GetPointData().SetScalars(values)
+    return image
+
+
+def vtks():
+    at = folder("vtk")
+    spacing, origin = (0.5, 1.5, 2), (1, -2, 3)
+    place = affine(spacing, origin)
+
+    def put(name, image, mode="Appended", packer=None, change=lambda writer: None):
+        writer = vtk.vtkXMLImageDataWriter()
+        writer.SetFileName(str(at / name))
+        writer.SetInputData(image)
+        getattr(writer, f"SetDataModeTo{mode}")()
+        writer.SetCompressor(packer)
+        writer.SetEncodeAppendedData(False)
+        change(writer)
+        writer.Write()
+
+    plain = vtk_image(array("int16", 100, -3000), spacing, origin)
+    encoded = lambda w: w.SetEncodeAppendedData(True)
+    for mode, coded in [("Ascii", None), ("Binary", None), ("Appended", None), ("Appended", encoded)]:
+        for packed, packer in [("plain", None), ("zlib", vtk.vtkZLibDataCompressor()), ("lz4", vtk.vtkLZ4DataCompressor())]:
+            if mode == "Ascii" and packer:
+                continue
+            name = f"{mode.lower()}{'_coded' if coded else ''}_{packed}.vti"
+            put(name, plain, mode, packer, coded or (lambda w: None))
+            holds(f"vtk/{name}", 100, -3000, place)
+
+    def narrow(writer):
+        writer.SetHeaderTypeToUInt32()
+        writer.SetByteOrderToBigEndian()
+        writer.SetBlockSize(64)
+
+    def wide(writer):
+        writer.SetHeaderTypeToUInt64()
+        writer.SetBlockSize(64)
+
+    for mode, packer in [("Appended", None), ("Binary", None), ("Binary", vtk.vtkZLibDataCompressor())]:
+        name = f"wide_{mode.lower()}_{'packed' if packer else 'plain'}.vti"
+        put(name, plain, mode, packer, wide)
+        holds(f"vtk/{name}", 100, -3000, place)
+    for mode, packer in [("Appended", None), ("Binary", vtk.vtkZLibDataCompressor()), ("Appended", vtk.vtkLZ4DataCompressor())]:
+        name = f"big_{mode.lower()}_{'packed' if packer else 'plain'}.vti"
+        put(name, plain, mode, packer, narrow)
+        holds(f"vtk/{name}", 100, -3000, place)
+    for dtype in "int8 uint8 uint16 int32 uint32 int64 uint64 float32 float64".split():
+        low = -30 if dtype[0] in "if" else 1
+        put(f"{dtype}.vti", vtk_image(array(dtype, 2, low), spacing, origin), packer=vtk.vtkZLibDataCompressor())
+        holds(f"vtk/{dtype}.vti", 2, low, place)
+    # A grid that does not begin at 0, and is turned.
+    turn = turned(40)
+    moved = vtk_image(array("float32", 0.5, -7), spacing, origin, first=(3, -2, 7))
+    moved.SetDirectionMatrix(*turn.ravel())
+    put("moved.vti", moved)
+    point = [0.0] * 3
+    moved.TransformIndexToPhysicalPoint(3, -2, 7, point)
+    holds("vtk/moved.vti", 0.5, -7, affine(spacing, point, turn))
+    # Several arrays, one of three components, one in cells.
+    several = vtk_image(np.stack([array("float32", 0.5, 10 * n) for n in range(3)], -1), spacing, origin, "flow", components=3)
+    for data, name in [(array("uint8", 1, 0), "first"), (array("int16", 9, 1), "second")]:
+        more = numpy_to_vtk(data.ravel(), deep=True)
+        more.SetName(name)
+        several.GetPointData().AddArray(more)
+    cells = numpy_to_vtk(np.arange(4 * 3 * 2, dtype="float64"), deep=True)
+    cells.SetName("pressure")
+    several.GetCellData().AddArray(cells)
+    several.GetPointData().SetActiveScalars("second")
+    put("several.vti", several)
+    holds("vtk/several.vti", 9, 1, place)
+    holds("vtk/several.vti", 1, 0, place, array="first")
+    holds("vtk/several.vti", 0.5, 20, place, array="flow", channel=2)
+    cell_place = affine(spacing, np.add(origin, np.multiply(spacing, 0.5)))
+    holds("vtk/several.vti", 1, 0, cell_place, dims=(4, 3, 2), array="pressure")
+
+    for version in [42, 51]:
+        for ascii_, mode in [(True, "ascii"), (False, "binary")]:
+            for dtype in ["int16", "uint8", "float64"] + (["int64"] if not ascii_ else []):
+                writer = vtk.vtkStructuredPointsWriter()
+                points = vtk.vtkStructuredPoints()
+                points.DeepCopy(vtk_image(array(dtype, 2, 1), spacing, origin))
+                writer.SetInputData(points)
+                writer.SetFileVersion(version)
+                (writer.SetFileTypeToASCII if ascii_ else writer.SetFileTypeToBinary)()
+                name = f"legacy_{version}_{mode}_{dtype}.vtk"
+                writer.SetFileName(str(at / name))
+                writer.Write()
+                holds(f"vtk/{name}", 2, 1, place)
+    points = vtk.vtkStructuredPoints()
+    points.DeepCopy(several)
+    for ascii_, mode in [(True, "ascii"), (False, "binary")]:
+        writer = vtk.vtkStructuredPointsWriter()
+        writer.SetInputData(points)
+        (writer.SetFileTypeToASCII if ascii_ else writer.SetFileTypeToBinary)()
+        name = f"legacy_several_{mode}.vtk"
+        writer.SetFileName(str(at / name))
+        writer.Write()
+        holds(f"vtk/{name}", 9, 1, place)
+        holds(f"vtk/{name}", 1, 0, place, array="first")
+        holds(f"vtk/{name}", 0.5, 10, place, array="flow", channel=1)
+        holds(f"vtk/{name}", 1, 0, cell_place, dims=(4, 3, 2), array="pressure")
+    # As files of 1998 are.
+    (at / "legacy_30.vtk").write_text(
+        "# vtk DataFile Version 3.0\nby hand\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 5 4 3\nASPECT_RATIO 0.5 1.5 2\n"
+        "ORIGIN 1 -2 3\nPOINT_DATA 60\nSCALARS values unsigned_char\nLOOKUP_TABLE default\n"
+        + " ".join(str(n) for n in range(60)) + "\n")
+    holds("vtk/legacy_30.vtk", 1, 0, place)
