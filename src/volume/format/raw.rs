@@ -13,7 +13,7 @@ pub(super) struct Raw;
 
 impl Format for Raw {
     fn recognises(&self, file: &Found, options: &OpenOptions) -> bool {
-        stem(file.path).is_some() || (options.dims.is_some() && options.voxel_type.is_some())
+        !file.folder && (stem(file.path).is_some() || (options.dims.is_some() && options.voxel_type.is_some()))
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
