@@ -42,7 +42,7 @@ impl TransferFunction {
         Ok(Self(Ours::new(name, colors, opacities)?))
     }
 
-    /// grey, fire, viridis or cool-warm, stretched onto a Volume's values or onto (lowest, highest).
+    /// A colour map by name (grey, fire, viridis, cool-warm and those of `layersplat transfer --list`, with _r turned round), stretched onto a Volume's values or onto (lowest, highest).
     #[staticmethod]
     fn builtin(name: &str, onto: Onto) -> Result<Self> {
         Ok(Self(match onto {

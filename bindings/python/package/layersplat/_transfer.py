@@ -16,7 +16,7 @@ def transfer_function(
 ) -> TransferFunction:
     """The transfer function of a volume that these say.
 
-    cmap: ``grey``, ``fire``, ``viridis`` or ``cool-warm``; a ParaView file; a TransferFunction; a list of colours, evenly spaced, each
+    cmap: one of the names that ``layersplat transfer --list`` tells, as ``grey``, ``viridis`` or ``inferno_r``; a file of ParaView or 3D Slicer; a TransferFunction; a list of colours, evenly spaced, each
     (red, green, blue), 0 … 1, or ``#rrggbb``; or something to call that maps numbers 0 … 1 to colours, as matplotlib's colour maps do (of
     which opacities do not count).
     clim: values (lowest, highest) that it is stretched onto; the volume's range by default, or what the function or file says itself.
