@@ -26,7 +26,7 @@ const OPTIONS: [(&str, &str); 40] = [
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
-    ("light", "--light X,Y,Z"),
+    ("light", "--light X,Y,Z[:S]"),
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),
     ("output", "--output"),
