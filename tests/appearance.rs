@@ -6,7 +6,7 @@ use common::*;
 use glam::{DMat3, DVec3};
 use layersplat::image::Background;
 use layersplat::reference::Layered as LayeredReference;
-use layersplat::settings::{Evaluation, Layered, Shading};
+use layersplat::settings::{Evaluation, Layered, Light, Lights, Shading};
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{Camera, Projection, Settings, TransferFunction, Volume};
 
@@ -23,7 +23,7 @@ const LIGHTS: [(f64, f64, f64, f64, Option<DVec3>); 5] = [
 ];
 
 fn lit((ambient, diffuse, specular, power, light): (f64, f64, f64, f64, Option<DVec3>)) -> Option<Shading> {
-    Some(Shading { ambient, diffuse, specular, power, light })
+    Some(Shading { ambient, diffuse, specular, power, lights: light.map_or_else(Lights::default, one_light) })
 }
 
 /// Values that rise by 1, 4 and 2 per voxel along x, y and z, with voxels two apart along y: normals are (1, 2, 2) / 3.
@@ -36,6 +36,8 @@ fn ramp() -> Volume<'static> {
 /// The surface of an opaque slope, lit from the side: eye at e = (0, 0, −1), light at l = (−3, 0, −4) / 5, n = (1, 2, 2) / 3.
 ///
 /// |n · l| = 2.2 / 3. Half-way between e and l is h = (−1, 0, −3) / √10, |n · h| = 7 / (3 √10), to the fourth 49² / 90².
+///
+/// Of a light at the eye |n · e| = 2 / 3 = |n · h|, of one along y |n · l| = 2 / 3 and n · h = 0.
 #[test]
 fn a_lit_slope_has_the_colour_worked_out_by_hand() {
     let volume = ramp();
@@ -48,18 +50,25 @@ fn a_lit_slope_has_the_colour_worked_out_by_hand() {
         view_up: DVec3::Y,
         projection: Projection::Parallel { scale: 2.0 },
     };
-    let light = Some(DVec3::new(-3.0, 0.0, -4.0));
+    let light = Light::towards(DVec3::new(-3.0, 0.0, -4.0));
     // 0.1 + 0.5 · 2.2 / 3 of the colour, and a white highlight of 0.4 · 2401 / 8100.
     let expected = [0.9 * 0.466_667 + 0.118_568, 0.5 * 0.466_667 + 0.118_568, 0.2 * 0.466_667 + 0.118_568, 1.0];
     // A highlight to the eighth: 0.4 · (49 / 90)⁴.
     let sharper = [0.42 + 0.035_146, 0.233_333 + 0.035_146, 0.093_333 + 0.035_146, 1.0];
+    // With one at the eye of strength 0.5 and one along y of 0.25: 0.1 + 0.5 · (2.2 / 3 + 1 / 3 + 0.5 / 3) of the colour, and highlights of
+    // 0.4 · (2401 / 8100 + 0.5 · 16 / 81).
+    let of_three = [0.645 + 0.158_074, 0.358_333 + 0.158_074, 0.143_333 + 0.158_074, 1.0];
+    let three = [light, Light { strength: 0.5, ..Light::AT_CAMERA }, Light { strength: 0.25, ..Light::towards(DVec3::Y) }];
     for settings in evaluations() {
         // Axis-aligned sheets splat colours of voxels, whose opacities add up to nothing that a hand could tell.
         if settings.algorithm.name() == "axis-sheets" {
             continue;
         }
-        for (power, expected) in [(4.0, expected), (8.0, sharper)] {
-            let settings = Settings { shading: lit((0.1, 0.5, 0.4, power, light)), ..settings };
+        for (lights, power, expected) in [(&three[..1], 4.0, expected), (&three[..1], 8.0, sharper), (&three[..], 4.0, of_three)]
+        {
+            let lights = Lights::new(lights).unwrap();
+            let shading = Shading { ambient: 0.1, diffuse: 0.5, specular: 0.4, power, lights };
+            let settings = Settings { shading: Some(shading), ..settings };
             let frame = render(&volume, &transfer, &camera, viewport(7, 7), &settings);
             let what = format!("{:?}", settings.algorithm);
             for pixel in frame.pixels() {

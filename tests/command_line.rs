@@ -210,6 +210,8 @@ fn bad_command_lines_exit_with_2() {
         ("--background pink", "pink"),
         ("--light 0,0,0", "other than 0"),
         ("--light 1,0", "X,Y,Z"),
+        ("--light 1,0,0:-1", "0 to 100"),
+        ("--light 1,0,0 --light 0,1,0 --light 0,0,1 --light camera --light 1,1,1", "1 to 4 lights"),
         ("--light 1,0,0 --shading off", "--light X,Y,Z"),
         ("-o a.bmp", ".png"),
         ("-o a", ".png"),

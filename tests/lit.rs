@@ -132,8 +132,8 @@ fn highlights_are_where_they_belong() {
     }
     // A light from the side moves it: the measure is not blind.
     let camera = scaled(parallel(&volume, size, 44.0, 0.0), 26.0 * 128.0 / 102.0);
-    let light = Some(camera.position - volume.grid().centre() + DVec3::new(0.0, 20.0, 0.0));
-    let aside = Settings { shading: Some(Shading { light, ..Shading::default() }), ..Settings::default() };
+    let lights = one_light(camera.position - volume.grid().centre() + DVec3::new(0.0, 20.0, 0.0));
+    let aside = Settings { shading: Some(Shading { lights, ..Shading::default() }), ..Settings::default() };
     assert!(highlight(&render(&volume, &transfer, &camera, size, &aside)).1 < -2.0);
 }
 

@@ -19,8 +19,15 @@ typedef struct {
     float dt;            // length of a sample, in unit distances
 } PixelRay;
 
-// The ray through pixel coordinates (x, y). Turns the sample's parameters to its layer axis.
-static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, SampleParams *sample) {
+// Turns a vector (x, y, z) to (u, v, a).
+static inline void turn(float *x, float *y, float *z, int iu, int iv, int a) {
+    const float v[3] = {*x, *y, *z};
+    *x = v[iu], *y = v[iv], *z = v[a];
+}
+
+// The ray through pixel coordinates (x, y), and the sample's parameters turned from layer axis z to its own.
+static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, const SampleParams *sample_of_z, SampleParams *sample) {
+    *sample = *sample_of_z;
     float o[3], d[3];
     for (int i = 0; i < 3; i++) {
         o[i] = p->origin[i] + x * p->origin[4 + i] + y * p->origin[8 + i];
@@ -28,11 +35,17 @@ static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, Sam
     }
     const int a = p->axis < 0 ? most_parallel(d) : p->axis;
     const int iu = a == 0 ? 1 : 0, iv = a == 2 ? 1 : 2;
-    sample->gradient_u = p->gradient[iu], sample->gradient_v = p->gradient[iv], sample->gradient_a = p->gradient[a];
-    sample->light_u = p->light[iu], sample->light_v = p->light[iv], sample->light_a = p->light[a];
-    sample->half_u = p->half_way[iu], sample->half_v = p->half_way[iv], sample->half_a = p->half_way[a];
+    turn(&sample->gradient_u, &sample->gradient_v, &sample->gradient_a, iu, iv, a);
+    turn(&sample->step_u, &sample->step_v, &sample->step_a, iu, iv, a);
+    turn(&sample->light_u, &sample->light_v, &sample->light_a, iu, iv, a);
+    turn(&sample->half_u, &sample->half_v, &sample->half_a, iu, iv, a);
+    for (int i = 0; i < sample->more_lights; i++) {
+        float *light = sample->lights + 8 * i, *half_way = light + 3;
+        turn(light, light + 1, light + 2, iu, iv, a);
+        turn(half_way, half_way + 1, half_way + 2, iu, iv, a);
+    }
     const float s_u = d[iu] / d[a], s_v = d[iv] / d[a];
-    const float step_u = s_u * p->spacing[iu], step_v = s_v * p->spacing[iv], step_a = p->spacing[a];
+    const float step_u = s_u * sample->step_u, step_v = s_v * sample->step_v, step_a = sample->step_a;
     const VolumeView view = {p->stride[iu], p->stride[iv], p->stride[a], p->stride[3], p->dims[iu], p->dims[iv], p->dims[a],
                              p->background, p->offset, 0};
     const PixelRay ray = {view, a, d[a] > 0.0f ? 1 : -1, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, o[iu], o[iv], o[a], d[a], s_u, s_v,

@@ -8,12 +8,13 @@
 
 __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *visible_x,
                            __global const uchar *visible_y, __global const uchar *visible_z,
-                           __global const int4 *integrals, __global const float4 *table, DirectParams p, SampleParams sample,
+                           __global const int4 *integrals, __global const float4 *table, DirectParams p, SampleParams sample_of_z,
                            Clipping clip, int width, int height, __global float4 *frame, __global uint *active_samples) {
     const size_t pixel = get_global_id(0);
     if (pixel >= (size_t)width * height)
         return;
-    const PixelRay ray = ray_of_pixel(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample);
+    SampleParams sample;
+    const PixelRay ray = ray_of_pixel(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample_of_z, &sample);
     const VolumeView view = ray.view;
     voxels += view.first;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;

@@ -24,7 +24,7 @@ static inline realv left_by(const SampleParams *p, realv length) {
     return CLAMP(left, (realv)(0.0f), (realv)(1.0f));
 }
 
-// Blinn-Phong, two-sided, one white light. Where the gradient is below 1e-3 of the value range per voxel the colour
+// Blinn-Phong, two-sided, with white lights. Where the gradient is below 1e-3 of the value range per voxel the colour
 // stays as it is, with a smooth fade up to 2e-3: rounding must not flip it.
 static inline Lighting light_gradient(const SampleParams *p, realv u, realv v, realv a) {
     u *= p->gradient_u;
@@ -41,8 +41,14 @@ static inline Lighting light_gradient(const SampleParams *p, realv u, realv v, r
     Lighting lighting;
     // The root of the gradient's length: a weak one's direction is mostly noise, but a surface has weak ones too.
     lighting.weight = inverse_sqrt(inverse);
-    lighting.factor = 1.0f + lit * (p->ambient + p->diffuse * facing - 1.0f);
+    realv factor = p->ambient + p->diffuse * facing;
     lighting.highlight = lit * p->specular * power(mirror, p->power);
+    for (int i = 0; i < p->more_lights; i++) {
+        const float *light = p->lights + 8 * i, *half_way = light + 3;
+        factor += light[6] * fabs(u * light[0] + v * light[1] + a * light[2]) * inverse;
+        lighting.highlight += lit * light[7] * power(fabs(u * half_way[0] + v * half_way[1] + a * half_way[2]) * inverse, p->power);
+    }
+    lighting.factor = 1.0f + lit * (factor - 1.0f);
     lighting.left = p->thinned ? left_by(p, squared * inverse) : (realv)(1.0f);
     return lighting;
 }

@@ -27,7 +27,7 @@ const OPTIONS: [(&str, &str); 42] = [
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
     ("level", "--level N|auto"),
-    ("light", "--light X,Y,Z"),
+    ("light", "--light X,Y,Z[:S]"),
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),
     ("output", "--output"),

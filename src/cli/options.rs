@@ -7,7 +7,8 @@ use crate::device::DeviceChoice;
 use crate::image::Background;
 use crate::layers::{Correction, Density, Kernel};
 use crate::settings::{
-    Algorithm, Classification, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered, Quality, Settings, Shading,
+    Algorithm, Classification, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered, Light, Lights, Quality, Settings,
+    Shading,
 };
 use crate::transfer::{Extinction, Value};
 use crate::viewport::Viewport;
@@ -244,9 +245,10 @@ pub(super) struct QualityOptions {
     /// on or off
     #[arg(long, value_parser = parse::switch)]
     shading: Option<bool>,
-    /// Direction to the light, in world coordinates: white, and on both sides of surfaces [default: at the camera]
-    #[arg(long, value_parser = parse::vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    light: Option<DVec3>,
+    /// Direction to a light, in world coordinates, or camera, and its strength (1): white, and on both sides of surfaces; may be given up to
+    /// four times [default: camera]
+    #[arg(long, value_parser = parse::light, value_name = "X,Y,Z[:S]", allow_hyphen_values = true)]
+    light: Vec<Light>,
     /// What is left of the opacity where the field changes by so much, in values per world distance: G:FACTOR,G:FACTOR,…, even between;
     /// "5:0,20:1" hides what lies even and shows where materials meet
     #[arg(long, value_parser = parse::gradient_opacity, value_name = "G:F,G:F")]
@@ -320,13 +322,13 @@ impl QualityOptions {
     /// The settings' shading with what was asked for otherwise.
     fn lit(&self, own: Option<Shading>) -> Result<Option<Shading>, crate::Error> {
         let shading = self.shading.map_or(own, |on| on.then(Shading::default));
-        match (shading, self.light) {
-            (Some(shading), Some(light)) => Ok(Some(Shading { light: Some(light), ..shading })),
-            (None, Some(_)) => {
+        match shading {
+            _ if self.light.is_empty() => Ok(shading),
+            Some(shading) => Ok(Some(Shading { lights: Lights::new(&self.light)?, ..shading })),
+            None => {
                 let problem = "nothing is shaded: leave it out, or switch shading on".into();
                 Err(crate::Error::Settings { field: "light", problem })
             }
-            (shading, None) => Ok(shading),
         }
     }
 

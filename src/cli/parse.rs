@@ -2,7 +2,7 @@
 
 use super::options::{LevelChoice, Opacities, Tent};
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
-use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis};
+use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis, Light};
 use crate::transfer::Value;
 use crate::viewport::Viewport;
 use glam::DVec3;
@@ -65,6 +65,18 @@ pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
 pub(super) fn vector(text: &str) -> Result<DVec3, String> {
     let vector = numbers(text).and_then(|n| <[f64; 3]>::try_from(n).ok());
     vector.map(DVec3::from_array).ok_or_else(|| format!("'{text}' is no vector: write X,Y,Z"))
+}
+
+/// `X,Y,Z` or `camera`, with `:STRENGTH` behind it where that is not 1.
+pub(super) fn light(text: &str) -> Result<Light, String> {
+    let refused = || {
+        format!(
+            "'{text}' is no light: write X,Y,Z or X,Y,Z:STRENGTH, a direction or the word camera, and a strength from 0 to 100"
+        )
+    };
+    let (place, strength) = text.split_once(':').unwrap_or((text, "1"));
+    let direction = if place.trim() == "camera" { None } else { Some(vector(place).map_err(|_| refused())?) };
+    Ok(Light { direction, strength: finite(strength.trim()).map_err(|_| refused())? })
 }
 
 /// `X,Y,Z`, all above 0.
@@ -274,6 +286,11 @@ mod tests {
         ] {
             assert_eq!(bytes(text), Ok(expected), "{text}");
         }
+        for bad in ["", ":", "1,0", "1,0,0:", "1,0,0:x", "1,0,0:1:2", ":2", "sun", "1,0,0:inf"] {
+            assert!(light(bad).is_err(), "{bad}");
+        }
+        assert_eq!(light("-1,0.5,2:0.25"), Ok(Light { strength: 0.25, ..Light::towards(DVec3::new(-1.0, 0.5, 2.0)) }));
+        assert_eq!((light("camera"), light("0,0,1")), (Ok(Light::AT_CAMERA), Ok(Light::towards(DVec3::Z))));
         assert!(samples("0").is_err() && samples("17").is_err() && samples("x").is_err() && samples("16") == Ok(16));
         assert!(sub_layers("0").is_err() && sub_layers("17").is_err());
     }

@@ -65,12 +65,15 @@ impl Lighting {
         };
         let weight = gradient.length().max(LEAST_LENGTH).sqrt();
         let Some(shading) = look.shading else { return Self { weight, left, ..Self::NONE } };
-        let light = shading.light.map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
-        let half_way = (light + to_eye).normalize_or(to_eye);
         let fade = ((gradient.length() - 1e-3) * 1e3).clamp(0.0, 1.0);
         let fade = fade * fade * (3.0 - 2.0 * fade);
-        let factor = shading.ambient + shading.diffuse * normal.dot(light).abs();
-        let highlight = shading.specular * normal.dot(half_way).abs().powf(shading.power);
+        let (mut factor, mut highlight) = (shading.ambient, 0.0);
+        for light in shading.lights.as_slice() {
+            let to_light = light.direction.map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
+            let half_way = (to_light + to_eye).normalize_or(to_eye);
+            factor += shading.diffuse * light.strength * normal.dot(to_light).abs();
+            highlight += shading.specular * light.strength * normal.dot(half_way).abs().powf(shading.power);
+        }
         Self { factor: 1.0 + fade * (factor - 1.0), highlight: fade * highlight, weight, left }
     }
 

@@ -5,13 +5,13 @@ use crate::device::Device;
 use crate::device::launch::structs::SampleParams;
 use crate::layers::{AxisFrame, Rays};
 use crate::settings::Blend;
-use crate::settings::{Classification, GradientOpacity, Settings, Shading};
+use crate::settings::{Classification, GradientOpacity, Light, Lights, Settings, Shading};
 use crate::transfer::Extinction;
 use crate::viewport::Viewport;
 use glam::DVec3;
 
 /// Colours as they are, where gradients are looked at for opacity alone.
-const UNLIT: Shading = Shading { ambient: 1.0, diffuse: 0.0, specular: 0.0, power: 1.0, light: None };
+const UNLIT: Shading = Shading { ambient: 1.0, diffuse: 0.0, specular: 0.0, power: 1.0, lights: Lights::AT_CAMERA };
 
 /// A view, to be drawn.
 #[derive(Clone, Copy)]
@@ -42,10 +42,6 @@ impl<'a> View<'a> {
 pub(super) struct SampleAxes {
     /// Voxel differences to gradients in value ranges per voxel of the smallest spacing.
     pub gradient: DVec3,
-    /// Direction to the light.
-    pub light: DVec3,
-    /// Half-way between light and eye.
-    pub half_way: DVec3,
     /// World size of a voxel step, in unit distances times samples per layer.
     pub step: DVec3,
 }
@@ -64,15 +60,15 @@ impl Scene<'_> {
         let spacing = grid.spacing();
         let smallest = spacing.min_element();
         let range = self.gradient_range();
-        let to_eye = self.rays.to_eye;
-        let light = self.settings.shading.and_then(|s| s.light).map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
         let unit = self.settings.unit_distance.unwrap_or(smallest) * f64::from(samples_per_layer);
-        SampleAxes {
-            gradient: smallest / spacing / range,
-            light,
-            half_way: (light + to_eye).normalize_or(to_eye),
-            step: spacing / unit,
-        }
+        SampleAxes { gradient: smallest / spacing / range, step: spacing / unit }
+    }
+
+    /// A light as samples have it: the direction to it and one half-way between it and the eye, along the grid's axes.
+    fn light(&self, light: &Light) -> [DVec3; 2] {
+        let to_eye = self.rays.to_eye;
+        let to_light = light.direction.map_or(to_eye, |l| self.prepared.grid().world_to_grid_axes() * l.normalize());
+        [to_light, (to_light + to_eye).normalize_or(to_eye)]
     }
 
     /// The stored numbers that gradients are measured by.
@@ -94,6 +90,15 @@ impl Scene<'_> {
         let settings = self.settings;
         let shading = settings.shading.unwrap_or(UNLIT);
         let local = |v: DVec3| frame.local(v).as_vec3().to_array();
+        let (first, more) = shading.lights.as_slice().split_first().expect("there is a light");
+        let [light, half_way] = self.light(first).map(local);
+        let lights = std::array::from_fn(|i| {
+            more.get(i).map_or([0.0; 8], |other| {
+                let [[u, v, a], [half_u, half_v, half_a]] = self.light(other).map(local);
+                let [diffuse, specular] = [shading.diffuse, shading.specular].map(|share| (share * other.strength) as f32);
+                [u, v, a, half_u, half_v, half_a, diffuse, specular]
+            })
+        });
         let (least_thinned, rises) = self.gradient_opacity().map_or_else(Default::default, |opacity| opacity.rises());
         let iso = if let Blend::Iso(value) = settings.blend { Some(value) } else { None };
         SampleParams {
@@ -108,12 +113,14 @@ impl Scene<'_> {
             opaque: if settings.early_termination { Settings::OPAQUE as f32 } else { 0.0 },
             shading: i32::from(settings.looks_at_gradients()),
             gradient: local(axes.gradient),
-            light: local(axes.light),
-            half_way: local(axes.half_way),
+            light,
+            half_way,
             ambient: shading.ambient as f32,
-            diffuse: shading.diffuse as f32,
-            specular: shading.specular as f32,
+            diffuse: (shading.diffuse * first.strength) as f32,
+            specular: (shading.specular * first.strength) as f32,
             power: shading.power as f32,
+            more_lights: more.len() as i32,
+            lights,
             thinned: i32::from(settings.gradient_opacity.is_some()),
             least_thinned: least_thinned as f32,
             rises: rises.map(|rise| rise.map(|number| number.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32)),

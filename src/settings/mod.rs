@@ -5,6 +5,7 @@ mod blend;
 mod clipping;
 mod gradient_opacity;
 mod layered;
+mod lights;
 mod quality;
 mod shading;
 
@@ -13,6 +14,7 @@ pub use blend::Blend;
 pub use clipping::{ClipPlane, Clipping, CropBox};
 pub use gradient_opacity::GradientOpacity;
 pub use layered::{Classification, Evaluation, Footprints, LayerAxis, Layered};
+pub use lights::{Light, Lights};
 pub use quality::Quality;
 pub use shading::Shading;
 

@@ -10,7 +10,7 @@ use glam::DVec3;
 use layersplat::image::Comparison;
 use layersplat::layers::{Correction, Density, Kernel};
 use layersplat::renderer::Plan;
-use layersplat::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered};
+use layersplat::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Light, Lights};
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{
     Camera, Device, DeviceChoice, Frame, Orbit, Projection, Quality, Renderer, Settings, TransferFunction, Viewport, Volume,
@@ -42,6 +42,11 @@ pub const CONVERGED: Algorithm = converged(Kernel::Cubic);
 /// The same of any kernel.
 pub const fn converged(kernel: Kernel) -> Algorithm {
     Algorithm::Raycast { kernel, step: 0.0625 }
+}
+
+/// A light of strength 1.
+pub fn one_light(direction: DVec3) -> Lights {
+    Lights::new(&[Light::towards(direction)]).unwrap()
 }
 
 /// What reconstructs the field: splats and sheets are held against the paper's cubic.

@@ -6,7 +6,7 @@ use crate::scene::{Scene, marschner_lobb, marschner_lobb_signal, whole_and_halve
 use layersplat::glam::DVec3;
 use layersplat::layers::{Kernel, Rays};
 use layersplat::reference::Integral;
-use layersplat::settings::{Algorithm, Classification, Layered, Shading};
+use layersplat::settings::{Algorithm, Classification, Layered, Lights, Shading};
 use layersplat::{Frame, Quality};
 
 /// PSNR over RGB, in dB, of each of [`Kernel::OF_LAYERS`] in each of [`ways`].
@@ -72,7 +72,8 @@ const NEAR_ITS_INTEGRAL: f64 = 0.5;
 const LEAST_TRUTH: f64 = 50.0;
 /// Every n-th pixel of it is looked at: a prime.
 const EVERY: usize = 211;
-const LIT: [Option<Shading>; 2] = [None, Some(Shading { ambient: 0.2, diffuse: 0.7, specular: 0.3, power: 20.0, light: None })];
+const LIT: [Option<Shading>; 2] =
+    [None, Some(Shading { ambient: 0.2, diffuse: 0.7, specular: 0.3, power: 20.0, lights: Lights::AT_CAMERA })];
 
 fn psnr(a: &Frame, b: &Frame) -> f64 {
     compare(a, b).psnr.expect("not identical")

@@ -5,7 +5,7 @@ use glam::DVec3;
 use layersplat::layers::{Density, Kernel};
 use layersplat::settings::{
     Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered,
-    Shading,
+    Light, Lights, Shading,
 };
 use layersplat::transfer::Extinction;
 use layersplat::{Axis, Camera, Correction, Orbit, Projection, Settings, Viewport, Volume};
@@ -161,7 +161,9 @@ pub const OTHER: [fn(&mut Scene, &mut Random); 11] = [
     other_gradient_opacity,
     |s, r| s.orbit = [360.0 * r.unit(), 180.0 * r.unit() - 90.0, 360.0 * r.unit()],
     |s, r| {
-        let shadings = [None, Some(Shading::default()), Some(Shading { light: Some(DVec3::X), ..Shading::default() })];
+        let lit_by = |lights| Some(Shading { lights, ..Shading::default() });
+        let two = Lights::new(&[Light::towards(DVec3::X), Light { strength: 0.5, ..Light::AT_CAMERA }]).unwrap();
+        let shadings = [None, lit_by(Lights::AT_CAMERA), lit_by(one_light(DVec3::X)), lit_by(two)];
         s.settings.shading = other(r, s.settings.shading, &shadings);
     },
     |s, _| s.settings.culling = !s.settings.culling,

@@ -4,7 +4,8 @@ use crate::common::Random;
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 use layersplat::layers::{Correction, Kernel};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, GradientOpacity, LayerAxis, Layered, Shading,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, GradientOpacity, LayerAxis, Layered, Light,
+    Lights, Shading,
 };
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Grid, Voxels};
@@ -175,9 +176,11 @@ fn clipping(grid: Grid) -> impl Strategy<Value = Clipping> {
 
 fn shading() -> impl Strategy<Value = Shading> {
     let strength = || prop_oneof![3 => 0.0..1.0f64, 1 => 0.0..100.0f64];
-    let light = prop::option::of(prop::array::uniform3(-1.0..1.0f64).prop_map(|v| DVec3::from_array(v) + DVec3::splat(1e-3)));
-    (strength(), strength(), strength(), prop_oneof![3 => 1.0..100.0f64, 1 => 1e-3..1e4f64], light)
-        .prop_map(|(ambient, diffuse, specular, power, light)| Shading { ambient, diffuse, specular, power, light })
+    let direction = prop::option::of(prop::array::uniform3(-1.0..1.0f64).prop_map(|v| DVec3::from_array(v) + DVec3::splat(1e-3)));
+    let light = (direction, strength()).prop_map(|(direction, strength)| Light { direction, strength });
+    let lights = prop::collection::vec(light, 1..=Lights::MOST).prop_map(|lights| Lights::new(&lights).expect("good lights"));
+    (strength(), strength(), strength(), prop_oneof![3 => 1.0..100.0f64, 1 => 1e-3..1e4f64], lights)
+        .prop_map(|(ambient, diffuse, specular, power, lights)| Shading { ambient, diffuse, specular, power, lights })
 }
 
 fn gradient_opacity() -> impl Strategy<Value = Option<GradientOpacity>> {

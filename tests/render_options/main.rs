@@ -83,8 +83,9 @@ fn check(rows: &[Row]) {
         let without = scene.frame(folder());
         change(&mut scene);
         let with = scene.frame(folder());
-        // A later --transfer would be refused, not taken instead of the first; of clip planes and tents there may be several.
-        let others = if words(others).next() == Some(option) && !["--clip", "--tent"].contains(option) { "" } else { others };
+        // A later --transfer would be refused, not taken instead of the first; of clip planes, lights and tents there may be several.
+        let several = ["--clip", "--light", "--tent"].contains(option);
+        let others = if words(others).next() == Some(option) && !several { "" } else { others };
         let found = rendered(&scene, &format!("{others} {given}"));
         assert!(found == with, "{others} {given}: not the library's picture");
         if with.width() == without.width() {

@@ -5,8 +5,8 @@ use crate::{HEADER, SECOND, common::*};
 use glam::DVec3;
 use layersplat::layers::{Axis, Kernel};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, GradientOpacity, LayerAxis, Quality,
-    Shading,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, GradientOpacity, LayerAxis, Light,
+    Lights, Quality, Shading,
 };
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Endian, Grid, ScalarType};
@@ -180,8 +180,18 @@ pub const QUALITIES: &[Row] = &[
     row("--extinction", "--extinction linear", |s| s.settings.extinction = Extinction::Linear),
     row("--shading", "--shading off", |s| s.settings.shading = None),
     row("--light", "--light -1,0.5,0.25", |s| {
-        s.settings.shading = Some(Shading { light: Some(DVec3::new(-1.0, 0.5, 0.25)), ..Shading::default() });
+        s.settings.shading = Some(Shading { lights: one_light(DVec3::new(-1.0, 0.5, 0.25)), ..Shading::default() });
     }),
+    beside(
+        "--light -1,0.5,0.25",
+        |s| s.settings.shading = Some(Shading { lights: one_light(DVec3::new(-1.0, 0.5, 0.25)), ..Shading::default() }),
+        "--light",
+        "--light camera:0.4",
+        |s| {
+            let lights = [Light::towards(DVec3::new(-1.0, 0.5, 0.25)), Light { strength: 0.4, ..Light::AT_CAMERA }];
+            s.settings.shading = Some(Shading { lights: Lights::new(&lights).unwrap(), ..Shading::default() });
+        },
+    ),
     row("--gradient-opacity", "--gradient-opacity 2:0,9:0.75", |s| {
         s.settings.gradient_opacity = Some(GradientOpacity::new(&[(2.0, 0.0), (9.0, 0.75)]).unwrap());
     }),

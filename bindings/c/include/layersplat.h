@@ -367,6 +367,20 @@ typedef struct layersplat_grid {
 } layersplat_grid;
 
 /**
+ * A white light, far away.
+ */
+typedef struct layersplat_light {
+  /**
+   * World direction to it; (0, 0, 0): it is at the camera.
+   */
+  double direction[3];
+  /**
+   * What its diffuse light and its highlight are multiplied by, from 0 to 100.
+   */
+  double strength;
+} layersplat_light;
+
+/**
  * A plane in world coordinates: what lies on the side that its normal points to is shown.
  */
 typedef struct layersplat_plane {
@@ -413,9 +427,9 @@ typedef struct layersplat_settings {
    */
   int32_t lit;
   /**
-   * Whether the light is at the camera: 1; 0 takes `light`.
+   * How many of `lights` count; 0: one of strength 1 is at the camera.
    */
-  int32_t light_at_camera;
+  int32_t light_count;
   /**
    * Whether rays end where less than 1/4096 of the light passes: 1 or 0.
    */
@@ -428,6 +442,10 @@ typedef struct layersplat_settings {
    * How many of `planes` count.
    */
   int32_t plane_count;
+  /**
+   * How many of `gradient_opacity` count; 0: gradients leave all of the opacity.
+   */
+  int32_t gradient_point_count;
   /**
    * Distance of slices or of samples along rays, in smallest spacings, of sheets in voxels; 0 is the algorithm's own.
    */
@@ -453,13 +471,17 @@ typedef struct layersplat_settings {
    */
   double power;
   /**
-   * World direction to the light.
+   * Where light comes from.
    */
-  double light[3];
+  struct layersplat_light lights[4];
   /**
    * World distance that opacities are for; 0 is the smallest spacing.
    */
   double unit_distance;
+  /**
+   * Lengths of the field's gradient in values per world distance, ascending, and what is left of the opacity there.
+   */
+  double gradient_opacity[8][2];
   /**
    * The lowest corner of what is shown, in voxels.
    */

@@ -3,8 +3,18 @@
 use crate::border::{Failure, Out, guard};
 use crate::{AlgorithmChoice, BlendChoice, KernelChoice, QualityChoice, Status};
 use layersplat::glam::DVec3;
-use layersplat::settings::{self, Algorithm, Blend, ClipPlane, Clipping, CropBox, GradientOpacity, Layered, Shading};
+use layersplat::settings::{self, Algorithm, Blend, ClipPlane, Clipping, CropBox, GradientOpacity, Layered, Lights, Shading};
 use layersplat::{Kernel, Quality};
+
+/// A white light, far away.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Light {
+    /// World direction to it; (0, 0, 0): it is at the camera.
+    pub direction: [f64; 3],
+    /// What its diffuse light and its highlight are multiplied by, from 0 to 100.
+    pub strength: f64,
+}
 
 /// A plane in world coordinates: what lies on the side that its normal points to is shown.
 #[repr(C)]
@@ -34,8 +44,8 @@ pub struct Settings {
     pub blend: i32,
     /// Whether surfaces are lit: 1 or 0.
     pub lit: i32,
-    /// Whether the light is at the camera: 1; 0 takes `light`.
-    pub light_at_camera: i32,
+    /// How many of `lights` count; 0: one of strength 1 is at the camera.
+    pub light_count: i32,
     /// Whether rays end where less than 1/4096 of the light passes: 1 or 0.
     pub early_termination: i32,
     /// Whether only what lies in the box from crop_lowest to crop_highest is shown: 1 or 0.
@@ -56,8 +66,8 @@ pub struct Settings {
     pub specular: f64,
     /// Its exponent.
     pub power: f64,
-    /// World direction to the light.
-    pub light: [f64; 3],
+    /// Where light comes from.
+    pub lights: [Light; 4],
     /// World distance that opacities are for; 0 is the smallest spacing.
     pub unit_distance: f64,
     /// Lengths of the field's gradient in values per world distance, ascending, and what is left of the opacity there.
@@ -83,7 +93,7 @@ fn of_quality(quality: QualityChoice) -> Settings {
         splatted: 0,
         blend: BlendChoice::Composite as i32,
         lit: 1,
-        light_at_camera: 1,
+        light_count: 0,
         early_termination: 1,
         cropped: 0,
         plane_count: 0,
@@ -93,7 +103,7 @@ fn of_quality(quality: QualityChoice) -> Settings {
         diffuse,
         specular,
         power,
-        light: [0.0, 0.0, 1.0],
+        lights: [Light::default(); 4],
         unit_distance: 0.0,
         gradient_point_count: 0,
         gradient_opacity: [[0.0; 2]; 8],
@@ -205,8 +215,20 @@ impl Settings {
 
     fn shading(&self) -> Result<Option<Shading>, Failure> {
         let Self { ambient, diffuse, specular, power, .. } = *self;
-        let light = (!flag("light_at_camera", self.light_at_camera)?).then_some(DVec3::from_array(self.light));
-        Ok(flag("lit", self.lit)?.then_some(Shading { ambient, diffuse, specular, power, light }))
+        let lights = self.lights()?;
+        Ok(flag("lit", self.lit)?.then_some(Shading { ambient, diffuse, specular, power, lights }))
+    }
+
+    fn lights(&self) -> Result<Lights, Failure> {
+        let Some(lights) = usize::try_from(self.light_count).ok().and_then(|count| self.lights.get(..count)) else {
+            return Err(Failure::invalid(format!("light_count is {}: expected 0 to {}", self.light_count, self.lights.len())));
+        };
+        let light = |light: &Light| settings::Light {
+            direction: Some(DVec3::from_array(light.direction)).filter(|&direction| direction != DVec3::ZERO),
+            strength: light.strength,
+        };
+        let lights: Vec<_> = lights.iter().map(light).collect();
+        Ok(if lights.is_empty() { Lights::AT_CAMERA } else { Lights::new(&lights)? })
     }
 }
 
@@ -250,6 +272,15 @@ mod tests {
         assert_eq!((cut.clipping.planes.iter().flatten().count(), cut.blend), (1, Blend::Iso(3.0)));
         let splatted = Settings { splatted: 1, ..standard }.checked().unwrap();
         assert_eq!(splatted.layered().unwrap().classification, Quality::Standard.splatted());
+        let side = Light { direction: [1.0, 0.0, 0.0], strength: 0.5 };
+        let lit =
+            Settings { light_count: 2, lights: [side, Light { strength: 2.0, ..Light::default() }, side, side], ..standard };
+        let lights = lit.checked().unwrap().shading.unwrap().lights;
+        let expected = [
+            settings::Light { strength: 0.5, ..settings::Light::towards(DVec3::X) },
+            settings::Light { direction: None, strength: 2.0 },
+        ];
+        assert_eq!(lights.as_slice(), expected);
         let kernel = Settings { kernel: KernelChoice::CatmullRom as i32, ..standard }.checked().unwrap();
         assert_eq!(
             kernel.layered().unwrap().classification,
@@ -265,6 +296,8 @@ mod tests {
         assert!(refused(|s| s.lit = 2).contains("lit is 2"));
         assert!(refused(|s| s.plane_count = 7).contains("0 to 6"));
         assert!(refused(|s| s.plane_count = -1).contains("-1"));
+        assert!(refused(|s| s.light_count = 5).contains("0 to 4"));
+        assert!(refused(|s| (s.light_count, s.lights[0].strength) = (1, -1.0)).contains("0 to 100"));
         let sheets = |s: &mut Settings| (s.kernel, s.algorithm) = (1, AlgorithmChoice::ViewSheets as i32);
         assert!(refused(sheets).contains("has its own"));
         let wrong = Settings { size: 8, ..of_quality(QualityChoice::Draft) };

@@ -2,7 +2,8 @@
 
 use crate::errors::{Failure, Result, conflict, unknown};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, GradientOpacity, LayerAxis, Layered, Shading,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, GradientOpacity, LayerAxis, Layered, Light,
+    Lights, Shading,
 };
 use layersplat::{Axis, Density, Kernel, Quality, Settings as Ours, transfer::Extinction};
 use pyo3::prelude::*;
@@ -16,9 +17,9 @@ use std::collections::BTreeMap;
 /// catmull-rom or bspline; of raycast gaussian, too. samples_per_layer: 1 to 8; density: samples per voxel, 1 to 16; layer_axis: auto, x,
 /// y or z; all three of layered. step: of slicing and raycast, smallest spacings. sheet_distance: of view-sheets, 0.125 to 4 voxels.
 /// blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient, diffuse, specular, power and
-/// light, the direction (x, y, z) to it; without, it is at the camera. gradient_opacity: up to eight
-/// (length, factor), what is left of the opacity where the field's gradient has a length in values per world distance. crop: ((x, y, z), (x, y, z)), the lowest and the highest voxel that
-/// are shown. planes: up to six (point, normal) in the world, of which the side that the normal points to is shown. unit_distance: world
+/// light: a direction (x, y, z) to it, or None, at the camera; with a strength, (direction, strength); or a list of up to four of these.
+/// gradient_opacity: up to eight (length, factor), what is left of the opacity where the field's gradient has a length in values per world
+/// distance. crop: ((x, y, z), (x, y, z)), the lowest and the highest voxel that are shown. planes: up to six (point, normal) in the world, of which the side that the normal points to is shown. unit_distance: world
 /// distance that opacities are for, the smallest spacing by default. extinction: exponential or linear. early_termination: whether rays
 /// stop where less than 1/4096 of the light passes.
 #[pyclass(frozen, module = "layersplat")]
@@ -139,12 +140,30 @@ impl Lighting<'_> {
                 "diffuse" => shading.diffuse = value.extract()?,
                 "specular" => shading.specular = value.extract()?,
                 "power" => shading.power = value.extract()?,
-                "light" => shading.light = value.extract::<Option<[f64; 3]>>()?.map(Into::into),
+                "light" => shading.lights = lights(&value)?,
                 other => return Err(unknown("shading", other, "ambient, diffuse, specular, power or light")),
             }
         }
         Ok(Some(shading))
     }
+}
+
+/// None or a direction, or one of these and a strength.
+fn light(value: &Bound<'_, PyAny>) -> PyResult<Light> {
+    let (direction, strength) = match value.extract::<(Option<[f64; 3]>, f64)>() {
+        Ok(both) => both,
+        Err(_) => (value.extract()?, Light::AT_CAMERA.strength),
+    };
+    Ok(Light { direction: direction.map(Into::into), strength })
+}
+
+/// One, or a list of them.
+fn lights(value: &Bound<'_, PyAny>) -> Result<Lights> {
+    let lights = match light(value) {
+        Ok(one) => vec![one],
+        Err(_) => value.extract::<Vec<Bound<'_, PyAny>>>()?.iter().map(light).collect::<PyResult<_>>()?,
+    };
+    Ok(Lights::new(&lights)?)
 }
 
 fn clipping(crop: Option<[[f64; 3]; 2]>, planes: Vec<[[f64; 3]; 2]>) -> Result<Clipping> {

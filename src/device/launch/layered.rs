@@ -76,7 +76,8 @@ kernel! {
         /// (r, g, b, τ) per value: colours of values that are gathered.
         table: &'a Buffer<Float4>,
         p: DirectParams,
-        sample: SampleParams,
+        /// Of layer axis z, whose u, v and a are x, y and z.
+        sample_of_z: SampleParams,
         clip: Clipping,
         width: i32,
         height: i32,
@@ -192,7 +193,8 @@ kernel! {
         images: &'a Buffer<u8>,
         shears: &'a Buffer<[f32; 2]>,
         p: DirectParams,
-        sample: SampleParams,
+        /// Of layer axis z, whose u, v and a are x, y and z.
+        sample_of_z: SampleParams,
         clip: Clipping,
         width: i32,
         height: i32,

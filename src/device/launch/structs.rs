@@ -52,14 +52,18 @@ kernel_struct! {
         shading: i32,
         /// Voxel differences to gradients in value ranges per voxel of the smallest spacing, world axes.
         gradient as [gradient_u, gradient_v, gradient_a]: f32,
-        /// Direction to the light, unit length.
+        /// Direction to the first light, unit length.
         light as [light_u, light_v, light_a]: f32,
         /// Between light and eye, unit length.
         half_way as [half_u, half_v, half_a]: f32,
         ambient: f32,
+        /// Of the first light.
         diffuse: f32,
         specular: f32,
         power: f32,
+        /// How many more lights there are, each with a direction to it, one between it and the eye, and its diffuse and specular.
+        more_lights: i32,
+        lights: [[f32; 8]; 3],
         /// Gradients leave less of the opacity.
         thinned: i32,
         /// What is left of it where there is no gradient, and what that rises by: from a length of the gradient, per length, and to another.
@@ -161,12 +165,6 @@ kernel_struct! {
         direction: [[f32; 4]; 3],
         /// Rays start at origin + start * direction; -INFINITY in a parallel view.
         start: f32,
-        /// World size of a voxel step / (unit distance x samples per layer).
-        spacing: [f32; 3],
-        /// See `SampleParams`.
-        gradient: [f32; 3],
-        light: [f32; 3],
-        half_way: [f32; 3],
         dims: [i32; 3],
         /// Of `visible_*`, along u and v.
         blocks: [[i32; 2]; 3],

@@ -1,6 +1,6 @@
 //! What both ways of drawing layers per screen pixel need.
 
-use super::super::scene::{SampleAxes, Scene};
+use super::super::scene::Scene;
 use crate::device::launch::structs::{DirectParams, VolumeView};
 use crate::layers::Axis;
 use glam::DVec3;
@@ -10,15 +10,8 @@ pub(super) fn layer_axes(axis: Option<Axis>) -> [Axis; 3] {
     axis.map_or(Axis::ALL, |axis| [axis; 3])
 }
 
-/// The rays, and what samples need per axis. `view` of layer axis z; `blocks` for layer axes x, y, z.
-pub(super) fn direct_params(
-    scene: &Scene,
-    axis: Option<Axis>,
-    axes: &SampleAxes,
-    view: &VolumeView,
-    blocks: [[i32; 2]; 3],
-) -> DirectParams {
-    let narrow = |v: DVec3| v.as_vec3().to_array();
+/// The rays. `view` of layer axis z; `blocks` for layer axes x, y, z.
+pub(super) fn direct_params(scene: &Scene, axis: Option<Axis>, view: &VolumeView, blocks: [[i32; 2]; 3]) -> DirectParams {
     let affine = |p: &[DVec3; 3]| p.map(|v| v.as_vec3().extend(0.0).to_array());
     let Scene { rays, settings, .. } = *scene;
     let [x, y, z] = view.stride;
@@ -27,10 +20,6 @@ pub(super) fn direct_params(
         origin: affine(&rays.origin),
         direction: affine(&rays.direction),
         start: rays.start as f32,
-        spacing: narrow(axes.step),
-        gradient: narrow(axes.gradient),
-        light: narrow(axes.light),
-        half_way: narrow(axes.half_way),
         dims: view.dims,
         blocks,
         axis: axis.map_or(-1, |a| a.index() as i32),

@@ -30,11 +30,15 @@ class HasHandle(Protocol):
 Handle = Union[HasHandle, int]
 
 
+Light = Union[None, Vector, Tuple[Optional[Vector], float]]
+"""A white light: the direction to it in the world, or None: at the camera; and its strength, where that is not 1."""
+
+
 class Shading(TypedDict, total=False):
-    """How what is seen is lit; what is left out keeps its default. light: direction to it in the world; None: at the camera."""
+    """How what is seen is lit; what is left out keeps its default. light: one, or up to four."""
 
     ambient: float
     diffuse: float
     specular: float
     power: float
-    light: Optional[Vector]
+    light: Union[Light, Sequence[Light]]
