@@ -106,8 +106,9 @@ ALWAYS_INLINE void accumulate_lit(const SampleParams *p, realv r, realv g, realv
         r = MIN(r * lighting->factor + lighting->highlight, (realv)(1.0f));
         g = MIN(g * lighting->factor + lighting->highlight, (realv)(1.0f));
         b = MIN(b * lighting->factor + lighting->highlight, (realv)(1.0f));
-        if (p->thinned)
-            opacity = thinned(p, opacity, lighting->left);
+#ifdef THINNED
+        opacity = thinned(p, opacity, lighting->left);
+#endif
     }
     accumulate(r, g, b, opacity, a);
 }

@@ -35,11 +35,13 @@ static inline Lit lit_by(const SampleParams *p, realv u, realv v, realv a) {
     return lit;
 }
 
+#ifdef THINNED
 // What is left of the extinction between two ends.
 static inline realv left_on(const Lit *front, const Lit *back, realv t) {
     const realv from = front->lighting.left;
     return from + t * (back->lighting.left - from);
 }
+#endif
 
 // Light between that of two ends. Central differences are weak in noise: the end with the stronger gradient counts for more, so that light
 // falls on what lies between where gradients mix. Where ends are a layer apart gradients stay near theirs, as the field does.
@@ -52,9 +54,11 @@ static inline Lighting light_on(const SampleParams *p, const Lit *front, const L
     const realv of_back = even * other->weight;
     const realv mixed = of_back * reciprocal((1.0f - even) * one->weight + of_back);
 #endif
-    const Lighting lighting = {one->factor + mixed * (other->factor - one->factor),
-                               one->highlight + mixed * (other->highlight - one->highlight), 0.0f,
-                               left_on(front, back, t)};
+    Lighting lighting = {one->factor + mixed * (other->factor - one->factor),
+                         one->highlight + mixed * (other->highlight - one->highlight)};
+#ifdef THINNED
+    lighting.left = left_on(front, back, t);
+#endif
     return lighting;
 }
 

@@ -163,8 +163,9 @@ ALWAYS_INLINE void composite_segment(const SampleParams *p, const Segment *s, co
         // ramps too steep for floats, stays none.)
         const realv source = towards < 0.0f ? (realv)(0.0f) : towards;
         lighting = light_on(p, front, back, IN_PART(part, source));
-        if (p->thinned)
-            lighting.left = left_on(front, back, IN_PART(part, s->centroid));
+#ifdef THINNED
+        lighting.left = left_on(front, back, IN_PART(part, s->centroid));
+#endif
     }
     accumulate_lit(p, s->r, s->g, s->b, opacity, &lighting, a);
 }

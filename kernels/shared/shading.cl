@@ -8,12 +8,16 @@ static inline intv table_index(const SampleParams *p, realv value) {
     return CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)(p->table_last)));
 }
 
-// What a colour is multiplied by, and what highlight is added to it; what it counts where it is mixed with another; and what is left of the
-// extinction.
+// What a colour is multiplied by, and what highlight is added to it; what it counts where it is mixed with another. THINNED: and what is
+// left of the extinction.
 typedef struct {
-    realv factor, highlight, weight, left;
+    realv factor, highlight, weight;
+#ifdef THINNED
+    realv left;
+#endif
 } Lighting;
 
+#ifdef THINNED
 // What a gradient's length leaves of the extinction: src/settings/gradient_opacity.rs.
 static inline realv left_by(const SampleParams *p, realv length) {
     realv left = p->least_thinned;
@@ -23,6 +27,7 @@ static inline realv left_by(const SampleParams *p, realv length) {
     }
     return CLAMP(left, (realv)(0.0f), (realv)(1.0f));
 }
+#endif
 
 // Blinn-Phong, two-sided, with white lights. Where the gradient is below 1e-3 of the value range per voxel the colour
 // stays as it is, with a smooth fade up to 2e-3: rounding must not flip it.
@@ -43,13 +48,17 @@ static inline Lighting light_gradient(const SampleParams *p, realv u, realv v, r
     lighting.weight = inverse_sqrt(inverse);
     realv factor = p->ambient + p->diffuse * facing;
     lighting.highlight = lit * p->specular * power(mirror, p->power);
+#ifdef SEVERAL_LIGHTS
     for (int i = 0; i < p->more_lights; i++) {
         const float *light = p->lights + 8 * i, *half_way = light + 3;
         factor += light[6] * fabs(u * light[0] + v * light[1] + a * light[2]) * inverse;
         lighting.highlight += lit * light[7] * power(fabs(u * half_way[0] + v * half_way[1] + a * half_way[2]) * inverse, p->power);
     }
+#endif
     lighting.factor = 1.0f + lit * (factor - 1.0f);
+#ifdef THINNED
     lighting.left = p->thinned ? left_by(p, squared * inverse) : (realv)(1.0f);
+#endif
     return lighting;
 }
 
@@ -58,8 +67,10 @@ static inline realv opacity_of_depth(const SampleParams *p, realv depth) {
     return p->linear ? MIN(depth, (realv)(1.0f)) : absorbed(depth);
 }
 
+#ifdef THINNED
 // An opacity of which the gradient leaves a part: of the extinction. All of it to the bit.
 static inline realv thinned(const SampleParams *p, realv opacity, realv left) {
     const realv less = p->linear ? opacity * left : 1.0f - raised(1.0f - opacity, left);
     return left < 1.0f ? less : opacity;
 }
+#endif

@@ -47,7 +47,7 @@ impl MarchedRays {
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.raycast.launch(
             device,
-            (layout.voxels.kind(), kernel, region.rendering.clipped),
+            (layout.voxels.kind(), kernel, region.rendering),
             &RaycastArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -84,7 +84,7 @@ impl MarchedRays {
         let useful = scene.prepared.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         self.values.launch(
             device,
-            (layout.voxels.kind(), kernel, region.rendering.blend),
+            (layout.voxels.kind(), kernel, region.rendering),
             &CastValuesArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -123,7 +123,7 @@ impl MarchedRays {
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.slicing.launch(
             device,
-            (layout.voxels.kind(), integrals.cut, region.rendering.clipped),
+            (layout.voxels.kind(), integrals.cut, region.rendering),
             &SlicingArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -164,7 +164,7 @@ impl MarchedRays {
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.segments.launch(
             device,
-            (layout.voxels.kind(), kernel, segments, region.rendering.clipped),
+            (layout.voxels.kind(), kernel, segments, region.rendering),
             &CastSegmentsArguments {
                 voxels: &layout.voxels,
                 view: layout.view,

@@ -40,7 +40,7 @@ impl Region {
     pub fn for_splats(scene: &Scene) -> Self {
         let clipped = !scene.settings.clipping.is_empty();
         let everything = DVec3::splat(f64::INFINITY);
-        Self::cropped(scene, (-everything, everything), Rendering { blend: BlendMode::Composite, clipped })
+        Self::cropped(scene, (-everything, everything), rendering(scene, BlendMode::Composite, clipped))
     }
 
     /// `beyond`: how far from the field steps can begin or end that reach into it.
@@ -71,7 +71,7 @@ impl Region {
             Blend::Average => BlendMode::Average,
             Blend::Iso(_) => BlendMode::Iso { refined: samples_per_layer > 1 },
         };
-        Self::cropped(scene, whole, Rendering { blend, clipped })
+        Self::cropped(scene, whole, rendering(scene, blend, clipped))
     }
 
     /// What clipping leaves of a box.
@@ -102,6 +102,12 @@ impl Region {
     pub fn for_pixels(&self) -> Clipping {
         self.for_kernels(AxisFrame { u: 0, v: 1, a: 2 })
     }
+}
+
+fn rendering(scene: &Scene, blend: BlendMode, clipped: bool) -> Rendering {
+    let settings = scene.settings;
+    let several_lights = settings.shading.is_some_and(|shading| shading.lights.as_slice().len() > 1);
+    Rendering { blend, clipped, thinned: settings.gradient_opacity.is_some(), several_lights }
 }
 
 /// A plane in voxels.

@@ -49,12 +49,21 @@ impl Defines {
     }
 }
 
-/// How rays end, and whether they are cut.
+/// How rays end, whether they are cut, and what gradients are looked at for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Rendering {
     pub blend: BlendMode,
     /// Rays are cut to their intervals: something that shows lies beyond these.
     pub clipped: bool,
+    /// Gradients leave less of the opacity, or may: samples tell.
+    pub thinned: bool,
+    /// There is more than one light, or may be: samples tell.
+    pub several_lights: bool,
+}
+
+impl Rendering {
+    /// Compositing with all that there is: what is sorted is small, and tests build it.
+    pub const EVERYTHING: Self = Self { blend: BlendMode::Composite, clipped: true, thinned: true, several_lights: true };
 }
 
 /// The accumulators of kernels/shared/accumulator.cl.
@@ -81,12 +90,18 @@ impl Defines {
         };
         self.with("BLEND", name)
             .with_if(rendering.clipped, "CLIPPED")
+            .with_look(rendering)
             .with_if(gathers_values, "EDGE_GOES_ON")
             .with_if(rendering.blend == BlendMode::Iso { refined: true }, "REFINED")
     }
 }
 
 impl Defines {
+    /// Of programs that only look at gradients.
+    pub fn with_look(self, rendering: Rendering) -> Self {
+        self.with_if(rendering.thinned, "THINNED").with_if(rendering.several_lights, "SEVERAL_LIGHTS")
+    }
+
     /// Of programs that reconstruct the field.
     pub fn with_kernel(self, kernel: Kernel) -> Self {
         let name = match kernel {

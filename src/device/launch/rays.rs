@@ -2,7 +2,7 @@
 
 use super::layered::Segments;
 use super::structs::{Clipping, Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
-use super::{BlendMode, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
+use super::{Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
 
@@ -69,18 +69,12 @@ fn march_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> De
     defines.with_rendering(rendering).with("TILE_ROWS", tuning.screen_tile_rows)
 }
 
-/// Compositing, with rays cut or not.
-fn composite(clipped: bool) -> Rendering {
-    Rendering { blend: BlendMode::Composite, clipped }
-}
-
 impl Launch for Raycast {
-    /// And whether rays are cut.
-    type Variant = (VoxelKind, Kernel, bool);
+    type Variant = (VoxelKind, Kernel, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, kernel, clipped): Self::Variant) -> String {
-        let defines = march_defines(tuning, voxels, composite(clipped));
+    fn defines(tuning: &Tuning, (voxels, kernel, rendering): Self::Variant) -> String {
+        let defines = march_defines(tuning, voxels, rendering);
         defines.with_if(true, "PER_RAY_STEP").with_kernel(kernel).0
     }
 
@@ -90,12 +84,12 @@ impl Launch for Raycast {
 }
 
 impl Launch for Slicing {
-    /// Whether values can lie beyond the table, and whether rays are cut.
-    type Variant = (VoxelKind, bool, bool);
+    /// Whether values can lie beyond the table.
+    type Variant = (VoxelKind, bool, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, cut, clipped): Self::Variant) -> String {
-        march_defines(tuning, voxels, composite(clipped)).with_kernel(Kernel::Linear).with_if(cut, "TABLE_CUT").0
+    fn defines(tuning: &Tuning, (voxels, cut, rendering): Self::Variant) -> String {
+        march_defines(tuning, voxels, rendering).with_kernel(Kernel::Linear).with_if(cut, "TABLE_CUT").0
     }
 
     fn items(a: &SlicingArguments, _: &Tuning) -> usize {
@@ -104,12 +98,11 @@ impl Launch for Slicing {
 }
 
 impl Launch for CastSegments {
-    /// And whether rays are cut.
-    type Variant = (VoxelKind, Kernel, Segments, bool);
+    type Variant = (VoxelKind, Kernel, Segments, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, kernel, segments, clipped): Self::Variant) -> String {
-        march_defines(tuning, voxels, composite(clipped)).with_kernel(kernel).with_segments(segments).0
+    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
+        march_defines(tuning, voxels, rendering).with_kernel(kernel).with_segments(segments).0
     }
 
     fn items(a: &CastSegmentsArguments, _: &Tuning) -> usize {
@@ -118,11 +111,12 @@ impl Launch for CastSegments {
 }
 
 impl Launch for CastValues {
-    type Variant = (VoxelKind, Kernel, BlendMode);
+    /// Rays are always cut.
+    type Variant = (VoxelKind, Kernel, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, kernel, blend): Self::Variant) -> String {
-        march_defines(tuning, voxels, Rendering { blend, clipped: true }).with_kernel(kernel).0
+    fn defines(tuning: &Tuning, (voxels, kernel, rendering): Self::Variant) -> String {
+        march_defines(tuning, voxels, Rendering { clipped: true, ..rendering }).with_kernel(kernel).0
     }
 
     fn items(a: &CastValuesArguments, _: &Tuning) -> usize {

@@ -1,7 +1,7 @@
 //! Kernels of the sheet methods: which voxels are splatted, in which order, and onto which sheets.
 
 use super::structs::{Clipping, Float4, SampleParams, ScreenParams, Splat, SplatParams, VolumeView};
-use super::{BlendMode, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
+use super::{Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
 
 /// A voxel that is splatted: its place along u, v, a, and one number more.
@@ -118,7 +118,7 @@ impl Launch for SortedSplats {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(_: &Tuning, preclassified: bool) -> String {
-        Defines::new(1).with_if(preclassified, "PRECLASSIFIED").0
+        Defines::new(1).with_if(preclassified, "PRECLASSIFIED").with_look(Rendering::EVERYTHING).0
     }
 
     fn items(a: &SortedSplatsArguments, _: &Tuning) -> usize {
@@ -159,8 +159,8 @@ impl Launch for TiledSplats {
     }
 }
 
-fn sheet_defines(tuning: &Tuning, channels: u32, clipped: bool) -> Defines {
-    let defines = Defines::new(tuning.vector_width).with_rendering(Rendering { blend: BlendMode::Composite, clipped });
+fn sheet_defines(tuning: &Tuning, channels: u32, rendering: Rendering) -> Defines {
+    let defines = Defines::new(tuning.vector_width).with_rendering(rendering);
     defines.with("TILE_ROWS", tuning.screen_tile_rows).with("CHANNELS", channels)
 }
 
@@ -184,12 +184,11 @@ kernel! {
 }
 
 impl Launch for AxisSheets {
-    /// Whether rays are cut.
-    type Variant = bool;
+    type Variant = Rendering;
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, clipped: bool) -> String {
-        sheet_defines(tuning, 4, clipped).0
+    fn defines(tuning: &Tuning, rendering: Rendering) -> String {
+        sheet_defines(tuning, 4, rendering).0
     }
 
     fn items(a: &AxisSheetsArguments, _: &Tuning) -> usize {
@@ -226,12 +225,12 @@ impl ViewSheets {
 }
 
 impl Launch for ViewSheets {
-    /// Sheets that a splat reaches at most, whether these have gradients, and whether rays are cut.
-    type Variant = (usize, bool, bool);
+    /// Sheets that a splat reaches at most, and whether these have gradients.
+    type Variant = (usize, bool, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (sheets, shading, clipped): Self::Variant) -> String {
-        sheet_defines(tuning, if shading { 4 } else { 1 }, clipped)
+    fn defines(tuning: &Tuning, (sheets, shading, rendering): Self::Variant) -> String {
+        sheet_defines(tuning, if shading { 4 } else { 1 }, rendering)
             .with("SHEETS", sheets)
             .with("SLAB_STEPS", Self::SLAB_STEPS)
             .with_if(true, "PER_RAY_STEP")

@@ -29,13 +29,13 @@ fn launchers_are_their_kernels_signatures() {
     let voxels = VoxelKind { voxel_type: kind, far: false, unchecked: false };
     let far = VoxelKind { far: true, ..voxels };
     let segments = layered::Segments { cut: true, curved: true, dimmed: true };
-    let rendering = Rendering { blend: BlendMode::Composite, clipped: true };
+    let rendering = Rendering::EVERYTHING;
     let others = [BlendMode::Maximum, BlendMode::Minimum, BlendMode::Average, BlendMode::Iso { refined: true }];
     for blend in others {
-        let rendering = Rendering { blend, clipped: true };
+        let rendering = Rendering { blend, ..rendering };
         compare::<layered::PointLattice>(d, (voxels, Kernel::BSpline, segments, rendering));
         compare::<layered::PointDirect>(d, (voxels, Kernel::Linear, segments, rendering));
-        compare::<rays::CastValues>(d, (voxels, Kernel::Linear, blend));
+        compare::<rays::CastValues>(d, (voxels, Kernel::Linear, rendering));
     }
     let compared = [
         compare::<volume::Transpose>(d, kind),
@@ -55,17 +55,20 @@ fn launchers_are_their_kernels_signatures() {
         compare::<layered::Footprints>(d, ()),
         compare::<layered::FootprintSet>(d, ()),
         compare::<layered::OpacityTable>(d, ()),
-        compare::<rays::Raycast>(d, (voxels, Kernel::Gaussian, true)),
-        compare::<rays::Slicing>(d, (far, true, true)),
-        compare::<rays::CastSegments>(d, (voxels, Kernel::Cubic, segments, true)),
-        compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, BlendMode::Iso { refined: false })),
+        compare::<rays::Raycast>(d, (voxels, Kernel::Gaussian, rendering)),
+        compare::<rays::Slicing>(d, (far, true, rendering)),
+        compare::<rays::CastSegments>(d, (voxels, Kernel::Cubic, segments, rendering)),
+        compare::<rays::CastValues>(
+            d,
+            (voxels, Kernel::Cubic, Rendering { blend: BlendMode::Iso { refined: false }, ..rendering }),
+        ),
         compare::<rays::PreintegratedTable>(d, ()),
         compare::<sheets::Splats>(d, voxels),
         compare::<sheets::Scan>(d, ()),
         compare::<sheets::SortedSplats>(d, true),
         compare::<sheets::TiledSplats>(d, ()),
-        compare::<sheets::AxisSheets>(d, true),
-        compare::<sheets::ViewSheets>(d, (5, true, true)),
+        compare::<sheets::AxisSheets>(d, rendering),
+        compare::<sheets::ViewSheets>(d, (5, true, rendering)),
         compare::<picture::Warp>(d, ()),
         compare::<picture::WarpDisplayed>(d, ()),
         compare::<picture::Present>(d, ()),

@@ -64,7 +64,7 @@ impl AxisAlignedSheets {
             frame: picture,
             active_samples,
         };
-        self.kernel.launch(device, region.rendering.clipped, &arguments)
+        self.kernel.launch(device, region.rendering, &arguments)
     }
 }
 
@@ -109,7 +109,7 @@ impl ImageAlignedSheets {
             frame: picture,
             active_samples,
         };
-        self.kernel.launch(device, (slabs.count(), settings.looks_at_gradients(), region.rendering.clipped), &arguments)
+        self.kernel.launch(device, (slabs.count(), settings.looks_at_gradients(), region.rendering), &arguments)
     }
 }
 
