@@ -272,33 +272,6 @@ impl Bytes for Joined {
     }
 }
 
-/// Fills `bytes` with those from byte `at` on of `count` parts, which have `each` bytes, the last one fewer perhaps: by what `read` finds
-/// of a part from a byte of it on.
-#[cfg(any(feature = "dicom", feature = "hdf5", feature = "tiff", feature = "zarr"))]
-pub(super) fn of_parts(
-    at: u64,
-    bytes: &mut [u8],
-    each: u64,
-    count: usize,
-    mut read: impl FnMut(usize, u64, &mut [u8]) -> io::Result<usize>,
-) -> io::Result<usize> {
-    let mut found = 0;
-    while found < bytes.len() {
-        let at = at + found as u64;
-        let (part, within) = ((at / each) as usize, at % each);
-        if part >= count {
-            break;
-        }
-        let wanted = (each - within).min((bytes.len() - found) as u64) as usize;
-        let more = read(part, within, &mut bytes[found..found + wanted])?;
-        found += more;
-        if more < wanted {
-            break;
-        }
-    }
-    Ok(found)
-}
-
 /// Reads until `bytes` are full or there are no more.
 pub(super) fn fill(from: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
     let mut found = 0;

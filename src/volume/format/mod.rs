@@ -17,6 +17,8 @@ mod nrrd;
 mod numbered;
 mod numpy;
 mod options;
+#[cfg(any(feature = "dicom", feature = "hdf5", feature = "tiff", feature = "zarr"))]
+mod parts;
 mod png;
 mod raw;
 mod slices;

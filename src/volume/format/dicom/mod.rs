@@ -7,6 +7,7 @@ mod pixels;
 mod place;
 
 use super::load::{self, Header, Opened};
+use super::parts::Kept;
 use super::{Format, Found, OpenOptions, choice, listed};
 use crate::error::Error;
 use crate::volume::{Rescale, ScalarType};
@@ -48,7 +49,7 @@ impl Format for Dicom {
             tracing::info!("{}: every slice has a scale of its own: values become floats", path.display());
             Header::new(grid, ScalarType::Float32)
         };
-        let bytes = pixels::Pixels::new(images, stack.slices, channel, !one).map_err(|e| unreadable(path, e))?;
+        let bytes = pixels::Pixels::new(images, stack.slices, channel, !one).map(Kept::new).map_err(|e| unreadable(path, e))?;
         Ok(Opened { header, bytes: Box::new(bytes), exact: false })
     }
 }

@@ -4,7 +4,7 @@ use super::image::Image;
 use super::packed::{self, Packing};
 use super::place::Slice;
 use crate::memory;
-use crate::volume::format::bytes::{self, Bytes, Held};
+use crate::volume::format::parts::Parts;
 use std::io::{self, SeekFrom};
 
 /// Slices one after the other, each of the numbers of one channel, little-endian.
@@ -17,7 +17,6 @@ pub(super) struct Pixels {
     /// Bytes of a slice.
     each: u64,
     most: u64,
-    current: Option<(usize, Held)>,
     /// Where the pieces of the frames of the image that was read last are, of packed ones.
     pieces: Option<(usize, packed::Fragments)>,
 }
@@ -32,35 +31,7 @@ impl Pixels {
             let wanted = slices.iter().filter(|(of, _)| *of == index).count() as u64;
             most = most.saturating_add(each.saturating_mul(wanted).min(available(image, each)?));
         }
-        Ok(Self { images, slices, channel, values, each, most, current: None, pieces: None })
-    }
-
-    fn slice(&mut self, index: usize) -> io::Result<&mut Held> {
-        let held = match self.current.take().filter(|(current, _)| *current == index) {
-            Some((_, held)) => held,
-            None => Held(self.read_slice(index)?),
-        };
-        Ok(&mut self.current.insert((index, held)).1)
-    }
-
-    fn read_slice(&mut self, index: usize) -> io::Result<Vec<u8>> {
-        let (of, frame) = self.slices[index];
-        let name = self.images[of].path.display().to_string();
-        let named = |e: io::Error| io::Error::new(e.kind(), format!("{name}: {e}"));
-        let raw = self.frame(of, frame).map_err(named)?;
-        let image = &self.images[of];
-        let mut numbers = Vec::new();
-        for number in samples(&raw, image, self.channel) {
-            let bytes = number.to_le_bytes();
-            if self.values {
-                let image = &image.frames[frame];
-                let value = image.slope * whole(number, self.images[of].kind.signed) + image.intercept;
-                numbers.extend_from_slice(&(value as f32).to_le_bytes());
-            } else {
-                numbers.extend_from_slice(&bytes[..image.shape.bytes]);
-            }
-        }
-        Ok(numbers)
+        Ok(Self { images, slices, channel, values, each, most, pieces: None })
     }
 
     /// A frame's numbers as they are stored, unpacked.
@@ -136,17 +107,36 @@ fn whole(number: u64, signed: bool) -> f64 {
     if signed { number as i64 as f64 } else { number as f64 }
 }
 
-impl Bytes for Pixels {
+impl Parts for Pixels {
     fn most(&self) -> u64 {
         self.most
     }
 
-    fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize> {
-        let (each, count) = (self.each, self.slices.len());
-        bytes::of_parts(at, bytes, each, count, |slice, within, bytes| self.slice(slice)?.read(within, bytes))
+    fn whole(&self) -> u64 {
+        self.each.saturating_mul(self.slices.len() as u64)
     }
 
-    fn ends_at(&mut self, end: u64) -> io::Result<bool> {
-        Ok(end == self.most)
+    fn each(&self) -> u64 {
+        self.each
+    }
+
+    fn part(&mut self, index: usize) -> io::Result<Vec<u8>> {
+        let (of, frame) = self.slices[index];
+        let name = self.images[of].path.display().to_string();
+        let named = |e: io::Error| io::Error::new(e.kind(), format!("{name}: {e}"));
+        let raw = self.frame(of, frame).map_err(named)?;
+        let image = &self.images[of];
+        let mut numbers = Vec::new();
+        for number in samples(&raw, image, self.channel) {
+            let bytes = number.to_le_bytes();
+            if self.values {
+                let image = &image.frames[frame];
+                let value = image.slope * whole(number, self.images[of].kind.signed) + image.intercept;
+                numbers.extend_from_slice(&(value as f32).to_le_bytes());
+            } else {
+                numbers.extend_from_slice(&bytes[..image.shape.bytes]);
+            }
+        }
+        Ok(numbers)
     }
 }

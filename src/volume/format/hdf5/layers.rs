@@ -1,7 +1,7 @@
 //! The numbers of a dataset, read some layers at a time.
 
 use crate::volume::ScalarType;
-use crate::volume::format::bytes::{self, Bytes, Held};
+use crate::volume::format::parts::Parts;
 use hdf5_reader::{Dataset, H5Type, SliceInfo, SliceInfoElem};
 use std::io;
 
@@ -18,7 +18,6 @@ pub(super) struct Layers {
     /// Layers that are read together.
     deep: usize,
     most: u64,
-    current: Option<(usize, Held)>,
 }
 
 impl Layers {
@@ -32,35 +31,11 @@ impl Layers {
         let layer = dims[0].saturating_mul(dims[1]).saturating_mul(scalar.bytes());
         let chunk = dataset.chunks().filter(|_| dataset.ndim() >= 3).and_then(|chunks| chunks.get(before.len()).copied());
         let deep = chunk.map_or(TOGETHER / layer.max(1), |chunk| chunk as usize).clamp(1, dims[2]);
-        Self { dataset, scalar, place, dims, deep, most, current: None }
+        Self { dataset, scalar, place, dims, deep, most }
     }
 
     fn layer(&self) -> usize {
         self.dims[0] * self.dims[1] * self.scalar.bytes()
-    }
-
-    fn slab(&mut self, index: usize) -> io::Result<&mut Held> {
-        let held = match self.current.take().filter(|(current, _)| *current == index) {
-            Some((_, held)) => held,
-            None => Held(self.read_slab(index)?),
-        };
-        Ok(&mut self.current.insert((index, held)).1)
-    }
-
-    fn read_slab(&self, index: usize) -> io::Result<Vec<u8>> {
-        match self.scalar {
-            ScalarType::Uint8 => self.numbers::<u8>(index),
-            ScalarType::Int8 => self.numbers::<i8>(index),
-            ScalarType::Uint16 => self.numbers::<u16>(index),
-            ScalarType::Int16 => self.numbers::<i16>(index),
-            ScalarType::Uint32 => self.numbers::<u32>(index),
-            ScalarType::Int32 => self.numbers::<i32>(index),
-            ScalarType::Uint64 => self.numbers::<u64>(index),
-            ScalarType::Int64 => self.numbers::<i64>(index),
-            ScalarType::Float32 => self.numbers::<f32>(index),
-            ScalarType::Float64 => self.numbers::<f64>(index),
-            ScalarType::Float16 => Err(io::Error::new(io::ErrorKind::InvalidData, "floats of 16 bits are not read")),
-        }
     }
 
     fn numbers<T: H5Type + bytemuck::Pod>(&self, index: usize) -> io::Result<Vec<u8>> {
@@ -76,17 +51,32 @@ impl Layers {
     }
 }
 
-impl Bytes for Layers {
+impl Parts for Layers {
     fn most(&self) -> u64 {
         self.most
     }
 
-    fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize> {
-        let (each, count) = ((self.layer() * self.deep) as u64, self.dims[2].div_ceil(self.deep));
-        bytes::of_parts(at, bytes, each, count, |slab, within, bytes| self.slab(slab)?.read(within, bytes))
+    fn whole(&self) -> u64 {
+        (self.layer() * self.dims[2]) as u64
     }
 
-    fn ends_at(&mut self, end: u64) -> io::Result<bool> {
-        Ok(end == (self.layer() * self.dims[2]) as u64)
+    fn each(&self) -> u64 {
+        (self.layer() * self.deep) as u64
+    }
+
+    fn part(&mut self, index: usize) -> io::Result<Vec<u8>> {
+        match self.scalar {
+            ScalarType::Uint8 => self.numbers::<u8>(index),
+            ScalarType::Int8 => self.numbers::<i8>(index),
+            ScalarType::Uint16 => self.numbers::<u16>(index),
+            ScalarType::Int16 => self.numbers::<i16>(index),
+            ScalarType::Uint32 => self.numbers::<u32>(index),
+            ScalarType::Int32 => self.numbers::<i32>(index),
+            ScalarType::Uint64 => self.numbers::<u64>(index),
+            ScalarType::Int64 => self.numbers::<i64>(index),
+            ScalarType::Float32 => self.numbers::<f32>(index),
+            ScalarType::Float64 => self.numbers::<f64>(index),
+            ScalarType::Float16 => Err(io::Error::new(io::ErrorKind::InvalidData, "floats of 16 bits are not read")),
+        }
     }
 }

@@ -3,6 +3,7 @@
 mod layers;
 
 use super::load::{self, Header, Opened, upright};
+use super::parts::Kept;
 use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::memory;
@@ -67,7 +68,7 @@ impl Format for Hdf5 {
         let rescale = rescale(&dataset).map_err(|e| Error::volume(path, e.to_string()))?;
         let header = Header { endian: Endian::NATIVE, rescale, ..Header::new(grid, scalar) };
         let bytes = Layers::new(dataset, scalar, before, frame, dims, if is_packed { most } else { size });
-        Ok(Opened { header, bytes: Box::new(bytes), exact: false })
+        Ok(Opened { header, bytes: Box::new(Kept::new(bytes)), exact: false })
     }
 }
 

@@ -6,6 +6,7 @@ mod pages;
 
 use super::bytes::{Bytes, Plain};
 use super::load::{self, Header, Opened, upright};
+use super::parts::Kept;
 use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::volume::Endian;
@@ -57,7 +58,7 @@ impl Format for Tiff {
             Box::new(Plain::new(File::open(path).map_err(|e| Error::read(path, e))?, offset).map_err(|e| Error::read(path, e))?)
         } else {
             let wanted = (0..layout.slices).map(|slice| indices[layout.page(slice, frame, channel)]).collect();
-            Box::new(Pages::new(path, wanted, page.bytes())?)
+            Box::new(Kept::new(Pages::new(path, wanted, page.bytes())?))
         };
         Ok(Opened { header, bytes, exact: false })
     }

@@ -3,7 +3,7 @@
 use super::directory;
 use crate::error::Error;
 use crate::volume::ScalarType;
-use crate::volume::format::bytes::{self, Bytes, Held};
+use crate::volume::format::parts::Parts;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, BufReader};
@@ -182,46 +182,37 @@ pub(super) struct Pages {
     /// Bytes of a page.
     each: u64,
     most: u64,
-    /// The page that was decoded last.
-    current: Option<(usize, Held)>,
 }
 
 impl Pages {
     pub fn new(path: &Path, pages: Vec<usize>, each: u64) -> Result<Self, Error> {
         let packed = std::fs::metadata(path).map_err(|e| Error::read(path, e))?.len();
         let most = each.saturating_mul(pages.len() as u64).min(packed.saturating_mul(LIMIT));
-        Ok(Self { path: path.into(), reader: decoder(path)?, pages, each, most, current: None })
-    }
-
-    fn page(&mut self, page: usize) -> io::Result<&mut Held> {
-        let held = match self.current.take().filter(|(current, _)| *current == page) {
-            Some((_, held)) => held,
-            None => {
-                let bytes = crate::memory::zeroed(&self.path.display().to_string(), self.each as usize);
-                let mut bytes: Vec<u8> = bytes.map_err(|e| io::Error::other(e.to_string()))?;
-                let mut decode = |reader: &mut Reader| {
-                    reader.seek_to_image(self.pages[page])?;
-                    reader.read_image_bytes(&mut bytes)
-                };
-                decode(&mut self.reader).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.to_string()))?;
-                Held(bytes)
-            }
-        };
-        Ok(&mut self.current.insert((page, held)).1)
+        Ok(Self { path: path.into(), reader: decoder(path)?, pages, each, most })
     }
 }
 
-impl Bytes for Pages {
+impl Parts for Pages {
     fn most(&self) -> u64 {
         self.most
     }
 
-    fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize> {
-        let (each, count) = (self.each, self.pages.len());
-        bytes::of_parts(at, bytes, each, count, |page, within, bytes| self.page(page)?.read(within, bytes))
+    fn whole(&self) -> u64 {
+        self.each.saturating_mul(self.pages.len() as u64)
     }
 
-    fn ends_at(&mut self, end: u64) -> io::Result<bool> {
-        Ok(end == self.each.saturating_mul(self.pages.len() as u64))
+    fn each(&self) -> u64 {
+        self.each
+    }
+
+    fn part(&mut self, index: usize) -> io::Result<Vec<u8>> {
+        let bytes = crate::memory::zeroed(&self.path.display().to_string(), self.each as usize);
+        let mut bytes: Vec<u8> = bytes.map_err(|e| io::Error::other(e.to_string()))?;
+        let mut decode = |reader: &mut Reader| {
+            reader.seek_to_image(self.pages[index])?;
+            reader.read_image_bytes(&mut bytes)
+        };
+        decode(&mut self.reader).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.to_string()))?;
+        Ok(bytes)
     }
 }

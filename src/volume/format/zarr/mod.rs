@@ -8,6 +8,7 @@ mod node;
 mod pieces;
 
 use super::load::{self, Header, Opened, upright};
+use super::parts::Kept;
 use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::memory;
@@ -58,7 +59,7 @@ impl Format for Zarr {
         let grid = load::grid(&path, dims, upright(along(&scale, 1.0), along(&translation, 0.0)), options)?;
         let header = Header { endian: array.endian, ..Header::new(grid, array.scalar) };
         let bytes = pieces::Pieces::new(array, roles.space, place);
-        Ok(Opened { header, bytes: Box::new(bytes), exact: false })
+        Ok(Opened { header, bytes: Box::new(Kept::new(bytes)), exact: false })
     }
 }
 

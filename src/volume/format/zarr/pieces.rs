@@ -2,7 +2,8 @@
 
 use super::array::Array;
 use crate::memory;
-use crate::volume::format::bytes::{self, Bytes, Held};
+use crate::volume::format::bytes;
+use crate::volume::format::parts::Parts;
 use std::fs::File;
 use std::io;
 
@@ -13,13 +14,12 @@ pub(super) struct Pieces {
     space: [Option<usize>; 3],
     place: Vec<usize>,
     dims: [usize; 3],
-    current: Option<(usize, Held)>,
 }
 
 impl Pieces {
     pub fn new(array: Array, space: [Option<usize>; 3], place: Vec<usize>) -> Self {
         let dims = space.map(|axis| axis.map_or(1, |axis| array.shape[axis]));
-        Self { array, space, place, dims, current: None }
+        Self { array, space, place, dims }
     }
 
     /// Numbers of a piece along an axis of the volume.
@@ -34,35 +34,6 @@ impl Pieces {
 
     fn layer(&self) -> usize {
         self.dims[0] * self.dims[1] * self.array.scalar.bytes()
-    }
-
-    /// All layers that lie in one layer of pieces.
-    fn slab(&mut self, index: usize) -> io::Result<&mut Held> {
-        let held = match self.current.take().filter(|(current, _)| *current == index) {
-            Some((_, held)) => held,
-            None => Held(self.read_slab(index)?),
-        };
-        Ok(&mut self.current.insert((index, held)).1)
-    }
-
-    fn read_slab(&self, index: usize) -> io::Result<Vec<u8>> {
-        let other = |e: crate::error::Error| io::Error::other(e.to_string());
-        let (size, first) = (self.array.scalar.bytes(), index * self.chunk(2));
-        let deep = self.chunk(2).min(self.dims[2] - first);
-        let mut slab = memory::zeroed(&self.array.file(&[]).display().to_string(), self.layer() * deep).map_err(other)?;
-        slab.chunks_exact_mut(size).for_each(|number| number.copy_from_slice(&self.array.fill));
-        let counts = [0, 1].map(|i| self.dims[i].div_ceil(self.chunk(i)));
-        for n in 0..counts[0] * counts[1] {
-            let at = [n % counts[0], n / counts[0], index];
-            let mut piece: Vec<usize> = self.place.iter().zip(&self.array.chunks).map(|(place, chunk)| place / chunk).collect();
-            for (axis, at) in self.space.iter().zip(at) {
-                axis.iter().for_each(|&axis| piece[axis] = at);
-            }
-            if let Some(numbers) = self.piece(&piece)? {
-                self.put(&numbers, at, &mut slab, deep);
-            }
-        }
-        Ok(slab)
     }
 
     /// Nothing where none is stored.
@@ -105,18 +76,38 @@ impl Pieces {
     }
 }
 
-impl Bytes for Pieces {
+impl Parts for Pieces {
     /// As many as are declared: those of pieces that are not stored are told by the array.
     fn most(&self) -> u64 {
+        self.whole()
+    }
+
+    fn whole(&self) -> u64 {
         self.dims.iter().fold(self.array.scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64))
     }
 
-    fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize> {
-        let (each, count) = ((self.layer() * self.deep()) as u64, self.dims[2].div_ceil(self.deep()));
-        bytes::of_parts(at, bytes, each, count, |slab, within, bytes| self.slab(slab)?.read(within, bytes))
+    fn each(&self) -> u64 {
+        (self.layer() * self.deep()) as u64
     }
 
-    fn ends_at(&mut self, end: u64) -> io::Result<bool> {
-        Ok(end == self.most())
+    /// All layers that lie in one layer of pieces.
+    fn part(&mut self, index: usize) -> io::Result<Vec<u8>> {
+        let other = |e: crate::error::Error| io::Error::other(e.to_string());
+        let (size, first) = (self.array.scalar.bytes(), index * self.chunk(2));
+        let deep = self.chunk(2).min(self.dims[2] - first);
+        let mut slab = memory::zeroed(&self.array.file(&[]).display().to_string(), self.layer() * deep).map_err(other)?;
+        slab.chunks_exact_mut(size).for_each(|number| number.copy_from_slice(&self.array.fill));
+        let counts = [0, 1].map(|i| self.dims[i].div_ceil(self.chunk(i)));
+        for n in 0..counts[0] * counts[1] {
+            let at = [n % counts[0], n / counts[0], index];
+            let mut piece: Vec<usize> = self.place.iter().zip(&self.array.chunks).map(|(place, chunk)| place / chunk).collect();
+            for (axis, at) in self.space.iter().zip(at) {
+                axis.iter().for_each(|&axis| piece[axis] = at);
+            }
+            if let Some(numbers) = self.piece(&piece)? {
+                self.put(&numbers, at, &mut slab, deep);
+            }
+        }
+        Ok(slab)
     }
 }
