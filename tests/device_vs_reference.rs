@@ -61,6 +61,11 @@ fn each() -> impl Iterator<Item = (Classification, bool)> {
     CLASSIFICATIONS.into_iter().flat_map(|c| [(c, false), (c, true)])
 }
 
+/// Two of these six, one shaded and one not: over numbers that follow each other all come in turn.
+fn two_of_each(n: usize) -> impl Iterator<Item = (Classification, bool)> {
+    each().skip(n % 3).step_by(3)
+}
+
 /// Compares the lattice, before its warp, with the reference on the same rays; returns the largest difference.
 fn lattice_difference(
     volume: &Volume,
@@ -98,8 +103,8 @@ fn lattice_of_parallel_views() {
     let spacing = DVec3::new(1.0, 0.7, 1.3);
     for (seed, dims) in SHAPES.into_iter().enumerate() {
         let volume = random_volume(dims, spacing, seed as u64);
-        for (azimuth, elevation) in VIEWS {
-            for (classification, shading) in each() {
+        for (n, (azimuth, elevation)) in VIEWS.into_iter().enumerate() {
+            for (classification, shading) in two_of_each(seed + n) {
                 let size = viewport(24, 20);
                 let camera = parallel(&volume, size, azimuth, elevation);
                 let settings = Settings {
@@ -124,8 +129,8 @@ fn direct_in_parallel_views() {
     for (seed, dims) in SHAPES.into_iter().enumerate() {
         let volume = random_volume(dims, spacing, 50 + seed as u64);
         let size = viewport(21, 16);
-        for (azimuth, elevation) in VIEWS {
-            for settings in each().map(|(classification, shading)| direct(classification, shading)) {
+        for (n, (azimuth, elevation)) in VIEWS.into_iter().enumerate() {
+            for settings in two_of_each(seed + n).map(|(classification, shading)| direct(classification, shading)) {
                 let camera = parallel(&volume, size, azimuth, elevation);
                 let axis = direct_axis(&volume, &camera, size, &settings);
                 let expected = LayeredReference::new(&volume, &smooth_transfer(), &settings).render(&camera, size, axis).unwrap();
@@ -176,8 +181,9 @@ fn lattice_of_perspectives() {
     let volume = random_volume([17, 12, 14], DVec3::new(1.0, 1.2, 0.9), 8);
     let size = viewport(32, 24);
     let mut lattices = 0;
-    for (azimuth, elevation) in VIEWS {
-        for (classification, shading) in each() {
+    for (n, (azimuth, elevation)) in VIEWS.into_iter().enumerate() {
+        // Each classification in every view, shaded in every other one.
+        for (classification, shading) in each().skip(n % 2).step_by(2) {
             let camera = perspective(&volume, azimuth, elevation, 30.0);
             if let Some(difference) =
                 lattice_difference(&volume, &smooth_transfer(), &camera, size, &settings(classification, shading))
@@ -190,7 +196,7 @@ fn lattice_of_perspectives() {
             }
         }
     }
-    assert!(lattices >= 54, "only {lattices} views of 72 had a lattice");
+    assert!(lattices >= 27, "only {lattices} views of 36 had a lattice");
     // 60° straight on has a lattice; 90° at 45° has none, and rays are cast.
     let wide = perspective(&volume, 0.0, 0.0, 60.0);
     let rays = Rays::new(&perspective(&volume, 45.0, 0.0, 90.0), size, volume.grid()).unwrap();
@@ -306,9 +312,9 @@ const LEAST_IN_PARTS: f64 = 50.0;
 fn deep_segments_of_several_hues() {
     let (volume, hues) = block_of_hues();
     let size = viewport(20, 20);
-    for (classification, shading) in each().filter(|(c, _)| *c != SPLATTED) {
+    for (n, (classification, shading)) in each().filter(|(c, _)| *c != SPLATTED).enumerate() {
         // Nearly straight on: elsewhere rays cut edges between samples that neither sees.
-        for (azimuth, elevation) in [(0.0, 0.0), (90.0, 0.0), (6.0, 3.0), (183.0, -5.0)] {
+        for (azimuth, elevation) in [(0.0, 0.0), (90.0, 0.0), (6.0, 3.0), (183.0, -5.0)].into_iter().skip(n % 2).step_by(2) {
             let settings = direct(classification, shading);
             let camera = parallel(&volume, size, azimuth, elevation);
             let axis = direct_axis(&volume, &camera, size, &settings);

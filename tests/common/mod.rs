@@ -16,6 +16,7 @@ use layersplat::{
     Camera, Device, DeviceChoice, Frame, Orbit, Projection, Quality, Renderer, Settings, TransferFunction, Viewport, Volume,
 };
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 /// Splatted layers with two sub-layers, classified after interpolation.
 pub const SPLATTED: Classification = Classification::Post(Correction::SubLayers(2));
@@ -69,16 +70,14 @@ pub fn with_kernel(quality: Quality, kernel: Kernel) -> Layered {
 /// samples add up. One step of an 8-bit picture is 4e-3.
 pub const DEVICE_TOLERANCE: f64 = 2e-3;
 
-thread_local! {
-    static DEVICE: Device = {
+/// The device under test: `LAYERSPLAT_DEVICE`, or the default. One for all tests of a program, which run in threads of their own: kernels
+/// are built once.
+pub fn device() -> Device {
+    static DEVICE: LazyLock<Device> = LazyLock::new(|| {
         let choice = std::env::var("LAYERSPLAT_DEVICE").map_or(DeviceChoice::Default, DeviceChoice::Named);
         Device::open(&choice).expect("the tests need an OpenCL device: scripts/test installs PoCL")
-    };
-}
-
-/// The device under test: `LAYERSPLAT_DEVICE`, or the default. One per thread, so that kernels are built once.
-pub fn device() -> Device {
-    DEVICE.with(Device::clone)
+    });
+    DEVICE.clone()
 }
 
 /// A small generator (SplitMix64): the same numbers everywhere.
