@@ -207,3 +207,36 @@ fn a_picture_that_does_not_fit_leaves_the_old_one() {
     assert!(render("", "40", "a.npy").status.success());
     assert!(std::fs::read(f.join("a.npy")).unwrap() != old, "the same picture from another side");
 }
+
+/// Of one picture and of many, the library's own; other files, streamed volumes and values without a depth are refused before a file is
+/// there.
+#[test]
+fn depths_stand_beside_the_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let volume = write_volume(f);
+    let render = format!("render {NAME} --transfer fire --size 32x24 --azimuth 30 --depth");
+    assert_eq!(run(f, &format!("{render} -o one.exr")), Some(0));
+    std::fs::write(f.join("views.ndjson"), r#"{"output": "many.exr"}"#).unwrap();
+    assert_eq!(run(f, &format!("{render} --cameras views.ndjson")), Some(0));
+    assert_eq!(std::fs::read(f.join("one.exr")).unwrap(), std::fs::read(f.join("many.exr")).unwrap());
+    let transfer = TransferFunction::builtin("fire", &volume).unwrap();
+    let size = viewport(32, 24);
+    let orbit = Orbit { azimuth: 30.0, elevation: 0.0, roll: 0.0 };
+    let camera = Framing::visible(&volume, &transfer, None).parallel(orbit, size, Fixed::default());
+    let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
+    let depths = renderer.depths(&camera, size, &Settings::default()).unwrap();
+    assert!(depths.first().iter().any(|depth| depth.is_finite()));
+    renderer.render(&camera, size, &Settings::default()).unwrap().0.save_with_depths(f.join("own.exr"), None, &depths).unwrap();
+    assert_eq!(std::fs::read(f.join("one.exr")).unwrap(), std::fs::read(f.join("own.exr")).unwrap());
+    for (more, says) in [
+        ("-o a.png", "name an .exr file"),
+        ("-o a.exr --memory 1M", "whole volume"),
+        ("-o a.exr --blend maximum", "composite and iso"),
+    ] {
+        let refused = layersplat(f, &words(&format!("{render} {more}")));
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(!refused.status.success() && said.contains(says), "{more}: {said}");
+    }
+    assert_eq!(names(f), ["many.exr", "one.exr", "own.exr", NAME, "views.ndjson"]);
+}

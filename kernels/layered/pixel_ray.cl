@@ -39,11 +39,13 @@ static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, con
     turn(&sample->step_u, &sample->step_v, &sample->step_a, iu, iv, a);
     turn(&sample->light_u, &sample->light_v, &sample->light_a, iu, iv, a);
     turn(&sample->half_u, &sample->half_v, &sample->half_a, iu, iv, a);
+#ifdef SEVERAL_LIGHTS
     for (int i = 0; i < sample->more_lights; i++) {
         float *light = sample->lights + 8 * i, *half_way = light + 3;
         turn(light, light + 1, light + 2, iu, iv, a);
         turn(half_way, half_way + 1, half_way + 2, iu, iv, a);
     }
+#endif
     const float s_u = d[iu] / d[a], s_v = d[iv] / d[a];
     const float step_u = s_u * sample->step_u, step_v = s_v * sample->step_v, step_a = sample->step_a;
     const VolumeView view = {p->stride[iu], p->stride[iv], p->stride[a], p->stride[3], p->dims[iu], p->dims[iv], p->dims[a],

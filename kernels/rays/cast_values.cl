@@ -18,6 +18,9 @@ ALWAYS_INLINE void take_slab(__global const VOXEL *voxels, const VolumeView *vie
         lit_back = lit_by(sample, back->u, back->v, back->a);
     }
 #endif
+#ifdef DEPTHS
+    is_between((realv)(rays->from), (realv)(rays->to), gathered);
+#endif
     const Way way = way_between(front, back);
     const Part part = {rays->part.from, rays->length > 0.0f ? rays->part.to : rays->part.from};
     take_crossing(voxels, view, sample, &part, &way, &lit_front, &lit_back, gathered, active);

@@ -18,6 +18,7 @@ typedef struct {
     intv hits;          // those that meet the volume
     realv length;       // of the part that counts, in unit distances; 0 where nothing is to be taken
     realv parameters;   // the same in ray parameters
+    float from, to;     // the planes, in ray parameters
     Part part;
 } SlabRays;
 
@@ -89,6 +90,7 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
 #endif
             SlabRays slab;
             slab.hits = hits;
+            slab.from = n * step, slab.to = (n + 1) * step;
             slab.parameters = (n + 1) * step - n * step;
             realv from = front.value, to = back.value;
 #ifdef CLIPPED

@@ -13,7 +13,7 @@
 #ifndef BLEND
 #error "BLEND: COMPOSITE, MAXIMUM, MINIMUM, AVERAGE or ISO"
 #endif
-// Whether values are gathered, to be shown as colours in the end; colours are gathered otherwise.
+// Whether values are gathered, to be shown as colours in the end; colours are gathered otherwise, or, with DEPTHS, where these are.
 #define GATHERS_VALUES (BLEND == MAXIMUM || BLEND == MINIMUM || BLEND == AVERAGE)
 
 #if GATHERS_VALUES
@@ -77,6 +77,41 @@ static inline void resolve(const SampleParams *p, __global const float4 *table, 
 
 #else
 
+#ifdef DEPTHS
+
+// Transmittance where something is seen first: a step of an 8-bit picture is gone.
+#define FIRST_SEEN (1.0f - 1.0f / 256.0f)
+
+// Where rays meet what shows, in ray parameters: first, and on the average, times the opacity; the transmittance left; and where the
+// rays are, from a place on for a way.
+typedef struct {
+    realv first, weighted, t, from, way;
+} Accumulator;
+
+static inline Accumulator empty_accumulator(const SampleParams *p) {
+    const Accumulator a = {(realv)(INFINITY), (realv)(0.0f), (realv)(1.0f), (realv)(0.0f), (realv)(0.0f)};
+    return a;
+}
+
+static inline void is_between(realv from, realv to, Accumulator *a) { a->from = from, a->way = to - from; }
+
+// Takes the opacity between these places.
+ALWAYS_INLINE void accumulate(realv r, realv g, realv b, realv opacity, Accumulator *a) {
+    const realv weight = a->t * opacity;
+    const intv seen = a->t > FIRST_SEEN && a->t - weight <= FIRST_SEEN;
+    a->first = seen ? a->from + a->way * ((a->t - FIRST_SEEN) / weight) : a->first;
+    a->weighted += weight * (a->from + 0.5f * a->way);
+    a->t -= weight;
+}
+
+// Of a ray: first, weighted, 0, alpha.
+static inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
+                    realv *color) {
+    color[0] = a->first, color[1] = a->weighted, color[2] = (realv)(0.0f), color[3] = 1.0f - a->t;
+}
+
+#else
+
 // Premultiplied colour and the transmittance left.
 typedef struct {
     realv r, g, b, t;
@@ -87,9 +122,6 @@ static inline Accumulator empty_accumulator(const SampleParams *p) {
     return a;
 }
 
-// The rays that let enough light pass to go on.
-static inline intv open_rays(const SampleParams *p, const Accumulator *a) { return a->t > p->opaque; }
-
 // Composites a colour behind what a ray has gathered.
 ALWAYS_INLINE void accumulate(realv r, realv g, realv b, realv opacity, Accumulator *a) {
     const realv weight = a->t * opacity;
@@ -98,6 +130,17 @@ ALWAYS_INLINE void accumulate(realv r, realv g, realv b, realv opacity, Accumula
     a->b += weight * b;
     a->t -= weight;
 }
+
+// The colour of a ray: r, g, b, alpha.
+static inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
+                    realv *color) {
+    color[0] = a->r, color[1] = a->g, color[2] = a->b, color[3] = 1.0f - a->t;
+}
+
+#endif
+
+// The rays that let enough light pass to go on.
+static inline intv open_rays(const SampleParams *p, const Accumulator *a) { return a->t > p->opaque; }
 
 // Lights a colour before, and thins it.
 ALWAYS_INLINE void accumulate_lit(const SampleParams *p, realv r, realv g, realv b, realv opacity, const Lighting *lighting,
@@ -111,12 +154,6 @@ ALWAYS_INLINE void accumulate_lit(const SampleParams *p, realv r, realv g, realv
 #endif
     }
     accumulate(r, g, b, opacity, a);
-}
-
-// The colour of a ray: r, g, b, alpha.
-static inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
-                    realv *color) {
-    color[0] = a->r, color[1] = a->g, color[2] = a->b, color[3] = 1.0f - a->t;
 }
 
 #endif

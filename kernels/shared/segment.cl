@@ -55,6 +55,10 @@ ALWAYS_INLINE void take_crossing(__global const VOXEL *voxels, const VolumeView 
 #endif
     crosses &= t >= part->from && t <= part->to;
     *active += COUNT_IF(crosses);
+#ifdef DEPTHS
+    const realv crossing = a->from + t * a->way;
+    is_between(crossing, crossing, a);
+#endif
     accumulate_lit(p, (realv)(p->iso_r), (realv)(p->iso_g), (realv)(p->iso_b), CONVERT_REALV(COUNT_IF(crosses)), &lighting, a);
 }
 #endif

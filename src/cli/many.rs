@@ -1,6 +1,6 @@
 //! `layersplat render --cameras`: many pictures of one volume, a line of JSON each.
 
-use super::render::Arguments;
+use super::render::{Arguments, save};
 use super::scene::{Cameras, Scene};
 use super::studio::Studio;
 use super::view::View;
@@ -8,7 +8,8 @@ use super::{check, parse, progress};
 use crate::camera::Camera;
 use crate::check::Family;
 use crate::error::Error;
-use crate::image::{Frame, ImageFormat};
+use crate::image::{Depths, Frame};
+use crate::renderer::marched;
 use crate::viewport::Viewport;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -38,6 +39,7 @@ struct Taken {
     line: u64,
     output: PathBuf,
     frame: Frame,
+    depths: Option<Depths>,
     render_ms: f64,
 }
 
@@ -98,8 +100,9 @@ fn render_all(
         require_checked(arguments, &studio, camera, size, &mut checked)?;
         let started = Instant::now();
         let (frame, _) = studio.picture(&camera, size)?;
+        let depths = if arguments.depth { Some(studio.depths(&camera, size)?) } else { None };
         let render_ms = started.elapsed().as_secs_f64() * 1e3;
-        if written.send(Taken { line: line.number, output: line.output, frame, render_ms }).is_err() {
+        if written.send(Taken { line: line.number, output: line.output, frame, depths, render_ms }).is_err() {
             break;
         }
     }
@@ -115,7 +118,10 @@ fn require_checked(
     checked: &mut BTreeSet<Family>,
 ) -> Result<(), Error> {
     let scene = studio.scene();
-    let families = check::families(&[camera], arguments.pictures.rendered(size)?, scene.volume.grid(), &scene.settings);
+    let mut families = check::families(&[camera], arguments.pictures.rendered(size)?, scene.volume.grid(), &scene.settings);
+    if arguments.depth {
+        families.extend(check::families(&[camera], size, scene.volume.grid(), &marched(&scene.settings)));
+    }
     let new: BTreeSet<Family> = families.difference(checked).copied().collect();
     if !new.is_empty() {
         check::require(&scene.device, &new, &arguments.scene.device)?;
@@ -126,8 +132,8 @@ fn require_checked(
 
 /// Writes pictures while the next ones are rendered, and reports each.
 fn write_all(arguments: &Arguments, taken: &Receiver<Taken>, bar: &ProgressBar) -> Result<(), Error> {
-    for Taken { line, output, frame, render_ms } in taken {
-        frame.save(&output, arguments.scene.camera.background)?;
+    for Taken { line, output, frame, depths, render_ms } in taken {
+        save(&frame, depths.as_ref(), &output, arguments.scene.camera.background)?;
         let (width, height) = (frame.width(), frame.height());
         let written = Written { line, output: output.display().to_string(), width, height, render_ms };
         super::report(true, &written, String::new)?;
@@ -171,10 +177,8 @@ impl Line {
 
     /// Refuses what would only fail once the picture is there.
     fn check(&self, arguments: &Arguments) -> Result<(), Wrong> {
-        let options = &arguments.scene.camera;
-        let format = ImageFormat::of(&self.output).and_then(|format| format.accept(options.background));
-        let size = arguments.pictures.rendered(self.size.unwrap_or(options.size));
-        format.and(size).map(|_| ()).map_err(|e| self.wrong(e.to_string()))
+        let size = arguments.pictures.rendered(self.size.unwrap_or(arguments.scene.camera.size));
+        arguments.check_output(&self.output).and(size).map(|_| ()).map_err(|e| self.wrong(e.to_string()))
     }
 }
 

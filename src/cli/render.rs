@@ -6,10 +6,10 @@ use super::scene::{Scene, SceneOptions};
 use super::standard::{Output, is_input};
 use super::studio::{PictureOptions, Studio};
 use crate::error::Error;
-use crate::image::ImageFormat;
+use crate::image::{Background, Depths, Frame, ImageFormat};
 use crate::renderer::{LatticeReport, StreamPlan};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -28,6 +28,10 @@ pub(super) struct Arguments {
     /// each picture
     #[arg(long, value_name = "FILE", conflicts_with_all = ["output", "json"])]
     cameras: Option<PathBuf>,
+    /// Write depths beside the picture, an .exr: channels Z, the distance from the eye along the view's direction where something is seen
+    /// first, and mean.Z, weighted by opacity; infinite where nothing is seen
+    #[arg(long)]
+    pub depth: bool,
     /// Print one line of JSON
     #[arg(long)]
     json: bool,
@@ -69,22 +73,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
     let output = Output::of(&arguments.output, Some("png"))?;
     output.refuse_report(arguments.json)?;
-    ImageFormat::of(output.path()).map_err(|e| output.renamed(e))?.accept(options.background)?;
+    arguments.check_output(output.path()).map_err(|e| output.renamed(e))?;
     arguments.pictures.rendered(options.size)?;
     let scene = Scene::open(&arguments.scene)?;
     let camera = arguments.pictures.cameras(options, &scene).still(options.orbit(0.0));
     scene.require_checked(&arguments.scene, arguments.pictures.rendered(options.size)?, &[camera])?;
+    if arguments.depth {
+        scene.require_depths(&arguments.scene, options.size, &[camera])?;
+    }
     let started = Instant::now();
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     let plan = studio.announce(&camera, options.size)?;
     studio.measure(arguments.json);
     let (frame, report) = studio.picture(&camera, options.size)?;
+    let depths = if arguments.depth { Some(studio.depths(&camera, options.size)?) } else { None };
     let first_ms = if studio.is_streamed() { scene.begun } else { started }.elapsed().as_secs_f64() * 1e3;
     if plan.is_some() {
         let (all, picture, first) = (first_ms / 1e3, started.elapsed().as_secs_f64(), scene.first_pass.as_secs_f64());
         eprintln!("memory: {all:.2} s, the first pass over the volume took {first:.2} of them, the picture {picture:.2}");
     }
-    frame.save(output.path(), options.background)?;
+    save(&frame, depths.as_ref(), output.path(), options.background)?;
     if output.is_standard() {
         return output.finish(output.path());
     }
@@ -106,4 +114,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     };
     super::report(arguments.json, &rendered, || rendered.output.clone())?;
     Ok(ExitCode::SUCCESS)
+}
+
+impl Arguments {
+    /// Refuses a name of a picture that would only fail once the picture is there.
+    pub fn check_output(&self, path: &Path) -> Result<(), Error> {
+        let format = ImageFormat::of(path)?;
+        if self.depth && format != ImageFormat::Exr {
+            let problem = format!("{} cannot hold depths: name an .exr file", path.display());
+            return Err(Error::Settings { field: "depth", problem });
+        }
+        format.accept(self.scene.camera.background)
+    }
+}
+
+/// Writes a picture, with depths where there are some.
+pub(super) fn save(frame: &Frame, depths: Option<&Depths>, path: &Path, background: Option<Background>) -> Result<(), Error> {
+    match depths {
+        Some(depths) => frame.save_with_depths(path, background, depths),
+        None => frame.save(path, background),
+    }
 }

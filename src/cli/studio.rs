@@ -8,7 +8,7 @@ use super::viewer::Viewer;
 use crate::annotation::{Annotations, Shown};
 use crate::camera::Camera;
 use crate::error::Error;
-use crate::image::{Background, Frame};
+use crate::image::{Background, Depths, Frame};
 use crate::renderer::{FrameReport, StreamPlan};
 use crate::viewport::Viewport;
 use clap::Args;
@@ -90,6 +90,11 @@ impl<'a> Studio<'a> {
         let Scene { volume, transfer, .. } = self.scene;
         let shown = Shown { camera, grid: volume.grid(), transfer, background: self.background };
         Ok((self.annotations.drawn(frame, shown)?, report))
+    }
+
+    /// How far away is what a picture shows, through the centres of its pixels.
+    pub fn depths(&mut self, camera: &Camera, size: Viewport) -> Result<Depths, Error> {
+        self.viewer.depths(camera, size, &self.scene.settings)
     }
 }
 

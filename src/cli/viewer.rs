@@ -4,7 +4,7 @@ use super::parse;
 use super::scene::Scene;
 use crate::camera::Camera;
 use crate::error::Error;
-use crate::image::{Background, Frame};
+use crate::image::{Background, Depths, Frame};
 use crate::renderer::{FrameReport, Renderer, StreamPlan, StreamedRenderer};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
@@ -80,6 +80,18 @@ impl Viewer {
         match self {
             Self::Whole(renderer) => renderer.render(camera, viewport, settings),
             Self::Streamed(renderer) => renderer.render(camera, viewport, settings),
+        }
+    }
+
+    /// # Errors
+    /// Where the volume is streamed: rays need all of it.
+    pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
+        match self {
+            Self::Whole(renderer) => renderer.depths(camera, viewport, settings),
+            Self::Streamed(_) => {
+                let problem = "depths need the whole volume on the device: leave --memory or --depth out".into();
+                Err(Error::Settings { field: "depth", problem })
+            }
         }
     }
 

@@ -1,10 +1,11 @@
 //! Pictures to files, written whole or not at all.
 
-use super::{Background, Frame};
+use super::{Background, Depths, Frame};
 use crate::error::Error;
 use crate::files::write_whole;
 use crate::viewport::Viewport;
-use image::codecs::{jpeg::JpegEncoder, openexr::OpenExrEncoder, png::PngEncoder};
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
+use image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use npyz::WriterBuilder;
 use std::io;
@@ -83,12 +84,17 @@ pub(super) fn write_jpeg(path: &Path, viewport: Viewport, rgba: &[u8]) -> Result
     })
 }
 
-pub(super) fn write_exr(path: &Path, frame: &Frame) -> Result<(), Error> {
+/// The picture, and depths where they are given.
+pub(super) fn write_exr(path: &Path, frame: &Frame, depths: Option<&Depths>) -> Result<(), Error> {
+    let channel = |name: &str, numbers| AnyChannel::new(name, FlatSamples::F32(numbers));
+    let color = |(i, name)| channel(name, frame.pixels().iter().map(|pixel| pixel[i]).collect());
+    let colors = ["R", "G", "B", "A"].into_iter().enumerate().map(color);
+    let depths = depths.into_iter().flat_map(|depths| [("Z", depths.first()), ("mean.Z", depths.mean())]);
+    let channels = colors.chain(depths.map(|(name, numbers)| channel(name, numbers.to_vec()))).collect();
+    let image = Image::from_channels((frame.width() as usize, frame.height() as usize), AnyChannels::sort(channels));
     // The encoder goes back to the file's beginning, where it keeps a table.
     let mut encoded = io::Cursor::new(Vec::new());
-    OpenExrEncoder::new(&mut encoded)
-        .write_image(bytemuck::cast_slice(frame.pixels()), frame.width(), frame.height(), ExtendedColorType::Rgba32F)
-        .map_err(|e| Error::write(path, io::Error::other(e)))?;
+    image.write().to_buffered(&mut encoded).map_err(|e| Error::write(path, io::Error::other(e)))?;
     write_whole(path, |out| out.write_all(encoded.get_ref()))
 }
 

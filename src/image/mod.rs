@@ -3,6 +3,7 @@
 mod animation;
 mod averaged;
 mod background;
+mod depths;
 mod display;
 mod file;
 mod metrics;
@@ -12,6 +13,7 @@ pub(crate) mod text;
 pub use crate::files::write_whole;
 pub use animation::{Animation, AnimationFormat};
 pub use background::Background;
+pub use depths::Depths;
 pub use file::ImageFormat;
 pub use metrics::Comparison;
 pub use read::read_image;
@@ -107,15 +109,19 @@ impl Frame {
         };
         memory::require("the picture to write", self.pixels.len() as u64 * bytes)?;
         let displayed = || self.to_rgba8(background.unwrap_or(Background::BLACK));
-        let floats = || match background {
-            Some(background @ Background::Color(_)) => Cow::Owned(self.clone().over(background)),
-            _ => Cow::Borrowed(self),
-        };
         match format {
             ImageFormat::Png => file::write_png(path, self.viewport, &displayed()),
             ImageFormat::Jpeg => file::write_jpeg(path, self.viewport, &displayed()),
-            ImageFormat::Exr => file::write_exr(path, &floats()),
-            ImageFormat::Npy => file::write_npy(path, &floats()),
+            ImageFormat::Exr => file::write_exr(path, &self.standing_on(background), None),
+            ImageFormat::Npy => file::write_npy(path, &self.standing_on(background)),
+        }
+    }
+
+    /// On an opaque colour if one is given, bare otherwise.
+    fn standing_on(&self, background: Option<Background>) -> Cow<'_, Self> {
+        match background {
+            Some(background @ Background::Color(_)) => Cow::Owned(self.clone().over(background)),
+            _ => Cow::Borrowed(self),
         }
     }
 

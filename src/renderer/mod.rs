@@ -1,6 +1,7 @@
 //! Orchestrates a frame: what is kept between frames, what is planned, which kernels run in which order.
 
 mod cache;
+mod depths;
 mod enqueued;
 #[cfg(test)]
 mod faults;
@@ -26,6 +27,8 @@ mod tiles;
 mod uploaded;
 mod world;
 
+#[cfg(feature = "cli")]
+pub(crate) use depths::marched;
 pub use in_place::DeviceVoxels;
 pub use onto::{PictureFormat, PictureMemory};
 pub use parts::{CompositedLayers, PartRenderer};
@@ -52,7 +55,7 @@ use opencl3::event::Event;
 use picture::{FLOATS, OntoScreen, Picture, RGBA8, Share, read_displayed};
 use prepared::Prepared;
 use range::LayerRange;
-use rays::MarchedRays;
+use rays::{Gathers, MarchedRays};
 use scene::View;
 use sheets::{AxisAlignedSheets, ImageAlignedSheets};
 use std::sync::Arc;
@@ -328,9 +331,9 @@ impl Renderer {
             }
             Plan::Shared(ref parts, layered) => return Ok((Drawn::Warped, self.draw_shared(view, parts, layered)?)),
             Plan::Direct(axis, layered) => self.draw_pixels(view, axis, layered)?,
-            Plan::Raycast(kernel, step) => self.rays.cast(&mut view.of(prepared), kernel, step, target)?,
+            Plan::Raycast(kernel, step) => self.rays.cast(&mut view.of(prepared), kernel, step, Gathers::Colors, target)?,
             Plan::CastValues(kernel, step) => {
-                self.rays.cast_values(&mut view.of(prepared), kernel, step, target)?;
+                self.rays.cast_values(&mut view.of(prepared), kernel, step, Gathers::Colors, target)?;
             }
             Plan::CastSegments(kernel, step) => self.rays.cast_segments(&mut view.of(prepared), kernel, step, target)?,
             Plan::Slicing(step) => self.rays.slice(&mut view.of(prepared), step, target)?,

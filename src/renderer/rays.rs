@@ -5,11 +5,11 @@ use super::region::Region;
 use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Target, Tiles};
-use crate::device::launch::Launcher;
 use crate::device::launch::rays::{
     CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, Raycast, RaycastArguments, Slicing, SlicingArguments,
 };
 use crate::device::launch::structs::MarchParams;
+use crate::device::launch::{Launcher, Rendering};
 use crate::error::Error;
 use crate::layers::{Axis, Kernel};
 
@@ -17,6 +17,15 @@ use crate::layers::{Axis, Kernel};
 const AXIS: Axis = Axis::Z;
 /// Most steps across a volume.
 const MOST_STEPS: f64 = (1 << 22) as f64;
+
+/// What rays bring back.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Gathers {
+    /// A picture.
+    Colors,
+    /// In place of colours, the ray parameter where something is seen first, and the mean one times the opacity.
+    Depths,
+}
 
 /// Draws by marching along the rays of screen pixels. Steps are lengths in smallest spacings.
 #[derive(Default)]
@@ -29,7 +38,14 @@ pub(super) struct MarchedRays {
 
 impl MarchedRays {
     /// Casts rays, each sample classified by itself.
-    pub fn cast(&mut self, scene: &mut Scene, kernel: Kernel, step: f64, target: &mut Target) -> Result<(), Error> {
+    pub fn cast(
+        &mut self,
+        scene: &mut Scene,
+        kernel: Kernel,
+        step: f64,
+        gathers: Gathers,
+        target: &mut Target,
+    ) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
         let reach = PointReach::of_cells(kernel);
@@ -47,7 +63,7 @@ impl MarchedRays {
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.raycast.launch(
             device,
-            (layout.voxels.kind(), kernel, region.rendering),
+            (layout.voxels.kind(), kernel, Rendering { depths: gathers == Gathers::Depths, ..region.rendering }),
             &RaycastArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -67,7 +83,14 @@ impl MarchedRays {
     }
 
     /// Gathers values, or finds an iso-surface, between planes that are a step apart.
-    pub fn cast_values(&mut self, scene: &mut Scene, kernel: Kernel, step: f64, target: &mut Target) -> Result<(), Error> {
+    pub fn cast_values(
+        &mut self,
+        scene: &mut Scene,
+        kernel: Kernel,
+        step: f64,
+        gathers: Gathers,
+        target: &mut Target,
+    ) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
         let reach = PointReach::of_cells(kernel);
@@ -84,7 +107,7 @@ impl MarchedRays {
         let useful = scene.prepared.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         self.values.launch(
             device,
-            (layout.voxels.kind(), kernel, region.rendering),
+            (layout.voxels.kind(), kernel, Rendering { depths: gathers == Gathers::Depths, ..region.rendering }),
             &CastValuesArguments {
                 voxels: &layout.voxels,
                 view: layout.view,

@@ -99,7 +99,7 @@ impl Scene<'_> {
                 [u, v, a, half_u, half_v, half_a, diffuse, specular]
             })
         });
-        let (least_thinned, rises) = self.gradient_opacity().map_or_else(Default::default, |opacity| opacity.rises());
+        let (least_thinned, rises) = self.gradient_opacity().map(|opacity| opacity.rises()).unwrap_or_default();
         let iso = if let Blend::Iso(value) = settings.blend { Some(value) } else { None };
         SampleParams {
             table_first: 0.0,

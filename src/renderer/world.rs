@@ -24,6 +24,11 @@ impl World {
         Self { unit: grid.spacing().min_element() }
     }
 
+    /// World units of the caller's that are one of the frames'.
+    pub fn unit(self) -> f64 {
+        self.unit
+    }
+
     pub fn grid(self, grid: &Grid) -> Grid {
         grid.in_units_of(self.unit)
     }

@@ -8,7 +8,8 @@ use crate::error::Error;
 ///
 /// At a point of the field the extinction is τ(value) times this factor, the opacity per unit distance 1 − (1 − α)^factor (with linear
 /// extinction, α times it). Layers and rays that are sampled find it at their samples; between the two samples of a pre-integrated segment it
-/// changes evenly, so the segment's optical depth is taken times the factor where its extinction has its centroid, and slicing takes that of the mean gradient.
+/// changes evenly, so the segment's optical depth is taken times the factor where its extinction has its centroid, and slicing takes that of
+/// the mean gradient.
 ///
 /// ```
 /// use layersplat::settings::{GradientOpacity, Settings};
@@ -54,11 +55,8 @@ impl GradientOpacity {
 
     /// The factor, 0 … 1, at a length.
     pub fn at(&self, length: f64) -> f64 {
-        let rises = self.points.windows(2).map(|pair| {
-            let ((from, low), (to, high)) = (pair[0], pair[1]);
-            if to > from { (high - low) * ((length - from) / (to - from)).clamp(0.0, 1.0) } else { 0.0 }
-        });
-        self.points[0].1 + rises.sum::<f64>()
+        let (least, rises) = self.rises();
+        least + rises.iter().map(|[from, slope, to]| slope * (length.clamp(*from, *to) - from)).sum::<f64>()
     }
 
     /// The same where lengths of gradients are so many times as large.

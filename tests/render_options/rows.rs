@@ -263,6 +263,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--level", "chooses one of several resolutions; tests/command_volumes.rs"),
     ("--array", "chooses one of several arrays; tests/command_volumes.rs"),
     ("--output", "says where the picture goes; a test of its own looks there"),
+    ("--depth", "writes depths beside the picture; tests/command_pictures.rs has some"),
     ("--json", "says what is printed; a test of its own reads it"),
     ("--verbose", "says what is told; a test of tests/command_line.rs reads it"),
     ("--help", "prints, and renders nothing"),

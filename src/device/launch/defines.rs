@@ -59,11 +59,14 @@ pub(crate) struct Rendering {
     pub thinned: bool,
     /// There is more than one light, or may be: samples tell.
     pub several_lights: bool,
+    /// Rays that are cast gather where things are, and no colours.
+    pub depths: bool,
 }
 
 impl Rendering {
     /// Compositing with all that there is: what is sorted is small, and tests build it.
-    pub const EVERYTHING: Self = Self { blend: BlendMode::Composite, clipped: true, thinned: true, several_lights: true };
+    pub const EVERYTHING: Self =
+        Self { blend: BlendMode::Composite, clipped: true, thinned: true, several_lights: true, depths: false };
 }
 
 /// The accumulators of kernels/shared/accumulator.cl.
@@ -93,6 +96,7 @@ impl Defines {
             .with_look(rendering)
             .with_if(gathers_values, "EDGE_GOES_ON")
             .with_if(rendering.blend == BlendMode::Iso { refined: true }, "REFINED")
+            .with_if(rendering.depths, "DEPTHS")
     }
 }
 
