@@ -177,7 +177,7 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #else
     const realv sample_length = 0.0f; // it is in the table
 #endif
-    const int border = sample.shading && !GATHERS_VALUES ? 1 : 0, layers = view.dims_a + 2;
+    const int border = GATHERS_VALUES ? 0 : sample.shading, layers = view.dims_a + 2;
     bool finished = p.continues;
     for (int i = 0; i < rows * TILE_VECTORS && finished; i++)
         finished = !any_open_of(&sample, &gathered[i], columns - i % TILE_VECTORS * VW);

@@ -162,7 +162,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
         intervals[r] = interval_of_columns(&p, &clip, centre_u, shear_u, row + r);
 #endif
     }
-    const int shading = sample.shading && !GATHERS_VALUES;
+    const int shading = GATHERS_VALUES ? 0 : sample.shading;
     intv active = 0;
     const int layers = view.dims_a + 2;
     bool finished = p.continues;

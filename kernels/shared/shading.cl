@@ -21,7 +21,7 @@ typedef struct {
 // What a gradient's length leaves of the extinction: src/settings/gradient_opacity.rs.
 static inline realv left_by(const SampleParams *p, realv length) {
     realv left = p->least_thinned;
-    for (int i = 0; i < (int)(sizeof p->rises / sizeof(float[3])); i++) {
+    for (int i = 0; i < (int)(sizeof p->rises / sizeof(float)) / 3; i++) {
         const float *rise = p->rises + 3 * i;
         left += rise[1] * (CLAMP(length, (realv)(rise[0]), (realv)(rise[2])) - rise[0]);
     }

@@ -48,10 +48,17 @@ impl Device {
         let mut program =
             Program::create_from_source(&self.shared.context, &text).map_err(|e| self.error("clCreateProgramWithSource", e))?;
         let ids = self.shared.context.devices();
-        match program.build(ids, &options) {
-            Ok(()) => Ok(program),
-            Err(e) => Err(self.not_built(file, e, program.get_build_log(ids[0]).unwrap_or_default())),
+        let built = program.build(ids, &options);
+        let log = program.get_build_log(ids[0]).unwrap_or_default();
+        built.map_err(|e| self.not_built(file, e, log.clone()))?;
+        let warned = log.contains("warning:");
+        if warned {
+            tracing::warn!("{file}, {options}: {log}");
         }
+        // The tests build every kernel with all that there is.
+        #[cfg(test)]
+        assert!(!warned, "{file}: {log}");
+        Ok(program)
     }
 
     /// Why a program was not built; PoCL's log does not tell that it had nowhere to put it.

@@ -12,7 +12,7 @@ use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use layersplat::renderer::{PictureMemory, UploadedVolume};
 use layersplat::{Orbit, Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
-use numpy::{Element, IntoPyArray, PyArray1, PyArray3, PyArrayMethods};
+use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -47,12 +47,6 @@ impl Renderer {
 #[pymethods]
 impl Renderer {
     #[new]
-    /// Enqueues a picture into a buffer or a 2D image of the context, after wait_for, and returns at once, with an Event.
-    ///
-    /// onto: an object with int_ptr (pyopencl's) or a number. format: rgba8, over the background, or float, premultiplied, without one.
-    /// first: byte of the first pixel in a buffer; row_pitch: bytes from row to row. wait_for: Events, objects with int_ptr or numbers.
-    ///
-    /// Raises InvalidValue of sheets, which have to wait, and where the picture does not fit. What was enqueued leaves the queue usable.
     #[pyo3(signature = (volume, transfer = None, *, device = None, context = None, queue = None))]
     fn new(
         volume: &Bound<PyAny>,
@@ -123,6 +117,25 @@ impl Renderer {
         let (viewport, settings) = (size.viewport()?, chosen(settings));
         let (frame, _) = py.detach(|| self.ours().render(camera.ours(), viewport, &settings))?;
         Ok(picture(py, frame.into_pixels().into_flattened(), viewport)?)
+    }
+
+    /// How far away is what a picture shows: two arrays (height, width), float32, distances from the eye along the view's direction, in world
+    /// units, infinite where nothing is seen; where something is seen first, and on the average, weighted by opacity.
+    ///
+    /// Found by ray casting, whatever draws pictures. Raises InvalidValue for blend modes other than composite and iso.
+    #[pyo3(signature = (camera, size, settings = None))]
+    fn depths<'py>(
+        &self,
+        py: Python<'py>,
+        camera: &Camera,
+        size: Size,
+        settings: Option<&Settings>,
+    ) -> Result<(Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>)> {
+        let (viewport, settings) = (size.viewport()?, chosen(settings));
+        let depths = py.detach(|| self.ours().depths(camera.ours(), viewport, &settings))?;
+        let shape = [viewport.height as usize, viewport.width as usize];
+        let array = |numbers: &[f32]| numbers.to_pyarray(py).reshape(shape);
+        Ok((array(depths.first())?, array(depths.mean())?))
     }
 
     /// Enqueues a picture into a buffer or a 2D image of the context, after wait_for, and returns at once, with an Event.

@@ -3,7 +3,7 @@
 use crate::arrays;
 use crate::errors::{Result, unknown};
 use layersplat::glam::{DAffine3, DMat3, DVec3};
-use layersplat::volume::{Endian, Grid};
+use layersplat::volume::{Endian, Grid, Level};
 use layersplat::{OpenOptions, Volume as Ours};
 use numpy::PyUntypedArray;
 use pyo3::prelude::*;
@@ -64,10 +64,14 @@ impl Volume {
     /// Opens a file, or builtin:marschner-lobb, builtin:hydrogen or builtin:cube with @N or @XxYxZ.
     ///
     /// dims: voxels along x, y, z. voxel_type, endian (little or big), header_bytes: what the name of a raw file does not tell. spacing: along
-    /// x, y, z.
+    /// x, y, z. frame, channel: which volume of several, which number of several per voxel. array: a dataset, by its name or path. series: of
+    /// DICOM images in a folder. level: a resolution, 0 the finest.
     #[staticmethod]
-    #[pyo3(signature = (path, *, dims = None, voxel_type = None, spacing = None, endian = None, header_bytes = None, background = None))]
-    #[allow(clippy::too_many_arguments)] // Each is a field of a file whose name does not tell it.
+    #[pyo3(signature = (
+        path, *, dims = None, voxel_type = None, spacing = None, endian = None, header_bytes = None, background = None, frame = None,
+        channel = None, array = None, series = None, level = None,
+    ))]
+    #[allow(clippy::too_many_arguments)] // Each is a field of a file whose name does not tell it, or a choice between what it holds.
     fn open(
         py: Python,
         path: PathBuf,
@@ -77,6 +81,11 @@ impl Volume {
         endian: Option<&str>,
         header_bytes: Option<u64>,
         background: Option<f64>,
+        frame: Option<usize>,
+        channel: Option<usize>,
+        array: Option<String>,
+        series: Option<String>,
+        level: Option<usize>,
     ) -> Result<Self> {
         let endian = match endian {
             None => None,
@@ -85,12 +94,13 @@ impl Volume {
             Some(other) => return Err(unknown("endian", other, "little or big")),
         };
         let voxel_type = voxel_type.map(|name| {
-            let known = "uint8, int8, uint16, int16, uint32, int32, float32 or float64";
+            let known = "uint8, int8, uint16, int16, uint32, int32, uint64, int64, float16, float32 or float64";
             name.parse().map_err(|_| unknown("voxel_type", name, known))
         });
         let voxel_type = voxel_type.transpose()?;
+        let (spacing, level) = (spacing.map(DVec3::from), level.map(Level::Number));
         let options =
-            OpenOptions { dims, voxel_type, spacing: spacing.map(DVec3::from), endian, header_bytes, ..OpenOptions::default() };
+            OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level, memory: None };
         let volume = py.detach(|| Ours::open(path, &options))?;
         Ok(Self(match background {
             Some(value) => volume.with_background(value)?,

@@ -139,3 +139,16 @@ def test_what_is_no_volume_is_refused(data, spacing, words):
     with pytest.raises(ValueError, match=words) as caught:
         layersplat.Volume(data, spacing)
     assert isinstance(caught.value, layersplat.InvalidValue)
+
+
+def test_one_of_several_volumes_of_a_file(tmp_path):
+    small, large = (np.arange(n**3, dtype=np.uint8).reshape(n, n, n) for n in (3, 4))
+    file = tmp_path / "several.npz"
+    np.savez(file, small=small, large=large)
+    assert layersplat.Volume.open(file, array="small").shape == (3, 3, 3)
+    assert layersplat.Volume.open(file, array="large").shape == (4, 4, 4)
+    with pytest.raises(layersplat.Error, match="small"):
+        layersplat.Volume.open(file, array="none")
+    frames = tmp_path / "frames.npy"
+    np.save(frames, np.stack([small, small + 100]))
+    assert [layersplat.Volume.open(frames, frame=frame).range for frame in (0, 1)] == [(0, 26), (100, 126)]

@@ -96,3 +96,20 @@ def test_zoom_is_a_smaller_scale(array, transfer):
     assert zoomed.scale == fitted.scale / 2 and zoomed.position == fitted.position
     wide, narrow = (framing.camera(SIZE, field_of_view=60, zoom=zoom).field_of_view for zoom in (1.0, 2.0))
     assert wide == 60 and np.isclose(np.tan(np.radians(narrow / 2)) * 2, np.tan(np.radians(30)))
+
+
+def test_depths_are_where_the_surface_is():
+    """A plane across z, seen along it: as far from the eye as it is in the world, in both projections."""
+    ramp = np.broadcast_to(np.arange(24, dtype=np.float32)[:, None, None], (24, 20, 22)).copy()
+    transfer = layersplat.TransferFunction.builtin("fire", (0.0, 23.0))
+    renderer = layersplat.Renderer(layersplat.Volume(ramp, spacing=2.0, background=0.0), transfer)
+    settings = layersplat.Settings(kernel="linear", blend=("iso", 7.25))
+    for field_of_view in (None, 30.0):
+        camera = renderer.camera(SIZE, azimuth=180.0, field_of_view=field_of_view)
+        first, mean = renderer.depths(camera, SIZE, settings)
+        assert first.shape == mean.shape == (SIZE[1], SIZE[0]) and first.dtype == mean.dtype == np.float32
+        seen = 2 * 7.25 - camera.position[2]
+        assert abs(first[30, 36] - seen) < 1e-3 and abs(mean[30, 36] - seen) < 1e-3
+        assert abs(first[30, 36] - (seen + 2)) > 1.0 and np.isinf(first[0, 0])
+    with pytest.raises(layersplat.InvalidValue, match="composite and iso"):
+        renderer.depths(camera, SIZE, layersplat.Settings(blend="maximum"))

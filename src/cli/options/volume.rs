@@ -47,7 +47,7 @@ pub(in crate::cli) struct FileOptions {
     #[arg(long, value_name = "N", help_heading = "Volume")]
     channel: Option<usize>,
     /// Which of several arrays that a file names [default: the one that it marks, or the first]
-    #[arg(long, value_name = "NAME", help_heading = "Volume")]
+    #[arg(long, value_name = "NAME", help_heading = "Volume", visible_alias = "dataset")]
     array: Option<String>,
     /// Which of several series of DICOM images in a folder: its number, its description or its identifier
     #[arg(long, value_name = "NAME", help_heading = "Volume")]

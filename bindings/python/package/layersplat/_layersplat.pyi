@@ -42,6 +42,11 @@ class Volume:
         endian: Optional[Literal["little", "big"]] = None,
         header_bytes: Optional[int] = None,
         background: Optional[float] = None,
+        frame: Optional[int] = None,
+        channel: Optional[int] = None,
+        array: Optional[str] = None,
+        series: Optional[str] = None,
+        level: Optional[int] = None,
     ) -> Volume: ...
     @property
     def shape(self) -> Tuple[int, int, int]: ...
@@ -250,6 +255,9 @@ class Renderer:
         background: Background = "black",
     ) -> NDArray[np.uint8]: ...
     def render_float(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> NDArray[np.float32]: ...
+    def depths(
+        self, camera: Camera, size: Size, settings: Optional[Settings] = None
+    ) -> Tuple[NDArray[np.float32], NDArray[np.float32]]: ...
     def enqueue(
         self,
         camera: Camera,
