@@ -2,6 +2,7 @@
 
 use super::canvas::Canvas;
 use super::ticks::ticks;
+use crate::settings::Blend;
 use crate::transfer::TransferFunction;
 use glam::DVec2;
 
@@ -13,8 +14,9 @@ const PROFILE: f64 = 22.0;
 const TICK: f64 = 4.0;
 const MARGIN: f64 = 12.0;
 
-/// On the right, in the middle: values ascend, colours stand beside the opacities that are seen of them, relative to the largest one.
-pub(super) fn draw(transfer: &TransferFunction, units: Option<&str>, canvas: &mut Canvas) {
+/// On the right, in the middle: values ascend. Where colours are composited they stand beside the opacities that are seen of them, relative
+/// to the largest one; the value of an iso-surface is marked.
+pub(super) fn draw(transfer: &TransferFunction, blend: Blend, units: Option<&str>, canvas: &mut Canvas) {
     let (width, height) = (f64::from(canvas.viewport().width), f64::from(canvas.viewport().height));
     let scale = f64::from(canvas.scale());
     let (lo, hi) = transfer.range();
@@ -34,13 +36,21 @@ pub(super) fn draw(transfer: &TransferFunction, units: Option<&str>, canvas: &mu
         canvas.area(DVec2::new(left, y), DVec2::new(right, y + 1.0), color, 1.0);
         // Thin peaks between two rows are not lost.
         let seen = transfer.largest_opacity(value(f64::from(row) + 1.0), value(f64::from(row)));
-        if largest > 0.0 {
+        if largest > 0.0 && blend == Blend::Composite {
             let reach = PROFILE * scale * seen / largest;
             canvas.area(DVec2::new(left - reach, y), DVec2::new(left, y + 1.0), color, 0.75);
         }
     }
     let ink = canvas.ink();
     frame(canvas, DVec2::new(left, top), DVec2::new(right, top + length), scale);
+    if let Blend::Iso(iso) = blend
+        && lo <= iso
+        && iso <= hi
+        && hi > lo
+    {
+        let row = (top + length * (hi - iso) / (hi - lo) - scale / 2.0).round();
+        canvas.area(DVec2::new(left - PROFILE * scale, row), DVec2::new(right, row + scale), ink, 1.0);
+    }
     for (at, label) in ticks {
         let y = if hi > lo { top + length * (hi - at) / (hi - lo) } else { top + length / 2.0 };
         // On whole pixels: thin lines between two of them are blurred.

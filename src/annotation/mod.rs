@@ -13,6 +13,7 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::{Background, Frame};
 use crate::memory;
+use crate::settings::Blend;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::Grid;
@@ -46,13 +47,14 @@ pub struct Annotations {
 ///
 /// ```
 /// use layersplat::annotation::{Annotations, Shown};
+/// use layersplat::settings::Blend;
 /// use layersplat::{Background, Camera, Frame, Orbit, OpenOptions, TransferFunction, Viewport, Volume};
 ///
 /// let volume = Volume::open("builtin:cube@8", &OpenOptions::default())?;
 /// let (grid, transfer, viewport) = (volume.grid(), TransferFunction::builtin("fire", &volume)?, Viewport::new(96, 64)?);
 /// let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), viewport, Orbit::default());
 /// let empty = Frame::new(viewport, vec![[0.0; 4]; viewport.pixels()]);
-/// let shown = Shown { camera: &camera, grid, transfer: &transfer, background: Background::BLACK };
+/// let shown = Shown { camera: &camera, grid, transfer: &transfer, blend: Blend::Composite, background: Background::BLACK };
 /// let annotations = Annotations { bounding_box: true, ..Annotations::default() };
 /// assert!(annotations.drawn(empty, shown)?.pixels().iter().any(|pixel| pixel[3] > 0.0));
 /// # Ok::<(), layersplat::Error>(())
@@ -65,6 +67,8 @@ pub struct Shown<'a> {
     pub grid: &'a Grid,
     /// As what.
     pub transfer: &'a TransferFunction,
+    /// How values along rays become a colour: opacities beside the legend's colours are those of compositing, an iso-value is marked.
+    pub blend: Blend,
     /// What the picture will stand on: light lines and letters on dark ones, dark on light ones.
     pub background: Background,
 }
@@ -95,7 +99,7 @@ impl Annotations {
             axes::draw(&screen, &mut over);
         }
         if self.legend {
-            legend::draw(shown.transfer, self.units.as_deref(), &mut over);
+            legend::draw(shown.transfer, shown.blend, self.units.as_deref(), &mut over);
             scale_bar::draw(&screen, self.length_units.as_deref(), &mut over);
         }
         Ok(composed(frame, viewport, &under, &over))

@@ -16,7 +16,8 @@ fn drawn(annotations: &Annotations, fill: [f32; 4], projection: Projection) -> F
     let (grid, transfer, viewport) = scene();
     let camera = camera(&grid, 0.0, projection);
     let frame = Frame::new(viewport, vec![fill; viewport.pixels()]);
-    let shown = Shown { camera: &camera, grid: &grid, transfer: &transfer, background: Background::BLACK };
+    let shown =
+        Shown { camera: &camera, grid: &grid, transfer: &transfer, blend: Blend::Composite, background: Background::BLACK };
     annotations.drawn(frame, shown).unwrap()
 }
 
@@ -47,7 +48,8 @@ fn the_volume_hides_what_is_behind_it() {
     let (grid, transfer, viewport) = scene();
     let bounding_box = Annotations { bounding_box: true, ..Annotations::default() };
     let camera = Camera::orbit(grid.centre(), 200.0, Orbit { azimuth: 30.0, elevation: 25.0, roll: 0.0 }, PARALLEL);
-    let shown = Shown { camera: &camera, grid: &grid, transfer: &transfer, background: Background::BLACK };
+    let shown =
+        Shown { camera: &camera, grid: &grid, transfer: &transfer, blend: Blend::Composite, background: Background::BLACK };
     let on = |fill| bounding_box.drawn(Frame::new(viewport, vec![fill; viewport.pixels()]), shown).unwrap();
     let count = |frame: &Frame, bare: [f32; 4]| frame.pixels().iter().filter(|&&pixel| pixel != bare).count();
     let (empty, opaque) = (count(&on([0.0; 4]), [0.0; 4]), count(&on([0.5, 0.5, 0.5, 1.0]), [0.5, 0.5, 0.5, 1.0]));
@@ -66,6 +68,30 @@ fn the_legend_shows_the_colours() {
     let found = |row: u32, red: bool| (100..200).filter(|&column| is(frame.pixel(column, row), red)).count();
     assert!(found(top, false) >= 10 && found(bottom, true) >= 10, "{} and {}", found(top, false), found(bottom, true));
     assert_eq!((found(top, true), found(bottom, false)), (0, 0));
+}
+
+/// Opacities stand beside it where they are seen; an iso-value is a line across it.
+#[test]
+fn the_legend_shows_what_the_blend_mode_shows() {
+    let (grid, transfer, viewport) = scene();
+    let camera = camera(&grid, 0.0, PARALLEL);
+    let legend = Annotations { legend: true, ..Annotations::default() };
+    let left = |blend| {
+        let shown = Shown { camera: &camera, grid: &grid, transfer: &transfer, blend, background: Background::BLACK };
+        let frame = legend.drawn(Frame::new(viewport, vec![[0.0; 4]; viewport.pixels()]), shown).unwrap();
+        // The first column in which each row shows anything.
+        let first = |row: u32| (100..200).find(|&column| frame.pixel(column, row)[3] > 0.5).unwrap_or(200);
+        [47, 62, 80, 97].map(first)
+    };
+    let composited = left(Blend::Composite);
+    assert!(composited.is_sorted() && composited[0] < composited[3], "{composited:?}");
+    let bar = left(Blend::Maximum)[0];
+    assert_eq!(left(Blend::Maximum), [bar; 4]);
+    assert!(composited[0] < bar);
+    // At a quarter of the values: 160 · 0.44 / 4 rows below the middle.
+    let iso = left(Blend::Iso(25.0));
+    assert!(iso[..3] == [bar; 3] && iso[3] < bar, "{iso:?}");
+    assert_eq!(left(Blend::Iso(250.0)), [bar; 4]);
 }
 
 /// 20 units on 80 pixels; of 200 columns, 44 may be a bar: 11 units, of which 10 are round.
@@ -112,7 +138,13 @@ fn odd_views_do_no_harm() {
             view_up: DVec3::Y,
             projection: Projection::Perspective { field_of_view: 150.0 },
         };
-        let shown = Shown { camera: &inside, grid: &grid, transfer: &transfer, background: Background::Transparent };
+        let shown = Shown {
+            camera: &inside,
+            grid: &grid,
+            transfer: &transfer,
+            blend: Blend::Composite,
+            background: Background::Transparent,
+        };
         let frame = all.drawn(Frame::new(viewport, vec![[0.0; 4]; viewport.pixels()]), shown).unwrap();
         assert!(frame.pixels().iter().flatten().all(|c| c.is_finite()));
     }

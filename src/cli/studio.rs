@@ -87,8 +87,8 @@ impl<'a> Studio<'a> {
             eprintln!("layersplat: {notice}");
         }
         let frame = if self.options.samples > 1 { frame.averaged(self.options.samples)? } else { frame };
-        let Scene { volume, transfer, .. } = self.scene;
-        let shown = Shown { camera, grid: volume.grid(), transfer, background: self.background };
+        let Scene { volume, transfer, settings, .. } = self.scene;
+        let shown = Shown { camera, grid: volume.grid(), transfer, blend: settings.blend, background: self.background };
         Ok((self.annotations.drawn(frame, shown)?, report))
     }
 

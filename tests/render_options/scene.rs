@@ -97,7 +97,7 @@ impl Scene {
         let larger = viewport(self.size.width * self.samples, self.size.height * self.samples);
         let (frame, _) = renderer.render(&camera, larger, &self.settings).unwrap();
         let background = self.background.unwrap_or(Background::BLACK);
-        let shown = Shown { camera: &camera, grid: volume.grid(), transfer: &transfer, background };
+        let shown = Shown { camera: &camera, grid: volume.grid(), transfer: &transfer, blend: self.settings.blend, background };
         let frame = self.annotations.drawn(frame.averaged(self.samples).unwrap(), shown).unwrap();
         match self.background {
             Some(background) => frame.over(background),
