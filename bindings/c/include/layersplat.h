@@ -800,6 +800,21 @@ enum layersplat_status layersplat_render_floats(struct layersplat_renderer *rend
                                                 size_t floats);
 
 /**
+ * How far away is what a picture shows: distances from the eye along the view's direction, in world units, row by row from the top, infinite
+ * where nothing is seen. `first`: where something is seen first, where 1/256 of the light is stopped or at the iso-surface; `mean`: of all
+ * that is seen, weighted by opacity. Each has room for `floats` of them: width * height or more. Found by ray casting, whatever draws
+ * pictures; refused for blend modes other than composite and iso. The rest is as in layersplat_render_rgba8().
+ */
+enum layersplat_status layersplat_render_depths(struct layersplat_renderer *renderer,
+                                                const struct layersplat_camera *camera,
+                                                uint32_t width,
+                                                uint32_t height,
+                                                const struct layersplat_settings *settings,
+                                                float *first,
+                                                float *mean,
+                                                size_t floats);
+
+/**
  * Writes a picture of floats, as layersplat_render_floats() makes them, to a file: .png or .jpg (8 bit), .exr or .npy (float32),
  * over an opaque colour (three floats, 0 to 1), or where `background` is null, with its alpha. `floats` is 4 * width * height. The file
  * is written whole or not at all.

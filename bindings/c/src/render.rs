@@ -80,6 +80,33 @@ pub unsafe extern "C" fn layersplat_render_floats(
     })
 }
 
+/// How far away is what a picture shows: distances from the eye along the view's direction, in world units, row by row from the top, infinite
+/// where nothing is seen. `first`: where something is seen first, where 1/256 of the light is stopped or at the iso-surface; `mean`: of all
+/// that is seen, weighted by opacity. Each has room for `floats` of them: width * height or more. Found by ray casting, whatever draws
+/// pictures; refused for blend modes other than composite and iso. The rest is as in layersplat_render_rgba8().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn layersplat_render_depths(
+    renderer: *mut Renderer,
+    camera: *const Camera,
+    width: u32,
+    height: u32,
+    settings: *const Settings,
+    first: *mut f32,
+    mean: *mut f32,
+    floats: usize,
+) -> Status {
+    guard(|| {
+        // SAFETY: the caller's promise, and below.
+        let view = unsafe { View::new(camera, width, height, settings) }?;
+        require_room(view.viewport.pixels(), first, floats, "first")?;
+        require_room(view.viewport.pixels(), mean, floats, "mean")?;
+        let find = |renderer: &mut layersplat::Renderer| Ok(renderer.depths(&view.camera, view.viewport, &view.settings)?);
+        let depths = unsafe { renderer::with(renderer, find) }?;
+        unsafe { copy(depths.first(), first, floats, "first") }?;
+        unsafe { copy(depths.mean(), mean, floats, "mean") }
+    })
+}
+
 /// Writes a picture of floats, as layersplat_render_floats() makes them, to a file: .png or .jpg (8 bit), .exr or .npy (float32),
 /// over an opaque colour (three floats, 0 to 1), or where `background` is null, with its alpha. `floats` is 4 * width * height. The file
 /// is written whole or not at all.

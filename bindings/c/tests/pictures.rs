@@ -11,15 +11,44 @@ use layersplat_c::*;
 use std::ffi::CString;
 use std::ptr::{null, null_mut};
 
-/// The library's own picture of the scene.
-fn expected(settings: layersplat::Settings) -> layersplat::Frame {
+/// The library's own renderer of the scene, and its view.
+fn library() -> (layersplat::Renderer, layersplat::Camera, Viewport) {
     let volume = layersplat::Volume::open(SOURCE, &OpenOptions::default()).unwrap();
     let device = layersplat::Device::open(&DeviceChoice::Default).unwrap();
     let mut renderer = layersplat::Renderer::new(&device, &volume, &TransferFunction::automatic(&volume)).unwrap();
     let viewport = Viewport::new(WIDTH, HEIGHT).unwrap();
     let orbit = Orbit { azimuth: FROM.azimuth, elevation: FROM.elevation, roll: FROM.roll };
     let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+    (renderer, camera, viewport)
+}
+
+/// The library's own picture of the scene.
+fn expected(settings: layersplat::Settings) -> layersplat::Frame {
+    let (mut renderer, camera, viewport) = library();
     renderer.render(&camera, viewport, &settings).unwrap().0
+}
+
+#[test]
+fn depths_are_those_of_the_library() {
+    let scene = Scene::new();
+    let (mut renderer, camera, viewport) = library();
+    let expected = renderer.depths(&camera, viewport, &layersplat::Settings::default()).unwrap();
+    let pixels = viewport.pixels();
+    let [mut first, mut mean] = [(); 2].map(|()| vec![-1.0f32; pixels + 1]);
+    let mut find = |settings: *const Settings, floats| {
+        // SAFETY: all arguments are alive.
+        unsafe {
+            let (first, mean) = (first.as_mut_ptr(), mean.as_mut_ptr());
+            layersplat_render_depths(scene.renderer, &scene.camera, WIDTH, HEIGHT, settings, first, mean, floats)
+        }
+    };
+    ok(find(null(), pixels + 1));
+    assert_eq!(find(null(), pixels - 1), Status::TooSmall);
+    let maximum = Settings { blend: BlendChoice::Maximum as i32, ..settings(0) };
+    assert!(refused(find(&maximum, pixels), Status::InvalidArgument).contains("composite and iso"));
+    assert!(expected.first().iter().any(|depth| depth.is_finite()));
+    assert!(first[..pixels] == *expected.first() && mean[..pixels] == *expected.mean());
+    assert_eq!((first[pixels], mean[pixels]), (-1.0, -1.0));
 }
 
 #[test]
