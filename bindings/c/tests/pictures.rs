@@ -15,7 +15,7 @@ use std::ptr::{null, null_mut};
 fn library() -> (layersplat::Renderer, layersplat::Camera, Viewport) {
     let volume = layersplat::Volume::open(SOURCE, &OpenOptions::default()).unwrap();
     let device = layersplat::Device::open(&DeviceChoice::Default).unwrap();
-    let mut renderer = layersplat::Renderer::new(&device, &volume, &TransferFunction::automatic(&volume)).unwrap();
+    let renderer = layersplat::Renderer::new(&device, &volume, &TransferFunction::automatic(&volume)).unwrap();
     let viewport = Viewport::new(WIDTH, HEIGHT).unwrap();
     let orbit = Orbit { azimuth: FROM.azimuth, elevation: FROM.elevation, roll: FROM.roll };
     let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);

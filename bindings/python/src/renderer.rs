@@ -34,6 +34,9 @@ fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> Py
     values.reshape([viewport.height as usize, viewport.width as usize, 4])
 }
 
+/// (height, width)
+type Depths<'py> = Bound<'py, PyArray2<f32>>;
+
 fn chosen(settings: Option<&Settings>) -> OurSettings {
     settings.map_or_else(OurSettings::default, |settings| *settings.ours())
 }
@@ -130,7 +133,7 @@ impl Renderer {
         camera: &Camera,
         size: Size,
         settings: Option<&Settings>,
-    ) -> Result<(Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>)> {
+    ) -> Result<(Depths<'py>, Depths<'py>)> {
         let (viewport, settings) = (size.viewport()?, chosen(settings));
         let depths = py.detach(|| self.ours().depths(camera.ours(), viewport, &settings))?;
         let shape = [viewport.height as usize, viewport.width as usize];
