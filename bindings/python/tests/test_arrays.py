@@ -150,5 +150,7 @@ def test_one_of_several_volumes_of_a_file(tmp_path):
     with pytest.raises(layersplat.Error, match="small"):
         layersplat.Volume.open(file, array="none")
     frames = tmp_path / "frames.npy"
-    np.save(frames, np.stack([small, small + 100]))
-    assert [layersplat.Volume.open(frames, frame=frame).range for frame in (0, 1)] == [(0, 26), (100, 126)]
+    # Not so few voxels along x that they could be colours.
+    one = np.arange(125, dtype=np.uint8).reshape(5, 5, 5)
+    np.save(frames, np.stack([one, one + 100]))
+    assert [layersplat.Volume.open(frames, frame=frame).range for frame in (0, 1)] == [(0, 124), (100, 224)]
