@@ -9,7 +9,6 @@ use crate::camera::Camera;
 use crate::check::Family;
 use crate::error::Error;
 use crate::image::{Depths, Frame};
-use crate::renderer::marched;
 use crate::viewport::Viewport;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -118,10 +117,7 @@ fn require_checked(
     checked: &mut BTreeSet<Family>,
 ) -> Result<(), Error> {
     let scene = studio.scene();
-    let mut families = check::families(&[camera], arguments.pictures.rendered(size)?, scene.volume.grid(), &scene.settings);
-    if arguments.depth {
-        families.extend(check::families(&[camera], size, scene.volume.grid(), &marched(&scene.settings)));
-    }
+    let families = arguments.families(scene, camera, size)?;
     let new: BTreeSet<Family> = families.difference(checked).copied().collect();
     if !new.is_empty() {
         check::require(&scene.device, &new, &arguments.scene.device)?;

@@ -1,14 +1,19 @@
 //! `layersplat render`.
 
 use super::bench::peak_bytes;
+use super::check;
 use super::many;
 use super::scene::{Scene, SceneOptions};
 use super::standard::{Output, is_input};
 use super::studio::{PictureOptions, Studio};
+use crate::camera::Camera;
+use crate::check::Family;
 use crate::error::Error;
 use crate::image::{Background, Depths, Frame, ImageFormat};
-use crate::renderer::{LatticeReport, StreamPlan};
+use crate::renderer::{LatticeReport, StreamPlan, marched};
+use crate::viewport::Viewport;
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -77,10 +82,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     arguments.pictures.rendered(options.size)?;
     let scene = Scene::open(&arguments.scene)?;
     let camera = arguments.pictures.cameras(options, &scene).still(options.orbit(0.0));
-    scene.require_checked(&arguments.scene, arguments.pictures.rendered(options.size)?, &[camera])?;
-    if arguments.depth {
-        scene.require_depths(&arguments.scene, options.size, &[camera])?;
-    }
+    check::require(&scene.device, &arguments.families(&scene, camera, options.size)?, &arguments.scene.device)?;
     let started = Instant::now();
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     let plan = studio.announce(&camera, options.size)?;
@@ -119,12 +121,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 impl Arguments {
     /// Refuses a name of a picture that would only fail once the picture is there.
     pub fn check_output(&self, path: &Path) -> Result<(), Error> {
-        let format = ImageFormat::of(path)?;
-        if self.depth && format != ImageFormat::Exr {
-            let problem = format!("{} cannot hold depths: name an .exr file", path.display());
-            return Err(Error::Settings { field: "depth", problem });
+        let format = if self.depth { ImageFormat::with_depths(path) } else { ImageFormat::of(path) };
+        format?.accept(self.scene.camera.background)
+    }
+
+    /// Families of kernels that a picture of this size takes, with its depths.
+    pub fn families(&self, scene: &Scene, camera: Camera, size: Viewport) -> Result<BTreeSet<Family>, Error> {
+        let grid = scene.volume.grid();
+        let mut families = check::families(&[camera], self.pictures.rendered(size)?, grid, &scene.settings);
+        if self.depth {
+            families.extend(check::families(&[camera], size, grid, &marched(&scene.settings)));
         }
-        format.accept(self.scene.camera.background)
+        Ok(families)
     }
 }
 

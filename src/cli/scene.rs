@@ -9,7 +9,6 @@ use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
 use crate::framing::{Fixed, Framing};
-use crate::renderer::marched;
 use crate::settings::{Blend, CropBox, Settings};
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
@@ -98,12 +97,6 @@ impl Scene {
     /// Refuses the device if it is known, or found now, not to draw such views as it should.
     pub fn require_checked(&self, options: &SceneOptions, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
         let families = check::families(cameras, size, self.volume.grid(), &self.settings);
-        check::require(&self.device, &families, &options.device)
-    }
-
-    /// The same for what finds depths.
-    pub fn require_depths(&self, options: &SceneOptions, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
-        let families = check::families(cameras, size, self.volume.grid(), &marched(&self.settings));
         check::require(&self.device, &families, &options.device)
     }
 }

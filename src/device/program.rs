@@ -50,7 +50,9 @@ impl Device {
         let ids = self.shared.context.devices();
         let built = program.build(ids, &options);
         let log = program.get_build_log(ids[0]).unwrap_or_default();
-        built.map_err(|e| self.not_built(file, e, log.clone()))?;
+        if let Err(e) = built {
+            return Err(self.not_built(file, e, log));
+        }
         let warned = log.contains("warning:");
         if warned {
             tracing::warn!("{file}, {options}: {log}");

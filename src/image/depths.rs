@@ -1,10 +1,13 @@
 //! How far away is what a picture shows.
 
-use super::file;
-use super::{Background, Frame};
+use super::{Background, Frame, ImageFormat, file};
 use crate::error::Error;
+use crate::memory;
 use crate::viewport::Viewport;
 use std::path::Path;
+
+/// Per pixel, what stands between a frame with depths and its file: a background's picture, channels, and both encoded.
+const BYTES: u64 = 16 + 2 * (16 + 8);
 
 /// Depths of a picture's pixels: distances from the eye along the view's direction, in world units, row by row, row 0 on top; infinite where
 /// less than 1/256 of the light is stopped. In a perspective they are distances from the plane through the eye, as compositing programs
@@ -63,15 +66,13 @@ impl Frame {
     /// Of other endings, depths of another size, and files that cannot be written.
     pub fn save_with_depths(&self, path: impl AsRef<Path>, background: Option<Background>, depths: &Depths) -> Result<(), Error> {
         let path = path.as_ref();
-        if file::ImageFormat::of(path)? != file::ImageFormat::Exr {
-            let problem = format!("{} cannot hold depths: name an .exr file", path.display());
-            return Err(Error::Settings { field: "depth", problem });
-        }
+        ImageFormat::with_depths(path)?;
         if depths.viewport != self.viewport {
             let Viewport { width, height, .. } = depths.viewport;
             let problem = format!("depths of {width}x{height} do not fit a picture of {}x{}", self.width(), self.height());
             return Err(Error::Settings { field: "depth", problem });
         }
+        memory::require("the picture to write", self.pixels().len() as u64 * BYTES)?;
         file::write_exr(path, &self.standing_on(background), Some(depths))
     }
 }

@@ -53,6 +53,16 @@ impl ImageFormat {
         }
     }
 
+    /// The format that a file name's ending asks for, which must have room for depths beside the picture: `.exr`.
+    pub fn with_depths(path: &Path) -> Result<Self, Error> {
+        let format = Self::of(path)?;
+        if format != ImageFormat::Exr {
+            let problem = format!("{} cannot hold depths: name an .exr file", path.display());
+            return Err(Error::Settings { field: "depth", problem });
+        }
+        Ok(format)
+    }
+
     /// Refuses a background that the format cannot hold: a transparent one in `.jpg`.
     pub fn accept(self, background: Option<Background>) -> Result<(), Error> {
         if self == ImageFormat::Jpeg && background == Some(Background::Transparent) {

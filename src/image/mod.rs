@@ -105,7 +105,7 @@ impl Frame {
             ImageFormat::Png => 4,
             ImageFormat::Jpeg => 4 + 3,
             ImageFormat::Npy => 16,
-            ImageFormat::Exr => 16 + 16,
+            ImageFormat::Exr => 16 + 2 * 16,
         };
         memory::require("the picture to write", self.pixels.len() as u64 * bytes)?;
         let displayed = || self.to_rgba8(background.unwrap_or(Background::BLACK));

@@ -14,8 +14,6 @@ use crate::viewport::Viewport;
 
 /// Smallest spacings from a sample to the next, where settings do not tell.
 const STEP: f64 = 0.5;
-/// Opacity of pixels that have depths, as in kernels/shared/accumulator.cl.
-const LEAST_OPACITY: f32 = 1.0 / 256.0;
 
 impl Renderer {
     /// How far away is what [`render`](Self::render) shows through pixels' centres: found by casting rays through the field of the
@@ -47,10 +45,10 @@ impl Renderer {
         let centre = (self.grid.centre() - camera.position).dot(camera.basis()?.forward);
         let start = if matches!(camera.projection, Projection::Perspective { .. }) { centre.max(0.0) } else { centre };
         let depth = |parameter: f32| (start + f64::from(parameter) * self.world.unit()) as f32;
-        let of = |&[first, weighted, _, alpha]: &[f32; 4]| match alpha >= LEAST_OPACITY && first.is_finite() {
+        let of = |&[first, weighted, _, alpha]: &[f32; 4]| {
             // Of the faintest pixels most is met before as much is gone as counts.
-            true => (depth(first), depth((weighted / alpha).max(first))),
-            false => (f32::INFINITY, f32::INFINITY),
+            let mean = if first.is_finite() { (weighted / alpha).max(first) } else { first };
+            (depth(first), depth(mean))
         };
         let (first, mean) = gathered.iter().map(of).unzip();
         Ok(Depths::new(viewport, first, mean))

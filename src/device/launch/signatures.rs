@@ -37,6 +37,9 @@ fn launchers_are_their_kernels_signatures() {
         compare::<layered::PointDirect>(d, (voxels, Kernel::Linear, segments, rendering));
         compare::<rays::CastValues>(d, (voxels, Kernel::Linear, rendering));
     }
+    let depths = Rendering { depths: true, ..rendering };
+    compare::<rays::Raycast>(d, (voxels, Kernel::Cubic, depths));
+    compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, Rendering { blend: BlendMode::Iso { refined: false }, ..depths }));
     let compared = [
         compare::<volume::Transpose>(d, kind),
         compare::<volume::PrefilterRows>(d, voxels),
