@@ -6,6 +6,10 @@ use layersplat::{TransferFunction, glam::DVec3};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::{Path, PathBuf};
 
+mod store;
+
+pub use store::Store;
+
 /// Bytes that are never asked for at once: an input of 64 KiB stands for up to 128 MiB of voxels (2048 a byte, which is TIFF's), and
 /// these for twice as many where numbers become wider. libFuzzer itself only sees memory that was written.
 const MOST: usize = 300 << 20;
@@ -73,19 +77,10 @@ impl File {
         self.volume_with(bytes, &OpenOptions::default());
     }
 
-    /// Opens it with options, and then its second frame and channel.
+    /// Opens it with options.
     pub fn volume_with(&self, bytes: &[u8], options: &OpenOptions) {
         std::fs::write(&self.path, bytes).expect("a file in memory");
-        let Ok(volume) = Volume::open(&self.path, options) else { return };
-        let count: usize = volume.grid().dims().iter().product();
-        assert!(volume.value(count - 1).is_finite() || volume.invalid() > 0);
-        drop(volume);
-        for options in [
-            OpenOptions { frame: Some(1), ..options.clone() },
-            OpenOptions { channel: Some(1), spacing: Some(DVec3::ONE), ..options.clone() },
-        ] {
-            let _ = Volume::open(&self.path, &options);
-        }
+        opened(&self.path, options);
     }
 
     /// Reads it as a transfer function, which is then written and read again in every format.
@@ -97,6 +92,20 @@ impl File {
             let again = TransferFunction::from_file(&self.path, None);
             assert!(again.is_ok(), "{format:?}: {again:?}");
         }
+    }
+}
+
+/// Opens what was written with options, and then its second frame and channel.
+fn opened(path: &Path, options: &OpenOptions) {
+    let Ok(volume) = Volume::open(path, options) else { return };
+    let count: usize = volume.grid().dims().iter().product();
+    assert!(volume.value(count - 1).is_finite() || volume.invalid() > 0);
+    drop(volume);
+    for options in [
+        OpenOptions { frame: Some(1), ..options.clone() },
+        OpenOptions { channel: Some(1), spacing: Some(DVec3::ONE), ..options.clone() },
+    ] {
+        let _ = Volume::open(path, &options);
     }
 }
 
@@ -117,7 +126,8 @@ pub fn raw_options(choice: &[u8; 8]) -> OpenOptions {
     ];
     let given = |bit: u8| choice[0] >> bit & 1 == 1;
     OpenOptions {
-        dims: given(1).then(|| [choice[1], choice[2], choice[3]].map(|n| if n > 250 { usize::MAX >> (n - 251) } else { n.into() })),
+        dims: given(1)
+            .then(|| [choice[1], choice[2], choice[3]].map(|n| if n > 250 { usize::MAX >> (n - 251) } else { n.into() })),
         voxel_type: given(2).then(|| TYPES[usize::from(choice[4]) % TYPES.len()]),
         endian: given(3).then_some(Endian::Big),
         header_bytes: given(4).then(|| if choice[6] == 255 { u64::MAX - u64::from(choice[5]) } else { choice[5].into() }),
