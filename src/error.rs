@@ -1,8 +1,12 @@
 //! What can go wrong, with the file, the value and the remedy.
 
+#[cfg(feature = "mpi")]
+mod distributed;
 #[cfg(feature = "gl-interop")]
 mod gl;
 
+#[cfg(feature = "mpi")]
+pub use distributed::DistributedError;
 #[cfg(feature = "gl-interop")]
 pub use gl::GlError;
 use std::io;
@@ -279,6 +283,10 @@ pub enum Error {
     #[cfg(feature = "gl-interop")]
     #[error(transparent)]
     Gl(#[from] GlError),
+    /// Processes that render together, and one of them could not.
+    #[cfg(feature = "mpi")]
+    #[error(transparent)]
+    Distributed(#[from] DistributedError),
     /// An OpenCL call failed.
     #[error("{call} failed on {device}: {source} ({})", source.0)]
     OpenCl {

@@ -94,6 +94,8 @@ impl Framing {
         let rows = (0..blocks[1] * blocks[2]).into_par_iter();
         let points: Vec<DVec3> =
             rows.flat_map_iter(|row| row_outline(volume, &shows, dims, [row % blocks[1], row / blocks[1]])).collect();
+        let points = volume.gather_all(points.into_iter().flat_map(|p| p.to_array()).collect());
+        let points: Vec<DVec3> = points.chunks_exact(3).map(DVec3::from_slice).collect();
         Self::of(volume.grid(), if points.is_empty() { corners([-1; 3], dims) } else { points })
     }
 
@@ -183,7 +185,8 @@ fn row_outline(volume: &Volume, shows: &impl Fn(f64, f64) -> bool, dims: [i64; 3
     let columns = volume.column_ranges(inside([by, bz], [dims[1], dims[2]], 0), inside([by, bz], [dims[1], dims[2]], BLOCK));
     let visible = |bx: i64| {
         let (lo, hi) = block_range(volume, dims, [bx, by, bz], &columns);
-        shows(lo, hi)
+        // Others see what is not held here.
+        lo <= hi && shows(lo, hi)
     };
     let blocks = (dims[0] + 1 + BLOCK - 1) / BLOCK;
     let Some(first) = (0..blocks).find(|&bx| visible(bx)) else { return Vec::new() };

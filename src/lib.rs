@@ -36,6 +36,8 @@ pub mod check;
 #[doc(hidden)]
 pub mod cli;
 pub mod device;
+#[cfg(feature = "mpi")]
+pub mod distributed;
 mod error;
 mod files;
 pub mod framing;

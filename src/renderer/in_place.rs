@@ -7,7 +7,7 @@ use crate::device::launch::volume::{ValueRange, ValueRangeArguments};
 use crate::device::launch::{Launcher, VoxelBuffer};
 use crate::device::{Buffer, Device, DeviceMemory, MemoryKind};
 use crate::error::Error;
-use crate::volume::{Description, Grid, VoxelType};
+use crate::volume::{Description, Grid, VoxelBox, VoxelType};
 use opencl3::event::Event;
 use std::sync::Arc;
 
@@ -146,13 +146,29 @@ impl UploadedVolume {
     /// # Errors
     /// A buffer that is too small, of another context or written only, and pitches that are no multiples of a voxel or overlap.
     pub fn in_place(device: &Device, description: &Description, voxels: &DeviceVoxels) -> Result<Self, Error> {
+        Self::part_in_place(device, description, VoxelBox::whole(description.grid().dims()), voxels)
+    }
+
+    /// The same of a box of the volume that is described, for a [`PartRenderer`](super::PartRenderer).
+    pub fn part_in_place(
+        device: &Device,
+        description: &Description,
+        part: VoxelBox,
+        voxels: &DeviceVoxels,
+    ) -> Result<Self, Error> {
         if description.voxel_type() != voxels.voxel_type {
             let problem = format!("holds {}, and the description says {}", voxels.voxel_type, description.voxel_type());
             return Err(Error::Memory { what: WHAT, problem });
         }
-        let dims = description.grid().dims();
+        let (all, VoxelBox { first, dims }) = (VoxelBox::whole(description.grid().dims()), part);
+        if part.count() == 0 || !all.holds(&part) {
+            return Err(Error::Memory {
+                what: WHAT,
+                problem: format!("has {part:?}, which is no part of {:?} voxels", all.dims),
+            });
+        }
         let (voxels, placed) = voxels.placed(device, dims)?;
         let (device, description) = (device.clone(), description.clone());
-        Ok(Self { device, description, first: [0; 3], dims, voxels: Arc::new(voxels), placed, promised: true })
+        Ok(Self { device, description, first, dims, voxels: Arc::new(voxels), placed, promised: true })
     }
 }

@@ -32,6 +32,8 @@ pub(crate) use depths::marched;
 pub use in_place::DeviceVoxels;
 pub use onto::{PictureFormat, PictureMemory};
 pub use parts::{CompositedLayers, PartRenderer};
+#[cfg(feature = "mpi")]
+pub(crate) use parts::{LatticeView, Shares, combined};
 #[doc(hidden)] // Of this crate's own tests: it shows `layers`.
 pub use plan::Plan;
 pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};

@@ -122,10 +122,13 @@ impl FrameReport {
             Plan::Shared(parts, _) => Some(&parts[0].0),
             _ => None,
         };
-        let lattice = lattice.map(|l| {
-            let [width, height] = l.size;
-            LatticeReport { samples_per_voxel: l.samples_per_voxel, width, height }
-        });
-        Self { lattice, measured }
+        Self { lattice: lattice.map(LatticeReport::of), measured }
+    }
+}
+
+impl LatticeReport {
+    pub(super) fn of(lattice: &Lattice) -> Self {
+        let [width, height] = lattice.size;
+        Self { samples_per_voxel: lattice.samples_per_voxel, width, height }
     }
 }

@@ -37,6 +37,15 @@ impl Blend {
         matches!(self, Blend::Maximum | Blend::Minimum | Blend::Average)
     }
 
+    /// The same of numbers that are the smaller the larger values are.
+    pub(crate) fn reversed(self) -> Self {
+        match self {
+            Blend::Maximum => Blend::Minimum,
+            Blend::Minimum => Blend::Maximum,
+            other => other,
+        }
+    }
+
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {

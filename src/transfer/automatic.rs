@@ -111,11 +111,12 @@ fn smoothed(histogram: &[u64]) -> Vec<f64> {
 /// The same thresholds, moved to where surfaces are: to the mean of the values half-way through the edges that cross them, each
 /// weighted with the square of its height. By at most a third of the way to the next threshold.
 fn sharpened(thresholds: Thresholds, statistics: &Statistics, volume: &Volume) -> Thresholds {
-    let sums = volume.look(|value| edges(thresholds, volume, value));
+    let mut sums = volume.look(|value| edges(thresholds, volume, value));
+    volume.add_all(sums.as_flattened_mut());
     std::array::from_fn(|n| {
         let below = if n == 0 { statistics.min } else { thresholds[n - 1] };
         let above = if n + 1 == thresholds.len() { statistics.max } else { thresholds[n + 1] };
-        let (weight, moment) = sums[n];
+        let [weight, moment] = sums[n];
         let edge = if weight > 0.0 { moment / weight } else { thresholds[n] };
         let own = thresholds[n];
         edge.clamp(own - (own - below) / 3.0, own + (above - own) / 3.0)
@@ -123,23 +124,28 @@ fn sharpened(thresholds: Thresholds, statistics: &Statistics, volume: &Volume) -
 }
 
 /// Weights, and weights times values, of the edges that cross each threshold.
-fn edges(thresholds: Thresholds, volume: &Volume, value: &dyn Fn(usize) -> f64) -> [(f64, f64); CLASSES - 1] {
+fn edges(thresholds: Thresholds, volume: &Volume, value: &dyn Fn(usize) -> f64) -> [[f64; 2]; CLASSES - 1] {
     let dims = volume.grid().dims();
     let count = volume.grid().voxel_count();
     let strides = [1, dims[0], dims[0] * dims[1]];
     let every = (count / ASKED).max(1);
-    let mut sums = [(0.0, 0.0); CLASSES - 1];
+    let mut sums = [[0.0; 2]; CLASSES - 1];
+    let (own, held) = (volume.own_box(), volume.held_box());
     for i in (0..count).step_by(every) {
+        let place = volume.grid().place(i);
+        if !own.has(place) {
+            continue;
+        }
         for axis in 0..3 {
-            let at = i / strides[axis] % dims[axis];
-            if at == 0 || at + 1 >= dims[axis] {
+            let at = place[axis];
+            if at == held.first[axis] || at + 1 >= held.end(axis) {
                 continue;
             }
             let (a, b) = (value(i - strides[axis]), value(i + strides[axis]));
             for (sum, threshold) in sums.iter_mut().zip(thresholds) {
                 if (a < threshold) != (b < threshold) {
                     let weight = (b - a) * (b - a);
-                    *sum = (sum.0 + weight, sum.1 + weight * (a + b) / 2.0);
+                    *sum = [sum[0] + weight, sum[1] + weight * (a + b) / 2.0];
                 }
             }
         }

@@ -175,7 +175,9 @@ impl TransferFunction {
     pub fn effective_splats(&self, volume: &Volume) -> u64 {
         let background = volume.background();
         let visible = |count: &mut u64, value: Option<f64>| *count += u64::from(self.opacity(value.unwrap_or(background)) > 0.0);
-        volume.sum_blocks(visible).into_iter().sum()
+        let mut count = [volume.sum_blocks(visible).into_iter().sum()];
+        volume.count_all(&mut count);
+        count[0]
     }
 
     /// Smallest distance between different values of control points.

@@ -93,6 +93,8 @@ fn counted(volume: &Volume, lo: f64, hi: f64) -> Counts {
         total.below += block.below;
         total.bins.iter_mut().zip(block.bins).for_each(|(bin, more)| *bin += more);
     }
+    volume.count_all(std::slice::from_mut(&mut total.below));
+    volume.count_all(&mut total.bins);
     total
 }
 

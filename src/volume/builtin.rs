@@ -4,12 +4,13 @@ mod phantom;
 mod surfaces;
 
 use super::storage::{Made, Storage};
-use super::{OpenOptions, Volume, VoxelType};
+use super::{Grid, OpenOptions, Volume, VoxelType};
 use crate::error::Error;
 use crate::memory;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::Arc;
 
 const NAMES: &str = "marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot or cube";
@@ -28,6 +29,17 @@ const MOST_KEPT: usize = 1 << 28;
 /// * `torus-knot`: a trefoil, the tube around a line that winds three times around a torus while it goes around twice.
 /// * `cube`: one value, 255, everywhere: a homogeneous cube that fills its grid.
 pub fn builtin_volume(source: &str, options: &OpenOptions) -> Result<Volume<'static>, Error> {
+    let (name, grid, voxels) = sampled(source, options)?;
+    let storage = if voxels.len() > MOST_KEPT {
+        Storage::made(voxels, VoxelType::Uint8)
+    } else {
+        layers(&name, &*voxels, grid.dims(), &(0..grid.dims()[2]))?.into()
+    };
+    Volume::new(name, grid, storage)?.with_background(0.0)
+}
+
+/// What makes the voxels of a built-in volume, with its name and its grid.
+pub(super) fn sampled(source: &str, options: &OpenOptions) -> Result<(String, Grid, Arc<dyn Made>), Error> {
     let (name, size) = source.split_once('@').unwrap_or((source, "64"));
     let sampled: fn([usize; 3]) -> Arc<dyn Made> = match name {
         "marschner-lobb" => marschner_lobb,
@@ -58,17 +70,15 @@ pub fn builtin_volume(source: &str, options: &OpenOptions) -> Result<Volume<'sta
         value: size.into(),
         expected: "N or XxYxZ, at least 1 per axis and at most 2^33 voxels",
     })?;
-    let grid = options.grid(dims)?;
-    let (name, voxels) = (format!("builtin:{source}"), sampled(dims));
-    let storage = if voxels.len() > MOST_KEPT { Storage::made(voxels, VoxelType::Uint8) } else { kept(&name, &*voxels)?.into() };
-    Volume::new(name, grid, storage)?.with_background(0.0)
+    Ok((format!("builtin:{source}"), options.grid(dims)?, sampled(dims)))
 }
 
-/// All voxels, made on all cores.
-fn kept(name: &str, voxels: &dyn Made) -> Result<Vec<u8>, Error> {
+/// The voxels of some layers along z, made on all cores.
+pub(super) fn layers(name: &str, voxels: &dyn Made, [x, y, _]: [usize; 3], layers: &Range<usize>) -> Result<Vec<u8>, Error> {
     const PIECE: usize = 1 << 16;
-    let mut bytes = memory::zeroed(name, voxels.len())?;
-    bytes.par_chunks_mut(PIECE).enumerate().for_each(|(n, piece)| voxels.make(n * PIECE, piece));
+    let first = x * y * layers.start;
+    let mut bytes = memory::zeroed(name, x * y * layers.len())?;
+    bytes.par_chunks_mut(PIECE).enumerate().for_each(|(n, piece)| voxels.make(first + n * PIECE, piece));
     Ok(bytes)
 }
 
@@ -160,7 +170,6 @@ fn hydrogen(dims: [usize; 3]) -> Arc<dyn Made> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::Grid;
 
     fn values(source: &str) -> (Volume<'static>, Vec<u8>) {
         let volume = builtin_volume(source, &OpenOptions::default()).unwrap();
@@ -186,7 +195,7 @@ mod tests {
         let dims = [31, 17, 20];
         let grid = Grid::new(dims, DVec3::ONE).unwrap();
         for sampled in [marschner_lobb, hydrogen, phantom::shepp_logan, surfaces::gyroid, surfaces::torus_knot] {
-            let bytes = kept("kept", &*sampled(dims)).unwrap();
+            let bytes = layers("kept", &*sampled(dims), dims, &(0..dims[2])).unwrap();
             let made = Volume::new("made", grid.clone(), Storage::made(sampled(dims), VoxelType::Uint8)).unwrap();
             let kept = Volume::new("kept", grid.clone(), bytes.as_slice()).unwrap();
             assert_eq!((made.range(), made.statistics()), (kept.range(), kept.statistics()));

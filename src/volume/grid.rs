@@ -52,6 +52,12 @@ impl Grid {
         Ok(Self { dims, spacing, origin, direction })
     }
 
+    /// The place, along x, y, z, of voxel `index`, x fastest.
+    pub(crate) fn place(&self, index: usize) -> [usize; 3] {
+        let [x, y, _] = self.dims;
+        [index % x, index / x % y, index / x / y]
+    }
+
     /// The same grid in a world of which `unit` is one.
     pub(crate) fn in_units_of(&self, unit: f64) -> Self {
         Self { spacing: self.spacing / unit, origin: self.origin / unit, ..*self }

@@ -7,9 +7,12 @@ mod grid;
 mod part;
 mod placed;
 mod rescale;
+mod shared;
 mod spool;
 mod statistics;
 mod storage;
+#[cfg(feature = "mpi")]
+mod unseen;
 mod voxels;
 mod wide;
 mod write;
@@ -22,14 +25,20 @@ pub use grid::Grid;
 pub(crate) use part::Held;
 pub use part::VolumePart;
 pub use rescale::Rescale;
+#[cfg(feature = "mpi")]
+pub(crate) use shared::Together;
+pub use shared::VoxelBox;
 pub use statistics::{HISTOGRAM_BINS, Statistics};
 pub use storage::Storage;
+#[cfg(feature = "mpi")]
+pub(crate) use unseen::{Layers, Unseen};
 pub use voxels::{Endian, ScalarType, Voxel, VoxelType, Voxels, Wide};
 pub use write::convert;
 
 use crate::error::Error;
 use crate::progress::Task;
 use placed::Placed;
+use shared::Shared;
 use std::path::Path;
 use voxels::{is_valid, with_voxel_type};
 
@@ -48,8 +57,10 @@ use voxels::{is_valid, with_voxel_type};
 #[derive(Clone, Debug)]
 pub struct Volume<'a> {
     description: Description,
+    /// Of the box that is held: all of them, unless others have the rest.
     voxels: Placed<'a>,
     invalid: usize,
+    shared: Option<Shared>,
 }
 
 impl Volume<'static> {
@@ -111,7 +122,7 @@ impl<'a> Volume<'a> {
         }
         let description = Description::new(name, grid, voxel_type, range.unwrap_or((0.0, 0.0)))?;
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
-        Ok(Self { description, voxels, invalid })
+        Ok(Self { description, voxels, invalid, shared: None })
     }
 
     /// See [`Description::with_background`].
@@ -164,16 +175,17 @@ impl<'a> Volume<'a> {
         self.invalid
     }
 
-    /// Value of voxel `index`, x fastest: the background where it is invalid.
+    /// Value of voxel `index`, x fastest: the background where it is invalid, or held by another process.
     pub fn value(&self, index: usize) -> f64 {
+        let Some(index) = self.index_in_held(self.grid().place(index)) else { return self.background() };
         let stored = self.voxels.number(index);
         if is_valid(stored) { self.description.rescale.value(stored) } else { self.background() }
     }
 
     /// Looks at many values, as [`value`](Self::value) gives them.
-    pub(crate) fn look<R>(&self, at: impl FnOnce(&dyn Fn(usize) -> f64) -> R) -> R {
+    pub(crate) fn look<R>(&self, at: impl FnOnce(&(dyn Fn(usize) -> f64 + Sync)) -> R) -> R {
         let (rescale, background) = (self.description.rescale, self.background());
-        with_voxel_type!(self.voxel_type(), T => match self.voxels.as_values::<T>() {
+        with_voxel_type!(self.voxel_type(), T => match self.voxels.as_values::<T>().filter(|_| self.shared.is_none()) {
             None => at(&|index| self.value(index)),
             Some(numbers) => at(&|index| {
                 let number: f64 = numbers[index].into();
@@ -183,16 +195,26 @@ impl<'a> Volume<'a> {
     }
 
     /// Smallest and largest value at each x of the rows `from` to `to` (y, z) inclusive, invalid ones being background.
+    /// Of what is not held here, no value: from ∞ to −∞.
     pub(crate) fn column_ranges(&self, from: [usize; 2], to: [usize; 2]) -> Vec<(f64, f64)> {
-        let ranges = self.voxels.column_ranges(from, to, self.description.stored().background);
-        ranges.into_iter().map(|range| self.description.rescale.range(range)).collect()
+        let held = self.held_box();
+        let mut all = vec![(f64::INFINITY, f64::NEG_INFINITY); self.grid().dims()[0]];
+        let inside = |i: usize, at: usize| at.clamp(held.first[i + 1], held.end(i + 1) - 1) - held.first[i + 1];
+        if (0..2).all(|i| from[i] < held.end(i + 1) && to[i] >= held.first[i + 1]) {
+            let [from, to] = [from, to].map(|row| [inside(0, row[0]), inside(1, row[1])]);
+            let ranges = self.voxels.column_ranges(from, to, self.description.stored().background);
+            let rescaled = ranges.into_iter().map(|range| self.description.rescale.range(range));
+            all[held.first[0]..].iter_mut().zip(rescaled).for_each(|(range, found)| *range = found);
+        }
+        all
     }
 
     /// Gives every voxel's value, `None` where it is invalid, to sums of blocks of voxels, on all cores. The sums are in the blocks'
-    /// order, which depends on the number of voxels alone.
+    /// order, which depends on the number of voxels alone. Of a shared volume only those that are this process's own.
     pub(crate) fn sum_blocks<R: Send + Default>(&self, add: impl Fn(&mut R, Option<f64>) + Sync) -> Vec<R> {
         let rescale = self.description.rescale;
-        with_voxel_type!(self.voxel_type(), T => self.voxels.map_blocks::<T, _>(|numbers| {
+        let Some(voxels) = self.own_voxels() else { return Vec::new() };
+        with_voxel_type!(self.voxel_type(), T => voxels.map_blocks::<T, _>(|numbers| {
             let mut sum = R::default();
             for &number in numbers {
                 let number: f64 = number.into();
@@ -202,17 +224,13 @@ impl<'a> Volume<'a> {
         }))
     }
 
-    /// All voxels, for a device.
-    pub(crate) fn held(&self) -> Held<'_> {
-        let instead = (self.invalid > 0).then(|| self.description.stored().background);
-        Held { description: &self.description, first: [0; 3], voxels: &self.voxels, instead }
-    }
-
     /// The voxels of a box, `first` the lowest of `dims`. They stay where they are.
+    ///
+    /// # Errors
+    /// A box that is empty, reaches out of the volume, or that other processes have.
     pub fn part(&self, first: [usize; 3], dims: [usize; 3]) -> Result<VolumePart<'a>, Error> {
-        let description = self.description.clone();
-        part::check(&description, first, dims)?;
-        Ok(VolumePart { description, first, voxels: self.voxels.part(first, dims) })
+        let voxels = self.voxels_of(VoxelBox { first, dims })?;
+        Ok(VolumePart { description: self.description.clone(), first, voxels })
     }
 
     /// Range, mean and histogram of the valid voxels.

@@ -44,6 +44,11 @@ impl Placed<'_> {
         self.dims
     }
 
+    #[cfg(feature = "mpi")]
+    pub fn voxel_type(&self) -> VoxelType {
+        self.storage.voxel_type()
+    }
+
     /// Number of voxels.
     pub fn len(&self) -> usize {
         self.dims.iter().product()

@@ -53,6 +53,8 @@ impl Statistics {
             total.sum += block.sum;
             total.histogram.iter_mut().zip(block.histogram).for_each(|(bin, more)| *bin += more);
         }
+        volume.count_all(&mut total.histogram);
+        volume.add_all(std::slice::from_mut(&mut total.sum));
         let count = total.histogram.iter().sum::<u64>().max(1);
         Self { min, max, mean: total.sum / count as f64, histogram: total.histogram }
     }

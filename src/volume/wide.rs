@@ -59,7 +59,7 @@ impl Numbers<'_> {
     }
 
     /// Smallest and largest valid number.
-    fn range(self) -> Option<(f64, f64)> {
+    pub fn range(self) -> Option<(f64, f64)> {
         let empty = (f64::INFINITY, f64::NEG_INFINITY);
         let within = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
         // `min` and `max` leave NaN out.
@@ -111,13 +111,25 @@ pub(super) fn volume(
     rescale: Rescale,
     most: Option<u64>,
 ) -> Result<Volume<'static>, Error> {
-    let (smallest, largest) = numbers.range().unwrap_or((0.0, 0.0));
+    let range = numbers.range().unwrap_or((0.0, 0.0));
+    let storage = storage(&name, numbers, range, most)?;
+    let rescale = Rescale::new(rescale.slope(), rescale.value(range.0))?;
+    Ok(Volume::new(name, grid, storage)?.with_rescale(rescale))
+}
+
+/// Voxels of such numbers, less the smallest of the range of all.
+pub(super) fn storage(
+    name: &str,
+    numbers: Numbers,
+    (smallest, largest): (f64, f64),
+    most: Option<u64>,
+) -> Result<Storage<'static>, Error> {
     let width = largest - smallest;
     let whole = !matches!(numbers.scalar, ScalarType::Float16 | ScalarType::Float64);
-    let storage: Storage = if whole && width <= f64::from(u8::MAX) {
-        numbers.less::<u8>(&name, smallest, most)?
+    if whole && width <= f64::from(u8::MAX) {
+        numbers.less::<u8>(name, smallest, most)
     } else if whole && width <= f64::from(u16::MAX) {
-        numbers.less::<u16>(&name, smallest, most)?
+        numbers.less::<u16>(name, smallest, most)
     } else {
         if whole && width > WHOLE_FLOATS {
             let step = (width / WHOLE_FLOATS).log2().ceil().exp2();
@@ -126,11 +138,9 @@ pub(super) fn volume(
                 step / 2.0
             );
         }
-        warn_if_coarse(&name, numbers, smallest);
-        numbers.less::<f32>(&name, smallest, most)?
-    };
-    let rescale = Rescale::new(rescale.slope(), rescale.value(smallest))?;
-    Ok(Volume::new(name, grid, storage)?.with_rescale(rescale))
+        warn_if_coarse(name, numbers, smallest);
+        numbers.less::<f32>(name, smallest, most)
+    }
 }
 
 /// Warns where a few numbers far from the rest make the range so wide that floats cannot tell the rest apart.

@@ -117,11 +117,7 @@ impl Prepared {
 
     /// The blend mode of stored numbers that is one of values.
     pub fn blend_of_numbers(&self, blend: Blend) -> Blend {
-        match blend {
-            Blend::Maximum if self.reverses_values() => Blend::Minimum,
-            Blend::Minimum if self.reverses_values() => Blend::Maximum,
-            other => other,
-        }
+        if self.reverses_values() { blend.reversed() } else { blend }
     }
 
     /// Smallest and largest number of a voxel, less the offset, invalid ones included.

@@ -13,6 +13,12 @@ pub(super) trait Bytes {
         None
     }
 
+    /// Whether some can be read without most of those before them.
+    #[cfg(feature = "mpi")]
+    fn reads_anywhere(&self) -> bool {
+        self.in_place().is_some()
+    }
+
     /// How many there can be at most, told without reading them: what a header declares is compared with it before anything is allocated.
     fn most(&self) -> u64;
 
@@ -241,6 +247,11 @@ impl Joined {
 }
 
 impl Bytes for Joined {
+    #[cfg(feature = "mpi")]
+    fn reads_anywhere(&self) -> bool {
+        true
+    }
+
     fn most(&self) -> u64 {
         self.most
     }

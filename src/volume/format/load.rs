@@ -8,6 +8,8 @@ use crate::memory;
 use crate::progress::Task;
 use crate::volume::spool::Spool;
 use crate::volume::{Endian, Grid, Rescale, ScalarType, Storage, Volume, wide};
+#[cfg(feature = "mpi")]
+use crate::volume::{Layers, Unseen};
 use glam::{DAffine3, DMat3, DVec3};
 use memmap2::{Mmap, MmapOptions};
 use std::io;
@@ -130,6 +132,44 @@ pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<V
     }
 }
 
+/// Some layers along z of a file, of which no more is read.
+///
+/// # Errors
+/// Files of which no part can be read without all before it.
+#[cfg(feature = "mpi")]
+pub(super) fn layers(path: &Path, opened: Opened, choose: &dyn Fn([usize; 3]) -> Layers) -> Result<Unseen<'static>, Error> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    if !opened.bytes.reads_anywhere() {
+        let problem = "its voxels are packed or written out one after the other, so that every process would have to read all of them: \
+                       write them as they are (layersplat convert IN OUT.nrrd)";
+        return Err(Error::volume(path, problem));
+    }
+    let mut file = Reading::new(path, opened);
+    file.check_size()?;
+    let Header { ref grid, scalar, endian, rescale, .. } = file.opened.header;
+    let (whole, layers) = (grid.clone(), choose(grid.dims()));
+    // As if these were all that the file has.
+    let [x, y, _] = whole.dims();
+    let header = &mut file.opened.header;
+    header.first += header.strides[2] * layers.held.start as u64;
+    header.grid = Grid::new([x, y, layers.held.len()], DVec3::ONE)?;
+    let map = file.mapped()?;
+    let strides = file.opened.header.strides.map(|stride| isize::try_from(stride).unwrap_or(isize::MAX));
+    let unseen = match (scalar.voxel_type(), map) {
+        (Some(voxel_type), Some(map)) => {
+            let storage = Storage::from_bytes(map, voxel_type).with_strides(strides).with_endian(endian);
+            Unseen::layers(name, whole, &layers, storage)?
+        }
+        (Some(voxel_type), None) => {
+            let storage = Storage::from_bytes(file.picked(&name)?, voxel_type).with_endian(endian);
+            Unseen::layers(name, whole, &layers, storage)?
+        }
+        (None, Some(map)) if file.opened.header.is_dense() => Unseen::wide(name, whole, &layers, map, scalar, endian),
+        (None, _) => Unseen::wide(name.clone(), whole, &layers, file.picked(&name)?, scalar, endian),
+    };
+    Ok(unseen.with_rescale(rescale))
+}
+
 /// Numbers as they are stored, mapped or read, and what the header says of them.
 pub(in crate::volume) type Numbers = (Header, Box<dyn AsRef<[u8]>>);
 
@@ -203,8 +243,15 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// All numbers, one after the other.
+    /// All numbers, one after the other, to the end of what is packed.
     fn gathered(&mut self, name: &str) -> Result<Vec<u8>, Error> {
+        let numbers = self.picked(name)?;
+        self.check_end(self.opened.header.end())?;
+        Ok(numbers)
+    }
+
+    /// All numbers, one after the other.
+    fn picked(&mut self, name: &str) -> Result<Vec<u8>, Error> {
         let (dims, size) = (self.opened.header.grid.dims(), self.opened.header.scalar.bytes());
         let mut numbers = memory::zeroed(name, dims.iter().product::<usize>() * size)?;
         if self.opened.header.is_dense() {
@@ -215,7 +262,6 @@ impl Reading<'_> {
         } else {
             self.pick(name, dims, size, &mut numbers)?;
         }
-        self.check_end(self.opened.header.end())?;
         Ok(numbers)
     }
 

@@ -33,6 +33,8 @@ pub use options::{Level, OpenOptions};
 pub(super) use raw::told_by_name;
 
 use super::Volume;
+#[cfg(feature = "mpi")]
+use super::{Layers, Unseen};
 use crate::error::Error;
 use flate2::read::MultiGzDecoder;
 use load::Opened;
@@ -149,6 +151,16 @@ impl<'a> Found<'a> {
 /// Opens a file of any format.
 pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
     load::volume(path, open(path, options)?, options.memory)
+}
+
+/// Some layers along z of a file of any format.
+#[cfg(feature = "mpi")]
+pub(super) fn layers(
+    path: &Path,
+    options: &OpenOptions,
+    choose: &dyn Fn([usize; 3]) -> Layers,
+) -> Result<Unseen<'static>, Error> {
+    load::layers(path, open(path, options)?, choose)
 }
 
 /// All numbers of a file of any format, one after the other, as they are stored, with what its header says.

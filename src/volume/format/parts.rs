@@ -39,6 +39,11 @@ impl<P: Parts> Kept<P> {
 }
 
 impl<P: Parts> Bytes for Kept<P> {
+    #[cfg(feature = "mpi")]
+    fn reads_anywhere(&self) -> bool {
+        true
+    }
+
     fn most(&self) -> u64 {
         self.parts.most()
     }

@@ -1,7 +1,14 @@
 //! Volumes of which not all layers are at hand: each part composites its own, onto those before.
 
+#[cfg(feature = "mpi")]
+mod ranks;
+mod view;
+
+#[cfg(feature = "mpi")]
+pub(crate) use ranks::Shares;
+pub(crate) use view::{LatticeView, combined};
+
 use super::picture::{OntoScreen, Share};
-use super::plan::Plan;
 use super::range::LayerRange;
 use super::scene::View;
 use super::tiles::read_samples;
@@ -10,13 +17,14 @@ use crate::camera::Camera;
 use crate::device::Device;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Axis, Kernel, Lattice, PREFILTER_RADIUS, Rays};
-use crate::settings::{Blend, Classification, Layered, Settings};
+use crate::layers::{Axis, Kernel, PREFILTER_RADIUS};
+use crate::settings::{Classification, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::VolumePart;
+use crate::volume::{Description, VolumePart};
 use std::ops::Range;
 use std::time::Duration;
+use view::refused;
 
 /// Renders some layers of a volume: those of a [`VolumePart`].
 ///
@@ -48,7 +56,7 @@ use std::time::Duration;
 /// assert_eq!(whole.layers(), 0..16);
 /// # Ok::<(), layersplat::Error>(())
 /// ```
-pub struct PartRenderer(Renderer);
+pub struct PartRenderer(Renderer, Description);
 
 /// Layers that were composited, front to back, as a later one can go on with: not yet a picture.
 ///
@@ -75,33 +83,6 @@ pub struct CompositedLayers {
     samples: Vec<[f32; 4]>,
 }
 
-/// A view of a volume through a lattice.
-#[derive(Clone, Debug, PartialEq)]
-struct LatticeView {
-    lattice: Lattice,
-    rays: Rays,
-    viewport: Viewport,
-    layered: Layered,
-    settings: Settings,
-    /// Of stored numbers.
-    blend: Blend,
-}
-
-impl LatticeView {
-    fn axis(&self) -> Axis {
-        self.lattice.frame.layer_axis()
-    }
-
-    fn ascending(&self) -> bool {
-        self.lattice.layer_step > 0
-    }
-
-    /// Whether `behind` begins where `front` ends.
-    fn joins(&self, front: &Range<usize>, behind: &Range<usize>) -> bool {
-        if self.ascending() { front.end == behind.start } else { behind.end == front.start }
-    }
-}
-
 impl CompositedLayers {
     /// Which layers, under their numbers in the whole volume.
     pub fn layers(&self) -> Range<usize> {
@@ -118,7 +99,7 @@ impl CompositedLayers {
         if front.view != behind.view {
             return Err(refused("these layers are of different views: composite them with the same camera and settings".into()));
         }
-        check_joined(&front.view, &front.layers, &behind.layers)?;
+        front.view.check_joined(&front.layers, &behind.layers)?;
         let blend = front.view.blend;
         let samples = front.samples.iter().zip(&behind.samples).map(|(&f, &b)| combined(blend, f, b)).collect();
         Ok(Self { view: front.view.clone(), layers: union(&front.layers, &behind.layers), samples })
@@ -149,7 +130,7 @@ impl PartRenderer {
 
     /// Renders layers of a volume, or of a part of one, that is on a device already.
     pub fn of(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
-        Self(Renderer::holding(volume, transfer))
+        Self(Renderer::holding(volume, transfer), volume.description().clone())
     }
 
     /// Takes another transfer function from the next layers on.
@@ -190,7 +171,7 @@ impl PartRenderer {
                     "the layers before are of another view: composite all with the same camera and settings".into(),
                 ));
             }
-            check_joined(&view, &before.layers, &layers)?;
+            view.check_joined(&before.layers, &layers)?;
             done = union(&before.layers, &layers);
         }
         let range = LayerRange { voxels: layers, continues: before.is_some(), raw: true };
@@ -210,16 +191,12 @@ impl PartRenderer {
     }
 
     fn view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<LatticeView, Error> {
-        let (rays, settings) = self.0.seen(camera, viewport, settings)?;
-        let blend = self.0.prepared.blend_of_numbers(settings.blend);
-        match Plan::new(&rays, viewport, self.0.prepared.grid(), &settings)? {
-            Plan::Lattice(lattice, layered) => Ok(LatticeView { lattice, rays, viewport, layered, settings, blend }),
-            Plan::Shared(parts, _) => {
-                let axes: Vec<_> = parts.iter().map(|(lattice, _)| lattice.frame.layer_axis()).collect();
+        let mut views = LatticeView::all(&self.1, camera, viewport, settings)?;
+        match views.pop() {
+            Some((view, _)) if views.is_empty() => Ok(view),
+            last => {
+                let axes: Vec<_> = views.iter().chain(&last).map(|(view, _)| view.axis()).collect();
                 Err(refused(format!("this view is shared by the layer axes {axes:?}: choose one of them")))
-            }
-            other => {
-                Err(refused(format!("only layers on a lattice can be rendered in parts, not {other}: hold the whole volume")))
             }
         }
     }
@@ -251,33 +228,6 @@ impl PartRenderer {
     }
 }
 
-fn check_joined(view: &LatticeView, front: &Range<usize>, behind: &Range<usize>) -> Result<(), Error> {
-    if view.joins(front, behind) {
-        return Ok(());
-    }
-    let order = if view.ascending() { "from the first layer to the last" } else { "from the last layer to the first" };
-    Err(refused(format!("layers {behind:?} are not right behind layers {front:?}: this view goes {order}")))
-}
-
-fn refused(problem: String) -> Error {
-    Error::Settings { field: "layer_axis", problem }
-}
-
 fn union(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
     a.start.min(b.start)..a.end.max(b.end)
-}
-
-/// Two raw samples, one behind the other, as kernels/shared/accumulator.cl has them.
-fn combined(blend: Blend, front: [f32; 4], behind: [f32; 4]) -> [f32; 4] {
-    let value = |value| [value, 0.0, 0.0, 0.0];
-    match blend {
-        Blend::Maximum => value(front[0].max(behind[0])),
-        Blend::Minimum => value(front[0].min(behind[0])),
-        Blend::Average => value(front[0] + behind[0]),
-        Blend::Composite | Blend::Iso(_) => {
-            let passes = front[3];
-            let [r, g, b] = [0, 1, 2].map(|c| front[c] + passes * behind[c]);
-            [r, g, b, passes * behind[3]]
-        }
-    }
 }

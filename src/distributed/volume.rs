@@ -1,0 +1,63 @@
+//! Volumes whose voxels are with several processes.
+
+use super::group::Group;
+use crate::error::Error;
+use crate::volume::{Grid, Layers, OpenOptions, Storage, Unseen, Volume, VoxelBox};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Layers around its own that each process reads: what framing, kernels and gradients look at.
+const AROUND: usize = 4;
+
+/// The voxels that a process has of a volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Brick {
+    /// Those that no other process has as its own.
+    pub own: VoxelBox,
+    /// These and ghost layers around them, which others have, too. With two, or as many as a kernel needs
+    /// ([`PartRenderer::around`](crate::renderer::PartRenderer::around)), views along an axis across which bricks are whole slabs are
+    /// drawn without sending a voxel.
+    pub held: VoxelBox,
+}
+
+impl Group {
+    /// A volume of which every process has a brick: what is found by looking at all voxels (range, statistics, automatic transfer
+    /// functions, percentiles, framing) is found together, and such calls are collective. Voxels are those of `held`, x fastest unless
+    /// the storage says otherwise.
+    ///
+    /// # Errors
+    /// As [`Volume::new`], on all processes what fails on one.
+    pub fn volume<'a>(
+        &self,
+        name: impl Into<String>,
+        grid: Grid,
+        brick: Brick,
+        voxels: impl Into<Storage<'a>>,
+    ) -> Result<Volume<'a>, Error> {
+        self.shared(Unseen::new(name, grid, brick.held, brick.own, voxels)).map(|(volume, _)| volume)
+    }
+
+    /// Opens a volume as [`Volume::open`] does, of which every process reads its own layers along z and a few around them; and how many
+    /// bytes these are here.
+    ///
+    /// # Errors
+    /// As [`Volume::open`], and files of which no part can be read without all before it; on all processes what fails on one.
+    pub fn open(&self, source: impl AsRef<Path>, options: &OpenOptions) -> Result<(Volume<'static>, u64), Error> {
+        let choose = |[_, _, layers]: [usize; 3]| {
+            let own = self.rank() * layers / self.size()..(self.rank() + 1) * layers / self.size();
+            // Who has none holds some all the same: there is no empty box.
+            let first = own.start.saturating_sub(AROUND).min(layers - 1);
+            let held = first..(own.end + AROUND).clamp(first + 1, layers);
+            Layers { own, held }
+        };
+        self.shared(Unseen::open(source.as_ref(), options, &choose))
+    }
+
+    fn shared<'a>(&self, unseen: Result<Unseen<'a>, Error>) -> Result<(Volume<'a>, u64), Error> {
+        let unseen = self.agree(unseen)?;
+        let bytes = unseen.bytes();
+        let converted = self.agree(unseen.converted(self))?;
+        let volume = self.agree(converted.shared(Arc::new(self.clone())))?;
+        Ok((volume, bytes))
+    }
+}

@@ -1,0 +1,83 @@
+//! What processes that share a volume need of a renderer of their layers.
+
+use super::super::picture::{OntoScreen, Picture, Share};
+use super::super::range::LayerRange;
+use super::super::tiles::read_samples;
+use super::PartRenderer;
+use super::view::LatticeView;
+use crate::device::Device;
+use crate::error::Error;
+use crate::image::Frame;
+use crate::renderer::LatticeReport;
+use crate::settings::Blend;
+use opencl3::event::Event;
+use std::ops::Range;
+
+impl LatticeView {
+    /// Samples along u and v.
+    pub fn size(&self) -> [usize; 2] {
+        self.lattice.size.map(|n| n as usize)
+    }
+
+    /// The blend mode of stored numbers.
+    pub fn blend(&self) -> Blend {
+        self.blend
+    }
+
+    pub fn report(&self) -> LatticeReport {
+        LatticeReport::of(&self.lattice)
+    }
+}
+
+/// A picture that several lattices are warped into, each by a renderer that holds voxels for it.
+#[derive(Default)]
+pub(crate) struct Shares {
+    picture: Picture,
+    added: bool,
+}
+
+impl Shares {
+    /// Warps the samples of all layers of a lattice, with its share of the picture.
+    pub fn add(
+        &mut self,
+        renderer: &mut PartRenderer,
+        view: &LatticeView,
+        share: f64,
+        samples: &[[f32; 4]],
+    ) -> Result<(), Error> {
+        renderer.draw(view, &LayerRange::end(), Some(samples))?;
+        let device = renderer.0.device.clone();
+        let onto = OntoScreen { lattice: &view.lattice, rays: &view.rays, viewport: view.viewport };
+        let share = Share { share, added: std::mem::replace(&mut self.added, true) };
+        self.picture.warp(&device, &mut renderer.0.target, onto, share, None)?;
+        Ok(())
+    }
+
+    /// The picture of all: premultiplied floats, without a background.
+    pub fn frame(&mut self, device: &Device, view: &LatticeView) -> Result<Frame, Error> {
+        let warped = self.picture.warped(device, view.viewport)?;
+        Ok(Frame::new(view.viewport, read_samples(warped, device, view.viewport.pixels())?))
+    }
+}
+
+impl PartRenderer {
+    /// The raw samples of some layers of a view, composited from nothing; no layers are nothing.
+    pub(crate) fn raw(&mut self, view: &LatticeView, layers: &Range<usize>) -> Result<Vec<[f32; 4]>, Error> {
+        if !layers.is_empty() {
+            self.check_held(view, layers)?;
+        }
+        let voxels = if layers.is_empty() { 0..0 } else { layers.clone() };
+        self.draw(view, &LayerRange { voxels, continues: false, raw: true }, None)?;
+        read_samples(self.0.target.drawn(&self.0.device)?.0, &self.0.device, view.lattice.samples())
+    }
+
+    /// The voxels have changed, where they are in memory of the caller's own.
+    pub(crate) fn volume_changed(&mut self, wait: &[&Event]) -> Result<(), Error> {
+        self.0.volume_changed(wait).map(drop)
+    }
+
+    /// The device, as this renderer uses it.
+    pub(crate) fn device(&self) -> &Device {
+        &self.0.device
+    }
+}

@@ -1,0 +1,94 @@
+//! Views of a volume through lattices, and what their layers are together.
+
+use super::super::plan::Plan;
+use super::super::world::World;
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::layers::{Axis, Lattice, Rays};
+use crate::settings::{Blend, Layered, Settings};
+use crate::viewport::Viewport;
+use crate::volume::Description;
+use std::ops::Range;
+
+/// A view of a volume through a lattice.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LatticeView {
+    pub(super) lattice: Lattice,
+    pub(super) rays: Rays,
+    pub(super) viewport: Viewport,
+    pub(super) layered: Layered,
+    pub(super) settings: Settings,
+    /// Of stored numbers.
+    pub(super) blend: Blend,
+}
+
+impl LatticeView {
+    /// The lattices of a view, and the share of the picture that each has: one, or near 45° those of two or three layer axes.
+    ///
+    /// # Errors
+    /// Views without a lattice.
+    pub fn all(
+        description: &Description,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<Vec<(Self, f64)>, Error> {
+        let world = World::of(description.grid());
+        let grid = world.grid(description.grid());
+        let (rays, settings) = world.seen(&grid, camera, viewport, settings)?;
+        let reversed = description.rescale().slope() < 0.0;
+        let blend = if reversed { settings.blend.reversed() } else { settings.blend };
+        let (lattices, layered) = match Plan::new(&rays, viewport, &grid, &settings)? {
+            Plan::Lattice(lattice, layered) => (vec![(lattice, 1.0)], layered),
+            Plan::Shared(parts, layered) => (parts, layered),
+            other => {
+                let problem = format!("only layers on a lattice can be rendered in parts, not {other}: hold the whole volume");
+                return Err(refused(problem));
+            }
+        };
+        let view = |lattice| Self { lattice, rays, viewport, layered, settings, blend };
+        Ok(lattices.into_iter().map(|(lattice, share)| (view(lattice), share)).collect())
+    }
+
+    pub fn axis(&self) -> Axis {
+        self.lattice.frame.layer_axis()
+    }
+
+    /// Whether rays meet layers in the order of their numbers.
+    pub fn ascending(&self) -> bool {
+        self.lattice.layer_step > 0
+    }
+
+    /// Whether `behind` begins where `front` ends.
+    fn joins(&self, front: &Range<usize>, behind: &Range<usize>) -> bool {
+        if self.ascending() { front.end == behind.start } else { behind.end == front.start }
+    }
+
+    pub(super) fn check_joined(&self, front: &Range<usize>, behind: &Range<usize>) -> Result<(), Error> {
+        if self.joins(front, behind) {
+            return Ok(());
+        }
+        let order = if self.ascending() { "from the first layer to the last" } else { "from the last layer to the first" };
+        Err(refused(format!("layers {behind:?} are not right behind layers {front:?}: this view goes {order}")))
+    }
+}
+
+/// Of what concerns the layers of a view.
+pub(super) fn refused(problem: String) -> Error {
+    Error::Settings { field: "layer_axis", problem }
+}
+
+/// Two raw samples, one behind the other, as kernels/shared/accumulator.cl has them.
+pub(crate) fn combined(blend: Blend, front: [f32; 4], behind: [f32; 4]) -> [f32; 4] {
+    let value = |value| [value, 0.0, 0.0, 0.0];
+    match blend {
+        Blend::Maximum => value(front[0].max(behind[0])),
+        Blend::Minimum => value(front[0].min(behind[0])),
+        Blend::Average => value(front[0] + behind[0]),
+        Blend::Composite | Blend::Iso(_) => {
+            let passes = front[3];
+            let [r, g, b] = [0, 1, 2].map(|c| front[c] + passes * behind[c]);
+            [r, g, b, passes * behind[3]]
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! Tests whose bodies run in several processes: a test starts this very program under `mpirun`, each rank of which runs one case.
+
+use layersplat::distributed::Group;
+use layersplat::distributed::mpi::{self, Threading, environment::Universe};
+use std::process::Command;
+
+/// The case that ranks are to run.
+const CASE: &str = "LAYERSPLAT_TEST_CASE";
+
+/// `mpirun` as these tests take it: more ranks than cores, none bound to a core, as any user.
+pub fn mpirun(ranks: usize) -> Command {
+    let mut command = Command::new("mpirun");
+    command.args(["--oversubscribe", "--bind-to", "none", "-n", &ranks.to_string()]);
+    command.envs([("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")]);
+    // One thread each: there are more ranks than cores.
+    command.envs([("POCL_MAX_PTHREAD_COUNT", "1"), ("RAYON_NUM_THREADS", "1"), ("OMPI_MCA_rmaps_base_oversubscribe", "1")]);
+    command
+}
+
+/// Runs a case on so many ranks; all must end well.
+pub fn on_ranks(ranks: usize, case: &str) {
+    let program = std::env::current_exe().expect("this program");
+    let done = mpirun(ranks)
+        .arg(program)
+        .args(["--exact", "as_a_rank", "--ignored", "--nocapture", "--quiet"])
+        .env(CASE, case)
+        .output()
+        .expect("mpirun, of the package openmpi-bin, which scripts/mpi installs");
+    let said = [done.stdout, done.stderr].map(|said| String::from_utf8_lossy(&said).into_owned()).concat();
+    assert!(done.status.success(), "{case} on {ranks} ranks: {said}");
+    // A rank that found no such case would end well, too.
+    assert_eq!(said.matches("ran the case").count(), ranks, "{case} on {ranks} ranks: {said}");
+}
+
+/// Runs a case as a rank. What fails on one ends all.
+pub fn as_a_rank(run: impl FnOnce(&str, &Group)) {
+    let case = std::env::var(CASE).expect("started by another test");
+    let (universe, _): (Universe, Threading) = mpi::initialize_with_threading(Threading::Serialized).expect("MPI once");
+    let group = Group::new(&universe.world()).expect("a group");
+    let (of_all, usual) = (group.clone(), std::panic::take_hook());
+    std::panic::set_hook(Box::new(move |panic| {
+        usual(panic);
+        of_all.abort(1);
+    }));
+    run(&case, &group);
+    eprintln!("ran the case");
+    group.wait();
+    drop(std::panic::take_hook());
+}

@@ -1,0 +1,68 @@
+//! Volumes that several processes render together: the pictures of one, and what goes wrong on one rank ends on all.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod launch;
+mod pictures;
+mod volumes;
+
+use launch::on_ranks;
+
+/// Numbers of ranks: alone, even, odd, and more than divide the layers.
+const RANKS: [usize; 4] = [1, 2, 3, 5];
+
+#[test]
+#[ignore = "run by the other tests, under mpirun"]
+fn as_a_rank() {
+    launch::as_a_rank(|case, group| match case {
+        "pictures" => pictures::are_those_of_one_process(group),
+        "blends" => pictures::in_every_blend_mode(group),
+        "again" => pictures::are_the_same_again(group),
+        "changes" => pictures::follow_changes(group),
+        "devices" => pictures::of_bricks_on_devices(group),
+        "reductions" => volumes::are_looked_at_together(group),
+        "files" => volumes::are_read_in_parts(group),
+        "refusals" => volumes::are_refused_on_all(group),
+        other => panic!("no case {other}"),
+    });
+}
+
+#[test]
+fn pictures_are_those_of_one_process() {
+    RANKS.iter().for_each(|&ranks| on_ranks(ranks, "pictures"));
+}
+
+#[test]
+fn every_blend_mode() {
+    [2, 3].iter().for_each(|&ranks| on_ranks(ranks, "blends"));
+}
+
+#[test]
+fn the_same_picture_again() {
+    [3, 5].iter().for_each(|&ranks| on_ranks(ranks, "again"));
+}
+
+#[test]
+fn changes_are_followed() {
+    [1, 3].iter().for_each(|&ranks| on_ranks(ranks, "changes"));
+}
+
+#[test]
+fn bricks_on_devices() {
+    [1, 3].iter().for_each(|&ranks| on_ranks(ranks, "devices"));
+}
+
+#[test]
+fn what_is_found_together() {
+    RANKS.iter().for_each(|&ranks| on_ranks(ranks, "reductions"));
+}
+
+#[test]
+fn files_are_read_in_parts() {
+    [1, 3].iter().for_each(|&ranks| on_ranks(ranks, "files"));
+}
+
+#[test]
+fn refusals_come_to_all() {
+    [1, 3].iter().for_each(|&ranks| on_ranks(ranks, "refusals"));
+}

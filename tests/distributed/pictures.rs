@@ -1,0 +1,217 @@
+//! What ranks draw together, beside what one process draws alone.
+
+use crate::common::*;
+use glam::DVec3;
+use layersplat::device::DeviceMemory;
+use layersplat::distributed::{Brick, DistributedReport, Group, Renderer};
+use layersplat::opencl3::command_queue::CommandQueue;
+use layersplat::opencl3::context::Context;
+use layersplat::opencl3::memory::{Buffer, CL_MEM_COPY_HOST_PTR, CL_MEM_READ_WRITE};
+use layersplat::renderer::DeviceVoxels;
+use layersplat::settings::{Blend, Classification, Layered};
+use layersplat::volume::{Description, VoxelBox, VoxelType};
+use layersplat::{Camera, Device, Frame, Quality, Settings, TransferFunction, Viewport, Volume};
+
+/// Neither a multiple of any number of ranks, nor alike.
+const DIMS: [usize; 3] = [23, 19, 26];
+/// Rounding of `over` in another order.
+const REASSOCIATED: f64 = 2e-6;
+/// What is behind was not told that light ended in front of it.
+const TERMINATED: f64 = Settings::OPAQUE;
+
+/// All voxels, which every rank has for the comparison, and those of a rank's own.
+fn whole() -> Volume<'static> {
+    random_volume(DIMS, DVec3::new(1.0, 1.2, 0.8), 5)
+}
+
+/// What a rank has: a slab along z without ghosts, or, of boxes, one that another rank's axis is cut along, with some ghosts.
+fn brick(group: &Group, axis: usize, ghosts: usize) -> Brick {
+    let (rank, size) = (group.rank(), group.size());
+    let (mut own, mut held) = (VoxelBox::whole(DIMS), VoxelBox::whole(DIMS));
+    let layers = rank * DIMS[axis] / size..(rank + 1) * DIMS[axis] / size;
+    (own.first[axis], own.dims[axis]) = (layers.start, layers.len());
+    let around = layers.start.saturating_sub(ghosts)..(layers.end + ghosts).min(DIMS[axis]);
+    (held.first[axis], held.dims[axis]) = (around.start, around.len());
+    Brick { own, held }
+}
+
+/// A rank's part of the same voxels.
+fn shared(group: &Group, axis: usize, ghosts: usize) -> Volume<'static> {
+    let (all, brick) = (random_bytes(DIMS, 5), brick(group, axis, ghosts));
+    let VoxelBox { first, dims } = brick.held;
+    let voxel = |n: usize| {
+        let place = [n % dims[0], n / dims[0] % dims[1], n / dims[0] / dims[1]];
+        let [x, y, z] = [0, 1, 2].map(|i| first[i] + place[i]);
+        all[x + DIMS[0] * (y + DIMS[1] * z)]
+    };
+    let voxels: Vec<u8> = (0..brick.held.count()).map(voxel).collect();
+    group.volume("shared", whole().grid().clone(), brick, voxels).unwrap().with_background(0.0).unwrap()
+}
+
+/// Views of all axes from both sides, in both projections, and one that several axes share.
+fn views(volume: &Volume, size: Viewport) -> Vec<Camera> {
+    let turns = [(80.0, 12.0), (-70.0, -20.0), (15.0, 72.0), (20.0, -15.0), (170.0, 8.0), (45.0, 0.0)];
+    let parallel = turns.iter().map(|&(azimuth, elevation)| parallel(volume, size, azimuth, elevation));
+    parallel.chain(turns[..5].iter().map(|&(azimuth, elevation)| perspective(volume, azimuth, elevation, 25.0))).collect()
+}
+
+fn drawn(renderer: &mut Renderer, camera: &Camera, size: Viewport, settings: &Settings) -> Option<(Frame, DistributedReport)> {
+    let (frame, report) = renderer.render(camera, size, settings).unwrap();
+    frame.map(|frame| (frame, report))
+}
+
+fn splatted() -> Settings {
+    Settings::from(Layered { classification: SPLATTED, ..layered(Quality::Standard.settings()) })
+}
+
+pub fn are_those_of_one_process(group: &Group) {
+    let (volume, size, transfer) = (whole(), viewport(56, 44), smooth_transfer());
+    let (device, ghosts) = (device(), 2);
+    let mut alone = layersplat::Renderer::new(&device, &volume, &transfer).unwrap();
+    for axis in [2, 0] {
+        let mut together = Renderer::new(group, &device, &shared(group, axis, ghosts), &transfer).unwrap();
+        for settings in [Quality::Standard.settings(), Quality::High.settings(), splatted()] {
+            for early_termination in [false, true] {
+                let settings = Settings { early_termination, ..settings };
+                for (n, camera) in views(&volume, size).iter().enumerate() {
+                    let Some((frame, report)) = drawn(&mut together, camera, size, &settings) else { continue };
+                    let (expected, _) = alone.render(camera, size, &settings).unwrap();
+                    assert!(largest_opacity(&expected) > 0.2);
+                    let tolerance = if early_termination { TERMINATED } else { REASSOCIATED };
+                    let what = format!("view {n} of {group:?}, slabs along {axis}, {settings:?}");
+                    assert_close(&what, &frame, &expected, if group.size() == 1 { 0.0 } else { tolerance });
+                    assert_eq!(report.ranks.len(), group.size());
+                    let drawn: usize = report.ranks.iter().map(|rank| rank.layers).sum();
+                    assert_eq!(drawn, report.axes.iter().map(|axis| DIMS[axis.index()]).sum::<usize>());
+                }
+            }
+        }
+    }
+    // A comparison that a small change of the view passes would tell nothing.
+    let settings = Settings { early_termination: false, ..Settings::default() };
+    let mut together = Renderer::new(group, &device, &shared(group, 2, ghosts), &transfer).unwrap();
+    let turned = parallel(&volume, size, 20.05, -15.0);
+    if let Some((frame, _)) = drawn(&mut together, &turned, size, &settings) {
+        let (other, _) = alone.render(&parallel(&volume, size, 20.0, -15.0), size, &settings).unwrap();
+        assert!(compare(&frame, &other).max_difference > 10.0 * REASSOCIATED);
+    }
+}
+
+pub fn in_every_blend_mode(group: &Group) {
+    let (volume, size, transfer) = (whole(), viewport(48, 40), smooth_transfer());
+    let device = device();
+    let mut alone = layersplat::Renderer::new(&device, &volume, &transfer).unwrap();
+    let mut together = Renderer::new(group, &device, &shared(group, 2, 0), &transfer).unwrap();
+    for blend in [Blend::Maximum, Blend::Minimum, Blend::Average, Blend::Iso(128.0)] {
+        for camera in
+            [parallel(&volume, size, 30.0, 20.0), parallel(&volume, size, 200.0, -10.0), parallel(&volume, size, 85.0, 3.0)]
+        {
+            let settings = Settings { blend, early_termination: false, ..Settings::default() };
+            let Some((frame, _)) = drawn(&mut together, &camera, size, &settings) else { continue };
+            let (expected, _) = alone.render(&camera, size, &settings).unwrap();
+            // Means are sums of some 25 layers in another order, looked up in a table of colours.
+            let tolerance = if blend == Blend::Average { 1e-4 } else { REASSOCIATED };
+            assert_close(&format!("{blend:?} of {group:?}"), &frame, &expected, tolerance);
+        }
+    }
+}
+
+pub fn are_the_same_again(group: &Group) {
+    let (volume, size, transfer) = (whole(), viewport(64, 48), smooth_transfer());
+    let once = || {
+        let mut together = Renderer::new(group, &device(), &shared(group, 2, 2), &transfer).unwrap();
+        views(&volume, size).iter().map(|camera| drawn(&mut together, camera, size, &Settings::default())).collect::<Vec<_>>()
+    };
+    for (first, second) in once().into_iter().zip(once()) {
+        assert!(first.map(|(frame, _)| frame) == second.map(|(frame, _)| frame), "not the same bits");
+    }
+}
+
+/// Another transfer function, another kernel that needs more layers, another volume.
+pub fn follow_changes(group: &Group) {
+    let (volume, size, transfer) = (whole(), viewport(48, 40), smooth_transfer());
+    let device = device();
+    let mut together = Renderer::new(group, &device, &shared(group, 2, 2), &transfer).unwrap();
+    let camera = parallel(&volume, size, 30.0, 20.0);
+    let plain = Settings { early_termination: false, ..Settings::default() };
+    let wide =
+        Settings { early_termination: false, ..with_kernel(Quality::Standard, layersplat::layers::Kernel::BSpline).into() };
+    assert!(matches!(layered(wide).classification, Classification::Preintegrated { .. }));
+    let steep = step_transfer(180.0, 0.4);
+    for (transfer, settings) in [(&transfer, plain), (&transfer, wide), (&steep, wide), (&steep, plain)] {
+        together.set_transfer_function(transfer);
+        if let Some((frame, _)) = drawn(&mut together, &camera, size, &settings) {
+            let expected = render(&volume, transfer, &camera, size, &settings);
+            assert_close(&format!("{settings:?} of {group:?}"), &frame, &expected, REASSOCIATED);
+        }
+    }
+    // Nothing is sent where nothing has changed, and bricks that may not be moved for balance are not.
+    if let Some((_, report)) = drawn(&mut together, &camera, size, &plain) {
+        assert!(report.ranks.iter().all(|rank| rank.exchanged.received_bytes == 0), "{report:?}");
+    }
+    let corner = TransferFunction::new("corner", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (250.0, 0.0), (255.0, 0.5)]).unwrap();
+    let lopsided = || {
+        let brick = brick(group, 2, 2);
+        let z = |n: usize| brick.held.first[2] + n / DIMS[0] / DIMS[1];
+        let voxels: Vec<u8> = (0..brick.held.count()).map(|n| if z(n) < 6 { 255 } else { (z(n) * 3) as u8 }).collect();
+        group.volume("lopsided", whole().grid().clone(), brick, voxels).unwrap()
+    };
+    for balance in [true, false] {
+        let mut together = Renderer::new(group, &device, &lopsided(), &corner).unwrap();
+        together.balance(balance);
+        let Some((_, report)) = drawn(&mut together, &parallel(&volume, size, 5.0, 5.0), size, &plain) else { continue };
+        let received: u64 = report.ranks.iter().map(|rank| rank.exchanged.received_bytes).sum();
+        assert_eq!(received > 0, balance && group.size() > 1, "{report:?}");
+        let layers: Vec<usize> = report.ranks.iter().map(|rank| rank.layers).collect();
+        // All that shows lies in the first six layers.
+        assert_eq!(layers.iter().all(|&n| n.abs_diff(DIMS[2] / group.size()) <= 1), !balance || group.size() == 1, "{layers:?}");
+    }
+}
+
+/// Voxels in buffers of the ranks' own, which change.
+pub fn of_bricks_on_devices(group: &Group) {
+    let (volume, size, transfer) = (whole(), viewport(48, 40), smooth_transfer());
+    let context = Context::from_device(&device().id().into()).unwrap();
+    let queue = CommandQueue::create_default_with_properties(&context, 0, 0).unwrap();
+    let device = Device::of_queue(&queue).unwrap();
+    let brick = brick(group, 2, 2);
+    let VoxelBox { first, dims } = brick.held;
+    // Of a range that stays what it is when they are inverted.
+    let mut all_bytes = random_bytes(DIMS, 5);
+    (all_bytes[0], all_bytes[1]) = (0, 255);
+    let mut voxels = all_bytes[DIMS[0] * DIMS[1] * first[2]..][..brick.held.count()].to_vec();
+    // SAFETY: as many bytes as there are voxels.
+    let mut buffer = unsafe {
+        let flags = CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR;
+        Buffer::<u8>::create(&context, flags, voxels.len(), voxels.as_mut_ptr().cast()).unwrap()
+    };
+    let description = Description::new("on devices", volume.grid().clone(), VoxelType::Uint8, (0.0, 255.0)).unwrap();
+    let description = description.with_background(0.0).unwrap();
+    let there = DeviceVoxels::new(&DeviceMemory::of_buffer(&buffer).unwrap(), VoxelType::Uint8);
+    let mut together = Renderer::in_place(group, &device, &description, brick, &there, &transfer).unwrap();
+    let settings = Settings { early_termination: false, ..Settings::default() };
+    let camera = parallel(&volume, size, 30.0, 20.0);
+    let frame = drawn(&mut together, &camera, size, &settings);
+    let all = |bytes: Vec<u8>| Volume::new("all", volume.grid().clone(), bytes).unwrap().with_background(0.0).unwrap();
+    let expected = |bytes| render(&all(bytes), &transfer, &camera, size, &settings);
+    if let Some((frame, report)) = frame {
+        assert_close("on devices", &frame, &expected(all_bytes.clone()), REASSOCIATED);
+        assert!(report.ranks.iter().all(|rank| rank.exchanged.received_bytes == 0));
+    }
+    let inverted = |bytes: Vec<u8>| bytes.into_iter().map(|byte| 255 - byte).collect::<Vec<u8>>();
+    voxels = inverted(voxels);
+    // SAFETY: as many bytes as there are voxels, which stay until they are written.
+    unsafe { queue.enqueue_write_buffer(&mut buffer, 1, 0, &voxels, &[]).unwrap() };
+    together.volume_changed(&[]).unwrap();
+    if let Some((frame, _)) = drawn(&mut together, &camera, size, &settings) {
+        assert_close("changed on devices", &frame, &expected(inverted(all_bytes)), REASSOCIATED);
+    }
+    // Along x a rank lacks most of its layers.
+    let across = together.render(&parallel(&volume, size, 85.0, 5.0), size, &settings).map(drop);
+    if group.size() == 1 {
+        across.unwrap();
+    } else {
+        let refused = across.unwrap_err().to_string();
+        assert!(refused.contains("layer_axis") && refused.contains("ghost layers") && dims[2] < DIMS[2], "{refused}");
+    }
+}
