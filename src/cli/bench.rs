@@ -1,6 +1,7 @@
 //! `layersplat bench`: the paper's protocol, a full turn about y.
 
 use super::options::Fit;
+use super::processes::Processes;
 use super::progress;
 use super::rotate::{ELEVATION, turn};
 use super::scene::{Cameras, Scene, SceneOptions};
@@ -52,11 +53,23 @@ struct Bench<'a> {
     lattice: Option<LatticeReport>,
     device_bytes: u64,
     peak_bytes: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    processes: Option<InTeams>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+/// What several processes do at once. Times of frames are those of all, each on its own team; all else is that of the first process.
+#[derive(Serialize)]
+struct InTeams {
+    processes: usize,
+    teams: usize,
+    frames_per_s: f64,
+}
+
+pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
-    let scene = Scene::open(&arguments.scene)?;
+    let (teams, volume) = (&arguments.scene.teams, &arguments.scene.volume);
+    processes.make_teams(teams, volume, options.size, arguments.frames as usize)?;
+    let scene = Scene::open(&arguments.scene, processes)?;
     let background = options.background.unwrap_or(Background::BLACK);
     let frames = arguments.frames;
     let orbits = (0..frames).map(|n| turn(options.orbit(ELEVATION), n, frames));
@@ -80,7 +93,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut stages = StageTimes::new();
     let (mut active_samples, mut lattice) = (0, None);
     renderer.measure(true);
-    for n in 0..frames {
+    let own: Vec<u32> = (0..frames).filter(|&n| processes.owns(n as usize)).collect();
+    for &n in &own {
         let (_, report) = renderer.render_rgba8(&view(n), options.size, &scene.settings, background)?;
         if let Some(measured) = report.measured {
             active_samples += measured.active_samples;
@@ -92,7 +106,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     renderer.measure(false);
     let mut times = Vec::new();
     let mut cpu_ms = 0.0;
-    for n in 0..frames {
+    processes.wait();
+    let all = Instant::now();
+    for &n in &own {
         let (started, cpu) = (Instant::now(), ProcessTime::now());
         let (picture, _) = renderer.render_rgba8(&view(n), options.size, &scene.settings, background)?;
         times.push(milliseconds(started));
@@ -100,6 +116,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         drop(picture);
         bar.inc(1);
     }
+    processes.wait();
+    let frames_per_s = f64::from(frames) / all.elapsed().as_secs_f64();
     bar.finish_and_clear();
     let timed = |renderer: &mut Viewer, azimuth: f64| -> Result<f64, Error> {
         let started = Instant::now();
@@ -127,7 +145,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     let mut per_stage = BTreeMap::new();
     for (stage, ms) in stages {
-        *per_stage.entry(stage).or_insert(0.0) += ms / f64::from(frames);
+        *per_stage.entry(stage).or_insert(0.0) += ms / own.len() as f64;
+    }
+    let effective_splats = scene.transfer.effective_splats(&scene.volume);
+    let times = processes.gathered(times);
+    if !processes.leads() {
+        return Ok(ExitCode::SUCCESS);
     }
     let bench = Bench {
         volume: scene.volume.name(),
@@ -138,16 +161,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         min_ms: times.iter().copied().fold(f64::INFINITY, f64::min),
         max_ms: times.iter().copied().fold(0.0, f64::max),
         median_ms: median(times),
-        cpu_ms: cpu_ms / f64::from(frames),
+        cpu_ms: cpu_ms / own.len() as f64,
         first_ms,
         transfer_change_ms: median(transfer_changes),
         axis_change_ms: median(axis_changes),
         stages: per_stage,
-        effective_splats: scene.transfer.effective_splats(&scene.volume),
-        active_samples: active_samples / u64::from(frames),
+        effective_splats,
+        active_samples: active_samples / own.len() as u64,
         lattice,
         device_bytes: if streamed { scene.device.peak_bytes() } else { scene.device.allocated_bytes() },
         peak_bytes: peak_bytes(),
+        processes: processes.counts().map(|(processes, teams)| InTeams { processes, teams, frames_per_s }),
     };
     super::report(arguments.json, &bench, || text(&bench))?;
     Ok(ExitCode::SUCCESS)
@@ -198,6 +222,11 @@ fn text(b: &Bench) -> String {
             b.peak_bytes.map_or("?".into(), |p| format!("{:.1} MiB", mib(p)))
         ),
     ];
+    lines.extend(
+        b.processes.as_ref().map(|all| {
+            format!("together  {:.1} frames/s by {} processes in {} teams", all.frames_per_s, all.processes, all.teams)
+        }),
+    );
     lines.extend(b.stages.iter().map(|(stage, ms)| format!("  {stage:<12} {ms:.3} ms")));
     lines.join("\n")
 }

@@ -1,5 +1,6 @@
 //! `layersplat render --cameras`: many pictures of one volume, a line of JSON each.
 
+use super::processes::Processes;
 use super::render::{Arguments, save};
 use super::scene::{Cameras, Scene};
 use super::studio::Studio;
@@ -14,7 +15,7 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
-use std::io::{BufRead, BufReader, IsTerminal, Read, stdout};
+use std::io::{BufRead, BufReader, Cursor, IsTerminal, Read, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -22,6 +23,8 @@ use std::time::Instant;
 
 /// Bytes of the longest line.
 const LONGEST_LINE: u64 = 1 << 16;
+/// Pictures that there may be where nobody has counted them.
+const MANY: u32 = 1000;
 /// Pictures that wait for being written: more would only take memory.
 const WAITING: usize = 2;
 
@@ -52,22 +55,24 @@ struct Written {
 }
 
 /// Renders the lines of a file, or of standard input as they come.
-pub(super) fn run(arguments: &Arguments, source: &Path) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments, source: &Path, processes: &Processes) -> Result<ExitCode, Error> {
     let from_pipe = source == Path::new("-");
     let mut count = 0;
     if !from_pipe {
         // All lines are looked at before any is rendered: what is wrong with the last one is said now.
-        Lines::open(source)?.try_for_each(|line| {
+        Lines::open(source, processes)?.try_for_each(|line| {
             count += 1;
             line?.check(arguments).map_err(|e| e.of(source))
         })?;
     }
     // On a terminal, the lines that are reported show how far it is.
     let bar = if from_pipe || stdout().is_terminal() { ProgressBar::hidden() } else { progress::steps(count, "rendering") };
-    let scene = Scene::open(&arguments.scene)?;
+    let size = arguments.scene.camera.size;
+    processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, size, count.max(MANY) as usize)?;
+    let scene = Scene::open(&arguments.scene, processes)?;
     let cameras = arguments.pictures.cameras(&arguments.scene.camera, &scene);
     let studio = Studio::new(&scene, &arguments.pictures, arguments.scene.camera.background)?;
-    let lines = Lines::open(source)?;
+    let lines = Lines::open(source, processes)?;
     std::thread::scope(|threads| {
         let (sender, receiver) = sync_channel(WAITING);
         let writer = threads.spawn(move || write_all(arguments, &receiver, &bar));
@@ -90,15 +95,19 @@ fn render_all(
     let options = &arguments.scene.camera;
     let source = lines.source.clone();
     let mut checked = BTreeSet::new();
-    for line in lines {
+    let processes = &studio.scene().processes;
+    for (n, line) in lines.enumerate() {
         let line = line?;
+        if !processes.owns(n) {
+            continue;
+        }
         line.check(arguments).map_err(|e| e.of(&source))?;
         let size = line.size.unwrap_or(options.size);
         let sized = cameras.with(super::options::CameraOptions { size, ..options.clone() });
         let camera = line.view.camera(&sized, options.orbit(0.0)).map_err(|problem| line.wrong(problem).of(&source))?;
         require_checked(arguments, &studio, camera, size, &mut checked)?;
         let started = Instant::now();
-        let (frame, _) = studio.picture(&camera, size)?;
+        let (Some(frame), _) = studio.picture(&camera, size)? else { continue };
         let depths = if arguments.depth { Some(studio.depths(&camera, size)?) } else { None };
         let render_ms = started.elapsed().as_secs_f64() * 1e3;
         if written.send(Taken { line: line.number, output: line.output, frame, depths, render_ms }).is_err() {
@@ -120,7 +129,7 @@ fn require_checked(
     let families = arguments.families(scene, camera, size)?;
     let new: BTreeSet<Family> = families.difference(checked).copied().collect();
     if !new.is_empty() {
-        check::require(&scene.device, &new, &arguments.scene.device)?;
+        scene.processes.in_turn(|| check::require(&scene.device, &new, &arguments.scene.device))?;
         checked.extend(new);
     }
     Ok(())
@@ -198,7 +207,21 @@ struct Lines {
 }
 
 impl Lines {
-    fn open(source: &Path) -> Result<Self, Error> {
+    /// The leader alone reads, where there are several processes.
+    fn open(source: &Path, processes: &Processes) -> Result<Self, Error> {
+        if processes.counts().is_some() {
+            let read = || -> Result<Vec<u8>, Error> {
+                let mut lines = Self::of(source)?;
+                let mut text = Vec::new();
+                lines.reader.read_to_end(&mut text).map_err(|e| Error::read(source, e))?;
+                Ok(text)
+            };
+            return Ok(Self { source: source.into(), reader: Box::new(Cursor::new(processes.told(read)?)), number: 0 });
+        }
+        Self::of(source)
+    }
+
+    fn of(source: &Path) -> Result<Self, Error> {
         let reader: Box<dyn BufRead> = if source == Path::new("-") {
             Box::new(BufReader::new(std::io::stdin()))
         } else {

@@ -17,6 +17,7 @@ mod notice;
 mod options;
 mod paper;
 mod parse;
+mod processes;
 mod progress;
 mod render;
 mod rotate;
@@ -32,8 +33,11 @@ mod view;
 mod viewer;
 mod views;
 
+#[cfg(feature = "mpi")]
+use crate::error::DistributedError;
 use crate::error::Error;
 use clap::{ArgAction, Parser, Subcommand};
+use processes::Processes;
 use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::Path;
@@ -103,26 +107,31 @@ pub fn main() -> ExitCode {
     progress::show_tasks();
     #[cfg(unix)]
     signals::let_files_be_finished();
+    // What checks a device is a process of its own, whoever started it.
+    let processes = if matches!(cli.command, Command::CheckDevice(_)) { Ok(Processes::alone()) } else { Processes::start() };
+    let processes = match processes {
+        Ok(processes) => processes,
+        Err(error) => return Processes::alone().fail(&fields::with_options(&error), &error, exit_code(&error)),
+    };
     let done = match cli.command {
-        Command::Render(arguments) => render::run(&arguments),
-        Command::Rotate(arguments) => rotate::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments, &processes),
+        Command::Rotate(arguments) => rotate::run(&arguments, &processes),
+        Command::Bench(arguments) => bench::run(&arguments, &processes),
+        // The others are for one.
+        _ if !processes.leads() => Ok(ExitCode::SUCCESS),
         Command::Views(arguments) => views::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Transfer(arguments) => transfer::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
-        Command::Bench(arguments) => bench::run(&arguments),
         Command::Tune(arguments) => tune::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments),
         Command::Man(arguments) => shell::man_pages(&arguments),
         Command::CheckDevice(arguments) => check::child::run(&arguments),
     };
-    done.unwrap_or_else(|error| {
-        eprintln!("layersplat: {}", fields::with_options(&error));
-        ExitCode::from(exit_code(&error))
-    })
+    done.unwrap_or_else(|error| processes.fail(&fields::with_options(&error), &error, exit_code(&error)))
 }
 
 /// Warnings, or what --verbose or RUST_LOG ask for, to standard error.
@@ -145,6 +154,8 @@ fn exit_code(error: &Error) -> u8 {
         | Error::Settings { .. }
         | Error::Camera { .. }
         | Error::MemoryBudget { .. } => 2,
+        #[cfg(feature = "mpi")]
+        Error::Distributed(DistributedError::Rank { own: Some(own), .. }) => exit_code(own),
         _ => 1,
     }
 }

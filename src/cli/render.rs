@@ -3,6 +3,7 @@
 use super::bench::peak_bytes;
 use super::check;
 use super::many;
+use super::processes::Processes;
 use super::scene::{Scene, SceneOptions};
 use super::standard::{Output, is_input};
 use super::studio::{PictureOptions, Studio};
@@ -54,6 +55,9 @@ struct Rendered<'a> {
     active_samples: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     stream: Option<Stream>,
+    #[cfg(feature = "mpi")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    processes: Option<crate::distributed::DistributedReport>,
 }
 
 /// How it was streamed, and what that took.
@@ -66,13 +70,13 @@ struct Stream {
     peak_bytes: Option<u64>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCode, Error> {
     if let Some(source) = &arguments.cameras {
         if is_input(source) && is_input(&arguments.scene.volume.volume) {
             let problem = "standard input holds the cameras or the volume, not both: name a file for one of them".into();
             return Err(Error::Settings { field: "cameras", problem });
         }
-        return many::run(arguments, source);
+        return many::run(arguments, source, processes);
     }
     // A wrong ending is refused before any work.
     let options = &arguments.scene.camera;
@@ -80,14 +84,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     output.refuse_report(arguments.json)?;
     arguments.check_output(output.path()).map_err(|e| output.renamed(e))?;
     arguments.pictures.rendered(options.size)?;
-    let scene = Scene::open(&arguments.scene)?;
+    processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, options.size, 1)?;
+    let scene = Scene::open(&arguments.scene, processes)?;
     let camera = arguments.pictures.cameras(options, &scene).still(options.orbit(0.0));
-    check::require(&scene.device, &arguments.families(&scene, camera, options.size)?, &arguments.scene.device)?;
+    let families = arguments.families(&scene, camera, options.size)?;
+    processes.in_turn(|| check::require(&scene.device, &families, &arguments.scene.device))?;
     let started = Instant::now();
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     let plan = studio.announce(&camera, options.size)?;
     studio.measure(arguments.json);
     let (frame, report) = studio.picture(&camera, options.size)?;
+    let Some(frame) = frame else { return Ok(ExitCode::SUCCESS) };
     let depths = if arguments.depth { Some(studio.depths(&camera, options.size)?) } else { None };
     let first_ms = if studio.is_streamed() { scene.begun } else { started }.elapsed().as_secs_f64() * 1e3;
     if plan.is_some() {
@@ -113,6 +120,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             peak_device_bytes: scene.device.peak_bytes(),
             peak_bytes: peak_bytes(),
         }),
+        #[cfg(feature = "mpi")]
+        processes: studio.viewer().shared_report().cloned(),
     };
     super::report(arguments.json, &rendered, || rendered.output.clone())?;
     Ok(ExitCode::SUCCESS)

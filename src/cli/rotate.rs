@@ -2,6 +2,7 @@
 
 use super::film::Film;
 use super::keys::Keys;
+use super::processes::Processes;
 use super::progress;
 use super::scene::{Scene, SceneOptions};
 use super::studio::{PictureOptions, Studio};
@@ -70,14 +71,16 @@ impl Arguments {
     }
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
     // What is wrong with files is said before any work.
     let keys = arguments.keys.as_deref().map(Keys::read).transpose()?;
     let frames = arguments.frames(keys.as_ref())?;
     let size = arguments.pictures.rendered(options.size)?;
-    let mut film = Film::create(&arguments.output, options, frames, arguments.rate)?;
-    let scene = Scene::open(&arguments.scene)?;
+    processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, options.size, frames as usize)?;
+    let film = || Film::create(&arguments.output, options, frames, arguments.rate);
+    let mut film = if processes.leads() { Some(film()?) } else { None };
+    let scene = Scene::open(&arguments.scene, processes)?;
     let fitting = arguments.pictures.cameras(options, &scene);
     let start = options.orbit(ELEVATION);
     let cameras = match &keys {
@@ -88,10 +91,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     studio.announce(&cameras[0], options.size)?;
     let bar = progress::steps(frames, "rendering");
-    for camera in &cameras {
-        film.add(&studio.picture(camera, options.size)?.0)?;
-        bar.inc(1);
+    for (n, camera) in cameras.iter().enumerate() {
+        let drawn = if processes.owns(n) { studio.picture(camera, options.size)?.0 } else { None };
+        if let (Some(film), Some(frame)) = (&mut film, processes.collected(n, drawn, options.size)) {
+            film.add(&frame)?;
+            bar.inc(1);
+        }
     }
+    let Some(film) = film else { return Ok(ExitCode::SUCCESS) };
     film.finish()?;
     bar.finish_and_clear();
     let output = arguments.output.display().to_string();

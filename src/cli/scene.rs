@@ -4,6 +4,7 @@ use super::blending::BlendOptions;
 use super::check;
 use super::notice;
 use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, Tent, TransferOptions, VolumeOptions};
+use super::processes::{Processes, TeamOptions};
 use super::viewer::BoundOptions;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
@@ -32,6 +33,8 @@ pub(super) struct SceneOptions {
     #[command(flatten)]
     pub bounds: BoundOptions,
     #[command(flatten)]
+    pub teams: TeamOptions,
+    #[command(flatten)]
     pub quality: QualityOptions,
     #[command(flatten)]
     pub blend: BlendOptions,
@@ -43,6 +46,11 @@ pub(super) struct Scene {
     pub transfer: TransferFunction,
     pub settings: Settings,
     pub device: Device,
+    /// Those of the run, some of which may share the volume.
+    pub processes: Processes,
+    /// Bytes of its file that this one has read, if they do.
+    #[cfg_attr(not(feature = "mpi"), expect(dead_code, reason = "one process reads all"))]
+    pub read_bytes: u64,
     /// That a picture may take on the device.
     pub longest: Option<Duration>,
     /// When the volume began to be opened.
@@ -52,8 +60,8 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    /// Checks the options, opens the device and reads the volume.
-    pub fn open(options: &SceneOptions) -> Result<Self, Error> {
+    /// Checks the options, opens the device and reads the volume, or this process's part of it.
+    pub fn open(options: &SceneOptions, processes: &Processes) -> Result<Self, Error> {
         let settings = options.quality.settings()?;
         // What is contradictory is refused before the volume is read.
         options.blend.check()?;
@@ -64,21 +72,23 @@ impl Scene {
             );
         }
         let begun = Instant::now();
-        let volume = options.volume.open(Some(options.camera.size), memory)?;
+        let (volume, read_bytes) = processes.open(&options.volume, Some(options.camera.size), memory)?;
         let first_pass = begun.elapsed();
-        if let Some(notice) = notice::of_spacing(volume.grid().spacing()) {
+        if let Some(notice) = notice::of_spacing(volume.grid().spacing()).filter(|_| processes.leads()) {
             eprintln!("layersplat: {notice}");
         }
         let settings = options.blend.apply(settings, Value::finder(&volume));
         let transfer = open_transfer(&options.transfer, &volume)?;
         if transfer.name() == TransferFunction::AUTOMATIC {
-            eprintln!("transfer function: {} (--transfer takes another)", described(&transfer));
+            if processes.leads() {
+                eprintln!("transfer function: {} (--transfer takes another)", described(&transfer));
+            }
         }
         let choice = options.device.choice();
         let device = Device::open(&choice)?;
         let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
         let longest = options.bounds.time_limit;
-        Ok(Self { volume, transfer, settings, device, longest, begun, first_pass })
+        Ok(Self { volume, transfer, settings, device, processes: processes.clone(), read_bytes, longest, begun, first_pass })
     }
 
     /// The outline of what is shown.
@@ -97,7 +107,7 @@ impl Scene {
     /// Refuses the device if it is known, or found now, not to draw such views as it should.
     pub fn require_checked(&self, options: &SceneOptions, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
         let families = check::families(cameras, size, self.volume.grid(), &self.settings);
-        check::require(&self.device, &families, &options.device)
+        self.processes.in_turn(|| check::require(&self.device, &families, &options.device))
     }
 }
 

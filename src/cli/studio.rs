@@ -73,14 +73,22 @@ impl<'a> Studio<'a> {
         self.viewer.is_streamed()
     }
 
+    /// What renders its pictures.
+    #[cfg(feature = "mpi")]
+    pub fn viewer(&self) -> &Viewer {
+        &self.viewer
+    }
+
     pub fn measure(&mut self, measuring: bool) {
         self.viewer.measure(measuring);
     }
 
-    /// A finished picture, without a background. If the first one shows nothing, that is explained on standard error.
-    pub fn picture(&mut self, camera: &Camera, size: Viewport) -> Result<(Frame, FrameReport), Error> {
+    /// A finished picture, without a background. If the first one shows nothing, that is explained on standard error. Of those that
+    /// processes share, one of these has it.
+    pub fn picture(&mut self, camera: &Camera, size: Viewport) -> Result<(Option<Frame>, FrameReport), Error> {
         let rendered = self.options.rendered(size)?;
         let (frame, report) = self.viewer.render(camera, rendered, &self.scene.settings)?;
+        let Some(frame) = frame else { return Ok((None, report)) };
         if !std::mem::replace(&mut self.looked, true)
             && let Some(notice) = notice::of_picture(&frame, self.scene)
         {
@@ -89,7 +97,7 @@ impl<'a> Studio<'a> {
         let frame = if self.options.samples > 1 { frame.averaged(self.options.samples)? } else { frame };
         let Scene { volume, transfer, settings, .. } = self.scene;
         let shown = Shown { camera, grid: volume.grid(), transfer, blend: settings.blend, background: self.background };
-        Ok((self.annotations.drawn(frame, shown)?, report))
+        Ok((Some(self.annotations.drawn(frame, shown)?), report))
     }
 
     /// How far away is what a picture shows, through the centres of its pixels.

@@ -3,6 +3,8 @@
 use super::parse;
 use super::scene::Scene;
 use crate::camera::Camera;
+#[cfg(feature = "mpi")]
+use crate::distributed::{self, DistributedReport};
 use crate::error::Error;
 use crate::image::{Background, Depths, Frame};
 use crate::renderer::{FrameReport, Renderer, StreamPlan, StreamedRenderer};
@@ -29,12 +31,21 @@ pub(super) struct BoundOptions {
 pub(super) enum Viewer {
     Whole(Box<Renderer>),
     Streamed(Box<StreamedRenderer<'static>>),
+    /// With other processes, and what they last did.
+    #[cfg(feature = "mpi")]
+    Shared(Box<distributed::Renderer<'static>>, Option<DistributedReport>),
 }
 
 impl Viewer {
     /// Streams where memory is bounded, and what the device has no single buffer for.
     pub fn new(scene: &Scene) -> Result<Self, Error> {
         let Scene { device, volume, transfer, longest, .. } = scene;
+        #[cfg(feature = "mpi")]
+        if let Some(team) = scene.processes.team() {
+            let mut renderer = distributed::Renderer::new(team, device, volume, transfer)?.having_read(scene.read_bytes);
+            renderer.limit(*longest);
+            return Ok(Self::Shared(Box::new(renderer), None));
+        }
         let bytes = volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
         if device.memory_budget().is_some() || bytes > device.largest_buffer_bytes() {
             let mut renderer = StreamedRenderer::new(device, volume, transfer);
@@ -66,6 +77,8 @@ impl Viewer {
         match self {
             Self::Whole(renderer) => renderer.measure(measuring),
             Self::Streamed(renderer) => renderer.measure(measuring),
+            #[cfg(feature = "mpi")]
+            Self::Shared(..) => {}
         }
     }
 
@@ -73,23 +86,52 @@ impl Viewer {
         match self {
             Self::Whole(renderer) => renderer.set_transfer_function(transfer),
             Self::Streamed(renderer) => renderer.set_transfer_function(transfer),
+            #[cfg(feature = "mpi")]
+            Self::Shared(renderer, _) => renderer.set_transfer_function(transfer),
         }
     }
 
-    pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
-        match self {
-            Self::Whole(renderer) => renderer.render(camera, viewport, settings),
-            Self::Streamed(renderer) => renderer.render(camera, viewport, settings),
-        }
+    /// A picture; of those that processes share, one of these has it.
+    pub fn render(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(Option<Frame>, FrameReport), Error> {
+        let (frame, report) = match self {
+            Self::Whole(renderer) => renderer.render(camera, viewport, settings)?,
+            Self::Streamed(renderer) => renderer.render(camera, viewport, settings)?,
+            #[cfg(feature = "mpi")]
+            Self::Shared(renderer, last) => {
+                let (frame, report) = renderer.render(camera, viewport, settings)?;
+                let told = FrameReport { lattice: Some(report.lattice), measured: None };
+                *last = Some(report);
+                return Ok((frame, told));
+            }
+        };
+        Ok((Some(frame), report))
+    }
+
+    /// What processes did for the last picture, if several share the volume.
+    #[cfg(feature = "mpi")]
+    pub fn shared_report(&self) -> Option<&DistributedReport> {
+        let Self::Shared(_, last) = self else { return None };
+        last.as_ref()
     }
 
     /// # Errors
-    /// Where the volume is streamed: rays need all of it.
+    /// Where the volume is streamed or shared: rays need all of it.
     pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
         match self {
             Self::Whole(renderer) => renderer.depths(camera, viewport, settings),
             Self::Streamed(_) => {
                 let problem = "depths need the whole volume on the device: leave --memory or --depth out".into();
+                Err(Error::Settings { field: "depth", problem })
+            }
+            #[cfg(feature = "mpi")]
+            Self::Shared(..) => {
+                let problem =
+                    "depths need the whole volume on one device: choose --ranks-per-picture 1, or leave --depth out".into();
                 Err(Error::Settings { field: "depth", problem })
             }
         }
@@ -101,13 +143,12 @@ impl Viewer {
         viewport: Viewport,
         settings: &Settings,
         background: Background,
-    ) -> Result<(Vec<u8>, FrameReport), Error> {
-        match self {
-            Self::Whole(renderer) => renderer.render_rgba8(camera, viewport, settings, background),
-            Self::Streamed(renderer) => {
-                let (frame, report) = renderer.render(camera, viewport, settings)?;
-                Ok((frame.to_rgba8(background), report))
-            }
+    ) -> Result<(Option<Vec<u8>>, FrameReport), Error> {
+        if let Self::Whole(renderer) = self {
+            let (picture, report) = renderer.render_rgba8(camera, viewport, settings, background)?;
+            return Ok((Some(picture), report));
         }
+        let (frame, report) = self.render(camera, viewport, settings)?;
+        Ok((frame.map(|frame| frame.to_rgba8(background)), report))
     }
 }

@@ -1,5 +1,6 @@
 //! `layersplat views`: a contact sheet.
 
+use super::processes::Processes;
 use super::progress;
 use super::scene::{Scene, SceneOptions};
 use super::standard::Output;
@@ -60,7 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let sheet = sheet_size(options.size)?;
     memory::require("the contact sheet", sheet.pixels() as u64 * size_of::<[f32; 4]>() as u64)?;
     let size = arguments.pictures.rendered(options.size)?;
-    let scene = Scene::open(&arguments.scene)?;
+    let scene = Scene::open(&arguments.scene, &Processes::alone())?;
     // All of the same scale, so that they can be compared.
     let start = options.orbit(0.0);
     let orbit = |&(_, azimuth, elevation): &(&str, f64, f64)| Orbit {
@@ -100,6 +101,8 @@ fn drawn(arguments: &Arguments, studio: &mut Studio, cameras: &[Camera], sheet: 
         // One legend is for all.
         studio.set_legend(arguments.pictures.legend && n + 1 == COLUMNS);
         let (frame, _) = studio.picture(camera, options.size)?;
+        // One process has all of its pictures.
+        let Some(frame) = frame else { continue };
         let frame = labelled(frame, name, background)?;
         let first = n / COLUMNS * height * row_length + n % COLUMNS * width;
         for (row, seen) in frame.pixels().chunks_exact(width).enumerate() {

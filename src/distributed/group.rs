@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::volume::Together;
 use mpi::Threading;
 use mpi::collective::SystemOperation;
-use mpi::environment::threading_support;
+use mpi::environment::{is_finalized, threading_support};
 use mpi::topology::{Color, SimpleCommunicator};
 use mpi::traits::*;
 use std::fmt;
@@ -35,6 +35,15 @@ struct Handle(SimpleCommunicator);
 // SAFETY: a communicator belongs to no thread. MPI was asked whether several threads may call it, one at a time, which the lock sees to.
 unsafe impl Send for Handle {}
 
+impl Drop for Handle {
+    fn drop(&mut self) {
+        // With MPI all of its communicators have ended; who gives one back after that is stopped.
+        if is_finalized() {
+            std::mem::forget(std::mem::replace(&mut self.0, SimpleCommunicator::self_comm()));
+        }
+    }
+}
+
 impl fmt::Debug for Group {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "rank {} of {}", self.rank(), self.size())
@@ -42,7 +51,7 @@ impl fmt::Debug for Group {
 }
 
 impl Group {
-    /// The processes of a communicator, which is duplicated: nothing that is sent here meets what others send there. MPI must outlive it.
+    /// The processes of a communicator, which is duplicated: nothing that is sent here meets what others send there.
     ///
     /// # Errors
     /// Where MPI was not initialised for calls from more than one thread: `mpi::initialize_with_threading(Threading::Serialized)`.
@@ -120,6 +129,13 @@ impl Group {
         let mut least = number;
         self.lock().0.all_reduce_into(&number, &mut least, SystemOperation::min());
         least
+    }
+
+    /// The largest of all numbers.
+    pub fn most(&self, number: u64) -> u64 {
+        let mut most = number;
+        self.lock().0.all_reduce_into(&number, &mut most, SystemOperation::max());
+        most
     }
 
     /// Gives all what one rank has.

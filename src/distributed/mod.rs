@@ -21,4 +21,4 @@ pub use group::Group;
 pub use mpi;
 pub use renderer::Renderer;
 pub use report::{DistributedReport, RankReport};
-pub use volume::Brick;
+pub use volume::{Brick, bytes_in_parts};

@@ -20,6 +20,12 @@ pub struct Brick {
     pub held: VoxelBox,
 }
 
+/// Bytes of all voxels of a volume that [`Group::open`] can open; `None` if it cannot.
+pub fn bytes_in_parts(source: impl AsRef<Path>, options: &OpenOptions) -> Option<u64> {
+    let first = Unseen::open(source.as_ref(), options, &|_| Layers { own: 0..1, held: 0..1 }).ok()?;
+    Some(first.bytes() * first.layers_of_all() as u64)
+}
+
 impl Group {
     /// A volume of which every process has a brick: what is found by looking at all voxels (range, statistics, automatic transfer
     /// functions, percentiles, framing) is found together, and such calls are collective. Voxels are those of `held`, x fastest unless

@@ -125,6 +125,11 @@ impl<'a> Unseen<'a> {
         (self.held.count() * size) as u64
     }
 
+    /// Layers along z of the whole volume.
+    pub fn layers_of_all(&self) -> usize {
+        self.grid.dims()[2]
+    }
+
     /// Makes wide numbers voxels, by the range of those of all processes: all come here.
     pub fn converted(self, together: &dyn Together) -> Result<Self, Error> {
         let Found::Wide(bytes, scalar, endian) = &self.voxels else { return Ok(self) };

@@ -76,7 +76,17 @@ impl VolumeOptions {
     /// mapped.
     pub fn open(&self, size: Option<Viewport>, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
         let options = OpenOptions { memory, ..self.file.raw(size)? };
-        let volume = standard::opened(&self.volume, |path| Volume::open(path, &options))?;
+        self.with_background(standard::opened(&self.volume, |path| Volume::open(path, &options))?)
+    }
+
+    /// What a file does not tell.
+    #[cfg(feature = "mpi")]
+    pub fn options(&self, size: Option<Viewport>) -> Result<OpenOptions, crate::Error> {
+        self.file.raw(size)
+    }
+
+    /// The volume with the background that is asked for.
+    pub fn with_background(&self, volume: Volume<'static>) -> Result<Volume<'static>, crate::Error> {
         match self.background_value {
             Some(value) => volume.with_background(value),
             None => Ok(volume),

@@ -1,0 +1,87 @@
+//! One process, which knows nothing of MPI.
+
+use crate::cli::options::VolumeOptions;
+use crate::error::Error;
+use crate::image::Frame;
+use crate::viewport::Viewport;
+use crate::volume::Volume;
+use clap::Args;
+use std::process::ExitCode;
+
+/// Nothing to choose.
+#[derive(Args, Clone)]
+pub(in crate::cli) struct TeamOptions {}
+
+/// This process.
+#[derive(Clone)]
+pub(in crate::cli) struct Processes;
+
+impl Processes {
+    /// # Errors
+    /// Where several were started, each of which would do all of the work.
+    pub fn start() -> Result<Self, Error> {
+        match super::started().filter(|&count| count > 1) {
+            None => Ok(Self),
+            Some(count) => {
+                let problem = format!(
+                    "{count} processes were started by MPI, of which this layersplat knows nothing: build it with --features mpi, or \
+                     start it without mpirun"
+                );
+                Err(Error::Settings { field: "mpi", problem })
+            }
+        }
+    }
+
+    /// Where the command is one of a process.
+    pub fn alone() -> Self {
+        Self
+    }
+
+    pub fn fail(self, message: &str, _: &Error, code: u8) -> ExitCode {
+        eprintln!("layersplat: {message}");
+        ExitCode::from(code)
+    }
+
+    pub fn leads(&self) -> bool {
+        true
+    }
+
+    pub fn counts(&self) -> Option<(usize, usize)> {
+        None
+    }
+
+    pub fn make_teams(&self, _: &TeamOptions, _: &VolumeOptions, _: Viewport, _: usize) -> Result<(), Error> {
+        Ok(())
+    }
+
+    pub fn in_turn(&self, mut done: impl FnMut() -> Result<(), Error>) -> Result<(), Error> {
+        done()
+    }
+
+    pub fn open(
+        &self,
+        options: &VolumeOptions,
+        size: Option<Viewport>,
+        most: Option<u64>,
+    ) -> Result<(Volume<'static>, u64), Error> {
+        Ok((options.open(size, most)?, 0))
+    }
+
+    pub fn owns(&self, _: usize) -> bool {
+        true
+    }
+
+    pub fn collected(&self, _: usize, frame: Option<Frame>, _: Viewport) -> Option<Frame> {
+        frame
+    }
+
+    pub fn gathered(&self, numbers: Vec<f64>) -> Vec<f64> {
+        numbers
+    }
+
+    pub fn told(&self, read: impl FnOnce() -> Result<Vec<u8>, Error>) -> Result<Vec<u8>, Error> {
+        read()
+    }
+
+    pub fn wait(&self) {}
+}

@@ -1,0 +1,209 @@
+//! Processes that MPI started together: teams, each of which renders a picture at a time.
+
+use crate::cli::options::VolumeOptions;
+use crate::distributed::mpi::{self, Threading, environment::Universe};
+use crate::distributed::{DistributedError, Group, bytes_in_parts};
+use crate::error::Error;
+use crate::image::Frame;
+use crate::memory;
+use crate::viewport::Viewport;
+use crate::volume::{Together, Volume};
+use clap::Args;
+use std::cell::OnceCell;
+use std::process::ExitCode;
+use std::rc::Rc;
+
+/// Bytes of memory per byte of voxels that a process needs to render a volume alone: on the host and on the device, in two layouts.
+const NEEDED: u64 = 4;
+
+/// How pictures are shared out.
+#[derive(Args, Clone)]
+#[command(next_help_heading = "Device")]
+pub(in crate::cli) struct TeamOptions {
+    /// Under mpirun, processes that render a picture together, each a part of the volume, while others render other pictures [default: of
+    /// sequences as many as the volume needs memory of, of single pictures all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    ranks_per_picture: Option<u32>,
+}
+
+/// The processes of a run.
+#[derive(Clone)]
+pub(in crate::cli) struct Processes {
+    /// Once there are teams. It ends before MPI does.
+    team: Rc<OnceCell<Team>>,
+    world: Option<World>,
+}
+
+/// Those that render a picture together with this process.
+struct Team {
+    group: Group,
+    teams: usize,
+    /// Which of the teams this is.
+    number: usize,
+}
+
+#[derive(Clone)]
+struct World {
+    group: Group,
+    /// MPI ends with it.
+    _universe: Rc<Universe>,
+}
+
+impl Processes {
+    /// Starts MPI where it started this process.
+    pub fn start() -> Result<Self, Error> {
+        if super::started().is_none() {
+            return Ok(Self::alone());
+        }
+        let (universe, _) = mpi::initialize_with_threading(Threading::Serialized).expect("MPI is initialised here alone");
+        let group = Group::new(&universe.world())?;
+        Ok(Self { world: Some(World { group, _universe: Rc::new(universe) }), ..Self::alone() })
+    }
+
+    /// Where the command is one of a process.
+    pub fn alone() -> Self {
+        Self { world: None, team: Rc::default() }
+    }
+
+    /// What the command ends with where it fails: on all processes, with the message of one.
+    pub fn fail(self, message: &str, error: &Error, code: u8) -> ExitCode {
+        let Some(World { group, .. }) = &self.world else {
+            eprintln!("layersplat: {message}");
+            return ExitCode::from(code);
+        };
+        // What a team has agreed on, all of it know; the others wait for what will not come.
+        let agreed = matches!(error, Error::Distributed(DistributedError::Rank { .. }));
+        let team = self.team.get().map(|team| &team.group).filter(|_| agreed);
+        if team.is_none_or(Group::leads) {
+            eprintln!("layersplat: {message}");
+        }
+        if let Some(team) = team {
+            team.wait();
+        }
+        if team.is_none_or(|team| team.size() < group.size()) {
+            group.abort(code);
+        }
+        ExitCode::from(code)
+    }
+
+    /// Whether this process writes what all have made.
+    pub fn leads(&self) -> bool {
+        self.world.as_ref().is_none_or(|world| world.group.leads())
+    }
+
+    /// How many processes there are, and how many teams.
+    pub fn counts(&self) -> Option<(usize, usize)> {
+        self.world.as_ref().map(|world| (world.group.size(), self.teams()))
+    }
+
+    fn teams(&self) -> usize {
+        self.team.get().map_or(1, |team| team.teams)
+    }
+
+    /// The others of the team, if it has any: they share the volume.
+    pub fn team(&self) -> Option<&Group> {
+        self.team.get().map(|team| &team.group).filter(|team| team.size() > 1)
+    }
+
+    /// Makes teams, once, for so many pictures of a volume: of as few processes as have the memory for it.
+    pub fn make_teams(
+        &self,
+        options: &TeamOptions,
+        volume: &VolumeOptions,
+        size: Viewport,
+        pictures: usize,
+    ) -> Result<(), Error> {
+        let Some(World { group, .. }) = &self.world else { return Ok(()) };
+        let per_process = memory::available() / group.on_this_machine() as u64;
+        let bytes = bytes_in_parts(&volume.volume, &volume.options(Some(size))?);
+        let needed = bytes.map_or(1, |bytes| (NEEDED * bytes).div_ceil(per_process.max(1)));
+        // All processes must come to the same, whatever memory each has found.
+        let most = group.most(options.ranks_per_picture.map_or(needed, u64::from));
+        let single = pictures == 1 && options.ranks_per_picture.is_none();
+        let each = if single { group.size() } else { (most as usize).clamp(1, group.size()) };
+        let teams = (group.size() / each).min(pictures).max(1);
+        let number = group.rank() * teams / group.size();
+        let told = bytes.map_or("which cannot be read in parts".into(), |bytes| format!("of {bytes} bytes"));
+        if self.leads() {
+            tracing::info!(
+                "{} processes in {teams} teams, each for a picture at a time: the volume, {told}, needs the memory of {needed}, with \
+                 {per_process} bytes each",
+                group.size()
+            );
+        }
+        self.team.get_or_init(|| Team { group: group.split(number), teams, number });
+        Ok(())
+    }
+
+    /// Does what need not be done by several at once: first by one of a team, then by the others.
+    pub fn in_turn(&self, mut done: impl FnMut() -> Result<(), Error>) -> Result<(), Error> {
+        let Some(Team { group: team, .. }) = self.team.get() else { return done() };
+        let first = if team.leads() { done() } else { Ok(()) };
+        team.agree(first)?;
+        team.agree(if team.leads() { Ok(()) } else { done() })
+    }
+
+    /// Opens a volume, of which each process of a team reads its part; and how many bytes these are.
+    pub fn open(
+        &self,
+        options: &VolumeOptions,
+        size: Option<Viewport>,
+        most: Option<u64>,
+    ) -> Result<(Volume<'static>, u64), Error> {
+        match self.team() {
+            None => Ok((options.open(size, most)?, 0)),
+            Some(team) => {
+                if most.is_some() {
+                    let problem = "a volume that several processes share is not streamed as well: leave it out".into();
+                    return Err(Error::Settings { field: "memory", problem });
+                }
+                let (volume, bytes) = team.open(&options.volume, &options.options(size)?)?;
+                Ok((options.with_background(volume)?, bytes))
+            }
+        }
+    }
+
+    /// Whether picture `n` of several is this team's.
+    pub fn owns(&self, n: usize) -> bool {
+        self.team.get().is_none_or(|team| n % team.teams == team.number)
+    }
+
+    /// Picture `n`, on the leader of all: drawn by its team, whose leader has it. All call it, in the order of the pictures.
+    pub fn collected(&self, n: usize, frame: Option<Frame>, size: Viewport) -> Option<Frame> {
+        let Some(World { group, .. }) = &self.world else { return frame };
+        let (teams, owner) = (self.teams(), n % self.teams());
+        if owner == 0 {
+            return frame;
+        }
+        if group.leads() {
+            let bytes = group.receive((owner * group.size()).div_ceil(teams));
+            let mut samples = vec![[0f32; 4]; size.pixels()];
+            samples.as_flattened_mut().iter_mut().zip(bytes.chunks_exact(4)).for_each(|(number, bytes)| {
+                *number = f32::from_ne_bytes(bytes.try_into().expect("four bytes"));
+            });
+            return Some(Frame::new(size, samples));
+        }
+        if let Some(frame) = frame {
+            group.send(0, bytemuck::cast_slice(frame.pixels()));
+        }
+        None
+    }
+
+    /// Numbers of all processes, one after the other.
+    pub fn gathered(&self, numbers: Vec<f64>) -> Vec<f64> {
+        self.world.as_ref().map_or(numbers.clone(), |world| world.group.gather(&numbers))
+    }
+
+    /// Gives all what the leader has read.
+    pub fn told(&self, read: impl FnOnce() -> Result<Vec<u8>, Error>) -> Result<Vec<u8>, Error> {
+        let Some(World { group, .. }) = &self.world else { return read() };
+        let mut bytes = group.agree(if group.leads() { read() } else { Ok(Vec::new()) })?;
+        group.broadcast(0, &mut bytes);
+        Ok(bytes)
+    }
+
+    /// Waits for all.
+    pub fn wait(&self) {
+        self.world.iter().for_each(|world| world.group.wait());
+    }
+}
