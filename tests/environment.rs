@@ -18,6 +18,23 @@ fn no_opencl_names_the_package() {
     assert!(message.contains("pocl-opencl-icd"), "{message}");
 }
 
+/// Each of several processes would do all of the work, and write the same file.
+#[cfg(not(feature = "mpi"))]
+#[test]
+fn under_mpirun_it_says_what_to_build() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |processes: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
+        command.args(["render", "builtin:cube@4", "--size", "8x8"]).env("OMPI_COMM_WORLD_SIZE", processes);
+        command.current_dir(folder.path()).output().unwrap()
+    };
+    let output = render("2");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("--features mpi") && !folder.path().join("layersplat.png").exists(), "{message}");
+    assert!(render("1").status.success());
+}
+
 /// The command starts without OpenCL, and says what to install. So do programs with this library, but for the feature `gl-interop`.
 #[cfg(target_os = "linux")]
 #[cfg_attr(feature = "gl-interop", ignore = "ocl-interop links OpenCL and OpenGL: docs/gl.md")]

@@ -63,6 +63,10 @@ struct InTeams {
     processes: usize,
     teams: usize,
     frames_per_s: f64,
+    /// What the first team's processes did for the last picture, if it has several.
+    #[cfg(feature = "mpi")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    picture: Option<crate::distributed::DistributedReport>,
 }
 
 pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCode, Error> {
@@ -171,7 +175,13 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         lattice,
         device_bytes: if streamed { scene.device.peak_bytes() } else { scene.device.allocated_bytes() },
         peak_bytes: peak_bytes(),
-        processes: processes.counts().map(|(processes, teams)| InTeams { processes, teams, frames_per_s }),
+        processes: processes.counts().map(|(processes, teams)| InTeams {
+            processes,
+            teams,
+            frames_per_s,
+            #[cfg(feature = "mpi")]
+            picture: renderer.shared_report().cloned(),
+        }),
     };
     super::report(arguments.json, &bench, || text(&bench))?;
     Ok(ExitCode::SUCCESS)

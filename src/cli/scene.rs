@@ -79,13 +79,11 @@ impl Scene {
         }
         let settings = options.blend.apply(settings, Value::finder(&volume));
         let transfer = open_transfer(&options.transfer, &volume)?;
-        if transfer.name() == TransferFunction::AUTOMATIC {
-            if processes.leads() {
-                eprintln!("transfer function: {} (--transfer takes another)", described(&transfer));
-            }
+        if transfer.name() == TransferFunction::AUTOMATIC && processes.leads() {
+            eprintln!("transfer function: {} (--transfer takes another)", described(&transfer));
         }
         let choice = options.device.choice();
-        let device = Device::open(&choice)?;
+        let device = processes.agree(Device::open(&choice))?;
         let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
         let longest = options.bounds.time_limit;
         Ok(Self { volume, transfer, settings, device, processes: processes.clone(), read_bytes, longest, begun, first_pass })

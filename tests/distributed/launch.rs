@@ -8,19 +8,20 @@ use std::process::Command;
 const CASE: &str = "LAYERSPLAT_TEST_CASE";
 
 /// `mpirun` as these tests take it: more ranks than cores, none bound to a core, as any user.
-pub fn mpirun(ranks: usize) -> Command {
+pub fn mpirun() -> Command {
     let mut command = Command::new("mpirun");
-    command.args(["--oversubscribe", "--bind-to", "none", "-n", &ranks.to_string()]);
+    command.args(["--oversubscribe", "--bind-to", "none"]);
     command.envs([("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")]);
     // One thread each: there are more ranks than cores.
-    command.envs([("POCL_MAX_PTHREAD_COUNT", "1"), ("RAYON_NUM_THREADS", "1"), ("OMPI_MCA_rmaps_base_oversubscribe", "1")]);
+    command.envs([("POCL_MAX_PTHREAD_COUNT", "1"), ("RAYON_NUM_THREADS", "1")]);
     command
 }
 
 /// Runs a case on so many ranks; all must end well.
 pub fn on_ranks(ranks: usize, case: &str) {
     let program = std::env::current_exe().expect("this program");
-    let done = mpirun(ranks)
+    let done = mpirun()
+        .args(["-n", &ranks.to_string()])
         .arg(program)
         .args(["--exact", "as_a_rank", "--ignored", "--nocapture", "--quiet"])
         .env(CASE, case)

@@ -1,5 +1,7 @@
 //! Volumes that several processes render together: the pictures of one, and what goes wrong on one rank ends on all.
 
+#[cfg(feature = "cli")]
+mod command;
 #[path = "../common/mod.rs"]
 mod common;
 mod launch;

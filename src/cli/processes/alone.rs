@@ -58,6 +58,10 @@ impl Processes {
         done()
     }
 
+    pub fn agree<T>(&self, result: Result<T, Error>) -> Result<T, Error> {
+        result
+    }
+
     pub fn open(
         &self,
         options: &VolumeOptions,

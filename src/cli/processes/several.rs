@@ -143,6 +143,14 @@ impl Processes {
         team.agree(if team.leads() { Ok(()) } else { done() })
     }
 
+    /// What a process has come to, if all of its team have.
+    pub fn agree<T>(&self, result: Result<T, Error>) -> Result<T, Error> {
+        match self.team.get() {
+            Some(team) => team.group.agree(result),
+            None => result,
+        }
+    }
+
     /// Opens a volume, of which each process of a team reads its part; and how many bytes these are.
     pub fn open(
         &self,
@@ -151,7 +159,7 @@ impl Processes {
         most: Option<u64>,
     ) -> Result<(Volume<'static>, u64), Error> {
         match self.team() {
-            None => Ok((options.open(size, most)?, 0)),
+            None => Ok((self.agree(options.open(size, most))?, 0)),
             Some(team) => {
                 if most.is_some() {
                     let problem = "a volume that several processes share is not streamed as well: leave it out".into();
