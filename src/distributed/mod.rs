@@ -3,6 +3,27 @@
 //! A volume is cut into ranges of layers along the axis of the view. Each rank composites its own, with the layers around them that
 //! kernels and gradients need, and the picture is one reduction of (colour, transmittance) pairs on the lattice, before the warp: "over"
 //! is associative, and not commutative, which MPI keeps. See docs/scale.md.
+//!
+//! ```no_run
+//! use layersplat::distributed::mpi::{self, Threading, traits::*};
+//! use layersplat::distributed::{Group, Renderer};
+//! use layersplat::{Camera, Device, DeviceChoice, OpenOptions, Orbit, Settings, TransferFunction, Viewport};
+//!
+//! let (universe, _) = mpi::initialize_with_threading(Threading::Serialized).expect("MPI is not initialised yet");
+//! let group = Group::new(&universe.world())?;
+//! let (volume, _) = group.open("big.nrrd", &OpenOptions::default())?;
+//! // Found by all ranks together, as the volume's range is.
+//! let transfer = TransferFunction::automatic(&volume);
+//! let mut renderer = Renderer::new(&group, &Device::open(&DeviceChoice::Default)?, &volume, &transfer)?;
+//! let viewport = Viewport::new(1024, 1024)?;
+//! let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+//! let camera = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+//! let (frame, _) = renderer.render(&camera, viewport, &Settings::default())?;
+//! if let Some(frame) = frame {
+//!     frame.save("big.png", None)?; // on rank 0
+//! }
+//! # Ok::<(), layersplat::Error>(())
+//! ```
 
 mod compose;
 mod cut;

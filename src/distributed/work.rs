@@ -4,7 +4,7 @@ use crate::volume::{Volume, VoxelBox};
 use rayon::prelude::*;
 
 /// About how many voxels of a process's own are looked at.
-const LOOKED_AT: usize = 1 << 22;
+const LOOKED_AT: usize = 1 << 20;
 /// Samples that show nothing are skipped block by block: so many take as long as one that shows (docs/scale.md).
 const SKIPPED: u64 = 24;
 
