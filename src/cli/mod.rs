@@ -104,7 +104,6 @@ enum Command {
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     log(cli.verbose);
-    progress::show_tasks();
     #[cfg(unix)]
     signals::let_files_be_finished();
     // What checks a device is a process of its own, whoever started it.
@@ -113,6 +112,9 @@ pub fn main() -> ExitCode {
         Ok(processes) => processes,
         Err(error) => return Processes::alone().fail(&fields::with_options(&error), &error, exit_code(&error)),
     };
+    if processes.leads() {
+        progress::show_tasks();
+    }
     let done = match cli.command {
         Command::Render(arguments) => render::run(&arguments, &processes),
         Command::Rotate(arguments) => rotate::run(&arguments, &processes),

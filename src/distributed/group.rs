@@ -132,7 +132,7 @@ impl Group {
     }
 
     /// The largest of all numbers.
-    pub fn most(&self, number: u64) -> u64 {
+    pub(crate) fn most(&self, number: u64) -> u64 {
         let mut most = number;
         self.lock().0.all_reduce_into(&number, &mut most, SystemOperation::max());
         most
@@ -171,7 +171,7 @@ impl Group {
     }
 
     /// Sends bytes to a rank that [receives](Self::receive) them.
-    pub fn send(&self, to: usize, bytes: &[u8]) {
+    pub(crate) fn send(&self, to: usize, bytes: &[u8]) {
         let group = self.lock();
         let process = group.0.process_at_rank(to as i32);
         process.send(&(bytes.len() as u64));
@@ -179,7 +179,7 @@ impl Group {
     }
 
     /// Receives what a rank sends.
-    pub fn receive(&self, from: usize) -> Vec<u8> {
+    pub(crate) fn receive(&self, from: usize) -> Vec<u8> {
         let group = self.lock();
         let process = group.0.process_at_rank(from as i32);
         let (len, _) = process.receive::<u64>();
@@ -190,9 +190,10 @@ impl Group {
         bytes
     }
 
-    /// Ends all processes, wherever they are: where one cannot go on, and the others wait for it.
-    pub fn abort(&self, code: u8) -> ! {
-        self.lock().0.abort(code.into())
+    /// Ends all processes that MPI started, wherever they are: where one cannot go on, and the others wait for it.
+    pub fn abort(code: u8) -> ! {
+        // Without the lock, which whoever cannot go on may hold.
+        SimpleCommunicator::world().abort(code.into())
     }
 
     /// Reduces samples to rank 0, in the order of the ranks.

@@ -42,4 +42,6 @@ pub use group::Group;
 pub use mpi;
 pub use renderer::Renderer;
 pub use report::{DistributedReport, RankReport};
-pub use volume::{Brick, bytes_in_parts};
+pub use volume::Brick;
+#[cfg(feature = "cli")]
+pub(crate) use volume::bytes_in_parts;

@@ -15,7 +15,7 @@ use crate::renderer::{DeviceVoxels, LatticeView, PartRenderer, Shares, UploadedV
 use crate::settings::{Blend, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{Description, Volume, VoxelBox};
+use crate::volume::{Description, Volume, VolumePart, VoxelBox};
 use opencl3::event::Event;
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -57,7 +57,26 @@ enum Source<'v> {
 struct Cut {
     ranges: Vec<Range<usize>>,
     around: usize,
-    renderer: PartRenderer,
+    /// This rank's, each with a buffer of its own: as many as devices need that have none for all of it. There is one at least.
+    slabs: Vec<(Range<usize>, PartRenderer)>,
+}
+
+impl Cut {
+    /// The raw samples of this rank's layers.
+    fn raw(&mut self, view: &LatticeView) -> Result<Vec<[f32; 4]>, Error> {
+        let last = self.slabs.len() - 1;
+        let mut done = None;
+        for n in 0..=last {
+            let (layers, renderer) = &mut self.slabs[if view.ascending() { n } else { last - n }];
+            done = Some(renderer.raw(view, layers, done.as_deref())?);
+        }
+        Ok(done.expect("there is one at least"))
+    }
+
+    /// One that holds voxels for views along the axis.
+    fn renderer(&mut self) -> &mut PartRenderer {
+        &mut self.slabs[0].1
+    }
 }
 
 impl<'v> Renderer<'v> {
@@ -134,7 +153,7 @@ impl<'v> Renderer<'v> {
         if self.transfer != *transfer {
             self.transfer = transfer.clone();
             self.work = None;
-            self.cuts.iter_mut().flatten().for_each(|cut| cut.renderer.set_transfer_function(transfer));
+            self.renderers().for_each(|renderer| renderer.set_transfer_function(transfer));
         }
     }
 
@@ -156,7 +175,7 @@ impl<'v> Renderer<'v> {
     /// # Errors
     /// What OpenCL answers.
     pub fn volume_changed(&mut self, wait: &[&Event]) -> Result<(), Error> {
-        let told = self.cuts.iter_mut().flatten().try_for_each(|cut| cut.renderer.volume_changed(wait));
+        let told = self.renderers().try_for_each(|renderer| renderer.volume_changed(wait));
         self.group.agree(told)
     }
 
@@ -177,30 +196,33 @@ impl<'v> Renderer<'v> {
             let exchanged = self.hold(view, settings)?;
             own.exchanged.sent_bytes += exchanged.sent_bytes;
             own.exchanged.received_bytes += exchanged.received_bytes;
-            let Self { group, composer, cuts, longest, .. } = self;
+            let longest = self.longest;
+            self.renderers().for_each(|renderer| renderer.limit(longest));
+            let Self { group, composer, cuts, .. } = self;
             let cut = cuts[view.axis().index()].as_mut().expect("it is held now");
-            cut.renderer.limit(*longest);
-            let (layers, started) = (&cut.ranges[group.rank()], Instant::now());
-            let samples = cut.renderer.raw(view, layers);
+            let (layers, started) = (cut.ranges[group.rank()].clone(), Instant::now());
+            let samples = cut.raw(view);
             own.layers += layers.len();
             own.render_ms += milliseconds(started);
             let mut samples = group.agree(samples)?;
             let started = Instant::now();
             composed.push(composer.compose(group, view, !layers.is_empty(), &mut samples));
             compose_ms += milliseconds(started);
-            let added = if group.leads() { shares.add(&mut cut.renderer, view, *share, &samples) } else { Ok(()) };
+            let added = if group.leads() { shares.add(cut.renderer(), view, *share, &samples) } else { Ok(()) };
             group.agree(added)?;
         }
         let (first, _) = &views[0];
-        let frame = self.group.leads().then(|| shares.frame(self.cut(first.axis()).renderer.device(), first)).transpose();
+        let cut = self.cuts[first.axis().index()].as_mut().expect("it was drawn");
+        let frame = self.group.leads().then(|| shares.frame(cut.renderer(), first)).transpose();
         let frame = self.group.agree(frame)?;
         let axes = views.iter().map(|(view, _)| view.axis()).collect();
         let report = DistributedReport { lattice: first.report(), axes, ranks: own.gather(&self.group), composed, compose_ms };
         Ok((frame, report))
     }
 
-    fn cut(&self, axis: Axis) -> &Cut {
-        self.cuts[axis.index()].as_ref().expect("it was drawn")
+    /// All that hold voxels on this rank.
+    fn renderers(&mut self) -> impl Iterator<Item = &mut PartRenderer> {
+        self.cuts.iter_mut().flatten().flat_map(|cut| cut.slabs.iter_mut().map(|(_, renderer)| renderer))
     }
 
     /// Sees to it that every rank has the layers that are its part of a view.
@@ -214,10 +236,11 @@ impl<'v> Renderer<'v> {
         let dims = self.description().grid().dims();
         let wanted: Vec<VoxelBox> = ranges.iter().map(|layers| slab(dims, axis, layers, settings)).collect();
         self.make_room(axis, wanted[self.group.rank()].count());
-        let (uploaded, exchanged) = match &self.source {
+        let own = ranges[self.group.rank()].clone();
+        let (slabs, exchanged) = match &self.source {
             Source::Host(volume) => {
                 let (part, exchanged) = self.boxes.bring(&self.group, volume, &wanted)?;
-                (self.group.agree(UploadedVolume::part(&self.device, &part))?, exchanged)
+                (self.group.agree(self.uploaded(&part, axis, &own, settings))?, exchanged)
             }
             Source::Device(uploaded) => {
                 if let Some(rank) = (0..self.group.size()).find(|&rank| !self.boxes.held[rank].holds(&wanted[rank])) {
@@ -228,18 +251,38 @@ impl<'v> Renderer<'v> {
                     );
                     return Err(Error::Settings { field: "layer_axis", problem });
                 }
-                (uploaded.clone(), Exchanged::default())
+                (vec![(own.clone(), PartRenderer::of(uploaded, &self.transfer))], Exchanged::default())
             }
         };
-        let renderer = PartRenderer::of(&uploaded, &self.transfer);
-        self.cuts[axis.index()] = Some(Cut { ranges, around, renderer });
         tracing::info!(
-            "layers along {axis:?}: {:?} are this rank's; {} bytes sent, {} received",
-            self.cut(axis).ranges[self.group.rank()],
+            "layers along {axis:?}: {own:?} are this rank's, in {} buffers; {} bytes sent, {} received",
+            slabs.len(),
             exchanged.sent_bytes,
             exchanged.received_bytes
         );
+        self.cuts[axis.index()] = Some(Cut { ranges, around, slabs });
         Ok(exchanged)
+    }
+
+    /// This rank's layers on its device, in as few buffers as that has room in one for.
+    fn uploaded(
+        &self,
+        part: &VolumePart,
+        axis: Axis,
+        own: &Range<usize>,
+        settings: &Settings,
+    ) -> Result<Vec<(Range<usize>, PartRenderer)>, Error> {
+        let dims = part.description().grid().dims();
+        let layer = VoxelBox::whole(dims).count() / dims[axis.index()] * part.description().voxel_type().bytes();
+        let most = (self.device.largest_buffer_bytes() / layer as u64).saturating_sub(2 * PartRenderer::around(settings) as u64);
+        let pieces = own.len().div_ceil(most.max(1) as usize).max(1);
+        let slabs = (0..pieces).map(|n| {
+            let at = |n: usize| own.start + n * own.len() / pieces;
+            let (layers, needed) = (at(n)..at(n + 1), slab(dims, axis, &(at(n)..at(n + 1)), settings));
+            let uploaded = UploadedVolume::part(&self.device, &part.part(needed)?)?;
+            Ok((layers, PartRenderer::of(&uploaded, &self.transfer)))
+        });
+        slabs.collect()
     }
 
     /// The layers of each rank along an axis: those that they have, or had before, unless that leaves one with too much work.

@@ -21,7 +21,7 @@ pub struct Brick {
 }
 
 /// Bytes of all voxels of a volume that [`Group::open`] can open; `None` if it cannot.
-pub fn bytes_in_parts(source: impl AsRef<Path>, options: &OpenOptions) -> Option<u64> {
+pub(crate) fn bytes_in_parts(source: impl AsRef<Path>, options: &OpenOptions) -> Option<u64> {
     let first = Unseen::open(source.as_ref(), options, &|_| Layers { own: 0..1, held: 0..1 }).ok()?;
     Some(first.bytes() * first.layers_of_all() as u64)
 }

@@ -1,6 +1,8 @@
 //! Parts of volumes, and voxels that a device is to hold.
 
 use super::placed::Placed;
+#[cfg(feature = "mpi")]
+use super::shared::{VoxelBox, within};
 use super::storage::Storage;
 use super::{Description, VoxelType};
 use crate::error::Error;
@@ -54,6 +56,16 @@ impl<'a> VolumePart<'a> {
     /// What is known of the whole volume.
     pub fn description(&self) -> &Description {
         &self.description
+    }
+
+    /// The voxels of a box of the volume that are in this one, if all of them are.
+    #[cfg(feature = "mpi")]
+    pub(crate) fn part(&self, wanted: VoxelBox) -> Result<Self, Error> {
+        let held = VoxelBox { first: self.first, dims: self.voxels.dims() };
+        match within(&self.voxels, &held, &wanted).filter(|_| held.holds(&wanted)) {
+            Some(voxels) => Ok(Self { description: self.description.clone(), first: wanted.first, voxels }),
+            None => Err(Error::volume(Path::new(self.description.name()), format!("{wanted:?} is not in {held:?}"))),
+        }
     }
 
     pub(crate) fn held(&self) -> Held<'_> {

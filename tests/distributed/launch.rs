@@ -38,10 +38,10 @@ pub fn as_a_rank(run: impl FnOnce(&str, &Group)) {
     let case = std::env::var(CASE).expect("started by another test");
     let (universe, _): (Universe, Threading) = mpi::initialize_with_threading(Threading::Serialized).expect("MPI once");
     let group = Group::new(&universe.world()).expect("a group");
-    let (of_all, usual) = (group.clone(), std::panic::take_hook());
+    let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         usual(panic);
-        of_all.abort(1);
+        Group::abort(1);
     }));
     run(&case, &group);
     eprintln!("ran the case");

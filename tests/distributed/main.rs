@@ -21,6 +21,7 @@ fn as_a_rank() {
         "blends" => pictures::in_every_blend_mode(group),
         "again" => pictures::are_the_same_again(group),
         "changes" => pictures::follow_changes(group),
+        "buffers" => pictures::in_several_buffers(group),
         "devices" => pictures::of_bricks_on_devices(group),
         "reductions" => volumes::are_looked_at_together(group),
         "files" => volumes::are_read_in_parts(group),
@@ -47,6 +48,11 @@ fn the_same_picture_again() {
 #[test]
 fn changes_are_followed() {
     [1, 3].iter().for_each(|&ranks| on_ranks(ranks, "changes"));
+}
+
+#[test]
+fn several_buffers() {
+    [1, 2].iter().for_each(|&ranks| on_ranks(ranks, "buffers"));
 }
 
 #[test]

@@ -168,6 +168,26 @@ pub fn follow_changes(group: &Group) {
     }
 }
 
+/// Devices that have no buffer for all layers of a rank.
+pub fn in_several_buffers(group: &Group) {
+    // Of 64 layers of 4096 voxels 30 have room beside those around them; the tables of a picture have it, too.
+    let little = device().with_largest_buffer(140_000);
+    let (size, transfer, options) = (viewport(24, 20), smooth_transfer(), layersplat::OpenOptions::default());
+    let volume = Volume::open("builtin:gyroid@64", &options).unwrap();
+    let (shared, _) = group.open("builtin:gyroid@64", &options).unwrap();
+    let mut alone = layersplat::Renderer::new(&device(), &volume, &transfer).unwrap();
+    let mut together = Renderer::new(group, &little, &shared, &transfer).unwrap();
+    assert!(layersplat::Renderer::new(&little, &volume, &transfer).is_err(), "it would have room for all");
+    for settings in [Quality::Standard.settings(), splatted()] {
+        let settings = Settings { early_termination: false, ..settings };
+        for camera in views(&volume, size).iter().take(6) {
+            let Some((frame, _)) = drawn(&mut together, camera, size, &settings) else { continue };
+            let (expected, _) = alone.render(camera, size, &settings).unwrap();
+            assert_close(&format!("{group:?}"), &frame, &expected, if group.size() == 1 { 0.0 } else { REASSOCIATED });
+        }
+    }
+}
+
 /// Voxels in buffers of the ranks' own, which change.
 pub fn of_bricks_on_devices(group: &Group) {
     let (volume, size, transfer) = (whole(), viewport(48, 40), smooth_transfer());

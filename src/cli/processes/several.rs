@@ -1,6 +1,7 @@
 //! Processes that MPI started together: teams, each of which renders a picture at a time.
 
 use crate::cli::options::VolumeOptions;
+use crate::cli::standard::is_input;
 use crate::distributed::mpi::{self, Threading, environment::Universe};
 use crate::distributed::{DistributedError, Group, bytes_in_parts};
 use crate::error::Error;
@@ -15,6 +16,9 @@ use std::rc::Rc;
 
 /// Bytes of memory per byte of voxels that a process needs to render a volume alone: on the host and on the device, in two layouts.
 const NEEDED: u64 = 4;
+
+/// As Rust ends a process.
+const PANICKED: u8 = 101;
 
 /// How pictures are shared out.
 #[derive(Args, Clone)]
@@ -57,6 +61,12 @@ impl Processes {
         }
         let (universe, _) = mpi::initialize_with_threading(Threading::Serialized).expect("MPI is initialised here alone");
         let group = Group::new(&universe.world())?;
+        let usual = std::panic::take_hook();
+        // Others would wait for this one, and MPI's end for them.
+        std::panic::set_hook(Box::new(move |panic| {
+            usual(panic);
+            Group::abort(PANICKED);
+        }));
         Ok(Self { world: Some(World { group, _universe: Rc::new(universe) }), ..Self::alone() })
     }
 
@@ -81,7 +91,7 @@ impl Processes {
             team.wait();
         }
         if team.is_none_or(|team| team.size() < group.size()) {
-            group.abort(code);
+            Group::abort(code);
         }
         ExitCode::from(code)
     }
@@ -161,6 +171,10 @@ impl Processes {
         match self.team() {
             None => Ok((self.agree(options.open(size, most))?, 0)),
             Some(team) => {
+                if is_input(&options.volume) {
+                    let problem = "standard input is one process's: name a file, or choose --ranks-per-picture 1".into();
+                    return Err(Error::Settings { field: "volume", problem });
+                }
                 if most.is_some() {
                     let problem = "a volume that several processes share is not streamed as well: leave it out".into();
                     return Err(Error::Settings { field: "memory", problem });

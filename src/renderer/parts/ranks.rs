@@ -5,7 +5,6 @@ use super::super::range::LayerRange;
 use super::super::tiles::read_samples;
 use super::PartRenderer;
 use super::view::LatticeView;
-use crate::device::Device;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::renderer::LatticeReport;
@@ -54,30 +53,31 @@ impl Shares {
     }
 
     /// The picture of all: premultiplied floats, without a background.
-    pub fn frame(&mut self, device: &Device, view: &LatticeView) -> Result<Frame, Error> {
+    pub fn frame(&mut self, renderer: &PartRenderer, view: &LatticeView) -> Result<Frame, Error> {
+        let device = &renderer.0.device;
         let warped = self.picture.warped(device, view.viewport)?;
         Ok(Frame::new(view.viewport, read_samples(warped, device, view.viewport.pixels())?))
     }
 }
 
 impl PartRenderer {
-    /// The raw samples of some layers of a view, composited from nothing; no layers are nothing.
-    pub(crate) fn raw(&mut self, view: &LatticeView, layers: &Range<usize>) -> Result<Vec<[f32; 4]>, Error> {
+    /// The raw samples of some layers of a view, composited behind those `before`, or from nothing; no layers are nothing.
+    pub(crate) fn raw(
+        &mut self,
+        view: &LatticeView,
+        layers: &Range<usize>,
+        before: Option<&[[f32; 4]]>,
+    ) -> Result<Vec<[f32; 4]>, Error> {
         if !layers.is_empty() {
             self.check_held(view, layers)?;
         }
         let voxels = if layers.is_empty() { 0..0 } else { layers.clone() };
-        self.draw(view, &LayerRange { voxels, continues: false, raw: true }, None)?;
+        self.draw(view, &LayerRange { voxels, continues: before.is_some(), raw: true }, before)?;
         read_samples(self.0.target.drawn(&self.0.device)?.0, &self.0.device, view.lattice.samples())
     }
 
     /// The voxels have changed, where they are in memory of the caller's own.
     pub(crate) fn volume_changed(&mut self, wait: &[&Event]) -> Result<(), Error> {
         self.0.volume_changed(wait).map(drop)
-    }
-
-    /// The device, as this renderer uses it.
-    pub(crate) fn device(&self) -> &Device {
-        &self.0.device
     }
 }
