@@ -56,7 +56,11 @@ const XML: &[Case] = &[
     ("vtk/binary_zlib.vti", b"vtkZLibDataCompressor", b"vtkLZMADataCompressor", "LZMA"),
     ("vtk/appended_zlib.vti", b"offset=\"0\"", b"offset=\"99999999999\"", "ends too early"),
     ("vtk/appended_plain.vti", b"Piece Extent=\"0 4 0 3 0 2\"", b"Piece Extent=\"0 4 0 3 0 9\"", "should have"),
-    ("vtk/ascii_plain.vti", b"</Piece>", b"</Piece><Piece Extent=\"0 4 0 3 2 4\"></Piece>", "SetNumberOfPieces(1)"),
+    ("vtk/ascii_plain.vti", b"</Piece>", b"</Piece><Piece Extent=\"0 4 0 3 2 4\"></Piece>", "has no array values"),
+    ("vtk/pieces.vti", b"Extent=\"2 4 0 1 0 2\"", b"Extent=\"2 4 0 1 0 1\"", "leave parts of the image out"),
+    ("vtk/pieces.vti", b"Extent=\"2 4 0 1 0 2\"", b"Extent=\"2 4 0 1 0 9\"", "it is damaged"),
+    ("vtk/pieces.vti", b"Extent=\"0 2 0 3 0 2\"", b"Extent=\"0 2 0 3 0 999999999\"", "it is damaged"),
+    ("vtk/pieces.vti", b"Extent=\"2 4 1 3 0 2\"", b"Extent=\"900000002 900000004 1 3 0 2\"", "leave parts of the image out"),
 ];
 
 /// All files of the folder of a case, one of them changed.

@@ -17,6 +17,23 @@ def vtk_image(data, spacing=(1, 1, 1), origin=(0, 0, 0), name="values", first=(0
     return image
 
 
+def cut_in_pieces(path, data, extents):
+    """By hand: int16 at points, and numbers that count up in cells."""
+    cells = np.arange(4 * 3 * 2).reshape(2, 3, 4)
+    text = ['<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
+            '<ImageData WholeExtent="0 4 0 3 0 2" Origin="1 -2 3" Spacing="0.5 1.5 2">']
+    appended = b""
+    for x, x2, y, y2, z, z2 in extents:
+        text += [f'<Piece Extent="{x} {x2} {y} {y2} {z} {z2}"><PointData Scalars="values">']
+        numbers = np.ascontiguousarray(data[z:z2 + 1, y:y2 + 1, x:x2 + 1]).tobytes()
+        text += [f'<DataArray type="Int16" Name="values" format="appended" offset="{len(appended)}"/></PointData><CellData>']
+        appended += len(numbers).to_bytes(8, "little") + numbers
+        numbers = " ".join(str(n) for n in cells[z:z2, y:y2, x:x2].ravel())
+        text += [f'<DataArray type="Int32" Name="pressure" format="ascii">{numbers}</DataArray></CellData></Piece>']
+    text += ['</ImageData><AppendedData encoding="raw">_']
+    path.write_bytes("\n".join(text).encode() + appended + b"</AppendedData></VTKFile>\n")
+
+
 def vtks():
     at = folder("vtk")
     spacing, origin = (0.5, 1.5, 2), (1, -2, 3)
@@ -63,6 +80,14 @@ def vtks():
         low = -30 if dtype[0] in "if" else 1
         put(f"{dtype}.vti", vtk_image(array(dtype, 2, low), spacing, origin), packer=vtk.vtkZLibDataCompressor())
         holds(f"vtk/{dtype}.vti", 2, low, place)
+    # In several pieces, each of which VTK writes as a whole where its input is at hand.
+    for name, mode, packer in [("whole_pieces", "Appended", None), ("whole_pieces_zlib", "Binary", vtk.vtkZLibDataCompressor())]:
+        put(f"{name}.vti", plain, mode, packer, lambda writer: writer.SetNumberOfPieces(3))
+        holds(f"vtk/{name}.vti", 100, -3000, place)
+    # As simulations write them, which share the points between pieces.
+    cut_in_pieces(at / "pieces.vti", array("int16", 100, -3000), [(0, 2, 0, 3, 0, 2), (2, 4, 0, 1, 0, 2), (2, 4, 1, 3, 0, 2)])
+    holds("vtk/pieces.vti", 100, -3000, place)
+    holds("vtk/pieces.vti", 1, 0, affine(spacing, np.add(origin, np.multiply(spacing, 0.5))), dims=(4, 3, 2), array="pressure")
     # A grid that does not begin at 0, and is turned.
     turn = turned(40)
     moved = vtk_image(array("float32", 0.5, -7), spacing, origin, first=(3, -2, 7))

@@ -7,6 +7,8 @@ mod blocks;
 mod encoded;
 mod legacy;
 #[cfg(feature = "vtk")]
+mod pieces;
+#[cfg(feature = "vtk")]
 mod xml;
 
 pub(super) use legacy::Legacy;

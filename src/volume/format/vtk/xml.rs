@@ -3,6 +3,7 @@
 use super::arrays::{self, Array, Image};
 use super::blocks::{self, Method};
 use super::encoded;
+use super::pieces::{self, Extent, Piece};
 use crate::error::Error;
 use crate::volume::format::bytes::{Bytes, Held, Plain};
 use crate::volume::format::load::Opened;
@@ -21,6 +22,8 @@ pub(in crate::volume::format) struct Xml;
 
 /// Bytes that a tag and what comes before it may have, but for numbers.
 const LARGEST: u64 = 1 << 32;
+/// Pieces that an image may be in.
+const MOST_PIECES: usize = 1 << 16;
 
 impl Format for Xml {
     fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
@@ -34,13 +37,22 @@ impl Format for Xml {
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let document = Document::read(path)?;
-        let image = document.image.as_ref().ok_or_else(|| document.wrong("it has no piece of ImageData"))?;
-        let array = arrays::chosen(path, &document.arrays, options)?;
+        let first = document.pieces.first().ok_or_else(|| document.wrong("it has no piece of ImageData"))?;
+        let array = arrays::chosen(path, &first.arrays, options)?;
         let scalar = ScalarType::from_str(&array.type_name.to_ascii_lowercase());
         let scalar = scalar.map_err(|_| document.wrong(format!("its array {} is of type {}", array.name, array.type_name)))?;
         let endian = if matches!(array.place, Place::Text(_)) { Endian::NATIVE } else { document.endian };
+        let whole = pieces::union(document.pieces.iter().map(|piece| piece.extent)).unwrap_or(first.extent);
+        let image = &document.image(whole)?;
         let header = array.header(path, image, scalar, endian, options)?;
-        Ok(Opened { header, bytes: document.bytes(array, image, scalar)?, exact: false })
+        let bytes = match document.pieces.len() {
+            1 => document.bytes(array, image, scalar)?,
+            _ => {
+                let bytes = document.pieces.iter().map(|piece| document.piece_of(piece, array, scalar));
+                Box::new(Held(pieces::joined(path, array, (image, whole), scalar.bytes(), bytes)?))
+            }
+        };
+        Ok(Opened { header, bytes, exact: false })
     }
 }
 
@@ -54,6 +66,20 @@ enum Place {
     Appended(u64),
 }
 
+/// A piece, as it is told.
+struct Declared {
+    extent: Extent,
+    arrays: Vec<Array<Place>>,
+}
+
+/// Where the image lies.
+#[derive(Default)]
+struct Lies {
+    origin: Option<DVec3>,
+    spacing: Option<DVec3>,
+    direction: Option<[f64; 9]>,
+}
+
 /// What the file says before its appended data.
 struct Document<'a> {
     path: &'a Path,
@@ -61,8 +87,8 @@ struct Document<'a> {
     /// Bytes of the counts before data.
     count: usize,
     method: Option<Method>,
-    image: Option<Image>,
-    arrays: Vec<Array<Place>>,
+    lies: Lies,
+    pieces: Vec<Declared>,
     /// The byte behind the underscore, and whether base64 follows.
     appended: Option<(u64, bool)>,
 }
@@ -70,8 +96,15 @@ struct Document<'a> {
 impl<'a> Document<'a> {
     fn read(path: &'a Path) -> Result<Self, Error> {
         let file = File::open(path).map_err(|e| Error::read(path, e))?;
-        let mut document =
-            Self { path, endian: Endian::Little, count: 4, method: None, image: None, arrays: Vec::new(), appended: None };
+        let mut document = Self {
+            path,
+            endian: Endian::Little,
+            count: 4,
+            method: None,
+            lies: Lies::default(),
+            pieces: Vec::new(),
+            appended: None,
+        };
         let mut reader = quick_xml::Reader::from_reader(BufReader::new(file).take(LARGEST));
         let mut scope = Scope::default();
         let mut buffer = Vec::new();
@@ -90,9 +123,8 @@ impl<'a> Document<'a> {
                 Event::End(tag) => match tag.local_name().as_ref() {
                     b"PointData" | b"CellData" => scope.marked = None,
                     b"DataArray" => {
-                        if let Some(Place::Text(range)) =
-                            document.arrays.last_mut().filter(|_| scope.marked.is_some()).map(|a| &mut a.place)
-                        {
+                        let last = document.pieces.last_mut().and_then(|piece| piece.arrays.last_mut());
+                        if let Some(Place::Text(range)) = last.filter(|_| scope.marked.is_some()).map(|a| &mut a.place) {
                             range.end = range.start + scope.text_length;
                         }
                     }
@@ -109,16 +141,15 @@ impl<'a> Document<'a> {
         match tag.local_name().as_ref() {
             b"VTKFile" => self.file(tag),
             b"ImageData" => {
-                (scope.origin, scope.spacing) = (self.vector(tag, "Origin")?, self.vector(tag, "Spacing")?);
-                scope.direction = self.numbers(tag, "Direction")?;
+                let direction = self.numbers(tag, "Direction")?;
+                self.lies = Lies { origin: self.vector(tag, "Origin")?, spacing: self.vector(tag, "Spacing")?, direction };
                 Ok(())
             }
-            b"Piece" if self.image.is_some() => Err(self.wrong(
-                "it has several pieces: write it as one (in ParaView by Merge Blocks, then Save Data; in VTK by a writer's \
-                 SetNumberOfPieces(1))",
-            )),
+            b"Piece" if self.pieces.len() == MOST_PIECES => Err(self.wrong("it has too many pieces")),
             b"Piece" => {
-                self.image = Some(self.piece(tag, scope)?);
+                let extent = self.numbers(tag, "Extent")?.ok_or_else(|| self.wrong("its piece has no Extent"))?;
+                self.image(extent)?;
+                self.pieces.push(Declared { extent, arrays: Vec::new() });
                 Ok(())
             }
             name @ (b"PointData" | b"CellData") if !empty => {
@@ -128,7 +159,9 @@ impl<'a> Document<'a> {
             b"DataArray" => {
                 if let Some((of_cells, marked)) = &scope.marked {
                     let array = self.array(tag, *of_cells, marked.as_deref(), behind)?;
-                    self.arrays.push(array);
+                    if let Some(piece) = self.pieces.last_mut() {
+                        piece.arrays.push(array);
+                    }
                 }
                 Ok(())
             }
@@ -154,19 +187,34 @@ impl<'a> Document<'a> {
         Ok(())
     }
 
-    fn piece(&self, tag: &BytesStart, scope: &Scope) -> Result<Image, Error> {
-        let extent: [i32; 6] = self.numbers(tag, "Extent")?.ok_or_else(|| self.wrong("its piece has no Extent"))?;
+    /// Where the points of an extent lie.
+    fn image(&self, extent: Extent) -> Result<Image, Error> {
         let points =
             |i: usize| usize::try_from(i64::from(extent[2 * i + 1]) - i64::from(extent[2 * i]) + 1).ok().filter(|&n| n > 0);
         let (Some(x), Some(y), Some(z)) = (points(0), points(1), points(2)) else {
             return Err(self.wrong(format!("its extent, {extent:?}, has no points")));
         };
+        let Lies { origin, spacing, direction } = self.lies;
         let first = DVec3::new(extent[0].into(), extent[2].into(), extent[4].into());
         // Row by row.
-        let direction = scope.direction.map_or(DMat3::IDENTITY, |rows: [f64; 9]| DMat3::from_cols_array(&rows).transpose());
-        let matrix3 = direction * DMat3::from_diagonal(scope.spacing.unwrap_or(DVec3::ONE));
-        let translation = scope.origin.unwrap_or(DVec3::ZERO) + matrix3 * first;
+        let direction = direction.map_or(DMat3::IDENTITY, |rows: [f64; 9]| DMat3::from_cols_array(&rows).transpose());
+        let matrix3 = direction * DMat3::from_diagonal(spacing.unwrap_or(DVec3::ONE));
+        let translation = origin.unwrap_or(DVec3::ZERO) + matrix3 * first;
         Ok(Image { points: [x, y, z], index_to_world: DAffine3 { matrix3, translation } })
+    }
+
+    /// The numbers of an array that several pieces have, in one of them.
+    fn piece_of(&self, piece: &Declared, array: &Array<Place>, scalar: ScalarType) -> Result<Piece, Error> {
+        let is_text = |array: &Array<Place>| matches!(array.place, Place::Text(_));
+        let alike = |own: &&Array<Place>| {
+            let (a, b) = (own, array);
+            (&a.name, a.of_cells, a.components, &a.type_name) == (&b.name, b.of_cells, b.components, &b.type_name)
+                && is_text(a) == is_text(b)
+        };
+        let own = piece.arrays.iter().find(alike);
+        let own =
+            own.ok_or_else(|| self.wrong(format!("one of its pieces has no array {} like that of the first", array.name)))?;
+        Ok(Piece { extent: piece.extent, bytes: self.bytes(own, &self.image(piece.extent)?, scalar)? })
     }
 
     fn array(&self, tag: &BytesStart, of_cells: bool, marked: Option<&str>, behind: u64) -> Result<Array<Place>, Error> {
@@ -268,9 +316,6 @@ impl<'a> Document<'a> {
 /// What the tags around an array say.
 #[derive(Default)]
 struct Scope {
-    origin: Option<DVec3>,
-    spacing: Option<DVec3>,
-    direction: Option<[f64; 9]>,
     /// In PointData (false) or CellData (true), and which array is marked there.
     marked: Option<(bool, Option<String>)>,
     /// Bytes of the last text.
