@@ -6,6 +6,7 @@ mod enqueued;
 #[cfg(test)]
 mod faults;
 mod in_place;
+mod lattice_picture;
 mod layered;
 mod onto;
 mod parts;
@@ -30,13 +31,14 @@ mod world;
 #[cfg(feature = "cli")]
 pub(crate) use depths::marched;
 pub use in_place::DeviceVoxels;
+pub use lattice_picture::LatticePicture;
 pub use onto::{PictureFormat, PictureMemory};
 pub use parts::{CompositedLayers, PartRenderer};
 #[cfg(feature = "mpi")]
 pub(crate) use parts::{LatticeView, Shares, combined};
 #[doc(hidden)] // Of this crate's own tests: it shows `layers`.
 pub use plan::Plan;
-pub use report::{FrameReport, LatticePicture, LatticeReport, Measured};
+pub use report::{FrameReport, LatticeReport, Measured};
 pub use streamed::{StreamPlan, StreamedLattice, StreamedRenderer};
 #[cfg(feature = "gl-interop")]
 pub use texture::GlTexture;
@@ -258,32 +260,6 @@ impl Renderer {
             Drawn::Warped => picture.present(device, None, viewport, background, into),
             Drawn::Screen => picture.present(device, Some(target), viewport, background, into),
         }
-    }
-
-    /// The composited lattice before it is warped to the screen, with the ray of each sample; `None` where the view has
-    /// no lattice. Where axes share a picture, that of the most parallel one.
-    pub fn lattice_picture(
-        &mut self,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<Option<LatticePicture>, Error> {
-        let device = self.frame_device()?;
-        let (rays, settings) = self.seen(camera, viewport, settings)?;
-        let settings = &settings;
-        let (lattice, layered) = match Plan::new(&rays, viewport, self.prepared.grid(), settings)? {
-            Plan::Lattice(lattice, layered) => (lattice, layered),
-            Plan::Shared(mut parts, layered) => (parts.swap_remove(0).0, layered),
-            _ => return Ok(None),
-        };
-        self.draw_lattice(
-            View { device: &device, rays: &rays, viewport, settings },
-            &lattice,
-            layered,
-            &LayerRange::whole(&lattice),
-        )?;
-        let samples = read_samples(self.target.drawn(&device)?.0, &device, lattice.samples())?;
-        Ok(Some(LatticePicture { size: lattice.size, lattice, samples }))
     }
 
     fn seen(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Rays, Settings), Error> {

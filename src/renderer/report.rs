@@ -2,7 +2,7 @@
 
 use super::plan::Plan;
 use crate::device::StageTimes;
-use crate::layers::{Lattice, Ray};
+use crate::layers::Lattice;
 use serde::Serialize;
 
 /// What a frame was.
@@ -81,38 +81,6 @@ pub struct LatticeReport {
     pub width: u32,
     /// Samples along v.
     pub height: u32,
-}
-
-/// A composited lattice, before the warp.
-///
-/// ```
-/// use layersplat::{Renderer, Settings};
-/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
-/// # let transfer = layersplat::TransferFunction::automatic(&volume);
-/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
-/// # let viewport = layersplat::Viewport::new(32, 24)?;
-/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
-/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
-///
-/// let mut renderer = Renderer::new(&device, &volume, &transfer)?;
-/// let lattice = renderer.lattice_picture(&camera, viewport, &Settings::default())?.expect("a view with a lattice");
-/// assert_eq!(lattice.samples.len(), (lattice.size[0] * lattice.size[1]) as usize);
-/// # Ok::<(), layersplat::Error>(())
-/// ```
-#[derive(Clone, Debug)]
-pub struct LatticePicture {
-    pub(super) lattice: Lattice,
-    /// Samples along u and v.
-    pub size: [u32; 2],
-    /// Premultiplied RGBA, row by row.
-    pub samples: Vec<[f32; 4]>,
-}
-
-impl LatticePicture {
-    /// The ray of a sample.
-    pub fn ray(&self, column: u32, row: u32) -> Ray {
-        self.lattice.ray(column, row)
-    }
 }
 
 impl FrameReport {

@@ -1,0 +1,72 @@
+//! What layers are before the warp.
+
+use super::Renderer;
+use super::plan::Plan;
+use super::range::LayerRange;
+use super::scene::View;
+use super::tiles::read_samples;
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::layers::{Lattice, Ray};
+use crate::settings::Settings;
+use crate::viewport::Viewport;
+
+/// A composited lattice, before the warp.
+///
+/// ```
+/// use layersplat::{Renderer, Settings};
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// let mut renderer = Renderer::new(&device, &volume, &transfer)?;
+/// let lattice = renderer.lattice_picture(&camera, viewport, &Settings::default())?.expect("a view with a lattice");
+/// assert_eq!(lattice.samples.len(), (lattice.size[0] * lattice.size[1]) as usize);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct LatticePicture {
+    lattice: Lattice,
+    /// Samples along u and v.
+    pub size: [u32; 2],
+    /// Premultiplied RGBA, row by row.
+    pub samples: Vec<[f32; 4]>,
+}
+
+impl LatticePicture {
+    /// The ray of a sample.
+    pub fn ray(&self, column: u32, row: u32) -> Ray {
+        self.lattice.ray(column, row)
+    }
+}
+
+impl Renderer {
+    /// The composited lattice before it is warped to the screen, with the ray of each sample; `None` where the view has
+    /// no lattice. Where axes share a picture, that of the most parallel one.
+    pub fn lattice_picture(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<Option<LatticePicture>, Error> {
+        let device = self.frame_device()?;
+        let (rays, settings) = self.seen(camera, viewport, settings)?;
+        let settings = &settings;
+        let (lattice, layered) = match Plan::new(&rays, viewport, self.prepared.grid(), settings)? {
+            Plan::Lattice(lattice, layered) => (lattice, layered),
+            Plan::Shared(mut parts, layered) => (parts.swap_remove(0).0, layered),
+            _ => return Ok(None),
+        };
+        self.draw_lattice(
+            View { device: &device, rays: &rays, viewport, settings },
+            &lattice,
+            layered,
+            &LayerRange::whole(&lattice),
+        )?;
+        let samples = read_samples(self.target.drawn(&device)?.0, &device, lattice.samples())?;
+        Ok(Some(LatticePicture { size: lattice.size, lattice, samples }))
+    }
+}
