@@ -49,7 +49,9 @@ struct Bench<'a> {
     axis_change_ms: f64,
     stages: BTreeMap<&'static str, f64>,
     effective_splats: u64,
-    active_samples: u64,
+    /// Where one process draws all of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    active_samples: Option<u64>,
     lattice: Option<LatticeReport>,
     device_bytes: u64,
     peak_bytes: Option<u64>,
@@ -95,13 +97,13 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
 
     let bar = progress::steps(2 * frames, "measuring");
     let mut stages = StageTimes::new();
-    let (mut active_samples, mut lattice) = (0, None);
+    let (mut active_samples, mut lattice) = (None, None);
     renderer.measure(true);
     let own: Vec<u32> = (0..frames).filter(|&n| processes.owns(n as usize)).collect();
     for &n in &own {
         let (_, report) = renderer.render_rgba8(&view(n), options.size, &scene.settings, background)?;
         if let Some(measured) = report.measured {
-            active_samples += measured.active_samples;
+            *active_samples.get_or_insert(0) += measured.active_samples;
             stages.extend(measured.stages);
         }
         lattice = report.lattice;
@@ -152,7 +154,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         *per_stage.entry(stage).or_insert(0.0) += ms / own.len() as f64;
     }
     let effective_splats = scene.transfer.effective_splats(&scene.volume);
-    let times = processes.gathered(times);
+    let times = processes.gathered(if processes.leads_team() { times } else { Vec::new() });
     if !processes.leads() {
         return Ok(ExitCode::SUCCESS);
     }
@@ -171,7 +173,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         axis_change_ms: median(axis_changes),
         stages: per_stage,
         effective_splats,
-        active_samples: active_samples / own.len() as u64,
+        active_samples: active_samples.map(|all| all / own.len() as u64),
         lattice,
         device_bytes: if streamed { scene.device.peak_bytes() } else { scene.device.allocated_bytes() },
         peak_bytes: peak_bytes(),
@@ -224,7 +226,11 @@ fn text(b: &Bench) -> String {
             "changes   transfer function {:.2} ms, layer axis {:.2} ms, to the finished frame",
             b.transfer_change_ms, b.axis_change_ms
         ),
-        format!("splats    {} effective; {} active samples per frame", b.effective_splats, b.active_samples),
+        format!(
+            "splats    {} effective{}",
+            b.effective_splats,
+            b.active_samples.map_or(String::new(), |samples| format!("; {samples} active samples per frame"))
+        ),
         format!("lattice   {lattice}"),
         format!(
             "memory    {:.1} MiB on the device, {} of the process at most",

@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments, source: &Path, processes: &Processes) -
     // On a terminal, the lines that are reported show how far it is.
     let bar = if from_pipe || stdout().is_terminal() { ProgressBar::hidden() } else { progress::steps(count, "rendering") };
     let size = arguments.scene.camera.size;
-    processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, size, count.max(MANY) as usize)?;
+    processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, size, if from_pipe { MANY } else { count } as usize)?;
     let scene = Scene::open(&arguments.scene, processes)?;
     let cameras = arguments.pictures.cameras(&arguments.scene.camera, &scene);
     let studio = Studio::new(&scene, &arguments.pictures, arguments.scene.camera.background)?;
@@ -105,6 +105,7 @@ fn render_all(
         let size = line.size.unwrap_or(options.size);
         let sized = cameras.with(super::options::CameraOptions { size, ..options.clone() });
         let camera = line.view.camera(&sized, options.orbit(0.0)).map_err(|problem| line.wrong(problem).of(&source))?;
+        studio.scene().require_shared(size, &[camera])?;
         require_checked(arguments, &studio, camera, size, &mut checked)?;
         let started = Instant::now();
         let (Some(frame), _) = studio.picture(&camera, size)? else { continue };

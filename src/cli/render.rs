@@ -52,7 +52,9 @@ struct Rendered<'a> {
     height: u32,
     first_ms: f64,
     lattice: Option<LatticeReport>,
-    active_samples: u64,
+    /// Where one process draws all of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    active_samples: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     stream: Option<Stream>,
     #[cfg(feature = "mpi")]
@@ -85,8 +87,12 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     arguments.check_output(output.path()).map_err(|e| output.renamed(e))?;
     arguments.pictures.rendered(options.size)?;
     processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, options.size, 1)?;
+    if !processes.owns(0) {
+        return Ok(ExitCode::SUCCESS);
+    }
     let scene = Scene::open(&arguments.scene, processes)?;
     let camera = arguments.pictures.cameras(options, &scene).still(options.orbit(0.0));
+    scene.require_shared(options.size, &[camera])?;
     let families = arguments.families(&scene, camera, options.size)?;
     processes.in_turn(|| check::require(&scene.device, &families, &arguments.scene.device))?;
     let started = Instant::now();
@@ -113,7 +119,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         height: options.size.height,
         first_ms,
         lattice: report.lattice,
-        active_samples: report.measured.map_or(0, |measured| measured.active_samples),
+        active_samples: report.measured.map(|measured| measured.active_samples),
         stream: plan.map(|plan| Stream {
             plan,
             first_pass_ms: scene.first_pass.as_secs_f64() * 1e3,

@@ -8,6 +8,8 @@ use super::processes::{Processes, TeamOptions};
 use super::viewer::BoundOptions;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
+#[cfg(feature = "mpi")]
+use crate::distributed;
 use crate::error::Error;
 use crate::framing::{Fixed, Framing};
 use crate::settings::{Blend, CropBox, Settings};
@@ -48,9 +50,6 @@ pub(super) struct Scene {
     pub device: Device,
     /// Those of the run, some of which may share the volume.
     pub processes: Processes,
-    /// Bytes of its file that this one has read, if they do.
-    #[cfg_attr(not(feature = "mpi"), expect(dead_code, reason = "one process reads all"))]
-    pub read_bytes: u64,
     /// That a picture may take on the device.
     pub longest: Option<Duration>,
     /// When the volume began to be opened.
@@ -72,7 +71,7 @@ impl Scene {
             );
         }
         let begun = Instant::now();
-        let (volume, read_bytes) = processes.open(&options.volume, Some(options.camera.size), memory)?;
+        let volume = processes.open(&options.volume, Some(options.camera.size), memory)?;
         let first_pass = begun.elapsed();
         if let Some(notice) = notice::of_spacing(volume.grid().spacing()).filter(|_| processes.leads()) {
             eprintln!("layersplat: {notice}");
@@ -86,7 +85,7 @@ impl Scene {
         let device = processes.agree(Device::open(&choice))?;
         let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
         let longest = options.bounds.time_limit;
-        Ok(Self { volume, transfer, settings, device, processes: processes.clone(), read_bytes, longest, begun, first_pass })
+        Ok(Self { volume, transfer, settings, device, processes: processes.clone(), longest, begun, first_pass })
     }
 
     /// The outline of what is shown.
@@ -102,8 +101,24 @@ impl Scene {
         }
     }
 
+    /// Refuses views that the processes which share the volume cannot draw, before any is drawn.
+    pub fn require_shared(&self, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
+        #[cfg(feature = "mpi")]
+        if self.processes.team().is_some() {
+            for camera in cameras {
+                distributed::check_view(self.volume.description(), camera, size, &self.settings).map_err(|e| {
+                    let problem = format!("processes cannot share this view: {e}; or choose --ranks-per-picture 1");
+                    Error::Settings { field: "processes", problem }
+                })?;
+            }
+        }
+        let _ = (size, cameras);
+        Ok(())
+    }
+
     /// Refuses the device if it is known, or found now, not to draw such views as it should.
     pub fn require_checked(&self, options: &SceneOptions, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
+        self.require_shared(size, cameras)?;
         let families = check::families(cameras, size, self.volume.grid(), &self.settings);
         self.processes.in_turn(|| check::require(&self.device, &families, &options.device))
     }

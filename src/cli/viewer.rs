@@ -42,7 +42,7 @@ impl Viewer {
         let Scene { device, volume, transfer, longest, .. } = scene;
         #[cfg(feature = "mpi")]
         if let Some(team) = scene.processes.team() {
-            let mut renderer = distributed::Renderer::new(team, device, volume, transfer)?.having_read(scene.read_bytes);
+            let mut renderer = distributed::Renderer::new(team, device, volume, transfer)?;
             renderer.limit(*longest);
             return Ok(Self::Shared(Box::new(renderer), None));
         }

@@ -9,6 +9,27 @@ fn processes_here() -> Option<usize> {
     told?.parse().ok().filter(|&processes| processes > 1)
 }
 
+/// Cores that the process may use that started this one.
+fn cores_of_parent() -> Option<usize> {
+    #[cfg(not(unix))]
+    return None;
+    #[cfg(unix)]
+    {
+        let parent = std::os::unix::process::parent_id();
+        let status = std::fs::read_to_string(format!("/proc/{parent}/status")).ok()?;
+        counted(status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"))?)
+    }
+}
+
+/// Numbers in a list as 0-3,8.
+fn counted(list: &str) -> Option<usize> {
+    let range = |part: &str| {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        Some(last.trim().parse::<usize>().ok()?.checked_sub(first.trim().parse().ok()?)? + 1)
+    };
+    list.trim().split(',').map(range).sum()
+}
+
 /// Asks PoCL to pin its threads, unless `POCL_AFFINITY` says already whether to, or this process may not use every core.
 ///
 /// Without, Linux often wakes both threads of a two-core machine on the same core, and leaves them there for frames of a
@@ -21,8 +42,10 @@ fn processes_here() -> Option<usize> {
 /// Changes the environment: no other thread may be running.
 pub unsafe fn pin_cpu_threads() {
     if let Some(processes) = processes_here() {
-        let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
-        let share = (cores / processes).max(1).to_string();
+        // MPI may have bound this process to its share already; what all of them have, whoever started them has.
+        let own = std::thread::available_parallelism().map_or(1, |cores| cores.get());
+        let of_all = cores_of_parent().unwrap_or(own).max(own);
+        let share = (of_all / processes).clamp(1, own).to_string();
         for name in THREADS.iter().filter(|name| std::env::var_os(name).is_none()) {
             // SAFETY: the caller's promise.
             unsafe { std::env::set_var(name, &share) };
@@ -35,5 +58,16 @@ pub unsafe fn pin_cpu_threads() {
     if allowed.is_some() && allowed == online.as_deref().map(str::trim) && std::env::var_os("POCL_AFFINITY").is_none() {
         // SAFETY: the caller's promise.
         unsafe { std::env::set_var("POCL_AFFINITY", "1") };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_cores() {
+        assert_eq!([" 0-3,8", "5", "0-1"].map(counted), [Some(5), Some(1), Some(2)]);
+        assert_eq!(["", "a", "3-1"].map(counted), [None; 3]);
     }
 }

@@ -85,26 +85,35 @@ impl Boxes {
         let mine = wanted[rank];
         let is_there = |rank: usize| self.held[rank].holds(&wanted[rank]);
         let voxel = volume.voxel_type().bytes();
-        let room = if is_there(rank) { 0 } else { mine.count() * voxel };
-        let mut voxels = group.agree(memory::zeroed::<u8>(volume.name(), room))?;
+        let sent = |to: usize| self.own[rank].common(&wanted[to]).filter(|_| !is_there(to));
+        let received = |from: usize| self.own[from].common(&mine).filter(|_| !is_there(rank));
+        let most = |boxes: &dyn Fn(usize) -> Option<VoxelBox>| {
+            (0..size).filter_map(boxes).map(|common| common.count() * voxel).max().unwrap_or(0)
+        };
+        // All memory first: what fails must fail before anybody waits for voxels.
+        let zeroed = |bytes: usize| memory::zeroed::<u8>(volume.name(), bytes);
+        let all = zeroed(if is_there(rank) { 0 } else { mine.count() * voxel });
+        let room = all.and_then(|all| Ok((all, zeroed(most(&sent))?, zeroed(most(&received))?)));
+        let (mut voxels, mut going, mut coming) = group.agree(room)?;
         let mut exchanged = Exchanged::default();
         for step in 0..size {
             let (to, from) = ((rank + step) % size, (rank + size - step) % size);
-            let sent = self.own[rank].common(&wanted[to]).filter(|_| !is_there(to));
-            let received = self.own[from].common(&mine).filter(|_| !is_there(rank));
-            let sent = sent.map_or(Ok(Vec::new()), |common| bytes_of(volume, &common));
-            let room = received.map_or(0, |common| common.count() * voxel);
-            let both = sent.and_then(|sent| Ok((sent, memory::zeroed::<u8>(volume.name(), room)?)));
-            let (sent, mut bytes) = group.agree(both)?;
+            let going = match sent(to) {
+                // It has its own: nothing fails any more.
+                Some(common) => bytes_of(volume, &common, &mut going)?,
+                None => &[],
+            };
+            let common = received(from);
+            let coming = &mut coming[..common.map_or(0, |common| common.count() * voxel)];
             if step == 0 {
-                bytes.copy_from_slice(&sent);
+                coming.copy_from_slice(going);
             } else {
-                group.swap(to, &sent, from, &mut bytes);
-                exchanged.sent_bytes += sent.len() as u64;
-                exchanged.received_bytes += bytes.len() as u64;
+                group.swap(to, going, from, coming);
+                exchanged.sent_bytes += going.len() as u64;
+                exchanged.received_bytes += coming.len() as u64;
             }
-            if let Some(common) = received {
-                place(&bytes, &common, &mut voxels, &mine, voxel);
+            if let Some(common) = common {
+                place(coming, &common, &mut voxels, &mine, voxel);
             }
         }
         let part = if is_there(rank) {
@@ -117,11 +126,10 @@ impl Boxes {
     }
 }
 
-/// The voxels of a box, x fastest.
-fn bytes_of(volume: &Volume, wanted: &VoxelBox) -> Result<Vec<u8>, Error> {
-    let part = volume.part(wanted.first, wanted.dims)?;
-    let mut bytes = memory::zeroed(volume.name(), wanted.count() * volume.voxel_type().bytes())?;
-    part.held().for_each_piece(|at, piece| {
+/// Puts the voxels of a box, x fastest, into bytes that have room for them.
+fn bytes_of<'a>(volume: &Volume, wanted: &VoxelBox, bytes: &'a mut [u8]) -> Result<&'a [u8], Error> {
+    let bytes = &mut bytes[..wanted.count() * volume.voxel_type().bytes()];
+    volume.part(wanted.first, wanted.dims)?.held().for_each_piece(|at, piece| {
         bytes[at..at + piece.len()].copy_from_slice(piece);
         Ok::<(), Error>(())
     })?;

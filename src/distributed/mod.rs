@@ -41,6 +41,8 @@ pub use exchange::Exchanged;
 pub use group::Group;
 pub use mpi;
 pub use renderer::Renderer;
+#[cfg(feature = "cli")]
+pub(crate) use renderer::check_view;
 pub use report::{DistributedReport, RankReport};
 pub use volume::Brick;
 #[cfg(feature = "cli")]

@@ -37,15 +37,17 @@ impl Over {
     pub fn reduce(&self, group: &SimpleCommunicator, samples: &mut [[f32; 4]]) {
         let root = group.process_at_rank(0);
         let count = c_int::try_from(samples.len()).expect("a lattice has fewer samples than an int counts");
-        let sent = samples.to_vec();
-        // SAFETY: the datatype is four floats, which is a sample, and there are as many as it says.
-        let sent = unsafe { View::with_count_and_datatype(sent.as_flattened(), count, &self.sample) };
         if group.rank() == 0 {
+            let sent = samples.to_vec();
+            // SAFETY: the datatype is four floats, which is a sample, and there are as many as it says.
+            let sent = unsafe { View::with_count_and_datatype(sent.as_flattened(), count, &self.sample) };
             let received = samples.as_flattened_mut();
             // SAFETY: as above.
             let mut received = unsafe { MutView::with_count_and_datatype(received, count, &self.sample) };
             root.reduce_into_root(&sent, &mut received, &self.operation);
         } else {
+            // SAFETY: as above.
+            let sent = unsafe { View::with_count_and_datatype(samples.as_flattened(), count, &self.sample) };
             root.reduce_into(&sent, &self.operation);
         }
     }

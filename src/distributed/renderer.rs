@@ -43,8 +43,8 @@ pub struct Renderer<'v> {
     cuts: [Option<Cut>; 3],
     composer: Composer,
     balance: bool,
+    keep: bool,
     longest: Option<Duration>,
-    read_bytes: u64,
 }
 
 /// Where the voxels of a process are.
@@ -119,20 +119,21 @@ impl<'v> Renderer<'v> {
             cuts: [None, None, None],
             composer: Composer::default(),
             balance: true,
+            keep: true,
             longest: None,
-            read_bytes: 0,
         }
-    }
-
-    /// The same, of a volume of whose file this process has read so many bytes, which its reports tell.
-    pub fn having_read(self, bytes: u64) -> Self {
-        Self { read_bytes: bytes, ..self }
     }
 
     /// Whether voxels are sent for the sake of balance, which they are unless this says otherwise, or only where a rank lacks them: where
     /// they change before every picture, as in simulations, they had better stay.
     pub fn balance(&mut self, balance: bool) {
         self.balance = balance;
+    }
+
+    /// Whether the layers of axes that a picture does not need stay on devices, as long as there is memory for them; they do unless this
+    /// says otherwise.
+    pub fn keep(&mut self, keep: bool) {
+        self.keep = keep;
     }
 
     /// How long a process may take for its layers of a lattice from now on, as [`Renderer::limit`](crate::Renderer::limit).
@@ -157,10 +158,10 @@ impl<'v> Renderer<'v> {
         }
     }
 
-    /// Takes other voxels of the same bricks, and forgets those that were sent.
+    /// Takes other voxels, in the same bricks or others, and forgets those that were sent.
     ///
     /// # Errors
-    /// Bricks that are others than before.
+    /// As [`new`](Self::new).
     pub fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
         let brick = Brick { own: volume.own_box(), held: volume.held_box() };
         self.boxes = self.group.agree(Boxes::gather(&self.group, volume.description(), brick))?;
@@ -190,7 +191,11 @@ impl<'v> Renderer<'v> {
         settings: &Settings,
     ) -> Result<(Option<Frame>, DistributedReport), Error> {
         let views = self.group.agree(LatticeView::all(self.description(), camera, viewport, settings))?;
-        let mut own = Own { read_bytes: self.read_bytes, ..Own::default() };
+        let read_bytes = match &self.source {
+            Source::Host(volume) => volume.read_bytes(),
+            Source::Device(_) => 0,
+        };
+        let mut own = Own { read_bytes, ..Own::default() };
         let (mut shares, mut composed, mut compose_ms) = (Shares::default(), Vec::new(), 0.0);
         for (view, share) in &views {
             let exchanged = self.hold(view, settings)?;
@@ -212,8 +217,9 @@ impl<'v> Renderer<'v> {
             group.agree(added)?;
         }
         let (first, _) = &views[0];
-        let cut = self.cuts[first.axis().index()].as_mut().expect("it was drawn");
-        let frame = self.group.leads().then(|| shares.frame(cut.renderer(), first)).transpose();
+        // Of the axes before, nothing may be held any more.
+        let last = views.last().and_then(|(view, _)| self.cuts[view.axis().index()].as_mut()).expect("it was drawn");
+        let frame = self.group.leads().then(|| shares.frame(last.renderer(), first)).transpose();
         let frame = self.group.agree(frame)?;
         let axes = views.iter().map(|(view, _)| view.axis()).collect();
         let report = DistributedReport { lattice: first.report(), axes, ranks: own.gather(&self.group), composed, compose_ms };
@@ -310,7 +316,7 @@ impl<'v> Renderer<'v> {
     fn make_room(&mut self, axis: Axis, voxels: usize) {
         self.cuts[axis.index()] = None;
         let needed = 4 * (voxels * self.description().voxel_type().bytes()) as u64;
-        let enough = memory::available() / self.group.on_this_machine() as u64 > needed;
+        let enough = self.keep && memory::available() / self.group.on_this_machine() as u64 > needed;
         if self.group.least(enough.into()) == 0 {
             self.cuts = [None, None, None];
         }
@@ -325,6 +331,17 @@ fn slab(dims: [usize; 3], axis: Axis, layers: &Range<usize>, settings: &Settings
     let needed = if layers.is_empty() { first..first + 1 } else { PartRenderer::needed(layers, dims[a], settings) };
     (slab.first[a], slab.dims[a]) = (needed.start, needed.len());
     slab
+}
+
+/// Refuses a view that processes cannot share: one without a lattice.
+#[cfg(feature = "cli")]
+pub(crate) fn check_view(
+    description: &Description,
+    camera: &Camera,
+    viewport: Viewport,
+    settings: &Settings,
+) -> Result<(), Error> {
+    LatticeView::all(description, camera, viewport, settings).map(drop)
 }
 
 fn milliseconds(since: Instant) -> f64 {

@@ -16,7 +16,7 @@ pub struct RankReport {
     pub rank: usize,
     /// Layers that it composited, on all lattices.
     pub layers: usize,
-    /// Bytes of voxels that it has read of the file since it was opened.
+    /// Bytes of voxels that it has read of the file since it was opened, or has made of a built-in volume.
     pub read_bytes: u64,
     /// Voxels that were brought for this picture.
     #[serde(flatten)]
@@ -35,7 +35,7 @@ pub struct DistributedReport {
     pub lattice: LatticeReport,
     /// The axes along which layers lay, the most parallel one first.
     pub axes: Vec<Axis>,
-    /// What each process did, on rank 0; elsewhere what this one did.
+    /// What each process did.
     pub ranks: Vec<RankReport>,
     /// How the lattices were composed.
     pub composed: Vec<Composed>,

@@ -2,7 +2,9 @@
 
 use super::group::Group;
 use crate::error::Error;
-use crate::volume::{Grid, Layers, OpenOptions, Storage, Unseen, Volume, VoxelBox};
+use crate::memory;
+use crate::volume::Together;
+use crate::volume::{Grid, Layers, Level, OpenOptions, Storage, Unseen, Volume, VoxelBox};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -40,15 +42,15 @@ impl Group {
         brick: Brick,
         voxels: impl Into<Storage<'a>>,
     ) -> Result<Volume<'a>, Error> {
-        self.shared(Unseen::new(name, grid, brick.held, brick.own, voxels)).map(|(volume, _)| volume)
+        self.shared(Unseen::new(name, grid, brick.held, brick.own, voxels), |_| 0)
     }
 
-    /// Opens a volume as [`Volume::open`] does, of which every process reads its own layers along z and a few around them; and how many
-    /// bytes these are here.
+    /// Opens a volume as [`Volume::open`] does, of which every process reads its own layers along z and a few around them. Of
+    /// several resolutions, where none is chosen, it is the finest that fits into half of the free memory of all.
     ///
     /// # Errors
     /// As [`Volume::open`], and files of which no part can be read without all before it; on all processes what fails on one.
-    pub fn open(&self, source: impl AsRef<Path>, options: &OpenOptions) -> Result<(Volume<'static>, u64), Error> {
+    pub fn open(&self, source: impl AsRef<Path>, options: &OpenOptions) -> Result<Volume<'static>, Error> {
         let choose = |[_, _, layers]: [usize; 3]| {
             let own = self.rank() * layers / self.size()..(self.rank() + 1) * layers / self.size();
             // Who has none holds some all the same: there is no empty box.
@@ -56,14 +58,17 @@ impl Group {
             let held = first..(own.end + AROUND).clamp(first + 1, layers);
             Layers { own, held }
         };
-        self.shared(Unseen::open(source.as_ref(), options, &choose))
+        let mut free = [memory::available() / self.on_this_machine() as u64];
+        self.count(&mut free);
+        let level = options.level.or(Some(Level::Bytes(free[0] / 2)));
+        let options = OpenOptions { level, ..options.clone() };
+        self.shared(Unseen::open(source.as_ref(), &options, &choose), Unseen::bytes)
     }
 
-    fn shared<'a>(&self, unseen: Result<Unseen<'a>, Error>) -> Result<(Volume<'a>, u64), Error> {
+    fn shared<'a>(&self, unseen: Result<Unseen<'a>, Error>, read: impl Fn(&Unseen<'a>) -> u64) -> Result<Volume<'a>, Error> {
         let unseen = self.agree(unseen)?;
-        let bytes = unseen.bytes();
+        let bytes = read(&unseen);
         let converted = self.agree(unseen.converted(self))?;
-        let volume = self.agree(converted.shared(Arc::new(self.clone())))?;
-        Ok((volume, bytes))
+        self.agree(converted.shared(Arc::new(self.clone()), bytes))
     }
 }

@@ -70,6 +70,9 @@ pub(super) struct Shared {
     pub held: VoxelBox,
     /// Those of them that are counted here: no other process has them as its own.
     pub own: VoxelBox,
+    /// Bytes that were read for them.
+    #[cfg_attr(not(feature = "mpi"), expect(dead_code, reason = "processes that speak MPI tell it"))]
+    pub read_bytes: u64,
     pub together: Arc<dyn Together>,
 }
 
@@ -83,6 +86,12 @@ impl<'a> Volume<'a> {
     /// The voxels that this process has; all, of a volume that is not shared.
     pub(crate) fn held_box(&self) -> VoxelBox {
         self.shared.as_ref().map_or(VoxelBox::whole(self.grid().dims()), |shared| shared.held)
+    }
+
+    /// Bytes that this process has read of its file; 0 of a volume that is not shared, or was in memory.
+    #[cfg(feature = "mpi")]
+    pub(crate) fn read_bytes(&self) -> u64 {
+        self.shared.as_ref().map_or(0, |shared| shared.read_bytes)
     }
 
     /// Those of them that are looked at here.

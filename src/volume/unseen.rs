@@ -143,7 +143,7 @@ impl<'a> Unseen<'a> {
 
     /// The volume, once all processes have come here: the range of its values is that of all of them. Wide numbers were
     /// [converted](Self::converted) before.
-    pub fn shared(self, together: Arc<dyn Together>) -> Result<Volume<'a>, Error> {
+    pub fn shared(self, together: Arc<dyn Together>, read_bytes: u64) -> Result<Volume<'a>, Error> {
         let Self { name, grid, rescale, background, held, own, voxels } = self;
         let Found::Voxels(voxels) = voxels else { unreachable!("wide numbers are converted first") };
         let bytes = (own.count() * voxels.voxel_type().bytes()) as u64;
@@ -155,7 +155,7 @@ impl<'a> Unseen<'a> {
         let [invalid] = all;
         let description = Description::new(name, grid, voxels.voxel_type(), range)?;
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
-        let shared = Some(Shared { held, own, together });
+        let shared = Some(Shared { held, own, read_bytes, together });
         let volume = Volume { description, voxels, invalid: invalid as usize, shared }.with_rescale(rescale);
         match background {
             Some(value) => volume.with_background(value),

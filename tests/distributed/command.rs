@@ -67,6 +67,19 @@ fn a_picture_by_several_is_that_of_one() {
     }
 }
 
+/// Whatever one process can draw, a team of one can, too; the others have nothing to do.
+#[test]
+fn a_team_of_one_draws_what_processes_cannot_share() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = ["render", "builtin:gyroid@16", "--size", "40x40", "--ranks-per-picture", "1"];
+    let more: [&[&str]; 3] =
+        [&["--depth", "-o", "a.exr"], &["--algorithm", "raycast", "-o", "a.png"], &["--memory", "4M", "-o", "b.png"]];
+    for more in more {
+        on(3, folder.path(), &[&render[..], more].concat());
+        assert!(folder.path().join(more.last().unwrap()).is_file());
+    }
+}
+
 #[test]
 fn sequences_are_dealt_out() {
     let folder = tempfile::tempdir().unwrap();
@@ -139,7 +152,15 @@ fn what_one_rank_cannot_do_ends_all() {
     std::fs::write(path.join("b_2x2x2_uint8.raw.gz"), [0x1f, 0x8b]).unwrap();
     assert_refused(&run(path, &packed), path, &["layersplat convert"]);
     let no_lattice = ["-n", "2", LAYERSPLAT, "render", "builtin:gyroid@16", "--algorithm", "raycast", "-o", "out.png"];
-    assert_refused(&run(path, &no_lattice), path, &["only layers on a lattice"]);
+    let done = run(path, &no_lattice);
+    assert_refused(&done, path, &["only layers on a lattice", "--ranks-per-picture 1"]);
+    assert_eq!(done.status.code(), Some(2));
+    assert_refused(&run(path, &["-n", "2", LAYERSPLAT, "render", "-", "-o", "out.png"]), path, &["standard input"]);
+    // Refused before the first picture.
+    let mut inside = ["-n", "2", LAYERSPLAT, "rotate", "builtin:gyroid@16", "--frames", "9", "-o", "frames"].to_vec();
+    inside.extend(["--ranks-per-picture", "2", "--perspective", "60", "--elevation", "0"]);
+    assert_refused(&run(path, &inside), path, &["processes cannot share this view"]);
+    assert!(!path.join("frames").exists());
     // The leader cannot write.
     let no_folder = ["-n", "3", LAYERSPLAT, "render", "builtin:gyroid@16", "-o", "nowhere/out.png"];
     assert_refused(&run(path, &no_folder), path, &["nowhere/out.png"]);

@@ -261,6 +261,12 @@ fn resolutions_are_chosen_by_number_or_by_pixels() {
     for (pixels, dims) in [(1, [2, 2, 3]), (4, [2, 2, 3]), (5, [5, 4, 3]), (1000, [5, 4, 3])] {
         assert_eq!(opened(Level::Pixels(pixels)).unwrap().grid().dims(), dims, "{pixels}");
     }
+    // 5×4×3 voxels of a byte or two, and 2×2×3.
+    for (bytes, dims) in [(1, [2, 2, 3]), (59, [2, 2, 3]), (120, [5, 4, 3])] {
+        assert_eq!(opened(Level::Bytes(bytes)).unwrap().grid().dims(), dims, "{bytes}");
+    }
+    let one = OpenOptions { level: Some(Level::Bytes(1)), ..OpenOptions::default() };
+    Volume::open(folder().join("zarr/plain.zarr"), &one).unwrap();
     let message = opened(Level::Number(2)).unwrap_err().to_string();
     assert!(message.contains("levels are 0 to 1"), "{message}");
 }

@@ -46,6 +46,10 @@ impl Processes {
         true
     }
 
+    pub fn leads_team(&self) -> bool {
+        true
+    }
+
     pub fn counts(&self) -> Option<(usize, usize)> {
         None
     }
@@ -62,13 +66,8 @@ impl Processes {
         result
     }
 
-    pub fn open(
-        &self,
-        options: &VolumeOptions,
-        size: Option<Viewport>,
-        most: Option<u64>,
-    ) -> Result<(Volume<'static>, u64), Error> {
-        Ok((options.open(size, most)?, 0))
+    pub fn open(&self, options: &VolumeOptions, size: Option<Viewport>, most: Option<u64>) -> Result<Volume<'static>, Error> {
+        options.open(size, most)
     }
 
     pub fn owns(&self, _: usize) -> bool {

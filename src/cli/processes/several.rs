@@ -13,10 +13,13 @@ use clap::Args;
 use std::cell::OnceCell;
 use std::process::ExitCode;
 use std::rc::Rc;
+use std::time::Duration;
 
 /// Bytes of memory per byte of voxels that a process needs to render a volume alone: on the host and on the device, in two layouts.
 const NEEDED: u64 = 4;
 
+/// How long others wait with what they have to say where they end before the first one.
+const FIRST_SPEAKS: Duration = Duration::from_millis(500);
 /// As Rust ends a process.
 const PANICKED: u8 = 101;
 
@@ -42,7 +45,9 @@ pub(in crate::cli) struct Processes {
 struct Team {
     group: Group,
     teams: usize,
-    /// Which of the teams this is.
+    /// Processes of a team.
+    each: usize,
+    /// Which of the teams this is; more than there are of those that have no picture.
     number: usize,
 }
 
@@ -83,14 +88,20 @@ impl Processes {
         };
         // What a team has agreed on, all of it know; the others wait for what will not come.
         let agreed = matches!(error, Error::Distributed(DistributedError::Rank { .. }));
-        let team = self.team.get().map(|team| &team.group).filter(|_| agreed);
-        if team.is_none_or(Group::leads) {
+        let Some(team) = self.team.get().map(|team| &team.group).filter(|_| agreed) else {
+            // What all find out for themselves the first one says, and ends the others before they do.
+            if !group.leads() {
+                std::thread::sleep(FIRST_SPEAKS);
+            }
+            eprintln!("layersplat: {message}");
+            Group::abort(code);
+        };
+        if team.leads() {
             eprintln!("layersplat: {message}");
         }
-        if let Some(team) = team {
-            team.wait();
-        }
-        if team.is_none_or(|team| team.size() < group.size()) {
+        // That of the process that failed.
+        let code = team.most(code.into()) as u8;
+        if team.size() < group.size() {
             Group::abort(code);
         }
         ExitCode::from(code)
@@ -99,6 +110,11 @@ impl Processes {
     /// Whether this process writes what all have made.
     pub fn leads(&self) -> bool {
         self.world.as_ref().is_none_or(|world| world.group.leads())
+    }
+
+    /// Whether this process has its team's pictures.
+    pub fn leads_team(&self) -> bool {
+        self.team().is_none_or(Group::leads)
     }
 
     /// How many processes there are, and how many teams.
@@ -128,20 +144,24 @@ impl Processes {
         let bytes = bytes_in_parts(&volume.volume, &volume.options(Some(size))?);
         let needed = bytes.map_or(1, |bytes| (NEEDED * bytes).div_ceil(per_process.max(1)));
         // All processes must come to the same, whatever memory each has found.
-        let most = group.most(options.ranks_per_picture.map_or(needed, u64::from));
-        let single = pictures == 1 && options.ranks_per_picture.is_none();
-        let each = if single { group.size() } else { (most as usize).clamp(1, group.size()) };
-        let teams = (group.size() / each).min(pictures).max(1);
-        let number = group.rank() * teams / group.size();
+        let needed = group.most(needed);
+        let all = group.size();
+        let each = match options.ranks_per_picture {
+            Some(each) => (each as usize).clamp(1, all),
+            None if pictures == 1 => all,
+            // What would be idle helps.
+            None => (needed as usize).clamp(1, all).max(all / pictures.max(1)),
+        };
+        // Those that are left over have no picture.
+        let (teams, number) = ((all / each).min(pictures).max(1), group.rank() / each);
         let told = bytes.map_or("which cannot be read in parts".into(), |bytes| format!("of {bytes} bytes"));
         if self.leads() {
             tracing::info!(
-                "{} processes in {teams} teams, each for a picture at a time: the volume, {told}, needs the memory of {needed}, with \
-                 {per_process} bytes each",
-                group.size()
+                "{all} processes in {teams} teams of {each}, each for a picture at a time: the volume, {told}, needs the memory of \
+                 {needed}, with {per_process} bytes each"
             );
         }
-        self.team.get_or_init(|| Team { group: group.split(number), teams, number });
+        self.team.get_or_init(|| Team { group: group.split(number), teams, each, number });
         Ok(())
     }
 
@@ -161,28 +181,19 @@ impl Processes {
         }
     }
 
-    /// Opens a volume, of which each process of a team reads its part; and how many bytes these are.
-    pub fn open(
-        &self,
-        options: &VolumeOptions,
-        size: Option<Viewport>,
-        most: Option<u64>,
-    ) -> Result<(Volume<'static>, u64), Error> {
-        match self.team() {
-            None => Ok((self.agree(options.open(size, most))?, 0)),
-            Some(team) => {
-                if is_input(&options.volume) {
-                    let problem = "standard input is one process's: name a file, or choose --ranks-per-picture 1".into();
-                    return Err(Error::Settings { field: "volume", problem });
-                }
-                if most.is_some() {
-                    let problem = "a volume that several processes share is not streamed as well: leave it out".into();
-                    return Err(Error::Settings { field: "memory", problem });
-                }
-                let (volume, bytes) = team.open(&options.volume, &options.options(size)?)?;
-                Ok((options.with_background(volume)?, bytes))
-            }
+    /// Opens a volume, of which each process of a team reads its part.
+    pub fn open(&self, options: &VolumeOptions, size: Option<Viewport>, most: Option<u64>) -> Result<Volume<'static>, Error> {
+        if self.counts().is_some_and(|(processes, _)| processes > 1) && is_input(&options.volume) {
+            let problem = "standard input is the first process's alone: name a file, which all of them can read".into();
+            return Err(Error::Settings { field: "volume", problem });
         }
+        let Some(team) = self.team() else { return self.agree(options.open(size, most)) };
+        if most.is_some() {
+            let problem =
+                "a volume that several processes share is not streamed as well: leave it out, or choose --ranks-per-picture 1";
+            return Err(Error::Settings { field: "memory", problem: problem.into() });
+        }
+        options.with_background(team.open(&options.volume, &options.options(size)?)?)
     }
 
     /// Whether picture `n` of several is this team's.
@@ -193,12 +204,12 @@ impl Processes {
     /// Picture `n`, on the leader of all: drawn by its team, whose leader has it. All call it, in the order of the pictures.
     pub fn collected(&self, n: usize, frame: Option<Frame>, size: Viewport) -> Option<Frame> {
         let Some(World { group, .. }) = &self.world else { return frame };
-        let (teams, owner) = (self.teams(), n % self.teams());
+        let owner = n % self.teams();
         if owner == 0 {
             return frame;
         }
         if group.leads() {
-            let bytes = group.receive((owner * group.size()).div_ceil(teams));
+            let bytes = group.receive(owner * self.team.get().map_or(1, |team| team.each));
             let mut samples = vec![[0f32; 4]; size.pixels()];
             samples.as_flattened_mut().iter_mut().zip(bytes.chunks_exact(4)).for_each(|(number, bytes)| {
                 *number = f32::from_ne_bytes(bytes.try_into().expect("four bytes"));

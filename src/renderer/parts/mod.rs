@@ -2,13 +2,12 @@
 
 #[cfg(feature = "mpi")]
 mod ranks;
+mod shares;
 mod view;
 
-#[cfg(feature = "mpi")]
-pub(crate) use ranks::Shares;
+pub(crate) use shares::Shares;
 pub(crate) use view::{LatticeView, combined};
 
-use super::picture::{OntoScreen, Share};
 use super::range::LayerRange;
 use super::scene::View;
 use super::tiles::read_samples;
@@ -182,12 +181,9 @@ impl PartRenderer {
 
     /// The picture of composited layers: premultiplied floats, without a background. Any part of the volume can make it.
     pub fn finish(&mut self, composited: &CompositedLayers) -> Result<Frame, Error> {
-        let CompositedLayers { view, samples, .. } = composited;
-        self.draw(view, &LayerRange::end(), Some(samples))?;
-        let device = self.0.device.clone();
-        let onto = OntoScreen { lattice: &view.lattice, rays: &view.rays, viewport: view.viewport };
-        let warped = self.0.picture.warp(&device, &mut self.0.target, onto, Share::WHOLE, None)?;
-        Ok(Frame::new(view.viewport, read_samples(warped, &device, view.viewport.pixels())?))
+        let mut picture = Shares::default();
+        picture.add(self, &composited.view, 1.0, &composited.samples)?;
+        picture.frame(self, &composited.view)
     }
 
     fn view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<LatticeView, Error> {

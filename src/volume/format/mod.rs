@@ -176,7 +176,11 @@ fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     let Some(format) = FORMATS.iter().find(|format| format.recognises(&file, options)) else {
         return Err(Error::volume(path, if file.folder { slices::UNKNOWN } else { UNKNOWN }));
     };
-    let given = [("array", options.array.is_some()), ("level", options.level.is_some()), ("series", options.series.is_some())];
+    let given = [
+        ("array", options.array.is_some()),
+        ("level", options.level.is_some_and(Level::is_demanded)),
+        ("series", options.series.is_some()),
+    ];
     if let Some((field, _)) = given.iter().find(|(field, given)| *given && !format.chooses().contains(field)) {
         let problem = format!("the format of {} has nothing that it chooses: leave it out", path.display());
         return Err(Error::Settings { field, problem });

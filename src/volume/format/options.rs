@@ -62,6 +62,15 @@ pub enum Level {
     /// The coarsest that has a voxel per pixel along every axis, in a picture of which the volume's longest side takes so many pixels; the
     /// finest if none has.
     Pixels(usize),
+    /// The finest of which the voxels have no more bytes; the coarsest if all have. Where there is only one, that.
+    Bytes(u64),
+}
+
+impl Level {
+    /// Whether a volume of which there is only one resolution refuses it.
+    pub(super) fn is_demanded(self) -> bool {
+        !matches!(self, Self::Bytes(_))
+    }
 }
 
 impl OpenOptions {

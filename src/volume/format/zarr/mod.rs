@@ -38,7 +38,7 @@ impl Format for Zarr {
         let (path, node) = chosen(file.path, options)?;
         let (array, axes, scale, translation) = match node {
             Node::Image(image) => level(&path, image, options)?,
-            Node::Array(_) if options.level.is_some() => {
+            Node::Array(_) if options.level.is_some_and(Level::is_demanded) => {
                 let problem = format!("{} is one array, of one resolution: leave it out", path.display());
                 return Err(Error::Settings { field: "level", problem });
             }
@@ -112,14 +112,17 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Place
             let wanted = wanted(sizes(&arrays[0]), scale, pixels);
             coarsest(&|array| sizes(array).iter().zip(wanted).all(|(&size, wanted)| size >= wanted))
         }
-        None => {
+        Some(Level::Bytes(_)) | None => {
             let bytes =
                 |array: &Array| sizes(array).iter().fold(array.scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64));
-            let most = memory::available() / SHARE;
+            let most = match options.level {
+                Some(Level::Bytes(most)) => most,
+                _ => memory::available() / SHARE,
+            };
             arrays.iter().position(|array| bytes(array) <= most).unwrap_or(count - 1)
         }
     };
-    if options.level.is_none() && index > 0 {
+    if !options.level.is_some_and(Level::is_demanded) && index > 0 {
         tracing::warn!(
             "{}: the finest of {count} levels that fits into memory is {index}; level chooses another",
             path.display()
