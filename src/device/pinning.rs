@@ -36,7 +36,7 @@ fn counted(list: &str) -> Option<usize> {
 /// millisecond: fuel takes 1.40 ms instead of 0.91 (`layersplat bench` with `POCL_AFFINITY` 0 and 1).
 ///
 /// Of several processes that MPI started on this machine, each gets its share of the cores instead, unless the environment gives it
-/// another: with all of them in each, two ranks on two cores take 1.9 times as long (docs/scale.md).
+/// another: with all cores in each, ranks would wait for threads of each other's.
 ///
 /// # Safety
 /// Changes the environment: no other thread may be running.
