@@ -73,11 +73,14 @@ pub const DEVICE_TOLERANCE: f64 = 2e-3;
 /// The device under test: `LAYERSPLAT_DEVICE`, or the default. One for all tests of a program, which run in threads of their own: kernels
 /// are built once.
 pub fn device() -> Device {
-    static DEVICE: LazyLock<Device> = LazyLock::new(|| {
-        let choice = std::env::var("LAYERSPLAT_DEVICE").map_or(DeviceChoice::Default, DeviceChoice::Named);
-        Device::open(&choice).expect("the tests need an OpenCL device: scripts/test installs PoCL")
-    });
+    static DEVICE: LazyLock<Device> = LazyLock::new(own_device);
     DEVICE.clone()
+}
+
+/// The same device opened anew, for a test that minds what others have done with it.
+pub fn own_device() -> Device {
+    let choice = std::env::var("LAYERSPLAT_DEVICE").map_or(DeviceChoice::Default, DeviceChoice::Named);
+    Device::open(&choice).expect("the tests need an OpenCL device: scripts/test installs PoCL")
 }
 
 /// A small generator (SplitMix64): the same numbers everywhere.
