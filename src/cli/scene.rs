@@ -8,8 +8,6 @@ use super::processes::{Processes, TeamOptions};
 use super::viewer::BoundOptions;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
-#[cfg(feature = "mpi")]
-use crate::distributed;
 use crate::error::Error;
 use crate::framing::{Fixed, Framing};
 use crate::settings::{Blend, CropBox, Settings};
@@ -103,17 +101,7 @@ impl Scene {
 
     /// Refuses views that the processes which share the volume cannot draw, before any is drawn.
     pub fn require_shared(&self, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
-        #[cfg(feature = "mpi")]
-        if self.processes.team().is_some() {
-            for camera in cameras {
-                distributed::check_view(self.volume.description(), camera, size, &self.settings).map_err(|e| {
-                    let problem = format!("processes cannot share this view: {e}; or choose --ranks-per-picture 1");
-                    Error::Settings { field: "processes", problem }
-                })?;
-            }
-        }
-        let _ = (size, cameras);
-        Ok(())
+        self.processes.check_views(self.volume.description(), cameras, size, &self.settings)
     }
 
     /// Refuses the device if it is known, or found now, not to draw such views as it should.

@@ -29,6 +29,14 @@ pub(super) struct Boxes {
 }
 
 impl Boxes {
+    /// Of a volume's processes. Collective.
+    ///
+    /// # Errors
+    /// As [`gather`](Self::gather).
+    pub fn of(group: &Group, volume: &Volume) -> Result<Self, Error> {
+        Self::gather(group, volume.description(), Brick { own: volume.own_box(), held: volume.held_box() })
+    }
+
     /// Collective.
     ///
     /// # Errors
@@ -42,7 +50,7 @@ impl Boxes {
             all.chunks_exact(12).map(of_rank).collect::<Vec<_>>()
         };
         let found = Self { own: boxes(0), held: boxes(6) };
-        found.check(description)?;
+        group.agree(found.check(description))?;
         Ok(found)
     }
 

@@ -42,6 +42,7 @@ pub struct Renderer<'v> {
     work: Option<(bool, [Vec<u64>; 3])>,
     cuts: [Option<Cut>; 3],
     composer: Composer,
+    shares: Shares,
     balance: bool,
     keep: bool,
     longest: Option<Duration>,
@@ -85,8 +86,7 @@ impl<'v> Renderer<'v> {
     /// # Errors
     /// Bricks that overlap, or that leave voxels out.
     pub fn new(group: &Group, device: &Device, volume: &Volume<'v>, transfer: &TransferFunction) -> Result<Self, Error> {
-        let brick = Brick { own: volume.own_box(), held: volume.held_box() };
-        let boxes = group.agree(Boxes::gather(group, volume.description(), brick))?;
+        let boxes = Boxes::of(group, volume)?;
         Ok(Self::of(group, device, Source::Host(volume.clone()), boxes, transfer))
     }
 
@@ -103,7 +103,7 @@ impl<'v> Renderer<'v> {
         voxels: &DeviceVoxels,
         transfer: &TransferFunction,
     ) -> Result<Self, Error> {
-        let boxes = group.agree(Boxes::gather(group, description, brick))?;
+        let boxes = Boxes::gather(group, description, brick)?;
         let uploaded = group.agree(UploadedVolume::part_in_place(device, description, brick.held, voxels))?;
         Ok(Self::of(group, device, Source::Device(uploaded), boxes, transfer))
     }
@@ -118,6 +118,7 @@ impl<'v> Renderer<'v> {
             work: None,
             cuts: [None, None, None],
             composer: Composer::default(),
+            shares: Shares::default(),
             balance: true,
             keep: true,
             longest: None,
@@ -163,8 +164,7 @@ impl<'v> Renderer<'v> {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
-        let brick = Brick { own: volume.own_box(), held: volume.held_box() };
-        self.boxes = self.group.agree(Boxes::gather(&self.group, volume.description(), brick))?;
+        self.boxes = Boxes::of(&self.group, volume)?;
         self.source = Source::Host(volume.clone());
         self.work = None;
         self.cuts = [None, None, None];
@@ -196,14 +196,15 @@ impl<'v> Renderer<'v> {
             Source::Device(_) => 0,
         };
         let mut own = Own { read_bytes, ..Own::default() };
-        let (mut shares, mut composed, mut compose_ms) = (Shares::default(), Vec::new(), 0.0);
+        let (mut composed, mut compose_ms) = (Vec::new(), 0.0);
+        self.shares.begin();
         for (view, share) in &views {
             let exchanged = self.hold(view, settings)?;
             own.exchanged.sent_bytes += exchanged.sent_bytes;
             own.exchanged.received_bytes += exchanged.received_bytes;
             let longest = self.longest;
             self.renderers().for_each(|renderer| renderer.limit(longest));
-            let Self { group, composer, cuts, .. } = self;
+            let Self { group, composer, cuts, shares, .. } = self;
             let cut = cuts[view.axis().index()].as_mut().expect("it is held now");
             let (layers, started) = (cut.ranges[group.rank()].clone(), Instant::now());
             let samples = cut.raw(view);
@@ -218,8 +219,9 @@ impl<'v> Renderer<'v> {
         }
         let (first, _) = &views[0];
         // Of the axes before, nothing may be held any more.
-        let last = views.last().and_then(|(view, _)| self.cuts[view.axis().index()].as_mut()).expect("it was drawn");
-        let frame = self.group.leads().then(|| shares.frame(last.renderer(), first)).transpose();
+        let Self { group, cuts, shares, .. } = self;
+        let last = views.last().and_then(|(view, _)| cuts[view.axis().index()].as_mut()).expect("it was drawn");
+        let frame = group.leads().then(|| shares.frame(last.renderer(), first)).transpose();
         let frame = self.group.agree(frame)?;
         let axes = views.iter().map(|(view, _)| view.axis()).collect();
         let report = DistributedReport { lattice: first.report(), axes, ranks: own.gather(&self.group), composed, compose_ms };
@@ -326,11 +328,9 @@ impl<'v> Renderer<'v> {
 /// Whole layers with those around them; one where there are none: a renderer holds something.
 fn slab(dims: [usize; 3], axis: Axis, layers: &Range<usize>, settings: &Settings) -> VoxelBox {
     let a = axis.index();
-    let mut slab = VoxelBox::whole(dims);
     let first = layers.start.min(dims[a] - 1);
     let needed = if layers.is_empty() { first..first + 1 } else { PartRenderer::needed(layers, dims[a], settings) };
-    (slab.first[a], slab.dims[a]) = (needed.start, needed.len());
-    slab
+    VoxelBox::layers(dims, a, &needed)
 }
 
 /// Refuses a view that processes cannot share: one without a lattice.

@@ -14,8 +14,7 @@ const SKIPPED: u64 = 24;
 pub(super) fn of_layers(volume: &Volume, shows: impl Fn(f64) -> bool + Sync) -> [Vec<u64>; 3] {
     let (own, dims) = (volume.own_box(), volume.grid().dims());
     let every = every(volume.grid().voxel_count());
-    let sampled = |axis: usize| (own.first[axis].next_multiple_of(every)..own.end(axis)).step_by(every);
-    let layers: Vec<usize> = sampled(2).collect();
+    let layers: Vec<usize> = sampled(&own, 2, every).collect();
     let found: Vec<[Vec<u64>; 2]> =
         volume.look(|value| layers.par_iter().map(|&z| of_layer(&own, dims, z, every, &|index| shows(value(index)))).collect());
     let mut work = dims.map(|layers| vec![0u64; layers]);
@@ -41,12 +40,16 @@ fn every(voxels: usize) -> usize {
     (voxels as f64 / LOOKED_AT).cbrt().ceil().max(1.0) as usize
 }
 
+/// Places along an axis of a box that are looked at: the same ones whoever looks.
+fn sampled(own: &VoxelBox, axis: usize, every: usize) -> impl Iterator<Item = usize> {
+    (own.first[axis].next_multiple_of(every)..own.end(axis)).step_by(every)
+}
+
 /// Voxels that show in a layer, of those that are looked at, by their x and by their y.
 fn of_layer(own: &VoxelBox, dims: [usize; 3], z: usize, every: usize, shows: &(dyn Fn(usize) -> bool + Sync)) -> [Vec<u64>; 2] {
     let mut along = [vec![0; dims[0]], vec![0; dims[1]]];
-    let sampled = |axis: usize| (own.first[axis].next_multiple_of(every)..own.end(axis)).step_by(every);
-    for y in sampled(1) {
-        for x in sampled(0) {
+    for y in sampled(own, 1, every) {
+        for x in sampled(own, 0, every) {
             let one = u64::from(shows(x + dims[0] * (y + dims[1] * z)));
             along[0][x] += one;
             along[1][y] += one;

@@ -177,7 +177,7 @@ impl<'a> Volume<'a> {
 
     /// Value of voxel `index`, x fastest: the background where it is invalid, or held by another process.
     pub fn value(&self, index: usize) -> f64 {
-        let Some(index) = self.index_in_held(self.grid().place(index)) else { return self.background() };
+        let Some(index) = self.index_in_held(index) else { return self.background() };
         let stored = self.voxels.number(index);
         if is_valid(stored) { self.description.rescale.value(stored) } else { self.background() }
     }

@@ -5,6 +5,7 @@ use super::placed::Placed;
 use super::{Held, Volume};
 use crate::error::Error;
 use std::fmt::Debug;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -21,6 +22,13 @@ impl VoxelBox {
     /// All voxels of a grid.
     pub fn whole(dims: [usize; 3]) -> Self {
         Self { first: [0; 3], dims }
+    }
+
+    /// Whole layers along an axis of a grid.
+    pub fn layers(dims: [usize; 3], axis: usize, layers: &Range<usize>) -> Self {
+        let mut slab = Self::whole(dims);
+        (slab.first[axis], slab.dims[axis]) = (layers.start, layers.len());
+        slab
     }
 
     /// Behind the last voxel along an axis.
@@ -104,9 +112,10 @@ impl<'a> Volume<'a> {
         within(&self.voxels, &self.held_box(), &self.own_box())
     }
 
-    /// A voxel's place among those that are held; `None` if it is not.
-    pub(super) fn index_in_held(&self, place: [usize; 3]) -> Option<usize> {
-        let held = self.held_box();
+    /// The number of voxel `index` among those that are held; `None` if it is not.
+    pub(super) fn index_in_held(&self, index: usize) -> Option<usize> {
+        let Some(Shared { held, .. }) = &self.shared else { return Some(index) };
+        let place = self.grid().place(index);
         held.has(place).then(|| {
             let [x, y, z] = [0, 1, 2].map(|i| place[i] - held.first[i]);
             x + held.dims[0] * (y + held.dims[1] * z)

@@ -21,8 +21,8 @@ pub(crate) struct Layers {
 
 impl Layers {
     /// The same as boxes of a grid: held, own.
-    fn boxes(&self, [x, y, _]: [usize; 3]) -> [VoxelBox; 2] {
-        [&self.held, &self.own].map(|layers| VoxelBox { first: [0, 0, layers.start], dims: [x, y, layers.len()] })
+    fn boxes(&self, dims: [usize; 3]) -> [VoxelBox; 2] {
+        [&self.held, &self.own].map(|layers| VoxelBox::layers(dims, 2, layers))
     }
 }
 
@@ -68,12 +68,12 @@ impl Unseen<'static> {
         name: String,
         grid: Grid,
         layers: &Layers,
-        numbers: impl AsRef<[u8]> + 'static,
+        numbers: Box<dyn AsRef<[u8]>>,
         scalar: ScalarType,
         endian: Endian,
     ) -> Self {
         let [held, own] = layers.boxes(grid.dims());
-        let voxels = Found::Wide(Box::new(numbers), scalar, endian);
+        let voxels = Found::Wide(numbers, scalar, endian);
         Self { name, grid, rescale: Rescale::default(), background: None, held, own, voxels }
     }
 

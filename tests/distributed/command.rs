@@ -75,8 +75,11 @@ fn a_team_of_one_draws_what_processes_cannot_share() {
     let more: [&[&str]; 3] =
         [&["--depth", "-o", "a.exr"], &["--algorithm", "raycast", "-o", "a.png"], &["--memory", "4M", "-o", "b.png"]];
     for more in more {
+        let output = folder.path().join(more.last().unwrap());
         on(3, folder.path(), &[&render[..], more].concat());
-        assert!(folder.path().join(more.last().unwrap()).is_file());
+        let by_three = std::fs::read(&output).unwrap();
+        on(1, folder.path(), &[&render[..], more].concat());
+        assert!(by_three == std::fs::read(&output).unwrap() && by_three.len() > 1000, "{more:?}");
     }
 }
 
@@ -93,7 +96,9 @@ fn sequences_are_dealt_out() {
         assert_alike(folder.path(), one, teams);
     }
     on(2, folder.path(), &[&film[..], &["film.gif"]].concat());
-    assert!(std::fs::metadata(folder.path().join("film.gif")).unwrap().len() > 1000);
+    alone(folder.path(), &[&film[..], &["alone.gif"]].concat());
+    let [dealt, alone] = ["film.gif", "alone.gif"].map(|name| std::fs::read(folder.path().join(name)).unwrap());
+    assert!(dealt == alone && dealt.len() > 1000);
     let told = on(2, folder.path(), &["bench", "builtin:gyroid@20", "--frames", "4", "--size", "40x40", "--json"]);
     let told: serde_json::Value = serde_json::from_slice(&told.stdout).unwrap();
     assert_eq!((&told["processes"]["processes"], &told["processes"]["teams"]), (&2.into(), &2.into()), "{told}");

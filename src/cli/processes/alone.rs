@@ -1,10 +1,12 @@
 //! One process, which knows nothing of MPI.
 
+use crate::camera::Camera;
 use crate::cli::options::VolumeOptions;
 use crate::error::Error;
 use crate::image::Frame;
+use crate::settings::Settings;
 use crate::viewport::Viewport;
-use crate::volume::Volume;
+use crate::volume::{Description, Volume};
 use clap::Args;
 use std::process::ExitCode;
 
@@ -68,6 +70,10 @@ impl Processes {
 
     pub fn open(&self, options: &VolumeOptions, size: Option<Viewport>, most: Option<u64>) -> Result<Volume<'static>, Error> {
         options.open(size, most)
+    }
+
+    pub fn check_views(&self, _: &Description, _: &[Camera], _: Viewport, _: &Settings) -> Result<(), Error> {
+        Ok(())
     }
 
     pub fn owns(&self, _: usize) -> bool {

@@ -1,14 +1,16 @@
 //! Processes that MPI started together: teams, each of which renders a picture at a time.
 
+use crate::camera::Camera;
 use crate::cli::options::VolumeOptions;
 use crate::cli::standard::is_input;
 use crate::distributed::mpi::{self, Threading, environment::Universe};
-use crate::distributed::{DistributedError, Group, bytes_in_parts};
+use crate::distributed::{DistributedError, Group, bytes_in_parts, check_view};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::memory;
+use crate::settings::Settings;
 use crate::viewport::Viewport;
-use crate::volume::{Together, Volume};
+use crate::volume::{Description, Together, Volume};
 use clap::Args;
 use std::cell::OnceCell;
 use std::process::ExitCode;
@@ -194,6 +196,24 @@ impl Processes {
             return Err(Error::Settings { field: "memory", problem: problem.into() });
         }
         options.with_background(team.open(&options.volume, &options.options(size)?)?)
+    }
+
+    /// Refuses views that the processes of a team cannot share.
+    pub fn check_views(
+        &self,
+        volume: &Description,
+        cameras: &[Camera],
+        size: Viewport,
+        settings: &Settings,
+    ) -> Result<(), Error> {
+        let unshared = |e: Error| {
+            let problem = format!("processes cannot share this view: {e}; or choose --ranks-per-picture 1");
+            Error::Settings { field: "processes", problem }
+        };
+        if self.team().is_none() {
+            return Ok(());
+        }
+        cameras.iter().try_for_each(|camera| check_view(volume, camera, size, settings).map_err(unshared))
     }
 
     /// Whether picture `n` of several is this team's.

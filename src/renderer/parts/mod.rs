@@ -173,17 +173,17 @@ impl PartRenderer {
             view.check_joined(&before.layers, &layers)?;
             done = union(&before.layers, &layers);
         }
-        let range = LayerRange { voxels: layers, continues: before.is_some(), raw: true };
-        self.draw(&view, &range, before.map(|b| b.samples.as_slice()))?;
-        let samples = read_samples(self.0.target.drawn(&self.0.device)?.0, &self.0.device, view.lattice.samples())?;
+        let samples = self.samples(&view, layers, before.map(|b| b.samples.as_slice()))?;
         Ok(CompositedLayers { view, layers: done, samples })
     }
 
     /// The picture of composited layers: premultiplied floats, without a background. Any part of the volume can make it.
     pub fn finish(&mut self, composited: &CompositedLayers) -> Result<Frame, Error> {
-        let mut picture = Shares::default();
-        picture.add(self, &composited.view, 1.0, &composited.samples)?;
-        picture.frame(self, &composited.view)
+        let mut shares = Shares::of(std::mem::take(&mut self.0.picture));
+        shares.add(self, &composited.view, 1.0, &composited.samples)?;
+        let frame = shares.frame(self, &composited.view);
+        self.0.picture = shares.into_picture();
+        frame
     }
 
     fn view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<LatticeView, Error> {
@@ -210,6 +210,12 @@ impl PartRenderer {
             return Err(refused(problem));
         }
         Ok(())
+    }
+
+    /// The raw samples of layers behind those `before`, or behind nothing.
+    fn samples(&mut self, view: &LatticeView, voxels: Range<usize>, before: Option<&[[f32; 4]]>) -> Result<Vec<[f32; 4]>, Error> {
+        self.draw(view, &LayerRange { voxels, continues: before.is_some(), raw: true }, before)?;
+        read_samples(self.0.target.drawn(&self.0.device)?.0, &self.0.device, view.lattice.samples())
     }
 
     /// Draws a range of layers onto samples.

@@ -1,7 +1,5 @@
 //! What processes that share a volume need of a renderer of their layers.
 
-use super::super::range::LayerRange;
-use super::super::tiles::read_samples;
 use super::PartRenderer;
 use super::view::LatticeView;
 use crate::error::Error;
@@ -37,9 +35,7 @@ impl PartRenderer {
         if !layers.is_empty() {
             self.check_held(view, layers)?;
         }
-        let voxels = if layers.is_empty() { 0..0 } else { layers.clone() };
-        self.draw(view, &LayerRange { voxels, continues: before.is_some(), raw: true }, before)?;
-        read_samples(self.0.target.drawn(&self.0.device)?.0, &self.0.device, view.lattice.samples())
+        self.samples(view, if layers.is_empty() { 0..0 } else { layers.clone() }, before)
     }
 
     /// The voxels have changed, where they are in memory of the caller's own.

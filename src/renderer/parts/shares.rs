@@ -16,6 +16,21 @@ pub(crate) struct Shares {
 }
 
 impl Shares {
+    /// In a picture's own buffer.
+    pub(super) fn of(picture: Picture) -> Self {
+        Self { picture, added: false }
+    }
+
+    pub(super) fn into_picture(self) -> Picture {
+        self.picture
+    }
+
+    /// Begins another picture.
+    #[cfg(feature = "mpi")]
+    pub fn begin(&mut self) {
+        self.added = false;
+    }
+
     /// Warps the samples of all layers of a lattice, with its share of the picture.
     pub fn add(
         &mut self,

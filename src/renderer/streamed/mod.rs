@@ -22,7 +22,7 @@ use crate::memory;
 use crate::settings::{Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{Grid, Volume, VolumePart};
+use crate::volume::{Grid, Volume, VolumePart, VoxelBox};
 use needs::{Bytes, Needs, Room};
 use plan::Parts;
 use std::ops::Range;
@@ -251,10 +251,8 @@ impl<'v> StreamedRenderer<'v> {
 
     /// The voxels that some layers of a lattice need.
     fn part(&self, lattice: &Lattice, settings: &Settings, layers: &Range<usize>) -> Result<VolumePart<'v>, Error> {
-        let (mut first, mut dims) = ([0; 3], self.grid.dims());
-        let a = lattice.frame.a;
-        let needed = PartRenderer::needed(layers, dims[a], settings);
-        (first[a], dims[a]) = (needed.start, needed.len());
+        let (a, dims) = (lattice.frame.a, self.grid.dims());
+        let VoxelBox { first, dims } = VoxelBox::layers(dims, a, &PartRenderer::needed(layers, dims[a], settings));
         self.volume.part(first, dims)
     }
 

@@ -7,7 +7,7 @@ use crate::files::temporary_failed;
 use crate::memory;
 use crate::progress::Task;
 use crate::volume::spool::Spool;
-use crate::volume::{Endian, Grid, Rescale, ScalarType, Storage, Volume, wide};
+use crate::volume::{Endian, Grid, Rescale, ScalarType, Storage, Volume, VoxelType, wide};
 #[cfg(feature = "mpi")]
 use crate::volume::{Layers, Unseen};
 use glam::{DAffine3, DMat3, DVec3};
@@ -109,25 +109,16 @@ pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<V
     if most.is_some_and(|most| file.opened.header.span() > most) && file.opened.bytes.in_place().is_none() {
         file.spool(&name)?;
     }
-    let map = file.mapped()?;
-    let Header { ref grid, scalar, endian, rescale, first, strides } = file.opened.header;
+    let Header { ref grid, scalar, endian, rescale, .. } = file.opened.header;
     let grid = grid.clone();
-    match (scalar.voxel_type(), map) {
-        (Some(voxel_type), Some(map)) => {
-            let stride = |i: usize| isize::try_from(strides[i]).unwrap_or(isize::MAX);
-            let storage = Storage::from_bytes(map, voxel_type).with_strides([stride(0), stride(1), stride(2)]);
-            debug_assert!(first <= file.opened.bytes.most());
-            Ok(Volume::new(name, grid, storage.with_endian(endian))?.with_rescale(rescale))
-        }
-        (Some(voxel_type), None) => {
-            let storage = Storage::from_bytes(file.gathered(&name)?, voxel_type).with_endian(endian);
+    match scalar.voxel_type() {
+        Some(voxel_type) => {
+            let storage = file.storage(voxel_type, &name, Reading::gathered)?;
             Ok(Volume::new(name, grid, storage)?.with_rescale(rescale))
         }
-        (None, map) => {
-            let map = map.filter(|_| file.opened.header.is_dense());
-            let read = if map.is_none() { file.gathered(&name)? } else { Vec::new() };
-            let bytes = map.as_deref().unwrap_or(&read);
-            wide::volume(name, grid, wide::Numbers { bytes, scalar, endian }, rescale, most)
+        None => {
+            let bytes = file.dense(&name, Reading::gathered)?;
+            wide::volume(name, grid, wide::Numbers { bytes: (*bytes).as_ref(), scalar, endian }, rescale, most)
         }
     }
 }
@@ -153,19 +144,9 @@ pub(super) fn layers(path: &Path, opened: Opened, choose: &dyn Fn([usize; 3]) ->
     let header = &mut file.opened.header;
     header.first += header.strides[2] * layers.held.start as u64;
     header.grid = Grid::new([x, y, layers.held.len()], DVec3::ONE)?;
-    let map = file.mapped()?;
-    let strides = file.opened.header.strides.map(|stride| isize::try_from(stride).unwrap_or(isize::MAX));
-    let unseen = match (scalar.voxel_type(), map) {
-        (Some(voxel_type), Some(map)) => {
-            let storage = Storage::from_bytes(map, voxel_type).with_strides(strides).with_endian(endian);
-            Unseen::layers(name, whole, &layers, storage)?
-        }
-        (Some(voxel_type), None) => {
-            let storage = Storage::from_bytes(file.picked(&name)?, voxel_type).with_endian(endian);
-            Unseen::layers(name, whole, &layers, storage)?
-        }
-        (None, Some(map)) if file.opened.header.is_dense() => Unseen::wide(name, whole, &layers, map, scalar, endian),
-        (None, _) => Unseen::wide(name.clone(), whole, &layers, file.picked(&name)?, scalar, endian),
+    let unseen = match scalar.voxel_type() {
+        Some(voxel_type) => Unseen::layers(name.clone(), whole, &layers, file.storage(voxel_type, &name, Reading::picked)?)?,
+        None => Unseen::wide(name.clone(), whole, &layers, file.dense(&name, Reading::picked)?, scalar, endian),
     };
     Ok(unseen.with_rescale(rescale))
 }
@@ -177,13 +158,12 @@ pub(in crate::volume) type Numbers = (Header, Box<dyn AsRef<[u8]>>);
 pub(super) fn numbers(path: &Path, opened: Opened) -> Result<Numbers, Error> {
     let mut file = Reading::new(path, opened);
     file.check_size()?;
-    let map = file.mapped()?.filter(|_| file.opened.header.is_dense());
-    let bytes: Box<dyn AsRef<[u8]>> = match map {
-        Some(map) => Box::new(map),
-        None => Box::new(file.gathered(&path.display().to_string())?),
-    };
+    let bytes = file.dense(&path.display().to_string(), Reading::gathered)?;
     Ok((file.opened.header, bytes))
 }
+
+/// How numbers are read: up to the last one, or to the end of what is packed.
+type Read<R> = fn(&mut R, &str) -> Result<Vec<u8>, Error>;
 
 /// A file that is read.
 struct Reading<'a> {
@@ -225,6 +205,28 @@ impl Reading<'_> {
             }
             _ => Error::read(self.path, e),
         })
+    }
+
+    /// Voxels of a device's type: mapped where they lie, if a file holds them as they are, or read.
+    fn storage(&mut self, voxel_type: VoxelType, name: &str, read: Read<Self>) -> Result<Storage<'static>, Error> {
+        let (endian, strides) = (self.opened.header.endian, self.opened.header.strides);
+        let storage = match self.mapped()? {
+            Some(map) => {
+                let strides = strides.map(|stride| isize::try_from(stride).unwrap_or(isize::MAX));
+                debug_assert!(self.opened.header.first <= self.opened.bytes.most());
+                Storage::from_bytes(map, voxel_type).with_strides(strides)
+            }
+            None => Storage::from_bytes(read(self, name)?, voxel_type),
+        };
+        Ok(storage.with_endian(endian))
+    }
+
+    /// All numbers, one after the other: mapped, if a file holds them so, or read.
+    fn dense(&mut self, name: &str, read: Read<Self>) -> Result<Box<dyn AsRef<[u8]>>, Error> {
+        match self.mapped()?.filter(|_| self.opened.header.is_dense()) {
+            Some(map) => Ok(Box::new(map)),
+            None => Ok(Box::new(read(self, name)?)),
+        }
     }
 
     /// Puts all bytes from the first voxel on to the last into a file, as they would lie in one that is not packed.
