@@ -198,6 +198,9 @@ ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const Volume
     if (columns.vectors == 1 && columns.inside && (first) >= 0 && (last) < view->dims_v && (from) >= 0 &&              \
         (to) < view->dims_a)                                                                                           \
         WORK(1, true);                                                                                                 \
+    else if (columns.vectors == 2 && columns.inside && (first) >= 0 && (last) < view->dims_v && (from) >= 0 &&              \
+        (to) < view->dims_a)                                                                                           \
+        WORK(2, true);                                                                                                 \
     else                                                                                                               \
         WORK(columns.vectors, false)
 

@@ -76,6 +76,42 @@ ALWAYS_INLINE float4 warped(__global const float4 *lattice, const WarpParams *p,
                        : mix_edge(lattice, p->width, p->height, first, top, wu, wv);
 }
 
+// Where samples lie on pixels along one axis, pixels are mixed along the other alone.
+#define ON_PIXELS_ALONG_U 1
+#define ON_PIXELS_ALONG_V 2
+
+#define SPREAD_TO_COLORS(x) (float16)((x).xxxx, (x).yyyy, (x).zzzz, (x).wwww)
+
+// Four pixels of a row at once, each mixed of four samples that lie `stride` apart. False where some of these are beyond the lattice.
+ALWAYS_INLINE bool aligned_four(__global const float4 *lattice, const WarpParams *p, int column, int row, float16 *colors) {
+    const float *m = p->from_screen;
+    const float4 x = (float)column + (float4)(0.5f, 1.5f, 2.5f, 3.5f);
+    const float y = row + 0.5f;
+    const float4 u = m[0] * x + (m[1] * y + m[2]), v = m[3] * x + (m[4] * y + m[5]);
+    const bool along_v = p->on_pixels & ON_PIXELS_ALONG_U;
+    const int length = along_v ? p->height : p->width, lines = along_v ? p->width : p->height;
+    const float4 place = along_v ? v : u, across = (along_v ? u : v) + 0.5f;
+    // Far beyond the lattice an int could not hold the positions.
+    const int4 outside = (place < 1.0f) | (place >= length - 2.0f) | (across < 0.0f) | (across >= (float)lines);
+    if (outside.x | outside.y | outside.z | outside.w)
+        return false;
+    const int4 first = convert_int4(place) - 1, line = convert_int4(across);
+    const float4 t = place - convert_float4(first + 1);
+    const int stride = along_v ? p->width : 1;
+    // No lattice on pixels has more samples than an int can count.
+    const int4 start = first * stride + line * (along_v ? 1 : p->width);
+    __global const float4 *from[4] = {lattice + start.x, lattice + start.y, lattice + start.z, lattice + start.w};
+#define SAMPLES(n) (float16)(from[0][(n) * stride], from[1][(n) * stride], from[2][(n) * stride], from[3][(n) * stride])
+    const float4 before = t * (t * (1.0f - 0.5f * t) - 0.5f), behind = t * t * (0.5f * t - 0.5f);
+    const float4 upper = t * t * (1.5f * t - 2.5f) + 1.0f, lower = t * (t * (2.0f - 1.5f * t) + 0.5f);
+    const float16 high = SAMPLES(1), low = SAMPLES(2);
+    float16 color = SPREAD_TO_COLORS(before) * SAMPLES(0) + SPREAD_TO_COLORS(upper) * high + SPREAD_TO_COLORS(lower) * low +
+                    SPREAD_TO_COLORS(behind) * SAMPLES(3);
+    color = CLAMP(color, MIN(high, low), MAX(high, low));
+    *colors = MIN(color, (float16)(color.s3333, color.s7777, color.sbbbb, color.sffff));
+    return true;
+}
+
 // A pixel: the picture at its middle, or the mean over its whole square.
 ALWAYS_INLINE float4 pixel_at(__global const float4 *lattice, const WarpParams *p, int column, int row) {
     if (p->filter == 1)
@@ -123,10 +159,18 @@ static inline bool nothing_under(__global const float4 *lattice, __global const 
 #ifdef PRESENT
 #define PIXEL uchar4
 #define PUT(place, color) (place) = displayed(color, background)
+#define PUT_FOUR(place, colors) vstore16(displayed_four(colors, background), 0, (__global uchar *)(place))
 #else
 #define PIXEL float4
 // Means and shares of what is opaque add up to more than 1 by rounding.
 #define PUT(place, color) (place) = MIN((float4)(1.0f), (p.added ? (place) : (float4)(0.0f)) + p.share * (color))
+#define PUT_FOUR(place, colors)         \
+    {                                   \
+        PUT((place)[0], (colors).s0123); \
+        PUT((place)[1], (colors).s4567); \
+        PUT((place)[2], (colors).s89ab); \
+        PUT((place)[3], (colors).scdef); \
+    }
 #endif
 
 __kernel void warp(__global const float4 *lattice, __global const uint *active_samples, WarpParams p, float4 background,
@@ -145,7 +189,16 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
             for (int i = left; i < right; i++)
                 PUT(out[i], (float4)(0.0f));
         } else {
-            for (int i = left; i < right; i++)
+            int i = left;
+            float16 four;
+            for (; p.on_pixels && i + 4 <= right; i += 4)
+                if (aligned_four(lattice, &p, i, line, &four)) {
+                    PUT_FOUR(out + i, four);
+                } else {
+                    for (int n = i; n < i + 4; n++)
+                        PUT(out[n], pixel_at(lattice, &p, n, line));
+                }
+            for (; i < right; i++)
                 PUT(out[i], pixel_at(lattice, &p, i, line));
         }
     }

@@ -109,7 +109,7 @@ pub struct Renderer {
 /// Where a frame is when it is drawn.
 enum Drawn {
     /// In a lattice, still to be warped.
-    Lattice(Lattice),
+    Lattice(Box<Lattice>),
     /// On the screen, warped from several lattices.
     Warped,
     /// On the screen.
@@ -305,7 +305,7 @@ impl Renderer {
         match *plan {
             Plan::Lattice(ref lattice, layered) => {
                 self.draw_lattice(view, lattice, layered, &LayerRange::whole(lattice))?;
-                return Ok((Drawn::Lattice(lattice.clone()), 0));
+                return Ok((Drawn::Lattice(Box::new(lattice.clone())), 0));
             }
             Plan::Shared(ref parts, layered) => return Ok((Drawn::Warped, self.draw_shared(view, parts, layered)?)),
             Plan::Direct(axis, layered) => self.draw_pixels(view, axis, layered)?,

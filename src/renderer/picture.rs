@@ -58,6 +58,7 @@ impl OntoScreen<'_> {
             counts: tiles.counts as i32,
             share: share.share as f32,
             added: i32::from(share.added),
+            on_pixels: i32::from(lattice.aligned[0]) | i32::from(lattice.aligned[1]) << 1,
             filter: rays.voxels_per_pixel(lattice.frame).ceil().clamp(1.0, MOST_FILTERED) as i32,
         }
     }

@@ -194,6 +194,8 @@ kernel_struct! {
         counts: i32,
         /// Places per pixel and axis: more than 1 where a pixel covers more than a voxel.
         filter: i32,
+        /// Bits of the axes u (1) and v (2) along which samples lie on pixels.
+        on_pixels: i32,
         /// Of this lattice in the picture, in floats.
         share: f32,
         /// To what the frame holds of other lattices.

@@ -15,6 +15,11 @@ struct Rule {
 const RELAXED: Rule = Rule { per_pixel: 1.6, per_voxel: 1.86, pixels: 2.0 };
 const FINE: Rule = Rule { per_pixel: 2.1, per_voxel: 2.35, pixels: 1.7 };
 
+/// Samples per pixel, as it is seen, that are as good as those along both axes where samples lie on pixels along the other: half of the
+/// error is gone. Lit, aneurism stays at 41 and 45 dB, engine goes from 47.5 to 48.9 and from 52.5 to 54.
+const RELAXED_BESIDE_PIXELS: f64 = 1.4;
+const FINE_BESIDE_PIXELS: f64 = 1.75;
+
 /// Samples per voxel of a lattice.
 ///
 /// ```
@@ -30,7 +35,8 @@ pub enum Density {
     /// Nowhere coarser than the screen, at least this many.
     AtLeast(u32),
     /// Finer than the screen where voxels are small, coarser where they are large: up to 1.6 samples per pixel, up to 1.86
-    /// per voxel, at most 2 pixels apart. The kernel has no finer detail to show, and the warp interpolates.
+    /// per voxel, at most 2 pixels apart. The kernel has no finer detail to show, and the warp interpolates. Where a view is not
+    /// rolled and voxels are 1 to 1.86 pixels large, samples lie on pixels along one axis, and only along the other between them.
     Relaxed,
     /// The same with up to 2.1 samples per pixel, 2.35 per voxel, at most 1.7 pixels apart.
     Fine,
@@ -52,6 +58,15 @@ impl Density {
             Density::Relaxed => RELAXED.samples(pixels),
             Density::Fine => FINE.samples(pixels),
             Density::Fixed(m) => f64::from(m),
+        }
+    }
+
+    /// Samples per pixel that are enough along one axis where samples lie on pixels along the other; `None` where they never do.
+    pub(super) fn beside_aligned(self) -> Option<f64> {
+        match self {
+            Density::Relaxed => Some(RELAXED_BESIDE_PIXELS),
+            Density::Fine => Some(FINE_BESIDE_PIXELS),
+            Density::AtLeast(_) | Density::Fixed(_) => None,
         }
     }
 }

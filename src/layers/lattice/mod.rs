@@ -1,5 +1,6 @@
 //! Lattices of rays: a ray keeps its column and row in all layers.
 
+mod aligned;
 mod density;
 mod parallel;
 mod perspective;
@@ -79,6 +80,8 @@ pub struct Lattice {
     pub rays: [AffineRays; 2],
     /// Of the splatted layers of a parallel view.
     pub phases: Option<Phases>,
+    /// Whether samples lie on pixels along u and v, so that nothing is interpolated.
+    pub aligned: [bool; 2],
     source: Source,
 }
 

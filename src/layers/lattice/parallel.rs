@@ -1,7 +1,7 @@
 //! The sheared lattice of a parallel view: samples move with the ray.
 
 use super::phases::{MAX_SAMPLES_PER_VOXEL, Phases};
-use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source};
+use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source, aligned};
 use crate::layers::{Axis, Rays};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
@@ -33,7 +33,12 @@ pub(super) fn lattice(
     if !shear.iter().all(|s| s.abs() <= max_shear) {
         return None;
     }
-    let mut samples_per_voxel = [frame.u, frame.v].map(|i| density.samples(grid.spacing()[i] / rays.pixel_size).max(1.0));
+    let centre = frame.local(grid.centre_in_voxels());
+    let spreads = aligned::spreads(rays, viewport, frame, density, sampling, |x, y| {
+        let origin = frame.local(rays.at(x, y).origin);
+        [0, 1].map(|i| origin[i] + (centre.z - origin.z) * shear[i])
+    });
+    let mut samples_per_voxel = spreads.map(|spread| spread.samples_per_voxel);
     let most = if in_phases {
         samples_per_voxel = samples_per_voxel.map(|m| (m - CEIL_SLACK).ceil());
         f64::from(MAX_SAMPLES_PER_VOXEL)
@@ -43,7 +48,6 @@ pub(super) fn lattice(
     if samples_per_voxel.iter().any(|&m| m > most) {
         return None;
     }
-    let centre = frame.local(grid.centre_in_voxels());
     let mut lattice = Lattice {
         frame,
         dims: [frame.u, frame.v, frame.a].map(|i| grid.dims()[i]),
@@ -53,13 +57,18 @@ pub(super) fn lattice(
         centre_layer: centre.z,
         rays: shear.map(|s| AffineRays { crossing: [0.0; 2], shear: [s, 0.0] }),
         phases: None,
+        aligned: spreads.map(|spread| spread.on_pixel.is_some()),
         source: Source::Direction(direction),
     };
     for i in 0..2 {
         let (first, size) = extent(&lattice, rays, viewport, centre.to_array(), i, sampling);
         let m = samples_per_voxel[i];
         lattice.size[i] = size;
-        let middle = centre[i] + first + ((f64::from(size) - 1.0) / 2.0 + anchor(lattice.dims[i], m)) / m;
+        let anchor = match spreads[i].on_pixel {
+            Some(place) => ((place - centre[i]) * m).rem_euclid(1.0),
+            None => anchor(lattice.dims[i], m),
+        };
+        let middle = centre[i] + first + ((f64::from(size) - 1.0) / 2.0 + anchor) / m;
         lattice.rays[i].crossing = [middle, 1.0 / m];
     }
     if in_phases {

@@ -51,6 +51,7 @@ pub(super) fn lattice(
         centre_layer,
         rays: [AffineRays { crossing: [0.0; 2], shear: [0.0; 2] }; 2],
         phases: None,
+        aligned: [false; 2],
         source: Source::Eye(eye),
     };
     for i in 0..2 {
