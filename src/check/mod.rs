@@ -6,6 +6,8 @@ mod family;
 mod figures;
 mod pictures;
 #[cfg(test)]
+mod programs;
+#[cfg(test)]
 mod truth;
 
 pub use family::Family;

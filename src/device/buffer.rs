@@ -155,6 +155,12 @@ impl<T: Copy> Buffer<T> {
         self.len.max(1) * size_of::<T>()
     }
 
+    /// As the caller's own.
+    #[cfg(test)]
+    pub fn as_memory(&self) -> super::DeviceMemory {
+        super::DeviceMemory::of_buffer(&self.memory).expect("it is alive")
+    }
+
     pub(super) fn handle(&self) -> cl_mem {
         self.memory.get()
     }

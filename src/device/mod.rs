@@ -20,6 +20,8 @@ mod selection;
 #[cfg(feature = "gl-interop")]
 mod shared_gl;
 mod sources;
+#[cfg(test)]
+mod started;
 mod stopwatch;
 mod tuning;
 
@@ -33,6 +35,10 @@ pub use pinning::pin_cpu_threads;
 pub use selection::{DeviceChoice, DeviceInfo};
 #[cfg(feature = "cli")]
 pub(crate) use sources::hash as kernel_sources_hash;
+#[cfg(test)]
+pub(crate) use sources::kernel_names;
+#[cfg(test)]
+pub(crate) use started::Started;
 pub use stopwatch::StageTimes;
 pub use tuning::Tuning;
 
@@ -89,6 +95,8 @@ struct Shared {
     through_host: std::sync::Once,
     #[cfg(test)]
     faults: faults::Faults,
+    #[cfg(test)]
+    started: started::AllStarted,
 }
 
 impl Device {
@@ -131,6 +139,8 @@ impl Device {
             through_host: std::sync::Once::new(),
             #[cfg(test)]
             faults: faults::Faults::default(),
+            #[cfg(test)]
+            started: Default::default(),
         };
         Self {
             shared: Arc::new(shared),

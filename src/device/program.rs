@@ -16,6 +16,16 @@ pub(super) type Programs = HashMap<(&'static str, String), Program>;
 /// instruction. Neither is allowed to change what NaN and infinity mean.
 const OPTIONS: &str = "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable";
 
+/// What a compiler is given of a program in a file.
+pub(super) fn source(file: &'static str) -> String {
+    structs::typedefs() + &sources::with_includes(file)
+}
+
+/// And its options, where the program's own are these.
+pub(super) fn options(own: &str) -> String {
+    format!("{OPTIONS} {own}")
+}
+
 impl Device {
     /// A kernel object of its own; its program is built when first needed, and kept. `options`: further ones, `-D` most of all.
     pub(super) fn kernel(&self, file: &'static str, name: &str, options: &str) -> Result<Kernel, Error> {
@@ -37,14 +47,14 @@ impl Device {
     }
 
     fn build(&self, file: &'static str, options: &str) -> Result<Program, Error> {
-        let text = structs::typedefs() + &sources::with_includes(file);
+        let text = source(file);
         // A program that does not compile: its log is the compiler's own.
         #[cfg(test)]
         let text = match self.shared.faults.at(super::Call::Build) {
             Ok(()) => text,
             Err(e) => format!("#error told to fail with {e}\n{text}"),
         };
-        let options = format!("{OPTIONS} {options}");
+        let options = self::options(options);
         let mut program =
             Program::create_from_source(&self.shared.context, &text).map_err(|e| self.error("clCreateProgramWithSource", e))?;
         let ids = self.shared.context.devices();

@@ -119,7 +119,7 @@ pub(super) fn files() -> impl Iterator<Item = &'static str> {
 
 /// Names of the kernels in all files.
 #[cfg(test)]
-pub(super) fn kernel_names() -> std::collections::BTreeSet<&'static str> {
+pub(crate) fn kernel_names() -> std::collections::BTreeSet<&'static str> {
     let all = FILES.iter().flat_map(|(_, text)| text.split("__kernel void ").skip(1));
     all.map(|rest| rest.split('(').next().unwrap()).collect()
 }

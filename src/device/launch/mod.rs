@@ -90,19 +90,22 @@ impl<K: Launch> Launcher<K> {
     /// Starts the kernel.
     pub fn launch(&mut self, device: &Device, variant: K::Variant, arguments: &K::Arguments<'_>) -> Result<(), Error> {
         let tuning = device.tuning();
+        let group = match K::ITEMS {
+            Items::Tiles => tuning.tile_group,
+            Items::Pixels => tuning.pixel_group,
+        };
         let built = match self.built.entry(variant) {
             Entry::Occupied(built) => built.into_mut(),
             Entry::Vacant(place) => {
-                let kernel = device.kernel(K::FILE, K::NAME, &K::defines(tuning, variant))?;
+                let defines = K::defines(tuning, variant);
+                let kernel = device.kernel(K::FILE, K::NAME, &defines)?;
+                #[cfg(test)]
+                device.note_started((K::FILE, K::NAME), &defines, group);
                 place.insert(Built { largest_group: largest_group(device, &kernel)?, kernel })
             }
         };
         let kernel = &built.kernel;
         arguments.set(kernel).map_err(|e| device.error("clSetKernelArg", e))?;
-        let group = match K::ITEMS {
-            Items::Tiles => tuning.tile_group,
-            Items::Pixels => tuning.pixel_group,
-        };
         device.start(K::STAGE, kernel, K::items(arguments, tuning), group.min(built.largest_group))
     }
 }

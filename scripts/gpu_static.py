@@ -1,0 +1,253 @@
+"""What each kernel takes of a graphics processor, from compilers alone: registers, stack, spills, occupancy. Started by scripts/gpu-static.
+
+NVIDIA: clang with libclc makes PTX, of which ptxas makes code; the driver has another compiler before ptxas, so figures are near its own,
+not the same. AMD: clang with libclc makes code, as AMD's driver does, whose library is another. Intel: ocloc is in neither Debian 12 nor
+PyPI, so there is nothing to ask.
+
+The occupancy is the share of the waves a processor can hold that it does hold, at most:
+    waves of a SIMD  = min(most, registers of a lane / registers of the kernel, rounded up to how they are shared out)
+    groups           = min(SIMDs x these / waves of a group, most groups, local memory / that of the kernel), all rounded down
+    occupancy        = groups x waves of a group / (SIMDs x most waves)
+Stack is bytes of a work-item, local memory bytes of a group (AMD's compiler moves arrays there, of groups of up to 256); spills are bytes
+with NVIDIA, registers with AMD. A star: started by default, by the qualities that are named. A kernel in a file of another name is named
+file:kernel.
+"""
+
+import argparse
+import glob
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+from gpu_static_instructions import counted
+
+# What --check looks at: the kernels that draw a frame by default (the warp also as 8 bits), where, and how many registers they may take.
+DEFAULT_PATH = ["point_lattice", "warp"]
+CHECKED = ["sm_90", "gfx1100"]
+MOST_REGISTERS = {"standard": 96, "high": 128}
+
+
+class Unit(NamedTuple):
+    """What a group runs on. NVIDIA: CUDA C++ Programming Guide, technical specifications; AMD: LLVM's AMDGPUBaseInfo.cpp."""
+
+    simds: int
+    lanes: int
+    # Of a lane of a SIMD, and in which portions waves have them.
+    registers: int
+    portion: int
+    # Most waves of a SIMD; most groups, of several waves and of one.
+    waves: int
+    groups: int
+    single: int
+    local: int
+    # Of a SIMD, where they bound its waves.
+    scalars: int | None = None
+
+
+ARCHITECTURES = {
+    "sm_80": Unit(4, 32, registers=512, portion=8, waves=16, groups=32, single=32, local=164 << 10),
+    "sm_90": Unit(4, 32, registers=512, portion=8, waves=16, groups=32, single=32, local=228 << 10),
+    "gfx90a": Unit(4, 64, registers=512, portion=8, waves=8, groups=16, single=32, local=64 << 10, scalars=800),
+    # Two compute units, which a group shares.
+    "gfx1100": Unit(4, 32, registers=1536, portion=24, waves=16, groups=32, single=64, local=128 << 10),
+}
+
+# As OpenCL allows it and NVIDIA's compiler does it: divisions to 2.5 ulp, square roots to 3, denormals are zero.
+OPTIONS_OF_NVPTX = "-mllvm -nvptx-prec-divf32=1 -mllvm -nvptx-prec-sqrtf32=0 -Xclang -fdenormal-fp-math-f32=preserve-sign,preserve-sign"
+COMMON_OPTIONS = "-x cl -Xclang -finclude-default-header -O3 -Wno-linker-warnings -Wno-unused-command-line-argument -S"
+
+
+def run(*command):
+    """What a command says, both ways; its failure is one line and all it said."""
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(f"{shlex.join(command)}\n{done.stderr}")
+    return done.stdout + done.stderr
+
+
+def clang(arguments, options, target, library, text, folder):
+    """The assembly of a program's text, as a file."""
+    source, assembly = os.path.join(folder, "program.cl"), os.path.join(folder, "program.s")
+    with open(source, "w", encoding="utf-8") as file:
+        file.write(text)
+    linked = f"-Xclang -mlink-builtin-bitcode -Xclang /usr/lib/clc/{library}.bc"
+    run(arguments.clang, *shlex.split(f"{COMMON_OPTIONS} {options} {target} {linked}"), "-o", assembly, source)
+    return assembly
+
+
+def tool(arguments, name):
+    """A program of NVIDIA's from PyPI."""
+    return glob.glob(f"{arguments.nvidia}/lib/python3*/site-packages/nvidia/*/bin/{name}")[0]
+
+
+def numbers(pattern, text):
+    return [int(number) for number in re.findall(pattern, text, re.MULTILINE)]
+
+
+def nvidia(arguments, architecture, options, text, folder):
+    """Figures by kernel."""
+    target = f"-target nvptx64-nvidia-nvcl -Xclang -target-cpu -Xclang {architecture} {OPTIONS_OF_NVPTX}"
+    ptx = clang(arguments, options, target, "nvptx64--nvidiacl", text, folder)
+    code = ptx + ".cubin"
+    said = run(tool(arguments, "ptxas"), "-v", "-arch", architecture, "-o", code, ptx)
+    instructions = counted("nvidia", run(tool(arguments, "nvdisasm"), "-c", code)) if arguments.json else {}
+    found = {}
+    for part in said.split("Compiling entry function ")[1:]:
+        name = part.split("'")[1]
+        found[name] = {
+            "registers": sum(numbers(r"Used (\d+) registers", part)),
+            # The cumulative one counts what is called.
+            "stack": max(numbers(r"(\d+) bytes (?:stack frame|cumulative stack size)", part), default=0),
+            "spills": sum(numbers(r"(\d+) bytes spill", part)),
+            "local": sum(numbers(r"(\d+) bytes smem", part)),
+            "instructions": instructions.get(name, {}),
+        }
+    return found
+
+
+def amd(arguments, architecture, options, text, folder):
+    """Figures by kernel."""
+    target = f"-target amdgcn-amd-amdhsa -mcpu={architecture} -nogpulib"
+    with open(clang(arguments, options, target, "amdgcn--amdhsa", text, folder), encoding="utf-8") as file:
+        assembly = file.read()
+    instructions = counted("amd", assembly) if arguments.json else {}
+    found = {}
+    for part in re.split(r"^  - (?=\.)", assembly.split(".amdgpu_metadata")[1], flags=re.MULTILINE)[1:]:
+        fields = dict(re.findall(r"^(?:    )?\.(\w+): +(\S+)", part, re.MULTILINE))
+        name = fields["name"]
+        found[name] = {
+            "registers": int(fields["vgpr_count"]),
+            "scalars": int(fields["sgpr_count"]),
+            "stack": int(fields["private_segment_fixed_size"]),
+            "spills": int(fields["vgpr_spill_count"]) + int(fields["sgpr_spill_count"]),
+            "local": int(fields["group_segment_fixed_size"]),
+            "instructions": instructions.get(name, {}),
+        }
+    return found
+
+
+def occupancy(architecture, kernel, group):
+    """See above."""
+    unit = ARCHITECTURES[architecture]
+    registers = -(-max(kernel["registers"], 1) // unit.portion) * unit.portion
+    waves = min(unit.waves, unit.registers // registers)
+    if unit.scalars:
+        waves = min(waves, unit.scalars // max(kernel["scalars"], 1))
+    waves_of_group = -(-group // unit.lanes)
+    groups = min(unit.simds * waves // waves_of_group, unit.single if waves_of_group == 1 else unit.groups)
+    if kernel["local"]:
+        groups = min(groups, unit.local // kernel["local"])
+    return groups * waves_of_group / (unit.simds * unit.waves)
+
+
+def compiled(arguments, architecture, options, text):
+    with tempfile.TemporaryDirectory() as folder:
+        return (nvidia if architecture.startswith("sm_") else amd)(arguments, architecture, options, text, folder)
+
+
+def measured(arguments, kernels):
+    """A row per kernel, options and architecture. Programs with several kernels, or of one text, are compiled once."""
+    programs = sorted({(a, k["options"], k["source"]) for k in kernels for a in arguments.arch})
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = dict(zip(programs, pool.map(lambda program: compiled(arguments, *program), programs)))
+    rows = []
+    for kernel in kernels:
+        for architecture in arguments.arch:
+            figures = results[architecture, kernel["options"], kernel["source"]][kernel["kernel"]]
+            known = {name: kernel[name] for name in ("name", "kernel", "file", "options", "group", "qualities")}
+            share = occupancy(architecture, figures, kernel["group"])
+            rows.append({**known, "arch": architecture, **figures, "occupancy": share})
+    return rows
+
+
+def defines(row):
+    """What a program is built for."""
+    return " ".join(option.removeprefix("-D") for option in row["options"].split() if option.startswith("-D"))
+
+
+def print_table(rows):
+    print(f"{'':10}{'registers':>10}{'stack':>8}{'spills':>8}{'local':>8}{'occupancy':>11}")
+    before = None
+    for row in rows:
+        star = f" * {', '.join(row['qualities'])}" if row["qualities"] else ""
+        about = f"{row['name']}{star}, groups of {row['group']}: {defines(row)}"
+        if about != before:
+            print(about)
+        before = about
+        print(f"  {row['arch']:8}{row['registers']:10}{row['stack']:8}{row['spills']:8}{row['local']:8}{row['occupancy']:11.0%}")
+
+
+def check(rows, wanted):
+    """What takes too much, in words."""
+    missing = wanted - {row[by] for row in rows for by in ("name", "kernel")}
+    wrong = [f"{kernel}: not started by default" for kernel in sorted(missing)]
+    for row in rows:
+        limits = {"stack": 0, "spills": 0, "registers": min(MOST_REGISTERS[quality] for quality in row["qualities"])}
+        over = [f"{row[name]} {name}, not {most}" for name, most in limits.items() if row[name] > most]
+        if over:
+            wrong.append(f"{row['name']} ({defines(row)}) on {row['arch']}: {'; '.join(over)}")
+    return wrong
+
+
+def arguments_given():
+    as_it_is = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser("scripts/gpu-static", description=__doc__, formatter_class=as_it_is)
+    parser.add_argument("--json", action="store_true", help="as JSON, with counts of instructions by kind, as they stand in the code")
+    parser.add_argument("--arch", help=f"of {','.join(ARCHITECTURES)}; all of them, or those of --check: {','.join(CHECKED)}")
+    parser.add_argument("--default", action="store_true", help="only what is started by default, by the qualities standard and high")
+    checked = f"fail where they have stack or spills, or more registers than {MOST_REGISTERS}; implies --default"
+    parser.add_argument("--check", action="store_true", help=checked)
+    parser.add_argument("kernels", nargs="*", metavar="KERNEL", help=f"only these; of --check {' '.join(DEFAULT_PATH)}")
+    for name in ("--clang", "--nvidia", "--programs"):
+        parser.add_argument(name, required=True, help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.check:
+        arguments.default = True
+        arguments.kernels = arguments.kernels or DEFAULT_PATH
+    usual = CHECKED if arguments.check else list(ARCHITECTURES)
+    arguments.arch = arguments.arch.split(",") if arguments.arch else usual
+    unknown = set(arguments.arch) - set(ARCHITECTURES)
+    if unknown:
+        parser.error(f"unknown: {', '.join(sorted(unknown))}; there are {', '.join(ARCHITECTURES)}")
+    return parser, arguments
+
+
+def main():
+    parser, arguments = arguments_given()
+    with open(arguments.programs, encoding="utf-8") as file:
+        programs = json.load(file)
+    kernels, wanted = programs["kernels"], set(arguments.kernels)
+    for kernel in kernels:
+        stem = os.path.splitext(os.path.basename(kernel["file"]))[0]
+        kernel["name"] = kernel["kernel"] if kernel["kernel"] == stem else f"{stem}:{kernel['kernel']}"
+    known = {kernel[by] for kernel in kernels for by in ("name", "kernel")} | set(programs["others"])
+    if wanted - known:
+        parser.error(f"no kernel {', '.join(sorted(wanted - known))}; there are {', '.join(sorted(known))}")
+    if wanted:
+        kernels = [kernel for kernel in kernels if {kernel["name"], kernel["kernel"]} & wanted]
+    if arguments.default:
+        kernels = [kernel for kernel in kernels if kernel["qualities"]]
+    rows = measured(arguments, kernels)
+    if arguments.json:
+        json.dump(rows, sys.stdout, indent=1)
+        print()
+    else:
+        print_table(rows)
+        if programs["others"]:
+            print(f"Not started by graphics processors: {', '.join(programs['others'])}")
+    wrong = check(rows, wanted) if arguments.check else []
+    print(*wrong, sep="\n", end="\n" if wrong else "", file=sys.stderr)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except RuntimeError as failure:
+        sys.exit(str(failure))

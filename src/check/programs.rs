@@ -1,0 +1,99 @@
+//! Every kernel as a graphics processor's compiler is given it, for scripts/gpu-static, which asks compilers that need no such device.
+
+use super::pictures::{self, SIZE};
+use super::{Family, figures};
+use crate::camera::{Camera, Projection};
+use crate::device::{Buffer, DeviceKind, Started, Tuning, kernel_names};
+use crate::renderer::{DeviceVoxels, Renderer, UploadedVolume};
+use crate::settings::Quality;
+use crate::transfer::TransferFunction;
+use crate::volume::{Volume, VoxelType, Voxels};
+use crate::{Device, DeviceChoice};
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+
+#[derive(Serialize)]
+struct Program {
+    #[serde(flatten)]
+    started: Started,
+    source: String,
+    /// Those that start it by default: of the qualities, on voxels of bytes or of two.
+    qualities: BTreeSet<&'static str>,
+}
+
+#[derive(Serialize)]
+struct Programs {
+    kernels: Vec<Program>,
+    /// Kernels that nothing here starts.
+    others: BTreeSet<&'static str>,
+}
+
+/// A device that was asked for nothing so far, used as a graphics processor is.
+fn device() -> Device {
+    let device = Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
+    device.with_tuning(Tuning::new(DeviceKind::Gpu, "", 1)).unwrap()
+}
+
+fn values() -> Vec<f64> {
+    let volume = pictures::volume();
+    (0..volume.grid().dims().iter().product()).map(|n| volume.value(n)).collect()
+}
+
+/// The views of the default's family, with the settings of a quality, and one of so few voxels that layers are sampled more often.
+fn draw(renderer: &mut Renderer, quality: Quality) {
+    let cameras = pictures::of(Family::PointLattice).map(|picture| picture.camera);
+    let near = Camera { projection: Projection::Parallel { scale: 1.2 }, ..cameras[0] };
+    for camera in cameras.into_iter().chain([near]) {
+        renderer.render(&camera, SIZE, &quality.settings()).unwrap();
+        renderer.render_rgba8(&camera, SIZE, &quality.settings(), figures::BACKGROUND).unwrap();
+    }
+}
+
+/// The check's colours, and others in which light is lost within a layer.
+fn transfers() -> [TransferFunction; 2] {
+    let colors = vec![(0.0, [0.0, 0.0, 1.0]), (127.0, [1.0, 0.0, 0.0])];
+    let opacities = vec![(0.0, 0.0), (10.0, 0.99), (127.0, 0.99)];
+    [pictures::transfer(), TransferFunction::new("opaque", colors, opacities).unwrap()]
+}
+
+fn started_by(quality: Quality) -> BTreeSet<Started> {
+    let device = device();
+    let words = Voxels::Uint16(values().iter().map(|&value| value as u16).collect());
+    let words = Volume::new("words", pictures::volume().grid().clone(), words).unwrap().with_background(0.0).unwrap();
+    for volume in [pictures::volume(), words] {
+        for transfer in transfers() {
+            draw(&mut Renderer::new(&device, &volume, &transfer).unwrap(), quality);
+        }
+    }
+    device.started()
+}
+
+/// What a device is checked with, and floats that a caller has on it, which nobody has looked at.
+fn started_by_check() -> BTreeSet<Started> {
+    let device = device();
+    device.check().unwrap();
+    let floats: Vec<f32> = values().iter().map(|&value| value as f32).collect();
+    let voxels = DeviceVoxels::new(&Buffer::from_slice(&device, &floats, "floats").unwrap().as_memory(), VoxelType::Float32);
+    let description = voxels.describe(&device, "floats", pictures::volume().grid().clone(), &[]).unwrap();
+    let volume = UploadedVolume::in_place(&device, &description, &voxels).unwrap();
+    draw(&mut Renderer::of(&volume, &pictures::transfer()).unwrap(), Quality::Standard);
+    device.started()
+}
+
+#[test]
+#[ignore = "writes the file $LAYERSPLAT_PROGRAMS for scripts/gpu-static"]
+fn write_programs() {
+    let path = std::env::var("LAYERSPLAT_PROGRAMS").expect("scripts/gpu-static says where to");
+    let mut qualities: BTreeMap<Started, BTreeSet<&str>> =
+        started_by_check().into_iter().map(|started| (started, BTreeSet::new())).collect();
+    for (name, quality) in [("standard", Quality::Standard), ("high", Quality::High)] {
+        for started in started_by(quality) {
+            qualities.entry(started).or_default().insert(name);
+        }
+    }
+    let found: BTreeSet<_> = qualities.keys().map(|started| started.kernel).collect();
+    let others = kernel_names().difference(&found).copied().collect();
+    let kernels = qualities.into_iter().map(|(started, qualities)| Program { source: started.source(), started, qualities });
+    let programs = Programs { kernels: kernels.collect(), others };
+    std::fs::write(path, serde_json::to_string(&programs).unwrap()).unwrap();
+}
