@@ -108,6 +108,21 @@ static inline void bounds_of(const Interval *intervals, int rows, float *from, f
     if (HELD(l)->held != (l))                                                                                          \
     sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, tile.rows, HELD(l))
 
+// Asks for the voxels of a layer under a tile, which the slab after the next looks at: layers wait for memory. A part need not hold it:
+// asking for what is not there does nothing.
+static inline void fetch_ahead(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p, const Tile *tile, int k) {
+    if (k < 0 || k >= view->dims_a)
+        return;
+    const Window w = window_at(tile, k - p->centre_layer);
+    const int first_u = clamp(w.u0 - 1, 0, view->dims_u - 1), last_u = clamp(w.u1 + 2, 0, view->dims_u - 1);
+    const int first = max(w.v0 - 1, 0), last = min(w.v1 + 2, view->dims_v - 1);
+    __global const VOXEL *row = voxels + (k - view->first_a) * view->stride_a + first * view->stride_v;
+    for (int j = first; j <= last; j++, row += view->stride_v) {
+        PREFETCH(row + first_u);
+        PREFETCH(row + last_u);
+    }
+}
+
 // The way of a tile's row from plane k on.
 static inline Way way_of(const Tile *tile, float centre_layer, int r, float k, float step, const Samples *one, const Samples *other) {
     const float depth = k - centre_layer;
@@ -188,6 +203,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
             n += skip - 1;
             continue;
         }
+        fetch_ahead(voxels, &view, &p, &tile, q - RADIUS + 1 - enters + (RADIUS + 1) * p.layer_step);
         for (int i = 0; i < s; i++) {
             const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;
             HOLD(l0);
