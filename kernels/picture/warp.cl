@@ -12,6 +12,11 @@
 #error "BLOCK_ROWS: rows of a block"
 #endif
 
+#if BLOCK_COLUMNS % 4 == 0 && BLOCK_COLUMNS <= 64
+#define TAKES_LINES
+#include "picture/upright.cl"
+#endif
+
 static inline float4 catmull_rom(float t) {
     const float4 cubic = (float4)(-0.5f, 1.5f, -1.5f, 0.5f), square = (float4)(1.0f, -2.5f, 2.0f, -0.5f);
     const float4 linear = (float4)(-0.5f, 0.0f, 0.5f, 0.0f), whole = (float4)(0.0f, 1.0f, 0.0f, 0.0f);
@@ -74,42 +79,6 @@ ALWAYS_INLINE float4 warped(__global const float4 *lattice, const WarpParams *p,
     return first >= 0 && first + 4 <= p->width && top >= 0 && top + 4 <= p->height
                        ? mix_inside(lattice + (size_t)top * p->width + first, p->width, wu, wv)
                        : mix_edge(lattice, p->width, p->height, first, top, wu, wv);
-}
-
-// Where samples lie on pixels along one axis, pixels are mixed along the other alone.
-#define ON_PIXELS_ALONG_U 1
-#define ON_PIXELS_ALONG_V 2
-
-#define SPREAD_TO_COLORS(x) (float16)((x).xxxx, (x).yyyy, (x).zzzz, (x).wwww)
-
-// Four pixels of a row at once, each mixed of four samples that lie `stride` apart. False where some of these are beyond the lattice.
-ALWAYS_INLINE bool aligned_four(__global const float4 *lattice, const WarpParams *p, int column, int row, float16 *colors) {
-    const float *m = p->from_screen;
-    const float4 x = (float)column + (float4)(0.5f, 1.5f, 2.5f, 3.5f);
-    const float y = row + 0.5f;
-    const float4 u = m[0] * x + (m[1] * y + m[2]), v = m[3] * x + (m[4] * y + m[5]);
-    const bool along_v = p->on_pixels & ON_PIXELS_ALONG_U;
-    const int length = along_v ? p->height : p->width, lines = along_v ? p->width : p->height;
-    const float4 place = along_v ? v : u, across = (along_v ? u : v) + 0.5f;
-    // Far beyond the lattice an int could not hold the positions.
-    const int4 outside = (place < 1.0f) | (place >= length - 2.0f) | (across < 0.0f) | (across >= (float)lines);
-    if (outside.x | outside.y | outside.z | outside.w)
-        return false;
-    const int4 first = convert_int4(place) - 1, line = convert_int4(across);
-    const float4 t = place - convert_float4(first + 1);
-    const int stride = along_v ? p->width : 1;
-    // No lattice on pixels has more samples than an int can count.
-    const int4 start = first * stride + line * (along_v ? 1 : p->width);
-    __global const float4 *from[4] = {lattice + start.x, lattice + start.y, lattice + start.z, lattice + start.w};
-#define SAMPLES(n) (float16)(from[0][(n) * stride], from[1][(n) * stride], from[2][(n) * stride], from[3][(n) * stride])
-    const float4 before = t * (t * (1.0f - 0.5f * t) - 0.5f), behind = t * t * (0.5f * t - 0.5f);
-    const float4 upper = t * t * (1.5f * t - 2.5f) + 1.0f, lower = t * (t * (2.0f - 1.5f * t) + 0.5f);
-    const float16 high = SAMPLES(1), low = SAMPLES(2);
-    float16 color = SPREAD_TO_COLORS(before) * SAMPLES(0) + SPREAD_TO_COLORS(upper) * high + SPREAD_TO_COLORS(lower) * low +
-                    SPREAD_TO_COLORS(behind) * SAMPLES(3);
-    color = CLAMP(color, MIN(high, low), MAX(high, low));
-    *colors = MIN(color, (float16)(color.s3333, color.s7777, color.sbbbb, color.sffff));
-    return true;
 }
 
 // A pixel: the picture at its middle, or the mean over its whole square.
@@ -183,22 +152,30 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
     const float inset = 0.5f / p.filter;
     const bool nothing =
         nothing_under(lattice, active_samples, &p, left + inset, right - inset, top + inset, bottom - inset);
+#ifdef TAKES_LINES
+    if (p.upright && !nothing) {
+        const Lines lines = lines_of(&p);
+        ColumnLines columns;
+        lines_below(&lines, left, p.on_pixels, &columns);
+        for (int line = top; line < bottom; line++) {
+            float16 pixels[FOURS_OF_PIXELS];
+            upright_row(lattice, &lines, &columns, p.on_pixels, line + 0.5f, pixels);
+            __global PIXEL *out = picture + (size_t)line * p.columns + left;
+            for (int i = 0; i < (right - left) / 4; i++)
+                PUT_FOUR(out + 4 * i, pixels[i]);
+            for (int i = (right - left) / 4 * 4; i < right - left; i++)
+                PUT(out[i], ((const float4 *)pixels)[i]);
+        }
+        return;
+    }
+#endif
     for (int line = top; line < bottom; line++) {
         __global PIXEL *out = picture + (size_t)line * p.columns;
         if (nothing) {
             for (int i = left; i < right; i++)
                 PUT(out[i], (float4)(0.0f));
         } else {
-            int i = left;
-            float16 four;
-            for (; p.on_pixels && i + 4 <= right; i += 4)
-                if (aligned_four(lattice, &p, i, line, &four)) {
-                    PUT_FOUR(out + i, four);
-                } else {
-                    for (int n = i; n < i + 4; n++)
-                        PUT(out[n], pixel_at(lattice, &p, n, line));
-                }
-            for (; i < right; i++)
+            for (int i = left; i < right; i++)
                 PUT(out[i], pixel_at(lattice, &p, i, line));
         }
     }

@@ -25,6 +25,7 @@ kernel_files!(
     "layered/table.cl",
     "picture/display.cl",
     "picture/present.cl",
+    "picture/upright.cl",
     "picture/warp.cl",
     "rays/cast_segments.cl",
     "rays/cast_values.cl",

@@ -11,6 +11,7 @@ use crate::image::Background;
 use crate::layers::{Lattice, Rays};
 use crate::memory;
 use crate::viewport::Viewport;
+use glam::DMat3;
 
 /// Most places per pixel and axis that are averaged where it covers many voxels.
 const MOST_FILTERED: f64 = 16.0;
@@ -49,8 +50,11 @@ pub(super) struct OntoScreen<'a> {
 impl OntoScreen<'_> {
     fn params(self, tiles: Tiles, share: Share) -> WarpParams {
         let Self { lattice, rays, viewport } = self;
+        let from_screen = lattice.from_screen(rays);
+        let filter = rays.voxels_per_pixel(lattice.frame).ceil().clamp(1.0, MOST_FILTERED) as i32;
+        let upright = if filter == 1 { upright_lines(&from_screen, viewport) } else { None };
         WarpParams {
-            from_screen: lattice.from_screen(rays).transpose().to_cols_array().map(|m| m as f32),
+            from_screen: from_screen.transpose().to_cols_array().map(|m| m as f32),
             lattice: lattice.size.map(|n| n as i32),
             frame: [viewport.width as i32, viewport.height as i32],
             forward: lattice.forward() as f32,
@@ -58,10 +62,26 @@ impl OntoScreen<'_> {
             counts: tiles.counts as i32,
             share: share.share as f32,
             added: i32::from(share.added),
-            on_pixels: i32::from(lattice.aligned[0]) | i32::from(lattice.aligned[1]) << 1,
-            filter: rays.voxels_per_pixel(lattice.frame).ceil().clamp(1.0, MOST_FILTERED) as i32,
+            upright: upright.map_or(0, |axis| axis as i32 + 1),
+            on_pixels: i32::from(upright.is_some_and(|axis| lattice.aligned[axis])),
+            filter,
         }
     }
+}
+
+/// Samples by which a line of the lattice may lean and still be taken for upright, from one end of the viewport to the other.
+const MOST_LEAN: f64 = 0.01;
+/// Lines per pixel for which kernels/picture/upright.cl has room.
+const MOST_LINES_PER_PIXEL: f64 = 4.0;
+
+/// The axis of a lattice that changes with x alone, if there is one: 0 for u, 1 for v.
+fn upright_lines(from_screen: &DMat3, viewport: Viewport) -> Option<usize> {
+    let [x, y, _] = from_screen.to_cols_array_2d();
+    let parallel = x[2] == 0.0 && y[2] == 0.0;
+    let upright = |&i: &usize| {
+        parallel && y[i].abs() * f64::from(viewport.height) <= MOST_LEAN && x[i] != 0.0 && x[i].abs() <= MOST_LINES_PER_PIXEL
+    };
+    [0, 1].into_iter().find(upright)
 }
 
 /// Bytes of a pixel on the host: as floats, and displayed.
@@ -171,5 +191,87 @@ fn for_kernels(background: Background) -> Float4 {
     match background {
         Background::Color([r, g, b]) => Float4([r, g, b, 1.0]),
         Background::Transparent => Float4([0.0; 4]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::DeviceChoice;
+    use crate::camera::{Camera, Orbit, Projection};
+    use crate::layers::{Axis, Density, Kernel, Sampling};
+    use crate::volume::Grid;
+    use glam::DVec3;
+
+    /// Floats of positions of up to a hundred samples, and of weights.
+    const ROUNDING: f64 = 2e-5;
+    const SIZE: [u32; 2] = [83, 61];
+
+    /// A colour that changes over the lattice as quadratic functions do, which cubic interpolation takes as they are; it rises all over,
+    /// so that the filter stays within the samples around.
+    fn color([i, j]: [f64; 2]) -> [f64; 4] {
+        let (u, v) = (i / 400.0, j / 400.0);
+        [u * u + 0.3 * v, 0.5 * v * v + 0.1 * u, 0.2 * (u + v) + 0.1 * (u + v) * (u + v), 0.9]
+    }
+
+    /// The largest difference between the picture of a lattice of such colours and these, where four samples and more are around.
+    fn difference(device: &Device, lattice: &Lattice, rays: &Rays, moved: f64) -> f64 {
+        let [width, height] = lattice.size.map(f64::from);
+        let places = (0..lattice.size[1]).flat_map(|j| (0..lattice.size[0]).map(move |i| [i, j].map(f64::from)));
+        let samples: Vec<_> = places.map(|place| color(place).map(|c| c as f32)).collect();
+        let mut target = Target::holding(device, &samples, Tiles::of_points(lattice, device.tuning())).unwrap();
+        let viewport = Viewport::new(SIZE[0], SIZE[1]).unwrap();
+        let mut picture = Picture::default();
+        let onto = OntoScreen { lattice, rays, viewport };
+        let warped = picture.warp(device, &mut target, onto, Share::WHOLE, None).unwrap();
+        let mut pixels = vec![Float4([0.0; 4]); viewport.pixels()];
+        warped.read(device, &mut pixels).unwrap();
+        let (mut largest, mut compared) = (0.0_f64, 0);
+        for (n, pixel) in pixels.iter().enumerate() {
+            let (x, y) = (n % SIZE[0] as usize, n / SIZE[0] as usize);
+            let place = lattice.from_screen(rays) * DVec3::new(x as f64 + 0.5, y as f64 + 0.5, 1.0);
+            let place = [place.x / place.z, place.y / place.z];
+            if place.iter().zip([width, height]).all(|(&at, samples)| at >= 1.0 && at < samples - 2.0) {
+                let expected = color(place.map(|at| at + moved));
+                largest = (0..4).map(|c| (f64::from(pixel.0[c]) - expected[c]).abs()).fold(largest, f64::max);
+                compared += 1;
+            }
+        }
+        assert!(compared > 500, "{compared} pixels in the lattice");
+        largest
+    }
+
+    #[test]
+    fn quadratic_functions_are_warped_as_they_are() {
+        let choice = std::env::var("LAYERSPLAT_DEVICE").map_or(DeviceChoice::Default, DeviceChoice::Named);
+        let device = Device::open(&choice).expect("the tests need an OpenCL device: scripts/test installs PoCL");
+        let grid = Grid::new([40, 50, 60], DVec3::ONE).unwrap();
+        let viewport = Viewport::new(SIZE[0], SIZE[1]).unwrap();
+        let mut seen = [0; 3];
+        for (azimuth, elevation, roll) in
+            [(30.0, 20.0, 0.0), (72.0, 20.0, 0.0), (200.0, 0.0, 0.0), (30.0, 20.0, 8.0), (30.0, 20.0, 90.0)]
+        {
+            for (density, pixels) in
+                [(Density::Relaxed, 1.2), (Density::Relaxed, 4.1), (Density::Fixed(1), 2.7), (Density::Fixed(3), 1.1)]
+            {
+                let camera = Camera::orbit(
+                    grid.centre(),
+                    100.0,
+                    Orbit { azimuth, elevation, roll },
+                    Projection::Parallel { scale: f64::from(SIZE[1]) / 2.0 / pixels },
+                );
+                let rays = Rays::new(&camera, viewport, &grid).unwrap();
+                let axis = Axis::most_parallel(rays.central_direction());
+                let lattice = Lattice::new(&rays, viewport, &grid, axis, density, Sampling::Points(Kernel::Cubic)).unwrap();
+                let what = format!("{azimuth} {elevation} {roll}, {density:?}, {pixels} pixels per voxel");
+                let upright = upright_lines(&lattice.from_screen(&rays), viewport);
+                seen[upright.map_or(0, |axis| axis + 1)] += 1;
+                let right = difference(&device, &lattice, &rays, 0.0);
+                assert!(right < ROUNDING, "{what}, upright {upright:?}: {right}");
+                let shifted = difference(&device, &lattice, &rays, 0.05);
+                assert!(shifted > ROUNDING, "{what}: a twentieth of a sample must be noticed, {shifted}");
+            }
+        }
+        assert!(seen.iter().all(|&n| n >= 4), "no axis upright, u, v: {seen:?}");
     }
 }

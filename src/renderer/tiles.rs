@@ -111,6 +111,15 @@ impl Target {
         Ok(())
     }
 
+    /// What holds these samples, all of which count.
+    #[cfg(test)]
+    pub fn holding(device: &Device, samples: &[[f32; 4]], tiles: Tiles) -> Result<Self, Error> {
+        let mut target = Self { tiles, ..Self::default() };
+        target.fill(device, samples, "samples")?;
+        target.active_samples.filled(device, &vec![1; tiles.all_counts()], "counts")?;
+        Ok(target)
+    }
+
     /// What was drawn, its tiles, and their counts.
     pub fn drawn(&mut self, device: &Device) -> Result<(&Buffer<Float4>, Tiles, &Buffer<u32>), Error> {
         let what = "an empty picture";

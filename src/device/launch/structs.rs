@@ -194,7 +194,9 @@ kernel_struct! {
         counts: i32,
         /// Places per pixel and axis: more than 1 where a pixel covers more than a voxel.
         filter: i32,
-        /// Bits of the axes u (1) and v (2) along which samples lie on pixels.
+        /// The lattice's lines of one u (1), or of one v (2), stand upright on the screen: are seen in one column of it each.
+        upright: i32,
+        /// And there is one in the middle of each column of pixels.
         on_pixels: i32,
         /// Of this lattice in the picture, in floats.
         share: f32,

@@ -1,0 +1,120 @@
+// Where rays of a column (or of a row) of the lattice stand above each other on the screen, as they do wherever a parallel view is not
+// rolled about an axis of the volume: these lines are mixed where rows of pixels cross them, and pixels of the lines around. Four samples
+// per line and four lines per pixel, instead of sixteen samples per pixel; and a single line where there is one for each column of pixels.
+
+#include "shared/elementary.cl"
+
+// What lines of the lattice stand upright, if any do.
+#define LINES_OF_U 1
+#define LINES_OF_V 2
+
+// Lines under a block of pixels, and in the filter's reach: in fours.
+#define MOST_LINES_PER_PIXEL 4
+#define FOURS_OF_LINES ((MOST_LINES_PER_PIXEL * BLOCK_COLUMNS + 8) / 4)
+#define FOURS_OF_PIXELS (BLOCK_COLUMNS / 4)
+
+#define SPREAD_TO_COLORS(x) (float16)((x).xxxx, (x).yyyy, (x).zzzz, (x).wwww)
+#define OPACITIES(colors) (float16)((colors).s3333, (colors).s7777, (colors).sbbbb, (colors).sffff)
+
+// Catmull-Rom weights of the samples -1 ... 2 from the one below, for four places at once.
+typedef struct {
+    float16 of[4];
+} FourWeights;
+
+static inline FourWeights weights_of_four(float4 t) {
+    const float4 before = t * (t * (1.0f - 0.5f * t) - 0.5f), behind = t * t * (0.5f * t - 0.5f);
+    const float4 low = t * t * (1.5f * t - 2.5f) + 1.0f, high = t * (t * (2.0f - 1.5f * t) + 0.5f);
+    const FourWeights w = {{SPREAD_TO_COLORS(before), SPREAD_TO_COLORS(low), SPREAD_TO_COLORS(high), SPREAD_TO_COLORS(behind)}};
+    return w;
+}
+
+// Four colours within the range of the two around each, and within their opacity: the filter overshoots at edges.
+static inline float16 mixed_of_four(const FourWeights *w, float16 before, float16 low, float16 high, float16 behind) {
+    const float16 color = w->of[0] * before + w->of[1] * low + w->of[2] * high + w->of[3] * behind;
+    const float16 between = CLAMP(color, MIN(low, high), MAX(low, high));
+    return MIN(between, OPACITIES(between));
+}
+
+// The lattice as lines that stand upright.
+typedef struct {
+    int lines, length;         // how many, of so many samples
+    int to_line, to_sample;    // steps in memory
+    float per_pixel, first;    // lines: at x is per_pixel x + first
+    float slope, down, origin; // samples along them: at line l and y, slope l + down y + origin
+} Lines;
+
+static inline Lines lines_of(const WarpParams *p) {
+    const float *u = p->from_screen, *v = p->from_screen + 3;
+    const bool of_u = p->upright == LINES_OF_U;
+    const float *across = of_u ? u : v, *along = of_u ? v : u;
+    Lines l;
+    l.lines = of_u ? p->width : p->height, l.length = of_u ? p->height : p->width;
+    l.to_line = of_u ? 1 : p->width, l.to_sample = of_u ? p->width : 1;
+    l.per_pixel = across[0], l.first = across[1] * (0.5f * p->rows) + across[2];
+    l.slope = along[0] / across[0], l.down = along[1], l.origin = along[2] - l.slope * l.first;
+    return l;
+}
+
+// Sample j of line i; beyond the lattice all is transparent.
+static inline float4 sample_of(__global const float4 *lattice, const Lines *l, int i, int j) {
+    return i >= 0 && i < l->lines && j >= 0 && j < l->length ? lattice[(size_t)i * l->to_line + (size_t)j * l->to_sample] : (float4)(0.0f);
+}
+
+// Four neighbouring lines from `line` on, where a row of pixels crosses them.
+ALWAYS_INLINE float16 four_lines(__global const float4 *lattice, const Lines *l, int line, float y) {
+    const int4 lines = line + (int4)(0, 1, 2, 3);
+    // Far beyond the lattice an int could not hold the places.
+    const float4 place = CLAMP(l->slope * convert_float4(lines) + (l->down * y + l->origin), (float4)(-4.0f), (float4)(l->length + 4.0f));
+    const int4 first = convert_int4(place + 4.0f) - 5;
+    const FourWeights w = weights_of_four(place - convert_float4(first + 1));
+    const int4 beyond = (first < 0) | (first + 4 > l->length);
+    if (line >= 0 && line + 4 <= l->lines && !(beyond.x | beyond.y | beyond.z | beyond.w)) {
+        __global const float4 *start = lattice + (size_t)line * l->to_line;
+        __global const float4 *a = start + (size_t)first.x * l->to_sample, *b = start + l->to_line + (size_t)first.y * l->to_sample;
+        __global const float4 *c = start + 2 * l->to_line + (size_t)first.z * l->to_sample;
+        __global const float4 *d = start + 3 * l->to_line + (size_t)first.w * l->to_sample;
+#define SAMPLES(n) (float16)(a[(n) * l->to_sample], b[(n) * l->to_sample], c[(n) * l->to_sample], d[(n) * l->to_sample])
+        return mixed_of_four(&w, SAMPLES(0), SAMPLES(1), SAMPLES(2), SAMPLES(3));
+    }
+#define SAMPLES_OR_NOTHING(n)                                                                                                \
+    (float16)(sample_of(lattice, l, line, first.x + (n)), sample_of(lattice, l, line + 1, first.y + (n)),                    \
+              sample_of(lattice, l, line + 2, first.z + (n)), sample_of(lattice, l, line + 3, first.w + (n)))
+    return mixed_of_four(&w, SAMPLES_OR_NOTHING(0), SAMPLES_OR_NOTHING(1), SAMPLES_OR_NOTHING(2), SAMPLES_OR_NOTHING(3));
+}
+
+// The lines below columns of pixels: counted from the block's first, and their weights.
+typedef struct {
+    int line, fours;            // the first of them, and how many fours
+    int at[4 * FOURS_OF_PIXELS]; // the line below each column
+    FourWeights weights[FOURS_OF_PIXELS];
+} ColumnLines;
+
+static inline void lines_below(const Lines *l, int left, bool on_pixels, ColumnLines *c) {
+    const float one = l->per_pixel * (left + 0.5f) + l->first, other = l->per_pixel * (left + BLOCK_COLUMNS - 0.5f) + l->first;
+    const float lowest = CLAMP(MIN(one, other), -8.0f, l->lines + 8.0f), highest = CLAMP(MAX(one, other), -8.0f, l->lines + 8.0f);
+    c->line = whole_below(lowest) - 1;
+    c->fours = min((whole_below(highest) + 3 - c->line + 3) / 4, FOURS_OF_LINES);
+    for (int g = 0; g < FOURS_OF_PIXELS; g++) {
+        const float4 x = (float)(left + 4 * g) + (float4)(0.5f, 1.5f, 2.5f, 3.5f);
+        const float4 place = l->per_pixel * x + (l->first - c->line + (on_pixels ? 0.5f : 0.0f));
+        // Columns beyond the picture, or far beyond the lattice, are as good as any.
+        const float4 held = CLAMP(place, (float4)(1.0f), (float4)(4 * c->fours - 2.5f));
+        const int4 at = MIN(convert_int4(held), (int4)(4 * c->fours - 3));
+        vstore4(at, g, c->at);
+        c->weights[g] = weights_of_four(CLAMP(place - convert_float4(at), (float4)(0.0f), (float4)(1.0f)));
+    }
+}
+
+// A row of a block's pixels.
+ALWAYS_INLINE void upright_row(__global const float4 *lattice, const Lines *l, const ColumnLines *c, bool on_pixels, float y,
+                               float16 *pixels) {
+    float16 lines[FOURS_OF_LINES];
+    for (int n = 0; n < c->fours; n++)
+        lines[n] = four_lines(lattice, l, c->line + 4 * n, y);
+    const float4 *line = (const float4 *)lines;
+    for (int g = 0; g < FOURS_OF_PIXELS; g++) {
+        const int *at = c->at + 4 * g;
+#define LINES_AT(n) (float16)(line[at[0] + (n)], line[at[1] + (n)], line[at[2] + (n)], line[at[3] + (n)])
+        pixels[g] = on_pixels ? LINES_AT(0) : mixed_of_four(&c->weights[g], LINES_AT(-1), LINES_AT(0), LINES_AT(1), LINES_AT(2));
+    }
+}
