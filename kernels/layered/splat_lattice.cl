@@ -59,6 +59,17 @@ SPLAT_SUMS(4, 2)
 SPLAT_SUMS(4, 3)
 SPLAT_SUMS(4, 4)
 
+// Rows from v on of layer k under a tile, all of them inside the volume; or, `across`, the difference of the layers around it.
+ALWAYS_INLINE void load_patch_inside(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, bool across, int rows,
+                                     float *patch) {
+    __global const VOXEL *row = voxels + u + v * view->stride_v + (k + across - view->first_a) * view->stride_a;
+    for (int r = 0; r < rows; r++, row += view->stride_v, patch += PATCH_STRIDE)
+        for (int i = 0; i < PATCH_STRIDE; i += VW) {
+            const realv here = VALUES_OF(view, LOAD_VOXELS(row + i));
+            STOREV(patch + i, across ? here - VALUES_OF(view, LOAD_VOXELS(row - 2 * view->stride_a + i)) : here);
+        }
+}
+
 // Row v of layer k under a tile; or, `across`, the difference of the layers around it.
 static inline void load_patch_row(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, bool across, float *row) {
     load_row(voxels, view, u, v, across ? k + 1 : k, PATCH_VECTORS, row);
@@ -85,8 +96,14 @@ static inline void splat_layer(__global const VOXEL *voxels, const VolumeView *v
     const int u0 = u.base + column - border + first_tap(u.fraction, p->shear_u);
     const int v0 = v.base + row - border + first_tap(v.fraction, p->shear_v);
     float patch[PATCH_ROWS * PATCH_STRIDE + 4]; // 4: the last unaligned load of the last row
-    for (int r = 0; r < rows + taps_v - 1; r++)
-        load_patch_row(voxels, view, u0, v0 + r, k, across, patch + r * PATCH_STRIDE);
+    const int patch_rows = rows + taps_v - 1, reach = across ? 1 : 0;
+    const bool inside = u0 >= 0 && u0 + PATCH_STRIDE <= view->dims_u && v0 >= 0 && v0 + patch_rows <= view->dims_v && k >= reach &&
+                        k + reach < view->dims_a;
+    if (inside)
+        load_patch_inside(voxels, view, u0, v0, k, across, patch_rows, patch);
+    else
+        for (int r = 0; r < patch_rows; r++)
+            load_patch_row(voxels, view, u0, v0 + r, k, across, patch + r * PATCH_STRIDE);
     for (int i = 0; i < 4; i++)
         patch[PATCH_ROWS * PATCH_STRIDE + i] = view->background;
     switch (4 * taps_u + taps_v) {

@@ -164,6 +164,17 @@ static inline bool any_open_of(const SampleParams *p, const Accumulator *a, int 
 
 // The first `count` of VW colours, to places `stride` apart.
 static inline void store_colors(const realv *color, int count, int stride, __global float4 *out) {
+#if VW > 1
+    if (count == VW && stride == 1) {
+        // Every fourth sample of one vector.
+        realv samples[4];
+        transpose_fours(color[0], color[1], color[2], color[3], &samples[0], &samples[1], &samples[2], &samples[3]);
+        const float4 *fours = (const float4 *)samples;
+        for (int i = 0; i < VW; i++)
+            out[i] = fours[i % 4 * (VW / 4) + i / 4];
+        return;
+    }
+#endif
     const float *lanes = (const float *)color;
     for (int i = 0; i < count; i++)
         out[(size_t)i * stride] = (float4)(lanes[i], lanes[VW + i], lanes[2 * VW + i], lanes[3 * VW + i]);
