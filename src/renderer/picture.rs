@@ -52,7 +52,7 @@ impl OntoScreen<'_> {
         let Self { lattice, rays, viewport } = self;
         let from_screen = lattice.from_screen(rays);
         let filter = rays.voxels_per_pixel(lattice.frame).ceil().clamp(1.0, MOST_FILTERED) as i32;
-        let upright = if filter == 1 { upright_lines(&from_screen, viewport) } else { None };
+        let upright = if lattice.is_parallel() && filter == 1 { upright_lines(&from_screen, viewport) } else { None };
         WarpParams {
             from_screen: from_screen.transpose().to_cols_array().map(|m| m as f32),
             lattice: lattice.size.map(|n| n as i32),
@@ -74,13 +74,11 @@ const MOST_LEAN: f64 = 0.01;
 /// Lines per pixel for which kernels/picture/upright.cl has room.
 const MOST_LINES_PER_PIXEL: f64 = 4.0;
 
-/// The axis of a lattice that changes with x alone, if there is one: 0 for u, 1 for v.
+/// The axis of a parallel view's lattice that changes with x alone, if there is one: 0 for u, 1 for v.
 fn upright_lines(from_screen: &DMat3, viewport: Viewport) -> Option<usize> {
     let [x, y, _] = from_screen.to_cols_array_2d();
-    let parallel = x[2] == 0.0 && y[2] == 0.0;
-    let upright = |&i: &usize| {
-        parallel && y[i].abs() * f64::from(viewport.height) <= MOST_LEAN && x[i] != 0.0 && x[i].abs() <= MOST_LINES_PER_PIXEL
-    };
+    let upright =
+        |&i: &usize| y[i].abs() * f64::from(viewport.height) <= MOST_LEAN && x[i] != 0.0 && x[i].abs() <= MOST_LINES_PER_PIXEL;
     [0, 1].into_iter().find(upright)
 }
 
