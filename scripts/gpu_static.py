@@ -28,7 +28,7 @@ from typing import NamedTuple
 from gpu_static_instructions import counted
 
 # What --check looks at: the kernels that draw a frame by default (the warp also as 8 bits), where, and how many registers they may take.
-DEFAULT_PATH = ["point_lattice", "warp"]
+DEFAULT_PATH = ["point_samples", "warp"]
 CHECKED = ["sm_90", "gfx1100"]
 MOST_REGISTERS = {"standard": 96, "high": 128}
 
