@@ -3,8 +3,6 @@
 //
 // One work-item per pixel, row by row; VW is 1. `visible_*` are bits per slab, for rays of any lean.
 
-// Voxels may lie apart along u: axis x has no layout of its own here.
-#define ANY_LAYOUT
 #include "layered/pixel_ray.cl"
 #include "layered/visible_slab.cl"
 #include "shared/segment.cl"

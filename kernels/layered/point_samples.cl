@@ -5,6 +5,8 @@
 // segment to the beginning of the next: all of it fits into registers.
 // Everything else is as in point_lattice.cl; active_samples[tile] too.
 
+// Of all layouts of a lattice.
+#define ROWS_ALONG_U
 #include "layered/point_sample.cl"
 #include "layered/ray_lattice.cl"
 #include "layered/visible_slab.cl"
@@ -23,6 +25,27 @@ static inline int2 place_in_tile(int id) {
     return (int2)(block % blocks_u * 8 + id % 8, block / blocks_u * 4 + id / 8 % 4);
 }
 
+// ends_of() of all segments of a layer, for a group: looked up by a number, arguments would be copied to every work-item's memory.
+#define ENDS ((int)(sizeof((SampleParams *)0)->ends / sizeof(float)))
+ALWAYS_INLINE void share_ends(const SampleParams *sample, __local float *ends) {
+#ifdef CURVED
+    if (!get_local_id(0)) {
+#pragma unroll
+        for (int n = 0; n < ENDS; n++)
+            ends[n] = sample->ends[n];
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+#endif
+}
+static inline float2 ends_in(__local const float *ends, uint samples_per_layer, int l0, int l1) {
+#ifdef CURVED
+    const float2 of_segment = vload2((uint)min(l0, l1) % samples_per_layer, ends);
+    return l0 < l1 ? of_segment : of_segment.yx;
+#else
+    return 0.0f;
+#endif
+}
+
 // What is known of the end of a segment, where the next one begins.
 typedef struct {
     bool is_there, is_lit;
@@ -33,7 +56,7 @@ typedef struct {
 // Draws the sample at a column and row; says how many of its segments have opacity.
 ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
                                __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table,
-                               const RayLatticeParams *p, const SampleParams *sample, const Clipping *clip, int column, int row,
+                               const RayLatticeParams *p, const SampleParams *sample, __local const float *ends, const Clipping *clip, int column, int row,
                                __global float4 *out) {
     const LatticeRay ray = {crossing_of(p, 0, column), crossing_of(p, 1, row)};
     Accumulator gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
@@ -76,7 +99,7 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
             for (int l = end.is_there ? l1 : l0;; l = l1) {
                 const Cells c = cells_in(view, &ray, p->centre_layer, s, l);
                 from = end.field;
-                end.field = field_in(voxels, view, &c);
+                end.field = value_in(voxels, view, &c);
                 if (l == l1)
                     break;
             }
@@ -126,7 +149,7 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
                 const Node front = node_of(sample, integrals, value_from, place & 1);
                 const Node back = node_of(sample, integrals, value_to, (place + 1) & 1);
                 const Segment segment =
-                    segment_between(sample, integrals, &front, &back, value_from, value_to, ends_of(sample, l0, l1), part_dt);
+                    segment_between(sample, integrals, &front, &back, value_from, value_to, ends_in(ends, s, l0, l1), part_dt);
                 composite_way(voxels, view, sample, integrals, &segment, &part, &way, part_dt, &lit, &lit_to, &gathered, &active);
 #elif BLEND == ISO
                 take_crossing(voxels, view, sample, &part, &way, &lit, &lit_to, &gathered, &active);
@@ -149,13 +172,15 @@ __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __glo
                             __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table, RayLatticeParams p,
                             SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples) {
     __local uint active;
+    __local float ends[ENDS];
+    share_ends(&sample, ends);
     const int tile = get_group_id(0), id = get_local_id(0);
     const int left = tile % p.tiles_u * SAMPLE_COLUMNS, top = tile / p.tiles_u * SAMPLE_ROWS;
     const int2 place = place_in_tile(id);
     const int column = left + place.x, row = top + place.y;
     uint own = 0;
     if (column < p.width && row < p.height)
-        own = draw_sample(voxels + view.first, &view, visible, shown_slabs, integrals, table, &p, &sample, &clip, column, row,
+        own = draw_sample(voxels + view.first, &view, visible, shown_slabs, integrals, table, &p, &sample, ends, &clip, column, row,
                           lattice + (size_t)row * p.width + column);
     if (!id)
         active = 0;

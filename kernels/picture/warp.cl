@@ -30,13 +30,27 @@ static inline float4 within(float4 color, float8 upper, float8 lower) {
     return MIN(color, color.wwww);
 }
 
+// Blocks of one pixel are what graphics processors take, which have no registers for all samples at once.
+#if BLOCK_COLUMNS * BLOCK_ROWS == 1
+#define UNROLL_ROWS _Pragma("unroll 1")
+#else
+#define UNROLL_ROWS _Pragma("unroll")
+#endif
+
 // The 4 x 4 samples from (column, row) on, all in the lattice.
 static inline float4 mix_inside(__global const float4 *corner, int width, float4 wu, float4 wv) {
-    const float16 upper = FOUR_AT(corner + width), lower = FOUR_AT(corner + 2 * width);
-    const float16 rows = wv.x * FOUR_AT(corner) + wv.y * upper + wv.z * lower + wv.w * FOUR_AT(corner + 3 * width);
+    const float16 upper = FOUR_AT(corner + width);
+    float16 rows = wv.x * FOUR_AT(corner) + wv.y * upper;
+    float8 lower = 0.0f;
+    UNROLL_ROWS
+    for (int r = 2; r < 4; r++) {
+        const float16 row = FOUR_AT(corner + r * width);
+        rows += (r == 2 ? wv.z : wv.w) * row;
+        lower = r == 2 ? row.s456789ab : lower;
+    }
     const float16 weighted = rows * (float16)(wu.xxxx, wu.yyyy, wu.zzzz, wu.wwww);
     const float8 pairs = weighted.lo + weighted.hi;
-    return within(pairs.lo + pairs.hi, upper.s456789ab, lower.s456789ab);
+    return within(pairs.lo + pairs.hi, upper.s456789ab, lower);
 }
 
 // The same where some of them are beyond it, and transparent. Unrolled, so that all indices are constants and nothing lies in memory.
@@ -87,6 +101,7 @@ ALWAYS_INLINE float4 warped(__global const float4 *lattice, const WarpParams *p,
 
 #define SPREAD_TO_COLORS(x) (float16)((x).xxxx, (x).yyyy, (x).zzzz, (x).wwww)
 
+#if BLOCK_COLUMNS >= 4
 // Four pixels of a row at once, each mixed of four samples that lie `stride` apart. False where some of these are beyond the lattice.
 ALWAYS_INLINE bool aligned_four(__global const float4 *lattice, const WarpParams *p, int column, int row, float16 *colors) {
     const float *m = p->from_screen;
@@ -116,6 +131,7 @@ ALWAYS_INLINE bool aligned_four(__global const float4 *lattice, const WarpParams
     *colors = MIN(color, (float16)(color.s3333, color.s7777, color.sbbbb, color.sffff));
     return true;
 }
+#endif
 
 // A pixel: the picture at its middle, or the mean over its whole square.
 ALWAYS_INLINE float4 pixel_at(__global const float4 *lattice, const WarpParams *p, int column, int row) {
@@ -195,6 +211,7 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
                 PUT(out[i], (float4)(0.0f));
         } else {
             int i = left;
+#if BLOCK_COLUMNS >= 4
             float16 four;
             for (; p.on_pixels && i + 4 <= right; i += 4)
                 if (aligned_four(lattice, &p, i, line, &four)) {
@@ -203,6 +220,7 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
                     for (int n = i; n < i + 4; n++)
                         PUT(out[n], pixel_at(lattice, &p, n, line));
                 }
+#endif
             for (; i < right; i++)
                 PUT(out[i], pixel_at(lattice, &p, i, line));
         }

@@ -74,15 +74,6 @@ ALWAYS_INLINE Row four_voxels(__global const VOXEL *start, intv at) {
 }
 #endif
 
-#if VW == 1
-// ANY_LAYOUT: neighbours along u can lie apart.
-#ifdef ANY_LAYOUT
-#define ALONG_U(view, n) ((n) * (view)->stride_u)
-#else
-#define ALONG_U(view, n) (n)
-#endif
-#endif
-
 // Of the cells' rows, dj and dk away from them. FAR_VOXELS: voxels can lie farther apart than an int counts in bytes.
 ALWAYS_INLINE Row voxel_row(__global const VOXEL *voxels, const VolumeView *view, const Cells *c, int dj, int dk) {
     Row row;
@@ -139,6 +130,9 @@ ALWAYS_INLINE realv value_in_plane(__global const VOXEL *voxels, const VolumeVie
     return MIXED(y->of, rows[0], rows[1], rows[2], rows[3]);
 }
 
+#if VW == 1 && KERNEL != GAUSSIAN
+#include "shared/lone_field.cl"
+#else
 ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed) {
     const Cells c = cells_of(view, u, v, a, needed);
     const Weights x = value_weights(c.x), y = value_weights(c.y), z = value_weights(c.z);
@@ -194,4 +188,5 @@ static inline void gradient_at(__global const VOXEL *voxels, const VolumeView *v
     *along_v = MIXED(z.of, planes_v[0], planes_v[1], planes_v[2], planes_v[3]);
     *along_a = SLOPE(slope_z.of, planes[0], planes[1], planes[2], planes[3]);
 }
+#endif
 #endif

@@ -137,15 +137,10 @@ ALWAYS_INLINE Segment segment_between(const SampleParams *p, __global const int4
     return s;
 }
 
-// Weights of front and back of the segment from sub-layer l0 to l1. Constants alone are indices: graphics processors would keep all of p in
-// memory.
+// Weights of front and back of the segment from sub-layer l0 to l1.
 static inline float2 ends_of(const SampleParams *p, int l0, int l1) {
-    const int segment = min(l0, l1) % p->inner_slabs;
-    float2 ends = (float2)(p->ends[0], p->ends[1]);
-#pragma unroll
-    for (int n = 1; n < (int)(sizeof p->ends / sizeof(float)) / 2; n++)
-        ends = n == segment ? (float2)(p->ends[2 * n], p->ends[2 * n + 1]) : ends;
-    return l0 < l1 ? ends : ends.yx;
+    const float *ends = p->ends + 2 * (min(l0, l1) % p->inner_slabs);
+    return l0 < l1 ? (float2)(ends[0], ends[1]) : (float2)(ends[1], ends[0]);
 }
 
 // How far the light of an even segment comes from before its middle, as a share of its length: 1/2 - 1/d + 1/(e^d - 1) for optical

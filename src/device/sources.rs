@@ -43,6 +43,7 @@ kernel_files!(
     "shared/elementary.cl",
     "shared/field.cl",
     "shared/lit_way.cl",
+    "shared/lone_field.cl",
     "shared/preintegration.cl",
     "shared/reconstruction.cl",
     "shared/sample.cl",
