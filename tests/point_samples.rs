@@ -83,7 +83,7 @@ fn variants() -> Vec<Settings> {
 /// A view in both projections in turn.
 fn camera(volume: &Volume, size: Viewport, n: usize) -> (Camera, bool) {
     let (azimuth, elevation) = VIEWS[n % VIEWS.len()];
-    let is_parallel = n % 2 == 0;
+    let is_parallel = n.is_multiple_of(2);
     (
         if is_parallel { parallel(volume, size, azimuth, elevation) } else { perspective(volume, azimuth, elevation, 25.0) },
         is_parallel,
@@ -120,7 +120,8 @@ fn every_kernel_and_blend_mode_is_the_references() {
     let (volume, transfer, size) = (bump(), smooth_transfer(), viewport(21, 19));
     let device = with(PointSchedule::Samples);
     for (n, settings) in variants().into_iter().enumerate() {
-        for view in [n, n + 4, n + 5] {
+        // In both projections.
+        for view in [n, n + 5] {
             let (camera, is_parallel) = camera(&volume, size, view);
             let plan = Plan::new(&Rays::new(&camera, size, volume.grid()).unwrap(), size, volume.grid(), &settings).unwrap();
             assert!(matches!(plan, Plan::Lattice(..)), "view {view}: {plan}");
@@ -135,7 +136,7 @@ fn samples_are_those_of_tiles() {
     let volume = random_volume([23, 19, 21], DVec3::new(1.0, 0.8, 1.2), 3);
     let (transfer, size) = (smooth_transfer(), viewport(37, 29));
     let [tiles, samples] = [PointSchedule::Tiles, PointSchedule::Samples].map(with);
-    for (n, settings) in variants().into_iter().enumerate().step_by(2) {
+    for (n, settings) in variants().into_iter().enumerate().step_by(3) {
         let (camera, _) = camera(&volume, size, n);
         let draw = |device, settings: &Settings| lattice(device, &volume, &transfer, &camera, size, settings);
         let (of_tiles, of_samples) = (draw(&tiles, &settings), draw(&samples, &settings));

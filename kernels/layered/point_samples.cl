@@ -5,7 +5,7 @@
 // segment to the beginning of the next: all of it fits into registers.
 // Everything else is as in point_lattice.cl; active_samples[tile] too.
 
-// Of all layouts of a lattice.
+// All layouts that lattices are drawn from are.
 #define ROWS_ALONG_U
 #include "layered/point_sample.cl"
 #include "layered/ray_lattice.cl"
@@ -56,8 +56,8 @@ typedef struct {
 // Draws the sample at a column and row; says how many of its segments have opacity.
 ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
                                __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table,
-                               const RayLatticeParams *p, const SampleParams *sample, __local const float *ends, const Clipping *clip, int column, int row,
-                               __global float4 *out) {
+                               const RayLatticeParams *p, const SampleParams *sample, __local const float *ends,
+                               const Clipping *clip, int column, int row, __global float4 *out) {
     const LatticeRay ray = {crossing_of(p, 0, column), crossing_of(p, 1, row)};
     Accumulator gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
     Interval interval;
@@ -72,14 +72,13 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
     int lowest = p->first_layer, highest = p->last_layer;
     if (p->culling)
         lowest = max(lowest, shown_slabs[0] + view->first_a), highest = min(highest, shown_slabs[1] + view->first_a);
-    const int last = enters ? lowest : highest;
-    int active = 0;
-    End end;
-    end.is_there = false;
+    int left = highest - lowest, active = 0;
+    End end = {false};
     bool open = lowest <= highest && (!p->continues || any_open(sample, &gathered));
-    for (int q = enters ? highest : lowest; open; open = open && q != last, q += p->layer_step) {
+    for (int q = enters ? highest : lowest; open; open = open && left-- > 0, q += p->layer_step) {
         // One at a time: rays that are in one layer read voxels side by side.
-        const float to_plane = q - RADIUS + enters - p->centre_layer;
+        const int plane = q + enters;
+        const float to_plane = plane - RADIUS - p->centre_layer;
         bool skips = p->culling && !slab_shows(visible, p->blocks_u, p->blocks_v, q - view->first_a, ray.u.x + to_plane * ray.u.y,
                                                ray.v.x + to_plane * ray.v.y);
 #ifdef CLIPPED
@@ -90,7 +89,7 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
             end.is_there = false;
             continue;
         }
-        int l0 = (q + enters) * s;
+        int l0 = plane * s;
         for (int i = 0; i < s && open; i++, l0 += p->layer_step) {
             const int l1 = l0 + p->layer_step;
             // Both ends, or the other alone, by the same code; and so with light.

@@ -25,7 +25,7 @@ ALWAYS_INLINE Cells cells_behind(const VolumeView *view, realv u, realv v, intv 
     c.i = wholes_below(u), c.j = wholes_below(v), c.k = k;
     c.x = u - CONVERT_REALV(c.i), c.y = v - CONVERT_REALV(c.j), c.z = z;
 #if VW == 1
-    c.interior = c.i >= 1 && c.i <= view->dims_u - 3 && c.j >= 1 && c.j <= view->dims_v - 3 && k >= 1 && k <= view->dims_a - 3;
+    c.interior = c.i >= 1 && c.i + 2 < view->dims_u && c.j >= 1 && c.j + 2 < view->dims_v && k >= 1 && k + 2 < view->dims_a;
 #else
     const intv i = CLAMP_WHOLES(c.i, 1, view->dims_u - 3), j = CLAMP_WHOLES(c.j, 1, view->dims_v - 3);
     const intv inner_k = CLAMP_WHOLES(k, 1, view->dims_a - 3);

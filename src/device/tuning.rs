@@ -131,7 +131,7 @@ impl Tuning {
                 return refuse("tile size", &rows, "1 to 30 rows or vectors");
             }
         }
-        if (0..2).any(|i| self.sample_tile[i] == 0 || self.sample_tile[i] % NEIGHBOURS[i] != 0) {
+        if (0..2).any(|i| self.sample_tile[i] == 0 || !self.sample_tile[i].is_multiple_of(NEIGHBOURS[i])) {
             let [columns, rows] = self.sample_tile;
             return refuse("sample tile", &format!("{columns}x{rows}"), "a multiple of 8 by one of 4");
         }
