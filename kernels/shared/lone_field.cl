@@ -69,16 +69,16 @@ static inline float value_in(__global const VOXEL *voxels, const VolumeView *vie
 // The field in a plane of voxels, and its slopes there.
 typedef struct {
     float value, along_u, along_v;
-} Plane;
+} PlaneSlopes;
 
 // Of the one dk away.
-static inline Plane slopes_in_plane(__global const VOXEL *voxels, const VolumeView *view, const Cells *c, int dk) {
+static inline PlaneSlopes slopes_in_plane(__global const VOXEL *voxels, const VolumeView *view, const Cells *c, int dk) {
     const Weights x = value_weights(c->x), y = value_weights(c->y);
     const Weights slope_x = slope_weights(c->x), slope_y = slope_weights(c->y);
     const Row own = voxel_row(voxels, view, c, 0, dk);
     const float value = MIXED(x.of, own.before, own.low, own.high, own.behind);
     const float along_u = SLOPE(slope_x.of, own.before, own.low, own.high, own.behind);
-    Plane plane = {value, along_u, 0.0f};
+    PlaneSlopes plane = {value, along_u, 0.0f};
 #pragma unroll
     for (int dj = -1; dj <= 2; dj++) {
         if (dj == 0)
@@ -99,14 +99,14 @@ static inline Found found_in(__global const VOXEL *voxels, const VolumeView *vie
         return found_at_edge(voxels, view, c, true);
     const Weights x = value_weights(c->x), y = value_weights(c->y);
     const Weights layers = value_weights(c->z), slopes = slope_weights(c->z);
-    const Plane own = slopes_in_plane(voxels, view, c, 0);
+    const PlaneSlopes own = slopes_in_plane(voxels, view, c, 0);
     Found found = {own.value, own.along_u, own.along_v, 0.0f};
 #pragma unroll 1
     for (int dk = -1; dk <= 2; dk++) {
         const float slope = dk == 0 ? 0.0f : weight_of(&slopes, dk);
         const float weight = dk != 0 && IS_TAP(dk) && mixes_layers(c) ? weight_of(&layers, dk) : 0.0f;
         if (weight != 0.0f) {
-            const Plane plane = slopes_in_plane(voxels, view, c, dk);
+            const PlaneSlopes plane = slopes_in_plane(voxels, view, c, dk);
             found.along_u += weight * (plane.along_u - own.along_u);
             found.along_v += weight * (plane.along_v - own.along_v);
             found.along_a += slope * (plane.value - own.value);
