@@ -73,7 +73,8 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
     if (p->culling)
         lowest = max(lowest, shown_slabs[0] + view->first_a), highest = min(highest, shown_slabs[1] + view->first_a);
     int left = highest - lowest, active = 0;
-    End end = {false};
+    End end; // all of it follows from this, and is not in registers before
+    end.is_there = false;
     bool open = lowest <= highest && (!p->continues || any_open(sample, &gathered));
     for (int q = enters ? highest : lowest; open; open = open && left-- > 0, q += p->layer_step) {
         // One at a time: rays that are in one layer read voxels side by side.
