@@ -4,6 +4,7 @@
 // One work-item per pixel, row by row; VW is 1. `visible_*` are bits per slab, for rays of any lean.
 
 #include "layered/pixel_ray.cl"
+#include "layered/visible_slab.cl"
 #include "shared/segment.cl"
 
 __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *visible_x,
@@ -40,9 +41,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
         if (fmax(u, to_u) < -RADIUS || fmin(u, to_u) > view.dims_u + (RADIUS - 1) || fmax(v, to_v) < -RADIUS ||
             fmin(v, to_v) > view.dims_v + (RADIUS - 1))
             continue;
-        const int b = clamp(block_of(whole_below(u), BLOCK), 0, blocks_u - 1);
-        const int c = clamp(block_of(whole_below(v), POINT_BLOCK_ROWS), 0, blocks_v - 1);
-        if (p.culling && !(visible[((size_t)(q >> 3) * blocks_v + c) * blocks_u + b] >> (q & 7) & 1))
+        if (p.culling && !slab_shows(visible, blocks_u, blocks_v, q, u, v))
             continue;
         for (int i = 0; i < s; i++) {
             const int l[2] = {back ? (q + 1) * s - i : q * s + i, back ? (q + 1) * s - i - 1 : q * s + i + 1};

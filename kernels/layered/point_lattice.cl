@@ -125,10 +125,8 @@ static inline void fetch_ahead(__global const VOXEL *voxels, const VolumeView *v
 
 // The way of a tile's row from plane k on.
 static inline Way way_of(const Tile *tile, float centre_layer, int r, float k, float step, const Samples *one, const Samples *other) {
-    const float depth = k - centre_layer;
-    const Way way = {{tile->centre_u + depth * tile->shear_u, tile->v.centre[r] + depth * tile->v.shear[r], k},
-                     {step * tile->shear_u, step * tile->v.shear[r], step}, one->field[r], other->field[r]};
-    return way;
+    return way_on(tile->centre_u, tile->shear_u, tile->v.centre[r], tile->v.shear[r], centre_layer, k, step, one->field[r],
+                  other->field[r]);
 }
 
 #if HAS_SLOPES && LIT_AT_ENDS

@@ -35,26 +35,45 @@ static inline float4 within(float4 color, float8 upper, float8 lower) {
     return MIN(color, color.wwww);
 }
 
+// Blocks of one pixel are what graphics processors take, which have no registers for all samples at once.
+#if BLOCK_COLUMNS * BLOCK_ROWS == 1
+#define UNROLL_ROWS _Pragma("unroll 1")
+#else
+#define UNROLL_ROWS _Pragma("unroll")
+#endif
+
 // The 4 x 4 samples from (column, row) on, all in the lattice.
 static inline float4 mix_inside(__global const float4 *corner, int width, float4 wu, float4 wv) {
-    const float16 upper = FOUR_AT(corner + width), lower = FOUR_AT(corner + 2 * width);
-    const float16 rows = wv.x * FOUR_AT(corner) + wv.y * upper + wv.z * lower + wv.w * FOUR_AT(corner + 3 * width);
+    const float16 upper = FOUR_AT(corner + width);
+    float16 rows = wv.x * FOUR_AT(corner) + wv.y * upper;
+    float8 lower = 0.0f;
+    UNROLL_ROWS
+    for (int r = 2; r < 4; r++) {
+        const float16 row = FOUR_AT(corner + r * width);
+        rows += (r == 2 ? wv.z : wv.w) * row;
+        lower = r == 2 ? row.s456789ab : lower;
+    }
     const float16 weighted = rows * (float16)(wu.xxxx, wu.yyyy, wu.zzzz, wu.wwww);
     const float8 pairs = weighted.lo + weighted.hi;
-    return within(pairs.lo + pairs.hi, upper.s456789ab, lower.s456789ab);
+    return within(pairs.lo + pairs.hi, upper.s456789ab, lower);
 }
 
-// The same where some of them are beyond it, and transparent.
+// The same where some of them are beyond it, and transparent. Unrolled, so that all indices are constants and nothing lies in memory.
 static inline float4 mix_edge(__global const float4 *lattice, int width, int height, int column, int row, float4 wu, float4 wv) {
     const float weight_u[4] = {wu.x, wu.y, wu.z, wu.w}, weight_v[4] = {wv.x, wv.y, wv.z, wv.w};
     float4 sum = 0.0f, around[4] = {0.0f, 0.0f, 0.0f, 0.0f};
-    for (int r = max(-row, 0); r < min(4, height - row); r++)
-        for (int c = max(-column, 0); c < min(4, width - column); c++) {
+#pragma unroll
+    for (int r = 0; r < 4; r++) {
+#pragma unroll
+        for (int c = 0; c < 4; c++) {
+            if (row + r < 0 || row + r >= height || column + c < 0 || column + c >= width)
+                continue;
             const float4 color = lattice[(size_t)(row + r) * width + column + c];
             sum += weight_v[r] * weight_u[c] * color;
             if ((r == 1 || r == 2) && (c == 1 || c == 2))
                 around[2 * (r - 1) + c - 1] = color;
         }
+    }
     return within(sum, (float8)(around[0], around[1]), (float8)(around[2], around[3]));
 }
 

@@ -21,7 +21,11 @@ static inline Interval interval_of(const Clipping *c, const realv *origin, const
         e.from = MAX(e.from, MIN(a, b));
         e.to = MIN(e.to, MAX(a, b));
     }
-    for (int n = 0; n < c->plane_count; n++) {
+    // Unrolled: graphics processors would keep planes that are looked up by a number in memory.
+#pragma unroll
+    for (int n = 0; n < (int)(sizeof c->planes / sizeof(float)) / 4; n++) {
+        if (n >= c->plane_count)
+            break;
         const float *plane = c->planes + 4 * n;
         const realv at = plane[0] * origin[0] + plane[1] * origin[1] + plane[2] * origin[2] + plane[3];
         const realv along = plane[0] * direction[0] + plane[1] * direction[1] + plane[2] * direction[2];

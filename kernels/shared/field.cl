@@ -18,18 +18,28 @@ typedef struct {
     bool interior; // no voxel in reach is beyond the volume's edge
 } Cells;
 
-// `needed`: lanes whose points count; the others' may lie anywhere, and are moved into the volume.
-ALWAYS_INLINE Cells cells_of(const VolumeView *view, realv u, realv v, realv a, intv needed) {
+// Of points that lie `z` from layer k towards the next. `needed`: lanes whose points count; the others' may lie anywhere, and are moved into
+// the volume.
+ALWAYS_INLINE Cells cells_behind(const VolumeView *view, realv u, realv v, intv k, realv z, intv needed) {
     Cells c;
-    c.i = wholes_below(u), c.j = wholes_below(v), c.k = wholes_below(a);
-    c.x = u - CONVERT_REALV(c.i), c.y = v - CONVERT_REALV(c.j), c.z = a - CONVERT_REALV(c.k);
+    c.i = wholes_below(u), c.j = wholes_below(v), c.k = k;
+    c.x = u - CONVERT_REALV(c.i), c.y = v - CONVERT_REALV(c.j), c.z = z;
+#if VW == 1
+    c.interior = c.i >= 1 && c.i + 2 < view->dims_u && c.j >= 1 && c.j + 2 < view->dims_v && k >= 1 && k + 2 < view->dims_a;
+#else
     const intv i = CLAMP_WHOLES(c.i, 1, view->dims_u - 3), j = CLAMP_WHOLES(c.j, 1, view->dims_v - 3);
-    const intv k = CLAMP_WHOLES(c.k, 1, view->dims_a - 3);
+    const intv inner_k = CLAMP_WHOLES(k, 1, view->dims_a - 3);
     c.interior = view->dims_u > 3 && view->dims_v > 3 && view->dims_a > 3 &&
-                 !ANY(needed != 0 && (i != c.i || j != c.j || k != c.k));
+                 !ANY(needed != 0 && (i != c.i || j != c.j || inner_k != k));
     if (c.interior)
-        c.i = i, c.j = j, c.k = k;
+        c.i = i, c.j = j, c.k = inner_k;
+#endif
     return c;
+}
+
+ALWAYS_INLINE Cells cells_of(const VolumeView *view, realv u, realv v, realv a, intv needed) {
+    const intv k = wholes_below(a);
+    return cells_behind(view, u, v, k, a - CONVERT_REALV(k), needed);
 }
 
 // Four voxels in a row along u, from one before the cell on.
@@ -87,6 +97,14 @@ ALWAYS_INLINE Row voxel_row(__global const VOXEL *voxels, const VolumeView *view
         row.high = VALUES_OF(view, row.high), row.behind = VALUES_OF(view, row.behind);
         return row;
     }
+#else
+    if (c->interior) {
+        __global const VOXEL *start =
+            voxels + ALONG_U(view, c->i - 1) + (c->j + dj) * view->stride_v + (c->k + dk - view->first_a) * view->stride_a;
+        row.before = VALUE_OF(view, convert_float(start[0])), row.low = VALUE_OF(view, convert_float(start[ALONG_U(view, 1)]));
+        row.high = VALUE_OF(view, convert_float(start[ALONG_U(view, 2)])), row.behind = VALUE_OF(view, convert_float(start[ALONG_U(view, 3)]));
+        return row;
+    }
 #endif
     float *out = (float *)&row;
     for (int n = 0; n < VW; n++)
@@ -95,25 +113,33 @@ ALWAYS_INLINE Row voxel_row(__global const VOXEL *voxels, const VolumeView *view
     return row;
 }
 
+// The field in the plane of voxels dk away from the cells.
+ALWAYS_INLINE realv value_in_plane(__global const VOXEL *voxels, const VolumeView *view, const Cells *c, const Weights *x,
+                                   const Weights *y, int dk) {
+    realv rows[4];
+#pragma unroll
+    for (int dj = FIRST_TAP; dj <= LAST_TAP; dj++) {
+        Row row = voxel_row(voxels, view, c, dj, dk);
+#if KERNEL == GAUSSIAN
+        // Weights that do not sum to one must not scale the background.
+        row.before -= view->background, row.low -= view->background;
+        row.high -= view->background, row.behind -= view->background;
+#endif
+        rows[dj + 1] = MIXED(x->of, row.before, row.low, row.high, row.behind);
+    }
+    return MIXED(y->of, rows[0], rows[1], rows[2], rows[3]);
+}
+
+#if VW == 1 && KERNEL != GAUSSIAN
+#include "shared/lone_field.cl"
+#else
 ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed) {
     const Cells c = cells_of(view, u, v, a, needed);
     const Weights x = value_weights(c.x), y = value_weights(c.y), z = value_weights(c.z);
     realv planes[4];
 #pragma unroll
-    for (int dk = FIRST_TAP; dk <= LAST_TAP; dk++) {
-        realv rows[4];
-#pragma unroll
-        for (int dj = FIRST_TAP; dj <= LAST_TAP; dj++) {
-            Row row = voxel_row(voxels, view, &c, dj, dk);
-#if KERNEL == GAUSSIAN
-            // Weights that do not sum to one must not scale the background.
-            row.before -= view->background, row.low -= view->background;
-            row.high -= view->background, row.behind -= view->background;
-#endif
-            rows[dj + 1] = MIXED(x.of, row.before, row.low, row.high, row.behind);
-        }
-        planes[dk + 1] = MIXED(y.of, rows[0], rows[1], rows[2], rows[3]);
-    }
+    for (int dk = FIRST_TAP; dk <= LAST_TAP; dk++)
+        planes[dk + 1] = value_in_plane(voxels, view, &c, &x, &y, dk);
     const realv value = MIXED(z.of, planes[0], planes[1], planes[2], planes[3]);
     return KERNEL == GAUSSIAN ? view->background + value : value;
 }
@@ -162,4 +188,5 @@ static inline void gradient_at(__global const VOXEL *voxels, const VolumeView *v
     *along_v = MIXED(z.of, planes_v[0], planes_v[1], planes_v[2], planes_v[3]);
     *along_a = SLOPE(slope_z.of, planes[0], planes[1], planes[2], planes[3]);
 }
+#endif
 #endif

@@ -83,6 +83,10 @@ static inline void extend_difference(const SampleParams *p, __global const int4 
     const realv above = MAX(x1 - last, (realv)(0.0f)) - MAX(x0 - last, (realv)(0.0f));
     const realv distance = d->distance + below + above;
     const realv inner = MAX(x0, x1) <= 0.0f || MIN(x0, x1) >= last || fabs(distance) < 0.5f ? (realv)(0.0f) : (realv)(1.0f);
+#if VW == 1
+    if (inner == 0.0f)
+        return;
+#endif
     const float4 first_entry = as_float4(integrals[p->table_last + 1]);
     const float4 last_entry = as_float4(integrals[2 * p->table_last + 1]);
     d->r += inner * (below * first_entry.x + above * last_entry.x);

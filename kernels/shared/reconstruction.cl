@@ -82,7 +82,7 @@ static inline Weights slope_weights(realv t) {
     w.of[3] = 0.5f * t * t;
 #else
     const realv next = value_weights(t).of[2];
-    w.of[0] = 0.5f * next - 0.5f, w.of[2] = 0.5f - 0.5f * next, w.of[3] = 0.5f * next;
+    w.of[0] = 0.5f * next - 0.5f, w.of[2] = -w.of[0], w.of[3] = 0.5f * next;
 #endif
     return w;
 }

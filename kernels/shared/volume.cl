@@ -45,6 +45,13 @@ static inline int stand_in(int i, int dims) {
 }
 #endif
 
+// Voxels from one to the n-th along u. ROWS_ALONG_U: rows lie along it, as in all layouts that are made for it.
+#ifdef ROWS_ALONG_U
+#define ALONG_U(view, n) (n)
+#else
+#define ALONG_U(view, n) ((n) * (view)->stride_u)
+#endif
+
 // Any voxel, inside or around the volume.
 static inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k) {
 #ifdef EDGE_GOES_ON
@@ -52,7 +59,7 @@ static inline float voxel_at(__global const VOXEL *voxels, const VolumeView *vie
 #endif
     if (u < 0 || u >= view->dims_u || v < 0 || v >= view->dims_v || k < 0 || k >= view->dims_a)
         return view->background;
-    return VALUE_OF(view, convert_float(voxels[u * view->stride_u + v * view->stride_v + (k - view->first_a) * view->stride_a]));
+    return VALUE_OF(view, convert_float(voxels[ALONG_U(view, u) + v * view->stride_v + (k - view->first_a) * view->stride_a]));
 }
 
 // Whether a layer has nothing but background.

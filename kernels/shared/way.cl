@@ -8,6 +8,14 @@ typedef struct {
     realv from, to;
 } Way;
 
+// Of rays that cross the layer of the volume's centre in columns and a row, and lean so: from plane k on, and between two values.
+static inline Way way_on(realv centre_u, realv shear_u, float centre_v, float shear_v, float centre_layer, float k, float step, realv from,
+                         realv to) {
+    const float depth = k - centre_layer;
+    const Way way = {{centre_u + depth * shear_u, centre_v + depth * shear_v, k}, {step * shear_u, step * shear_v, step}, from, to};
+    return way;
+}
+
 // The field on it, 0 ... 1.
 static inline realv value_on(__global const VOXEL *voxels, const VolumeView *view, const Way *way, realv t, intv lanes) {
     return value_at(voxels, view, way->place[0] + t * way->step[0], way->place[1] + t * way->step[1],

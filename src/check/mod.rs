@@ -160,9 +160,14 @@ impl Device {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::{PointSchedule, Tuning};
 
     /// Draws nothing: tests/embedding compares what it finds.
     const FINDS_A_RANGE: &str = "volume/value_range.cl";
+
+    fn is_point_lattice(family: Family) -> bool {
+        matches!(family, Family::PointLattice | Family::Spline | Family::PointValues | Family::PointSurface)
+    }
 
     /// No kernel that draws goes unchecked.
     #[test]
@@ -170,7 +175,16 @@ mod tests {
         let device =
             Device::open(&crate::DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
         assert!(!device.unbuilt_files().is_empty());
-        device.check().unwrap();
+        // Each kind of device has one of the schedules.
+        for point_schedule in [PointSchedule::Tiles, PointSchedule::Samples] {
+            let device = device.with_tuning(Tuning { point_schedule, ..*device.tuning() }).unwrap();
+            for family in
+                Family::ALL.into_iter().filter(|&family| point_schedule == PointSchedule::Tiles || is_point_lattice(family))
+            {
+                let verdict = device.check_family(family).unwrap();
+                assert!(verdict.passed(), "{point_schedule:?}: {verdict:?}");
+            }
+        }
         assert_eq!(device.unbuilt_files(), [FINDS_A_RANGE]);
     }
 

@@ -40,7 +40,7 @@ pub(crate) use sources::kernel_names;
 #[cfg(test)]
 pub(crate) use started::Started;
 pub use stopwatch::StageTimes;
-pub use tuning::Tuning;
+pub use tuning::{PointSchedule, Tuning};
 
 pub(crate) use device_memory::MemoryKind;
 pub(crate) use scratch::ScratchMemory;
@@ -252,6 +252,9 @@ mod tests {
             Tuning { vector_width: 3, ..own },
             Tuning { tile_vectors: 0, ..own },
             Tuning { point_tile_rows: 31, ..own },
+            Tuning { sample_tile: [12, 8], ..own },
+            Tuning { sample_tile: [8, 0], ..own },
+            Tuning { sample_tile: [1 << 31, 1 << 31], ..own },
             Tuning { block: [0, 1], ..own },
             Tuning { pixel_group: 0, ..own },
         ] {

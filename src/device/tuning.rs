@@ -9,6 +9,19 @@ const MOST_TILE_ROWS: u32 = 30;
 /// More are of no use to any device.
 const LARGEST_GROUP: usize = 4096;
 
+/// Who draws what of a lattice of point-sampled layers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PointSchedule {
+    /// A work-item a tile, in vectors: what samples have in common is found once.
+    Tiles,
+    /// A work-item a sample, in registers alone.
+    Samples,
+}
+
+/// Columns and rows of samples that neighbouring work-items take: kernels/layered/point_samples.cl.
+const NEIGHBOURS: [u32; 2] = [8, 4];
+
 /// How kernels are built and launched on a device.
 ///
 /// ```
@@ -31,6 +44,10 @@ pub struct Tuning {
     pub tile_rows: u32,
     /// Rows per tile of the lattice of point-sampled layers.
     pub point_tile_rows: u32,
+    /// Who draws what of the lattice of point-sampled layers.
+    pub point_schedule: PointSchedule,
+    /// Columns and rows of it per group, where a work-item draws a sample: multiples of 8 and 4.
+    pub sample_tile: [u32; 2],
     /// Rows per tile of screen pixels, for the kernels that draw without a lattice in vectors.
     pub screen_tile_rows: u32,
     /// Parts of a list of splats that are sorted at the same time.
@@ -65,6 +82,8 @@ impl Tuning {
                 // Rows of voxels are resampled once per tile, three more than its samples need: engine takes 8.4 ms with
                 // 12 rows, 8.1 with 16 or 24, 9.0 with 8, 10.5 with 4. Fewer tiles are harder to share.
                 point_tile_rows: 16,
+                point_schedule: PointSchedule::Tiles,
+                sample_tile: [8, 8],
                 screen_tile_rows: 16,
                 splat_chunks: 32,
                 block: [16, 8],
@@ -72,13 +91,16 @@ impl Tuning {
                 pixel_group: 64,
                 event_times,
             },
-            // Small tiles keep enough work-items in flight.
+            // What a work-item holds must fit into its registers: one lane, one row. In vectors of 4 rays that are cast take 251 of
+            // them, by themselves 102.
             DeviceKind::Gpu => Self {
-                vector_width: 4,
+                vector_width: 1,
                 tile_vectors: 1,
-                tile_rows: 2,
-                point_tile_rows: 2,
-                screen_tile_rows: 8,
+                tile_rows: 1,
+                point_tile_rows: 1,
+                point_schedule: PointSchedule::Samples,
+                sample_tile: [8, 8],
+                screen_tile_rows: 1,
                 splat_chunks: 128,
                 block: [1, 1],
                 tile_group: 32,
@@ -86,6 +108,11 @@ impl Tuning {
                 event_times,
             },
         }
+    }
+
+    /// Work-items of a group that draw a sample each.
+    pub(super) fn sample_group(&self) -> usize {
+        self.sample_tile[0] as usize * self.sample_tile[1] as usize
     }
 
     /// Samples of a parallel tile along u.
@@ -105,7 +132,13 @@ impl Tuning {
                 return refuse("tile size", &rows, "1 to 30 rows or vectors");
             }
         }
-        let sizes = [self.block[0] as usize, self.block[1] as usize, self.tile_group, self.pixel_group, self.splat_chunks];
+        if (0..2).any(|i| self.sample_tile[i] == 0 || !self.sample_tile[i].is_multiple_of(NEIGHBOURS[i])) {
+            let [columns, rows] = self.sample_tile;
+            return refuse("sample tile", &format!("{columns}x{rows}"), "a multiple of 8 by one of 4");
+        }
+        let sample_group = (self.sample_tile[0] as usize).saturating_mul(self.sample_tile[1] as usize);
+        let sizes =
+            [sample_group, self.block[0] as usize, self.block[1] as usize, self.tile_group, self.pixel_group, self.splat_chunks];
         match sizes.iter().find(|&&n| n == 0 || n > LARGEST_GROUP) {
             Some(n) => refuse("block, group or chunk size", n, "1 to 4096"),
             None => Ok(()),

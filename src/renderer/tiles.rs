@@ -2,7 +2,7 @@
 
 use super::scratch::Growing;
 use crate::device::launch::structs::Float4;
-use crate::device::{Buffer, Device, Tuning};
+use crate::device::{Buffer, Device, PointSchedule, Tuning};
 use crate::error::Error;
 use crate::layers::{Lattice, Phases};
 use crate::memory;
@@ -36,7 +36,11 @@ impl Tiles {
 
     /// Of a lattice with point-sampled layers.
     pub fn of_points(lattice: &Lattice, tuning: &Tuning) -> Self {
-        Self::of(lattice.size, [tuning.vector_width, tuning.point_tile_rows])
+        let size = match tuning.point_schedule {
+            PointSchedule::Tiles => [tuning.vector_width, tuning.point_tile_rows],
+            PointSchedule::Samples => tuning.sample_tile,
+        };
+        Self::of(lattice.size, size)
     }
 
     /// Of a lattice with splatted layers in a perspective.

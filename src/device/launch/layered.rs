@@ -3,7 +3,7 @@
 use super::structs::{
     Clipping, DirectParams, Float4, LayerOffset, RayLatticeParams, SampleParams, SplatLatticeParams, VolumeView,
 };
-use super::{Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
+use super::{Declared, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
 
@@ -59,6 +59,31 @@ impl Launch for PointLattice {
 
     fn items(a: &PointLatticeArguments, _: &Tuning) -> usize {
         tiles(a.p.tiles)
+    }
+}
+
+/// The same with a work-item per sample.
+pub(crate) struct PointSamples;
+
+impl Declared for PointSamples {
+    const FILE: &'static str = "layered/point_samples.cl";
+    const NAME: &'static str = "point_samples";
+    const STAGE: &'static str = PointLattice::STAGE;
+    type Arguments<'a> = PointLatticeArguments<'a>;
+}
+
+impl Launch for PointSamples {
+    type Variant = (VoxelKind, Kernel, Segments, Rendering);
+    const ITEMS: Items = Items::Samples;
+
+    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
+        let [columns, rows] = tuning.sample_tile;
+        let defines = Defines::of_kind(voxels, 1).with_kernel(kernel).with_segments(segments).with_rendering(rendering);
+        defines.with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows).0
+    }
+
+    fn items(a: &PointLatticeArguments, tuning: &Tuning) -> usize {
+        tiles(a.p.tiles) * tuning.sample_group()
     }
 }
 

@@ -57,6 +57,8 @@ pub(crate) enum Items {
     Tiles,
     /// A pixel, or as little.
     Pixels,
+    /// A sample of a lattice; a group takes a tile of them.
+    Samples,
 }
 
 /// The arguments of a kernel, in its order.
@@ -93,6 +95,7 @@ impl<K: Launch> Launcher<K> {
         let group = match K::ITEMS {
             Items::Tiles => tuning.tile_group,
             Items::Pixels => tuning.pixel_group,
+            Items::Samples => tuning.sample_group(),
         };
         let built = match self.built.entry(variant) {
             Entry::Occupied(built) => built.into_mut(),

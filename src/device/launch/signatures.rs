@@ -34,6 +34,7 @@ fn launchers_are_their_kernels_signatures() {
     for blend in others {
         let rendering = Rendering { blend, ..rendering };
         compare::<layered::PointLattice>(d, (voxels, Kernel::BSpline, segments, rendering));
+        compare::<layered::PointSamples>(d, (voxels, Kernel::BSpline, segments, rendering));
         compare::<layered::PointDirect>(d, (voxels, Kernel::Linear, segments, rendering));
         compare::<rays::CastValues>(d, (voxels, Kernel::Linear, rendering));
     }
@@ -51,6 +52,7 @@ fn launchers_are_their_kernels_signatures() {
         compare::<volume::ShownSlabs>(d, ()),
         compare::<volume::ValueRange>(d, kind),
         compare::<layered::PointLattice>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
+        compare::<layered::PointSamples>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
         compare::<layered::PointDirect>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare::<layered::SplatLattice>(d, (voxels, rendering)),
         compare::<layered::SplatPerspective>(d, (voxels, rendering)),

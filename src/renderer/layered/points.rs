@@ -6,8 +6,11 @@ use super::super::region::Region;
 use super::super::scene::Scene;
 use super::super::tiles::{Target, Tiles};
 use super::pixels::{direct_params, layer_axes};
+use crate::device::PointSchedule;
 use crate::device::launch::Launcher;
-use crate::device::launch::layered::{PointDirect, PointDirectArguments, PointLattice, PointLatticeArguments, Segments};
+use crate::device::launch::layered::{
+    PointDirect, PointDirectArguments, PointLattice, PointLatticeArguments, PointSamples, Segments,
+};
 use crate::device::launch::structs::{RayLatticeParams, SampleParams};
 use crate::error::Error;
 use crate::layers::{Axis, Density, Kernel, Lattice};
@@ -19,6 +22,7 @@ use std::sync::Arc;
 #[derive(Default)]
 pub(in crate::renderer) struct PointLayers {
     lattice: Launcher<PointLattice>,
+    samples: Launcher<PointSamples>,
     direct: Launcher<PointDirect>,
 }
 
@@ -68,26 +72,27 @@ impl PointLayers {
         let region = Region::new(scene, kernel, per_layer);
         let segments = segments(scene, &integrals, kernel, per_layer);
         let table = classified(scene, &integrals, (kernel, per_layer), &mut sample)?;
-        self.lattice.launch(
-            device,
-            (layout.voxels.kind(), kernel, segments, region.rendering),
-            &PointLatticeArguments {
-                voxels: &layout.voxels,
-                view: layout.view,
-                visible: &visible.flags,
-                shown_slabs: &visible.shown,
-                integrals: &integrals.nodes,
-                table: &table.entries,
-                p: RayLatticeParams {
-                    layers: range.slabs(lattice, kernel.radius()),
-                    ..lattice_params(lattice, range, tiles, visible.blocks, settings.culling)
-                },
-                sample,
-                clip: region.for_kernels(frame),
-                lattice: samples,
-                active_samples,
+        let variant = (layout.voxels.kind(), kernel, segments, region.rendering);
+        let arguments = PointLatticeArguments {
+            voxels: &layout.voxels,
+            view: layout.view,
+            visible: &visible.flags,
+            shown_slabs: &visible.shown,
+            integrals: &integrals.nodes,
+            table: &table.entries,
+            p: RayLatticeParams {
+                layers: range.slabs(lattice, kernel.radius()),
+                ..lattice_params(lattice, range, tiles, visible.blocks, settings.culling)
             },
-        )
+            sample,
+            clip: region.for_kernels(frame),
+            lattice: samples,
+            active_samples,
+        };
+        match device.tuning().point_schedule {
+            PointSchedule::Tiles => self.lattice.launch(device, variant, &arguments),
+            PointSchedule::Samples => self.samples.launch(device, variant, &arguments),
+        }
     }
 
     /// Draws per screen pixel, with one layer axis for all rays or each ray's own.

@@ -1,0 +1,21 @@
+// A point-sampled layer where one ray crosses it: how the field there is lit. VW is 1.
+
+#include "shared/field.cl"
+#include "shared/lit_way.cl"
+
+// A ray of a lattice: where it crosses the layer of the volume's centre, and its shear, along u and v.
+typedef struct {
+    float2 u, v;
+} LatticeRay;
+
+// Where it is in sub-layer l. Divided without signs: those are registers too.
+static inline Cells cells_in(const VolumeView *view, const LatticeRay *ray, float centre_layer, uint samples_per_layer, uint l) {
+    const float depth = (float)l / samples_per_layer - RADIUS - centre_layer;
+    return cells_behind(view, ray->u.x + depth * ray->u.y, ray->v.x + depth * ray->v.y, (int)(l / samples_per_layer) - RADIUS,
+                        (float)(l % samples_per_layer) / samples_per_layer, 1);
+}
+
+static inline Lit lit_in(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, const Cells *c) {
+    const Found found = found_in(voxels, view, c);
+    return lit_by(p, found.along_u, found.along_v, found.along_a);
+}

@@ -1,0 +1,209 @@
+//! Point-sampled layers as graphics processors draw them, a work-item per sample of the lattice: against the f64 reference, and against
+//! tiles, on whatever device there is.
+
+mod common;
+
+use common::blends::*;
+use common::reference::Pair;
+use common::*;
+use glam::DVec3;
+use layersplat::device::{PointSchedule, Tuning};
+use layersplat::layers::{Density, Kernel, Rays};
+use layersplat::renderer::{LatticePicture, Plan};
+use layersplat::settings::{Blend, Classification, Evaluation, Layered};
+use layersplat::{Camera, Device, Renderer, Settings, TransferFunction, Viewport, Volume};
+
+/// Sums of the same floats in another order; but for rays on which a value rounds to another node of the table, which are few.
+const REORDERED: f64 = 1e-5;
+const ANOTHER_NODE: f64 = 1e-4;
+const ANOTHER_NODE_SHARE: f64 = 2e-3;
+/// What is left behind an opaque ray: of tiles, which go on until all their rays are, some of it is seen. Less than a sixteenth of a step of
+/// 8 bits (`SampleParams::opaque`).
+const BEHIND_OPAQUE: f64 = 2.6e-4;
+
+/// Each axis from both sides, and views in between.
+const VIEWS: [(f64, f64); 9] = [
+    (0.0, 0.0),
+    (20.0, -15.0),
+    (90.0, 0.0),
+    (-75.0, 10.0),
+    (0.0, 90.0),
+    (180.0, 0.0),
+    (10.0, -80.0),
+    (-160.0, 25.0),
+    (100.0, 30.0),
+];
+
+fn with(point_schedule: PointSchedule) -> Device {
+    let device = device();
+    device.with_tuning(Tuning { point_schedule, ..*device.tuning() }).unwrap()
+}
+
+fn points(kernel: Kernel, samples_per_layer: u32) -> Settings {
+    let classification = Classification::Preintegrated { kernel, samples_per_layer };
+    let evaluation = Evaluation::Lattice(Density::Fixed(2));
+    let settings: Settings = Layered { classification, evaluation, ..Layered::default() }.into();
+    Settings { early_termination: false, ..settings }
+}
+
+fn unlit(settings: Settings) -> Settings {
+    Settings { shading: None, ..settings }
+}
+
+fn cut(settings: Settings) -> Settings {
+    Settings { clipping: cuts(), ..settings }
+}
+
+fn blended(blend: Blend, settings: Settings) -> Settings {
+    Settings { blend, ..settings }
+}
+
+/// Every kernel, one and two samples per layer, lit and not, cut and not, and every blend mode, if not each with each.
+fn variants() -> Vec<Settings> {
+    use Kernel::{BSpline, CatmullRom, Cubic, Linear};
+    vec![
+        points(Cubic, 1),
+        unlit(points(Cubic, 2)),
+        cut(points(Cubic, 2)),
+        cut(unlit(points(Linear, 1))),
+        points(CatmullRom, 1),
+        cut(points(CatmullRom, 2)),
+        unlit(points(CatmullRom, 2)),
+        points(BSpline, 2),
+        cut(points(BSpline, 1)),
+        blended(Blend::Maximum, unlit(points(Cubic, 1))),
+        blended(Blend::Minimum, cut(unlit(points(CatmullRom, 2)))),
+        blended(Blend::Average, unlit(points(BSpline, 1))),
+        blended(Blend::Average, cut(unlit(points(Cubic, 2)))),
+        blended(Blend::Iso(ISO), points(Cubic, 1)),
+        blended(Blend::Iso(ISO), cut(points(BSpline, 2))),
+    ]
+}
+
+/// A view in both projections in turn.
+fn camera(volume: &Volume, size: Viewport, n: usize) -> (Camera, bool) {
+    let (azimuth, elevation) = VIEWS[n % VIEWS.len()];
+    let is_parallel = n.is_multiple_of(2);
+    (
+        if is_parallel { parallel(volume, size, azimuth, elevation) } else { perspective(volume, azimuth, elevation, 25.0) },
+        is_parallel,
+    )
+}
+
+fn lattice(
+    device: &Device,
+    volume: &Volume,
+    transfer: &TransferFunction,
+    camera: &Camera,
+    size: Viewport,
+    settings: &Settings,
+) -> LatticePicture {
+    let mut renderer = Renderer::new(device, volume, transfer).unwrap();
+    renderer.lattice_picture(camera, size, settings).unwrap().expect("a lattice")
+}
+
+fn largest_difference(a: &LatticePicture, b: &LatticePicture) -> f64 {
+    assert_eq!(a.size, b.size);
+    let channels = a.samples.as_flattened().iter().zip(b.samples.as_flattened());
+    // A NaN must not pass for the smaller one.
+    channels.map(|(a, b)| f64::from(a - b).abs()).fold(0.0, |most, d| if d <= most { most } else { d })
+}
+
+/// The share of samples of which a channel, alpha included, differs by more than a tolerance.
+fn differing(a: &LatticePicture, b: &LatticePicture, tolerance: f64) -> f64 {
+    let beyond = |(a, b): (&[f32; 4], &[f32; 4])| !(0..4).all(|i| f64::from(a[i] - b[i]).abs() <= tolerance);
+    a.samples.iter().zip(&b.samples).filter(|&pair| beyond(pair)).count() as f64 / a.samples.len() as f64
+}
+
+#[test]
+fn every_kernel_and_blend_mode_is_the_references() {
+    let (volume, transfer, size) = (bump(), smooth_transfer(), viewport(21, 19));
+    let device = with(PointSchedule::Samples);
+    for (n, settings) in variants().into_iter().enumerate() {
+        // In both projections.
+        for view in [n, n + 5] {
+            let (camera, is_parallel) = camera(&volume, size, view);
+            let plan = Plan::new(&Rays::new(&camera, size, volume.grid()).unwrap(), size, volume.grid(), &settings).unwrap();
+            assert!(matches!(plan, Plan::Lattice(..)), "view {view}: {plan}");
+            let pair = Pair::on(&device, &volume, &transfer, &camera, size, &settings);
+            pair.assert_same(&format!("view {view}: {settings:?}"), tolerance_of(&settings, is_parallel));
+        }
+    }
+}
+
+#[test]
+fn samples_are_those_of_tiles() {
+    let volume = random_volume([23, 19, 21], DVec3::new(1.0, 0.8, 1.2), 3);
+    let (transfer, size) = (smooth_transfer(), viewport(37, 29));
+    let [tiles, samples] = [PointSchedule::Tiles, PointSchedule::Samples].map(with);
+    for (n, settings) in variants().into_iter().enumerate().step_by(3) {
+        let (camera, _) = camera(&volume, size, n);
+        let draw = |device, settings: &Settings| lattice(device, &volume, &transfer, &camera, size, settings);
+        let (of_tiles, of_samples) = (draw(&tiles, &settings), draw(&samples, &settings));
+        let difference = largest_difference(&of_tiles, &of_samples);
+        assert!(difference <= ANOTHER_NODE, "{settings:?}: {difference}");
+        let share = differing(&of_tiles, &of_samples, REORDERED);
+        assert!(share <= ANOTHER_NODE_SHARE, "{settings:?}: {share} of the samples differ");
+        let mut shifted = of_tiles.clone();
+        shifted.samples.rotate_right(1);
+        let noticed = differing(&shifted, &of_samples, REORDERED);
+        assert!(noticed > 10.0 * ANOTHER_NODE_SHARE, "{settings:?}: a shift by one sample changes only {noticed} of them");
+        let ends_early = Settings { early_termination: true, ..settings };
+        let difference = largest_difference(&of_tiles, &draw(&samples, &ends_early));
+        assert!(difference <= BEHIND_OPAQUE + ANOTHER_NODE, "{ends_early:?}: {difference}");
+    }
+}
+
+#[test]
+fn thin_volumes_are_the_references() {
+    let device = with(PointSchedule::Samples);
+    let (transfer, size) = (smooth_transfer(), viewport(21, 19));
+    for (n, dims) in [[1, 1, 1], [1, 7, 4], [6, 1, 5], [5, 9, 1], [2, 3, 33]].into_iter().enumerate() {
+        let volume = random_volume(dims, DVec3::new(1.0, 0.7, 1.3), n as u64);
+        for (kernel, view) in [(Kernel::Cubic, n), (Kernel::CatmullRom, n + 2), (Kernel::BSpline, n + 4)] {
+            let (azimuth, elevation) = VIEWS[view % VIEWS.len()];
+            let camera = parallel(&volume, size, azimuth, elevation);
+            let pair = Pair::on(&device, &volume, &transfer, &camera, size, &points(kernel, 1));
+            assert!(pair.expected.iter().any(|pixel| pixel[3] > 0.02), "{dims:?} from {view}: nothing to see");
+            let largest = pair.largest();
+            assert!(largest <= DEVICE_TOLERANCE, "{dims:?} from {view}, {kernel:?}: {largest}");
+        }
+    }
+}
+
+#[test]
+fn runs_groups_and_culling_change_no_bit() {
+    let (volume, transfer, size) = (mostly_empty(), smooth_transfer(), viewport(45, 39));
+    let samples = with(PointSchedule::Samples);
+    let large = samples.with_tuning(Tuning { sample_tile: [16, 12], ..*samples.tuning() }).unwrap();
+    for (n, settings) in variants().into_iter().enumerate().step_by(4) {
+        let (camera, _) = camera(&volume, size, n);
+        let draw = |device, settings: &Settings| lattice(device, &volume, &transfer, &camera, size, settings);
+        let first = draw(&samples, &settings);
+        assert!(first.samples.iter().any(|sample| sample[3] > 0.02), "{settings:?}: nothing to see");
+        assert_eq!(first.samples, draw(&samples, &settings).samples, "{settings:?}: another run");
+        assert_eq!(first.samples, draw(&large, &settings).samples, "{settings:?}: larger groups");
+        let everything = Settings { culling: false, ..settings };
+        assert_eq!(first.samples, draw(&samples, &everything).samples, "{settings:?}: without culling");
+        let other = draw(&samples, &unlit(points(Kernel::Linear, 1)));
+        assert_ne!(first.samples, other.samples, "{settings:?}: what is drawn otherwise is noticed");
+    }
+}
+
+/// The counts per group are what the warp skips by: what it draws of them is what it draws of tiles.
+#[test]
+fn frames_are_those_of_tiles() {
+    let (volume, transfer, size) = (mostly_empty(), smooth_transfer(), viewport(45, 39));
+    let camera = perspective(&volume, 20.0, 10.0, 25.0);
+    let settings = points(Kernel::Cubic, 1);
+    let [tiles, samples] = [PointSchedule::Tiles, PointSchedule::Samples].map(|schedule| {
+        let mut renderer = Renderer::new(&with(schedule), &volume, &transfer).unwrap();
+        renderer.measure(true);
+        let (frame, report) = renderer.render(&camera, size, &settings).unwrap();
+        (frame, report.measured.unwrap().active_samples)
+    });
+    let difference = compare(&tiles.0, &samples.0).max_difference;
+    assert!(difference <= ANOTHER_NODE, "{difference}");
+    assert!(tiles.1 > 1000, "something to count: {}", tiles.1);
+    assert_eq!(tiles.1, samples.1, "samples with opacity");
+}
