@@ -79,14 +79,15 @@ typedef struct {
 static inline void extend_difference(const SampleParams *p, __global const int4 *integrals, realv from, realv to, Difference *d) {
     const realv last = p->table_last;
     const realv x0 = (from - p->table_first) * p->table_per_value, x1 = (to - p->table_first) * p->table_per_value;
+#if VW == 1
+    // Both in it, and numbers.
+    if (x0 >= 0.0f && x0 <= last && x1 >= 0.0f && x1 <= last)
+        return;
+#endif
     const realv below = MIN(x1, (realv)(0.0f)) - MIN(x0, (realv)(0.0f));
     const realv above = MAX(x1 - last, (realv)(0.0f)) - MAX(x0 - last, (realv)(0.0f));
     const realv distance = d->distance + below + above;
     const realv inner = MAX(x0, x1) <= 0.0f || MIN(x0, x1) >= last || fabs(distance) < 0.5f ? (realv)(0.0f) : (realv)(1.0f);
-#if VW == 1
-    if (inner == 0.0f)
-        return;
-#endif
     const float4 first_entry = as_float4(integrals[p->table_last + 1]);
     const float4 last_entry = as_float4(integrals[2 * p->table_last + 1]);
     d->r += inner * (below * first_entry.x + above * last_entry.x);
