@@ -123,17 +123,22 @@ def agreement(data, frames, work):
     return found
 
 
+def both(result):
+    return result["median_ms"], result["cpu_ms"]
+
+
 def measure(data, frames, rounds, work):
-    """For each case (layersplat's ms, the peer's ms), medians over rounds in which all take turns."""
+    """For each case ((layersplat's ms, the peer's ms), (CPU ms of both)), medians over rounds in which all take turns."""
     times = [([], []) for _ in CASES]
     versions = {}
     for _ in range(rounds):
         for (_, ours, which, theirs), (own, other) in zip(CASES, times):
-            own.append(bench(data, ours, frames)["median_ms"])
+            own.append(both(bench(data, ours, frames)))
             result = peer(which, data, theirs, frames, work)
-            other.append(result["median_ms"])
+            other.append(both(result))
             versions[which] = result.get("version")
-    return [(statistics.median(a), statistics.median(b)) for a, b in times], versions
+    medians = [[[statistics.median(column) for column in zip(*rounds)] for rounds in pair] for pair in times]
+    return [tuple(zip(*pair)) for pair in medians], versions
 
 
 def machine():
@@ -147,16 +152,19 @@ def table(sets, results, agreements, versions, device, frames, rounds):
         f"Printed by `benches/peers/run` on {today}: {machine()}; layersplat on {device}; VTK {versions['vtk']} "
         f"(fixed-point ray caster, all cores), VolPack {versions['volpack']} (classified volume, one thread). 512², one turn of {frames} "
         f"frames about y at elevation 20°; medians in ms of {rounds} rounds in which all took turns, layersplat : peer, and how many times "
-        "faster layersplat is.",
+        "faster layersplat is; below, CPU ms of a frame, of all threads.",
         "",
         "| | " + " | ".join(sets) + " | geometric mean |",
         "|---|" + "---|" * (len(sets) + 1),
     ]
     for i, (title, *_) in enumerate(CASES):
-        pairs = [results[name][i] for name in sets]
+        pairs, cpu_pairs = zip(*(results[name][i] for name in sets))
         mean = math.exp(statistics.mean(math.log(b / a) for a, b in pairs))
         cells = [f"{a:.1f} : {b:.1f} = **{b / a:.1f}×**" for a, b in pairs]
         lines.append(f"| {title} | " + " | ".join(cells) + f" | **{mean:.1f}×** |")
+        cells = [f"{a:.1f} : {b:.1f}" for a, b in cpu_pairs]
+        mean = math.exp(statistics.mean(math.log(b / a) for a, b in cpu_pairs))
+        lines.append("| CPU ms | " + " | ".join(cells) + f" | {mean:.1f}× |")
     for which, title in [("vtk", "VTK, step 0.5"), ("volpack", "VolPack")]:
         cells = [f"{agreements[name][which]:.1f} dB" for name in sets]
         lines.append(f"| agreement with {title}, unshaded | " + " | ".join(cells) + " | |")
@@ -184,7 +192,7 @@ def main():
         agreements[name] = agreement(data, options.frames, options.work)
         results[name], versions = measure(data, options.frames, options.rounds, options.work)
         device = bench(data, ["--size", "64x64"], 1)["device"]
-        print(name, agreements[name], [f"{b / a:.1f}x" for a, b in results[name]], file=sys.stderr)
+        print(name, agreements[name], [f"{b / a:.1f}x" for (a, b), _ in results[name]], file=sys.stderr)
     text = table(sets, results, agreements, versions, device, options.frames, options.rounds)
     print(text)
     if not options.sets:
