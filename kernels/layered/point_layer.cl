@@ -195,11 +195,11 @@ ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const Volume
 // Runs WORK(vectors, inside) on rows [first, last] of layers [from, to], with constants where these are most frequent: that is,
 // without branches and loops.
 #define ON_ROWS(WORK, first, last, from, to)                                                                           \
-    if (columns.vectors == 1 && columns.inside && (first) >= 0 && (last) < view->dims_v && (from) >= 0 &&              \
-        (to) < view->dims_a)                                                                                           \
+    const bool inside =                                                                                                \
+        columns.inside && (first) >= 0 && (last) < view->dims_v && (from) >= 0 && (to) < view->dims_a;                 \
+    if (inside && columns.vectors == 1)                                                                                \
         WORK(1, true);                                                                                                 \
-    else if (columns.vectors == 2 && columns.inside && (first) >= 0 && (last) < view->dims_v && (from) >= 0 &&              \
-        (to) < view->dims_a)                                                                                           \
+    else if (inside && columns.vectors == 2)                                                                           \
         WORK(2, true);                                                                                                 \
     else                                                                                                               \
         WORK(columns.vectors, false)

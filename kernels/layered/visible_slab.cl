@@ -3,7 +3,8 @@
 #include "shared/elementary.cl"
 #include "shared/volume.cl"
 
-// A uint counts the chunks of blocks of 2^40 voxels, and takes half the registers of a size_t. Slab q, counted from the first layer that voxels hold, of a ray that enters it at (u, v).
+// Slab q, counted from the first layer that voxels hold, of a ray that enters it at (u, v). A uint counts the chunks of blocks of 2^40
+// voxels, and takes half the registers of a size_t.
 static inline bool slab_shows(__global const uchar *visible, int blocks_u, int blocks_v, int q, float u, float v) {
     const int b = clamp(block_of(whole_below(u), BLOCK), 0, blocks_u - 1);
     const int c = clamp(block_of(whole_below(v), POINT_BLOCK_ROWS), 0, blocks_v - 1);

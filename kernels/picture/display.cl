@@ -19,14 +19,16 @@ static inline uchar4 displayed(float4 color, float4 background) {
     return convert_uchar4(CLAMP(rounded, (float4)(0.0f), (float4)(255.0f)));
 }
 
+// Of four colours, each in place of all that its colour has.
+#define OPACITIES(colors) (float16)((colors).s3333, (colors).s7777, (colors).sbbbb, (colors).sffff)
+
 // Four at once.
 static inline uchar16 displayed_four(float16 colors, float4 background) {
     if (!(background.w > 0.0f))
         return (uchar16)(displayed(colors.s0123, background), displayed(colors.s4567, background), displayed(colors.s89ab, background),
                          displayed(colors.scdef, background));
-    const float16 opacity = (float16)(colors.s3333, colors.s7777, colors.sbbbb, colors.sffff);
     const float4 behind = (float4)(background.xyz, 0.0f);
-    float16 shown = fma(1.0f - opacity, (float16)(behind, behind, behind, behind), colors);
+    float16 shown = fma(1.0f - OPACITIES(colors), (float16)(behind, behind, behind, behind), colors);
     shown.s37bf = 1.0f;
     const float16 rounded = fma(shown, (float16)(255.0f), (float16)(0.5f));
     return convert_uchar16(CLAMP(rounded, (float16)(0.0f), (float16)(255.0f)));

@@ -2,11 +2,10 @@
 // rolled about an axis of the volume: these lines are mixed where rows of pixels cross them, and pixels of the lines around. Four samples
 // per line and four lines per pixel, instead of sixteen samples per pixel; and a single line where there is one for each column of pixels.
 
-#include "shared/elementary.cl"
+#include "picture/display.cl"
 
-// What lines of the lattice stand upright, if any do.
+// What lines of the lattice stand upright: those of one u each; those of one v else.
 #define LINES_OF_U 1
-#define LINES_OF_V 2
 
 // Lines under a block of pixels, and in the filter's reach: in fours.
 #define MOST_LINES_PER_PIXEL 4
@@ -14,7 +13,6 @@
 #define FOURS_OF_PIXELS (BLOCK_COLUMNS / 4)
 
 #define SPREAD_TO_COLORS(x) (float16)((x).xxxx, (x).yyyy, (x).zzzz, (x).wwww)
-#define OPACITIES(colors) (float16)((colors).s3333, (colors).s7777, (colors).sbbbb, (colors).sffff)
 
 // Catmull-Rom weights of the samples -1 ... 2 from the one below, for four places at once.
 typedef struct {

@@ -91,8 +91,8 @@ impl Tuning {
                 pixel_group: 64,
                 event_times,
             },
-            // What a work-item holds must fit into its registers: one lane, one row. In vectors of 4 rays that are cast take 251 of
-            // them, by themselves 102.
+            // What a work-item holds must fit into its registers: one lane, one row. In vectors of 4, rays that are cast took 251
+            // of them; by themselves they take 60 to 125 (scripts/gpu-static).
             DeviceKind::Gpu => Self {
                 vector_width: 1,
                 tile_vectors: 1,
