@@ -100,6 +100,22 @@ fn place_of(ray: &Ray, lattice: &LatticePicture) -> [f64; 2] {
     [place.x, place.y]
 }
 
+/// Rows and columns by which a ray may miss a sample and be its own.
+const OWN: f64 = 1e-6;
+
+/// The column and row of the sample whose ray this is, if there is one: columns may be staggered.
+fn own_sample(ray: &Ray, lattice: &LatticePicture) -> Option<[i64; 2]> {
+    let column = place_of(ray, lattice)[0].round();
+    if !(0.0..f64::from(lattice.size[0])).contains(&column) {
+        return None;
+    }
+    let [corner, across, down] = [(0, 0), (1, 0), (0, 1)].map(|(c, r)| lattice.ray(c, r).origin);
+    let from = ray.origin - lattice.ray(column as u32, 0).origin;
+    let place = DMat3::from_cols(across - corner, down - corner, -ray.direction).inverse() * from;
+    let own = place.x.abs() < OWN && (place.y - place.y.round()).abs() < OWN;
+    own.then_some([column as i64, place.y.round() as i64])
+}
+
 fn sample_of(lattice: &LatticePicture, place: [i64; 2]) -> [f64; 4] {
     let [width, height] = lattice.size.map(i64::from);
     let inside = (0..width).contains(&place[0]) && (0..height).contains(&place[1]);
@@ -116,10 +132,13 @@ fn between(t: f64, colors: [[f64; 4]; 4]) -> [f64; 4] {
     seen.map(|c| c.min(seen[3]))
 }
 
-/// What a pixel sees of a lattice: its samples interpolated where the ray meets their plane, within the range of the four samples around,
+/// What a pixel sees of a lattice: its own sample, if there is one; else its samples interpolated where the ray meets their plane, within the range of the four samples around,
 /// and colours within the opacity. In a parallel view of which lines of the lattice stand upright, these lines are interpolated where the
 /// row of pixels crosses them, and the pixel between them.
 fn seen_by(rays: &Rays, [x, y]: [f64; 2], height: f64, lattice: &LatticePicture) -> [f64; 4] {
+    if let Some(own) = own_sample(&rays.at(x, y), lattice) {
+        return sample_of(lattice, own);
+    }
     let place = place_of(&rays.at(x, y), lattice);
     let changes = |x: f64, y: f64| [0, 1].map(|i| place_of(&rays.at(x, y), lattice)[i] - place[i]);
     let (right, down) = (changes(x + 1.0, y), changes(x, y + height));
@@ -162,7 +181,7 @@ fn the_warp_interpolates_the_samples_around_each_ray() {
         let orbit = Orbit { azimuth, elevation, roll: 9.0 };
         let rolled = Camera::fit_parallel(noise.grid().centre(), noise.grid().diagonal(), size, orbit);
         for camera in [parallel(&noise, size, azimuth, elevation), rolled, perspective(&noise, azimuth, elevation, 20.0)] {
-            for density in [Density::Fixed(1), Density::AtLeast(3)] {
+            for density in [Density::Fixed(1), Density::AtLeast(3), Density::Relaxed] {
                 let layered = Layered { evaluation: Evaluation::Lattice(density), ..Layered::default() };
                 let mut renderer = Renderer::new(&device(), &noise, &smooth_transfer()).unwrap();
                 let lattice = renderer.lattice_picture(&camera, size, &layered.into()).unwrap().expect("a lattice");

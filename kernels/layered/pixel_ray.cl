@@ -34,7 +34,7 @@ static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, con
         d[i] = p->direction[i] + x * p->direction[4 + i] + y * p->direction[8 + i];
     }
     const int a = p->axis < 0 ? most_parallel(d) : p->axis;
-    const int iu = a == 0 ? 1 : 0, iv = a == 2 ? 1 : 2;
+    const int iu = a == 0 ? 2 : 0, iv = a == 1 ? 2 : 1;
     turn(&sample->gradient_u, &sample->gradient_v, &sample->gradient_a, iu, iv, a);
     turn(&sample->step_u, &sample->step_v, &sample->step_a, iu, iv, a);
     turn(&sample->light_u, &sample->light_v, &sample->light_a, iu, iv, a);

@@ -5,30 +5,15 @@
 // k = l/S - RADIUS; its voxel rows are those of the layers around it, mixed. Gradients are slopes along their own axis and values along
 // the others, along the layer axis too: the layers around are resampled where the rays cross this one, not where they cross those.
 
-#include "shared/accumulator.cl"
+#include "layered/tile_rows.cl"
 #include "shared/lit_way.cl"
 #include "shared/volume.cl"
-
-#ifndef TILE_ROWS
-#error "TILE_ROWS: samples of a tile along v"
-#endif
 
 // Voxels between neighbouring samples, at most; the plan sees to it.
 #define VOXELS_PER_SAMPLE 2
 // Voxel rows and columns under a tile: the window of a sample is -1 ... 2.
-#define ROWS (VOXELS_PER_SAMPLE * TILE_ROWS + 4)
+#define ROWS (VOXELS_PER_SAMPLE * TILE_ROWS + 4 + STAGGER)
 #define SPAN_VECTORS ((VOXELS_PER_SAMPLE * VW + 4 + VW - 1) / VW)
-
-// Where a tile's rows cross the middle layer, padded to whole vectors.
-#define PADDED_ROWS ((TILE_ROWS + VW - 1) / VW * VW)
-typedef struct {
-    float centre[PADDED_ROWS], shear[PADDED_ROWS];
-} TileRows;
-
-// Weights of voxel rows -1 ... 2, per row of a tile.
-typedef struct {
-    float of[4][PADDED_ROWS];
-} RowWeights;
 
 // Samples of a tile's rows: the field there, and the light, where that is known.
 typedef struct {
@@ -41,9 +26,7 @@ typedef struct {
     int held;                    // which one
     int lit;                     // rows whose light is known, a bit each
     Samples at;
-    int below[PADDED_ROWS] __attribute__((aligned(64))); // the voxel row below the samples
-    float between[PADDED_ROWS];  // where they lie from it, 0, to the next, 1
-    RowWeights weights;
+    RowPlaces rows;
 } Layer;
 
 // First and last voxel below the rays between two crossings.
@@ -90,15 +73,6 @@ static inline Columns columns_under(const VolumeView *view, int samples_per_laye
     c.offset = below - c.first;
     return c;
 }
-
-static inline void store_weights(const Weights *w, int row, RowWeights *rows) {
-    for (int n = 0; n < 4; n++)
-        STOREV(rows->of[n] + row, w->of[n]);
-}
-
-// A number of the rows around a tile's row r, from four neighbouring ones: MIXED or SLOPE.
-#define OF_ROWS(TAKE, weights, r, number) \
-    TAKE(((const float[4]){(weights).of[0][r], 0.0f, (weights).of[2][r], (weights).of[3][r]}), (number)[0], (number)[1], (number)[2], (number)[3])
 
 // Row j of layer k under a tile's columns, `vectors` of them. `inside`: it is known to be in the volume from end to end.
 ALWAYS_INLINE void load_span(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int j, int k,
@@ -209,27 +183,24 @@ static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *
                          int l, realv u, const TileRows *tile_v, int rows, Layer *layer) {
     layer->held = l, layer->lit = 0;
     const float depth = (float)l / samples_per_layer - RADIUS - centre_layer;
-    for (int r = 0; r < TILE_ROWS; r += VW) {
-        const realv v = LOADV(tile_v->centre + r) + depth * LOADV(tile_v->shear + r);
-        const intv below = wholes_below(v);
-        *(intv *)(layer->below + r) = below;
-        const realv between = v - CONVERT_REALV(below);
-        STOREV(layer->between + r, between);
-        const Weights weights = value_weights(between);
-        store_weights(&weights, r, &layer->weights);
-    }
-    const int one = layer->below[0], other = layer->below[rows - 1];
-    const int first = min(one, other) + FIRST_TAP, last = max(one, other) + LAST_TAP;
+    place_rows(tile_v, depth, &layer->rows);
+    const int one = layer->rows.below[0], other = layer->rows.below[rows - 1];
+    const int first = min(one, other) + FIRST_TAP, last = max(one, other) + LAST_TAP + STAGGER;
     const Columns columns = columns_under(view, samples_per_layer, l, u);
     realv value[ROWS];
 #define SAMPLE(vectors, inside) sample_rows(voxels, view, &columns, first, last, vectors, inside, value)
     ON_ROWS(SAMPLE, first, last, columns.k + FIRST_TAP, columns.k + LAST_TAP);
     for (int r = 0; r < rows; r++) {
         // From the row before the one below on; only those that count are there.
-        const realv *v = value + (layer->below[r] - 1 - first);
-        layer->at.field[r] = OF_ROWS(MIXED, layer->weights, r, v);
+        const realv *v = value + (layer->rows.below[r] - 1 - first);
+        const RowMix mix = mix_of(&layer->rows, r);
+        layer->at.field[r] = MIXED_ROWS(mix, v);
     }
 }
+
+// Of some of a tile's rows, a bit each.
+#define LOWEST_ROW(rows) (31 - clz((rows) & -(rows)))
+#define HIGHEST_ROW(rows) (31 - clz(rows))
 
 // Lights the samples of some of a tile's rows, a bit each.
 static inline void light_layer(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, int samples_per_layer,
@@ -238,27 +209,23 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
     if (!tile_rows)
         return;
     layer->lit |= tile_rows;
-    const int one = layer->below[31 - clz(tile_rows)], other = layer->below[31 - clz(tile_rows & -tile_rows)];
-    const int first = min(one, other) - 1, last = max(one, other) + 2;
+    const int one = layer->rows.below[HIGHEST_ROW(tile_rows)], other = layer->rows.below[LOWEST_ROW(tile_rows)];
+    const int first = min(one, other) - 1, last = max(one, other) + 2 + STAGGER;
     const Columns columns = columns_under(view, samples_per_layer, layer->held, u);
     SlopeWeights weights;
     weights.u = slope_weights(columns.between);
     const Weights layers = slope_weights((realv)(columns.above));
     store_first(&layers, weights.layers);
-    RowWeights slopes_v;
-    for (int r = 0; r < TILE_ROWS; r += VW) {
-        const Weights w = slope_weights(LOADV(layer->between + r));
-        store_weights(&w, r, &slopes_v);
-    }
     Slopes slopes;
 #define DIFFERENTIATE(vectors, inside) \
     differentiate_rows(voxels, view, &columns, &weights, first, last, vectors, inside, &slopes)
     ON_ROWS(DIFFERENTIATE, first, last, columns.k - 1, columns.k + 2);
     for (int rows = tile_rows; rows; rows &= rows - 1) {
-        const int r = 31 - clz(rows & -rows), j = layer->below[r] - 1 - first;
-        const realv along_u = OF_ROWS(MIXED, layer->weights, r, slopes.along_u + j);
-        const realv along_v = OF_ROWS(SLOPE, slopes_v, r, slopes.value + j);
-        const realv along_a = OF_ROWS(MIXED, layer->weights, r, slopes.along_a + j);
+        const int r = LOWEST_ROW(rows), j = layer->rows.below[r] - 1 - first;
+        const RowMix mix = mix_of(&layer->rows, r);
+        const realv along_u = MIXED_ROWS(mix, slopes.along_u + j);
+        const realv along_v = SLOPE_OF_ROWS(mix, slopes.value + j);
+        const realv along_a = MIXED_ROWS(mix, slopes.along_a + j);
         layer->at.lit[r] = lit_by(p, along_u, along_v, along_a);
     }
 }

@@ -58,12 +58,14 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
                                __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table,
                                const RayLatticeParams *p, const SampleParams *sample, __local const float *ends,
                                const Clipping *clip, int column, int row, __global float4 *out) {
-    const LatticeRay ray = {crossing_of(p, 0, column), crossing_of(p, 1, row)};
+    LatticeRay ray = {crossing_of(p, 0, column), crossing_of(p, 1, row)};
+    const float stagger = stagger_of_columns(p, column);
     Accumulator gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
     Interval interval;
 #ifdef CLIPPED
-    interval = interval_of_columns(p, clip, ray.u.x, ray.u.y, row);
+    interval = interval_of_columns(p, clip, ray.u.x, ray.u.y, stagger, row);
 #endif
+    ray.v.x += stagger;
 #if BLEND == COMPOSITE
     const float step_u = ray.u.y * sample->step_u, step_v = ray.v.y * sample->step_v;
     const float dt = sqrt(step_u * step_u + (step_v * step_v + sample->step_a * sample->step_a)) * sample->table_unit;

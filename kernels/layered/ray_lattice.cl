@@ -16,10 +16,23 @@ static inline void crossings_of_columns(const RayLatticeParams *p, int column, r
     *shear = p->rays[2] + from_middle * p->rays[3];
 }
 
-// The interval of VW columns in a row, in layers from that of the volume's centre along the rays.
-static inline Interval interval_of_columns(const RayLatticeParams *p, const Clipping *clip, realv centre_u, realv shear_u, int row) {
+// Voxels along v by which the samples of VW neighbouring columns lie behind their rows, from one column on: less than from row to row.
+static inline realv stagger_of_columns(const RayLatticeParams *p, int column) {
+#if VW == 1
+    const uint behind = p->first_stagger + p->stagger_per_column * (uint)column;
+    return convert_float(behind >> 8) * 0x1p-24f * p->rays[5];
+#else
+    const CAT(uint, VW) columns = CAT(as_uint, VW)(LANES) + (uint)column;
+    const CAT(uint, VW) behind = p->first_stagger + p->stagger_per_column * columns;
+    return CONVERT_REALV(behind >> 8) * (0x1p-24f * p->rays[5]);
+#endif
+}
+
+// The interval of VW columns in a row, in layers from that of the volume's centre along the rays. `stagger`: of the columns.
+static inline Interval interval_of_columns(const RayLatticeParams *p, const Clipping *clip, realv centre_u, realv shear_u, realv stagger,
+                                           int row) {
     const float2 crossing = crossing_of(p, 1, row);
-    const realv origin[3] = {centre_u, (realv)(crossing.x), (realv)(p->centre_layer)};
+    const realv origin[3] = {centre_u, crossing.x + stagger, (realv)(p->centre_layer)};
     const realv direction[3] = {shear_u * p->layer_step, (realv)(crossing.y * p->layer_step), (realv)(p->layer_step)};
     return interval_of(clip, origin, direction, -INFINITY);
 }

@@ -159,7 +159,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
         gathered[r] = p.continues && r < tile_rows ? load_raw(&sample, lattice + (size_t)(row + r) * p.width + column, columns, 1)
                                                    : empty_accumulator(&sample);
 #ifdef CLIPPED
-        intervals[r] = interval_of_columns(&p, &clip, centre_u, shear_u, row + r);
+        intervals[r] = interval_of_columns(&p, &clip, centre_u, shear_u, (realv)(0.0f), row + r);
 #endif
     }
     const int shading = GATHERS_VALUES ? 0 : sample.shading;

@@ -3,7 +3,7 @@
 // One work-item per block of pixels, block by block in rows. `from_screen` takes pixel coordinates (x, y, 1) to lattice positions (I w, J w, w), sample
 // centres at whole numbers. Beyond the lattice all is transparent.
 
-#include "picture/display.cl"
+#include "picture/own_samples.cl"
 
 #ifndef BLOCK_COLUMNS
 #error "BLOCK_COLUMNS: pixels of a block: about a tile of the lattice"
@@ -172,7 +172,7 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
     const bool nothing =
         nothing_under(lattice, active_samples, &p, left + inset, right - inset, top + inset, bottom - inset);
 #ifdef TAKES_LINES
-    if (p.upright && !nothing) {
+    if (p.upright && !p.for_each_pixel && !nothing) {
         const Lines lines = lines_of(&p);
         ColumnLines columns;
         lines_below(&lines, left, p.on_pixels, &columns);
@@ -193,6 +193,12 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
         if (nothing) {
             for (int i = left; i < right; i++)
                 PUT(out[i], (float4)(0.0f));
+        } else if (p.for_each_pixel) {
+            int i = left;
+            for (; i + 4 <= right; i += 4)
+                PUT_FOUR(out + i, four_own_samples(lattice, &p, i + 0.5f, line + 0.5f));
+            for (; i < right; i++)
+                PUT(out[i], own_sample(lattice, &p, i + 0.5f, line + 0.5f));
         } else {
             for (int i = left; i < right; i++)
                 PUT(out[i], pixel_at(lattice, &p, i, line));

@@ -52,7 +52,7 @@ static inline Lighting light_on(const SampleParams *p, const Lit *front, const L
 #else
     const realv even = t + p->curve * (SMOOTHSTEP(t) - t);
     const realv of_back = even * other->weight;
-    const realv mixed = of_back * reciprocal((1.0f - even) * one->weight + of_back);
+    const realv mixed = of_back * rough_reciprocal((1.0f - even) * one->weight + of_back);
 #endif
     Lighting lighting = {one->factor + mixed * (other->factor - one->factor),
                          one->highlight + mixed * (other->highlight - one->highlight)};

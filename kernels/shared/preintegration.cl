@@ -151,7 +151,7 @@ static inline float2 ends_of(const SampleParams *p, int l0, int l1) {
 // How far the light of an even segment comes from before its middle, as a share of its length: 1/2 - 1/d + 1/(e^d - 1) for optical
 // depth d; within 0.05, and 0.003 up to a depth of 2.
 static inline realv towards_front(realv depth) {
-    return depth * (1.0f + 0.1f * depth) * reciprocal(12.0f + depth * (1.41f + 0.2f * depth));
+    return depth * (1.0f + 0.1f * depth) * rough_reciprocal(12.0f + depth * (1.41f + 0.2f * depth));
 }
 
 #if BLEND == COMPOSITE

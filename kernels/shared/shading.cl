@@ -49,7 +49,7 @@ static inline Lighting light_gradient(const SampleParams *p, realv u, realv v, r
     const realv mirror = headlight ? facing : fabs(u * p->half_u + v * p->half_v + a * p->half_a) * inverse;
     Lighting lighting;
     // The root of the gradient's length: a weak one's direction is mostly noise, but a surface has weak ones too.
-    lighting.weight = inverse_sqrt(inverse);
+    lighting.weight = rough_inverse_sqrt(inverse);
     realv factor = p->ambient + p->diffuse * facing;
     lighting.highlight = lit * p->specular * power(mirror, p->power);
 #ifdef SEVERAL_LIGHTS

@@ -1,25 +1,30 @@
-// The layout of layer axis x: from x fastest, then y, then z to y fastest, then z, then x.
+// The layout of layer axis x: from x fastest, then y, then z to z fastest, then y, then x.
 //
-// One work-item per TRANSPOSED_ROWS rows of the result, of neighbouring x at fixed z: id = x / TRANSPOSED_ROWS * dims_z + z. It goes along
-// y in steps of one cache line, so that each line that is read, and each that is written, is needed once. Rows begin `pitch_y` voxels
-// apart, layers `pitch_z`, the first voxel at `first`.
+// One work-item per TRANSPOSED_ROWS rows of the result, of neighbouring x at fixed y: id = x / TRANSPOSED_ROWS * dims_y + y. It goes along
+// z in steps of one cache line, so that each line that is read, and each that is written, is needed once: what is read is put side by side
+// first, since lines a power of two apart throw each other out of the cache. Rows begin `pitch_y` voxels apart, layers `pitch_z`, the
+// first voxel at `first`.
 
 #include "shared/volume.cl"
 
-#define COLUMNS_PER_STEP (64 / VOXEL_BYTES)
+#define LAYERS_PER_STEP (64 / VOXEL_BYTES)
 
 __kernel void transpose(__global const VOXEL *voxels, long first, long pitch_y, long pitch_z, int dims_x, int dims_y, int dims_z,
                         __global VOXEL *transposed) {
-    const size_t id = get_global_id(0), z = id % dims_z, first_x = id / dims_z * TRANSPOSED_ROWS;
+    const size_t id = get_global_id(0), y = id % dims_y, first_x = id / dims_y * TRANSPOSED_ROWS;
     if (first_x >= dims_x)
         return;
     const int rows = min(dims_x - (int)first_x, TRANSPOSED_ROWS);
-    __global const VOXEL *columns = voxels + first + first_x + pitch_z * z;
-    __global VOXEL *row = transposed + dims_y * (first_x * dims_z + z);
-    for (size_t from = 0; from < dims_y; from += COLUMNS_PER_STEP) {
-        const size_t to = min(from + COLUMNS_PER_STEP, (size_t)dims_y);
+    __global const VOXEL *columns = voxels + first + first_x + pitch_y * y;
+    __global VOXEL *row = transposed + dims_z * (first_x * dims_y + y);
+    for (size_t from = 0; from < dims_z; from += LAYERS_PER_STEP) {
+        const size_t layers = min(dims_z - from, (size_t)LAYERS_PER_STEP);
+        VOXEL block[LAYERS_PER_STEP][TRANSPOSED_ROWS];
+        for (size_t z = 0; z < layers; z++)
+            for (size_t x = 0; x < rows; x++)
+                block[z][x] = columns[pitch_z * (from + z) + x];
         for (size_t x = 0; x < rows; x++)
-            for (size_t y = from; y < to; y++)
-                row[x * dims_y * dims_z + y] = columns[x + pitch_y * y];
+            for (size_t z = 0; z < layers; z++)
+                row[x * dims_y * dims_z + from + z] = block[z][x];
     }
 }

@@ -45,7 +45,13 @@ fn warped(lattice: &Lattice, samples: &[DVec4], rays: &Rays, filter: usize) -> F
         let mut sum = DVec4::ZERO;
         for (x, y) in places(y).flat_map(|y| places(x).map(move |x| (x, y))) {
             let place = from_screen * DVec3::new(x, y, 1.0);
-            sum += interpolated(lattice, samples, place.x / place.z, place.y / place.z);
+            let [column, row] = [place.x / place.z, place.y / place.z];
+            sum += if lattice.aligned == [true; 2] {
+                let column = column.round();
+                sample(lattice, samples, column as i64, (row - lattice.stagger.of(column.max(0.0) as u32)).round() as i64)
+            } else {
+                interpolated(lattice, samples, column, row)
+            };
         }
         (sum / (filter * filter) as f64).to_array().map(|c| c as f32)
     };
@@ -53,13 +59,16 @@ fn warped(lattice: &Lattice, samples: &[DVec4], rays: &Rays, filter: usize) -> F
     Frame::new(SIZE, pixels.map(|(x, y)| pixel(x, y)).collect())
 }
 
+/// A sample; beyond the lattice all is transparent.
+fn sample(lattice: &Lattice, samples: &[DVec4], i: i64, j: i64) -> DVec4 {
+    let [width, height] = lattice.size.map(i64::from);
+    let inside = (0..width).contains(&i) && (0..height).contains(&j);
+    if inside { samples[(j * width + i) as usize] } else { DVec4::ZERO }
+}
+
 /// The lattice between its samples, by Catmull-Rom: within the range of the four around, colours within the opacity.
 fn interpolated(lattice: &Lattice, samples: &[DVec4], column: f64, row: f64) -> DVec4 {
-    let sample = |i: i64, j: i64| {
-        let [width, height] = lattice.size.map(i64::from);
-        let inside = (0..width).contains(&i) && (0..height).contains(&j);
-        if inside { samples[(j * width + i) as usize] } else { DVec4::ZERO }
-    };
+    let sample = |i: i64, j: i64| sample(lattice, samples, i, j);
     let (i, j) = (column.floor() as i64, row.floor() as i64);
     let mut sum = DVec4::ZERO;
     for (di, dj) in (-1..3).flat_map(|dj| (-1..3).map(move |di| (di, dj))) {

@@ -63,14 +63,15 @@ impl Axis {
     /// This axis with the other two.
     pub fn frame(self) -> AxisFrame {
         match self {
-            Axis::X => AxisFrame { u: 1, v: 2, a: 0 },
+            Axis::X => AxisFrame { u: 2, v: 1, a: 0 },
             Axis::Y => AxisFrame { u: 0, v: 2, a: 1 },
             Axis::Z => AxisFrame { u: 0, v: 1, a: 2 },
         }
     }
 }
 
-/// A layer axis `a` and the in-layer axes `u` < `v`, as indices into x, y, z.
+/// A layer axis `a` and the in-layer axes `u` and `v`, as indices into x, y, z. About y all is turned alike, as cameras turn: where y is
+/// in the layers and another axis beside it, y is v.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisFrame {
     /// First in-layer axis.

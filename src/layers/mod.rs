@@ -26,7 +26,9 @@ pub use gaussian::{
 };
 pub use kernel::Kernel;
 pub use kernel_function::{kernel_function, kernel_integral};
-pub use lattice::{AffineRays, Density, Lattice, LayerOffset, MAX_LATTICE_SHEAR, MAX_SAMPLES_PER_VOXEL, Phases, Sampling};
+pub use lattice::{
+    AffineRays, Density, Lattice, LayerOffset, MAX_LATTICE_SHEAR, MAX_SAMPLES_PER_VOXEL, Phases, Sampling, Stagger,
+};
 pub use prefilter::{PREFILTER_RADIUS, prefilter};
 pub use quadrature::{GaussNode, quadrature_nodes};
 pub use rays::{Ray, Rays};

@@ -64,6 +64,8 @@ impl OntoScreen<'_> {
             added: i32::from(share.added),
             upright: upright.map_or(0, |axis| axis as i32 + 1),
             on_pixels: i32::from(upright.is_some_and(|axis| lattice.aligned[axis])),
+            for_each_pixel: i32::from(lattice.aligned == [true; 2]),
+            stagger: [lattice.stagger.first, lattice.stagger.per_column],
             filter,
         }
     }
@@ -215,7 +217,9 @@ mod tests {
     /// The largest difference between the picture of a lattice of such colours and these, where four samples and more are around.
     fn difference(device: &Device, lattice: &Lattice, rays: &Rays, moved: f64) -> f64 {
         let [width, height] = lattice.size.map(f64::from);
-        let places = (0..lattice.size[1]).flat_map(|j| (0..lattice.size[0]).map(move |i| [i, j].map(f64::from)));
+        let stagger = lattice.stagger;
+        let places =
+            (0..lattice.size[1]).flat_map(|j| (0..lattice.size[0]).map(move |i| [f64::from(i), f64::from(j) + stagger.of(i)]));
         let samples: Vec<_> = places.map(|place| color(place).map(|c| c as f32)).collect();
         let mut target = Target::holding(device, &samples, Tiles::of_points(lattice, device.tuning())).unwrap();
         let viewport = Viewport::new(SIZE[0], SIZE[1]).unwrap();
@@ -247,7 +251,7 @@ mod tests {
         let viewport = Viewport::new(SIZE[0], SIZE[1]).unwrap();
         let mut seen = [0; 3];
         for (azimuth, elevation, roll) in
-            [(30.0, 20.0, 0.0), (72.0, 20.0, 0.0), (200.0, 0.0, 0.0), (30.0, 20.0, 8.0), (30.0, 20.0, 90.0)]
+            [(30.0, 20.0, 0.0), (90.0, 60.0, 0.0), (200.0, 0.0, 0.0), (30.0, 20.0, 8.0), (30.0, 20.0, 90.0)]
         {
             for (density, pixels) in
                 [(Density::Relaxed, 1.2), (Density::Relaxed, 4.1), (Density::Fixed(1), 2.7), (Density::Fixed(3), 1.1)]

@@ -49,12 +49,14 @@ kernel! {
 }
 
 impl Launch for PointLattice {
-    type Variant = (VoxelKind, Kernel, Segments, Rendering);
+    /// Last, voxel rows beyond those of a row of samples that its columns reach, by their stagger.
+    type Variant = (VoxelKind, Kernel, Segments, Rendering, u32);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
+    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering, stagger): Self::Variant) -> String {
         let defines = Defines::of_kind(voxels, tuning.vector_width).with_kernel(kernel);
-        defines.with_segments(segments).with_rendering(rendering).with("TILE_ROWS", tuning.point_tile_rows).0
+        let defines = defines.with_segments(segments).with_rendering(rendering).with("TILE_ROWS", tuning.point_tile_rows);
+        defines.with("STAGGER", stagger).0
     }
 
     fn items(a: &PointLatticeArguments, _: &Tuning) -> usize {
@@ -73,10 +75,10 @@ impl Declared for PointSamples {
 }
 
 impl Launch for PointSamples {
-    type Variant = (VoxelKind, Kernel, Segments, Rendering);
+    type Variant = <PointLattice as Launch>::Variant;
     const ITEMS: Items = Items::Samples;
 
-    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
+    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering, _): Self::Variant) -> String {
         let [columns, rows] = tuning.sample_tile;
         let defines = Defines::of_kind(voxels, 1).with_kernel(kernel).with_segments(segments).with_rendering(rendering);
         defines.with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows).0

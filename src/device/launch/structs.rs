@@ -152,6 +152,8 @@ kernel_struct! {
         raw: i32,
         /// Of columns and of rows: c of the one in the middle, the difference to that of the next, and the same of s.
         rays: [[f32; 4]; 2],
+        /// Samples of column I lie so far behind their rows: first + I per_column, in 2^-32 of a row, whole rows left out.
+        stagger as [first_stagger, stagger_per_column]: u32,
     }
 }
 
@@ -198,6 +200,9 @@ kernel_struct! {
         upright: i32,
         /// And there is one in the middle of each column of pixels.
         on_pixels: i32,
+        /// There is a sample in the middle of each pixel, with this stagger.
+        for_each_pixel: i32,
+        stagger as [first_stagger, stagger_per_column]: u32,
         /// Of this lattice in the picture, in floats.
         share: f32,
         /// To what the frame holds of other lattices.

@@ -35,7 +35,7 @@ impl Launch for Transpose {
     }
 
     fn items(a: &TransposeArguments, _: &Tuning) -> usize {
-        (a.dims_x as usize).div_ceil(TRANSPOSED_ROWS) * a.dims_z as usize
+        (a.dims_x as usize).div_ceil(TRANSPOSED_ROWS) * a.dims_y as usize
     }
 }
 

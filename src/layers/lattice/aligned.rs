@@ -1,6 +1,6 @@
 //! Samples on pixels: where a row or a column of the screen crosses all layers along an axis of the lattice, as it does wherever the view is
-//! not rolled about an axis of the volume, samples can lie on pixels along the other. There is nothing to interpolate along that one then,
-//! and one sample per pixel is exact.
+//! not rolled about an axis of the volume, samples can lie on pixels along the other; and where that one is u, along both, if columns are
+//! staggered. There is nothing to interpolate then, and one sample per pixel is exact.
 
 use super::{Density, Sampling};
 use crate::layers::{AxisFrame, Rays};
@@ -8,6 +8,8 @@ use crate::viewport::Viewport;
 
 /// Pixels by which samples may leave theirs from one end of the viewport to the other.
 const MOST_DRIFT: f64 = 0.01;
+/// What rounding may make of as many samples as pixels.
+const SLACK: f64 = 1e-9;
 
 /// How samples lie along one axis of a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,31 +28,43 @@ pub(super) fn spreads(
     sampling: Sampling,
     crossing: impl Fn(f64, f64) -> [f64; 2],
 ) -> [Spread; 2] {
-    let free = [frame.u, frame.v].map(|axis| density.samples(rays.pixels_along(axis)).max(1.0));
+    let pixels = [frame.u, frame.v].map(|axis| rays.pixels_along(axis));
+    let free = pixels.map(|pixels| density.samples(pixels).max(1.0));
     let alone = free.map(|samples_per_voxel| Spread { samples_per_voxel, on_pixel: None });
-    let beside = density.beside_aligned();
     // Where a pixel shows the mean of many voxels, it is these that number the samples.
-    let (Some(beside), Sampling::Points(_), false) = (beside, sampling, rays.voxels_per_pixel(frame) > 1.0) else { return alone };
+    let follows = matches!(sampling, Sampling::Points(_)) && rays.voxels_per_pixel(frame) <= 1.0;
+    if !(follows && pixels.iter().all(|&pixels| density.follows_pixels(pixels))) {
+        return alone;
+    }
     let [first, right, down] = [(0.5, 0.5), (1.5, 0.5), (0.5, 1.5)].map(|(x, y)| crossing(x, y));
     let steps = [0, 1].map(|i| [right[i] - first[i], down[i] - first[i]]);
-    let pitch = steps.map(|step| pixel_pitch(step, viewport));
-    let aligned = [0, 1].map(|i| pitch[i].filter(|pitch| 1.0 <= pitch * free[i]));
-    [0, 1].map(|i| match (aligned[i], aligned[1 - i]) {
-        (Some(pitch), _) => Spread { samples_per_voxel: 1.0 / pitch, on_pixel: Some(first[i]) },
-        (None, Some(_)) => {
+    let side = steps.map(|step| upright_side(step, viewport));
+    if let Some(side) = side[0] {
+        let pitch = [steps[0][side], steps[1][1 - side]].map(f64::abs);
+        // Of columns on pixels the samples can lie on these too, staggered. Worth it unless they are more than is asked for.
+        if pitch[0] * free[0] * pitch[1] * free[1] * (1.0 + SLACK) >= 1.0 {
+            return [0, 1].map(|i| Spread { samples_per_voxel: 1.0 / pitch[i], on_pixel: Some(first[i]) });
+        }
+    }
+    let aligned = [0, 1].map(|i| {
+        let pitch = steps[i][side[i]?].abs();
+        (1.0 <= pitch * free[i]).then_some(Spread { samples_per_voxel: 1.0 / pitch, on_pixel: Some(first[i]) })
+    });
+    [0, 1].map(|i| match (aligned[i], aligned[1 - i], density.beside_aligned()) {
+        (Some(on_pixel), _, Some(_)) => on_pixel,
+        (None, Some(_), Some(beside)) => {
             let pixels = 1.0 / steps[i][0].abs().max(steps[i][1].abs());
             Spread { samples_per_voxel: (pixels * beside).min(free[i]), ..alone[i] }
         }
-        (None, None) => alone[i],
+        _ => alone[i],
     })
 }
 
-/// Voxels between pixels along the side of the screen along which an axis runs, if there is one.
-fn pixel_pitch(step: [f64; 2], viewport: Viewport) -> Option<f64> {
+/// The side of the screen, 0 or 1, along which alone an axis changes, by so many voxels per pixel, if there is one.
+fn upright_side(step: [f64; 2], viewport: Viewport) -> Option<usize> {
     let sides = [viewport.width, viewport.height].map(f64::from);
     let along = usize::from(step[1].abs() > step[0].abs());
-    let pitch = step[along].abs();
-    (step[1 - along].abs() * sides[1 - along] <= MOST_DRIFT * pitch).then_some(pitch)
+    (step[1 - along].abs() * sides[1 - along] <= MOST_DRIFT * step[along].abs()).then_some(along)
 }
 
 #[cfg(test)]
@@ -83,22 +97,25 @@ mod tests {
     #[test]
     fn samples_lie_on_pixels_where_the_view_is_not_rolled() {
         for (orbit, aligned) in [
-            (orbit(30.0, 20.0, 0.0), [true, false]),
-            (orbit(72.0, 20.0, 0.0), [false, true]),
-            (orbit(250.0, -30.0, 0.0), [false, true]),
-            (orbit(30.0, 0.0, 0.0), [true, true]),
-            (orbit(30.0, 20.0, 90.0), [true, false]),
-            (orbit(30.0, 20.0, 1.0), [false, false]),
-            (orbit(30.0, 60.0, 0.0), [false, false]),
+            (orbit(30.0, 20.0, 0.0), [true; 2]),
+            (orbit(72.0, 20.0, 0.0), [true; 2]),
+            (orbit(250.0, -30.0, 0.0), [true; 2]),
+            (orbit(30.0, 0.0, 0.0), [true; 2]),
+            (orbit(30.0, 20.0, 90.0), [true; 2]),
+            (orbit(0.0, 60.0, 0.0), [true; 2]),
+            (orbit(0.0, 20.0, 30.0), [false; 2]),
+            (orbit(30.0, 20.0, 1.0), [false; 2]),
+            (orbit(30.0, 60.0, 0.0), [false; 2]),
         ] {
             let (lattice, rays) = lattice(orbit, 1.2, Density::Relaxed);
             assert_eq!(lattice.aligned, aligned, "{orbit:?}");
             let to_lattice = lattice.from_screen(&rays);
-            for (i, _) in aligned.iter().enumerate().filter(|(_, aligned)| **aligned) {
-                for (x, y) in [(0.5, 0.5), (31.5, 8.5), (89.5, 69.5), (0.5, 69.5)] {
-                    let place = (to_lattice * DVec3::new(x, y, 1.0))[i];
-                    assert_abs_diff_eq!(place, place.round(), epsilon = 1e-6);
-                }
+            for (x, y) in [(0.5, 0.5), (31.5, 8.5), (89.5, 69.5), (0.5, 69.5)].into_iter().filter(|_| aligned == [true; 2]) {
+                let place = to_lattice * DVec3::new(x, y, 1.0);
+                assert_abs_diff_eq!(place.x, place.x.round(), epsilon = 1e-6);
+                let column = place.x.round() as i64 as u32;
+                let row = place.y - lattice.stagger.of(column);
+                assert_abs_diff_eq!(row, row.round(), epsilon = 1e-6);
             }
         }
     }

@@ -36,7 +36,7 @@ pub enum Density {
     AtLeast(u32),
     /// Finer than the screen where voxels are small, coarser where they are large: up to 1.6 samples per pixel, up to 1.86
     /// per voxel, at most 2 pixels apart. The kernel has no finer detail to show, and the warp interpolates. Where a view is not
-    /// rolled and voxels are 1 to 1.86 pixels large, samples lie on pixels along one axis, and only along the other between them.
+    /// rolled and voxels are 1 to 1.86 pixels large, and somewhat more, samples lie on pixels: along both axes, or along one alone.
     Relaxed,
     /// The same with up to 2.1 samples per pixel, 2.35 per voxel, at most 1.7 pixels apart.
     Fine,
@@ -58,6 +58,15 @@ impl Density {
             Density::Relaxed => RELAXED.samples(pixels),
             Density::Fine => FINE.samples(pixels),
             Density::Fixed(m) => f64::from(m),
+        }
+    }
+
+    /// Whether a sample for each pixel is as dense as this asks, where a voxel covers so many pixels: each pixel then has its own ray.
+    pub(super) fn follows_pixels(self, pixels: f64) -> bool {
+        match self {
+            Density::AtLeast(m) => pixels >= f64::from(m),
+            Density::Relaxed | Density::Fine => true,
+            Density::Fixed(_) => false,
         }
     }
 

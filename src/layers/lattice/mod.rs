@@ -5,10 +5,12 @@ mod density;
 mod parallel;
 mod perspective;
 mod phases;
+mod stagger;
 
 pub use density::Density;
 pub use perspective::MAX_LATTICE_SHEAR;
 pub use phases::{LayerOffset, MAX_SAMPLES_PER_VOXEL, Phases};
+pub use stagger::Stagger;
 
 use super::axis::{Axis, AxisFrame};
 use super::kernel::Kernel;
@@ -61,7 +63,8 @@ enum Source {
 /// A lattice of rays: ray (I, J) crosses layer k at u = c_u(I) + (k − k_c) s_u(I), v = c_v(J) + (k − k_c) s_v(J), where k_c, in
 /// general half-integer, is the layer of the volume's centre.
 ///
-/// In a parallel view all shears are one, and samples are a share of a voxel apart; in a perspective all rays meet in the eye.
+/// In a parallel view all shears are one, samples are a share of a voxel apart, and those of columns may lie behind the rows' (`stagger`);
+/// in a perspective all rays meet in the eye.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
     /// Layer axis and in-layer axes.
@@ -82,6 +85,8 @@ pub struct Lattice {
     pub phases: Option<Phases>,
     /// Whether samples lie on pixels along u and v, so that nothing is interpolated.
     pub aligned: [bool; 2],
+    /// By how much of a row the samples of columns lie behind, where they lie on pixels along both axes.
+    pub stagger: Stagger,
     source: Source,
 }
 
@@ -130,7 +135,8 @@ impl Lattice {
 
     /// The ray of sample (I, J), in voxels (x, y, z).
     pub fn ray(&self, column: u32, row: u32) -> Ray {
-        let [u, v] = [(0, column), (1, row)].map(|(i, index)| self.crossing(i, f64::from(index)));
+        let u = self.crossing(0, f64::from(column));
+        let v = self.crossing(1, f64::from(row) + self.stagger.of(column));
         let origin = self.frame.global(DVec3::new(u[0], v[0], self.centre_layer));
         match self.source {
             Source::Direction(direction) => Ray { origin, direction, start: f64::NEG_INFINITY },
@@ -141,8 +147,8 @@ impl Lattice {
         }
     }
 
-    /// Takes (x, y, 1) of the screen to (I, J, 1)·w of the lattice, sample centres at whole numbers; w is 1 in a parallel view, and has
-    /// the sign of [`Self::forward`] for rays that reach the layers.
+    /// Takes (x, y, 1) of the screen to (I, J, 1)·w of the lattice, sample centres at whole numbers, but for their `stagger`; w is 1 in a
+    /// parallel view, and has the sign of [`Self::forward`] for rays that reach the layers.
     pub fn from_screen(&self, rays: &Rays) -> DMat3 {
         match self.source {
             Source::Direction(_) => {

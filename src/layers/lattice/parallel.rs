@@ -1,7 +1,7 @@
 //! The sheared lattice of a parallel view: samples move with the ray.
 
 use super::phases::{MAX_SAMPLES_PER_VOXEL, Phases};
-use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source, aligned};
+use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source, Stagger, aligned};
 use crate::layers::{Axis, Rays};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
@@ -58,6 +58,7 @@ pub(super) fn lattice(
         rays: shear.map(|s| AffineRays { crossing: [0.0; 2], shear: [s, 0.0] }),
         phases: None,
         aligned: spreads.map(|spread| spread.on_pixel.is_some()),
+        stagger: Stagger::default(),
         source: Source::Direction(direction),
     };
     for i in 0..2 {
@@ -70,6 +71,9 @@ pub(super) fn lattice(
         };
         let middle = centre[i] + first + ((f64::from(size) - 1.0) / 2.0 + anchor) / m;
         lattice.rays[i].crossing = [middle, 1.0 / m];
+    }
+    if lattice.aligned == [true; 2] {
+        lattice.stagger = Stagger::onto_pixels(&lattice.from_screen(rays));
     }
     if in_phases {
         let per_voxel = samples_per_voxel.map(|m| m as u32);
@@ -87,7 +91,9 @@ fn extent(lattice: &Lattice, rays: &Rays, viewport: Viewport, centre: [f64; 3], 
     let per_cell = if sampling == Sampling::Splats { m } else { 1.0 };
     let cell = per_cell / m;
     let half_support = |voxels: usize| (voxels as f64 - 1.0) / 2.0 + sampling.radius();
-    let reach = half_support(lattice.dims[i]) + 2.0 * s + s * half_support(lattice.dims[2]);
+    // Staggered samples begin up to a row later.
+    let stagger = if lattice.aligned == [true; 2] { 1.0 / m } else { 0.0 };
+    let reach = half_support(lattice.dims[i]) + 2.0 * s + s * half_support(lattice.dims[2]) + stagger;
     let half = (reach / cell).ceil();
     let seen = rays.corners(viewport).map(|ray| lattice.crossing_of(ray)[i] - centre[i]);
     let lo = seen.iter().fold(f64::INFINITY, |a, &b| a.min(b)) - MARGIN / m;

@@ -1,7 +1,7 @@
 //! The lattice of a perspective: the shears of eye rays are evenly spaced.
 
 use super::phases::MAX_SAMPLES_PER_VOXEL;
-use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source};
+use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source, Stagger};
 use crate::layers::{Axis, AxisFrame, Rays};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
@@ -52,6 +52,7 @@ pub(super) fn lattice(
         rays: [AffineRays { crossing: [0.0; 2], shear: [0.0; 2] }; 2],
         phases: None,
         aligned: [false; 2],
+        stagger: Stagger::default(),
         source: Source::Eye(eye),
     };
     for i in 0..2 {

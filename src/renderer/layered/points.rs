@@ -13,7 +13,7 @@ use crate::device::launch::layered::{
 };
 use crate::device::launch::structs::{RayLatticeParams, SampleParams};
 use crate::error::Error;
-use crate::layers::{Axis, Density, Kernel, Lattice};
+use crate::layers::{Axis, Density, Kernel, Lattice, Stagger};
 use crate::settings::Blend;
 use crate::settings::{Classification, Evaluation};
 use std::sync::Arc;
@@ -41,6 +41,12 @@ fn magnified(samples_per_layer: u32, evaluation: Evaluation, pixels: f64) -> u32
 fn reach(lattice: &Lattice, kernel: Kernel) -> PointReach {
     let small = lattice.is_parallel() && lattice.shear().iter().all(|s| s.abs() <= 1.0);
     PointReach { kernel, any_shear: !small }
+}
+
+/// See `PointLattice`'s variant.
+fn rows_reached(lattice: &Lattice) -> u32 {
+    let staggered = lattice.stagger != Stagger::default();
+    if staggered { lattice.rays[1].crossing[1].ceil() as u32 } else { 0 }
 }
 
 impl PointLayers {
@@ -72,7 +78,7 @@ impl PointLayers {
         let region = Region::new(scene, kernel, per_layer);
         let segments = segments(scene, &integrals, kernel, per_layer);
         let table = classified(scene, &integrals, (kernel, per_layer), &mut sample)?;
-        let variant = (layout.voxels.kind(), kernel, segments, region.rendering);
+        let variant = (layout.voxels.kind(), kernel, segments, region.rendering, rows_reached(lattice));
         let arguments = PointLatticeArguments {
             voxels: &layout.voxels,
             view: layout.view,
@@ -197,5 +203,6 @@ pub(super) fn lattice_params(
         continues: i32::from(range.continues),
         raw: i32::from(range.raw),
         rays: [affine(0), affine(1)],
+        stagger: [lattice.stagger.first, lattice.stagger.per_column],
     }
 }

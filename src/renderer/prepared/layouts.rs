@@ -81,7 +81,7 @@ impl Prepared {
         };
         let [_, y, z] = self.held_dims.map(|n| n as i64);
         let (first, stride, voxels) = match axis {
-            Axis::X => (0, [1, y, y * z], self.transposed(device, weighted, placed)?),
+            Axis::X => (0, [1, z, y * z], self.transposed(device, weighted, placed)?),
             Axis::Y => (placed.first, [1, placed.slice, placed.row], self.upright(device, weighted)?),
             Axis::Z => (placed.first, [1, placed.row, placed.slice], self.upright(device, weighted)?),
         };

@@ -1,0 +1,117 @@
+// The rows of a tile of a lattice between those of the voxels, and what is known of these, mixed for them.
+//
+// A row of samples lies between two rows of voxels: all its columns mix these alike. Not where columns are staggered
+// (src/layers/lattice/stagger.rs): each lies behind the row by some of its own, up to STAGGER voxel rows farther.
+
+#include "shared/reconstruction.cl"
+
+#ifndef TILE_ROWS
+#error "TILE_ROWS: samples of a tile along v"
+#endif
+#ifndef STAGGER
+#error "STAGGER: how many voxel rows farther than their row columns lie, at most: 0, 1 or 2"
+#endif
+
+// Padded to whole vectors.
+#define PADDED_ROWS ((TILE_ROWS + VW - 1) / VW * VW)
+
+// Where a tile's rows cross the middle layer, and how far its columns lie behind them, in voxels.
+typedef struct {
+    float centre[PADDED_ROWS], shear[PADDED_ROWS];
+    realv stagger;
+} TileRows;
+
+#if STAGGER
+
+// Where they are in a layer: the voxel row below each row, and how far it lies from that one, 0, to the next, 1.
+typedef struct {
+    int below[PADDED_ROWS] __attribute__((aligned(64)));
+    float between[PADDED_ROWS];
+    realv stagger;
+} RowPlaces;
+
+// Of a row: how many voxel rows farther each column lies, and what those around it count.
+typedef struct {
+    intv farther;
+    Weights value, slope;
+} RowMix;
+
+ALWAYS_INLINE RowMix mix_of(const RowPlaces *places, int row) {
+    RowMix mix;
+    const realv behind = places->between[row] + places->stagger;
+    mix.farther = COUNT_IF(behind >= 1.0f);
+#if STAGGER > 1
+    mix.farther += COUNT_IF(behind >= 2.0f);
+#endif
+    const realv between = behind - CONVERT_REALV(mix.farther);
+    mix.value = value_weights(between), mix.slope = slope_weights(between);
+    return mix;
+}
+
+#if STAGGER > 1
+#define FARTHER(mix, number, n) ((mix).farther == 0 ? (number)[n] : (mix).farther == 1 ? (number)[(n) + 1] : (number)[(n) + 2])
+#else
+#define FARTHER(mix, number, n) ((mix).farther == 0 ? (number)[n] : (number)[(n) + 1])
+#endif
+
+#else
+
+// What voxel rows -1 ... 2 count, per row.
+typedef struct {
+    float of[4][PADDED_ROWS];
+} RowWeights;
+
+typedef struct {
+    int below[PADDED_ROWS] __attribute__((aligned(64)));
+    RowWeights value, slope;
+} RowPlaces;
+
+typedef struct {
+    float of[4];
+} WeightsOfRow;
+
+typedef struct {
+    WeightsOfRow value, slope;
+} RowMix;
+
+static inline void store_weights(const Weights *w, int row, RowWeights *rows) {
+    for (int n = 0; n < 4; n++)
+        STOREV(rows->of[n] + row, w->of[n]);
+}
+
+ALWAYS_INLINE RowMix mix_of(const RowPlaces *places, int row) {
+    RowMix mix;
+    for (int n = 0; n < 4; n++)
+        mix.value.of[n] = places->value.of[n][row], mix.slope.of[n] = places->slope.of[n][row];
+    return mix;
+}
+
+#define FARTHER(mix, number, n) ((number)[n])
+
+#endif
+
+// A number of voxel rows, from the one before the one below a row of samples on, mixed for it, and its slope.
+#define OF_ROWS(TAKE, weights, mix, number) \
+    TAKE((weights).of, FARTHER(mix, number, 0), FARTHER(mix, number, 1), FARTHER(mix, number, 2), FARTHER(mix, number, 3))
+#define MIXED_ROWS(mix, number) OF_ROWS(MIXED, (mix).value, mix, number)
+#define SLOPE_OF_ROWS(mix, number) OF_ROWS(SLOPE, (mix).slope, mix, number)
+
+// `depth`: of the layer, from the middle one.
+static inline void place_rows(const TileRows *rows, float depth, RowPlaces *places) {
+    for (int r = 0; r < TILE_ROWS; r += VW) {
+        const realv v = LOADV(rows->centre + r) + depth * LOADV(rows->shear + r);
+        const intv below = wholes_below(v);
+        *(intv *)(places->below + r) = below;
+        const realv between = v - CONVERT_REALV(below);
+#if STAGGER
+        STOREV(places->between + r, between);
+#else
+        const Weights value = value_weights(between), slope = slope_weights(between);
+        store_weights(&value, r, &places->value);
+        store_weights(&slope, r, &places->slope);
+#endif
+    }
+#if STAGGER
+    places->stagger = rows->stagger;
+#endif
+}
