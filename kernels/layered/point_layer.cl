@@ -42,7 +42,7 @@ typedef struct {
     float above;     // where it lies from that, 0, to the next, 1
     float layers[4]; // what layers k-1 ... k+2 count
     bool mixes;      // others than k do
-    int first;       // voxel of a span's first column: one before the one below the outermost sample
+    int first;       // voxel of a span's first column: one before the one below the outermost sample, or further in
     int vectors;     // of a span
     bool inside;     // no voxel of a span is beside the volume
     intv offset;     // of the voxel below each column, in the span
@@ -67,9 +67,11 @@ static inline Columns columns_under(const VolumeView *view, int samples_per_laye
     c.between = u - CONVERT_REALV(below);
     c.u = value_weights(c.between);
     const int *ends = (const int *)&below;
-    c.first = min(ends[0], ends[VW - 1]) - 1;
-    c.vectors = (max(ends[0], ends[VW - 1]) + 3 - c.first + VW - 1) / VW;
-    c.inside = c.first >= 0 && c.first + c.vectors * VW <= view->dims_u;
+    const int first = min(ends[0], ends[VW - 1]) - 1, behind = max(ends[0], ends[VW - 1]) + 3;
+    c.vectors = (behind - first + VW - 1) / VW;
+    c.inside = first >= 0 && behind <= view->dims_u && c.vectors * VW <= view->dims_u;
+    // A span that is wider than what is under the columns can begin before it, and need not reach beyond the volume.
+    c.first = c.inside ? min(first, view->dims_u - c.vectors * VW) : first;
     c.offset = below - c.first;
     return c;
 }
@@ -136,28 +138,45 @@ typedef struct {
     float layers[4];
 } SlopeWeights;
 
+// Row j of the layers around a sub-layer: mixed, and its slopes along the layer axis.
+ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, const SlopeWeights *w, int j,
+                                      int vectors, bool inside, float *own, float *across) {
+    load_span(voxels, view, c, j, c->k, vectors, inside, own);
+#if RADIUS == 1
+    if (inside && c->above == 0.0f) {
+        // On a layer: between the two beside it.
+        __global const VOXEL *before = voxels + (c->k - 1 - view->first_a) * view->stride_a + j * view->stride_v + c->first;
+        __global const VOXEL *behind = before + 2 * view->stride_a;
+        for (int i = 0; i < vectors * VW; i += VW)
+            STOREV(across + i, w->layers[2] * DIFFERENCES_OF(view, behind + i, before + i));
+        return;
+    }
+#endif
+    float low[SPAN_VECTORS * VW];
+    for (int i = 0; i < vectors * VW; i += VW) {
+        STOREV(low + i, LOADV(own + i));
+        STOREV(across + i, (realv)(0.0f));
+    }
+#pragma unroll
+    for (int n = 0; n < 4; n++) {
+        if (n == 1 || w->layers[n] == 0.0f)
+            continue;
+        float other[SPAN_VECTORS * VW];
+        load_span(voxels, view, c, j, c->k - 1 + n, vectors, inside, other);
+        for (int i = 0; i < vectors * VW; i += VW) {
+            const realv difference = LOADV(other + i) - LOADV(low + i);
+            STOREV(across + i, LOADV(across + i) + w->layers[n] * difference);
+            if (c->mixes && IS_OTHER_TAP(n))
+                STOREV(own + i, LOADV(own + i) + c->layers[n] * difference);
+        }
+    }
+}
+
 ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, const SlopeWeights *w,
                                       int first, int last, int vectors, bool inside, Slopes *s) {
     for (int j = first, row = 0; j <= last; j++, row++) {
-        float low[SPAN_VECTORS * VW], own[SPAN_VECTORS * VW], across[SPAN_VECTORS * VW];
-        load_span(voxels, view, c, j, c->k, vectors, inside, low);
-        for (int i = 0; i < vectors * VW; i += VW) {
-            STOREV(own + i, LOADV(low + i));
-            STOREV(across + i, (realv)(0.0f));
-        }
-#pragma unroll
-        for (int n = 0; n < 4; n++) {
-            if (n == 1 || w->layers[n] == 0.0f)
-                continue;
-            float other[SPAN_VECTORS * VW];
-            load_span(voxels, view, c, j, c->k - 1 + n, vectors, inside, other);
-            for (int i = 0; i < vectors * VW; i += VW) {
-                const realv difference = LOADV(other + i) - LOADV(low + i);
-                STOREV(across + i, LOADV(across + i) + w->layers[n] * difference);
-                if (c->mixes && IS_OTHER_TAP(n))
-                    STOREV(own + i, LOADV(own + i) + c->layers[n] * difference);
-            }
-        }
+        float own[SPAN_VECTORS * VW], across[SPAN_VECTORS * VW];
+        differentiate_span(voxels, view, c, w, j, vectors, inside, own, across);
         const realv o0 = UNDER(own, -1), o1 = UNDER(own, 0), o2 = UNDER(own, 1), o3 = UNDER(own, 2);
         s->value[row] = MIXED(c->u.of, o0, o1, o2, o3);
         s->along_u[row] = SLOPE(w->u.of, o0, o1, o2, o3);
@@ -216,6 +235,7 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
     weights.u = slope_weights(columns.between);
     const Weights layers = slope_weights((realv)(columns.above));
     store_first(&layers, weights.layers);
+    prepare_slopes(&layer->rows);
     Slopes slopes;
 #define DIFFERENTIATE(vectors, inside) \
     differentiate_rows(voxels, view, &columns, &weights, first, last, vectors, inside, &slopes)

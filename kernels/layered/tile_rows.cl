@@ -21,14 +21,23 @@ typedef struct {
     realv stagger;
 } TileRows;
 
-#if STAGGER
+// What voxel rows -1 ... 2 count, per row.
+typedef struct {
+    float of[4][PADDED_ROWS];
+} RowWeights;
 
 // Where they are in a layer: the voxel row below each row, and how far it lies from that one, 0, to the next, 1.
 typedef struct {
     int below[PADDED_ROWS] __attribute__((aligned(64)));
     float between[PADDED_ROWS];
+#if STAGGER
     realv stagger;
+#else
+    RowWeights value, slope; // slopes where they are asked for
+#endif
 } RowPlaces;
+
+#if STAGGER
 
 // Of a row: how many voxel rows farther each column lies, and what those around it count.
 typedef struct {
@@ -48,6 +57,7 @@ ALWAYS_INLINE RowMix mix_of(const RowPlaces *places, int row) {
     return mix;
 }
 
+#define WEIGHTS_OF(mix, kind) ((mix).kind.of)
 #if STAGGER > 1
 #define FARTHER(mix, number, n) ((mix).farther == 0 ? (number)[n] : (mix).farther == 1 ? (number)[(n) + 1] : (number)[(n) + 2])
 #else
@@ -56,45 +66,34 @@ ALWAYS_INLINE RowMix mix_of(const RowPlaces *places, int row) {
 
 #else
 
-// What voxel rows -1 ... 2 count, per row.
+// Of a row. Its weights stay where they are: copied, they cost a tenth of the time.
 typedef struct {
-    float of[4][PADDED_ROWS];
-} RowWeights;
-
-typedef struct {
-    int below[PADDED_ROWS] __attribute__((aligned(64)));
-    RowWeights value, slope;
-} RowPlaces;
-
-typedef struct {
-    float of[4];
-} WeightsOfRow;
-
-typedef struct {
-    WeightsOfRow value, slope;
+    const RowPlaces *places;
+    int row;
 } RowMix;
+
+ALWAYS_INLINE RowMix mix_of(const RowPlaces *places, int row) {
+    const RowMix mix = {places, row};
+    return mix;
+}
+
+#define WEIGHT_OF(mix, kind, n) ((mix).places->kind.of[n][(mix).row])
+#define WEIGHTS_OF(mix, kind) \
+    ((const float[4]){WEIGHT_OF(mix, kind, 0), 0.0f, WEIGHT_OF(mix, kind, 2), WEIGHT_OF(mix, kind, 3)})
+#define FARTHER(mix, number, n) ((number)[n])
 
 static inline void store_weights(const Weights *w, int row, RowWeights *rows) {
     for (int n = 0; n < 4; n++)
         STOREV(rows->of[n] + row, w->of[n]);
 }
 
-ALWAYS_INLINE RowMix mix_of(const RowPlaces *places, int row) {
-    RowMix mix;
-    for (int n = 0; n < 4; n++)
-        mix.value.of[n] = places->value.of[n][row], mix.slope.of[n] = places->slope.of[n][row];
-    return mix;
-}
-
-#define FARTHER(mix, number, n) ((number)[n])
-
 #endif
 
 // A number of voxel rows, from the one before the one below a row of samples on, mixed for it, and its slope.
-#define OF_ROWS(TAKE, weights, mix, number) \
-    TAKE((weights).of, FARTHER(mix, number, 0), FARTHER(mix, number, 1), FARTHER(mix, number, 2), FARTHER(mix, number, 3))
-#define MIXED_ROWS(mix, number) OF_ROWS(MIXED, (mix).value, mix, number)
-#define SLOPE_OF_ROWS(mix, number) OF_ROWS(SLOPE, (mix).slope, mix, number)
+#define OF_ROWS(TAKE, kind, mix, number) \
+    TAKE(WEIGHTS_OF(mix, kind), FARTHER(mix, number, 0), FARTHER(mix, number, 1), FARTHER(mix, number, 2), FARTHER(mix, number, 3))
+#define MIXED_ROWS(mix, number) OF_ROWS(MIXED, value, mix, number)
+#define SLOPE_OF_ROWS(mix, number) OF_ROWS(SLOPE, slope, mix, number)
 
 // `depth`: of the layer, from the middle one.
 static inline void place_rows(const TileRows *rows, float depth, RowPlaces *places) {
@@ -103,15 +102,23 @@ static inline void place_rows(const TileRows *rows, float depth, RowPlaces *plac
         const intv below = wholes_below(v);
         *(intv *)(places->below + r) = below;
         const realv between = v - CONVERT_REALV(below);
-#if STAGGER
         STOREV(places->between + r, between);
-#else
-        const Weights value = value_weights(between), slope = slope_weights(between);
+#if !STAGGER
+        const Weights value = value_weights(between);
         store_weights(&value, r, &places->value);
-        store_weights(&slope, r, &places->slope);
 #endif
     }
 #if STAGGER
     places->stagger = rows->stagger;
+#endif
+}
+
+// Before slopes are asked for.
+static inline void prepare_slopes(RowPlaces *places) {
+#if !STAGGER
+    for (int r = 0; r < TILE_ROWS; r += VW) {
+        const Weights slope = slope_weights(LOADV(places->between + r));
+        store_weights(&slope, r, &places->slope);
+    }
 #endif
 }

@@ -37,8 +37,13 @@ typedef struct {
 #define MIXED(w, before, low, high, behind) \
     ((low) + (w)[0] * ((before) - (low)) + ((w)[2] * ((high) - (low)) + (w)[3] * ((behind) - (low))))
 #endif
+#if RADIUS == 1
+// Central differences of the two around: those of one are as much less as those of the other are more.
+#define SLOPE(w, before, low, high, behind) ((w)[2] * ((high) - (before)) + (w)[3] * ((behind) - (low)))
+#else
 #define SLOPE(w, before, low, high, behind) \
     ((w)[0] * ((before) - (low)) + ((w)[2] * ((high) - (low)) + (w)[3] * ((behind) - (low))))
+#endif
 
 // What voxels count for the value at `t`, 0 ... 1 from the one below to the next.
 static inline Weights value_weights(realv t) {

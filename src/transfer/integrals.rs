@@ -39,6 +39,23 @@ pub struct IntegralTable {
     pub unit: f64,
 }
 
+/// Cells into which [`IntegralTable::extinction_cells`] cuts the visible values.
+pub const EXTINCTION_CELLS: usize = 32;
+
+/// Extinctions over the visible values, taken to change evenly in each of [`EXTINCTION_CELLS`]: to the place from which the light of a
+/// segment comes, what is finer does not matter, and so many fit into the registers of a processor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExtinctionCells {
+    /// Value where the first cell begins.
+    pub first: f64,
+    /// Cells per unit of value; 0 where nothing is visible, or a single value.
+    pub per_value: f64,
+    /// In units of the table, where cells begin.
+    pub at: [f32; EXTINCTION_CELLS],
+    /// And by how much more there is where they end.
+    pub to_next: [f32; EXTINCTION_CELLS],
+}
+
 impl TransferTable {
     /// The integrals of this table by the midpoint rule: the mean between two neighbouring nodes is the entry between them.
     /// Extinctions are cut off where a segment of `thinnest` unit distances is opaque.
@@ -95,6 +112,20 @@ impl IntegralTable {
         })
     }
 
+    /// Extinctions by cells.
+    pub fn extinction_cells(&self) -> ExtinctionCells {
+        let last = (self.nodes.len() - 1) as f64;
+        let [from, to] = self.visible_nodes().map(|node| node.clamp(0.0, last));
+        let per_cell = (to - from).max(0.0) / EXTINCTION_CELLS as f64;
+        let border = |i: usize| self.at_nodes[(from + per_cell * i as f64).round() as usize][3];
+        ExtinctionCells {
+            first: if self.per_value > 0.0 { self.first + from / self.per_value } else { self.first },
+            per_value: if per_cell > 0.0 { self.per_value / per_cell } else { 0.0 },
+            at: std::array::from_fn(border),
+            to_next: std::array::from_fn(|i| border(i + 1) - border(i)),
+        }
+    }
+
     /// The values between which lies all opacity.
     pub fn visible_values(&self) -> [f64; 2] {
         // A single value lies at the first node: all or nothing is visible.
@@ -141,6 +172,31 @@ mod tests {
         // A step belongs to neither side of its node.
         let step = integrals.at_nodes.iter().position(|n| n[3] > 0.0).unwrap();
         assert!(integrals.nodes[step][3] > 0 && integrals.nodes[step - 1][3] == 0);
+    }
+
+    #[test]
+    fn cells_follow_the_extinction_of_what_is_visible() {
+        let integrals = table(vec![(0.0, 0.0), (40.0, 0.0), (60.0, 0.5), (100.0, 0.0)]).integrals(1.0);
+        let cells = integrals.extinction_cells();
+        let near = |value: f64| {
+            let place = ((value - cells.first) * cells.per_value).clamp(0.0, EXTINCTION_CELLS as f64 - 1e-3);
+            let cell = place as usize;
+            (f64::from(cells.at[cell]) + place.fract() * f64::from(cells.to_next[cell])) * integrals.unit
+        };
+        for value in 40..=100 {
+            let value = f64::from(value);
+            let expected = if value < 60.0 { 0.025 * (value - 40.0) } else { 0.0125 * (100.0 - value) };
+            // The tip lies within a cell.
+            let tolerance = if (value - 60.0).abs() < 2.0 { 0.02 } else { 2e-3 };
+            assert!((near(value) - expected).abs() < tolerance, "{value}: {} for {expected}", near(value));
+        }
+        let single = TransferFunction::new("t", vec![(0.0, [1.0; 3])], vec![(0.0, 0.5)]).unwrap();
+        for (transfer, range) in
+            [(single, (7.0, 7.0)), (TransferFunction::new("c", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0)]).unwrap(), (0.0, 9.0))]
+        {
+            let cells = TransferTable::new(&transfer, range, Extinction::Linear).integrals(1.0).extinction_cells();
+            assert!(cells.first.is_finite() && cells.per_value.is_finite() && cells.to_next == [0.0; EXTINCTION_CELLS]);
+        }
     }
 
     #[test]

@@ -13,7 +13,7 @@ mod table;
 mod value;
 
 pub use format::FileFormat;
-pub use integrals::IntegralTable;
+pub use integrals::{EXTINCTION_CELLS, ExtinctionCells, IntegralTable};
 pub use table::{Extinction, TransferTable};
 pub use value::Value;
 
