@@ -36,7 +36,7 @@ pub enum Density {
     AtLeast(u32),
     /// Finer than the screen where voxels are small, coarser where they are large: up to 1.6 samples per pixel, up to 1.86
     /// per voxel, at most 2 pixels apart. The kernel has no finer detail to show, and the warp interpolates. Where a view is not
-    /// rolled and voxels are 1 to 1.86 pixels large, and somewhat more, samples lie on pixels: along both axes, or along one alone.
+    /// rolled and voxels are 1 to 1.86 pixels large, or somewhat larger, samples lie on pixels instead: one for each, or along one axis.
     Relaxed,
     /// The same with up to 2.1 samples per pixel, 2.35 per voxel, at most 1.7 pixels apart.
     Fine,
