@@ -4,10 +4,10 @@ mod common;
 
 use common::*;
 use glam::{DMat3, DVec3};
-use layersplat::layers::{Correction, Density, Ray, Rays};
+use layersplat::layers::{Correction, Density, Kernel, Ray, Rays};
 use layersplat::renderer::{LatticePicture, Plan};
 use layersplat::settings::{Classification, Evaluation, Layered};
-use layersplat::{Camera, Frame, OpenOptions, Orbit, Renderer, Settings, TransferFunction, Volume};
+use layersplat::{Camera, Frame, OpenOptions, Orbit, Quality, Renderer, Settings, TransferFunction, Volume};
 
 /// PSNR over RGBA of noise, the hardest case: its finest detail is two voxels, four to six samples. 1 dB below what is measured, here
 /// and of a smooth volume.
@@ -54,6 +54,23 @@ fn parallel_and_perspective_views() {
                     assert!(found > limit, "{what}: {found} dB");
                 }
             }
+        }
+    }
+}
+
+/// Layers that are thinner than their voxels are wide, seen from the side: pixels are farther apart in them than elsewhere. 3 dB below what
+/// is measured.
+const LEAST_OF_THIN_LAYERS: f64 = 84.0;
+
+#[test]
+fn thin_layers_seen_from_the_side() {
+    let volume = random_volume([32, 32, 80], DVec3::new(1.0, 1.0, 0.4), 5);
+    for (azimuth, elevation) in [(20.0, 64.0), (0.0, 66.0), (64.0, 10.0), (20.0, 50.0)] {
+        let camera = parallel(&volume, viewport(96, 80), azimuth, elevation);
+        for kernel in [Kernel::Cubic, Kernel::CatmullRom] {
+            let settings = with_kernel(Quality::Standard, kernel).into();
+            let found = psnr(&volume, &smooth_transfer(), &camera, &settings);
+            assert!(found > LEAST_OF_THIN_LAYERS, "{azimuth}, {elevation}, {kernel:?}: {found} dB");
         }
     }
 }

@@ -29,7 +29,7 @@ static inline Tile tile_of(const RayLatticeParams *p, int column, int row) {
     }
     tile.first_u = crossing_of(p, 0, column), tile.last_u = crossing_of(p, 0, column + tile.columns - 1);
     tile.first_v = crossing_of(p, 1, row), tile.last_v = crossing_of(p, 1, row + tile.rows - 1);
-#if STAGGER
+#if FARTHEST
     tile.last_v.x += p->rays[5];
 #endif
     return tile;

@@ -9,10 +9,10 @@
 #include "shared/lit_way.cl"
 #include "shared/volume.cl"
 
-// Voxels between neighbouring samples, at most; the plan sees to it.
+// Voxels between neighbouring samples, at most: MAX_VOXELS_PER_POINT in src/layers/lattice, and somewhat more.
 #define VOXELS_PER_SAMPLE 2
 // Voxel rows and columns under a tile: the window of a sample is -1 ... 2.
-#define ROWS (VOXELS_PER_SAMPLE * TILE_ROWS + 4 + STAGGER)
+#define ROWS (VOXELS_PER_SAMPLE * TILE_ROWS + 4 + FARTHEST)
 #define SPAN_VECTORS ((VOXELS_PER_SAMPLE * VW + 4 + VW - 1) / VW)
 
 // Samples of a tile's rows: the field there, and the light, where that is known.
@@ -204,7 +204,7 @@ static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *
     const float depth = (float)l / samples_per_layer - RADIUS - centre_layer;
     place_rows(tile_v, depth, &layer->rows);
     const int one = layer->rows.below[0], other = layer->rows.below[rows - 1];
-    const int first = min(one, other) + FIRST_TAP, last = max(one, other) + LAST_TAP + STAGGER;
+    const int first = min(one, other) + FIRST_TAP, last = max(one, other) + LAST_TAP + FARTHEST;
     const Columns columns = columns_under(view, samples_per_layer, l, u);
     realv value[ROWS];
 #define SAMPLE(vectors, inside) sample_rows(voxels, view, &columns, first, last, vectors, inside, value)
@@ -229,7 +229,7 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
         return;
     layer->lit |= tile_rows;
     const int one = layer->rows.below[HIGHEST_ROW(tile_rows)], other = layer->rows.below[LOWEST_ROW(tile_rows)];
-    const int first = min(one, other) - 1, last = max(one, other) + 2 + STAGGER;
+    const int first = min(one, other) - 1, last = max(one, other) + 2 + FARTHEST;
     const Columns columns = columns_under(view, samples_per_layer, layer->held, u);
     SlopeWeights weights;
     weights.u = slope_weights(columns.between);

@@ -51,7 +51,7 @@ pub(super) fn transfer() -> TransferFunction {
 
 /// What is drawn of a family: two views, of which the first looks along z and the second along x, whose voxels are transposed.
 pub(super) fn of(family: Family) -> [Picture; VIEWS] {
-    let [along_z, along_x] = [view(25.0, 15.0), view(105.0, -20.0)];
+    let [along_z, along_x] = [view(25.0, 15.0, ROLL), view(105.0, -20.0, ROLL)];
     let lit = settings(family);
     let unlit = Settings { shading: None, ..lit };
     let picture = |settings, camera| Picture { settings, camera };
@@ -60,9 +60,11 @@ pub(super) fn of(family: Family) -> [Picture; VIEWS] {
         // From inside, no lattice reaches.
         Family::CastSegments => [picture(lit, inside(along_z)), picture(unlit, inside(along_x))],
         // The set's nearest footprint is the exact one where the view is straight.
-        Family::FootprintSet => [picture(lit, view(0.0, 0.0)), picture(lit, view(90.0, 0.0))],
+        Family::FootprintSet => [picture(lit, view(0.0, 0.0, ROLL)), picture(lit, view(90.0, 0.0, ROLL))],
         // These are programs of their own where they are unlit, or splatted in a perspective.
         Family::ViewSheets | Family::AxisSheets | Family::SplatLattice => [picture(lit, along_z), picture(lit, along_x)],
+        // A lattice with a sample for each pixel, and one that is interpolated.
+        Family::PointLattice => [picture(lit, view(25.0, 15.0, 0.0)), picture(unlit, perspective(along_x, 30.0))],
         _ => [picture(lit, along_z), picture(unlit, perspective(along_x, 30.0))],
     }
 }
@@ -103,9 +105,12 @@ fn settings(family: Family) -> Settings {
     Settings { algorithm, blend, shading: Some(Shading::default()), early_termination: false, ..Settings::default() }
 }
 
+/// Of most views: no line of a lattice stands upright.
+const ROLL: f64 = 10.0;
+
 /// A parallel view of the whole volume.
-fn view(azimuth: f64, elevation: f64) -> Camera {
-    let orbit = Orbit { azimuth, elevation, roll: 10.0 };
+fn view(azimuth: f64, elevation: f64, roll: f64) -> Camera {
+    let orbit = Orbit { azimuth, elevation, roll };
     let centre = volume().grid().centre();
     Camera::orbit(centre, 4.0 * HALF_HEIGHT, orbit, Projection::Parallel { scale: HALF_HEIGHT })
 }
@@ -141,6 +146,9 @@ mod tests {
                 let rays = Rays::new(&camera, SIZE, volume.grid()).unwrap();
                 let plan = Plan::new(&rays, SIZE, volume.grid(), &settings).unwrap();
                 assert_eq!(Family::of(&plan, &settings, rays.is_parallel()), family, "{n}: {plan}");
+                if let (Family::PointLattice, Plan::Lattice(lattice, _)) = (family, &plan) {
+                    assert_eq!(lattice.has_pixels_samples() && lattice.stagger.per_column != 0, n == 0);
+                }
                 let axis = Axis::most_parallel(rays.central_direction());
                 assert_eq!(axis, [Axis::Z, Axis::X][n], "{family} {n}");
             }

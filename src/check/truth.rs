@@ -46,7 +46,7 @@ fn warped(lattice: &Lattice, samples: &[DVec4], rays: &Rays, filter: usize) -> F
         for (x, y) in places(y).flat_map(|y| places(x).map(move |x| (x, y))) {
             let place = from_screen * DVec3::new(x, y, 1.0);
             let [column, row] = [place.x / place.z, place.y / place.z];
-            sum += if lattice.aligned == [true; 2] {
+            sum += if lattice.has_pixels_samples() {
                 let column = column.round();
                 sample(lattice, samples, column as i64, (row - lattice.stagger.of(column.max(0.0) as u32)).round() as i64)
             } else {

@@ -64,7 +64,7 @@ impl OntoScreen<'_> {
             added: i32::from(share.added),
             upright: upright.map_or(0, |axis| axis as i32 + 1),
             on_pixels: i32::from(upright.is_some_and(|axis| lattice.aligned[axis])),
-            for_each_pixel: i32::from(lattice.aligned == [true; 2]),
+            for_each_pixel: i32::from(lattice.has_pixels_samples()),
             stagger: [lattice.stagger.first, lattice.stagger.per_column],
             filter,
         }

@@ -49,14 +49,14 @@ kernel! {
 }
 
 impl Launch for PointLattice {
-    /// Last, voxel rows beyond those of a row of samples that its columns reach, by their stagger.
-    type Variant = (VoxelKind, Kernel, Segments, Rendering, u32);
+    /// Last, how many voxel rows farther than their row staggered columns lie, at most: 1 or 2; 0 where they are not.
+    type Variant = (<PointSamples as Launch>::Variant, u32);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering, stagger): Self::Variant) -> String {
+    fn defines(tuning: &Tuning, ((voxels, kernel, segments, rendering), farthest): Self::Variant) -> String {
         let defines = Defines::of_kind(voxels, tuning.vector_width).with_kernel(kernel);
         let defines = defines.with_segments(segments).with_rendering(rendering).with("TILE_ROWS", tuning.point_tile_rows);
-        defines.with("STAGGER", stagger).0
+        defines.with("FARTHEST", farthest).0
     }
 
     fn items(a: &PointLatticeArguments, _: &Tuning) -> usize {
@@ -75,10 +75,10 @@ impl Declared for PointSamples {
 }
 
 impl Launch for PointSamples {
-    type Variant = <PointLattice as Launch>::Variant;
+    type Variant = (VoxelKind, Kernel, Segments, Rendering);
     const ITEMS: Items = Items::Samples;
 
-    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering, _): Self::Variant) -> String {
+    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
         let [columns, rows] = tuning.sample_tile;
         let defines = Defines::of_kind(voxels, 1).with_kernel(kernel).with_segments(segments).with_rendering(rendering);
         defines.with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows).0

@@ -33,8 +33,8 @@ fn launchers_are_their_kernels_signatures() {
     let others = [BlendMode::Maximum, BlendMode::Minimum, BlendMode::Average, BlendMode::Iso { refined: true }];
     for blend in others {
         let rendering = Rendering { blend, ..rendering };
-        compare::<layered::PointLattice>(d, (voxels, Kernel::BSpline, segments, rendering, 2));
-        compare::<layered::PointSamples>(d, (voxels, Kernel::BSpline, segments, rendering, 2));
+        compare::<layered::PointLattice>(d, ((voxels, Kernel::BSpline, segments, rendering), 2));
+        compare::<layered::PointSamples>(d, (voxels, Kernel::BSpline, segments, rendering));
         compare::<layered::PointDirect>(d, (voxels, Kernel::Linear, segments, rendering));
         compare::<rays::CastValues>(d, (voxels, Kernel::Linear, rendering));
     }
@@ -51,8 +51,8 @@ fn launchers_are_their_kernels_signatures() {
         compare::<volume::ShownChunks>(d, ()),
         compare::<volume::ShownSlabs>(d, ()),
         compare::<volume::ValueRange>(d, kind),
-        compare::<layered::PointLattice>(d, (voxels, Kernel::CatmullRom, segments, rendering, 1)),
-        compare::<layered::PointSamples>(d, (voxels, Kernel::CatmullRom, segments, rendering, 1)),
+        compare::<layered::PointLattice>(d, ((voxels, Kernel::CatmullRom, segments, rendering), 1)),
+        compare::<layered::PointSamples>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
         compare::<layered::PointDirect>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare::<layered::SplatLattice>(d, (voxels, rendering)),
         compare::<layered::SplatPerspective>(d, (voxels, rendering)),

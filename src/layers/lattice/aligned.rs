@@ -2,15 +2,12 @@
 //! not rolled about an axis of the volume, samples can lie on pixels along the other; and where that one is u, along both, if columns are
 //! staggered. There is nothing to interpolate then, and one sample per pixel is exact.
 
-use super::{Density, Sampling};
+use super::{Density, MAX_VOXELS_PER_POINT, Sampling};
 use crate::layers::{AxisFrame, Rays};
 use crate::viewport::Viewport;
 
 /// Pixels by which samples may leave theirs from one end of the viewport to the other.
 const MOST_DRIFT: f64 = 0.01;
-/// Most voxels between samples: kernels have room for so many under a tile. Where voxels are as long in all directions pixels are 1.42 of
-/// them apart at most.
-const MOST_PITCH: f64 = 1.5;
 /// What rounding may make of as many samples as pixels.
 const SLACK: f64 = 1e-9;
 
@@ -47,19 +44,19 @@ pub(super) fn spreads(
         let pitch = [steps[0][side], steps[1][1 - side]].map(f64::abs);
         // Of columns on pixels the samples can lie on these too, staggered. Worth it unless they are more than is asked for.
         let fewer = pitch[0] * free[0] * pitch[1] * free[1] * (1.0 + SLACK) >= 1.0;
-        if fewer && pitch.iter().all(|&pitch| pitch <= MOST_PITCH) {
+        if fewer && pitch.iter().all(|&pitch| pitch <= MAX_VOXELS_PER_POINT) {
             return [0, 1].map(|i| on_pixels(i, pitch[i]));
         }
     }
     let aligned = [0, 1].map(|i| {
         let pitch = steps[i][side[i]?].abs();
-        (1.0 <= pitch * free[i] && pitch <= MOST_PITCH).then(|| on_pixels(i, pitch))
+        (1.0 <= pitch * free[i] && pitch <= MAX_VOXELS_PER_POINT).then(|| on_pixels(i, pitch))
     });
     [0, 1].map(|i| match (aligned[i], aligned[1 - i], density.beside_aligned()) {
         (Some(on_pixel), _, Some(_)) => on_pixel,
         (None, Some(_), Some(beside)) => {
             let pixels = 1.0 / steps[i][0].abs().max(steps[i][1].abs());
-            Spread { samples_per_voxel: (pixels * beside).clamp(1.0 / MOST_PITCH, free[i]), ..alone[i] }
+            Spread { samples_per_voxel: (pixels * beside).clamp(1.0 / MAX_VOXELS_PER_POINT, free[i]), ..alone[i] }
         }
         _ => alone[i],
     })
@@ -128,6 +125,7 @@ mod tests {
     #[test]
     fn samples_are_no_farther_apart_than_kernels_have_room_for() {
         let viewport = Viewport::new(SIZE.0, SIZE.1).unwrap();
+        let densities = [Density::Relaxed, Density::Fine, Density::AtLeast(1), Density::Fixed(1)];
         let mut staggered = 0;
         for spacing in [DVec3::ONE, DVec3::new(1.0, 1.0, 0.2), DVec3::new(0.2, 1.0, 1.0), DVec3::new(1.0, 0.3, 1.0)] {
             let grid = Grid::new([40, 50, 60], spacing).unwrap();
@@ -135,12 +133,13 @@ mod tests {
                 let camera =
                     Camera::orbit(grid.centre(), 100.0, orbit(azimuth, elevation, 0.0), Projection::Parallel { scale: 29.0 });
                 let rays = Rays::new(&camera, viewport, &grid).unwrap();
-                for axis in Axis::ALL {
+                for (axis, density) in Axis::ALL.into_iter().flat_map(|a| densities.map(|d| (a, d))) {
                     let sampling = Sampling::Points(Kernel::Cubic);
-                    let Some(lattice) = Lattice::new(&rays, viewport, &grid, axis, Density::Relaxed, sampling) else { continue };
+                    let Some(lattice) = Lattice::new(&rays, viewport, &grid, axis, density, sampling) else { continue };
                     let apart = lattice.samples_per_voxel.map(|samples| 1.0 / samples);
-                    assert!(apart.iter().all(|&voxels| voxels <= MOST_PITCH), "{spacing}, {azimuth}, {elevation}: {apart:?}");
-                    staggered += i32::from(lattice.aligned == [true; 2]);
+                    let fit = apart.iter().all(|&voxels| voxels <= MAX_VOXELS_PER_POINT);
+                    assert!(fit, "{spacing}, {azimuth}, {elevation}, {density:?}: {apart:?}");
+                    staggered += i32::from(lattice.has_pixels_samples());
                 }
             }
         }

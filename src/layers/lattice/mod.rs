@@ -22,6 +22,10 @@ use glam::{DMat3, DVec3};
 /// Samples per voxel from which on no voxel is missed, wherever samples lie.
 const ANCHOR_LIMIT: f64 = 1.5;
 
+/// Most voxels between neighbouring points in a layer: kernels/layered/point_lattice.cl looks at two vectors of voxels for one of samples.
+/// With the two voxels more on either side that gradients need, a row of samples spans no more.
+const MAX_VOXELS_PER_POINT: f64 = 1.75;
+
 /// How the layers of a lattice are sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
@@ -110,6 +114,11 @@ impl Lattice {
     /// Whether all rays are parallel.
     pub fn is_parallel(&self) -> bool {
         matches!(self.source, Source::Direction(_))
+    }
+
+    /// Whether each pixel has a sample of its own, so that nothing is interpolated.
+    pub fn has_pixels_samples(&self) -> bool {
+        self.aligned == [true; 2]
     }
 
     /// Number of samples.

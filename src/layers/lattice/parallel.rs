@@ -72,7 +72,7 @@ pub(super) fn lattice(
         let middle = centre[i] + first + ((f64::from(size) - 1.0) / 2.0 + anchor) / m;
         lattice.rays[i].crossing = [middle, 1.0 / m];
     }
-    if lattice.aligned == [true; 2] {
+    if lattice.has_pixels_samples() {
         lattice.stagger = Stagger::onto_pixels(&lattice.from_screen(rays));
     }
     if in_phases {
@@ -92,7 +92,7 @@ fn extent(lattice: &Lattice, rays: &Rays, viewport: Viewport, centre: [f64; 3], 
     let cell = per_cell / m;
     let half_support = |voxels: usize| (voxels as f64 - 1.0) / 2.0 + sampling.radius();
     // Staggered samples begin up to a row later.
-    let stagger = if lattice.aligned == [true; 2] { 1.0 / m } else { 0.0 };
+    let stagger = if i == 1 && lattice.has_pixels_samples() { 1.0 / m } else { 0.0 };
     let reach = half_support(lattice.dims[i]) + 2.0 * s + s * half_support(lattice.dims[2]) + stagger;
     let half = (reach / cell).ceil();
     let seen = rays.corners(viewport).map(|ray| lattice.crossing_of(ray)[i] - centre[i]);

@@ -1,7 +1,7 @@
 //! The lattice of a perspective: the shears of eye rays are evenly spaced.
 
 use super::phases::MAX_SAMPLES_PER_VOXEL;
-use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source, Stagger};
+use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, MAX_VOXELS_PER_POINT, Sampling, Source, Stagger};
 use crate::layers::{Axis, AxisFrame, Rays};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
@@ -13,9 +13,6 @@ pub const MAX_LATTICE_SHEAR: f64 = 2.0;
 const MIN_EYE_DISTANCE: f64 = 1.0;
 /// Voxels between neighbouring samples in the farthest layer: kernels/layered/splat_perspective.cl has room for 7 per sample.
 const MAX_VOXELS_PER_SAMPLE: f64 = 7.0;
-/// The same for kernels/layered/point_lattice.cl, which looks at two vectors of voxels for one of samples: with the two voxels more on
-/// either side that gradients need, a row of samples spans no more.
-const MAX_VOXELS_PER_POINT: f64 = 1.75;
 /// Longest side of a lattice, in viewport sides: beyond it the near end of the volume is so close that the far end
 /// would be sampled many times too densely, and pixels are fewer than samples.
 const MAX_SIDES: u32 = 4;

@@ -43,8 +43,8 @@ fn reach(lattice: &Lattice, kernel: Kernel) -> PointReach {
     PointReach { kernel, any_shear: !small }
 }
 
-/// See `PointLattice`'s variant.
-fn rows_reached(lattice: &Lattice) -> u32 {
+/// How many voxel rows farther than their row the columns of a lattice lie, at most.
+fn farthest(lattice: &Lattice) -> u32 {
     let staggered = lattice.stagger != Stagger::default();
     if staggered { lattice.rays[1].crossing[1].ceil() as u32 } else { 0 }
 }
@@ -78,7 +78,7 @@ impl PointLayers {
         let region = Region::new(scene, kernel, per_layer);
         let segments = segments(scene, &integrals, kernel, per_layer);
         let table = classified(scene, &integrals, (kernel, per_layer), &mut sample)?;
-        let variant = (layout.voxels.kind(), kernel, segments, region.rendering, rows_reached(lattice));
+        let variant = (layout.voxels.kind(), kernel, segments, region.rendering);
         let arguments = PointLatticeArguments {
             voxels: &layout.voxels,
             view: layout.view,
@@ -96,7 +96,7 @@ impl PointLayers {
             active_samples,
         };
         match device.tuning().point_schedule {
-            PointSchedule::Tiles => self.lattice.launch(device, variant, &arguments),
+            PointSchedule::Tiles => self.lattice.launch(device, (variant, farthest(lattice)), &arguments),
             PointSchedule::Samples => self.samples.launch(device, variant, &arguments),
         }
     }
