@@ -33,6 +33,8 @@ CHECKED = ["sm_90", "gfx1100"]
 MOST_REGISTERS = {"standard": 96, "high": 128}
 # Segments that are composited in parts look at the field between samples: more registers, and scalars that AMD's compiler keeps in lanes.
 DIMMED = {"registers": 128, "spills": 16}
+# A scalar one of gfx1100.
+MOST_SPILLS = {"standard": 0, "high": 1}
 
 
 class Unit(NamedTuple):
@@ -190,7 +192,10 @@ def check(rows, wanted):
     missing = wanted - {row[by] for row in rows for by in ("name", "kernel")}
     wrong = [f"{kernel}: not started by default" for kernel in sorted(missing)]
     for row in rows:
-        limits = {"stack": 0, "spills": 0, "registers": min(MOST_REGISTERS[quality] for quality in row["qualities"])}
+        limits = {"stack": 0} | {
+            what: min(most[quality] for quality in row["qualities"])
+            for what, most in (("registers", MOST_REGISTERS), ("spills", MOST_SPILLS))
+        }
         if "DIMMED" in defines(row).split():
             limits |= DIMMED
         over = [f"{row[name]} {name}, not {most}" for name, most in limits.items() if row[name] > most]
@@ -205,7 +210,7 @@ def arguments_given():
     parser.add_argument("--json", action="store_true", help="as JSON, with counts of instructions by kind, as they stand in the code")
     parser.add_argument("--arch", help=f"of {','.join(ARCHITECTURES)}; all of them, or those of --check: {','.join(CHECKED)}")
     parser.add_argument("--default", action="store_true", help="only what is started by default, by the qualities standard and high")
-    checked = f"fail where they have stack or spills, or more registers than {MOST_REGISTERS}; implies --default"
+    checked = f"fail where they have stack, or more spills than {MOST_SPILLS} or registers than {MOST_REGISTERS}; implies --default"
     parser.add_argument("--check", action="store_true", help=checked)
     parser.add_argument("kernels", nargs="*", metavar="KERNEL", help=f"only these; of --check {' '.join(DEFAULT_PATH)}")
     for name in ("--clang", "--nvidia", "--programs"):

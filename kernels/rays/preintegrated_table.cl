@@ -2,13 +2,13 @@
 //
 // One work-item per entry, out[front*size + back] = (r, g, b, mean extinction). Within the slab the value changes evenly; it
 // is cut into PARTS, each with the means of its segment of values, which dim those behind them. `integrals` as in
-// preintegration.cl, `nodes` of them; entries are nodes that lie `nodes_per_entry` apart. `thickness` in unit distances.
+// preintegration.cl, `nodes` of them from the first one on; entries are nodes that lie `nodes_per_entry` apart. `thickness` in unit distances.
 
 #include "shared/elementary.cl"
 
 #define PARTS 32
 
-__kernel void preintegrated_table(__global const int4 *integrals, int nodes, float nodes_per_entry, float unit,
+__kernel void preintegrated_table(__global const int4 *integrals, int first, int nodes, float nodes_per_entry, float unit,
                                   float thickness, int linear, int size, __global float4 *out) {
     const int id = get_global_id(0);
     if (id >= size * size)
@@ -22,7 +22,7 @@ __kernel void preintegrated_table(__global const int4 *integrals, int nodes, flo
         // Never empty: at least the segment between two nodes.
         const int lo = clamp((int)(fmin(from, to) + 0.5f), 0, nodes - 2);
         const int hi = clamp((int)(fmax(from, to) + 0.5f), lo + 1, nodes - 1);
-        const float4 sum = convert_float4(integrals[hi] - integrals[lo]);
+        const float4 sum = convert_float4(integrals[first + hi] - integrals[first + lo]);
         const float mean = sum.w * unit / (hi - lo);
         const float part = mean * thickness / parts;
         const float opacity = linear ? part : absorbed(part);

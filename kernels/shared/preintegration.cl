@@ -5,7 +5,7 @@
 // src/layers). integrals[i] = (R, G, B, T): extinction times colour, and extinction, integrated from the first value to node i,
 // in whole numbers of one unit: a difference of two nodes is exact, so its quotient by the distance is the mean over
 // the segment. Behind all nodes, table_last + 1 of them, stand the same four at each node, as floats, and
-// behind these extinctions by cells. Light lost inside a
+// before them extinctions by cells. Light lost inside a
 // segment dims its lighting; its colour where DIMMED says so (dimmed_segment.cl). Nodes of samples alternate between even and odd ones along the ray: no segment is
 // empty, so nothing is divided by 0, and each sample is looked up once for both segments it ends.
 
@@ -27,32 +27,34 @@ static inline intv node_index(const SampleParams *p, realv value, int odd) {
     return 2 * CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)((p->table_last - odd) / 2))) + odd;
 }
 
+// Cells of EXTINCTION_CELLS in src/transfer/integrals.rs: extinctions, what they rise by, and where cells are; nodes come behind them.
+#define EXTINCTION_CELLS 32
+#define NODES(integrals) ((integrals) + (2 * EXTINCTION_CELLS / 4 + 1))
+
 // The extinction at a node's own value.
 static inline realv extinction_at(__global const int4 *integrals, intv index) {
 #ifdef GATHER_WORDS
-    const intv bits = GATHER_WORDS(integrals, index * 16 + 12);
+    const intv bits = GATHER_WORDS(NODES(integrals), index * 16 + 12);
 #else
     const intv at = index * 4 + 3;
-    const intv bits = GATHER_AS(intv, (__global const int *)integrals, at);
+    const intv bits = GATHER_AS(intv, (__global const int *)NODES(integrals), at);
 #endif
     return AS_REALV(bits);
 }
 
-// Cells of EXTINCTION_CELLS in src/transfer/integrals.rs.
-#define EXTINCTION_CELLS 32
-
 // The extinction near a value, from cells in which it changes evenly. These fit into registers: to gather extinctions from the table takes
 // Zen 4 a tenth of a frame.
 static inline realv extinction_near(const SampleParams *p, __global const int4 *integrals, realv value) {
-    const realv place = CLAMP((value - p->cells_first) * p->cells_per_value, (realv)(0.0f), (realv)(EXTINCTION_CELLS - 1e-3f));
+    // How many there are per unit of value, and the place of 0 among them.
+    const float2 scale = as_float4(integrals[2 * EXTINCTION_CELLS / 4]).xy;
+    const realv place = CLAMP(value * scale.x + scale.y, (realv)(0.0f), (realv)(EXTINCTION_CELLS - 1e-3f));
     const intv cell = CONVERT_INTV(place);
-    __global const int4 *cells = integrals + 2 * (p->table_last + 1);
 #ifdef PERMUTE
-    const float *at = (const float *)(ulong)cells;
+    const float *at = (const float *)(ulong)integrals;
     const realv first = PERMUTE(LOADV(at), LOADV(at + VW), cell);
     const realv to_next = PERMUTE(LOADV(at + EXTINCTION_CELLS), LOADV(at + EXTINCTION_CELLS + VW), cell);
 #else
-    __global const float *at = (__global const float *)cells;
+    __global const float *at = (__global const float *)integrals;
     const realv first = GATHER(at, cell), to_next = GATHER(at + EXTINCTION_CELLS, cell);
 #endif
     return first + (place - CONVERT_REALV(cell)) * to_next;
@@ -66,8 +68,8 @@ static inline intv counts_between(const SampleParams *p, __global const int4 *in
     intv any = front != AS_INTV(extinction_at(integrals, node_index(p, to, 1)));
 #ifdef TABLE_CUT
     const float first = p->table_first, last = first + p->table_last / p->table_per_value;
-    any |= MIN(from, to) < first && integrals[p->table_last + 1].w != 0;
-    any |= MAX(from, to) > last && integrals[2 * p->table_last + 1].w != 0;
+    any |= MIN(from, to) < first && NODES(integrals)[p->table_last + 1].w != 0;
+    any |= MAX(from, to) > last && NODES(integrals)[2 * p->table_last + 1].w != 0;
 #endif
     counts = counts && any;
 #endif
@@ -78,10 +80,10 @@ ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals
     Node node;
     node.index = node_index(p, value, odd);
     realv r, g, b, extinction;
-    table_entries((__global const float4 *)integrals, node.index, &r, &g, &b, &extinction);
+    table_entries((__global const float4 *)NODES(integrals), node.index, &r, &g, &b, &extinction);
     node.r = AS_INTV(r), node.g = AS_INTV(g), node.b = AS_INTV(b), node.extinction = AS_INTV(extinction);
 #ifdef CURVED
-    table_entries((__global const float4 *)integrals + p->table_last + 1, node.index, &node.at_r, &node.at_g, &node.at_b,
+    table_entries((__global const float4 *)NODES(integrals) + p->table_last + 1, node.index, &node.at_r, &node.at_g, &node.at_b,
                   &node.at_extinction);
 #else
     if (p->shading)
@@ -109,8 +111,8 @@ static inline void extend_difference(const SampleParams *p, __global const int4 
     const realv above = MAX(x1 - last, (realv)(0.0f)) - MAX(x0 - last, (realv)(0.0f));
     const realv distance = d->distance + below + above;
     const realv inner = MAX(x0, x1) <= 0.0f || MIN(x0, x1) >= last || fabs(distance) < 0.5f ? (realv)(0.0f) : (realv)(1.0f);
-    const float4 first_entry = as_float4(integrals[p->table_last + 1]);
-    const float4 last_entry = as_float4(integrals[2 * p->table_last + 1]);
+    const float4 first_entry = as_float4(NODES(integrals)[p->table_last + 1]);
+    const float4 last_entry = as_float4(NODES(integrals)[2 * p->table_last + 1]);
     d->r += inner * (below * first_entry.x + above * last_entry.x);
     d->g += inner * (below * first_entry.y + above * last_entry.y);
     d->b += inner * (below * first_entry.z + above * last_entry.z);

@@ -106,7 +106,6 @@ impl Scene<'_> {
             table_per_value: 0.0,
             table_last: 0,
             visible: [0; 2],
-            cells: [0.0; 2],
             shown: [f32::NEG_INFINITY, f32::INFINITY],
             linear: i32::from(settings.extinction == Extinction::Linear),
             samples_per_layer: [1, 0, 0],

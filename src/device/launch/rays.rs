@@ -130,6 +130,8 @@ kernel! {
     PreintegratedTableArguments<'a> {
         integrals: &'a Buffer<[i32; 4]>,
         /// Of `integrals`.
+        /// Of the first node.
+        first: i32,
         nodes: i32,
         /// Between two values of the table.
         nodes_per_entry: f32,

@@ -38,8 +38,6 @@ kernel_struct! {
         table_last: i32,
         /// Entries outside have no opacity.
         visible as [first_visible, last_visible]: i32,
-        /// Value, less the offset, where the first cell of extinctions begins, and cells per unit of value.
-        cells as [cells_first, cells_per_value]: f32,
         /// Values outside have none, or cannot change a ray.
         shown as [shown_from, shown_to]: f32,
         /// Extinction: 1 = min(1, alpha dt), 0 = 1 - exp(-tau dt).

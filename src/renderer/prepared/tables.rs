@@ -8,7 +8,7 @@ use crate::device::launch::structs::{Float4, SampleParams};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Kernel, lighting_curve, segment_ends};
-use crate::transfer::{EXTINCTION_CELLS, Extinction, ExtinctionCells, IntegralTable, TransferFunction, TransferTable};
+use crate::transfer::{EXTINCTION_CELLS, Extinction, IntegralTable, TransferFunction, TransferTable};
 use crate::volume::Stored;
 use std::sync::Arc;
 
@@ -55,10 +55,8 @@ pub(in crate::renderer) struct Table {
 
 /// The integrals of a transfer table.
 pub(in crate::renderer) struct Integrals {
-    /// Integrals of all nodes, then as bits their own values, and then extinctions by cells.
+    /// As bits extinctions by cells; integrals of all nodes; and as bits these nodes' own values.
     pub nodes: Buffer<[i32; 4]>,
-    /// Value, less the offset, where the first cell begins, and cells per unit of value.
-    pub cells: [f32; 2],
     pub scale: Scale,
     /// Values, less the offset, between which lies all opacity.
     pub visible_values: [f32; 2],
@@ -84,7 +82,6 @@ impl Integrals {
         self.scale.set(sample);
         sample.shown = self.visible_values;
         sample.table_unit = self.unit;
-        sample.cells = self.cells;
         sample.samples_per_layer = [per_layer as i32, 0, 0];
         for (n, ends) in (0..per_layer).zip(&mut sample.ends) {
             *ends = segment_ends(kernel, per_layer, n).map(|w| w as f32);
@@ -189,10 +186,8 @@ impl Prepared {
         }
         let table = self.table(device, extinction, kernel)?;
         let on_host = table.on_host.integrals(thinnest);
-        let cells = on_host.extinction_cells();
         let integrals = Integrals {
-            nodes: Buffer::from_slice(device, &for_kernels(&on_host, &cells), "the table of integrals")?,
-            cells: [cells.first - self.offset(), cells.per_value].map(|n| n as f32),
+            nodes: Buffer::from_slice(device, &for_kernels(&on_host, self.offset()), "the table of integrals")?,
             scale: self.scale(on_host.first, on_host.per_value, on_host.nodes.len()),
             visible_values: on_host.visible_values().map(|v| (v - self.offset()) as f32),
             unit: on_host.unit as f32,
@@ -218,6 +213,7 @@ impl Prepared {
         let nodes = integrals.scale.last + 1;
         let arguments = PreintegratedTableArguments {
             integrals: &integrals.nodes,
+            first: CELL_ENTRIES as i32,
             nodes,
             nodes_per_entry: (nodes - 1) as f32 / (SLAB_VALUES - 1) as f32,
             unit: integrals.unit,
@@ -260,12 +256,17 @@ pub(in crate::renderer) fn table_bytes(entries: usize) -> [usize; 3] {
 
 /// Most bytes of the integrals of a table with so many entries; less where it is mostly opaque.
 pub(in crate::renderer) fn integrals_bytes(entries: usize) -> usize {
-    2 * (entries + 1) * size_of::<[i32; 4]>() + size_of::<[[f32; EXTINCTION_CELLS]; 2]>()
+    2 * (entries + 1) * size_of::<[i32; 4]>() + CELL_ENTRIES * size_of::<[i32; 4]>()
 }
 
-/// What [`Integrals`] have in `nodes`.
-fn for_kernels(table: &IntegralTable, cells: &ExtinctionCells) -> Vec<[i32; 4]> {
+/// Entries before the first node: extinctions by cells, and these cells' scale.
+const CELL_ENTRIES: usize = 2 * EXTINCTION_CELLS / 4 + 1;
+
+/// What [`Integrals`] have in `nodes`: behind the cells, how many there are per unit of value, and the place of 0 among them.
+fn for_kernels(table: &IntegralTable, offset: f64) -> Vec<[i32; 4]> {
     let bits = |four: &[f32; 4]| four.map(|c| c.to_bits() as i32);
-    let cells = cells.at.as_chunks().0.iter().chain(cells.to_next.as_chunks().0);
-    table.nodes.iter().copied().chain(table.at_nodes.iter().map(bits)).chain(cells.map(bits)).collect()
+    let cells = table.extinction_cells();
+    let scale = [cells.per_value, (offset - cells.first) * cells.per_value, 0.0, 0.0].map(|n| n as f32);
+    let fours = cells.at.as_chunks().0.iter().chain(cells.to_next.as_chunks().0).chain([&scale]);
+    fours.map(bits).chain(table.nodes.iter().copied()).chain(table.at_nodes.iter().map(bits)).collect()
 }
