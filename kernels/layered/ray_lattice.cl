@@ -1,6 +1,7 @@
 // A lattice of rays (`RayLatticeParams`): a ray keeps its column and row in all layers.
 
 #include "shared/clipping.cl"
+#include "shared/stagger.cl"
 
 // Where a column (axis 0) or row (1) crosses the layer of the volume's centre, and its shear.
 static inline float2 crossing_of(const RayLatticeParams *p, int axis, int index) {
@@ -18,14 +19,8 @@ static inline void crossings_of_columns(const RayLatticeParams *p, int column, r
 
 // Voxels along v by which the samples of VW neighbouring columns lie behind their rows, from one column on: less than from row to row.
 static inline realv stagger_of_columns(const RayLatticeParams *p, int column) {
-#if VW == 1
-    const uint behind = p->first_stagger + p->stagger_per_column * (uint)column;
-    return convert_float(behind >> 8) * 0x1p-24f * p->rays[5];
-#else
-    const CAT(uint, VW) columns = CAT(as_uint, VW)(LANES) + (uint)column;
-    const CAT(uint, VW) behind = p->first_stagger + p->stagger_per_column * columns;
-    return CONVERT_REALV(behind >> 8) * (0x1p-24f * p->rays[5]);
-#endif
+    const uintv columns = AS_UINTV((intv)(LANES) + column);
+    return CONVERT_REALV(STAGGER_STEPS(p, columns)) * (STAGGER_STEP * p->rays[5]);
 }
 
 // The interval of VW columns in a row, in layers from that of the volume's centre along the rays. `stagger`: of the columns.

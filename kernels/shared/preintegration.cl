@@ -4,10 +4,10 @@
 // it spends at its ends: between layers the field rises as 3t^2 - 2t^3 and stays longer near them (segment_ends() in
 // src/layers). integrals[i] = (R, G, B, T): extinction times colour, and extinction, integrated from the first value to node i,
 // in whole numbers of one unit: a difference of two nodes is exact, so its quotient by the distance is the mean over
-// the segment. Behind all nodes, table_last + 1 of them, stand the same four at each node, as floats, and
-// before them extinctions by cells. Light lost inside a
-// segment dims its lighting; its colour where DIMMED says so (dimmed_segment.cl). Nodes of samples alternate between even and odd ones along the ray: no segment is
-// empty, so nothing is divided by 0, and each sample is looked up once for both segments it ends.
+// the segment. Behind all nodes, table_last + 1 of them, stand the same four at each node, as floats, and before them extinctions by
+// cells. Light lost inside a segment dims its lighting; its colour where DIMMED says so (dimmed_segment.cl). Nodes of samples alternate
+// between even and odd ones along the ray: no segment is empty, so nothing is divided by 0, and each sample is looked up once for both
+// segments it ends.
 
 #include "shared/accumulator.cl"
 #include "shared/lit_way.cl"

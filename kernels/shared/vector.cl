@@ -10,12 +10,14 @@
 #if VW == 1
 typedef float realv;
 typedef int intv;
+typedef uint uintv;
 typedef float realv_unaligned;
 #define ANY(mask) ((mask) != 0)
 #define CONVERT_INTV(x) convert_int(x)
 #define CONVERT_REALV(x) convert_float(x)
 #define LOAD_VOXELS(p) convert_float(*(p))
 #define AS_INTV(x) as_int(x)
+#define AS_UINTV(x) as_uint(x)
 #define AS_REALV(x) as_float(x)
 #define GATHER_AS(type, p, i) ((type)((p)[i]))
 #define LANES 0
@@ -23,6 +25,7 @@ typedef float realv_unaligned;
 #else
 typedef CAT(float, VW) realv;
 typedef CAT(int, VW) intv;
+typedef CAT(uint, VW) uintv;
 // Unaligned rows through a typedef: vload16 on private memory costs more on PoCL.
 typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
 #define ANY(mask) (any_lane(mask))
@@ -30,6 +33,7 @@ typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
 #define CONVERT_REALV(x) CAT(convert_float, VW)(x)
 #define LOAD_VOXELS(p) CONVERT_REALV(CAT(vload, VW)(0, p))
 #define AS_INTV(x) CAT(as_int, VW)(x)
+#define AS_UINTV(x) CAT(as_uint, VW)(x)
 #define AS_REALV(x) CAT(as_float, VW)(x)
 #define COUNT_IF(mask) (-(mask))
 #if VW == 16

@@ -53,6 +53,7 @@ kernel_files!(
     "shared/screen.cl",
     "shared/segment.cl",
     "shared/shading.cl",
+    "shared/stagger.cl",
     "shared/table_entries.cl",
     "shared/vector.cl",
     "shared/volume.cl",

@@ -42,8 +42,9 @@ pub struct IntegralTable {
 /// Cells into which [`IntegralTable::extinction_cells`] cuts the visible values.
 pub const EXTINCTION_CELLS: usize = 32;
 
-/// Extinctions over the visible values, taken to change evenly in each of [`EXTINCTION_CELLS`]: to the place from which the light of a
-/// segment comes, what is finer does not matter, and so many fit into the registers of a processor.
+/// Extinctions over the visible values, taken to change evenly in each of [`EXTINCTION_CELLS`]: so many fit into the registers of a
+/// processor. They tell from where the light of a segment comes, to which finer ones matter little: pictures lose 0.01 dB, or half a decibel
+/// where opacity is a tent that falls between the borders of two cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExtinctionCells {
     /// Value where the first cell begins.
