@@ -15,7 +15,7 @@
 #define ROWS (VOXELS_PER_SAMPLE * TILE_ROWS + 4 + FARTHEST)
 #define SPAN_VECTORS ((VOXELS_PER_SAMPLE * VW + 4 + VW - 1) / VW)
 
-// Samples of a tile's rows: the field there, and the light, where that is known.
+// Samples of a tile's patches: the field there, and the light, where that is known.
 typedef struct {
     realv field[TILE_ROWS];
     Lit lit[TILE_ROWS];
@@ -24,7 +24,7 @@ typedef struct {
 // One sub-layer under a tile.
 typedef struct {
     int held;                    // which one
-    int lit;                     // rows whose light is known, a bit each
+    int sampled, lit;            // patches whose field is known, and whose light
     Samples at;
     RowPlaces rows;
 } Layer;
@@ -76,13 +76,18 @@ static inline Columns columns_under(const VolumeView *view, int samples_per_laye
     return c;
 }
 
+// Does something at each vector's first column i in a span of `vectors`. Unrolled: where it is a loop, what is in it lies in memory.
+#define ON_SPAN(i)                                    \
+    _Pragma("unroll") for (int i = 0; i < SPAN_VECTORS * VW; i += VW) \
+        if (i < vectors * VW)
+
 // Row j of layer k under a tile's columns, `vectors` of them. `inside`: it is known to be in the volume from end to end.
 ALWAYS_INLINE void load_span(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int j, int k,
                                 int vectors, bool inside, float *span) {
     if (inside || (c->inside && j >= 0 && j < view->dims_v && k >= 0 && k < view->dims_a)) {
         __global const VOXEL *start = voxels + (k - view->first_a) * view->stride_a + j * view->stride_v + c->first;
-        for (int i = 0; i < vectors; i++)
-            STOREV(span + i * VW, VALUES_OF(view, LOAD_VOXELS(start + i * VW)));
+        ON_SPAN(i)
+            STOREV(span + i, VALUES_OF(view, LOAD_VOXELS(start + i)));
     } else {
         load_row(voxels, view, c->first, j, k, vectors, span);
     }
@@ -98,7 +103,7 @@ ALWAYS_INLINE void mixed_span(__global const VOXEL *voxels, const VolumeView *vi
     if (!c->mixes)
         return;
     float low[SPAN_VECTORS * VW];
-    for (int i = 0; i < vectors * VW; i += VW)
+    ON_SPAN(i)
         STOREV(low + i, LOADV(span + i));
 #pragma unroll
     for (int n = 0; n < 4; n++) {
@@ -106,7 +111,7 @@ ALWAYS_INLINE void mixed_span(__global const VOXEL *voxels, const VolumeView *vi
             continue;
         float other[SPAN_VECTORS * VW];
         load_span(voxels, view, c, j, c->k - 1 + n, vectors, inside, other);
-        for (int i = 0; i < vectors * VW; i += VW)
+        ON_SPAN(i)
             STOREV(span + i, LOADV(span + i) + c->layers[n] * (LOADV(other + i) - LOADV(low + i)));
     }
 }
@@ -147,13 +152,13 @@ ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const Volume
         // On a layer: between the two beside it.
         __global const VOXEL *before = voxels + (c->k - 1 - view->first_a) * view->stride_a + j * view->stride_v + c->first;
         __global const VOXEL *behind = before + 2 * view->stride_a;
-        for (int i = 0; i < vectors * VW; i += VW)
+        ON_SPAN(i)
             STOREV(across + i, w->layers[2] * DIFFERENCES_OF(view, behind + i, before + i));
         return;
     }
 #endif
     float low[SPAN_VECTORS * VW];
-    for (int i = 0; i < vectors * VW; i += VW) {
+    ON_SPAN(i) {
         STOREV(low + i, LOADV(own + i));
         STOREV(across + i, (realv)(0.0f));
     }
@@ -163,7 +168,7 @@ ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const Volume
             continue;
         float other[SPAN_VECTORS * VW];
         load_span(voxels, view, c, j, c->k - 1 + n, vectors, inside, other);
-        for (int i = 0; i < vectors * VW; i += VW) {
+        ON_SPAN(i) {
             const realv difference = LOADV(other + i) - LOADV(low + i);
             STOREV(across + i, LOADV(across + i) + w->layers[n] * difference);
             if (c->mixes && IS_OTHER_TAP(n))
@@ -197,38 +202,48 @@ ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const Volume
     else                                                                                                               \
         WORK(columns.vectors, false)
 
-// Samples sub-layer l. `u`: the columns, `tile_v`: the rows of the tile.
+// Samples patches of sub-layer l, whole bands. `u`: the columns, `tile_v`: the rows of the tile.
 static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, float centre_layer, int samples_per_layer,
-                         int l, realv u, const TileRows *tile_v, int rows, Layer *layer) {
-    layer->held = l, layer->lit = 0;
-    const float depth = (float)l / samples_per_layer - RADIUS - centre_layer;
-    place_rows(tile_v, depth, &layer->rows);
-    const int one = layer->rows.below[0], other = layer->rows.below[rows - 1];
+                         int l, realv u, const TileRows *tile_v, int patches, Layer *layer) {
+    if (layer->held != l) {
+        layer->held = l, layer->sampled = layer->lit = 0;
+        place_rows(tile_v, (float)l / samples_per_layer - RADIUS - centre_layer, &layer->rows);
+    }
+    patches &= ~layer->sampled;
+    layer->sampled |= patches;
+    const int first_band = LOWEST_OF(patches) / PATCH_ROWS, last_band = HIGHEST_OF(patches) / PATCH_ROWS;
+    const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
     const int first = min(one, other) + FIRST_TAP, last = max(one, other) + LAST_TAP + FARTHEST;
     const Columns columns = columns_under(view, samples_per_layer, l, u);
     realv value[ROWS];
 #define SAMPLE(vectors, inside) sample_rows(voxels, view, &columns, first, last, vectors, inside, value)
     ON_ROWS(SAMPLE, first, last, columns.k + FIRST_TAP, columns.k + LAST_TAP);
-    for (int r = 0; r < rows; r++) {
-        // From the row before the one below on; only those that count are there.
-        const realv *v = value + (layer->rows.below[r] - 1 - first);
-        const RowMix mix = mix_of(&layer->rows, r);
-        layer->at.field[r] = MIXED_ROWS(mix, v);
+    for (int band = first_band; band <= last_band; band++) {
+        realv field[PATCH_ROWS];
+#pragma unroll
+        for (int i = 0; i < PATCH_ROWS; i++) {
+            const int r = band * PATCH_ROWS + i;
+            // From the row before the one below on; only those that count are there.
+            const realv *v = value + (layer->rows.below[r] - 1 - first);
+            const RowMix mix = mix_of(&layer->rows, r);
+            field[i] = MIXED_ROWS(mix, v);
+        }
+        regroup(field);
+#pragma unroll
+        for (int i = 0; i < PATCH_ROWS; i++)
+            layer->at.field[band * PATCH_ROWS + i] = field[i];
     }
 }
 
-// Of some of a tile's rows, a bit each.
-#define LOWEST_ROW(rows) (31 - clz((rows) & -(rows)))
-#define HIGHEST_ROW(rows) (31 - clz(rows))
-
-// Lights the samples of some of a tile's rows, a bit each.
+// Lights the samples of some of a tile's patches.
 static inline void light_layer(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, int samples_per_layer,
-                        realv u, int tile_rows, Layer *layer) {
-    tile_rows &= ~layer->lit;
-    if (!tile_rows)
+                        realv u, int patches, Layer *layer) {
+    patches &= ~layer->lit;
+    if (!patches)
         return;
-    layer->lit |= tile_rows;
-    const int one = layer->rows.below[HIGHEST_ROW(tile_rows)], other = layer->rows.below[LOWEST_ROW(tile_rows)];
+    layer->lit |= patches;
+    const int first_band = LOWEST_OF(patches) / PATCH_ROWS, last_band = HIGHEST_OF(patches) / PATCH_ROWS;
+    const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
     const int first = min(one, other) - 1, last = max(one, other) + 2 + FARTHEST;
     const Columns columns = columns_under(view, samples_per_layer, layer->held, u);
     SlopeWeights weights;
@@ -242,15 +257,27 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
     ON_ROWS(DIFFERENTIATE, first, last, columns.k - 1, columns.k + 2);
     // All gradients before any light: shorter loops overlap better, 10 % on engine.
     realv gradients[TILE_ROWS][3];
-    for (int rows = tile_rows; rows; rows &= rows - 1) {
-        const int r = LOWEST_ROW(rows), j = layer->rows.below[r] - 1 - first;
-        const RowMix mix = mix_of(&layer->rows, r);
-        gradients[r][0] = MIXED_ROWS(mix, slopes.along_u + j);
-        gradients[r][1] = SLOPE_OF_ROWS(mix, slopes.value + j);
-        gradients[r][2] = MIXED_ROWS(mix, slopes.along_a + j);
+    for (int band = first_band; band <= last_band; band++) {
+        if (!(patches & FIRST_FEW(PATCH_ROWS) << band * PATCH_ROWS))
+            continue;
+        realv along_u[PATCH_ROWS], along_v[PATCH_ROWS], along_a[PATCH_ROWS];
+#pragma unroll
+        for (int i = 0; i < PATCH_ROWS; i++) {
+            const int r = band * PATCH_ROWS + i, j = layer->rows.below[r] - 1 - first;
+            const RowMix mix = mix_of(&layer->rows, r);
+            along_u[i] = MIXED_ROWS(mix, slopes.along_u + j);
+            along_v[i] = SLOPE_OF_ROWS(mix, slopes.value + j);
+            along_a[i] = MIXED_ROWS(mix, slopes.along_a + j);
+        }
+        regroup(along_u), regroup(along_v), regroup(along_a);
+#pragma unroll
+        for (int i = 0; i < PATCH_ROWS; i++) {
+            realv *gradient = gradients[band * PATCH_ROWS + i];
+            gradient[0] = along_u[i], gradient[1] = along_v[i], gradient[2] = along_a[i];
+        }
     }
-    for (int rows = tile_rows; rows; rows &= rows - 1) {
-        const int r = LOWEST_ROW(rows);
-        layer->at.lit[r] = lit_by(p, gradients[r][0], gradients[r][1], gradients[r][2]);
+    for (int left = patches; left; left &= left - 1) {
+        const int n = LOWEST_OF(left);
+        layer->at.lit[n] = lit_by(p, gradients[n][0], gradients[n][1], gradients[n][2]);
     }
 }

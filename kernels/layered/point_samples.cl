@@ -58,17 +58,15 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
                                __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table,
                                const RayLatticeParams *p, const SampleParams *sample, __local const float *ends,
                                const Clipping *clip, int column, int row, __global float4 *out) {
-    LatticeRay ray = {crossing_of(p, 0, column), crossing_of(p, 1, row)};
-    const float stagger = stagger_of_columns(p, column);
+    const SampleRays rays = rays_of_samples(p, column, row);
+    const LatticeRay ray = {(float2)(rays.centre_u, rays.shear_u), (float2)(rays.centre_v, rays.shear_v)};
     Accumulator gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
     Interval interval;
 #ifdef CLIPPED
-    interval = interval_of_columns(p, clip, ray.u.x, ray.u.y, stagger, row);
+    interval = interval_of_rays(p, clip, &rays);
 #endif
-    ray.v.x += stagger;
 #if BLEND == COMPOSITE
-    const float step_u = ray.u.y * sample->step_u, step_v = ray.v.y * sample->step_v;
-    const float dt = sqrt(step_u * step_u + (step_v * step_v + sample->step_a * sample->step_a)) * sample->table_unit;
+    const float dt = length_of_rays(sample, &rays) * sample->table_unit;
 #endif
     const int s = sample->inner_slabs, enters = p->layer_step > 0 ? 0 : 1;
     int lowest = p->first_layer, highest = p->last_layer;

@@ -10,24 +10,41 @@ static inline float2 crossing_of(const RayLatticeParams *p, int axis, int index)
     return (float2)(rays[0] + from_middle * rays[1], rays[2] + from_middle * rays[3]);
 }
 
-// The same of VW neighbouring columns, from one on.
-static inline void crossings_of_columns(const RayLatticeParams *p, int column, realv *centre, realv *shear) {
-    const realv from_middle = CONVERT_REALV(LANES) + (column - 0.5f * (p->width - 1));
-    *centre = p->rays[0] + from_middle * p->rays[1];
-    *shear = p->rays[2] + from_middle * p->rays[3];
+// The same of VW columns or rows.
+static inline void crossings_of(const RayLatticeParams *p, int axis, intv indices, realv *centre, realv *shear) {
+    const realv from_middle = CONVERT_REALV(indices) - 0.5f * ((axis ? p->height : p->width) - 1);
+    const float *rays = p->rays + 4 * axis;
+    *centre = rays[0] + from_middle * rays[1];
+    *shear = rays[2] + from_middle * rays[3];
 }
 
-// Voxels along v by which the samples of VW neighbouring columns lie behind their rows, from one column on: less than from row to row.
-static inline realv stagger_of_columns(const RayLatticeParams *p, int column) {
-    const uintv columns = AS_UINTV((intv)(LANES) + column);
-    return CONVERT_REALV(STAGGER_STEPS(p, columns)) * (STAGGER_STEP * p->rays[5]);
+// Voxels along v by which the samples of VW columns lie behind their rows: less than from row to row.
+static inline realv stagger_of_columns(const RayLatticeParams *p, intv columns) {
+    return CONVERT_REALV(STAGGER_STEPS(p, AS_UINTV(columns))) * (STAGGER_STEP * p->rays[5]);
 }
 
-// The interval of VW columns in a row, in layers from that of the volume's centre along the rays. `stagger`: of the columns.
-static inline Interval interval_of_columns(const RayLatticeParams *p, const Clipping *clip, realv centre_u, realv shear_u, realv stagger,
-                                           int row) {
-    const float2 crossing = crossing_of(p, 1, row);
-    const realv origin[3] = {centre_u, crossing.x + stagger, (realv)(p->centre_layer)};
-    const realv direction[3] = {shear_u * p->layer_step, (realv)(crossing.y * p->layer_step), (realv)(p->layer_step)};
+// The rays of VW samples: where they cross the layer of the volume's centre, and their shears.
+typedef struct {
+    realv centre_u, shear_u, centre_v, shear_v;
+} SampleRays;
+
+static inline SampleRays rays_of_samples(const RayLatticeParams *p, intv columns, intv rows) {
+    SampleRays rays;
+    crossings_of(p, 0, columns, &rays.centre_u, &rays.shear_u);
+    crossings_of(p, 1, rows, &rays.centre_v, &rays.shear_v);
+    rays.centre_v += stagger_of_columns(p, columns);
+    return rays;
+}
+
+// Their intervals, in layers from that of the volume's centre along them.
+static inline Interval interval_of_rays(const RayLatticeParams *p, const Clipping *clip, const SampleRays *rays) {
+    const realv origin[3] = {rays->centre_u, rays->centre_v, (realv)(p->centre_layer)};
+    const realv direction[3] = {rays->shear_u * p->layer_step, rays->shear_v * p->layer_step, (realv)(p->layer_step)};
     return interval_of(clip, origin, direction, -INFINITY);
+}
+
+// How long they are from layer to layer.
+static inline realv length_of_rays(const SampleParams *sample, const SampleRays *rays) {
+    const realv step_u = rays->shear_u * sample->step_u, step_v = rays->shear_v * sample->step_v;
+    return sqrt(step_u * step_u + (step_v * step_v + sample->step_a * sample->step_a));
 }

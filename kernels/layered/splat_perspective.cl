@@ -148,7 +148,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
     const float2 corner_u = crossing_of(&p, 0, column), end_u = crossing_of(&p, 0, column + columns - 1);
     const float2 corner_v = crossing_of(&p, 1, row), end_v = crossing_of(&p, 1, row + tile_rows - 1);
     realv centre_u, shear_u;
-    crossings_of_columns(&p, column, &centre_u, &shear_u);
+    crossings_of(&p, 0, LANES + column, &centre_u, &shear_u);
 
     Rows ring;
     Sums sums[3], across;
@@ -159,7 +159,8 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
         gathered[r] = p.continues && r < tile_rows ? load_raw(&sample, lattice + (size_t)(row + r) * p.width + column, columns, 1)
                                                    : empty_accumulator(&sample);
 #ifdef CLIPPED
-        intervals[r] = interval_of_columns(&p, &clip, centre_u, shear_u, (realv)(0.0f), row + r);
+        const SampleRays rays = rays_of_samples(&p, LANES + column, (intv)(row + r));
+        intervals[r] = interval_of_rays(&p, &clip, &rays);
 #endif
     }
     const int shading = GATHERS_VALUES ? 0 : sample.shading;
@@ -193,11 +194,9 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
         const Sums *before = &sums[slot(k - p.layer_step)], *own = &sums[slot(k)], *after = &sums[slot(k + p.layer_step)];
         finished = true;
         for (int r = 0; r < tile_rows; r++) {
-            const float2 crossing = crossing_of(&p, 1, row + r);
-            const realv step_u = shear_u * sample.step_u;
-            const float step_v = crossing.y * sample.step_v;
+            const SampleRays rays = rays_of_samples(&p, LANES + column, (intv)(row + r));
             LayerWay way;
-            way.dt = sqrt(step_u * step_u + (step_v * step_v + sample.step_a * sample.step_a));
+            way.dt = length_of_rays(&sample, &rays);
 #ifdef CLIPPED
             way.interval.from = intervals[r].from - depth * p.layer_step;
             way.interval.to = intervals[r].to - depth * p.layer_step;

@@ -3,11 +3,9 @@
 // A row of samples lies between two rows of voxels: all its columns mix these alike. Not where columns are staggered
 // (src/layers/lattice/stagger.rs): each lies behind the row by some of its own, up to FARTHEST voxel rows farther.
 
+#include "layered/patches.cl"
 #include "shared/reconstruction.cl"
 
-#ifndef TILE_ROWS
-#error "TILE_ROWS: samples of a tile along v"
-#endif
 #ifndef FARTHEST
 #error "FARTHEST: 0 where columns are not staggered, 1 where rows are at most a voxel row apart, else 2"
 #endif
@@ -52,10 +50,11 @@ ALWAYS_INLINE RowMix mix_of(const RowPlaces *places, int row) {
     RowMix mix;
     const realv behind = places->between[row] + places->stagger;
     mix.farther = COUNT_IF(behind >= 1.0f);
+    realv between = behind >= 1.0f ? behind - 1.0f : behind;
 #if FARTHEST > 1
     mix.farther += COUNT_IF(behind >= 2.0f);
+    between = behind >= 2.0f ? behind - 2.0f : between;
 #endif
-    const realv between = behind - CONVERT_REALV(mix.farther);
     mix.value = value_weights(between), mix.slope = slope_weights(between);
     return mix;
 }

@@ -20,7 +20,11 @@ static inline uchar4 displayed(float4 color, float4 background) {
 }
 
 // Of four colours, each in place of all that its colour has.
+#ifdef PERMUTE
+#define OPACITIES(colors) PERMUTE(colors, colors, (int16)(3, 3, 3, 3, 7, 7, 7, 7, 11, 11, 11, 11, 15, 15, 15, 15))
+#else
 #define OPACITIES(colors) (float16)((colors).s3333, (colors).s7777, (colors).sbbbb, (colors).sffff)
+#endif
 
 // Four at once.
 static inline uchar16 displayed_four(float16 colors, float4 background) {

@@ -3,29 +3,37 @@
 #include "picture/display.cl"
 #include "shared/stagger.cl"
 
-// The whole number nearest to a place on the lattice, which has so many samples.
-#define NEAREST(place, size) (whole_below(CLAMP(place, -2.0f, (size) + 2.0f) + 0.5f))
+// Whole numbers nearest to places on the lattice, which has so many samples. Far beyond it an int could not hold them.
+#define NEAREST(realn, convert_intn, place, size) \
+    (convert_intn(CLAMP(place, (realn)(-2.0f), (realn)((size) + 2.0f)) + 2.5f) - 2)
+// The samples of pixels (x, y), and whether they are beyond the lattice.
+#define FIND_SAMPLES(realn, intn, uintn, p, x, y, at, beyond)                                                          \
+    const float *m = (p)->from_screen;                                                                                 \
+    const realn u = m[0] * (x) + (m[1] * (y) + m[2]), v = m[3] * (x) + (m[4] * (y) + m[5]);                            \
+    const intn i = NEAREST(realn, CAT(convert_, intn), u, (p)->width);                                                 \
+    const realn stagger = CAT(convert_, realn)(STAGGER_STEPS(p, CAT(as_, uintn)(i))) * STAGGER_STEP;                   \
+    const intn j = NEAREST(realn, CAT(convert_, intn), v - stagger, (p)->height);                                      \
+    const intn beyond = i < 0 | i >= (p)->width | j < 0 | j >= (p)->height, at = j * (p)->width + i;
 
 // At (x, y). Beyond the lattice all is transparent.
 static inline float4 own_sample(__global const float4 *lattice, const WarpParams *p, float x, float y) {
-    const float *m = p->from_screen;
-    // Far beyond the lattice an int could not hold the place.
-    const int i = NEAREST(m[0] * x + m[1] * y + m[2], p->width);
-    const int j = NEAREST(m[3] * x + m[4] * y + m[5] - convert_float(STAGGER_STEPS(p, (uint)i)) * STAGGER_STEP, p->height);
-    return i >= 0 && i < p->width && j >= 0 && j < p->height ? lattice[(size_t)j * p->width + i] : (float4)(0.0f);
+    FIND_SAMPLES(float, int, uint, p, x, y, at, beyond)
+    return beyond ? (float4)(0.0f) : lattice[at];
 }
 
-// Of four pixels from (x, y) on.
-ALWAYS_INLINE float16 four_own_samples(__global const float4 *lattice, const WarpParams *p, float x, float y) {
-    const float *m = p->from_screen;
-    const float4 columns = x + (float4)(0.0f, 1.0f, 2.0f, 3.0f);
-    const float4 u = m[0] * columns + (m[1] * y + m[2]), v = m[3] * columns + (m[4] * y + m[5]);
-    const int4 i = convert_int4(CLAMP(u, (float4)(-2.0f), (float4)(p->width + 2.0f)) + 2.5f) - 2;
-    const float4 row = v - convert_float4(STAGGER_STEPS(p, as_uint4(i))) * STAGGER_STEP;
-    const int4 j = convert_int4(CLAMP(row, (float4)(-2.0f), (float4)(p->height + 2.0f)) + 2.5f) - 2;
-    const int4 beyond = i < 0 | i >= p->width | j < 0 | j >= p->height, at = j * p->width + i;
-    if (beyond.x | beyond.y | beyond.z | beyond.w)
-        return (float16)(own_sample(lattice, p, x, y), own_sample(lattice, p, x + 1.0f, y), own_sample(lattice, p, x + 2.0f, y),
-                         own_sample(lattice, p, x + 3.0f, y));
-    return (float16)(lattice[at.x], lattice[at.y], lattice[at.z], lattice[at.w]);
+// Of sixteen pixels from (x, y) on, four by four.
+ALWAYS_INLINE void sixteen_own_samples(__global const float4 *lattice, const WarpParams *p, float x, float y, float16 *fours) {
+    const float16 columns = x + (float16)(0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f, 8.0f, 9.0f, 10.0f, 11.0f, 12.0f, 13.0f, 14.0f, 15.0f);
+    FIND_SAMPLES(float16, int16, uint16, p, columns, y, at, beyond)
+    const int8 any8 = beyond.lo | beyond.hi;
+    const int4 any4 = any8.lo | any8.hi;
+    const int *one = (const int *)&at, *is_beyond = (const int *)&beyond;
+    if (any4.x | any4.y | any4.z | any4.w) {
+        for (int n = 0; n < 16; n++)
+            ((float4 *)fours)[n] = is_beyond[n] ? (float4)(0.0f) : lattice[one[n]];
+    } else {
+#pragma unroll
+        for (int n = 0; n < 4; n++, one += 4)
+            fours[n] = (float16)(lattice[one[0]], lattice[one[1]], lattice[one[2]], lattice[one[3]]);
+    }
 }

@@ -12,7 +12,15 @@
 #define FOURS_OF_LINES ((MOST_LINES_PER_PIXEL * BLOCK_COLUMNS + 8) / 4)
 #define FOURS_OF_PIXELS (BLOCK_COLUMNS / 4)
 
-#define SPREAD_TO_COLORS(x) (float16)((x).xxxx, (x).yyyy, (x).zzzz, (x).wwww)
+// Each of four numbers four times.
+static inline float16 spread_to_colors(float4 x) {
+#ifdef PERMUTE
+    const float16 each = (float16)(x, x, x, x);
+    return PERMUTE(each, each, (int16)(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3));
+#else
+    return (float16)(x.xxxx, x.yyyy, x.zzzz, x.wwww);
+#endif
+}
 
 // Catmull-Rom weights of the samples -1 ... 2 from the one below, for four places at once.
 typedef struct {
@@ -22,7 +30,7 @@ typedef struct {
 static inline FourWeights weights_of_four(float4 t) {
     const float4 before = t * (t * (1.0f - 0.5f * t) - 0.5f), behind = t * t * (0.5f * t - 0.5f);
     const float4 low = t * t * (1.5f * t - 2.5f) + 1.0f, high = t * (t * (2.0f - 1.5f * t) + 0.5f);
-    const FourWeights w = {{SPREAD_TO_COLORS(before), SPREAD_TO_COLORS(low), SPREAD_TO_COLORS(high), SPREAD_TO_COLORS(behind)}};
+    const FourWeights w = {{spread_to_colors(before), spread_to_colors(low), spread_to_colors(high), spread_to_colors(behind)}};
     return w;
 }
 
@@ -112,7 +120,8 @@ ALWAYS_INLINE void upright_row(__global const float4 *lattice, const Lines *l, c
     const float4 *line = (const float4 *)lines;
     for (int g = 0; g < FOURS_OF_PIXELS; g++) {
         const int *at = c->at + 4 * g;
-#define LINES_AT(n) (float16)(line[at[0] + (n)], line[at[1] + (n)], line[at[2] + (n)], line[at[3] + (n)])
+        const float4 *one = line + at[0], *two = line + at[1], *three = line + at[2], *four = line + at[3];
+#define LINES_AT(n) (float16)(one[n], two[n], three[n], four[n])
         pixels[g] = on_pixels ? LINES_AT(0) : mixed_of_four(&c->weights[g], LINES_AT(-1), LINES_AT(0), LINES_AT(1), LINES_AT(2));
     }
 }

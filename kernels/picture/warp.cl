@@ -195,8 +195,15 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
                 PUT(out[i], (float4)(0.0f));
         } else if (p.for_each_pixel) {
             int i = left;
-            for (; i + 4 <= right; i += 4)
-                PUT_FOUR(out + i, four_own_samples(lattice, &p, i + 0.5f, line + 0.5f));
+#if BLOCK_COLUMNS % 16 == 0
+            for (; i + 16 <= right; i += 16) {
+                float16 fours[4];
+                sixteen_own_samples(lattice, &p, i + 0.5f, line + 0.5f, fours);
+#pragma unroll
+                for (int n = 0; n < 4; n++)
+                    PUT_FOUR(out + i + 4 * n, fours[n]);
+            }
+#endif
             for (; i < right; i++)
                 PUT(out[i], own_sample(lattice, &p, i + 0.5f, line + 0.5f));
         } else {

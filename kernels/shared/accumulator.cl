@@ -169,9 +169,16 @@ static inline void store_colors(const realv *color, int count, int stride, __glo
         // Every fourth sample of one vector.
         realv samples[4];
         transpose_fours(color[0], color[1], color[2], color[3], &samples[0], &samples[1], &samples[2], &samples[3]);
+#ifdef PERMUTE
+        realv ordered[4];
+        transpose_quarters(samples, ordered);
+        for (int i = 0; i < 4; i++)
+            vstore16(ordered[i], i, (__global float *)out);
+#else
         const float4 *fours = (const float4 *)samples;
         for (int i = 0; i < VW; i++)
             out[i] = fours[i % 4 * (VW / 4) + i / 4];
+#endif
         return;
     }
 #endif

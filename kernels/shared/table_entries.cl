@@ -36,6 +36,21 @@ static inline void transpose_fours(realv a, realv b, realv c, realv d, realv *x,
 }
 #endif
 
+#ifdef PERMUTE
+// Halves of two vectors, and every second quarter.
+#define LOW_HALVES(a, b) PERMUTE(a, b, (intv)(0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23))
+#define HIGH_HALVES(a, b) PERMUTE(a, b, (intv)(8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31))
+#define EVEN_QUARTERS(a, b) PERMUTE(a, b, (intv)(0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27))
+#define ODD_QUARTERS(a, b) PERMUTE(a, b, (intv)(4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31))
+// Rows of four quarters to columns.
+static inline void transpose_quarters(const realv *rows, realv *columns) {
+    const realv left = LOW_HALVES(rows[0], rows[1]), right = HIGH_HALVES(rows[0], rows[1]);
+    const realv left_below = LOW_HALVES(rows[2], rows[3]), right_below = HIGH_HALVES(rows[2], rows[3]);
+    columns[0] = EVEN_QUARTERS(left, left_below), columns[1] = ODD_QUARTERS(left, left_below);
+    columns[2] = EVEN_QUARTERS(right, right_below), columns[3] = ODD_QUARTERS(right, right_below);
+}
+#endif
+
 // Components of VW whole four-component ENTRY(0), ENTRY(1) ..., each loaded to where the transposition wants it.
 #if VW == 4
 #define COMPONENTS(ENTRY, x, y, z, w) transpose_fours(ENTRY(0), ENTRY(1), ENTRY(2), ENTRY(3), x, y, z, w)

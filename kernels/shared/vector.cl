@@ -58,8 +58,16 @@ typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
 #define STOREV(p, x) (*(realv_unaligned *)(p) = (x))
 
 #if VW > 1
-// any() is a chain of branches on PoCL; this is one reduction.
+// any() is a chain of branches on PoCL; this is one reduction, or one instruction where the compiler has that.
+#ifdef __has_builtin
+#if __has_builtin(__builtin_reduce_or)
+#define REDUCE_OR(mask) __builtin_reduce_or(mask)
+#endif
+#endif
 static inline bool any_lane(intv mask) {
+#ifdef REDUCE_OR
+    return REDUCE_OR(mask) != 0;
+#else
 #if VW == 16
     const int8 m8 = mask.lo | mask.hi;
     const int4 m4 = m8.lo | m8.hi;
@@ -70,6 +78,7 @@ static inline bool any_lane(intv mask) {
 #endif
     const int2 m2 = m4.lo | m4.hi;
     return (m2.x | m2.y) != 0;
+#endif
 }
 #endif
 

@@ -121,6 +121,7 @@ static inline void load_row(__global const VOXEL *voxels, const VolumeView *view
 
 // Block of a voxel, the margin counted; the size is a power of two, and >> rounds down also below 0.
 static inline int block_of(int voxel, int size) { return (voxel >> (31 - clz(size))) + 1; }
+#define FIRST_OF_BLOCK(block, size) (((block) - 1) * (size))
 
 // Bits of a block's visibility: what is in reach of samples with |s| <= 1, and of those with |s| <= 3.
 #define NEAR 1

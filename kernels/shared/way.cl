@@ -8,8 +8,8 @@ typedef struct {
     realv from, to;
 } Way;
 
-// Of rays that cross the layer of the volume's centre in columns and a row, and lean so: from plane k on, and between two values.
-static inline Way way_on(realv centre_u, realv shear_u, realv centre_v, float shear_v, float centre_layer, float k, float step, realv from,
+// Of rays that cross the layer of the volume's centre in columns and rows, and lean so: from plane k on, and between two values.
+static inline Way way_on(realv centre_u, realv shear_u, realv centre_v, realv shear_v, float centre_layer, float k, float step, realv from,
                          realv to) {
     const float depth = k - centre_layer;
     const Way way = {{centre_u + depth * shear_u, centre_v + depth * shear_v, k}, {step * shear_u, step * shear_v, step}, from, to};

@@ -14,6 +14,7 @@ kernel_files!(
     "layered/footprint.cl",
     "layered/footprint_set.cl",
     "layered/footprints.cl",
+    "layered/patches.cl",
     "layered/pixel_ray.cl",
     "layered/point_direct.cl",
     "layered/point_lattice.cl",
