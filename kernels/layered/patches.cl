@@ -1,8 +1,8 @@
 // The samples of a tile in vectors of what lies together.
 //
-// Rows of VW samples are what resampled rows of voxels are mixed to. But of a thin surface a row meets little, and all its lanes are looked
-// up, lit and composited for it: patches of 8 x 2 are fewer. There are PATCH_ROWS of them in a band of as many rows, from left to right.
-// Where PATCH_ROWS is 1 a patch is a row. (4 x 4 are fewer still, but to regroup rows into these costs what they save.)
+// Rows of VW samples are what resampled rows of voxels are mixed to. But a row meets little of a thin surface, and all its lanes are looked
+// up, lit and composited for it: patches of two half rows are fewer. There are PATCH_ROWS of them in a band of as many rows, from left to
+// right. Where PATCH_ROWS is 1 a patch is a row. (Squares of 4 x 4 are fewer still, but to regroup rows into these costs what they save.)
 
 #include "shared/vector.cl"
 
@@ -10,7 +10,7 @@
 #error "TILE_ROWS: samples of a tile along v"
 #endif
 
-#if VW == 16 && TILE_ROWS % 2 == 0
+#if VW > 1 && TILE_ROWS % 2 == 0
 #define PATCH_ROWS 2
 #else
 #define PATCH_ROWS 1
@@ -40,14 +40,14 @@ static inline void regroup_all(realv *vectors, int size, int bands) {
 // Columns and rows of a patch's samples in its tile.
 static inline intv columns_of_patch(int patch) {
 #if PATCH_ROWS == 2
-    return (LANES & 7) + patch % 2 * 8;
+    return (LANES & (VW / 2 - 1)) + patch % 2 * (VW / 2);
 #else
     return LANES;
 #endif
 }
 static inline intv rows_of_patch(int patch) {
 #if PATCH_ROWS == 2
-    return (LANES >> 3) + patch / 2 * 2;
+    return COUNT_IF(LANES >= VW / 2) + patch / 2 * 2;
 #else
     return (intv)(patch);
 #endif

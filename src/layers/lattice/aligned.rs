@@ -8,8 +8,8 @@ use crate::viewport::Viewport;
 
 /// Pixels by which samples may leave theirs from one end of the viewport to the other.
 const MOST_DRIFT: f64 = 0.01;
-/// What rounding may make of as many samples as pixels.
-const SLACK: f64 = 1e-9;
+/// So many samples on pixels take the time of one elsewhere: nothing need be interpolated. And they are exact.
+const WORTH: f64 = 1.1;
 
 /// How samples lie along one axis of a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,9 +42,9 @@ pub(super) fn spreads(
     let on_pixels = |i: usize, pitch: f64| Spread { samples_per_voxel: 1.0 / pitch, on_pixel: Some(first[i]) };
     if let Some(side) = side[0] {
         let pitch = [steps[0][side], steps[1][1 - side]].map(f64::abs);
-        // Of columns on pixels the samples can lie on these too, staggered. Worth it unless they are more than is asked for.
-        let fewer = pitch[0] * free[0] * pitch[1] * free[1] * (1.0 + SLACK) >= 1.0;
-        if fewer && pitch.iter().all(|&pitch| pitch <= MAX_VOXELS_PER_POINT) {
+        // Of columns on pixels the samples can lie on these too, staggered. Worth it unless they are many more than is asked for.
+        let worth = pitch[0] * free[0] * pitch[1] * free[1] * WORTH >= 1.0;
+        if worth && pitch.iter().all(|&pitch| pitch <= MAX_VOXELS_PER_POINT) {
             return [0, 1].map(|i| on_pixels(i, pitch[i]));
         }
     }
