@@ -5,13 +5,17 @@ mod common;
 use common::blends::*;
 use common::reference::{Pair, RIM_SHARE};
 use common::*;
-use layersplat::Device;
+use glam::DVec3;
 use layersplat::device::{DeviceKind, Tuning};
 use layersplat::layers::{Density, Kernel};
 use layersplat::settings::{Algorithm, Classification, Clipping, Evaluation, Layered};
+use layersplat::{Device, Renderer, Settings};
 
 /// Floats are added in another order where rows and tiles begin elsewhere.
 const REORDERED: f64 = 2e-5;
+
+/// Of pixels that have samples of their own, from those that have a ray each: floats of places, and what these make of a steep ramp.
+const OF_ONE_RAY: f64 = 2e-4;
 
 /// The widths that kernels have, and how a graphics processor is used.
 fn devices() -> Vec<(String, Device)> {
@@ -58,5 +62,34 @@ fn every_width_and_tuning() {
             let apart = Pair { found: pair.found, expected: first }.differing(REORDERED);
             assert!(apart <= RIM_SHARE, "{what}: {apart} of the rays are not those of the first width");
         }
+    }
+}
+
+/// Where each pixel has its own sample a tile's columns are staggered, and its rows become patches: whatever lies in a vector, and however
+/// many rows there are, pictures are those of one ray for each pixel.
+#[test]
+fn staggered_columns_at_every_width() {
+    let (volume, transfer, size) = (random_volume([33, 30, 28], DVec3::ONE, 3), smooth_transfer(), viewport(71, 58));
+    let device = device();
+    let rows = [5, 6, 30].map(|rows| {
+        let tuning = Tuning { point_tile_rows: rows, ..*device.tuning() };
+        (format!("{rows} rows"), device.with_tuning(tuning).unwrap())
+    });
+    let smooth = Classification::Preintegrated { kernel: Kernel::CatmullRom, samples_per_layer: 2 };
+    for (azimuth, layered) in [
+        (25.0, Layered::default()),
+        (250.0, Layered { classification: smooth, evaluation: Evaluation::Lattice(Density::Fine), ..Layered::default() }),
+    ] {
+        let camera = parallel(&volume, size, azimuth, 15.0);
+        let settings = Settings { early_termination: false, ..layered.into() };
+        let direct = Layered { evaluation: Evaluation::Direct, ..layered };
+        let expected = render(&volume, &transfer, &camera, size, &Settings { algorithm: direct.into(), ..settings });
+        for (name, device) in devices().iter().chain(&rows) {
+            let mut renderer = Renderer::new(device, &volume, &transfer).unwrap();
+            let (found, _) = renderer.render(&camera, size, &settings).unwrap();
+            assert_close(&format!("{name}, azimuth {azimuth}"), &found, &expected, OF_ONE_RAY);
+        }
+        let shifted = compare(&shifted_by_half_a_pixel(&expected), &expected).max_difference;
+        assert!(shifted > 100.0 * OF_ONE_RAY, "half a pixel must be noticed: {shifted}");
     }
 }

@@ -91,15 +91,14 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #endif
     intv active = 0;
     const int patches = tile.bands * PATCH_ROWS;
-    for (int r = 0; r < patches; r++) {
+    for (int r = 0; r < patches; r++)
         gathered[r] = p.continues && r < tile.rows
                           ? load_raw(&sample, lattice + (size_t)(row + r) * p.width + column, tile.columns, 1)
                           : empty_accumulator(&sample);
-    }
     regroup_all((realv *)gathered, RAW_NUMBERS, tile.bands);
     for (int n = 0; n < patches; n++) {
         const SampleRays rays = rays_of_patch(&p, &tile, n);
-        has_ray[n] = inside(&tile, n);
+        has_ray[n] = has_rays(&tile, n);
 #ifdef CLIPPED
         intervals[n] = interval_of_rays(&p, &clip, &rays);
 #endif
@@ -117,10 +116,9 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     int lowest = p.first_layer, highest = p.last_layer;
     if (p.culling)
         lowest = max(lowest, shown_slabs[0] + view.first_a), highest = min(highest, shown_slabs[1] + view.first_a);
-    int open = FIRST_FEW(patches); // patches that anything more can change
-    if (p.continues)
-        for (int n = 0; n < patches; n++)
-            open &= ~(ANY(has_ray[n] && open_rays(&sample, &gathered[n])) ? 0 : 1 << n);
+    int open = 0; // patches that anything more can change
+    for (int n = 0; n < patches; n++)
+        open |= (ANY(has_ray[n] && open_rays(&sample, &gathered[n])) ? 1 : 0) << n;
     Chunk chunk = {-1, 0};
     for (int passed = 0; passed <= highest - lowest && open; passed++) {
         const int q = enters ? highest - passed : lowest + passed;

@@ -202,7 +202,8 @@ ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const Volume
     else                                                                                                               \
         WORK(columns.vectors, false)
 
-// Samples patches of sub-layer l, whole bands. `u`: the columns, `tile_v`: the rows of the tile.
+// Samples patches of sub-layer l: the bands from the first to the last that has an unknown one. `u`: the columns, `tile_v`: the rows of the
+// tile.
 static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, float centre_layer, int samples_per_layer,
                          int l, realv u, const TileRows *tile_v, int patches, Layer *layer) {
     if (layer->held != l) {

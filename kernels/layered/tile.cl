@@ -38,11 +38,11 @@ static inline Tile tile_of(const RayLatticeParams *p, int column, int row) {
     return tile;
 }
 
-// The rays of a patch. Beyond the lattice there are none: `inside`.
+// The rays of a patch, and which of them there are: none beyond the lattice.
 static inline SampleRays rays_of_patch(const RayLatticeParams *p, const Tile *tile, int patch) {
     return rays_of_samples(p, columns_of_patch(patch) + tile->column, rows_of_patch(patch) + tile->row);
 }
-static inline intv inside(const Tile *tile, int patch) {
+static inline intv has_rays(const Tile *tile, int patch) {
     return columns_of_patch(patch) < tile->columns && rows_of_patch(patch) < tile->rows;
 }
 

@@ -2,7 +2,8 @@
 
 #include "layered/tile.cl"
 
-// More than rounding takes from a row of samples.
+// What rounding may take from a row of samples. (It takes more of rows that are less than a thousandth of a voxel apart: what they miss of a
+// block is less than that.)
 #define ROUNDED 0.01f
 
 // The blocks over a window, and where the bits of the first are.

@@ -6,7 +6,7 @@
 // Whole numbers nearest to places on the lattice, which has so many samples. Far beyond it an int could not hold them.
 #define NEAREST(realn, convert_intn, place, size) \
     (convert_intn(CLAMP(place, (realn)(-2.0f), (realn)((size) + 2.0f)) + 2.5f) - 2)
-// The samples of pixels (x, y), and whether they are beyond the lattice.
+// The samples of pixels (x, y), and whether they are beyond the lattice: the whole beginning of a function, in floats or in vectors.
 #define FIND_SAMPLES(realn, intn, uintn, p, x, y, at, beyond)                                                          \
     const float *m = (p)->from_screen;                                                                                 \
     const realn u = m[0] * (x) + (m[1] * (y) + m[2]), v = m[3] * (x) + (m[4] * (y) + m[5]);                            \

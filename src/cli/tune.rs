@@ -42,13 +42,24 @@ struct Knob {
     frames: fn() -> Settings,
 }
 
+impl Knob {
+    /// What it is tried with where a tuning is used, which is one of these.
+    fn values_beside(&self, tuning: Tuning) -> Vec<(String, Tuning)> {
+        let mut values = (self.values)(tuning);
+        if values.iter().all(|(_, with)| *with != tuning) {
+            values.push(("as it is".into(), tuning));
+        }
+        values
+    }
+}
+
 /// A tuning for each of the numbers, and what it is called.
 fn each<const N: usize>(numbers: [u32; N], with: impl Fn(u32) -> Tuning) -> Vec<(String, Tuning)> {
     numbers.map(|n| (n.to_string(), with(n))).into()
 }
 
 fn blocks(tuning: Tuning) -> Vec<(String, Tuning)> {
-    [[1, 1], [8, 4], [16, 8], [32, 16]].map(|block| (format!("{}x{}", block[0], block[1]), Tuning { block, ..tuning })).into()
+    [[1, 1], [16, 8], [32, 8], [32, 16]].map(|block| (format!("{}x{}", block[0], block[1]), Tuning { block, ..tuning })).into()
 }
 
 fn schedules(tuning: Tuning) -> Vec<(String, Tuning)> {
@@ -158,7 +169,7 @@ fn settle(
     };
     let draw = |renderer: &mut Renderer, n| renderer.render_rgba8(&camera(n), viewport, &settings, Background::BLACK);
     let mut tried = Vec::new();
-    for (value, with) in (knob.values)(tuning) {
+    for (value, with) in knob.values_beside(tuning) {
         let built = device.with_tuning(with).and_then(|device| {
             let mut renderer = Renderer::new(&device, volume, transfer)?;
             // Kernels are built, and layouts of all axes made.
@@ -207,4 +218,22 @@ fn text(report: &Report) -> String {
         lines.push(format!("{:#?}", report.after));
     }
     lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::DeviceKind;
+
+    /// What is not measured loses to anything.
+    #[test]
+    fn what_a_device_has_is_tried() {
+        for own in [DeviceKind::Cpu, DeviceKind::Gpu].map(|kind| Tuning::new(kind, "", 16)) {
+            let odd = Tuning { block: [48, 5], tile_rows: 3, ..own };
+            for (tuning, knob) in [own, odd].iter().flat_map(|tuning| KNOBS.iter().map(move |knob| (tuning, knob))) {
+                let tried = knob.values_beside(*tuning);
+                assert_eq!(tried.iter().filter(|(_, with)| with == tuning).count(), 1, "{}, {tuning:?}", knob.name);
+            }
+        }
+    }
 }

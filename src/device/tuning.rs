@@ -52,7 +52,7 @@ pub struct Tuning {
     pub screen_tile_rows: u32,
     /// Parts of a list of splats that are sorted at the same time.
     pub splat_chunks: usize,
-    /// Pixels of a block in the warp, along x and y.
+    /// Pixels of a block in the warp, along x and y: processors copy sixteen at once.
     pub block: [u32; 2],
     /// Work-items per group of the tile kernels.
     pub tile_group: usize,

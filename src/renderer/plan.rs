@@ -89,7 +89,7 @@ impl Plan {
     /// Ray casting of at least the fidelity that a lattice would have: 44 to 70 dB with four steps per layer where one sample per layer
     /// has 28 to 47 per pixel, in a fifth of the time (engine and tooth, from inside and at wide angles, lit).
     fn cast(density: Density, Layered { classification, .. }: Layered, blend: Blend) -> Self {
-        let per_layer = if matches!(density, Density::Coarse | Density::Fixed(_)) { 2.0 } else { 4.0 };
+        let per_layer = if matches!(density, Density::Fixed(_)) { 2.0 } else { 4.0 };
         let step = 1.0 / (per_layer * f64::from(classification.samples_per_layer()));
         match classification {
             Classification::Preintegrated { kernel, .. } if blend == Blend::Composite => Plan::CastSegments(kernel, step),

@@ -19,7 +19,7 @@ use std::str::FromStr;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quality {
-    /// [`Density::Coarse`], one sample per layer: the fastest.
+    /// One sample per voxel and layer: the fastest.
     Draft,
     /// [`Density::Relaxed`], one sample per layer: what is best for the time.
     #[default]
@@ -51,7 +51,7 @@ impl Quality {
             (Evaluation::Lattice(density), Footprints::Exact, Classification::Preintegrated { kernel, samples_per_layer })
         };
         let (evaluation, footprints, classification) = match self {
-            Quality::Draft => lattice(Density::Coarse, Kernel::Cubic, 1),
+            Quality::Draft => lattice(Density::Fixed(1), Kernel::Cubic, 1),
             Quality::Standard => lattice(Density::Relaxed, Kernel::Cubic, 1),
             Quality::High => lattice(Density::Fine, Kernel::BSpline, 2),
             Quality::Paper => (Evaluation::Direct, Footprints::Set, self.splatted()),

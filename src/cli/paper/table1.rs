@@ -197,7 +197,7 @@ fn at_defaults(laboratory: &Laboratory, bench: &mut Bench) -> Result<Vec<f64>, E
 /// Layered settings from coarse to fine.
 fn layered_settings() -> Vec<(String, Settings)> {
     let densities =
-        [("draft", Density::Coarse), ("standard", Density::Relaxed), ("high", Density::Fine), ("lattice 3", Density::Fixed(3))];
+        [("draft", Density::Fixed(1)), ("standard", Density::Relaxed), ("high", Density::Fine), ("lattice 3", Density::Fixed(3))];
     let all = densities.into_iter().flat_map(|(name, density)| {
         (1..=3).map(move |samples| (format!("{name}, {samples} per layer"), layered(density, samples)))
     });

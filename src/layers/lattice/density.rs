@@ -34,8 +34,6 @@ const FINE_BESIDE_PIXELS: f64 = 1.95;
 pub enum Density {
     /// Nowhere coarser than the screen, at least this many.
     AtLeast(u32),
-    /// One; or one for each pixel, on it, where these are no more: nothing is interpolated then.
-    Coarse,
     /// Finer than the screen where voxels are small, coarser where they are large: up to 1.6 samples per pixel, up to 1.86
     /// per voxel, at most 2 pixels apart. The kernel has no finer detail to show, and the warp interpolates. Where a view is not
     /// rolled and voxels are 1 to 1.86 pixels large, or somewhat larger, samples lie on pixels instead: one for each, or along one axis.
@@ -57,7 +55,6 @@ impl Density {
     pub(super) fn samples(self, pixels: f64) -> f64 {
         match self {
             Density::AtLeast(m) => pixels.max(f64::from(m)),
-            Density::Coarse => 1.0,
             Density::Relaxed => RELAXED.samples(pixels),
             Density::Fine => FINE.samples(pixels),
             Density::Fixed(m) => f64::from(m),
@@ -68,7 +65,7 @@ impl Density {
     pub(super) fn follows_pixels(self, pixels: f64) -> bool {
         match self {
             Density::AtLeast(m) => pixels >= f64::from(m),
-            Density::Coarse | Density::Relaxed | Density::Fine => true,
+            Density::Relaxed | Density::Fine => true,
             Density::Fixed(_) => false,
         }
     }
@@ -78,7 +75,7 @@ impl Density {
         match self {
             Density::Relaxed => Some(RELAXED_BESIDE_PIXELS),
             Density::Fine => Some(FINE_BESIDE_PIXELS),
-            Density::AtLeast(_) | Density::Coarse | Density::Fixed(_) => None,
+            Density::AtLeast(_) | Density::Fixed(_) => None,
         }
     }
 }
@@ -93,7 +90,7 @@ mod tests {
         for (pixels, relaxed) in [(0.3, 0.48), (1.0, 1.6), (1.34, 1.86), (3.0, 1.86), (4.8, 2.4), (16.0, 8.0)] {
             assert_abs_diff_eq!(Density::Relaxed.samples(pixels), relaxed, epsilon = 1e-12);
             assert_eq!(Density::AtLeast(3).samples(pixels), pixels.max(3.0));
-            assert_eq!([Density::Fixed(7), Density::Coarse].map(|density| density.samples(pixels)), [7.0, 1.0]);
+            assert_eq!(Density::Fixed(7).samples(pixels), 7.0);
         }
     }
 }
