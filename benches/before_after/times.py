@@ -50,7 +50,7 @@ def of_floats(folder, name):
     """The same numbers in another type, in a file of their own."""
     file = pathlib.Path(folder) / f"{SETS[name].replace('uint8', 'float32')}.raw"
     with gzip.open(VOLUMES / f"{SETS[name]}.raw.gz") as voxels, open(file, "wb") as floats:
-        array.array("f", voxels.read()).tofile(floats)
+        array.array("f", array.array("B", voxels.read())).tofile(floats)
     return [str(file), *of_set(name)[1:]]
 
 
