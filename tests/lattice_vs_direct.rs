@@ -150,8 +150,8 @@ fn between(t: f64, colors: [[f64; 4]; 4]) -> [f64; 4] {
 }
 
 /// What a pixel sees of a lattice: its own sample, if there is one; else its samples interpolated where the ray meets their plane, within
-/// the range of the four samples around, and colours within the opacity. In a parallel view of which lines of the lattice stand upright, these lines are interpolated where the
-/// row of pixels crosses them, and the pixel between them.
+/// the range of the four samples around, and colours within the opacity. In a parallel view of which lines of the lattice stand upright,
+/// these lines are interpolated where the row of pixels crosses them, and the pixel between them.
 fn seen_by(rays: &Rays, [x, y]: [f64; 2], height: f64, lattice: &LatticePicture) -> [f64; 4] {
     if let Some(own) = own_sample(&rays.at(x, y), lattice) {
         return sample_of(lattice, own);

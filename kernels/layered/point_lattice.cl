@@ -91,11 +91,13 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #endif
     intv active = 0;
     const int patches = tile.bands * PATCH_ROWS;
-    for (int r = 0; r < patches; r++)
-        gathered[r] = p.continues && r < tile.rows
-                          ? load_raw(&sample, lattice + (size_t)(row + r) * p.width + column, tile.columns, 1)
-                          : empty_accumulator(&sample);
-    regroup_all((realv *)gathered, RAW_NUMBERS, tile.bands);
+    for (int n = 0; n < patches; n++)
+        gathered[n] = empty_accumulator(&sample);
+    if (p.continues) {
+        for (int r = 0; r < tile.rows; r++)
+            gathered[r] = load_raw(&sample, lattice + (size_t)(row + r) * p.width + column, tile.columns, 1);
+        regroup_all((realv *)gathered, RAW_NUMBERS, tile.bands);
+    }
     for (int n = 0; n < patches; n++) {
         const SampleRays rays = rays_of_patch(&p, &tile, n);
         has_ray[n] = has_rays(&tile, n);
