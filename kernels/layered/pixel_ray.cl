@@ -8,10 +8,14 @@ static inline int most_parallel(const float *d) {
     return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
 }
 
+// The i-th of three numbers: looked up by a number that is not known before, they would be in memory.
+#define OF_THREE(numbers, i) ((i) == 0 ? (numbers)[0] : (i) == 1 ? (numbers)[1] : (numbers)[2])
+
 // A ray in the coordinates of its layer axis.
 typedef struct {
     VolumeView view;
     int axis, layer_step;
+    int blocks_u, blocks_v;
     float origin[3], direction[3]; // along x, y, z
     float o_u, o_v, o_a; // a point, in voxels
     float d_a;           // layers per unit of the ray's parameter
@@ -22,7 +26,7 @@ typedef struct {
 // Turns a vector (x, y, z) to (u, v, a).
 static inline void turn(float *x, float *y, float *z, int iu, int iv, int a) {
     const float v[3] = {*x, *y, *z};
-    *x = v[iu], *y = v[iv], *z = v[a];
+    *x = OF_THREE(v, iu), *y = OF_THREE(v, iv), *z = OF_THREE(v, a);
 }
 
 // The ray through pixel coordinates (x, y), and the sample's parameters turned from layer axis z to its own.
@@ -46,12 +50,14 @@ static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, con
         turn(half_way, half_way + 1, half_way + 2, iu, iv, a);
     }
 #endif
-    const float s_u = d[iu] / d[a], s_v = d[iv] / d[a];
+    const float d_a = OF_THREE(d, a), s_u = OF_THREE(d, iu) / d_a, s_v = OF_THREE(d, iv) / d_a;
     const float step_u = s_u * sample->step_u, step_v = s_v * sample->step_v, step_a = sample->step_a;
-    const VolumeView view = {p->stride[iu], p->stride[iv], p->stride[a], p->stride[3], p->dims[iu], p->dims[iv], p->dims[a],
-                             p->background, p->offset, 0};
-    const PixelRay ray = {view, a, d[a] > 0.0f ? 1 : -1, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, o[iu], o[iv], o[a], d[a], s_u, s_v,
-                          sqrt(step_u * step_u + step_v * step_v + step_a * step_a)};
+    const VolumeView view = {OF_THREE(p->stride, iu), OF_THREE(p->stride, iv), OF_THREE(p->stride, a), p->stride[3],
+                             OF_THREE(p->dims, iu),   OF_THREE(p->dims, iv),   OF_THREE(p->dims, a),   p->background,
+                             p->offset,               0};
+    const int blocks_u[3] = {p->blocks[0], p->blocks[2], p->blocks[4]}, blocks_v[3] = {p->blocks[1], p->blocks[3], p->blocks[5]};
+    const PixelRay ray = {view, a, d_a > 0.0f ? 1 : -1, OF_THREE(blocks_u, a), OF_THREE(blocks_v, a), {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, OF_THREE(o, iu), OF_THREE(o, iv),
+                          OF_THREE(o, a), d_a, s_u, s_v, sqrt(step_u * step_u + step_v * step_v + step_a * step_a)};
     return ray;
 }
 

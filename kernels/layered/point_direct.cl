@@ -7,6 +7,11 @@
 #include "layered/visible_slab.cl"
 #include "shared/segment.cl"
 
+// A ray at a plane of a layer, or between two.
+static inline float3 place_on(const PixelRay *ray, float k) {
+    return (float3)(ray->o_u + (k - ray->o_a) * ray->s_u, ray->o_v + (k - ray->o_a) * ray->s_v, k);
+}
+
 __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *visible_x,
                            __global const uchar *visible_y, __global const uchar *visible_z,
                            __global const int4 *integrals, __global const float4 *table, DirectParams p, SampleParams sample_of_z,
@@ -19,7 +24,6 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
     const VolumeView view = ray.view;
     voxels += view.first;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
-    const int blocks_u = p.blocks[2 * ray.axis], blocks_v = p.blocks[2 * ray.axis + 1];
     const int s = sample.inner_slabs, slabs = view.dims_a + 2 * RADIUS - 1, back = ray.layer_step > 0 ? 0 : 1;
 
     Accumulator gathered = empty_accumulator(&sample);
@@ -41,62 +45,68 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
         if (fmax(u, to_u) < -RADIUS || fmin(u, to_u) > view.dims_u + (RADIUS - 1) || fmax(v, to_v) < -RADIUS ||
             fmin(v, to_v) > view.dims_v + (RADIUS - 1))
             continue;
-        if (p.culling && !slab_shows(visible, blocks_u, blocks_v, q, u, v))
+        if (p.culling && !slab_shows(visible, ray.blocks_u, ray.blocks_v, q, u, v))
             continue;
         for (int i = 0; i < s; i++) {
-            const int l[2] = {back ? (q + 1) * s - i : q * s + i, back ? (q + 1) * s - i - 1 : q * s + i + 1};
-            float at_u[2], at_v[2], at_k[2], field[2];
-            for (int e = 0; e < 2; e++) {
-                at_k[e] = (float)l[e] / s - RADIUS;
-                at_u[e] = ray.o_u + (at_k[e] - ray.o_a) * ray.s_u, at_v[e] = ray.o_v + (at_k[e] - ray.o_a) * ray.s_v;
-                field[e] = value_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1);
+            const int l0 = back ? (q + 1) * s - i : q * s + i, l1 = l0 + ray.layer_step;
+            // Both ends by the same code: looked up by a number, they would be in memory.
+            float from = 0.0f, field = 0.0f;
+            for (int l = l0;; l = l1) {
+                const float3 place = place_on(&ray, (float)l / s - RADIUS);
+                from = field;
+                field = value_at(voxels, &view, place.x, place.y, place.z, 1);
+                if (l == l1)
+                    break;
             }
-            Lit lit[3];
-            float values[3] = {field[0], field[1], field[1]};
-            const Way whole = {{at_u[0], at_v[0], at_k[0]}, {at_u[1] - at_u[0], at_v[1] - at_v[0], at_k[1] - at_k[0]}, field[0], field[1]};
-            int ways = 1;
+            Lit lit = {0}, lit_behind = {0};
 #if LIT_AT_ENDS
-            if (sample.shading) {
-                for (int e = 0; e < 2; e++) {
-                    float along_u, along_v, along_a;
-                    gradient_at(voxels, &view, at_u[e], at_v[e], at_k[e], 1, &along_u, &along_v, &along_a);
-                    lit[e] = lit_by(&sample, along_u, along_v, along_a);
-                }
-#if HAS_SLOPES
-                lit[2] = lit[1], ways = 2;
-                const int counts = counts_between(&sample, integrals, field[0], field[1]);
-                lit[1] = lit_in_the_middle(&sample, &whole, counts, &lit[0], &lit[2], &values[1]);
-#endif
+            for (int l = l0; sample.shading; l = l1) {
+                const float3 place = place_on(&ray, (float)l / s - RADIUS);
+                float along_u, along_v, along_a;
+                gradient_at(voxels, &view, place.x, place.y, place.z, 1, &along_u, &along_v, &along_a);
+                lit = lit_behind;
+                lit_behind = lit_by(&sample, along_u, along_v, along_a);
+                if (l == l1)
+                    break;
             }
 #endif
+            const float k = (float)l0 / s - RADIUS, step = (float)ray.layer_step / s;
+            int ways = 1;
+            float to = field;
+            Lit lit_to = lit_behind;
+#if HAS_SLOPES && LIT_AT_ENDS
+            if (sample.shading) {
+                const Way whole = way_on(ray.o_u, ray.s_u, ray.o_v, ray.s_v, ray.o_a, k, step, from, field);
+                lit_to = lit_in_the_middle(&sample, &whole, counts_between(&sample, integrals, from, field), &lit, &lit_behind, &to);
+                ways = 2;
+            }
+#endif
+#pragma unroll 1
             for (int w = 0; w < ways; w++) {
-                Way way = {{0}, {0}, values[w], values[w + 1]};
-                for (int axis = 0; axis < 3; axis++) {
-                    way.step[axis] = whole.step[axis] / ways;
-                    way.place[axis] = whole.place[axis] + w * way.step[axis];
-                }
+                const float length = 1.0f / ways, from_k = k + w * length * step;
+                const Way way = way_on(ray.o_u, ray.s_u, ray.o_v, ray.s_v, ray.o_a, from_k, length * step, from, to);
                 Part part = {0.0f, 1.0f};
 #ifdef CLIPPED
-                const float enters_at = ray.layer_step * (way.place[2] - ray.o_a);
-                part = part_of(&interval, enters_at, enters_at + 1.0f / (s * ways));
-                if (part.from >= part.to)
-                    continue;
+                const float enters_at = ray.layer_step * (from_k - ray.o_a);
+                part = part_of(&interval, enters_at, enters_at + length / s);
 #endif
 #if BLEND == COMPOSITE
-                const float value_from = between(way.from, way.to, part.from), value_to = between(way.from, way.to, part.to);
-                const float dt = ray.dt / ways * share_of(&part) * sample.table_unit;
+                const float value_from = between(from, to, part.from), value_to = between(from, to, part.to);
+                const float dt = ray.dt * length * share_of(&part) * sample.table_unit;
                 // Samples alternate between even and odd nodes.
-                const int place = ways * l[0] + w;
-                const Node from = node_of(&sample, integrals, value_from, place & 1);
-                const Node to = node_of(&sample, integrals, value_to, place + 1 & 1);
+                const int place = ways * l0 + w * ray.layer_step;
+                const Node front = node_of(&sample, integrals, value_from, place & 1);
+                const Node behind = node_of(&sample, integrals, value_to, (place + 1) & 1);
                 const Segment segment =
-                    segment_between(&sample, integrals, &from, &to, value_from, value_to, ends_of(&sample, l[0], l[1]), dt);
-                composite_way(voxels, &view, &sample, integrals, &segment, &part, &way, dt, &lit[w], &lit[w + 1], &gathered, &active);
+                    segment_between(&sample, integrals, &front, &behind, value_from, value_to, ends_of(&sample, l0, l1), dt);
+                composite_way(voxels, &view, &sample, integrals, &segment, &part, &way, dt, &lit, &lit_to, &gathered, &active);
 #elif BLEND == ISO
-                take_crossing(voxels, &view, &sample, &part, &way, &lit[w], &lit[w + 1], &gathered, &active);
+                take_crossing(voxels, &view, &sample, &part, &way, &lit, &lit_to, &gathered, &active);
 #else
                 take_values(voxels, &view, &part, &way, share_of(&part) / s, &gathered, &active);
 #endif
+                from = to, lit = lit_to;
+                to = field, lit_to = lit_behind;
             }
         }
         if (!any_open(&sample, &gathered))

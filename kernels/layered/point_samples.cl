@@ -9,21 +9,9 @@
 #define ROWS_ALONG_U
 #include "layered/point_sample.cl"
 #include "layered/ray_lattice.cl"
+#include "layered/sample_tile.cl"
 #include "layered/visible_slab.cl"
 #include "shared/segment.cl"
-
-#ifndef SAMPLE_COLUMNS
-#error "SAMPLE_COLUMNS: samples of a group along u, a multiple of 8"
-#endif
-#ifndef SAMPLE_ROWS
-#error "SAMPLE_ROWS: along v, a multiple of 4"
-#endif
-
-// Neighbours in a group are neighbours on the lattice: 32 of them are 8 columns and 4 rows.
-static inline int2 place_in_tile(int id) {
-    const int block = id / 32, blocks_u = SAMPLE_COLUMNS / 8;
-    return (int2)(block % blocks_u * 8 + id % 8, block / blocks_u * 4 + id / 8 % 4);
-}
 
 // ends_of() of all segments of a layer, for a group: looked up by a number, arguments would be copied to every work-item's memory.
 #define ENDS ((int)(sizeof((SampleParams *)0)->ends / sizeof(float)))
@@ -174,19 +162,11 @@ __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __glo
     __local uint active;
     __local float ends[ENDS];
     share_ends(&sample, ends);
-    const int tile = get_group_id(0), id = get_local_id(0);
-    const int left = tile % p.tiles_u * SAMPLE_COLUMNS, top = tile / p.tiles_u * SAMPLE_ROWS;
-    const int2 place = place_in_tile(id);
-    const int column = left + place.x, row = top + place.y;
+    const int tile = get_group_id(0);
+    const int2 place = sample_of_tile(tile, p.tiles_u);
     uint own = 0;
-    if (column < p.width && row < p.height)
-        own = draw_sample(voxels + view.first, &view, visible, shown_slabs, integrals, table, &p, &sample, ends, &clip, column, row,
-                          lattice + (size_t)row * p.width + column);
-    if (!id)
-        active = 0;
-    barrier(CLK_LOCAL_MEM_FENCE);
-    atomic_add(&active, own);
-    barrier(CLK_LOCAL_MEM_FENCE);
-    if (!id)
-        active_samples[tile] = active;
+    if (place.x < p.width && place.y < p.height)
+        own = draw_sample(voxels + view.first, &view, visible, shown_slabs, integrals, table, &p, &sample, ends, &clip, place.x, place.y,
+                          lattice + (size_t)place.y * p.width + place.x);
+    count_tile(own, &active, active_samples + tile);
 }

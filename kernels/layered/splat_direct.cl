@@ -2,14 +2,11 @@
 // reaches, with the paper's set of footprints, and as the lattice's oracle.
 //
 // One work-item per pixel, row by row; VW is 1. FOOTPRINT_SET: weights are read bilinearly from the image of the nearest
-// direction (footprint_set.cl); |s| <= 1. Their sum, near 1, divides what they splat: what is flat stays so. Otherwise the footprints are exact: the integral over the kernel's depth is
-// moved out of the sum, S = integral of f(z) g(u + s_u z, v + s_v z) dz, where g interpolates the layer with f in u and v.
-// Between the knots this is a polynomial of degree 9 over one cell: five Gauss nodes, four voxels.
+// direction (footprint_set.cl); |s| <= 1. Their sum, near 1, divides what they splat: what is flat stays so. Otherwise the footprints are exact (splat_sum.cl).
 
-#include "layered/footprint.cl"
 #include "layered/pixel_ray.cl"
+#include "layered/splat_sum.cl"
 #include "shared/sample.cl"
-#include "shared/volume.cl"
 
 #ifdef FOOTPRINT_SET
 // Mirrors layers/footprint_set.rs: 28 rows of equal angle in v; 30 columns, 31 in the 16 middle rows.
@@ -47,41 +44,9 @@ static inline float splat_sum(__global const VOXEL *voxels, const VolumeView *vi
     return view->background + sum / weights;
 }
 #else
-// Distance along z to where p + s z next crosses a whole number.
-static inline float next_cell(float p, float s, float z) {
-    const float at = p + s * z;
-    float knot = ((s > 0.0f ? floor(at) + 1.0f : ceil(at) - 1.0f) - p) / s;
-    if (knot < z + 1e-6f)
-        knot += 1.0f / fabs(s);
-    return knot;
-}
-
 static inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *images,
                        __global const float2 *shears, int k, float u, float v, float s_u, float s_v) {
-    if (BEYOND(k, view))
-        return view->background;
-    float sum = 0.0f;
-    for (float z = -1.0f; z < 1.0f;) {
-        float end = z < 0.0f ? 0.0f : 1.0f;
-        if (s_u != 0.0f)
-            end = fmin(end, next_cell(u, s_u, z));
-        if (s_v != 0.0f)
-            end = fmin(end, next_cell(v, s_v, z));
-        const float centre = 0.5f * (z + end), half_length = 0.5f * (end - z);
-        const int i = floor(u + s_u * centre), j = floor(v + s_v * centre);
-        const float v00 = voxel_at(voxels, view, i, j, k), v10 = voxel_at(voxels, view, i + 1, j, k);
-        const float v01 = voxel_at(voxels, view, i, j + 1, k), v11 = voxel_at(voxels, view, i + 1, j + 1, k);
-        float piece = 0.0f;
-        for (int n = 0; n < 5; n++) {
-            const float node = centre + half_length * GAUSS_NODE[n];
-            const float x = u + s_u * node - i, y = v + s_v * node - j;
-            const float value = mix(mix(v00, v10, SMOOTHSTEP(x)), mix(v01, v11, SMOOTHSTEP(x)), SMOOTHSTEP(y));
-            piece += GAUSS_WEIGHT[n] * kernel_function(node) * value;
-        }
-        sum += half_length * piece;
-        z = end;
-    }
-    return sum;
+    return exact_splat_sum(voxels, view, k, u, v, s_u, s_v);
 }
 #endif
 
@@ -132,8 +97,8 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *v
     interval = interval_in_layers(&p, &clip, &ray);
 #endif
     int active = 0;
-    float sums[3];
-    int held[3] = {INT_MIN, INT_MIN, INT_MIN};
+    float before = 0.0f, own = 0.0f, after = 0.0f;
+    int held = INT_MIN; // the layer whose sums they are
     for (int n = 0; n < layers; n++) {
         const int k = layer_step > 0 ? n - 1 : view.dims_a - n;
         const float depth = k - ray.o_a;
@@ -148,17 +113,18 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *v
         if (u < -reach_u || u > view.dims_u - 1 + reach_u || v < -reach_v || v > view.dims_v - 1 + reach_v)
             continue;
         const int i = floor(u), j = floor(v);
-        if (culling && !block_visible(visible, bit, p.blocks[2 * ray.axis], p.blocks[2 * ray.axis + 1], i, i, j, j, k))
+        if (culling && !block_visible(visible, bit, ray.blocks_u, ray.blocks_v, i, i, j, j, k))
             continue;
-        for (int l = k - 1; l <= k + 1; l++) {
-            if (held[slot(l)] == l)
-                continue;
-            held[slot(l)] = l;
-            sums[slot(l)] = splat_sum(voxels, &view, images, shears, l, u + (l - k) * s_u, v + (l - k) * s_v, s_u, s_v);
+        // All three sums, or the last alone.
+        for (int l = held == k - layer_step ? k + layer_step : k - layer_step;; l += layer_step) {
+            before = own, own = after;
+            after = splat_sum(voxels, &view, images, shears, l, u + (l - k) * s_u, v + (l - k) * s_v, s_u, s_v);
+            if (l == k + layer_step)
+                break;
         }
+        held = k;
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
-        const float before = sums[slot(k - layer_step)], own = sums[slot(k)], after = sums[slot(k + layer_step)];
         const struct GradientSource source = {voxels, &view, images, shears, k, u, v, s_u, s_v};
         take_layer(&sample, slabs, first, count, table, before, own, after, &way, &source, &gathered, &active);
         if (!any_open(&sample, &gathered))

@@ -164,7 +164,11 @@ static inline bool any_open_of(const SampleParams *p, const Accumulator *a, int 
 
 // The first `count` of VW colours, to places `stride` apart.
 static inline void store_colors(const realv *color, int count, int stride, __global float4 *out) {
-#if VW > 1
+#if VW == 1
+    // Looked up by a number, a colour would be in memory.
+    if (count > 0)
+        *out = (float4)(color[0], color[1], color[2], color[3]);
+#else
     if (count == VW && stride == 1) {
         // Every fourth sample of one vector.
         realv samples[4];
@@ -181,10 +185,10 @@ static inline void store_colors(const realv *color, int count, int stride, __glo
 #endif
         return;
     }
-#endif
     const float *lanes = (const float *)color;
     for (int i = 0; i < count; i++)
         out[(size_t)i * stride] = (float4)(lanes[i], lanes[VW + i], lanes[2 * VW + i], lanes[3 * VW + i]);
+#endif
 }
 
 // Sum of the first `count` lanes.

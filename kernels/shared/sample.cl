@@ -102,7 +102,9 @@ ALWAYS_INLINE void take_layer(const SampleParams *p, __global const float4 *slab
 
 // First slab and number of slabs of the n-th layer (0 ... layers-1) along the ray.
 static inline void layer_slabs(const SampleParams *p, int n, int layers, int *first, int *count) {
-    const bool front = n == 0, back = n == layers - 1;
-    *first = front ? p->inner_slabs : back ? p->inner_slabs + p->front_slabs : 0;
-    *count = front ? p->front_slabs : back ? p->back_slabs : p->inner_slabs;
+    const bool is_front = n == 0, is_back = n == layers - 1;
+    // Read first: read where they are chosen, all parameters would be in memory (AMD's compiler).
+    const int inner = p->inner_slabs, front = p->front_slabs, back = p->back_slabs;
+    *first = is_front ? inner : is_back ? inner + front : 0;
+    *count = is_front ? front : is_back ? back : inner;
 }

@@ -29,6 +29,16 @@ __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int 
     const int first_u = clamp(u0, 0, view.dims_u - 1), last_u = clamp(u1, 0, view.dims_u - 1);
     const int first_v = clamp(v0, 0, view.dims_v - 1), last_v = clamp(v1, 0, view.dims_v - 1);
     voxels += view.first + k * view.stride_a;
+#if VW == 1
+    // One after the other: what is side by side in an array would be in memory.
+    VOXEL lo = OR_BACKGROUND(voxels[first_u + first_v * view.stride_v]), hi = lo;
+    for (int v = first_v; v <= last_v; v++)
+        for (int u = first_u; u <= last_u; u++) {
+            const VOXEL voxel = OR_BACKGROUND(voxels[u + v * view.stride_v]);
+            lo = MIN(lo, voxel);
+            hi = MAX(hi, voxel);
+        }
+#else
     // Of columns, side by side, and then of these.
     VOXEL least[WINDOW], largest[WINDOW];
     const int start = max(min(first_u, view.dims_u - WINDOW), 0);
@@ -57,6 +67,7 @@ __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int 
         lo = MIN(lo, least[u]);
         hi = MAX(hi, largest[u]);
     }
+#endif
     __global VOXEL *out = limits + 2 * (size_t)get_global_id(0);
     out[0] = whole ? lo : min(lo, VOXEL_BELOW(beyond));
     out[1] = whole ? hi : max(hi, VOXEL_ABOVE(beyond));

@@ -9,6 +9,9 @@
 #ifndef PREFILTER_RADIUS
 #error "PREFILTER_RADIUS: taps to either side"
 #endif
+#ifndef GROUP
+#error "GROUP: work-items of a group, at most"
+#endif
 
 // Which of the held voxels stands for voxel i of them.
 static inline int mirrored(int i, int first, int held, int whole) {

@@ -5,7 +5,14 @@
 
 // Numbers of a column that are kept as they were, a power of two.
 #define KEPT 32
+#if VW == 1
+// A ring is looked up by numbers: graphics processors have a group's memory for that, which its work-items share.
+#define KEEP_NUMBERS __local float kept[KEPT * GROUP]
+#define NUMBER(n) kept[((n) & (KEPT - 1)) * GROUP + get_local_id(0)]
+#else
+#define KEEP_NUMBERS realv kept[KEPT]
 #define NUMBER(n) kept[(n) & (KEPT - 1)]
+#endif
 
 static inline realv load_some(__global const float *from, int count) {
     if (count == VW)
@@ -18,12 +25,12 @@ static inline realv load_some(__global const float *from, int count) {
 
 __kernel void prefilter_columns(__global float *coefficients, __global const float *taps, int first, int held, int whole, ulong stride,
                                 int chunks, int width, int lines, ulong line_stride) {
+    KEEP_NUMBERS;
     const size_t id = get_global_id(0);
     if (id >= (size_t)chunks * lines)
         return;
     const int chunk = id % chunks, count = min(VW, width - VW * chunk);
     __global float *column = coefficients + id / chunks * line_stride + VW * chunk;
-    realv kept[KEPT];
     for (int n = -PREFILTER_RADIUS; n < PREFILTER_RADIUS; n++)
         NUMBER(n) = load_some(column + mirrored(n, first, held, whole) * stride, count);
     for (int n = 0; n < held; n++) {

@@ -14,11 +14,13 @@ __kernel void prefilter_rows(__global const VOXEL *voxels, VolumeView view, __gl
         // The voxels of VW sums.
         float span[VW + 2 * PREFILTER_RADIUS];
         const bool inside = i >= PREFILTER_RADIUS && i + VW + PREFILTER_RADIUS <= held;
+#pragma unroll
         for (int n = 0; n < VW + 2 * PREFILTER_RADIUS; n++) {
             const int at = i + n - PREFILTER_RADIUS;
             span[n] = VALUE_OF(&view, convert_float(row[inside ? at : mirrored(at, first, held, whole)]));
         }
         realv sum = taps[0] * LOADV(span + PREFILTER_RADIUS);
+#pragma unroll
         for (int k = 1; k <= PREFILTER_RADIUS; k++)
             sum += taps[k] * (LOADV(span + PREFILTER_RADIUS - k) + LOADV(span + PREFILTER_RADIUS + k));
         for (int n = 0; n < min(VW, held - i); n++)

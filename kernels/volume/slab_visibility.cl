@@ -10,6 +10,12 @@
 #define MOST_RADIUS 2
 // Layers that the slabs of a chunk reach.
 #define LAYERS (8 + 2 * MOST_RADIUS - 1)
+// What is numbered by constants, graphics processors have in registers. Processors take half as long again with so much code.
+#if VW == 1
+#define UNROLLED _Pragma("unroll")
+#else
+#define UNROLLED
+#endif
 
 __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int blocks_v, int layers, int radius, float background,
                               float offset, float least, float largest, float table_first, float table_per_value, int table_last,
@@ -21,9 +27,9 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
         return;
     const int reached = 2 * radius, first = 8 * chunk + 1 - reached;
     float lo[LAYERS], hi[LAYERS];
-    for (int n = 0; n < 7 + reached; n++) {
+    UNROLLED for (int n = 0; n < LAYERS; n++) {
         const int k = first + n;
-        const bool outside = k < 0 || k >= layers;
+        const bool outside = k < 0 || k >= layers || n >= 7 + reached;
         lo[n] = outside ? background : INFINITY, hi[n] = outside ? background : -INFINITY;
         if (!outside)
             for (int y = max(c - around, 0); y <= min(c + around, blocks_v - 1); y++)
@@ -31,13 +37,16 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
                     limits_of(limits, background, offset, blocks_u, blocks_v, k, k, x, y, &lo[n], &hi[n]);
     }
     int bits = 0;
-    for (int i = 0; i < min(8, slabs - 8 * chunk); i++) {
+    UNROLLED for (int i = 0; i < 8; i++) {
         float from = lo[i], to = hi[i];
-        for (int n = i + 1; n < i + reached; n++)
-            from = MIN(from, lo[n]), to = MAX(to, hi[n]);
+#pragma unroll
+        for (int n = 1; n < 2 * MOST_RADIUS; n++)
+            if (n < reached)
+                from = MIN(from, lo[i + n]), to = MAX(to, hi[i + n]);
         const float below = overshoot * (to - from) + slack * fabs(from - background);
         const float above = overshoot * (to - from) + slack * fabs(to - background);
-        bits |= any_visible(from - below, to + above, least, largest, table_first, table_per_value, table_last, visible_before) << i;
+        if (i < slabs - 8 * chunk)
+            bits |= any_visible(from - below, to + above, least, largest, table_first, table_per_value, table_last, visible_before) << i;
     }
     visible[get_global_id(0)] = bits;
 }

@@ -1,9 +1,10 @@
 // The layout of layer axis x: from x fastest, then y, then z to z fastest, then y, then x.
 //
-// One work-item per TRANSPOSED_ROWS rows of the result, of neighbouring x at fixed y: id = x / TRANSPOSED_ROWS * dims_y + y. It goes along
-// z in steps of one cache line, so that each line that is read, and each that is written, is needed once: what is read is put side by side
-// first, since lines a power of two apart throw each other out of the cache. Rows begin `pitch_y` voxels apart, layers `pitch_z`, the
-// first voxel at `first`.
+// One work-item per TRANSPOSED_ROWS rows of the result, of neighbouring x at fixed y. Where these are several, id = x / TRANSPOSED_ROWS *
+// dims_y + y, and it goes along z in steps of one cache line, so that each line that is read, and each that is written, is needed once: what
+// is read is put side by side first, since lines a power of two apart throw each other out of the cache. Where it is one, id = y * dims_x + x:
+// neighbouring work-items read neighbouring voxels, and nothing is kept. Rows begin `pitch_y` voxels apart, layers `pitch_z`, the first voxel
+// at `first`.
 
 #include "shared/volume.cl"
 
@@ -11,12 +12,23 @@
 
 __kernel void transpose(__global const VOXEL *voxels, long first, long pitch_y, long pitch_z, int dims_x, int dims_y, int dims_z,
                         __global VOXEL *transposed) {
-    const size_t id = get_global_id(0), y = id % dims_y, first_x = id / dims_y * TRANSPOSED_ROWS;
+    const size_t id = get_global_id(0);
+#if TRANSPOSED_ROWS == 1
+    const size_t first_x = id % dims_x, y = id / dims_x;
+    if (y >= dims_y)
+        return;
+#else
+    const size_t y = id % dims_y, first_x = id / dims_y * TRANSPOSED_ROWS;
     if (first_x >= dims_x)
         return;
-    const int rows = min(dims_x - (int)first_x, TRANSPOSED_ROWS);
+#endif
     __global const VOXEL *columns = voxels + first + first_x + pitch_y * y;
     __global VOXEL *row = transposed + dims_z * (first_x * dims_y + y);
+#if TRANSPOSED_ROWS == 1
+    for (size_t z = 0; z < dims_z; z++)
+        row[z] = columns[pitch_z * z];
+#else
+    const int rows = min(dims_x - (int)first_x, TRANSPOSED_ROWS);
     for (size_t from = 0; from < dims_z; from += LAYERS_PER_STEP) {
         const size_t layers = min(dims_z - from, (size_t)LAYERS_PER_STEP);
         VOXEL block[LAYERS_PER_STEP][TRANSPOSED_ROWS];
@@ -27,4 +39,5 @@ __kernel void transpose(__global const VOXEL *voxels, long first, long pitch_y, 
             for (size_t z = 0; z < layers; z++)
                 row[x * dims_y * dims_z + from + z] = block[z][x];
     }
+#endif
 }

@@ -160,7 +160,7 @@ impl Device {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::{PointSchedule, Tuning};
+    use crate::device::{LatticeSchedule, Tuning};
 
     /// Draws nothing: tests/embedding compares what it finds.
     const FINDS_A_RANGE: &str = "volume/value_range.cl";
@@ -176,13 +176,13 @@ mod tests {
             Device::open(&crate::DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
         assert!(!device.unbuilt_files().is_empty());
         // Each kind of device has one of the schedules.
-        for point_schedule in [PointSchedule::Tiles, PointSchedule::Samples] {
-            let device = device.with_tuning(Tuning { point_schedule, ..*device.tuning() }).unwrap();
+        for lattice_schedule in [LatticeSchedule::Tiles, LatticeSchedule::Samples] {
+            let device = device.with_tuning(Tuning { lattice_schedule, ..*device.tuning() }).unwrap();
             for family in
-                Family::ALL.into_iter().filter(|&family| point_schedule == PointSchedule::Tiles || is_point_lattice(family))
+                Family::ALL.into_iter().filter(|&family| lattice_schedule == LatticeSchedule::Tiles || is_point_lattice(family))
             {
                 let verdict = device.check_family(family).unwrap();
-                assert!(verdict.passed(), "{point_schedule:?}: {verdict:?}");
+                assert!(verdict.passed(), "{lattice_schedule:?}: {verdict:?}");
             }
         }
         assert_eq!(device.unbuilt_files(), [FINDS_A_RANGE]);

@@ -4,7 +4,7 @@ use super::check;
 use super::options::DeviceOptions;
 use super::progress;
 use crate::camera::{Camera, Orbit};
-use crate::device::{Device, PointSchedule, Tuning};
+use crate::device::{Device, LatticeSchedule, Tuning};
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::Kernel;
@@ -63,8 +63,8 @@ fn blocks(tuning: Tuning) -> Vec<(String, Tuning)> {
 }
 
 fn schedules(tuning: Tuning) -> Vec<(String, Tuning)> {
-    let named = [("tiles", PointSchedule::Tiles), ("samples", PointSchedule::Samples)];
-    named.map(|(name, point_schedule)| (name.to_string(), Tuning { point_schedule, ..tuning })).into()
+    let named = [("tiles", LatticeSchedule::Tiles), ("samples", LatticeSchedule::Samples)];
+    named.map(|(name, lattice_schedule)| (name.to_string(), Tuning { lattice_schedule, ..tuning })).into()
 }
 
 fn sample_tiles(tuning: Tuning) -> Vec<(String, Tuning)> {
@@ -99,7 +99,7 @@ const KNOBS: [Knob; 11] = [
     Knob { name: "vector_width", values: |t| each([16, 8, 4, 1], |n| Tuning { vector_width: n, ..t }), frames: layers },
     Knob { name: "tile_group", values: |t| each([1, 8, 32, 64], |n| Tuning { tile_group: n as usize, ..t }), frames: layers },
     Knob { name: "point_tile_rows", values: |t| each([2, 4, 8, 16, 24], |n| Tuning { point_tile_rows: n, ..t }), frames: layers },
-    Knob { name: "point_schedule", values: schedules, frames: layers },
+    Knob { name: "lattice_schedule", values: schedules, frames: layers },
     Knob { name: "sample_tile", values: sample_tiles, frames: layers },
     Knob { name: "block", values: blocks, frames: layers },
     Knob { name: "tile_rows", values: |t| each([2, 4, 8, 16], |n| Tuning { tile_rows: n, ..t }), frames: splats },

@@ -40,7 +40,7 @@ pub(crate) use sources::kernel_names;
 #[cfg(test)]
 pub(crate) use started::Started;
 pub use stopwatch::StageTimes;
-pub use tuning::{PointSchedule, Tuning};
+pub use tuning::{LatticeSchedule, Tuning};
 
 pub(crate) use device_memory::MemoryKind;
 pub(crate) use scratch::ScratchMemory;

@@ -12,7 +12,7 @@ const LARGEST_GROUP: usize = 4096;
 /// Who draws what of a lattice of point-sampled layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum PointSchedule {
+pub enum LatticeSchedule {
     /// A work-item a tile, in vectors: what samples have in common is found once.
     Tiles,
     /// A work-item a sample, in registers alone.
@@ -45,7 +45,7 @@ pub struct Tuning {
     /// Rows per tile of the lattice of point-sampled layers.
     pub point_tile_rows: u32,
     /// Who draws what of the lattice of point-sampled layers.
-    pub point_schedule: PointSchedule,
+    pub lattice_schedule: LatticeSchedule,
     /// Columns and rows of it per group, where a work-item draws a sample: multiples of 8 and 4.
     pub sample_tile: [u32; 2],
     /// Rows per tile of screen pixels, for the kernels that draw without a lattice in vectors.
@@ -82,7 +82,7 @@ impl Tuning {
                 // Rows of voxels are resampled once per tile, three more than its samples need: engine takes 8.4 ms with
                 // 12 rows, 8.1 with 16 or 24, 9.0 with 8, 10.5 with 4. Fewer tiles are harder to share.
                 point_tile_rows: 16,
-                point_schedule: PointSchedule::Tiles,
+                lattice_schedule: LatticeSchedule::Tiles,
                 sample_tile: [8, 8],
                 screen_tile_rows: 16,
                 splat_chunks: 32,
@@ -99,7 +99,7 @@ impl Tuning {
                 tile_vectors: 1,
                 tile_rows: 1,
                 point_tile_rows: 1,
-                point_schedule: PointSchedule::Samples,
+                lattice_schedule: LatticeSchedule::Samples,
                 sample_tile: [8, 8],
                 screen_tile_rows: 1,
                 splat_chunks: 128,
@@ -114,6 +114,11 @@ impl Tuning {
     /// Work-items of a group that draw a sample each.
     pub(super) fn sample_group(&self) -> usize {
         self.sample_tile[0] as usize * self.sample_tile[1] as usize
+    }
+
+    /// Rows of a transposed layout that a work-item makes: processors gather lines of the cache, graphics processors read side by side.
+    pub(super) fn transposed_rows(&self) -> usize {
+        if self.vector_width == 1 { 1 } else { 16 }
     }
 
     /// Samples of a parallel tile along u.

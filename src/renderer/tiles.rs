@@ -2,7 +2,7 @@
 
 use super::scratch::Growing;
 use crate::device::launch::structs::Float4;
-use crate::device::{Buffer, Device, PointSchedule, Tuning};
+use crate::device::{Buffer, Device, LatticeSchedule, Tuning};
 use crate::error::Error;
 use crate::layers::{Lattice, Phases};
 use crate::memory;
@@ -27,25 +27,29 @@ impl Tiles {
 
     /// Of a lattice of layers, however these are classified.
     pub fn of_lattice(lattice: &Lattice, classification: Classification, tuning: &Tuning) -> Self {
-        match (classification, lattice.phases) {
-            (Classification::Preintegrated { .. }, _) => Self::of_points(lattice, tuning),
-            (Classification::Post(_), Some(phases)) => Self::of_phases(phases, tuning),
-            (Classification::Post(_), None) => Self::of_splats(lattice, tuning),
+        match (classification, lattice.phases, tuning.lattice_schedule) {
+            (Classification::Preintegrated { .. }, ..) => Self::of_points(lattice, tuning),
+            (Classification::Post(_), Some(phases), LatticeSchedule::Tiles) => Self::of_phases(phases, tuning),
+            (Classification::Post(_), ..) => Self::of_splats(lattice, tuning),
         }
     }
 
     /// Of a lattice with point-sampled layers.
     pub fn of_points(lattice: &Lattice, tuning: &Tuning) -> Self {
-        let size = match tuning.point_schedule {
-            PointSchedule::Tiles => [tuning.vector_width, tuning.point_tile_rows],
-            PointSchedule::Samples => tuning.sample_tile,
-        };
-        Self::of(lattice.size, size)
+        Self::of_rays(lattice, tuning.point_tile_rows, tuning)
     }
 
-    /// Of a lattice with splatted layers in a perspective.
+    /// Of a lattice with splatted layers that is not drawn in phases.
     pub fn of_splats(lattice: &Lattice, tuning: &Tuning) -> Self {
-        Self::of(lattice.size, [tuning.vector_width, tuning.tile_rows])
+        Self::of_rays(lattice, tuning.tile_rows, tuning)
+    }
+
+    fn of_rays(lattice: &Lattice, rows: u32, tuning: &Tuning) -> Self {
+        let size = match tuning.lattice_schedule {
+            LatticeSchedule::Tiles => [tuning.vector_width, rows],
+            LatticeSchedule::Samples => tuning.sample_tile,
+        };
+        Self::of(lattice.size, size)
     }
 
     /// Of a lattice in phases: a tile of each phase counts for itself.

@@ -22,6 +22,12 @@ impl Defines {
     pub(super) fn with_segments(self, segments: Segments) -> Self {
         self.with_if(segments.cut, "TABLE_CUT").with_if(segments.curved, "CURVED").with_if(segments.dimmed, "DIMMED")
     }
+
+    /// Of kernels with a work-item per sample.
+    fn with_sample_tile(self, tuning: &Tuning) -> Self {
+        let [columns, rows] = tuning.sample_tile;
+        self.with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows)
+    }
 }
 
 kernel! {
@@ -79,9 +85,8 @@ impl Launch for PointSamples {
     const ITEMS: Items = Items::Samples;
 
     fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
-        let [columns, rows] = tuning.sample_tile;
         let defines = Defines::of_kind(voxels, 1).with_kernel(kernel).with_segments(segments).with_rendering(rendering);
-        defines.with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows).0
+        defines.with_sample_tile(tuning).0
     }
 
     fn items(a: &PointLatticeArguments, tuning: &Tuning) -> usize {
@@ -201,6 +206,39 @@ impl Launch for SplatPerspective {
 
     fn items(a: &SplatPerspectiveArguments, _: &Tuning) -> usize {
         tiles(a.p.tiles)
+    }
+}
+
+kernel! {
+    /// The same of any lattice, with a work-item per sample.
+    SplatSamples = "layered/splat_samples.cl", splat_samples, "lattice";
+    SplatSamplesArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        view: VolumeView,
+        visible: &'a Buffer<u8>,
+        /// (r, g, b, τ) per value.
+        table: &'a Buffer<Float4>,
+        slabs: &'a Buffer<Float4>,
+        p: RayLatticeParams,
+        sample: SampleParams,
+        clip: Clipping,
+        /// RGBA of width by height samples.
+        lattice: &'a Buffer<Float4>,
+        /// One count per tile.
+        active_samples: &'a Buffer<u32>,
+    }
+}
+
+impl Launch for SplatSamples {
+    type Variant = (VoxelKind, Rendering);
+    const ITEMS: Items = Items::Samples;
+
+    fn defines(tuning: &Tuning, (voxels, rendering): Self::Variant) -> String {
+        Defines::of_kind(voxels, 1).with_rendering(rendering).with_if(true, "PER_RAY_STEP").with_sample_tile(tuning).0
+    }
+
+    fn items(a: &SplatSamplesArguments, tuning: &Tuning) -> usize {
+        tiles(a.p.tiles) * tuning.sample_group()
     }
 }
 

@@ -6,9 +6,6 @@ use crate::device::{Buffer, Tuning};
 use crate::layers::PREFILTER_RADIUS;
 use crate::volume::VoxelType;
 
-/// Rows of the result that a work-item of [`Transpose`] makes.
-const TRANSPOSED_ROWS: usize = 16;
-
 kernel! {
     /// Makes the layout of layer axis x.
     Transpose = "volume/transpose.cl", transpose, "transpose";
@@ -30,12 +27,12 @@ impl Launch for Transpose {
     type Variant = VoxelType;
     const ITEMS: Items = Items::Pixels;
 
-    fn defines(_: &Tuning, voxel_type: VoxelType) -> String {
-        Defines::of_voxels(voxel_type, 1).with("TRANSPOSED_ROWS", TRANSPOSED_ROWS).0
+    fn defines(tuning: &Tuning, voxel_type: VoxelType) -> String {
+        Defines::of_voxels(voxel_type, 1).with("TRANSPOSED_ROWS", tuning.transposed_rows()).0
     }
 
-    fn items(a: &TransposeArguments, _: &Tuning) -> usize {
-        (a.dims_x as usize).div_ceil(TRANSPOSED_ROWS) * a.dims_y as usize
+    fn items(a: &TransposeArguments, tuning: &Tuning) -> usize {
+        (a.dims_x as usize).div_ceil(tuning.transposed_rows()) * a.dims_y as usize
     }
 }
 
@@ -60,7 +57,8 @@ kernel! {
 }
 
 fn prefilter_defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-    Defines::of_values(voxels, tuning.vector_width).with("PREFILTER_RADIUS", PREFILTER_RADIUS).0
+    let defines = Defines::of_values(voxels, tuning.vector_width).with("PREFILTER_RADIUS", PREFILTER_RADIUS);
+    defines.with("GROUP", tuning.tile_group).0
 }
 
 impl Launch for PrefilterRows {
@@ -136,8 +134,8 @@ impl Launch for FillMinMaxBlocks {
     type Variant = VoxelKind;
     const ITEMS: Items = Items::Pixels;
 
-    fn defines(_: &Tuning, voxels: VoxelKind) -> String {
-        Defines::of_values(voxels, 1).0
+    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
+        Defines::of_values(voxels, tuning.vector_width).0
     }
 
     fn items(a: &MinMaxArguments, _: &Tuning) -> usize {
@@ -224,8 +222,8 @@ impl Launch for SlabVisibility {
     type Variant = VoxelType;
     const ITEMS: Items = Items::Pixels;
 
-    fn defines(_: &Tuning, voxel_type: VoxelType) -> String {
-        Defines::of_voxels(voxel_type, 1).0
+    fn defines(tuning: &Tuning, voxel_type: VoxelType) -> String {
+        Defines::of_voxels(voxel_type, tuning.vector_width).0
     }
 
     fn items(a: &SlabVisibilityArguments, _: &Tuning) -> usize {

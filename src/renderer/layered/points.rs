@@ -6,7 +6,7 @@ use super::super::region::Region;
 use super::super::scene::Scene;
 use super::super::tiles::{Target, Tiles};
 use super::pixels::{direct_params, layer_axes};
-use crate::device::PointSchedule;
+use crate::device::LatticeSchedule;
 use crate::device::launch::Launcher;
 use crate::device::launch::layered::{
     PointDirect, PointDirectArguments, PointLattice, PointLatticeArguments, PointSamples, Segments,
@@ -95,9 +95,9 @@ impl PointLayers {
             lattice: samples,
             active_samples,
         };
-        match device.tuning().point_schedule {
-            PointSchedule::Tiles => self.lattice.launch(device, (variant, farthest(lattice)), &arguments),
-            PointSchedule::Samples => self.samples.launch(device, variant, &arguments),
+        match device.tuning().lattice_schedule {
+            LatticeSchedule::Tiles => self.lattice.launch(device, (variant, farthest(lattice)), &arguments),
+            LatticeSchedule::Samples => self.samples.launch(device, variant, &arguments),
         }
     }
 

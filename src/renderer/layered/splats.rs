@@ -7,10 +7,11 @@ use super::super::scratch::Growing;
 use super::super::tiles::{Target, Tiles};
 use super::pixels::{direct_params, layer_axes};
 use super::points::lattice_params;
+use crate::device::LatticeSchedule;
 use crate::device::launch::Launcher;
 use crate::device::launch::layered::{
     self as kernels, FootprintsArguments, OpacityTable, OpacityTableArguments, SplatDirect, SplatDirectArguments, SplatLattice,
-    SplatLatticeArguments, SplatPerspective, SplatPerspectiveArguments,
+    SplatLatticeArguments, SplatPerspective, SplatPerspectiveArguments, SplatSamples, SplatSamplesArguments,
 };
 use crate::device::launch::structs::{Float4, LayerOffset, SampleParams, SplatLatticeParams};
 use crate::error::Error;
@@ -23,6 +24,7 @@ use crate::transfer::Extinction;
 pub(in crate::renderer) struct SplatLayers {
     lattice: Launcher<SplatLattice>,
     perspective: Launcher<SplatPerspective>,
+    samples: Launcher<SplatSamples>,
     direct: Launcher<SplatDirect>,
     footprints: Launcher<kernels::Footprints>,
     opacity_table: Launcher<OpacityTable>,
@@ -43,9 +45,9 @@ impl SplatLayers {
         range: &LayerRange,
         target: &mut Target,
     ) -> Result<(), Error> {
-        match lattice.phases {
-            Some(phases) => self.draw_phases(scene, lattice, phases, correction, range, target),
-            None => self.draw_perspective(scene, lattice, correction, range, target),
+        match (scene.device.tuning().lattice_schedule, lattice.phases) {
+            (LatticeSchedule::Tiles, Some(phases)) => self.draw_phases(scene, lattice, phases, correction, range, target),
+            _ => self.draw_rays(scene, lattice, correction, range, target),
         }
     }
 
@@ -158,7 +160,7 @@ impl SplatLayers {
         )
     }
 
-    fn draw_perspective(
+    fn draw_rays(
         &mut self,
         scene: &mut Scene,
         lattice: &Lattice,
@@ -173,8 +175,6 @@ impl SplatLayers {
         if lattice.samples() == 0 {
             return Ok(());
         }
-        let nodes = quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]);
-        let nodes = self.nodes.filled(device, &nodes, "the quadrature")?;
         let table = scene.prepared.table(device, settings.extinction, Kernel::Cubic)?;
         let mut sample = scene.sample(&scene.axes(correction.samples_per_layer()), lattice.frame);
         table.set(&mut sample);
@@ -182,23 +182,37 @@ impl SplatLayers {
         let slabs = self.slabs.filled(device, &slab_table(correction, &mut sample), "the sub-slabs")?;
         let visible = scene.prepared.visible_to_splats(device, axis, settings.extinction, settings.blend)?;
         let layout = scene.prepared.layout(device, axis)?;
-        self.perspective.launch(
-            device,
-            (layout.voxels.kind(), region.rendering),
-            &SplatPerspectiveArguments {
-                voxels: &layout.voxels,
-                view: layout.view,
-                nodes,
-                visible: &visible.flags,
-                table: &table.entries,
-                slabs,
-                p: lattice_params(lattice, range, tiles, visible.blocks, settings.culling),
-                sample,
-                clip: region.for_kernels(lattice.frame),
-                lattice: samples,
-                active_samples,
-            },
-        )
+        let (voxels, view) = (&layout.voxels, layout.view);
+        let p = lattice_params(lattice, range, tiles, visible.blocks, settings.culling);
+        let variant = (voxels.kind(), region.rendering);
+        let (visible, table, clip) = (&visible.flags, &table.entries, region.for_kernels(lattice.frame));
+        match device.tuning().lattice_schedule {
+            LatticeSchedule::Tiles => {
+                let nodes = quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]);
+                let nodes = self.nodes.filled(device, &nodes, "the quadrature")?;
+                let lattice = samples;
+                let arguments = SplatPerspectiveArguments {
+                    voxels,
+                    view,
+                    nodes,
+                    visible,
+                    table,
+                    slabs,
+                    p,
+                    sample,
+                    clip,
+                    lattice,
+                    active_samples,
+                };
+                self.perspective.launch(device, variant, &arguments)
+            }
+            LatticeSchedule::Samples => {
+                let lattice = samples;
+                let arguments =
+                    SplatSamplesArguments { voxels, view, visible, table, slabs, p, sample, clip, lattice, active_samples };
+                self.samples.launch(device, variant, &arguments)
+            }
+        }
     }
 
     /// Draws per screen pixel, with one layer axis for all rays or each ray's own.

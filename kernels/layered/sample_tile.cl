@@ -1,0 +1,30 @@
+// A tile of a lattice's samples that a group draws, one to a work-item: as graphics processors like it. VW is 1.
+
+#ifndef SAMPLE_COLUMNS
+#error "SAMPLE_COLUMNS: samples of a group along u, a multiple of 8"
+#endif
+#ifndef SAMPLE_ROWS
+#error "SAMPLE_ROWS: along v, a multiple of 4"
+#endif
+
+// Neighbours in a group are neighbours on the lattice: 32 of them are 8 columns and 4 rows.
+static inline int2 place_in_tile(int id) {
+    const int block = id / 32, blocks_u = SAMPLE_COLUMNS / 8;
+    return (int2)(block % blocks_u * 8 + id % 8, block / blocks_u * 4 + id / 8 % 4);
+}
+
+// The tile of a group, of so many side by side, and its work-item's sample.
+static inline int2 sample_of_tile(int tile, int tiles_u) {
+    return (int2)(tile % tiles_u * SAMPLE_COLUMNS, tile / tiles_u * SAMPLE_ROWS) + place_in_tile(get_local_id(0));
+}
+
+// Adds up what the work-items of a group have counted.
+ALWAYS_INLINE void count_tile(uint own, __local uint *active, __global uint *active_samples) {
+    if (!get_local_id(0))
+        *active = 0;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    atomic_add(active, own);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (!get_local_id(0))
+        *active_samples = *active;
+}

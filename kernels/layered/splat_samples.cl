@@ -1,0 +1,106 @@
+// Layered splatting on the lattice of any view: splat_lattice.cl and splat_perspective.cl as graphics processors like it.
+//
+// One work-item per sample of the lattice: VW is 1. What a ray knows, the splat sums of the three layers that a sample mixes, goes from one
+// layer to the next: all of it fits into registers. Footprints are exact (splat_sum.cl), where splat_perspective.cl has eight nodes for them.
+// Everything else is as in there; active_samples[tile] too.
+
+// All layouts that lattices are drawn from are.
+#define ROWS_ALONG_U
+#include "layered/ray_lattice.cl"
+#include "layered/sample_tile.cl"
+#include "layered/splat_sum.cl"
+#include "shared/sample.cl"
+
+// A ray of the lattice, at a layer that it crosses.
+struct GradientSource {
+    __global const VOXEL *voxels;
+    const VolumeView *view;
+    float u, v, shear_u, shear_v;
+    int k;
+};
+
+// The splat sum at (u, v) of layer k, for rays of the source's shear.
+ALWAYS_INLINE float splat_sum(const struct GradientSource *s, float u, float v, int k) {
+    return exact_splat_sum(s->voxels, s->view, k, u, v, s->shear_u, s->shear_v);
+}
+
+// The splatted central differences. One sum in a loop, not six: these would take more registers.
+static inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+    float along_u = 0.0f, along_v = 0.0f, along_a = 0.0f;
+#pragma unroll 1
+    for (int n = 0; n < 6; n++) {
+        const float way = n & 1 ? -1.0f : 1.0f;
+        const bool is_u = n < 2, is_v = n >> 1 == 1, is_a = n >> 1 == 2;
+        const float part = 0.5f * way * splat_sum(s, s->u + (is_u ? way : 0.0f), s->v + (is_v ? way : 0.0f), s->k + (is_a ? (int)way : 0));
+        along_u += is_u ? part : 0.0f;
+        along_v += is_v ? part : 0.0f;
+        along_a += is_a ? part : 0.0f;
+    }
+    *u = along_u, *v = along_v, *a = along_a;
+}
+
+// Whether a layer can show anything where a ray crosses it.
+static inline bool layer_shows(__global const uchar *visible, const RayLatticeParams *p, const struct GradientSource *s) {
+    const int bit = MAX(fabs(s->shear_u), fabs(s->shear_v)) <= 1.0f ? NEAR : FAR, i = whole_below(s->u), j = whole_below(s->v);
+    return block_visible(visible, bit, p->blocks_u, p->blocks_v, i, i, j, j, s->k - s->view->first_a);
+}
+
+// Draws the sample at a column and row; says how many of its sub-layers have opacity.
+ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
+                               __global const float4 *table, __global const float4 *slabs,
+                               const RayLatticeParams *p, const SampleParams *sample, const Clipping *clip, int column, int row,
+                               __global float4 *out) {
+    const SampleRays rays = rays_of_samples(p, column, row);
+    Accumulator gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
+    Interval interval;
+#ifdef CLIPPED
+    interval = interval_of_rays(p, clip, &rays);
+#endif
+    LayerWay way;
+    way.dt = length_of_rays(sample, &rays);
+    struct GradientSource source = {voxels, view, 0.0f, 0.0f, rays.shear_u, rays.shear_v, 0};
+    const int layers = view->dims_a + 2, step = p->layer_step;
+    const int lowest = max(p->first_layer, -1), highest = min(p->last_layer, view->dims_a);
+    float before = 0.0f, own = 0.0f, after = 0.0f;
+    int held = INT_MIN; // the layer whose sums they are
+    int active = 0, left = highest - lowest;
+    bool open = left >= 0 && (!p->continues || any_open(sample, &gathered));
+    for (int k = step > 0 ? lowest : highest; open; open = open && left-- > 0, k += step) {
+        const float depth = k - p->centre_layer;
+        source.u = rays.centre_u + depth * rays.shear_u, source.v = rays.centre_v + depth * rays.shear_v, source.k = k;
+#ifdef CLIPPED
+        way.interval.from = interval.from - step * depth, way.interval.to = interval.to - step * depth;
+#endif
+        if (p->culling && !layer_shows(visible, p, &source))
+            continue;
+        // All three sums, or the last alone, by the same code.
+        for (int l = held == k - step ? k + step : k - step;; l += step) {
+            before = own, own = after;
+            after = splat_sum(&source, source.u + (l - k) * source.shear_u, source.v + (l - k) * source.shear_v, l);
+            if (l == k + step)
+                break;
+        }
+        held = k;
+        int first, count;
+        layer_slabs(sample, step > 0 ? k + 1 : view->dims_a - k, layers, &first, &count);
+        take_layer(sample, slabs, first, count, table, before, own, after, &way, &source, &gathered, &active);
+        open = any_open(sample, &gathered);
+    }
+    uint total = active;
+    END_RAYS(*p, *sample, table, &gathered, &interval, 1, 1, out, total)
+    return total;
+}
+
+__attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
+__kernel void splat_samples(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
+                            __global const float4 *table, __global const float4 *slabs, RayLatticeParams p, SampleParams sample,
+                            Clipping clip, __global float4 *lattice, __global uint *active_samples) {
+    __local uint active;
+    const int tile = get_group_id(0);
+    const int2 place = sample_of_tile(tile, p.tiles_u);
+    uint own = 0;
+    if (place.x < p.width && place.y < p.height)
+        own = draw_sample(voxels + view.first, &view, visible, table, slabs, &p, &sample, &clip, place.x, place.y,
+                          lattice + (size_t)place.y * p.width + place.x);
+    count_tile(own, &active, active_samples + tile);
+}

@@ -1,0 +1,43 @@
+// The splat sum of a layer where one ray crosses it, with exact footprints. VW is 1.
+//
+// The integral over the kernel's depth is moved out of the sum, S = integral of f(z) g(u + s_u z, v + s_v z) dz, where g interpolates the
+// layer with f in u and v. Between the knots this is a polynomial of degree 9 over one cell: five Gauss nodes, four voxels.
+
+#include "layered/footprint.cl"
+#include "shared/volume.cl"
+
+// Distance along z to where p + s z next crosses a whole number.
+static inline float next_cell(float p, float s, float z) {
+    const float at = p + s * z;
+    float knot = ((s > 0.0f ? floor(at) + 1.0f : ceil(at) - 1.0f) - p) / s;
+    if (knot < z + 1e-6f)
+        knot += 1.0f / fabs(s);
+    return knot;
+}
+
+static inline float exact_splat_sum(__global const VOXEL *voxels, const VolumeView *view, int k, float u, float v, float s_u, float s_v) {
+    if (BEYOND(k, view))
+        return view->background;
+    float sum = 0.0f;
+    for (float z = -1.0f; z < 1.0f;) {
+        float end = z < 0.0f ? 0.0f : 1.0f;
+        if (s_u != 0.0f)
+            end = fmin(end, next_cell(u, s_u, z));
+        if (s_v != 0.0f)
+            end = fmin(end, next_cell(v, s_v, z));
+        const float centre = 0.5f * (z + end), half_length = 0.5f * (end - z);
+        const int i = floor(u + s_u * centre), j = floor(v + s_v * centre);
+        const float v00 = voxel_at(voxels, view, i, j, k), v10 = voxel_at(voxels, view, i + 1, j, k);
+        const float v01 = voxel_at(voxels, view, i, j + 1, k), v11 = voxel_at(voxels, view, i + 1, j + 1, k);
+        float piece = 0.0f;
+        for (int n = 0; n < 5; n++) {
+            const float node = centre + half_length * GAUSS_NODE[n];
+            const float x = u + s_u * node - i, y = v + s_v * node - j;
+            const float value = mix(mix(v00, v10, SMOOTHSTEP(x)), mix(v01, v11, SMOOTHSTEP(x)), SMOOTHSTEP(y));
+            piece += GAUSS_WEIGHT[n] * kernel_function(node) * value;
+        }
+        sum += half_length * piece;
+        z = end;
+    }
+    return sum;
+}
