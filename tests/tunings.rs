@@ -93,3 +93,35 @@ fn staggered_columns_at_every_width() {
         assert!(shifted > 100.0 * OF_ONE_RAY, "half a pixel must be noticed: {shifted}");
     }
 }
+
+/// Splats are counted, added up and listed by many: whoever shares a list, pictures are the same to the bit.
+#[test]
+fn lists_of_splats_change_no_bit() {
+    let (volume, transfer, size) = (random_volume([19, 17, 14], DVec3::ONE, 5), smooth_transfer(), viewport(53, 37));
+    let device = device();
+    let one = Tuning { vector_width: 1, screen_tile_rows: 1, ..*device.tuning() };
+    let tunings = [
+        Tuning { list_tiles: 1, scan_group: 1, splat_chunks: 1, ..one },
+        Tuning { list_tiles: 3, scan_group: 7, splat_chunks: 5, ..one },
+        Tuning { list_tiles: 8, scan_group: 256, splat_chunks: 512, ..one },
+        Tuning { list_tiles: 30, scan_group: 64, splat_chunks: 4096, ..one },
+        Tuning { list_tiles: 2, scan_group: 3, splat_chunks: 64, screen_tile_rows: 4, ..one },
+    ];
+    let sheets = OTHERS.into_iter().filter(|a| matches!(a, Algorithm::AxisSheets { .. } | Algorithm::ViewSheets { .. }));
+    let mut drawn = Vec::new();
+    for (n, algorithm) in sheets.enumerate() {
+        let camera = parallel(&volume, size, 25.0 + 65.0 * n as f64, 15.0);
+        let draw = |tuning: &Tuning| {
+            let device = device.with_tuning(*tuning).unwrap();
+            let mut renderer = Renderer::new(&device, &volume, &transfer).unwrap();
+            renderer.render(&camera, size, &Settings { shading: None, ..algorithm.into() }).unwrap().0
+        };
+        let first = draw(&tunings[0]);
+        assert!(first.pixels().iter().filter(|pixel| pixel[3] > 0.05).count() > 300, "{algorithm:?}: nothing to see");
+        for tuning in &tunings[1..] {
+            assert_eq!(first.pixels(), draw(tuning).pixels(), "{algorithm:?}: {tuning:?}");
+        }
+        drawn.push(first);
+    }
+    assert_ne!(drawn[0].pixels(), drawn[1].pixels(), "other pictures are noticed");
+}

@@ -53,7 +53,13 @@ static inline Lighting light_gradient(const SampleParams *p, realv u, realv v, r
     realv factor = p->ambient + p->diffuse * facing;
     lighting.highlight = lit * p->specular * power(mirror, p->power);
 #ifdef SEVERAL_LIGHTS
-    for (int i = 0; i < p->more_lights; i++) {
+    // Looked up by a number, graphics processors would have lights in memory.
+#if VW == 1
+#pragma unroll
+#endif
+    for (int i = 0; i < (int)(sizeof p->lights / sizeof(float)) / 8; i++) {
+        if (i >= p->more_lights)
+            break;
         const float *light = p->lights + 8 * i, *half_way = light + 3;
         factor += light[6] * fabs(u * light[0] + v * light[1] + a * light[2]) * inverse;
         lighting.highlight += lit * light[7] * power(fabs(u * half_way[0] + v * half_way[1] + a * half_way[2]) * inverse, p->power);

@@ -17,7 +17,7 @@ typedef struct {
 // Composites the sheet of rows [from, to], and empties it.
 ALWAYS_INLINE void composite_sheet(const SampleParams *sample, Tile *tile, float layer, int from, int to, realv sheet[TILE_ROWS][4],
                                    intv *active) {
-    for (int r = from; r <= to; r++) {
+    EACH_ROW(r, from, to) {
         realv length = tile->length[r];
 #ifdef CLIPPED
         const realv along = tile->rays[r].d[2], sign = along > 0.0f ? (realv)(0.5f) : (realv)(-0.5f);
@@ -49,7 +49,7 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
     realv sheet[TILE_ROWS][4];
     Tile tile;
     intv active = 0;
-    for (int r = 0; r < rows; r++) {
+    EACH_ROW(r, 0, rows - 1) {
         tile.rays[r] = rays_of_row(&s, column, row + r);
         tile.length[r] = length_per_depth(&p, &tile.rays[r]);
         tile.gathered[r] = empty_accumulator(&sample);
@@ -60,7 +60,7 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
         for (int c = 0; c < 4; c++)
             sheet[r][c] = 0.0f;
     }
-    const uint2 list = list_of(ends, s.tiles_u * s.tiles_v, chunks, id);
+    const uint2 list = list_of(ends, &s, chunks, id);
     float layer = -1.0f;
     int from = TILE_ROWS, to = -1;
     for (uint e = list.x; e < list.y; e++) {
@@ -75,7 +75,7 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
         }
         const Footprint f = footprint_of(&p, &splat, column, row, rows);
         from = min(from, f.from), to = max(to, f.to);
-        for (int r = f.from; r <= f.to; r++) {
+        EACH_ROW(r, f.from, f.to) {
             const realv footprint = weights_on(&p, &splat, &f, r);
             sheet[r][0] += splat.content.x * footprint;
             sheet[r][1] += splat.content.y * footprint;
@@ -84,7 +84,7 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
         }
     }
     composite_sheet(&sample, &tile, layer, from, to, sheet, &active);
-    for (int r = 0; r < rows; r++)
+    EACH_ROW(r, 0, rows - 1)
         store_pixels(&s, &sample, 0, column, row + r, &tile.gathered[r], &tile.intervals[r], frame);
     active_samples[id] = counted(active, columns_of(&s, column));
 }

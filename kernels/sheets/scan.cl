@@ -1,18 +1,46 @@
 // Counts to places: the sums of all counts before each one, bucket by bucket and chunk by chunk in each of them, so that sorting
 // keeps the order of chunks.
 //
-// One work-item. counts[chunk*buckets + bucket]; *total is the sum of all, of use only if it is no more than a uint holds.
+// One group of up to SCAN_GROUP work-items, each with a run of neighbouring counts. counts[chunk*buckets + bucket]; *total is the sum of
+// all, of use only if it is no more than a uint holds.
+
+#ifndef SCAN_GROUP
+#error "SCAN_GROUP: work-items of a group, at most"
+#endif
+
+// Steps to the next count in the order of the sums: divisions for each would take longer than all else.
+static inline void next_count(int chunks, int *chunk, int *bucket) {
+    const bool is_last = *chunk + 1 == chunks;
+    *bucket += is_last ? 1 : 0;
+    *chunk = is_last ? 0 : *chunk + 1;
+}
 
 __kernel void scan(__global uint *counts, int chunks, int buckets, __global ulong *total) {
-    if (get_global_id(0) != 0)
+    __local ulong sums[SCAN_GROUP];
+    // Groups can be smaller than they were to be: the first one does all.
+    if (get_group_id(0) > 0)
         return;
+    const uint id = get_local_id(0), size = get_local_size(0);
+    const ulong all = (ulong)chunks * buckets, begin = all * id / size, end = all * (id + 1) / size;
     ulong sum = 0;
-    for (int b = 0; b < buckets; b++)
-        for (int c = 0; c < chunks; c++) {
-            const size_t at = (size_t)c * buckets + b;
-            const uint count = counts[at];
-            counts[at] = (uint)sum;
-            sum += count;
-        }
-    *total = sum;
+    int chunk = begin % chunks, bucket = begin / chunks;
+    for (ulong n = begin; n < end; n++) {
+        sum += counts[(size_t)chunk * buckets + bucket];
+        next_count(chunks, &chunk, &bucket);
+    }
+    sums[id] = sum;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    sum = 0;
+    for (uint before = 0; before < id; before++)
+        sum += sums[before];
+    chunk = begin % chunks, bucket = begin / chunks;
+    for (ulong n = begin; n < end; n++) {
+        const size_t at = (size_t)chunk * buckets + bucket;
+        const uint count = counts[at];
+        counts[at] = (uint)sum;
+        sum += count;
+        next_count(chunks, &chunk, &bucket);
+    }
+    if (id == size - 1)
+        *total = sum;
 }

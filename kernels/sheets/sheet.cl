@@ -7,13 +7,26 @@
 #error "CHANNELS: per pixel of a sheet"
 #endif
 
+#ifndef LIST_TILES
+#error "LIST_TILES: tiles, along both axes, that have one list of splats"
+#endif
+
+// Rows of a tile from one to another, of which graphics processors, whose tiles have one, know the number.
+#if TILE_ROWS == 1
+#define EACH_ROW(r, from, to) for (int r = 0; r < 1 && (from) <= 0 && (to) >= 0; r++)
+#else
+#define EACH_ROW(r, from, to) for (int r = (from); r <= (to); r++)
+#endif
+
 // How many splats are fetched before they are needed: they lie far apart.
 #define AHEAD 16
 
-// Where a tile's list begins and ends.
-static inline uint2 list_of(__global const uint *ends, int tiles, int chunks, int tile) {
-    __global const uint *last = ends + (size_t)(chunks - 1) * tiles;
-    return (uint2)(tile > 0 ? last[tile - 1] : 0, last[tile]);
+// Where the list of a tile of the screen begins and ends.
+static inline uint2 list_of(__global const uint *ends, const ScreenParams *s, int chunks, int tile) {
+    const int lists_u = (s->tiles_u + LIST_TILES - 1) / LIST_TILES, lists_v = (s->tiles_v + LIST_TILES - 1) / LIST_TILES;
+    const int list = tile / s->tiles_u / LIST_TILES * lists_u + tile % s->tiles_u / LIST_TILES;
+    __global const uint *last = ends + (size_t)(chunks - 1) * lists_u * lists_v;
+    return (uint2)(list > 0 ? last[list - 1] : 0, last[list]);
 }
 
 // c2 exp(-2 r^2) for r < 2: integral 1.
@@ -72,7 +85,7 @@ static inline realv length_per_depth(const SplatParams *p, const RowRays *rays) 
 // Whether anything more can change any ray of a tile. (With a flag instead of the returns, image-aligned sheets take 25 % longer on
 // PoCL.)
 ALWAYS_INLINE bool any_row_open(const SampleParams *sample, const Accumulator *gathered, int rows) {
-    for (int r = 0; r < rows; r++)
+    EACH_ROW(r, 0, rows - 1)
         if (any_open(sample, &gathered[r]))
             return true;
     return false;

@@ -15,6 +15,15 @@
 #error "SLAB_STEPS: fractions, less one, that slab weights are given for"
 #endif
 
+// Where a sheet is in the ring. Graphics processors, which draw one row, move its sheets on instead, from one place to the one before:
+// looked up by numbers, they would be in memory.
+#define MOVES_ON (VW == 1 && TILE_ROWS == 1)
+#if MOVES_ON
+#define SLOT_OF(sheet) 0
+#else
+#define SLOT_OF(sheet) ((sheet) % SHEETS)
+#endif
+
 // The sheets of a tile, those of a row together.
 typedef struct {
     realv at[TILE_ROWS][SHEETS][CHANNELS];
@@ -41,15 +50,27 @@ typedef struct {
     int rows;
 } Tile;
 
+#if MOVES_ON
+static inline void move_on(Ring *ring) {
+#pragma unroll
+    for (int n = 0; n < SHEETS; n++) {
+        ring->reached[n] = n + 1 < SHEETS ? ring->reached[n + 1] : 0;
+#pragma unroll
+        for (int c = 0; c < CHANNELS; c++)
+            ring->at[0][n][c] = n + 1 < SHEETS ? ring->at[0][n + 1][c] : 0.0f;
+    }
+}
+#endif
+
 // Composites a sheet, and empties its place in the ring. False when the tile is opaque.
 ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sample, __global const float4 *table,
                                    int sheet, Ring *ring, Tile *tile) {
-    const int slot = sheet % SHEETS;
+    const int slot = SLOT_OF(sheet);
     const float depth = (sheet + p->first_sheet) * p->sheet_distance;
     // Where the background shows, every sheet does; and where values are gathered.
     const uint shown = sample->background_visible || GATHERS_VALUES ? ~0u : ring->reached[slot];
     const bool ahead = depth >= p->nearest_sheet;
-    for (int r = 0; r < tile->rows; r++) {
+    EACH_ROW(r, 0, tile->rows - 1) {
         if (!(shown >> r & 1))
             continue;
         realv *channels = ring->at[r][slot];
@@ -72,6 +93,9 @@ ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sam
             channels[c] = 0.0f;
     }
     ring->reached[slot] = 0;
+#if MOVES_ON
+    move_on(ring);
+#endif
     return !shown || any_row_open(sample, tile->gathered, tile->rows);
 }
 
@@ -85,14 +109,14 @@ ALWAYS_INLINE void splat_slabs(const SplatParams *p, __global const float *slabs
     const float4 content = splat->content;
     const uint rows = f.from <= f.to ? (2u << f.to) - (1u << f.from) : 0;
     float4 amount[SHEETS];
-    int slot = first % SHEETS;
+    int slot = SLOT_OF(first);
 #pragma unroll
     for (int n = 0; n < SHEETS; n++) {
         amount[slot] = mix(weights[n], weights[n + SHEETS], fraction - step) * content;
         ring->reached[n] |= rows;
         slot = slot + 1 == SHEETS ? 0 : slot + 1;
     }
-    for (int r = f.from; r <= f.to; r++) {
+    EACH_ROW(r, f.from, f.to) {
         const realv footprint = weights_on(p, splat, &f, r);
 #pragma unroll
         for (int n = 0; n < SHEETS; n++)
@@ -113,7 +137,7 @@ __kernel void view_sheets(__global const Splat *sorted, __global const uint *end
     Tile tile;
     tile.rows = min(TILE_ROWS, s.height - row);
     tile.active = 0;
-    for (int r = 0; r < tile.rows; r++) {
+    EACH_ROW(r, 0, tile.rows - 1) {
         tile.rays[r] = rays_of_row(&s, column, row + r);
         tile.length[r] = length_per_depth(&p, &tile.rays[r]);
         tile.gathered[r] = empty_accumulator(&sample);
@@ -122,7 +146,7 @@ __kernel void view_sheets(__global const Splat *sorted, __global const uint *end
         tile.intervals[r] = interval_of(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
 #endif
     }
-    const uint2 list = list_of(ends, s.tiles_u * s.tiles_v, chunks, id);
+    const uint2 list = list_of(ends, &s, chunks, id);
     const int sheets = p.last_sheet - p.first_sheet + 1;
     if (list.x < list.y || sample.background_visible || GATHERS_VALUES) {
         Ring ring;
@@ -145,7 +169,7 @@ __kernel void view_sheets(__global const Splat *sorted, __global const uint *end
         while (current < sheets && open)
             open = composite_sheet(&p, &sample, table, current++, &ring, &tile);
     }
-    for (int r = 0; r < tile.rows; r++)
+    EACH_ROW(r, 0, tile.rows - 1)
         store_pixels(&s, &sample, table, column, row + r, &tile.gathered[r], &tile.intervals[r], frame);
     active_samples[id] = counted(tile.active, columns_of(&s, column));
 }

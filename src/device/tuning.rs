@@ -52,6 +52,10 @@ pub struct Tuning {
     pub screen_tile_rows: u32,
     /// Parts of a list of splats that are sorted at the same time.
     pub splat_chunks: usize,
+    /// Tiles of screen pixels, along both axes, that have one list of splats.
+    pub list_tiles: u32,
+    /// Work-items that add up counts of splats.
+    pub scan_group: usize,
     /// Pixels of a block in the warp, along x and y: processors copy sixteen at once.
     pub block: [u32; 2],
     /// Work-items per group of the tile kernels.
@@ -86,6 +90,8 @@ impl Tuning {
                 sample_tile: [8, 8],
                 screen_tile_rows: 16,
                 splat_chunks: 32,
+                list_tiles: 1,
+                scan_group: 1,
                 // Lines of the lattice are mixed for each block anew: 16 x 8 take 4 % longer where voxels are large.
                 block: [32, 8],
                 tile_group: 1,
@@ -102,7 +108,10 @@ impl Tuning {
                 lattice_schedule: LatticeSchedule::Samples,
                 sample_tile: [8, 8],
                 screen_tile_rows: 1,
-                splat_chunks: 128,
+                // A list for each pixel would take gigabytes of counts.
+                splat_chunks: 512,
+                list_tiles: 8,
+                scan_group: 256,
                 block: [1, 1],
                 tile_group: 32,
                 pixel_group: 64,
@@ -114,6 +123,11 @@ impl Tuning {
     /// Work-items of a group that draw a sample each.
     pub(super) fn sample_group(&self) -> usize {
         self.sample_tile[0] as usize * self.sample_tile[1] as usize
+    }
+
+    /// Columns and rows of screen pixels that have one list of splats.
+    pub(crate) fn list_tile(&self) -> [u32; 2] {
+        [self.vector_width, self.screen_tile_rows].map(|pixels| pixels * self.list_tiles)
     }
 
     /// Rows of a transposed layout that a work-item makes: processors gather lines of the cache, graphics processors read side by side.
@@ -133,9 +147,9 @@ impl Tuning {
         if !matches!(self.vector_width, 1 | 4 | 8 | 16) {
             return refuse("vector width", &self.vector_width, "1, 4, 8 or 16");
         }
-        for rows in [self.tile_rows, self.point_tile_rows, self.screen_tile_rows, self.tile_vectors] {
+        for rows in [self.tile_rows, self.point_tile_rows, self.screen_tile_rows, self.tile_vectors, self.list_tiles] {
             if !(1..=MOST_TILE_ROWS).contains(&rows) {
-                return refuse("tile size", &rows, "1 to 30 rows or vectors");
+                return refuse("tile size", &rows, "1 to 30 rows, vectors or tiles");
             }
         }
         if (0..2).any(|i| self.sample_tile[i] == 0 || !self.sample_tile[i].is_multiple_of(NEIGHBOURS[i])) {
@@ -143,8 +157,15 @@ impl Tuning {
             return refuse("sample tile", &format!("{columns}x{rows}"), "a multiple of 8 by one of 4");
         }
         let sample_group = (self.sample_tile[0] as usize).saturating_mul(self.sample_tile[1] as usize);
-        let sizes =
-            [sample_group, self.block[0] as usize, self.block[1] as usize, self.tile_group, self.pixel_group, self.splat_chunks];
+        let sizes = [
+            sample_group,
+            self.block[0] as usize,
+            self.block[1] as usize,
+            self.tile_group,
+            self.pixel_group,
+            self.splat_chunks,
+            self.scan_group,
+        ];
         match sizes.iter().find(|&&n| n == 0 || n > LARGEST_GROUP) {
             Some(n) => refuse("block, group or chunk size", n, "1 to 4096"),
             None => Ok(()),

@@ -64,6 +64,11 @@ impl Tiles {
         Self::of([viewport.width, viewport.height], [tuning.vector_width, tuning.screen_tile_rows])
     }
 
+    /// Of the screen, with a list of splats each.
+    pub fn of_lists(viewport: Viewport, tuning: &Tuning) -> Self {
+        Self::of([viewport.width, viewport.height], tuning.list_tile())
+    }
+
     /// A tile for each pixel of the screen.
     pub fn of_pixels(viewport: Viewport) -> Self {
         Self::of([viewport.width, viewport.height], [1; 2])

@@ -59,6 +59,8 @@ pub(crate) enum Items {
     Pixels,
     /// A sample of a lattice; a group takes a tile of them.
     Samples,
+    /// A run of a list; one group takes all of it.
+    Runs,
 }
 
 /// The arguments of a kernel, in its order.
@@ -96,6 +98,7 @@ impl<K: Launch> Launcher<K> {
             Items::Tiles => tuning.tile_group,
             Items::Pixels => tuning.pixel_group,
             Items::Samples => tuning.sample_group(),
+            Items::Runs => tuning.scan_group,
         };
         let built = match self.built.entry(variant) {
             Entry::Occupied(built) => built.into_mut(),

@@ -78,14 +78,14 @@ kernel! {
 
 impl Launch for Scan {
     type Variant = ();
-    const ITEMS: Items = Items::Tiles;
+    const ITEMS: Items = Items::Runs;
 
-    fn defines(_: &Tuning, (): ()) -> String {
-        String::new()
+    fn defines(tuning: &Tuning, (): ()) -> String {
+        Defines::new(1).with("SCAN_GROUP", tuning.scan_group).0
     }
 
-    fn items(_: &ScanArguments, _: &Tuning) -> usize {
-        1
+    fn items(_: &ScanArguments, tuning: &Tuning) -> usize {
+        tuning.scan_group
     }
 }
 
@@ -151,7 +151,8 @@ impl Launch for TiledSplats {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, (): ()) -> String {
-        Defines::new(1).with("TILE_COLUMNS", tuning.vector_width).with("TILE_ROWS", tuning.screen_tile_rows).0
+        let [columns, rows] = tuning.list_tile();
+        Defines::new(1).with("TILE_COLUMNS", columns).with("TILE_ROWS", rows).0
     }
 
     fn items(a: &TiledSplatsArguments, _: &Tuning) -> usize {
@@ -161,7 +162,7 @@ impl Launch for TiledSplats {
 
 fn sheet_defines(tuning: &Tuning, channels: u32, rendering: Rendering) -> Defines {
     let defines = Defines::new(tuning.vector_width).with_rendering(rendering);
-    defines.with("TILE_ROWS", tuning.screen_tile_rows).with("CHANNELS", channels)
+    defines.with("TILE_ROWS", tuning.screen_tile_rows).with("LIST_TILES", tuning.list_tiles).with("CHANNELS", channels)
 }
 
 kernel! {

@@ -48,8 +48,7 @@ impl AxisAlignedSheets {
         let params = SplatParams { backwards, ..splat_params(&projection, frame, background) };
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let splatted = Splatted::Visible;
-        let order =
-            self.order.sort(device, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport, tiles })?;
+        let order = self.order.sort(device, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport })?;
         let region = Region::for_splats(scene);
         let (picture, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         let arguments = AxisSheetsArguments {
@@ -91,8 +90,7 @@ impl ImageAlignedSheets {
             ..splat_params(&projection, AXIS.frame(), layout.view.background)
         };
         let tiles = Tiles::of_screen(viewport, device.tuning());
-        let order =
-            self.order.sort(device, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport, tiles })?;
+        let order = self.order.sort(device, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport })?;
         let region = Region::new(scene, Kernel::Gaussian, 1);
         let (picture, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         let arguments = ViewSheetsArguments {

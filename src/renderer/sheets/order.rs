@@ -33,7 +33,6 @@ pub(super) struct Unsorted<'a> {
     pub params: SplatParams,
     pub sample: SampleParams,
     pub viewport: Viewport,
-    pub tiles: Tiles,
 }
 
 /// Splats in their order, and the lists of each tile of the screen.
@@ -81,8 +80,9 @@ impl SplatOrder {
         }
         let count = read_total(device, total, "the list of splats")?;
 
-        let [tiles_u, tiles_v] = from.tiles.for_kernels();
-        let tiles = from.tiles.all_counts();
+        let tiles = Tiles::of_lists(from.viewport, device.tuning());
+        let [tiles_u, tiles_v] = tiles.for_kernels();
+        let tiles = tiles.all_counts();
         let ends = self.tile_ends.at_least(device, chunks * tiles, "the splats per tile")?;
         for pass in [Pass::Count, Pass::Fill] {
             let lists = self.lists.at_least(device, 1, "the lists of tiles")?;
