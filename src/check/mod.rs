@@ -165,8 +165,17 @@ mod tests {
     /// Draws nothing: tests/embedding compares what it finds.
     const FINDS_A_RANGE: &str = "volume/value_range.cl";
 
-    fn is_point_lattice(family: Family) -> bool {
-        matches!(family, Family::PointLattice | Family::Spline | Family::PointValues | Family::PointSurface)
+    /// Other families know no schedules.
+    fn is_lattice(family: Family) -> bool {
+        matches!(
+            family,
+            Family::PointLattice
+                | Family::Spline
+                | Family::PointValues
+                | Family::PointSurface
+                | Family::SplatLattice
+                | Family::SplatPerspective
+        )
     }
 
     /// No kernel that draws goes unchecked.
@@ -179,7 +188,7 @@ mod tests {
         for lattice_schedule in [LatticeSchedule::Tiles, LatticeSchedule::Samples] {
             let device = device.with_tuning(Tuning { lattice_schedule, ..*device.tuning() }).unwrap();
             for family in
-                Family::ALL.into_iter().filter(|&family| lattice_schedule == LatticeSchedule::Tiles || is_point_lattice(family))
+                Family::ALL.into_iter().filter(|&family| lattice_schedule == LatticeSchedule::Tiles || is_lattice(family))
             {
                 let verdict = device.check_family(family).unwrap();
                 assert!(verdict.passed(), "{lattice_schedule:?}: {verdict:?}");

@@ -9,7 +9,7 @@ const MOST_TILE_ROWS: u32 = 30;
 /// More are of no use to any device.
 const LARGEST_GROUP: usize = 4096;
 
-/// Who draws what of a lattice of point-sampled layers.
+/// Who draws what of a lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LatticeSchedule {
@@ -19,7 +19,7 @@ pub enum LatticeSchedule {
     Samples,
 }
 
-/// Columns and rows of samples that neighbouring work-items take: kernels/layered/point_samples.cl.
+/// Columns and rows of samples that neighbouring work-items take: kernels/layered/sample_tile.cl.
 const NEIGHBOURS: [u32; 2] = [8, 4];
 
 /// How kernels are built and launched on a device.
@@ -44,7 +44,7 @@ pub struct Tuning {
     pub tile_rows: u32,
     /// Rows per tile of the lattice of point-sampled layers.
     pub point_tile_rows: u32,
-    /// Who draws what of the lattice of point-sampled layers.
+    /// Who draws what of a lattice.
     pub lattice_schedule: LatticeSchedule,
     /// Columns and rows of it per group, where a work-item draws a sample: multiples of 8 and 4.
     pub sample_tile: [u32; 2],
