@@ -30,8 +30,10 @@ const LIT_SKULL: [f64; 14] = [36.0, 36.5, 44.8, 33.0, 33.7, 33.8, 32.5, 35.9, 44
 /// The same of `high` with [`OWN`] kernels, each against its own integral.
 const OWN: [Kernel; 2] = [Kernel::BSpline, Kernel::CatmullRom];
 const OWN_UNLIT: [[f64; 2]; 5] = [[67.7, 67.1], [55.3, 55.1], [64.4, 64.9], [64.4, 64.8], [46.9, 47.1]];
-const OWN_LIT: [[f64; 2]; 5] = [[66.3, 65.5], [52.5, 51.4], [61.1, 61.0], [57.4, 56.0], [52.9, 53.0]];
-const OWN_LIT_SKULL: [f64; 2] = [39.5, 37.3];
+const OWN_LIT: [[f64; 2]; 5] = [[66.9, 65.9], [52.5, 50.7], [62.0, 61.1], [57.9, 54.4], [53.5, 53.1]];
+const OWN_LIT_SKULL: [f64; 2] = [43.8, 41.9];
+/// What the engine's plate has (43.8 where gradients in the middle of segments were corrected along rays alone).
+const PLATE: f64 = 50.0;
 /// How much less a picture may have: what devices and widths of vectors differ by is far below, a lost step of refinement above.
 const MARGIN: f64 = 1.0;
 /// And how much less over RGBA than was measured over RGB.
@@ -174,7 +176,7 @@ const BUILT_IN: [BuiltIn; 2] = [
             [59.6, 68.2, 73.4, 59.3, 67.6, 69.9, 68.6, 71.8, 83.0, 69.7, 87.0, 63.8, 60.7, 52.6],
             [58.1, 65.3, 72.1, 58.0, 65.9, 68.6, 68.1, 67.3, 77.3, 70.1, 78.4, 65.3, 62.7, 54.0],
         ],
-        [[80.3, 80.3], [88.2, 84.9], [74.6, 74.9], [70.9, 71.6]],
+        [[80.3, 80.3], [88.5, 81.8], [74.6, 74.9], [71.0, 71.3]],
     ),
     (
         "marschner-lobb@40x48x44",
@@ -184,7 +186,7 @@ const BUILT_IN: [BuiltIn; 2] = [
             [38.3, 42.1, 51.7, 38.0, 42.2, 45.2, 43.1, 44.3, 59.2, 42.3, 58.7, 36.2, 34.8, 30.1],
             [37.2, 38.0, 44.8, 34.9, 35.6, 36.3, 35.8, 38.4, 45.5, 41.9, 46.3, 32.1, 33.5, 33.1],
         ],
-        [[50.8, 48.8], [40.4, 40.3], [49.0, 46.6], [39.0, 38.4]],
+        [[50.8, 48.8], [44.1, 43.7], [49.0, 46.6], [42.1, 41.6]],
     ),
 ];
 
@@ -264,6 +266,19 @@ fn high_is_nearer_to_its_integral_than_sheets_and_slices_to_theirs() {
             assert!(ours > theirs && shipped > theirs - MARGIN, "{name}: {ours} and {shipped} dB, {sheets} {theirs}");
         }
     }
+}
+
+/// The engine's plate, three voxels thick, from a side on which its face is seen: in it gradients turn over, and are weak on the way.
+#[test]
+#[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
+fn plates_are_lit_by_their_faces() {
+    let size = viewport(512, 512);
+    let (volume, transfer) = data_set("engine");
+    let camera = parallel(&volume, size, 30.0, 20.0);
+    let truth = render(&volume, &transfer, &camera, size, &converged(Kernel::BSpline).into());
+    let found = psnr(&render(&volume, &transfer, &camera, size, &Quality::High.settings()), &truth);
+    eprintln!("fidelity plate of engine, lit: {found:.1} dB");
+    assert!(found > PLATE - MARGIN, "{found} dB, not {PLATE}");
 }
 
 /// A thin shell of opacity: values between two samples jump over it, and classification after interpolation misses it.

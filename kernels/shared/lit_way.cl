@@ -44,16 +44,20 @@ static inline realv left_on(const Lit *front, const Lit *back, realv t) {
 #endif
 
 // Light between that of two ends. Central differences are weak in noise: the end with the stronger gradient counts for more, so that light
-// falls on what lies between where gradients mix. Where ends are a layer apart gradients stay near theirs, as the field does.
+// falls on what lies between where gradients mix. Where ends are a layer apart gradients stay near theirs, as the field does. Gradients that
+// are derivatives of the field are no noise, but directions inside plates are: they count more evenly. (Evenly, engine has 2 dB less, without
+// EVEN 1.5 dB more, and balls 2 dB less.)
+#if HAS_SLOPES
+#define EVEN 0.2f
+#define CURVED_PLACE(p, t) (t)
+#else
+#define EVEN 0.0f
+#define CURVED_PLACE(p, t) ((t) + (p)->curve * (SMOOTHSTEP(t) - (t)))
+#endif
 static inline Lighting light_on(const SampleParams *p, const Lit *front, const Lit *back, realv t) {
     const Lighting *one = &front->lighting, *other = &back->lighting;
-#if HAS_SLOPES
-    const realv mixed = t;
-#else
-    const realv even = t + p->curve * (SMOOTHSTEP(t) - t);
-    const realv of_back = even * other->weight;
-    const realv mixed = of_back * rough_reciprocal((1.0f - even) * one->weight + of_back);
-#endif
+    const realv place = CURVED_PLACE(p, t), of_back = place * (EVEN + other->weight);
+    const realv mixed = of_back * rough_reciprocal((1.0f - place) * (EVEN + one->weight) + of_back);
     Lighting lighting = {one->factor + mixed * (other->factor - one->factor),
                          one->highlight + mixed * (other->highlight - one->highlight)};
 #ifdef THINNED
@@ -63,17 +67,31 @@ static inline Lighting light_on(const SampleParams *p, const Lit *front, const L
 }
 
 #if HAS_SLOPES
+// How much of what gradients lack in the middle lies along the way, and not along those at its ends, for each voxel of it, squared: the
+// farther these are apart, the less they say of what lies between.
+#define ALONG_THE_WAY 0.8f
+#define SCALAR_PRODUCT(a, b) ((a)[0] * (b)[0] + (a)[1] * (b)[1] + (a)[2] * (b)[2])
+
 // The sample in the middle of a way. Where nothing between the ends `counts` its value is one of those: it can lie beyond all that the
 // kernel makes of the voxels around, and what is skipped, in whole tiles or blocks, must not depend on neighbours.
 static inline Lit lit_in_the_middle(const SampleParams *p, const Way *way, intv counts, const Lit *front, const Lit *back, realv *value) {
     const realv *step = way->step;
-    const realv slope_front = front->u * step[0] + front->v * step[1] + front->a * step[2];
-    const realv slope_back = back->u * step[0] + back->v * step[1] + back->a * step[2];
-    *value = 0.5f * (way->from + way->to) + (counts ? 0.125f * (slope_front - slope_back) : (realv)(0.0f));
-    // Across the way gradients mix evenly; along it they are the cubic's slope.
-    const realv more = 1.5f * (way->to - way->from) - 0.75f * (slope_front + slope_back);
-    const realv along = more * reciprocal(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
-    return lit_by(p, 0.5f * (front->u + back->u) + along * step[0], 0.5f * (front->v + back->v) + along * step[1],
-                  0.5f * (front->a + back->a) + along * step[2]);
+    // Means of both gradients and of their slopes on the way, and halves of what they differ by.
+    const realv mean[3] = {0.5f * (front->u + back->u), 0.5f * (front->v + back->v), 0.5f * (front->a + back->a)};
+    const realv apart[3] = {front->u - mean[0], front->v - mean[1], front->a - mean[2]};
+    const realv mean_slope = SCALAR_PRODUCT(mean, step), slopes_apart = SCALAR_PRODUCT(apart, step);
+    *value = 0.5f * (way->from + way->to) + (counts ? 0.25f * slopes_apart : (realv)(0.0f));
+    // What the mean lacks for the cubic's slope lies along the normal of a surface: that of both its sides, which are the longer of these.
+    const realv lacking = 1.5f * (way->to - way->from - mean_slope);
+    const realv mean_squared = SCALAR_PRODUCT(mean, mean), apart_squared = SCALAR_PRODUCT(apart, apart);
+    const intv opposite = apart_squared > mean_squared;
+    const realv slope = opposite ? slopes_apart : mean_slope;
+    const realv squared = SCALAR_PRODUCT(step, step), way_too = ALONG_THE_WAY * squared * MAX(mean_squared, apart_squared);
+    const realv scale = lacking * rough_reciprocal(MAX(slope * slope + way_too * squared, (realv)(1e-20f)));
+    const realv of_normal = scale * slope, of_way = scale * way_too;
+    const realv of_mean = opposite ? (realv)(1.0f) : 1.0f + of_normal, of_apart = opposite ? of_normal : (realv)(0.0f);
+    return lit_by(p, of_mean * mean[0] + of_apart * apart[0] + of_way * step[0],
+                  of_mean * mean[1] + of_apart * apart[1] + of_way * step[1],
+                  of_mean * mean[2] + of_apart * apart[2] + of_way * step[2]);
 }
 #endif

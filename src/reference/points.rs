@@ -82,9 +82,7 @@ impl Layered<'_> {
         let gradients = segment.points.map(|p| self.field.gradient(p));
         let ([front, back], slopes) = (segment.values, gradients.map(|g| g.dot(step)));
         let value = (front + back) / 2.0 + (slopes[0] - slopes[1]) / 8.0;
-        let slope = 1.5 * (back - front) - (slopes[0] + slopes[1]) / 4.0;
-        let mixed = (gradients[0] + gradients[1]) / 2.0;
-        let gradient = mixed + step * ((slope - mixed.dot(step)) / step.length_squared());
+        let gradient = gradient_in_the_middle(gradients, back - front, step);
         let middle = segment.place(0.5);
         let half = |points, values, gradients, from: f64| {
             let part = segment.part.within(from, from + 0.5)?;
@@ -193,6 +191,21 @@ impl Segment {
     fn place(&self, t: f64) -> DVec3 {
         self.points[0].lerp(self.points[1], t)
     }
+}
+
+/// How much of what gradients lack in the middle lies along the way, for each voxel of it, squared: kernels/shared/lit_way.cl.
+const ALONG_THE_WAY: f64 = 0.8;
+
+/// The gradient in the middle of a way, of those at its ends: their mean, and what that lacks to be as steep as the cubic with values this far
+/// apart and their slopes; along the normal of both, whichever sides they are of, and some of it along the way, which the normal may be across.
+fn gradient_in_the_middle([one, other]: [DVec3; 2], apart: f64, step: DVec3) -> DVec3 {
+    let slope = 1.5 * apart - (one + other).dot(step) / 4.0;
+    let mean = (one + other) / 2.0;
+    let lacking = slope - mean.dot(step);
+    let normal = if one.dot(other) < 0.0 { one - other } else { one + other };
+    let towards = normal * normal.dot(step) + step * (ALONG_THE_WAY * step.length_squared() * normal.length_squared());
+    let per_step = towards.dot(step);
+    if per_step > 0.0 { mean + towards * (lacking / per_step) } else { mean }
 }
 
 /// Of a segment: attenuation per unit distance, the colour weighted with it, and where it lies on the way, 0 … 1.

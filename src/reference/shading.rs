@@ -39,6 +39,9 @@ impl Look {
     }
 }
 
+/// What light counts in a mixture, besides its weight, where gradients are the field's own: kernels/shared/lit_way.cl.
+const EVEN: f64 = 0.2;
+
 /// What a colour is multiplied by, and what highlight is added to it; what it counts in a mixture, the root of the gradient's length; and
 /// what is left of the extinction.
 #[derive(Clone, Copy)]
@@ -77,10 +80,11 @@ impl Lighting {
         Self { factor: 1.0 + fade * (factor - 1.0), highlight: fade * highlight, weight, left }
     }
 
-    /// The same, where gradients are the field's own: what is mixed with it counts evenly.
+    /// The same, where gradients may be the field's own: what is mixed counts more evenly then.
     pub fn of(field: &Field, volume: &Volume, look: Look, gradient: DVec3, to_eye: DVec3) -> Self {
         let lighting = Self::new(volume, look, gradient, to_eye);
-        if field.kernel().has_own_slope() { Self { weight: 1.0, ..lighting } } else { lighting }
+        let even = if field.kernel().has_own_slope() { EVEN } else { 0.0 };
+        Self { weight: even + lighting.weight, ..lighting }
     }
 
     /// Between this and another.
