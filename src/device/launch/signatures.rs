@@ -56,6 +56,7 @@ fn launchers_are_their_kernels_signatures() {
         compare::<layered::PointDirect>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare::<layered::SplatLattice>(d, (voxels, rendering)),
         compare::<layered::SplatPerspective>(d, (voxels, rendering)),
+        compare::<layered::SplatSamples>(d, (voxels, rendering)),
         compare::<layered::SplatDirect>(d, (voxels, true, rendering)),
         compare::<layered::Footprints>(d, ()),
         compare::<layered::FootprintSet>(d, ()),
