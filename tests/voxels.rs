@@ -4,9 +4,9 @@ mod common;
 
 use common::*;
 use glam::DVec3;
-use layersplat::settings::Layered;
+use layersplat::settings::{Classification, Layered};
 use layersplat::volume::{Endian, Grid, Rescale, ScalarType, Storage, VoxelType};
-use layersplat::{Frame, OpenOptions, Settings, TransferFunction, Volume};
+use layersplat::{Frame, Kernel, OpenOptions, Quality, Settings, TransferFunction, Volume};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -346,4 +346,33 @@ fn voxels_on_the_device_are_shared() {
     }
     let part = UploadedVolume::part(&device, &volume.part([0, 0, 1], [9, 8, 3]).unwrap()).unwrap();
     assert!(!part.is_whole() && Renderer::of(&part, &transfers[0]).err().unwrap().to_string().contains("PartRenderer"));
+}
+
+/// Values of another unit: by a power of two, so that floats are as exact.
+const SCALED: f64 = 1e-4;
+
+/// Whatever is squared on the way, of gradients and slopes too, stays a number, and counts.
+#[test]
+fn units_of_values_change_nothing() {
+    let in_units = |unit: f32| {
+        let values: Vec<f32> = numbers().iter().map(|&v| f32::from(v) * unit).collect();
+        let volume = Volume::new("values", grid(), values).unwrap().with_background(-900.0 * f64::from(unit)).unwrap();
+        let (lo, hi) = volume.range();
+        let transfer = smooth_transfer().stretched(lo, hi).unwrap();
+        let high = Quality::High.settings();
+        let camera = parallel(&volume, viewport(24, 22), 25.0, 15.0);
+        let smooth = Layered { classification: high_with(Kernel::CatmullRom), ..Layered::default() };
+        [high, smooth.into()].map(|settings| render(&volume, &transfer, &camera, viewport(24, 22), &settings))
+    };
+    let expected = in_units(1.0);
+    for unit in [2f32.powi(66), 2f32.powi(-66)] {
+        for (found, expected) in in_units(unit).iter().zip(&expected) {
+            assert_close(&format!("units of {unit}"), found, expected, SCALED);
+        }
+    }
+    assert!(pixels_apart(&expected[0], &expected[1], 100.0 * SCALED) > 10, "another kernel is noticed");
+}
+
+fn high_with(kernel: Kernel) -> Classification {
+    Quality::High.layered().classification.with_kernel(kernel)
 }

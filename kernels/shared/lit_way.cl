@@ -76,20 +76,22 @@ static inline Lighting light_on(const SampleParams *p, const Lit *front, const L
 // kernel makes of the voxels around, and what is skipped, in whole tiles or blocks, must not depend on neighbours.
 static inline Lit lit_in_the_middle(const SampleParams *p, const Way *way, intv counts, const Lit *front, const Lit *back, realv *value) {
     const realv *step = way->step;
-    // Means of both gradients and of their slopes on the way, and halves of what they differ by.
-    const realv mean[3] = {0.5f * (front->u + back->u), 0.5f * (front->v + back->v), 0.5f * (front->a + back->a)};
-    const realv apart[3] = {front->u - mean[0], front->v - mean[1], front->a - mean[2]};
+    // Means of both gradients and of their slopes on the way, and halves of what they differ by; in ranges of values, whose squares are
+    // numbers.
+    const float range = 1.0f / p->gradient_a, per_range = 0.5f * p->gradient_a;
+    const realv mean[3] = {per_range * (front->u + back->u), per_range * (front->v + back->v), per_range * (front->a + back->a)};
+    const realv apart[3] = {per_range * (front->u - back->u), per_range * (front->v - back->v), per_range * (front->a - back->a)};
     const realv mean_slope = SCALAR_PRODUCT(mean, step), slopes_apart = SCALAR_PRODUCT(apart, step);
-    *value = 0.5f * (way->from + way->to) + (counts ? 0.25f * slopes_apart : (realv)(0.0f));
+    *value = 0.5f * (way->from + way->to) + (counts ? 0.25f * range * slopes_apart : (realv)(0.0f));
     // What the mean lacks for the cubic's slope lies along the normal of a surface: that of both its sides, which are the longer of these.
-    const realv lacking = 1.5f * (way->to - way->from - mean_slope);
+    const realv lacking = 1.5f * (p->gradient_a * (way->to - way->from) - mean_slope);
     const realv mean_squared = SCALAR_PRODUCT(mean, mean), apart_squared = SCALAR_PRODUCT(apart, apart);
     const intv opposite = apart_squared > mean_squared;
     const realv slope = opposite ? slopes_apart : mean_slope;
     const realv squared = SCALAR_PRODUCT(step, step), way_too = ALONG_THE_WAY * squared * MAX(mean_squared, apart_squared);
     const realv scale = lacking * rough_reciprocal(MAX(slope * slope + way_too * squared, (realv)(1e-20f)));
-    const realv of_normal = scale * slope, of_way = scale * way_too;
-    const realv of_mean = opposite ? (realv)(1.0f) : 1.0f + of_normal, of_apart = opposite ? of_normal : (realv)(0.0f);
+    const realv of_normal = range * scale * slope, of_way = range * scale * way_too;
+    const realv of_mean = opposite ? (realv)(range) : range + of_normal, of_apart = opposite ? of_normal : (realv)(0.0f);
     return lit_by(p, of_mean * mean[0] + of_apart * apart[0] + of_way * step[0],
                   of_mean * mean[1] + of_apart * apart[1] + of_way * step[1],
                   of_mean * mean[2] + of_apart * apart[2] + of_way * step[2]);
