@@ -4,12 +4,13 @@ mod common;
 
 use common::*;
 use glam::DVec3;
+use layersplat::device::{DeviceKind, Tuning};
 use layersplat::layers::{Kernel, PREFILTER_RADIUS};
 use layersplat::renderer::{CompositedLayers, PartRenderer};
 use layersplat::settings::{Blend, Classification, ClipPlane, Clipping, CropBox, LayerAxis, Layered, Quality};
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Description, VolumePart, VoxelType, Voxels};
-use layersplat::{Axis, Camera, Frame, Settings, TransferFunction, Viewport, Volume};
+use layersplat::{Axis, Camera, Device, Frame, Renderer, Settings, TransferFunction, Viewport, Volume};
 use std::ops::Range;
 
 const DIMS: [usize; 3] = [21, 18, 23];
@@ -44,6 +45,7 @@ fn part_for<'a>(volume: &Volume<'a>, axis: Axis, layers: &Range<usize>, settings
 
 /// A camera, a viewport and settings with one layer axis.
 struct Shot<'a> {
+    device: Device,
     volume: &'a Volume<'static>,
     transfer: &'a TransferFunction,
     axis: Axis,
@@ -54,11 +56,12 @@ struct Shot<'a> {
 
 impl Shot<'_> {
     fn whole(&self) -> Frame {
-        render(self.volume, self.transfer, &self.camera, self.size, &self.settings)
+        let mut renderer = Renderer::new(&self.device, self.volume, self.transfer).unwrap();
+        renderer.render(&self.camera, self.size, &self.settings).unwrap().0
     }
 
     fn renderer(&self, layers: &Range<usize>) -> PartRenderer {
-        PartRenderer::new(&device(), &part_for(self.volume, self.axis, layers, &self.settings), self.transfer).unwrap()
+        PartRenderer::new(&self.device, &part_for(self.volume, self.axis, layers, &self.settings), self.transfer).unwrap()
     }
 
     /// Ranges of layers in the order of the view.
@@ -124,12 +127,29 @@ fn in_two_three_and_seven_parts() {
     for (axis, camera) in views(&volume, size) {
         for layered in sampled() {
             let settings = forced(axis, layered);
-            let shot = Shot { volume: &volume, transfer: &transfer, axis, camera, size, settings };
+            let shot = Shot { device: device(), volume: &volume, transfer: &transfer, axis, camera, size, settings };
             let whole = shot.whole();
             for k in [2, 3, 7] {
                 assert_close(&format!("{axis:?}, {:?}, {layered:?}, {k}", camera.projection), &shot.in_parts(k), &whole, 0.0);
             }
         }
+    }
+}
+
+/// As graphics processors draw them.
+#[test]
+fn in_parts_by_a_work_item_per_sample() {
+    let (dims, size) = ([40, 44, 36], viewport(61, 47));
+    let (volume, transfer) = (random_volume(dims, DVec3::new(1.0, 0.9, 1.2), SEED), smooth_transfer());
+    let device = device();
+    let samples = device.with_tuning(Tuning::new(DeviceKind::Gpu, "", 1)).unwrap();
+    for (n, (axis, camera)) in views(&volume, size).into_iter().enumerate() {
+        let settings = forced(axis, sampled()[[2, 1, 2, 3][n % 4]]);
+        let shot = Shot { device: samples.clone(), volume: &volume, transfer: &transfer, axis, camera, size, settings };
+        let whole = shot.whole();
+        assert_close(&format!("{axis:?}, {:?}, {settings:?}", camera.projection), &shot.in_parts(5), &whole, 0.0);
+        let tiles = Shot { device: device.clone(), ..shot };
+        assert!(compare(&tiles.whole(), &whole).max_difference > 0.0, "another schedule is noticed");
     }
 }
 
@@ -145,7 +165,7 @@ fn every_kernel_of_layers() {
             // Another axis for each, in both projections.
             let (axis, camera) = views[(3 * n + 2 * k + usize::from(blend != Blend::Composite)) % views.len()];
             let settings = Settings { blend, ..forced(axis, with_kernel(Quality::High, kernel)) };
-            let shot = Shot { volume: &volume, transfer: &transfer, axis, camera, size, settings };
+            let shot = Shot { device: device(), volume: &volume, transfer: &transfer, axis, camera, size, settings };
             let what = format!("{kernel:?}, {blend:?}, {axis:?}, {k}");
             let whole = shot.whole();
             assert_close(&what, &shot.in_parts(k), &whole, 0.0);
@@ -210,7 +230,7 @@ fn whatever_becomes_of_the_values() {
                 },
             ];
             for settings in variants {
-                let shot = Shot { volume: &volume, transfer: &transfer, axis, camera, size, settings };
+                let shot = Shot { device: device(), volume: &volume, transfer: &transfer, axis, camera, size, settings };
                 let (what, whole) = (format!("{settings:?}"), shot.whole());
                 assert_close(&what, &shot.in_parts(3), &whole, 0.0);
                 let open = Settings { early_termination: false, ..settings };
@@ -227,7 +247,15 @@ fn terminated_early() {
     let volume = random_volume(DIMS, DVec3::ONE, SEED);
     let (transfer, size) = (step_transfer(100.0, 0.9), viewport(24, 20));
     let (axis, camera) = views(&volume, size)[0];
-    let shot = Shot { volume: &volume, transfer: &transfer, axis, camera, size, settings: forced(axis, Layered::default()) };
+    let shot = Shot {
+        device: device(),
+        volume: &volume,
+        transfer: &transfer,
+        axis,
+        camera,
+        size,
+        settings: forced(axis, Layered::default()),
+    };
     assert_close("one after the other", &shot.in_parts(5), &shot.whole(), 0.0);
     assert_close("each for itself", &shot.combined(5), &shot.whole(), TERMINATED);
 }
@@ -241,8 +269,15 @@ fn properties_of_the_whole() {
     let volume = volume(DIMS, DVec3::ONE, Voxels::Int16(values.clone())).with_background(40.0).unwrap();
     let (transfer, size) = (smooth_transfer(), viewport(24, 20));
     let camera = parallel(&volume, size, 20.0, 10.0);
-    let shot =
-        Shot { volume: &volume, transfer: &transfer, axis: Axis::Z, camera, size, settings: forced(Axis::Z, Layered::default()) };
+    let shot = Shot {
+        device: device(),
+        volume: &volume,
+        transfer: &transfer,
+        axis: Axis::Z,
+        camera,
+        size,
+        settings: forced(Axis::Z, Layered::default()),
+    };
     let whole = shot.whole();
     assert_close("parts of the volume", &shot.in_parts(3), &whole, 0.0);
 
@@ -275,7 +310,7 @@ fn what_does_not_fit_is_refused() {
     let (transfer, size) = (smooth_transfer(), viewport(24, 20));
     let camera = parallel(&volume, size, 20.0, 10.0);
     let settings = forced(Axis::Z, Layered::default());
-    let shot = Shot { volume: &volume, transfer: &transfer, axis: Axis::Z, camera, size, settings };
+    let shot = Shot { device: device(), volume: &volume, transfer: &transfer, axis: Axis::Z, camera, size, settings };
     let refused = |result: Result<CompositedLayers, layersplat::Error>, words: &str| {
         let message = result.expect_err(words).to_string();
         assert!(message.contains(words), "{message} does not say '{words}'");

@@ -76,7 +76,9 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
         // All three sums, or the last alone, by the same code.
         for (int l = held == k - step ? k + step : k - step;; l += step) {
             before = own, own = after;
-            after = splat_sum(&source, source.u + (l - k) * source.shear_u, source.v + (l - k) * source.shear_v, l);
+            // Crossings are found from the layer alone: whichever ray goes on from another's has the bits of one that came all the way.
+            const float to_layer = l - p->centre_layer;
+            after = splat_sum(&source, rays.centre_u + to_layer * rays.shear_u, rays.centre_v + to_layer * rays.shear_v, l);
             if (l == k + step)
                 break;
         }

@@ -70,30 +70,27 @@ static inline Lighting light_on(const SampleParams *p, const Lit *front, const L
 // How much of what gradients lack in the middle lies along the way, and not along those at its ends, for each voxel of it, squared: the
 // farther these are apart, the less they say of what lies between.
 #define ALONG_THE_WAY 0.8f
+// Square of a gradient, in ranges of values, below which it says nothing of a normal: weaker ones are not lit.
+#define NO_NORMAL 1e-6f
 #define SCALAR_PRODUCT(a, b) ((a)[0] * (b)[0] + (a)[1] * (b)[1] + (a)[2] * (b)[2])
 
 // The sample in the middle of a way. Where nothing between the ends `counts` its value is one of those: it can lie beyond all that the
 // kernel makes of the voxels around, and what is skipped, in whole tiles or blocks, must not depend on neighbours.
 static inline Lit lit_in_the_middle(const SampleParams *p, const Way *way, intv counts, const Lit *front, const Lit *back, realv *value) {
     const realv *step = way->step;
-    // Means of both gradients and of their slopes on the way, and halves of what they differ by; in ranges of values, whose squares are
-    // numbers.
-    const float range = 1.0f / p->gradient_a, per_range = 0.5f * p->gradient_a;
-    const realv mean[3] = {per_range * (front->u + back->u), per_range * (front->v + back->v), per_range * (front->a + back->a)};
-    const realv apart[3] = {per_range * (front->u - back->u), per_range * (front->v - back->v), per_range * (front->a - back->a)};
-    const realv mean_slope = SCALAR_PRODUCT(mean, step), slopes_apart = SCALAR_PRODUCT(apart, step);
-    *value = 0.5f * (way->from + way->to) + (counts ? 0.25f * range * slopes_apart : (realv)(0.0f));
-    // What the mean lacks for the cubic's slope lies along the normal of a surface: that of both its sides, which are the longer of these.
-    const realv lacking = 1.5f * (p->gradient_a * (way->to - way->from) - mean_slope);
-    const realv mean_squared = SCALAR_PRODUCT(mean, mean), apart_squared = SCALAR_PRODUCT(apart, apart);
-    const intv opposite = apart_squared > mean_squared;
-    const realv slope = opposite ? slopes_apart : mean_slope;
-    const realv squared = SCALAR_PRODUCT(step, step), way_too = ALONG_THE_WAY * squared * MAX(mean_squared, apart_squared);
-    const realv scale = lacking * rough_reciprocal(MAX(slope * slope + way_too * squared, (realv)(1e-20f)));
-    const realv of_normal = range * scale * slope, of_way = range * scale * way_too;
-    const realv of_mean = opposite ? (realv)(range) : range + of_normal, of_apart = opposite ? of_normal : (realv)(0.0f);
-    return lit_by(p, of_mean * mean[0] + of_apart * apart[0] + of_way * step[0],
-                  of_mean * mean[1] + of_apart * apart[1] + of_way * step[1],
-                  of_mean * mean[2] + of_apart * apart[2] + of_way * step[2]);
+    // In ranges of values, of which squares are numbers.
+    const float unit = p->gradient_a, range = 1.0f / unit;
+    const realv one[3] = {unit * front->u, unit * front->v, unit * front->a};
+    const realv other[3] = {unit * back->u, unit * back->v, unit * back->a};
+    const realv slope_front = SCALAR_PRODUCT(one, step), slope_back = SCALAR_PRODUCT(other, step);
+    *value = 0.5f * (way->from + way->to) + (counts ? 0.125f * range * (slope_front - slope_back) : (realv)(0.0f));
+    // What the mean of both lacks for the cubic's slope lies where they do, whichever way they point: across surfaces.
+    const realv lacking = 1.5f * unit * (way->to - way->from) - 0.75f * (slope_front + slope_back);
+    const realv squared = SCALAR_PRODUCT(step, step), both = SCALAR_PRODUCT(one, one) + SCALAR_PRODUCT(other, other);
+    const realv way_too = ALONG_THE_WAY * squared * (both + NO_NORMAL);
+    const realv scale = lacking * rough_reciprocal(slope_front * slope_front + slope_back * slope_back + way_too * squared);
+    const realv of_front = 0.5f + scale * slope_front, of_back = 0.5f + scale * slope_back, of_way = range * (scale * way_too);
+    return lit_by(p, of_front * front->u + of_back * back->u + of_way * step[0], of_front * front->v + of_back * back->v + of_way * step[1],
+                  of_front * front->a + of_back * back->a + of_way * step[2]);
 }
 #endif

@@ -257,6 +257,9 @@ mod tests {
             Tuning { sample_tile: [1 << 31, 1 << 31], ..own },
             Tuning { block: [0, 1], ..own },
             Tuning { pixel_group: 0, ..own },
+            Tuning { tile_group: 257, ..own },
+            Tuning { scan_group: 0, ..own },
+            Tuning { list_tiles: 31, ..own },
         ] {
             assert!(device.with_tuning(wrong).is_err(), "{wrong:?}");
         }

@@ -9,6 +9,9 @@ const MOST_TILE_ROWS: u32 = 30;
 /// More are of no use to any device.
 const LARGEST_GROUP: usize = 4096;
 
+/// What its work-items share must fit into the memory of a group: 32 KiB.
+const LARGEST_SHARING_GROUP: usize = 256;
+
 /// Who draws what of a lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -157,15 +160,12 @@ impl Tuning {
             return refuse("sample tile", &format!("{columns}x{rows}"), "a multiple of 8 by one of 4");
         }
         let sample_group = (self.sample_tile[0] as usize).saturating_mul(self.sample_tile[1] as usize);
-        let sizes = [
-            sample_group,
-            self.block[0] as usize,
-            self.block[1] as usize,
-            self.tile_group,
-            self.pixel_group,
-            self.splat_chunks,
-            self.scan_group,
-        ];
+        let sizes = [sample_group, self.block[0] as usize, self.block[1] as usize, self.pixel_group, self.splat_chunks];
+        for group in [self.tile_group, self.scan_group] {
+            if !(1..=LARGEST_SHARING_GROUP).contains(&group) {
+                return refuse("tile or scan group", &group, "1 to 256");
+            }
+        }
         match sizes.iter().find(|&&n| n == 0 || n > LARGEST_GROUP) {
             Some(n) => refuse("block, group or chunk size", n, "1 to 4096"),
             None => Ok(()),

@@ -82,7 +82,9 @@ impl Layered<'_> {
         let gradients = segment.points.map(|p| self.field.gradient(p));
         let ([front, back], slopes) = (segment.values, gradients.map(|g| g.dot(step)));
         let value = (front + back) / 2.0 + (slopes[0] - slopes[1]) / 8.0;
-        let gradient = gradient_in_the_middle(gradients, back - front, step);
+        let (lo, hi) = self.volume.range();
+        let range = if hi > lo { hi - lo } else { 1.0 };
+        let gradient = gradient_in_the_middle(gradients, back - front, step, range);
         let middle = segment.place(0.5);
         let half = |points, values, gradients, from: f64| {
             let part = segment.part.within(from, from + 0.5)?;
@@ -196,16 +198,17 @@ impl Segment {
 /// How much of what gradients lack in the middle lies along the way, for each voxel of it, squared: kernels/shared/lit_way.cl.
 const ALONG_THE_WAY: f64 = 0.8;
 
+/// Length of a gradient, in ranges of values, below which it says nothing of a normal.
+const NO_NORMAL: f64 = 1e-3;
+
 /// The gradient in the middle of a way, of those at its ends: their mean, and what that lacks to be as steep as the cubic with values this far
-/// apart and their slopes; along the normal of both, whichever sides they are of, and some of it along the way, which the normal may be across.
-fn gradient_in_the_middle([one, other]: [DVec3; 2], apart: f64, step: DVec3) -> DVec3 {
-    let slope = 1.5 * apart - (one + other).dot(step) / 4.0;
+/// apart and their slopes; along both of them, and some of it along the way, which they may be across. `range` of values.
+fn gradient_in_the_middle([one, other]: [DVec3; 2], apart: f64, step: DVec3, range: f64) -> DVec3 {
     let mean = (one + other) / 2.0;
-    let lacking = slope - mean.dot(step);
-    let normal = if one.dot(other) < 0.0 { one - other } else { one + other };
-    let towards = normal * normal.dot(step) + step * (ALONG_THE_WAY * step.length_squared() * normal.length_squared());
-    let per_step = towards.dot(step);
-    if per_step > 0.0 { mean + towards * (lacking / per_step) } else { mean }
+    let lacking = 1.5 * (apart - mean.dot(step));
+    let both = one.length_squared() + other.length_squared() + (NO_NORMAL * range).powi(2);
+    let towards = one * one.dot(step) + other * other.dot(step) + step * (ALONG_THE_WAY * step.length_squared() * both);
+    mean + towards * (lacking / towards.dot(step))
 }
 
 /// Of a segment: attenuation per unit distance, the colour weighted with it, and where it lies on the way, 0 … 1.

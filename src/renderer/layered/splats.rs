@@ -52,9 +52,12 @@ impl SplatLayers {
     }
 
     /// Bytes of the buffers of a frame besides layouts, blocks and the transfer table, which has so many entries.
-    pub fn scratch(lattice: &Lattice, correction: Correction, entries: usize) -> Vec<usize> {
+    pub fn scratch(lattice: &Lattice, correction: Correction, entries: usize, schedule: LatticeSchedule) -> Vec<usize> {
         let LayerSlabs { inner, front, back } = LayerSlabs::new(correction);
         let slabs = (inner.len() + front.len() + back.len()) * size_of::<Float4>();
+        if schedule == LatticeSchedule::Samples {
+            return vec![slabs];
+        }
         let Some(Phases { samples_per_voxel: [m_u, m_v], .. }) = lattice.phases else {
             return vec![slabs, quadrature_nodes().len() * size_of::<[f32; 2]>()];
         };

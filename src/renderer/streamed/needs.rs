@@ -86,7 +86,8 @@ impl Needs {
             }
             Classification::Post(correction) => {
                 let entries = entries(Kernel::Cubic);
-                let own = [&table_bytes(entries)[..], &SplatLayers::scratch(lattice, correction, entries)].concat();
+                let scratch = SplatLayers::scratch(lattice, correction, entries, tuning.lattice_schedule);
+                let own = [&table_bytes(entries)[..], &scratch].concat();
                 (None, own)
             }
         };
