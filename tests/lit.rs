@@ -6,8 +6,8 @@ mod common;
 use common::*;
 use glam::DVec3;
 use layersplat::layers::Kernel;
-use layersplat::settings::{Algorithm, Layered, Shading};
-use layersplat::volume::Voxels;
+use layersplat::settings::{Algorithm, Classification, Layered, Shading};
+use layersplat::volume::{Grid, Voxels};
 use layersplat::{Camera, Frame, Orbit, Projection, Quality, Settings, TransferFunction, Viewport, Volume};
 use std::collections::{HashMap, HashSet};
 
@@ -325,4 +325,64 @@ fn an_offset_changes_nothing() {
             assert!(db > 60.0, "{algorithm:?} at {offset}: {db} dB");
         }
     }
+}
+
+/// Values of another unit: by a power of two, so that floats are as exact.
+const SCALED: f64 = 1e-4;
+/// What noise of 1e-7 of the range may show.
+const HARDLY_NOISY: f64 = 1e-3;
+
+/// Voxels of volumes in other units.
+const FEW: [usize; 3] = [9, 8, 7];
+
+/// Lit pictures by kernels with slopes, of numbers in another unit.
+fn lit_smoothly(numbers: &[f32], unit: f32) -> Vec<Frame> {
+    let values: Vec<f32> = numbers.iter().map(|&v| v * unit).collect();
+    let background = f64::from(numbers.iter().copied().fold(f32::INFINITY, f32::min) * unit);
+    let volume = Volume::new("values", Grid::new(FEW, DVec3::new(1.0, 0.8, 1.3)).unwrap(), values)
+        .unwrap()
+        .with_background(background)
+        .unwrap();
+    let (lo, hi) = volume.range();
+    let transfer = smooth_transfer().stretched(lo, hi).unwrap();
+    let cameras = [0.0, 25.0].map(|azimuth| parallel(&volume, viewport(24, 22), azimuth, azimuth));
+    let ways = [(Kernel::BSpline, 2), (Kernel::CatmullRom, 1), (Kernel::BSpline, 1)].map(|(kernel, samples_per_layer)| Layered {
+        classification: Classification::Preintegrated { kernel, samples_per_layer },
+        ..Layered::default()
+    });
+    let every = cameras.iter().flat_map(|camera| ways.map(|way| (camera, way)));
+    every.map(|(camera, way)| render(&volume, &transfer, camera, viewport(24, 22), &way.into())).collect()
+}
+
+/// Layers of 1 between layers of 0: gradients vanish at voxels, between which values differ.
+fn stripes(noise: f32) -> Vec<f32> {
+    let [x, y, _] = FEW;
+    let noisy = random_bytes(FEW, 3);
+    noisy.iter().enumerate().map(|(n, &b)| (n / (x * y) % 2) as f32 + noise * f32::from(b) / 255.0).collect()
+}
+
+/// Whatever is squared on the way, of gradients and slopes too, stays a number, and counts.
+#[test]
+fn units_of_values_change_nothing() {
+    let random: Vec<f32> = random_bytes(FEW, 7).iter().map(|&b| f32::from(b) * 10.0 - 900.0).collect();
+    for numbers in [random, stripes(0.0)] {
+        let expected = lit_smoothly(&numbers, 1.0);
+        for unit in [2f32.powi(66), 2f32.powi(-66)] {
+            for (found, expected) in lit_smoothly(&numbers, unit).iter().zip(&expected) {
+                assert_close(&format!("units of {unit}"), found, expected, SCALED);
+            }
+        }
+        assert!(pixels_apart(&expected[0], &expected[1], 100.0 * SCALED) > 10, "another kernel is noticed");
+    }
+}
+
+/// Where gradients vanish they have no direction that rounding could choose.
+#[test]
+fn light_is_steady_where_gradients_vanish() {
+    for (found, expected) in lit_smoothly(&stripes(1e-7), 1.0).iter().zip(&lit_smoothly(&stripes(0.0), 1.0)) {
+        assert_close("noise of 1e-7", found, expected, HARDLY_NOISY);
+    }
+    let noisy = lit_smoothly(&stripes(0.1), 1.0);
+    let apart = pixels_apart(&noisy[0], &lit_smoothly(&stripes(0.0), 1.0)[0], 10.0 * HARDLY_NOISY);
+    assert!(apart > 10, "noise of a tenth must be noticed, not in {apart} pixels");
 }

@@ -4,9 +4,9 @@ mod common;
 
 use common::*;
 use glam::DVec3;
-use layersplat::settings::{Classification, Layered};
+use layersplat::settings::Layered;
 use layersplat::volume::{Endian, Grid, Rescale, ScalarType, Storage, VoxelType};
-use layersplat::{Frame, Kernel, OpenOptions, Settings, TransferFunction, Volume};
+use layersplat::{Frame, OpenOptions, Settings, TransferFunction, Volume};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -138,12 +138,6 @@ const RESCALED_STEP: f64 = 0.05;
 const ON_THE_STEP: usize = 1;
 /// All of it.
 const STEP: f64 = 0.4;
-
-/// How many pixels differ by more than a tolerance.
-fn pixels_apart(a: &Frame, b: &Frame, tolerance: f64) -> usize {
-    let apart = |(p, q): &(&[f32; 4], &[f32; 4])| p.iter().zip(*q).any(|(p, q)| f64::from((p - q).abs()) > tolerance);
-    a.pixels().iter().zip(b.pixels()).filter(apart).count()
-}
 
 #[test]
 fn slope_and_intercept() {
@@ -346,58 +340,4 @@ fn voxels_on_the_device_are_shared() {
     }
     let part = UploadedVolume::part(&device, &volume.part([0, 0, 1], [9, 8, 3]).unwrap()).unwrap();
     assert!(!part.is_whole() && Renderer::of(&part, &transfers[0]).err().unwrap().to_string().contains("PartRenderer"));
-}
-
-/// Values of another unit: by a power of two, so that floats are as exact.
-const SCALED: f64 = 1e-4;
-/// What noise of 1e-7 of the range may show.
-const HARDLY_NOISY: f64 = 1e-3;
-
-/// Lit pictures by kernels with slopes, of numbers in another unit.
-fn lit_smoothly(numbers: &[f32], unit: f32) -> Vec<Frame> {
-    let values: Vec<f32> = numbers.iter().map(|&v| v * unit).collect();
-    let background = f64::from(numbers.iter().copied().fold(f32::INFINITY, f32::min) * unit);
-    let volume = Volume::new("values", grid(), values).unwrap().with_background(background).unwrap();
-    let (lo, hi) = volume.range();
-    let transfer = smooth_transfer().stretched(lo, hi).unwrap();
-    let cameras = [0.0, 25.0].map(|azimuth| parallel(&volume, viewport(24, 22), azimuth, azimuth));
-    let ways = [(Kernel::BSpline, 2), (Kernel::CatmullRom, 1), (Kernel::BSpline, 1)].map(|(kernel, samples_per_layer)| Layered {
-        classification: Classification::Preintegrated { kernel, samples_per_layer },
-        ..Layered::default()
-    });
-    let every = cameras.iter().flat_map(|camera| ways.map(|way| (camera, way)));
-    every.map(|(camera, way)| render(&volume, &transfer, camera, viewport(24, 22), &way.into())).collect()
-}
-
-/// Layers of 1 between layers of 0: gradients vanish at voxels, between which values differ.
-fn stripes(noise: f32) -> Vec<f32> {
-    let [x, y, _] = DIMS;
-    let noisy = random_bytes(DIMS, 3);
-    noisy.iter().enumerate().map(|(n, &b)| (n / (x * y) % 2) as f32 + noise * f32::from(b) / 255.0).collect()
-}
-
-/// Whatever is squared on the way, of gradients and slopes too, stays a number, and counts.
-#[test]
-fn units_of_values_change_nothing() {
-    let random: Vec<f32> = numbers().iter().map(|&v| v.into()).collect();
-    for numbers in [random, stripes(0.0)] {
-        let expected = lit_smoothly(&numbers, 1.0);
-        for unit in [2f32.powi(66), 2f32.powi(-66)] {
-            for (found, expected) in lit_smoothly(&numbers, unit).iter().zip(&expected) {
-                assert_close(&format!("units of {unit}"), found, expected, SCALED);
-            }
-        }
-        assert!(pixels_apart(&expected[0], &expected[1], 100.0 * SCALED) > 10, "another kernel is noticed");
-    }
-}
-
-/// Where gradients vanish they have no direction that rounding could choose.
-#[test]
-fn light_is_steady_where_gradients_vanish() {
-    for (found, expected) in lit_smoothly(&stripes(1e-7), 1.0).iter().zip(&lit_smoothly(&stripes(0.0), 1.0)) {
-        assert_close("noise of 1e-7", found, expected, HARDLY_NOISY);
-    }
-    let noisy = lit_smoothly(&stripes(0.1), 1.0);
-    let apart = pixels_apart(&noisy[0], &lit_smoothly(&stripes(0.0), 1.0)[0], 10.0 * HARDLY_NOISY);
-    assert!(apart > 10, "noise of a tenth must be noticed, not in {apart} pixels");
 }

@@ -56,8 +56,9 @@ static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, con
                              OF_THREE(p->dims, iu),   OF_THREE(p->dims, iv),   OF_THREE(p->dims, a),   p->background,
                              p->offset,               0};
     const int blocks_u[3] = {p->blocks[0], p->blocks[2], p->blocks[4]}, blocks_v[3] = {p->blocks[1], p->blocks[3], p->blocks[5]};
-    const PixelRay ray = {view, a, d_a > 0.0f ? 1 : -1, OF_THREE(blocks_u, a), OF_THREE(blocks_v, a), {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, OF_THREE(o, iu), OF_THREE(o, iv),
-                          OF_THREE(o, a), d_a, s_u, s_v, sqrt(step_u * step_u + step_v * step_v + step_a * step_a)};
+    const PixelRay ray = {view, a, d_a > 0.0f ? 1 : -1, OF_THREE(blocks_u, a), OF_THREE(blocks_v, a),
+                          {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, OF_THREE(o, iu), OF_THREE(o, iv), OF_THREE(o, a), d_a, s_u, s_v,
+                          sqrt(step_u * step_u + step_v * step_v + step_a * step_a)};
     return ray;
 }
 

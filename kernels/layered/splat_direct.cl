@@ -2,7 +2,8 @@
 // reaches, with the paper's set of footprints, and as the lattice's oracle.
 //
 // One work-item per pixel, row by row; VW is 1. FOOTPRINT_SET: weights are read bilinearly from the image of the nearest
-// direction (footprint_set.cl); |s| <= 1. Their sum, near 1, divides what they splat: what is flat stays so. Otherwise the footprints are exact (splat_sum.cl).
+// direction (footprint_set.cl); |s| <= 1. Their sum, near 1, divides what they splat: what is flat stays so. Otherwise the footprints are
+// exact (splat_sum.cl).
 
 #include "layered/pixel_ray.cl"
 #include "layered/splat_sum.cl"

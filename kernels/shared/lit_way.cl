@@ -45,18 +45,21 @@ static inline realv left_on(const Lit *front, const Lit *back, realv t) {
 
 // Light between that of two ends. Central differences are weak in noise: the end with the stronger gradient counts for more, so that light
 // falls on what lies between where gradients mix. Where ends are a layer apart gradients stay near theirs, as the field does. Gradients that
-// are derivatives of the field are no noise, but directions inside plates are: they count more evenly. (Evenly, engine has 2 dB less, without
-// EVEN 1.5 dB more, and balls 2 dB less.)
+// are derivatives of the field are no noise, but directions inside plates are: they count more evenly. (Quite evenly, engine's plate has 2 dB
+// less; without EVEN it has 2 dB more, and a ball 2 dB less.)
 #if HAS_SLOPES
 #define EVEN 0.2f
-#define CURVED_PLACE(p, t) (t)
 #else
 #define EVEN 0.0f
-#define CURVED_PLACE(p, t) ((t) + (p)->curve * (SMOOTHSTEP(t) - (t)))
 #endif
 static inline Lighting light_on(const SampleParams *p, const Lit *front, const Lit *back, realv t) {
     const Lighting *one = &front->lighting, *other = &back->lighting;
-    const realv place = CURVED_PLACE(p, t), of_back = place * (EVEN + other->weight);
+#if HAS_SLOPES
+    const realv place = t;
+#else
+    const realv place = t + p->curve * (SMOOTHSTEP(t) - t);
+#endif
+    const realv of_back = place * (EVEN + other->weight);
     const realv mixed = of_back * rough_reciprocal((1.0f - place) * (EVEN + one->weight) + of_back);
     Lighting lighting = {one->factor + mixed * (other->factor - one->factor),
                          one->highlight + mixed * (other->highlight - one->highlight)};

@@ -24,7 +24,8 @@ __kernel void scan(__global uint *counts, int chunks, int buckets, __global ulon
     const ulong all = (ulong)chunks * buckets, begin = all * id / size, end = all * (id + 1) / size;
     ulong sum = 0;
     int chunk = begin % chunks, bucket = begin / chunks;
-    for (ulong n = begin; n < end; n++) {
+    // The last one's sum is asked for by none: alone, it reads counts once.
+    for (ulong n = begin; n < end && id + 1 < size; n++) {
         sum += counts[(size_t)chunk * buckets + bucket];
         next_count(chunks, &chunk, &bucket);
     }

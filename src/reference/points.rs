@@ -4,7 +4,7 @@ use super::blending::{Values, crossing, opaque, refined_crossing};
 use super::compositing::{Gathered, opacity_of_depth, opacity_over};
 use super::interval::Part;
 use super::layered::{Crossing, Layered};
-use super::shading::{Lighting, Look};
+use super::shading::{Lighting, Look, range_of_values};
 use crate::layers::{lighting_curve, segment_ends};
 use crate::settings::Blend;
 use crate::transfer::{Extinction, TransferFunction};
@@ -82,9 +82,7 @@ impl Layered<'_> {
         let gradients = segment.points.map(|p| self.field.gradient(p));
         let ([front, back], slopes) = (segment.values, gradients.map(|g| g.dot(step)));
         let value = (front + back) / 2.0 + (slopes[0] - slopes[1]) / 8.0;
-        let (lo, hi) = self.volume.range();
-        let range = if hi > lo { hi - lo } else { 1.0 };
-        let gradient = gradient_in_the_middle(gradients, back - front, step, range);
+        let gradient = gradient_in_the_middle(gradients, back - front, step, range_of_values(self.volume));
         let middle = segment.place(0.5);
         let half = |points, values, gradients, from: f64| {
             let part = segment.part.within(from, from + 0.5)?;

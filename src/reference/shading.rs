@@ -39,6 +39,12 @@ impl Look {
     }
 }
 
+/// What gradients are measured by: how far the largest value is from the smallest.
+pub(super) fn range_of_values(volume: &Volume) -> f64 {
+    let (lo, hi) = volume.range();
+    if hi > lo { hi - lo } else { 1.0 }
+}
+
 /// What light counts in a mixture, besides its weight, where gradients are the field's own: kernels/shared/lit_way.cl.
 const EVEN: f64 = 0.2;
 
@@ -60,8 +66,7 @@ impl Lighting {
     pub fn new(volume: &Volume, look: Look, gradient: DVec3, to_eye: DVec3) -> Self {
         let grid = volume.grid();
         let left = look.gradient_opacity.map_or(1.0, |opacity| opacity.at((gradient / grid.spacing()).length()));
-        let (lo, hi) = volume.range();
-        let range = if hi > lo { hi - lo } else { 1.0 };
+        let range = range_of_values(volume);
         let gradient = gradient * grid.spacing().min_element() / grid.spacing() / range;
         let Some(normal) = gradient.try_normalize() else {
             return Self { left, ..Self::NONE };

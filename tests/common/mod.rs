@@ -278,3 +278,9 @@ pub fn data_set(name: &str) -> (Volume<'static>, TransferFunction) {
 pub fn skull() -> (Volume<'static>, TransferFunction) {
     real("cranium_ct_256x256x108_int16.raw.gz", Some(DVec3::new(0.957, 0.957, 1.5)), Some("cranium_ct_int16.json"))
 }
+
+/// How many pixels differ by more than a tolerance.
+pub fn pixels_apart(a: &Frame, b: &Frame, tolerance: f64) -> usize {
+    let apart = |(p, q): &(&[f32; 4], &[f32; 4])| p.iter().zip(*q).any(|(p, q)| f64::from((p - q).abs()) > tolerance);
+    a.pixels().iter().zip(b.pixels()).filter(apart).count()
+}
