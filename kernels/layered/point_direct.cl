@@ -1,10 +1,10 @@
 // Layered rendering with point-sampled layers, per screen pixel: point_lattice.cl without a lattice. Used where none
 // reaches, and as its oracle.
 //
-// One work-item per pixel, row by row; VW is 1. `visible_*` are bits per slab, for rays of any lean.
+// One work-item per pixel, row by row; VW is 1.
 
 #include "layered/pixel_ray.cl"
-#include "layered/visible_slab.cl"
+#include "layered/visible_cells.cl"
 #include "shared/segment.cl"
 
 // A ray at a plane of a layer, or between two.
@@ -45,7 +45,9 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
         if (fmax(u, to_u) < -RADIUS || fmin(u, to_u) > view.dims_u + (RADIUS - 1) || fmax(v, to_v) < -RADIUS ||
             fmin(v, to_v) > view.dims_v + (RADIUS - 1))
             continue;
-        if (p.culling && !slab_shows(visible, ray.blocks_u, ray.blocks_v, q, u, v))
+        const float2 at = {u, v}, to = {to_u, to_v};
+        const Window crossed = cells_between(MIN(at, to), MAX(at, to));
+        if (p.culling && !slab_shows(visible, ray.blocks_u, ray.blocks_v, q, crossed))
             continue;
         for (int i = 0; i < s; i++) {
             const int l0 = back ? (q + 1) * s - i : q * s + i, l1 = l0 + ray.layer_step;

@@ -36,9 +36,9 @@ static inline void bounds_of(const Interval *intervals, int patches, float *from
 static inline void fetch_ahead(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p, const Tile *tile, int k) {
     if (k < 0 || k >= view->dims_a)
         return;
-    const Window w = window_at(tile, k - p->centre_layer);
-    const int first_u = clamp(w.u0 - 1, 0, view->dims_u - 1), last_u = clamp(w.u1 + 2, 0, view->dims_u - 1);
-    const int first = max(w.v0 - 1, 0), last = min(w.v1 + 2, view->dims_v - 1);
+    const Window w = cells_crossed(&tile->beam, k - p->centre_layer, k - p->centre_layer, 0.0f);
+    const int first_u = clamp(w.x - 1, 0, view->dims_u - 1), last_u = clamp(w.z + 2, 0, view->dims_u - 1);
+    const int first = max(w.y - 1, 0), last = min(w.w + 2, view->dims_v - 1);
     __global const VOXEL *row = voxels + (k - view->first_a) * view->stride_a + first * view->stride_v;
     // Rows of whole lines have their voxels in one of each, or in two.
     const bool in_one = view->stride_v * sizeof(VOXEL) % LINE == 0 && (ulong)(row + first_u) / LINE == (ulong)(row + last_u) / LINE;

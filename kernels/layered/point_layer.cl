@@ -29,13 +29,6 @@ typedef struct {
     RowPlaces rows;
 } Layer;
 
-// First and last voxel below the rays between two crossings.
-static inline void voxels_below(float2 one, float2 other, float depth, int *lo, int *hi) {
-    const float a = one.x + depth * one.y, b = other.x + depth * other.y;
-    *lo = whole_below(MIN(a, b));
-    *hi = whole_below(MAX(a, b));
-}
-
 // The voxels under a tile's columns in one sub-layer.
 typedef struct {
     int k;           // layer at or below it

@@ -10,7 +10,6 @@
 #include "layered/point_sample.cl"
 #include "layered/ray_lattice.cl"
 #include "layered/sample_tile.cl"
-#include "layered/visible_slab.cl"
 #include "shared/segment.cl"
 
 // ends_of() of all segments of a layer, for a group: looked up by a number, arguments would be copied to every work-item's memory.
@@ -48,6 +47,7 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
                                const Clipping *clip, int column, int row, __global float4 *out) {
     const SampleRays rays = rays_of_samples(p, column, row);
     const LatticeRay ray = {(float2)(rays.centre_u, rays.shear_u), (float2)(rays.centre_v, rays.shear_v)};
+    const float2 centre = {rays.centre_u, rays.centre_v}, shear = {rays.shear_u, rays.shear_v};
     Accumulator gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
     Interval interval;
 #ifdef CLIPPED
@@ -68,8 +68,9 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
         // One at a time: rays that are in one layer read voxels side by side.
         const int plane = q + enters;
         const float to_plane = plane - RADIUS - p->centre_layer;
-        bool skips = p->culling && !slab_shows(visible, p->blocks_u, p->blocks_v, q - view->first_a, ray.u.x + to_plane * ray.u.y,
-                                               ray.v.x + to_plane * ray.v.y);
+        const float2 at = centre + to_plane * shear, to = at + p->layer_step * shear;
+        const Window crossed = cells_between(MIN(at, to), MAX(at, to));
+        bool skips = p->culling && !slab_shows(visible, p->blocks_u, p->blocks_v, q - view->first_a, crossed);
 #ifdef CLIPPED
         const float entry = p->layer_step * to_plane;
         skips = skips || entry >= interval.to || entry + 1.0f <= interval.from;

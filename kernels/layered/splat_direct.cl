@@ -7,6 +7,7 @@
 
 #include "layered/pixel_ray.cl"
 #include "layered/splat_sum.cl"
+#include "layered/visible_cells.cl"
 #include "shared/sample.cl"
 
 #ifdef FOOTPRINT_SET
@@ -87,10 +88,7 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *v
     const int layer_step = ray.layer_step;
     const int layers = view.dims_a + 2;
     // A sample mixes splat sums of three layers, each of reach 1 + |s| around its own crossing.
-    const float reach_u = 1.0f + 2.0f * fabs(s_u), reach_v = 1.0f + 2.0f * fabs(s_v);
-    const float lean = fmax(fabs(s_u), fabs(s_v));
-    const int bit = lean <= 1.0f ? NEAR : FAR;
-    const bool culling = p.culling && lean <= 3.0f;
+    const float2 reach = splat_reach((float2)(s_u, s_v));
 
     Accumulator gathered = empty_accumulator(&sample);
     Interval interval;
@@ -111,10 +109,10 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *v
         const LayerWay way = {ray.dt};
 #endif
         const float u = ray.o_u + depth * s_u, v = ray.o_v + depth * s_v;
-        if (u < -reach_u || u > view.dims_u - 1 + reach_u || v < -reach_v || v > view.dims_v - 1 + reach_v)
+        if (u < -1.0f - reach.x || u > view.dims_u + reach.x || v < -1.0f - reach.y || v > view.dims_v + reach.y)
             continue;
-        const int i = floor(u), j = floor(v);
-        if (culling && !block_visible(visible, bit, ray.blocks_u, ray.blocks_v, i, i, j, j, k))
+        const Window splatted = cells_between((float2)(u, v) - reach, (float2)(u, v) + reach);
+        if (p.culling && !layer_shows(visible, ray.blocks_u, ray.blocks_v, view.dims_a, k, splatted))
             continue;
         // All three sums, or the last alone.
         for (int l = held == k - layer_step ? k + layer_step : k - layer_step;; l += layer_step) {

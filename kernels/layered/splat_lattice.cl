@@ -8,6 +8,7 @@
 // in the cache. lattice[(j*per_voxel_v + q)*width + i*per_voxel_u + p] = RGBA.
 
 #include "layered/footprint.cl"
+#include "layered/visible_layers.cl"
 #include "shared/sample.cl"
 #include "shared/volume.cl"
 
@@ -195,6 +196,13 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     const realv sample_length = 0.0f; // it is in the table
 #endif
     const int border = GATHERS_VALUES ? 0 : sample.shading, layers = view.dims_a + 2;
+    // Layer -1 is what offsets begin with.
+    const float2 first = (float2)(offsets_u[phase_u].base + column, offsets_v[phase_v].base + row) +
+                         (float2)(offsets_u[phase_u].fraction, offsets_v[phase_v].fraction);
+    const float2 shear = {p.shear_u, p.shear_v}, reach = splat_reach(shear);
+    const Beam beam = {(float4)(first, first + (float2)(columns - 1, rows - 1)), (float4)(shear, shear)};
+    const int held_layers = view.dims_a - view.first_a;
+    Chunk chunk = {-1, 0};
     bool finished = p.continues;
     for (int i = 0; i < rows * TILE_VECTORS && finished; i++)
         finished = !any_open_of(&sample, &gathered[i], columns - i % TILE_VECTORS * VW);
@@ -203,8 +211,7 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         if (k < p.first_layer || k > p.last_layer)
             continue;
         const LayerOffset u = offsets_u[(k + 1) * p.per_voxel_u + phase_u], v = offsets_v[(k + 1) * p.per_voxel_v + phase_v];
-        if (p.culling && !block_visible(visible, NEAR, p.blocks_u, p.blocks_v, u.base + column,
-                                        u.base + column + columns, v.base + row, v.base + row + rows, k - view.first_a))
+        if (p.culling && !beam_shows(visible, p.blocks_u, p.blocks_v, held_layers, &beam, reach, 1.0f + view.first_a, k - view.first_a, &chunk))
             continue;
         for (int j = k - 1; j <= k + 1; j++) {
             if (held[slot(j)] == j)

@@ -7,6 +7,7 @@
 // lattice[J*width + I] = RGBA.
 
 #include "layered/ray_lattice.cl"
+#include "layered/visible_layers.cl"
 #include "shared/sample.cl"
 #include "shared/volume.cl"
 
@@ -145,8 +146,10 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
     voxels += view.first;
     const int column = tile % p.tiles_u * VW, row = tile / p.tiles_u * TILE_ROWS;
     const int tile_rows = min(TILE_ROWS, p.height - row), columns = min(VW, p.width - column);
-    const float2 corner_u = crossing_of(&p, 0, column), end_u = crossing_of(&p, 0, column + columns - 1);
-    const float2 corner_v = crossing_of(&p, 1, row), end_v = crossing_of(&p, 1, row + tile_rows - 1);
+    const Beam beam = beam_of(&p, column, row, columns, tile_rows);
+    const float2 reach = max(splat_reach(beam.shear.lo), splat_reach(beam.shear.hi));
+    const int held_layers = view.dims_a - view.first_a;
+    Chunk chunk = {-1, 0};
     realv centre_u, shear_u;
     crossings_of(&p, 0, LANES + column, &centre_u, &shear_u);
 
@@ -174,11 +177,8 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
         if (k < p.first_layer || k > p.last_layer)
             continue;
         const float depth = k - p.centre_layer;
-        const float u0 = corner_u.x + depth * corner_u.y, u1 = end_u.x + depth * end_u.y;
-        const float v0 = corner_v.x + depth * corner_v.y, v1 = end_v.x + depth * end_v.y;
-        if (p.culling && !block_visible(visible, FAR, p.blocks_u, p.blocks_v, convert_int(floor(fmin(u0, u1))),
-                                        convert_int(floor(fmax(u0, u1))) + 1, convert_int(floor(fmin(v0, v1))),
-                                        convert_int(floor(fmax(v0, v1))) + 1, k - view.first_a))
+        if (p.culling && !beam_shows(visible, p.blocks_u, p.blocks_v, held_layers, &beam, reach, view.first_a - p.centre_layer,
+                                     k - view.first_a, &chunk))
             continue;
         for (int j = k - 1; j <= k + 1; j++) {
             if (held[slot(j)] == j)

@@ -39,12 +39,6 @@ static inline void layer_gradient(const struct GradientSource *s, realv *u, real
     *u = along_u, *v = along_v, *a = along_a;
 }
 
-// Whether a layer can show anything where a ray crosses it.
-static inline bool layer_shows(__global const uchar *visible, const RayLatticeParams *p, const struct GradientSource *s) {
-    const int bit = MAX(fabs(s->shear_u), fabs(s->shear_v)) <= 1.0f ? NEAR : FAR, i = whole_below(s->u), j = whole_below(s->v);
-    return block_visible(visible, bit, p->blocks_u, p->blocks_v, i, i, j, j, s->k - s->view->first_a);
-}
-
 // Draws the sample at a column and row; says how many of its sub-layers have opacity.
 ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
                                __global const float4 *table, __global const float4 *slabs,
@@ -58,6 +52,7 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 #endif
     LayerWay way;
     way.dt = length_of_rays(sample, &rays);
+    const float2 reach = splat_reach((float2)(rays.shear_u, rays.shear_v));
     struct GradientSource source = {voxels, view, 0.0f, 0.0f, rays.shear_u, rays.shear_v, 0};
     const int layers = view->dims_a + 2, step = p->layer_step;
     const int lowest = max(p->first_layer, -1), highest = min(p->last_layer, view->dims_a);
@@ -71,7 +66,8 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 #ifdef CLIPPED
         way.interval.from = interval.from - step * depth, way.interval.to = interval.to - step * depth;
 #endif
-        if (p->culling && !layer_shows(visible, p, &source))
+        const Window splatted = cells_between((float2)(source.u, source.v) - reach, (float2)(source.u, source.v) + reach);
+        if (p->culling && !layer_shows(visible, p->blocks_u, p->blocks_v, view->dims_a - view->first_a, k - view->first_a, splatted))
             continue;
         // All three sums, or the last alone, by the same code.
         for (int l = held == k - step ? k + step : k - step;; l += step) {

@@ -11,12 +11,12 @@ static inline int tile_in_turn(const RayLatticeParams *p, int turn) {
     return turn % p->tiles_u + (row < above ? row : p->tiles_v - 1 - (row - above)) * p->tiles_u;
 }
 
-// The rays of a tile: its columns, its rows, and the outermost of both.
+// The rays of a tile: its columns, its rows, and the outermost of both, from the layer of the volume's centre.
 typedef struct {
     realv centre_u, shear_u;
     TileRows v;
     int column, row, columns, rows, bands;
-    float2 first_u, last_u, first_v, last_v;
+    Beam beam;
 } Tile;
 
 static inline Tile tile_of(const RayLatticeParams *p, int column, int row) {
@@ -30,10 +30,9 @@ static inline Tile tile_of(const RayLatticeParams *p, int column, int row) {
         const float2 crossing = crossing_of(p, 1, row + min(r, tile.rows - 1));
         tile.v.centre[r] = crossing.x, tile.v.shear[r] = crossing.y;
     }
-    tile.first_u = crossing_of(p, 0, column), tile.last_u = crossing_of(p, 0, column + tile.columns - 1);
-    tile.first_v = crossing_of(p, 1, row), tile.last_v = crossing_of(p, 1, row + tile.rows - 1);
+    tile.beam = beam_of(p, column, row, tile.columns, tile.rows);
 #if FARTHEST
-    tile.last_v.x += p->rays[5];
+    tile.beam.crossing.w += p->rays[5];
 #endif
     return tile;
 }
@@ -46,15 +45,3 @@ static inline intv has_rays(const Tile *tile, int patch) {
     return columns_of_patch(patch) < tile->columns && rows_of_patch(patch) < tile->rows;
 }
 
-// Voxels [u0, u1] x [v0, v1].
-typedef struct {
-    int u0, u1, v0, v1;
-} Window;
-
-// The voxels below a tile's rays at a plane.
-static inline Window window_at(const Tile *tile, float depth) {
-    Window w;
-    voxels_below(tile->first_u, tile->last_u, depth, &w.u0, &w.u1);
-    voxels_below(tile->first_v, tile->last_v, depth, &w.v0, &w.v1);
-    return w;
-}

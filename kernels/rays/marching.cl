@@ -12,8 +12,8 @@
 // visible: a bit per block and slab (slab_visibility.cl), for points in the cells between the slab's two layers.
 static inline intv cells_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, realv u, realv v,
                           realv a) {
-    const intv b = CLAMP_WHOLES((wholes_below(u) >> 3) + 1, 0, p->blocks_u - 1);
-    const intv c = CLAMP_WHOLES((wholes_below(v) >> 2) + 1, 0, p->blocks_v - 1);
+    const intv b = CLAMP_WHOLES((wholes_below(u) >> BLOCK_U_BITS) + 1, 0, p->blocks_u - 1);
+    const intv c = CLAMP_WHOLES((wholes_below(v) >> BLOCK_V_BITS) + 1, 0, p->blocks_v - 1);
     const intv q = CLAMP_WHOLES(wholes_below(a) + RADIUS, 0, LAST_SLAB(view));
     const intv at = ((q >> 3) * p->blocks_v + c) * p->blocks_u + b;
 #ifdef GATHER_WORDS
@@ -34,8 +34,8 @@ static inline bool box_visible(__global const uchar *visible, const MarchParams 
         // (int) rounds towards 0.
         lo[i] -= 1;
     }
-    const int b0 = clamp((lo[0] >> 3) + 1, 0, p->blocks_u - 1), b1 = clamp((hi[0] >> 3) + 1, 0, p->blocks_u - 1);
-    const int c0 = clamp((lo[1] >> 2) + 1, 0, p->blocks_v - 1), c1 = clamp((hi[1] >> 2) + 1, 0, p->blocks_v - 1);
+    const int b0 = clamp((lo[0] >> BLOCK_U_BITS) + 1, 0, p->blocks_u - 1), b1 = clamp((hi[0] >> BLOCK_U_BITS) + 1, 0, p->blocks_u - 1);
+    const int c0 = clamp((lo[1] >> BLOCK_V_BITS) + 1, 0, p->blocks_v - 1), c1 = clamp((hi[1] >> BLOCK_V_BITS) + 1, 0, p->blocks_v - 1);
     const int q0 = clamp(lo[2] + RADIUS, 0, LAST_SLAB(view)) >> 3, q1 = clamp(hi[2] + RADIUS, 0, LAST_SLAB(view)) >> 3;
     for (int q = q0; q <= q1; q++)
         for (int c = c0; c <= c1; c++)

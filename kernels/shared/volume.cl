@@ -113,29 +113,12 @@ static inline void load_row(__global const VOXEL *voxels, const VolumeView *view
     }
 }
 
-// MinMaxBlocks: blocks of one layer, one block of margin on each side. For splatted layers they are BLOCK x BLOCK voxels, for
-// point-sampled ones BLOCK x POINT_BLOCK_ROWS: these reach less far around, and half the rows save 3 to 5 % of the time.
-// Mirrored by `Reach` in src/device/launch/volume.rs.
-#define BLOCK 8
-#define POINT_BLOCK_ROWS 4
+// MinMaxBlocks: blocks of BLOCK_U x BLOCK_V voxels of one layer, one block of margin on each side. Mirrored by `BlockNumbers` in
+// src/device/launch/blocks.rs.
+#define BLOCK_U_BITS 3
+#define BLOCK_V_BITS 2
+#define BLOCK_U (1 << BLOCK_U_BITS)
+#define BLOCK_V (1 << BLOCK_V_BITS)
 
-// Block of a voxel, the margin counted; the size is a power of two, and >> rounds down also below 0.
-static inline int block_of(int voxel, int size) { return (voxel >> (31 - clz(size))) + 1; }
+// Block 0 is the margin before voxel 0.
 #define FIRST_OF_BLOCK(block, size) (((block) - 1) * (size))
-
-// Bits of a block's visibility: what is in reach of samples with |s| <= 1, and of those with |s| <= 3.
-#define NEAR 1
-#define FAR 2
-
-// Whether any block under samples in [u0, u1] x [v0, v1] of layer k (-1 ... n, counted from the first that voxels hold) can show anything;
-// bit: NEAR or FAR.
-static inline bool block_visible(__global const uchar *visible, int bit, int blocks_u, int blocks_v, int u0, int u1, int v0,
-                          int v1, int k) {
-    const int b0 = max(block_of(u0, BLOCK), 0), b1 = min(block_of(u1, BLOCK), blocks_u - 1);
-    const int c0 = max(block_of(v0, BLOCK), 0), c1 = min(block_of(v1, BLOCK), blocks_v - 1);
-    for (int c = c0; c <= c1; c++)
-        for (int b = b0; b <= b1; b++)
-            if (visible[((size_t)(k + 1) * blocks_v + c) * blocks_u + b] & bit)
-                return true;
-    return false;
-}

@@ -1,7 +1,8 @@
-// Smallest and largest voxel that any sample of a block can reach within its layer.
+// Smallest and largest voxel that a kernel of a radius mixes in the cells of a block, within a layer.
 //
 // One work-item per (block u, block v, layer 0 ... n-1), u fastest: limits[2*((layer*blocks_v + v)*blocks_u + u)] is the smallest,
-// the next one the largest of the BLOCK x BLOCK voxels, `below` more before and `above` more behind them along u and v. Block 0 is the margin before voxel 0.
+// the next one the largest of BLOCK_U x BLOCK_V voxels, radius - 1 more before and radius more behind them: neighbours share some.
+// Block 0 is the margin before voxel 0.
 
 #include "shared/elementary.cl"
 #include "shared/volume.cl"
@@ -17,17 +18,23 @@
 typedef CAT(VOXEL, WINDOW) Window;
 
 __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int blocks_u, int blocks_v,
-                             int block_rows, int below, int above, __global VOXEL *limits) {
+                             int radius, __global VOXEL *limits) {
     const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
     const int k = get_global_id(0) / (blocks_u * blocks_v);
     if (k >= view.dims_a)
         return;
-    const int u0 = (b - 1) * BLOCK - below, u1 = b * BLOCK - 1 + above;
-    const int v0 = (c - 1) * block_rows - below, v1 = c * block_rows - 1 + above;
+    const int u0 = FIRST_OF_BLOCK(b, BLOCK_U) - (radius - 1), u1 = FIRST_OF_BLOCK(b + 1, BLOCK_U) - 1 + radius;
+    const int v0 = FIRST_OF_BLOCK(c, BLOCK_V) - (radius - 1), v1 = FIRST_OF_BLOCK(c + 1, BLOCK_V) - 1 + radius;
     const bool whole = u0 >= 0 && u1 < view.dims_u && v0 >= 0 && v1 < view.dims_v;
+    const bool empty = u1 < 0 || u0 >= view.dims_u || v1 < 0 || v0 >= view.dims_v;
     const float beyond = view.background + view.offset;
-    const int first_u = clamp(u0, 0, view.dims_u - 1), last_u = clamp(u1, 0, view.dims_u - 1);
-    const int first_v = clamp(v0, 0, view.dims_v - 1), last_v = clamp(v1, 0, view.dims_v - 1);
+    __global VOXEL *out = limits + 2 * (size_t)get_global_id(0);
+    if (empty) {
+        out[0] = VOXEL_BELOW(beyond), out[1] = VOXEL_ABOVE(beyond);
+        return;
+    }
+    const int first_u = max(u0, 0), last_u = min(u1, view.dims_u - 1);
+    const int first_v = max(v0, 0), last_v = min(v1, view.dims_v - 1);
     voxels += view.first + k * view.stride_a;
 #if VW == 1
     // One after the other: what is side by side in an array would be in memory.
@@ -68,7 +75,6 @@ __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int 
         hi = MAX(hi, largest[u]);
     }
 #endif
-    __global VOXEL *out = limits + 2 * (size_t)get_global_id(0);
     out[0] = whole ? lo : min(lo, VOXEL_BELOW(beyond));
     out[1] = whole ? hi : max(hi, VOXEL_ABOVE(beyond));
 }

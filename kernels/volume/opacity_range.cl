@@ -3,17 +3,13 @@
 #include "shared/elementary.cl"
 #include "shared/volume.cl"
 
-// Widens lo ... hi by the limits of a block in layers from ... to. Limits at an end of the voxels' range stand for a background beyond
-// it as well.
-static inline void limits_of(__global const VOXEL *limits, float background, float offset, int blocks_u, int blocks_v, int from, int to, int b,
-                      int c, float *lo, float *hi) {
+// The limits of a block of a layer, from min_max_blocks.cl. At an end of the voxels' range they stand for a background beyond it as well.
+static inline void limits_of(__global const VOXEL *limits, float background, float offset, size_t block, float *lo, float *hi) {
     const VOXEL below = VOXEL_BELOW(background + offset), above = VOXEL_ABOVE(background + offset);
-    for (int j = from; j <= to; j++) {
-        __global const VOXEL *limit = limits + 2 * (((size_t)j * blocks_v + c) * blocks_u + b);
-        const float least = convert_float(limit[0]) - offset, most = convert_float(limit[1]) - offset;
-        *lo = MIN(*lo, limit[0] <= below ? MIN(least, background) : least);
-        *hi = MAX(*hi, limit[1] >= above ? MAX(most, background) : most);
-    }
+    __global const VOXEL *limit = limits + 2 * block;
+    const float least = convert_float(limit[0]) - offset, most = convert_float(limit[1]) - offset;
+    *lo = limit[0] <= below ? MIN(least, background) : least;
+    *hi = limit[1] >= above ? MAX(most, background) : most;
 }
 
 // Whether a value between lo and hi can change a picture: it has opacity, and lies between `least` and `largest`, those that the blend mode

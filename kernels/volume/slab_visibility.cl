@@ -1,8 +1,9 @@
-// Which blocks of a slab, the space between two layers, can show anything with point-sampled layers.
+// Which blocks of a slab, the space between two layers, can show anything: some table entry between the smallest and the largest value that
+// is mixed in its cells has opacity. Blocks share voxels with those beside them, so whatever is mixed of several blocks, or lies on a way
+// from one to the next, has no opacity if none of them shows any.
 //
 // One work-item per (block u, block v, chunk of 8 slabs), u fastest. Slab q = 0 ... n + 2 radius - 2 lies between layers q - radius and
-// q - radius + 1; samples in it reach radius - 1 layers farther. `around`: blocks to either side that a ray can reach within a slab; 0
-// where it leans at most one voxel per layer, which `limits` allow for. By how much sums of kernels overshoot: `overshoot` of the distance
+// q - radius + 1; samples in it reach radius - 1 layers farther. By how much sums of kernels overshoot: `overshoot` of the distance
 // between the smallest and the largest voxel in reach, and `slack` of that from the background. Bit q % 8 of visible[id].
 
 #include "volume/opacity_range.cl"
@@ -19,7 +20,7 @@
 
 __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int blocks_v, int layers, int radius, float background,
                               float offset, float least, float largest, float table_first, float table_per_value, int table_last,
-                              __global const uint *visible_before, int around, float overshoot, float slack,
+                              __global const uint *visible_before, float overshoot, float slack,
                               __global uchar *visible) {
     const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
     const int chunk = get_global_id(0) / (blocks_u * blocks_v), slabs = layers + 2 * radius - 1;
@@ -32,9 +33,7 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
         const bool outside = k < 0 || k >= layers || n >= 7 + reached;
         lo[n] = outside ? background : INFINITY, hi[n] = outside ? background : -INFINITY;
         if (!outside)
-            for (int y = max(c - around, 0); y <= min(c + around, blocks_v - 1); y++)
-                for (int x = max(b - around, 0); x <= min(b + around, blocks_u - 1); x++)
-                    limits_of(limits, background, offset, blocks_u, blocks_v, k, k, x, y, &lo[n], &hi[n]);
+            limits_of(limits, background, offset, ((size_t)k * blocks_v + c) * blocks_u + b, &lo[n], &hi[n]);
     }
     int bits = 0;
     UNROLLED for (int i = 0; i < 8; i++) {

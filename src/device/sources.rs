@@ -11,6 +11,7 @@ macro_rules! kernel_files {
 }
 
 kernel_files!(
+    "layered/beam.cl",
     "layered/footprint.cl",
     "layered/footprint_set.cl",
     "layered/footprints.cl",
@@ -31,7 +32,8 @@ kernel_files!(
     "layered/table.cl",
     "layered/tile.cl",
     "layered/tile_rows.cl",
-    "layered/visible_slab.cl",
+    "layered/visible_cells.cl",
+    "layered/visible_layers.cl",
     "layered/visible_tile.cl",
     "picture/display.cl",
     "picture/own_samples.cl",
@@ -81,7 +83,6 @@ kernel_files!(
     "volume/slab_visibility.cl",
     "volume/value_range.cl",
     "volume/transpose.cl",
-    "volume/visibility.cl",
 );
 
 /// The text of a kernel file in which each `#include "folder/file.cl"` has become that file, once. Lines keep their numbers in build

@@ -1,6 +1,6 @@
 //! Frames by ray casting, with and without pre-integrated segments, and by slicing.
 
-use super::prepared::{PointReach, SLAB_VALUES};
+use super::prepared::SLAB_VALUES;
 use super::region::Region;
 use super::scene::Scene;
 use super::screen::screen_params;
@@ -48,8 +48,7 @@ impl MarchedRays {
     ) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
-        let reach = PointReach::of_cells(kernel);
-        let visible = scene.prepared.visible_to_points(device, AXIS, reach, settings.extinction, settings.blend)?;
+        let visible = scene.prepared.visible_blocks(device, AXIS, kernel, settings.extinction, settings.blend)?;
         let table = scene.prepared.table(device, settings.extinction, kernel)?;
         let layout = match kernel {
             Kernel::Gaussian => scene.prepared.gaussian_layout(device, settings.extinction)?,
@@ -93,8 +92,7 @@ impl MarchedRays {
     ) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
-        let reach = PointReach::of_cells(kernel);
-        let visible = scene.prepared.visible_to_points(device, AXIS, reach, settings.extinction, settings.blend)?;
+        let visible = scene.prepared.visible_blocks(device, AXIS, kernel, settings.extinction, settings.blend)?;
         let table = scene.prepared.table(device, settings.extinction, kernel)?;
         let mut layout = scene.prepared.weighted(device, AXIS, kernel)?;
         layout.view.background = scene.prepared.background_of(settings.blend);
@@ -129,13 +127,7 @@ impl MarchedRays {
         let Scene { device, settings, viewport, .. } = *scene;
         let axes = scene.axes(1);
         let thickness = step * axes.step.min_element();
-        let visible = scene.prepared.visible_to_points(
-            device,
-            AXIS,
-            PointReach::of_cells(Kernel::Linear),
-            settings.extinction,
-            settings.blend,
-        )?;
+        let visible = scene.prepared.visible_blocks(device, AXIS, Kernel::Linear, settings.extinction, settings.blend)?;
         let (integrals, slabs) = scene.prepared.slicing_table(device, settings.extinction, thickness)?;
         let table = scene.prepared.table(device, settings.extinction, Kernel::Linear)?;
         let layout = scene.prepared.layout(device, AXIS)?;
@@ -175,8 +167,7 @@ impl MarchedRays {
         let axes = scene.axes(1);
         let per_layer = (1.0 / step).round() as u32;
         let thinnest = step * axes.step.min_element();
-        let visible =
-            scene.prepared.visible_to_points(device, AXIS, PointReach::of_cells(kernel), settings.extinction, settings.blend)?;
+        let visible = scene.prepared.visible_blocks(device, AXIS, kernel, settings.extinction, settings.blend)?;
         let integrals = scene.prepared.integrals(device, settings.extinction, kernel, thinnest, per_layer)?;
         let layout = scene.prepared.weighted(device, AXIS, kernel)?;
         let mut sample = scene.sample(&axes, AXIS.frame());

@@ -46,7 +46,6 @@ fn launchers_are_their_kernels_signatures() {
         compare::<volume::PrefilterRows>(d, voxels),
         compare::<volume::PrefilterColumns>(d, ()),
         compare::<volume::FillMinMaxBlocks>(d, voxels),
-        compare::<volume::Visibility>(d, kind),
         compare::<volume::SlabVisibility>(d, kind),
         compare::<volume::ShownChunks>(d, ()),
         compare::<volume::ShownSlabs>(d, ()),

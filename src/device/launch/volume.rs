@@ -1,6 +1,6 @@
 //! Kernels that prepare a volume: its layouts, its min-max blocks, and which of these can be seen.
 
-pub(crate) use super::blocks::{BlockNumbers, MinMaxBlocks, Reach};
+pub(crate) use super::blocks::{BlockNumbers, MinMaxBlocks};
 use super::{Defines, Floats, Items, Launch, VoxelBuffer, VoxelKind, kernel, structs::VolumeView};
 use crate::device::{Buffer, Tuning};
 use crate::layers::PREFILTER_RADIUS;
@@ -114,19 +114,16 @@ kernel! {
         view: VolumeView,
         blocks_u: i32,
         blocks_v: i32,
-        /// See [`Reach`].
-        block_rows: i32,
-        below: i32,
-        above: i32,
+        /// Of the kernel.
+        radius: i32,
         limits: &'a VoxelBuffer,
     }
 }
 
 impl<'a> MinMaxArguments<'a> {
-    pub fn new(voxels: &'a VoxelBuffer, view: VolumeView, reach: Reach, blocks: &'a MinMaxBlocks) -> Self {
+    pub fn new(voxels: &'a VoxelBuffer, view: VolumeView, radius: i32, blocks: &'a MinMaxBlocks) -> Self {
         let ([blocks_u, blocks_v], limits) = (blocks.numbers.blocks, &blocks.limits);
-        let Reach { below, above, rows: block_rows } = reach;
-        Self { voxels, view, blocks_u, blocks_v, block_rows, below, above, limits }
+        Self { voxels, view, blocks_u, blocks_v, radius, limits }
     }
 }
 
@@ -144,48 +141,7 @@ impl Launch for FillMinMaxBlocks {
 }
 
 kernel! {
-    /// Finds the blocks that can show anything with splatted layers.
-    Visibility = "volume/visibility.cl", visibility, "visibility";
-    VisibilityArguments<'a> {
-        limits: &'a VoxelBuffer,
-        blocks_u: i32,
-        blocks_v: i32,
-        layers: i32,
-        /// Less the offset.
-        background: f32,
-        /// Taken from every voxel.
-        offset: f32,
-        /// Values that the blend mode can use, less the offset.
-        least: f32,
-        largest: f32,
-        /// Value of the first table entry, less the offset.
-        table_first: f32,
-        /// Entries per value.
-        table_per_value: f32,
-        /// Index of the last entry.
-        table_last: i32,
-        /// How many entries before each one are visible; last + 2 counts.
-        visible_before: &'a Buffer<u32>,
-        /// [`BlockNumbers::flags`] bytes.
-        visible: &'a Buffer<u8>,
-    }
-}
-
-impl Launch for Visibility {
-    type Variant = VoxelType;
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(_: &Tuning, voxel_type: VoxelType) -> String {
-        Defines::of_voxels(voxel_type, 1).0
-    }
-
-    fn items(a: &VisibilityArguments, _: &Tuning) -> usize {
-        a.visible.len()
-    }
-}
-
-kernel! {
-    /// Finds the blocks that can show anything with point-sampled layers.
+    /// Finds the blocks of each slab that can show anything.
     SlabVisibility = "volume/slab_visibility.cl", slab_visibility, "visibility";
     SlabVisibilityArguments<'a> {
         limits: &'a VoxelBuffer,
@@ -207,8 +163,6 @@ kernel! {
         table_last: i32,
         /// How many entries before each one are visible; last + 2 counts.
         visible_before: &'a Buffer<u32>,
-        /// Blocks to either side that are in reach.
-        around: i32,
         /// By how much sums overshoot: shares of the distance between the largest and the smallest number in reach, and of that from the
         /// background.
         overshoot: f32,

@@ -1,6 +1,6 @@
 //! Layers sampled at points, with pre-integrated segments between them.
 
-use super::super::prepared::{Integrals, PointReach, Table};
+use super::super::prepared::{Integrals, Table};
 use super::super::range::LayerRange;
 use super::super::region::Region;
 use super::super::scene::Scene;
@@ -37,12 +37,6 @@ fn magnified(samples_per_layer: u32, evaluation: Evaluation, pixels: f64) -> u32
     (samples_per_layer + more).min(Classification::MAX_POINTS)
 }
 
-/// How far the samples of a lattice reach for voxels.
-fn reach(lattice: &Lattice, kernel: Kernel) -> PointReach {
-    let small = lattice.is_parallel() && lattice.shear().iter().all(|s| s.abs() <= 1.0);
-    PointReach { kernel, any_shear: !small }
-}
-
 /// How many voxel rows farther than their row the columns of a lattice lie, at most.
 fn farthest(lattice: &Lattice) -> u32 {
     let staggered = lattice.stagger != Stagger::default();
@@ -70,8 +64,7 @@ impl PointLayers {
         if lattice.samples() == 0 {
             return Ok(());
         }
-        let reach = reach(lattice, kernel);
-        let visible = scene.prepared.visible_to_points(device, axis, reach, settings.extinction, settings.blend)?;
+        let visible = scene.prepared.visible_blocks(device, axis, kernel, settings.extinction, settings.blend)?;
         let integrals = scene.prepared.integrals(device, settings.extinction, kernel, axes.step.min_element(), per_layer)?;
         let layout = scene.prepared.weighted(device, axis, kernel)?;
         let mut sample = scene.sample(&axes, frame);
@@ -114,13 +107,7 @@ impl PointLayers {
         let known = layer_axes(axis);
         let mut visible = Vec::new();
         for axis in known {
-            visible.push(scene.prepared.visible_to_points(
-                device,
-                axis,
-                PointReach { kernel, any_shear: true },
-                settings.extinction,
-                settings.blend,
-            )?);
+            visible.push(scene.prepared.visible_blocks(device, axis, kernel, settings.extinction, settings.blend)?);
         }
         let integrals =
             scene.prepared.integrals(device, settings.extinction, kernel, axes.step.min_element(), samples_per_layer)?;

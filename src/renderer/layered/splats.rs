@@ -129,7 +129,7 @@ impl SplatLayers {
             self.opacity_table.launch(device, (), &arguments)?;
             table
         };
-        let visible = scene.prepared.visible_to_splats(device, axis, settings.extinction, settings.blend)?;
+        let visible = scene.prepared.visible_blocks(device, axis, Kernel::Cubic, settings.extinction, settings.blend)?;
         let layout = scene.prepared.layout(device, axis)?;
         self.lattice.launch(
             device,
@@ -183,7 +183,7 @@ impl SplatLayers {
         table.set(&mut sample);
         let region = Region::new(scene, Kernel::Cubic, 1);
         let slabs = self.slabs.filled(device, &slab_table(correction, &mut sample), "the sub-slabs")?;
-        let visible = scene.prepared.visible_to_splats(device, axis, settings.extinction, settings.blend)?;
+        let visible = scene.prepared.visible_blocks(device, axis, Kernel::Cubic, settings.extinction, settings.blend)?;
         let layout = scene.prepared.layout(device, axis)?;
         let (voxels, view) = (&layout.voxels, layout.view);
         let p = lattice_params(lattice, range, tiles, visible.blocks, settings.culling);
@@ -231,7 +231,7 @@ impl SplatLayers {
         let known = layer_axes(axis);
         let mut visible = Vec::new();
         for axis in known {
-            visible.push(scene.prepared.visible_to_splats(device, axis, settings.extinction, settings.blend)?);
+            visible.push(scene.prepared.visible_blocks(device, axis, Kernel::Cubic, settings.extinction, settings.blend)?);
         }
         let set = footprints == Footprints::Set;
         let images = if set { Some(scene.prepared.footprint_images(device)?) } else { None };

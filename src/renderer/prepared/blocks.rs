@@ -6,7 +6,7 @@ use super::tables::TableKey;
 use super::{Layout, Prepared};
 use crate::device::launch::structs::VolumeView;
 use crate::device::launch::volume::{
-    MinMaxArguments, MinMaxBlocks, Reach, ShownChunksArguments, ShownSlabsArguments, SlabVisibilityArguments, VisibilityArguments,
+    MinMaxArguments, MinMaxBlocks, ShownChunksArguments, ShownSlabsArguments, SlabVisibilityArguments,
 };
 use crate::device::{Buffer, Device};
 use crate::error::Error;
@@ -15,36 +15,14 @@ use crate::settings::Blend;
 use crate::transfer::Extinction;
 use std::sync::Arc;
 
-/// How far samples at points reach for voxels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::renderer) struct PointReach {
-    /// What reconstructs them.
-    pub kernel: Kernel,
-    /// Whether some shear is above one voxel per layer, and samples are not looked up by their own cell.
-    pub any_shear: bool,
-}
-
-impl PointReach {
-    /// Of samples that are looked up by their own cell.
-    pub fn of_cells(kernel: Kernel) -> Self {
-        Self { kernel, any_shear: false }
-    }
-
-    /// By how much sums overshoot the voxels' distance from the background.
-    fn slack(self) -> f32 {
-        if self.kernel == Kernel::Gaussian { GAUSSIAN_OVERSHOOT as f32 } else { 0.0 }
-    }
-}
-
 /// Which blocks of the layers that are held can show anything.
 pub(in crate::renderer) struct VisibleBlocks {
-    /// With splatted layers a byte per block and layer (kernels/volume/visibility.cl), with points a bit per block and slab
-    /// (kernels/volume/slab_visibility.cl).
+    /// A bit per block and slab (kernels/volume/slab_visibility.cl).
     pub flags: Buffer<u8>,
     /// Blocks along u and v.
     pub blocks: [i32; 2],
     /// First and last slab of the chunks in which any block can, counted from the first layer that is held; the first is beyond the last
-    /// if there is none. Of points.
+    /// if there is none.
     pub shown: Buffer<i32>,
     /// Which chunks of slabs show anything: where the outermost ones are found.
     shows: Buffer<u8>,
@@ -63,8 +41,9 @@ fn next_value(value: f32) -> f32 {
     if value == 0.0 { f32::MIN_POSITIVE } else { value.next_up() }
 }
 
+/// Of a layer axis and a radius.
 #[derive(PartialEq)]
-struct BlocksKey(Axis, Reach, Weighted);
+struct BlocksKey(Axis, i32, Weighted);
 
 impl Key for BlocksKey {
     type Value = MinMaxBlocks;
@@ -77,9 +56,9 @@ impl Kept for MinMaxBlocks {
     }
 }
 
-/// Of splatted layers, or of points that reach so far, for a blend mode.
+/// Of a kernel's field, for a blend mode.
 #[derive(PartialEq)]
-struct VisibleKey(TableKey, Axis, Option<PointReach>, Blend);
+struct VisibleKey(TableKey, Axis, Kernel, Blend);
 
 impl Key for VisibleKey {
     type Value = VisibleBlocks;
@@ -128,79 +107,38 @@ impl Prepared {
     }
 
     /// Of what a kernel weights.
-    fn min_max_blocks(&mut self, device: &Device, axis: Axis, reach: Reach, kernel: Kernel) -> Result<Arc<MinMaxBlocks>, Error> {
-        let key = BlocksKey(axis, reach, Weighted::by(kernel));
+    fn min_max_blocks(&mut self, device: &Device, axis: Axis, kernel: Kernel) -> Result<Arc<MinMaxBlocks>, Error> {
+        let key = BlocksKey(axis, kernel.radius(), Weighted::by(kernel));
         if let Some(kept) = self.cache.get(&key) {
             return Ok(kept);
         }
         let Layout { voxels, view } = self.weighted(device, axis, kernel)?;
         let blocks = match self.cache.take_stale(&key) {
             Some(stale) => stale,
-            None => Arc::new(MinMaxBlocks::new(device, self.held_local(axis), voxels.voxel_type(), reach)?),
+            None => Arc::new(MinMaxBlocks::new(device, self.held_local(axis), voxels.voxel_type())?),
         };
         // Of what is held alone: the outermost blocks of a part are wrong, and no layer that it draws reaches them.
         let view = VolumeView { dims: [view.dims[0], view.dims[1], blocks.numbers.layers], first_a: 0, ..view };
-        let arguments = MinMaxArguments::new(&voxels, view, reach, &blocks);
+        let arguments = MinMaxArguments::new(&voxels, view, kernel.radius(), &blocks);
         self.launchers.min_max_blocks.launch(device, voxels.kind(), &arguments)?;
         Ok(self.cache.keep(key, blocks))
     }
 
-    /// The blocks of a layer axis that splatted layers can show.
-    pub fn visible_to_splats(
+    /// The blocks of a layer axis in which a kernel's field can show anything. Splatted layers mix the voxels of the paper's cubic.
+    pub fn visible_blocks(
         &mut self,
         device: &Device,
         axis: Axis,
+        kernel: Kernel,
         extinction: Extinction,
         blend: Blend,
     ) -> Result<Arc<VisibleBlocks>, Error> {
-        let key = VisibleKey(self.table_key(extinction, Kernel::Cubic), axis, None, blend);
-        if let Some(kept) = self.cache.get(&key) {
-            return Ok(kept);
-        }
-        let blocks = self.min_max_blocks(device, axis, Reach::SPLATS, Kernel::Cubic)?;
-        let table = self.table(device, extinction, Kernel::Cubic)?;
-        let found = match self.cache.take_stale(&key) {
-            Some(stale) => stale,
-            None => Arc::new(VisibleBlocks::new(device, blocks.numbers.flags(), blocks.numbers.blocks, 0)?),
-        };
-        let (background, offset) = self.background();
-        let [blocks_u, blocks_v] = blocks.numbers.blocks;
-        let [least, largest] = self.useful_values(blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
-        let arguments = VisibilityArguments {
-            limits: &blocks.limits,
-            blocks_u,
-            blocks_v,
-            layers: blocks.numbers.layers,
-            background,
-            offset,
-            least,
-            largest,
-            table_first: table.scale.first,
-            table_per_value: table.scale.per_value,
-            table_last: table.scale.last,
-            visible_before: if blend == Blend::Composite { &table.visible_before } else { &table.all_before },
-            visible: &found.flags,
-        };
-        self.launchers.visibility.launch(device, self.voxels.voxel_type(), &arguments)?;
-        Ok(self.cache.keep(key, found))
-    }
-
-    /// The blocks of a layer axis that samples at points can show.
-    pub fn visible_to_points(
-        &mut self,
-        device: &Device,
-        axis: Axis,
-        reach: PointReach,
-        extinction: Extinction,
-        blend: Blend,
-    ) -> Result<Arc<VisibleBlocks>, Error> {
-        let PointReach { kernel, any_shear } = reach;
-        let key = VisibleKey(self.table_key(extinction, kernel), axis, Some(reach), blend);
+        let key = VisibleKey(self.table_key(extinction, kernel), axis, kernel, blend);
         if let Some(kept) = self.cache.get(&key) {
             return Ok(kept);
         }
         let radius = kernel.radius();
-        let blocks = self.min_max_blocks(device, axis, Reach::points(radius), kernel)?;
+        let blocks = self.min_max_blocks(device, axis, kernel)?;
         let table = self.table(device, extinction, kernel)?;
         let found = match self.cache.take_stale(&key) {
             Some(stale) => stale,
@@ -232,9 +170,8 @@ impl Prepared {
             table_per_value: table.scale.per_value,
             table_last: table.scale.last,
             visible_before: if blend == Blend::Composite { &table.visible_before } else { &table.all_before },
-            around: i32::from(any_shear),
             overshoot: kernel.overshoot() as f32,
-            slack: reach.slack(),
+            slack: if kernel == Kernel::Gaussian { GAUSSIAN_OVERSHOOT as f32 } else { 0.0 },
             visible: &found.flags,
         };
         self.launchers.slab_visibility.launch(device, voxels.voxel_type(), &arguments)?;

@@ -6,7 +6,6 @@ mod layouts;
 mod splat_list;
 mod tables;
 
-pub(super) use blocks::PointReach;
 pub(super) use layouts::{Layout, Placement};
 pub(super) use splat_list::{SplatList, Splatted, read_total};
 pub(super) use tables::{Integrals, SLAB_VALUES, Table, integrals_bytes, table_bytes, table_entries};
@@ -17,7 +16,7 @@ use crate::device::launch::layered::{FootprintSet, FootprintSetArguments};
 use crate::device::launch::rays::PreintegratedTable;
 use crate::device::launch::sheets::{Scan, Splats};
 use crate::device::launch::volume::{
-    FillMinMaxBlocks, PrefilterColumns, PrefilterRows, ShownChunks, ShownSlabs, SlabVisibility, Transpose, Visibility,
+    FillMinMaxBlocks, PrefilterColumns, PrefilterRows, ShownChunks, ShownSlabs, SlabVisibility, Transpose,
 };
 use crate::device::launch::{Launcher, VoxelBuffer};
 use crate::device::{Buffer, Device};
@@ -63,7 +62,6 @@ struct Launchers {
     prefilter_rows: Launcher<PrefilterRows>,
     prefilter_columns: Launcher<PrefilterColumns>,
     min_max_blocks: Launcher<FillMinMaxBlocks>,
-    visibility: Launcher<Visibility>,
     slab_visibility: Launcher<SlabVisibility>,
     shown_chunks: Launcher<ShownChunks>,
     shown_slabs: Launcher<ShownSlabs>,

@@ -5,7 +5,7 @@ use super::super::prepared::{integrals_bytes, table_bytes, table_entries};
 use super::super::tiles::Tiles;
 use crate::device::Tuning;
 use crate::device::launch::structs::Float4;
-use crate::device::launch::volume::{BlockNumbers, Reach};
+use crate::device::launch::volume::BlockNumbers;
 use crate::layers::{Axis, Kernel, Lattice, PREFILTER_RADIUS};
 use crate::settings::{Classification, Settings};
 use crate::transfer::TransferFunction;
@@ -58,8 +58,7 @@ pub(super) struct Needs {
     /// Voxels along u, v, a of the whole volume.
     dims: [usize; 3],
     voxel_type: VoxelType,
-    /// What samples its points; `None` of splatted layers.
-    kernel: Option<Kernel>,
+    kernel: Kernel,
     /// Whatever is held.
     fixed: Bytes,
 }
@@ -82,13 +81,13 @@ impl Needs {
                 let entries = entries(kernel);
                 let taps = if kernel == Kernel::BSpline { (PREFILTER_RADIUS + 1) * size_of::<f32>() } else { 0 };
                 let own = [&table_bytes(entries)[..], &[integrals_bytes(entries), taps]].concat();
-                (Some(kernel), own)
+                (kernel, own)
             }
             Classification::Post(correction) => {
                 let entries = entries(Kernel::Cubic);
                 let scratch = SplatLayers::scratch(lattice, correction, entries, tuning.lattice_schedule);
                 let own = [&table_bytes(entries)[..], &scratch].concat();
-                (None, own)
+                (Kernel::Cubic, own)
             }
         };
         let (samples, frame) = (lattice.samples() * size_of::<Float4>(), viewport.pixels() * size_of::<Float4>());
@@ -104,26 +103,14 @@ impl Needs {
         let [u, v, _] = self.dims;
         let (count, held) = (u * v * layers, [u, v, layers]);
         let stored = count * self.voxel_type.bytes();
-        let coefficients = self.kernel == Some(Kernel::BSpline);
+        let coefficients = self.kernel == Kernel::BSpline;
         let weighted = if coefficients { VoxelType::Float32.bytes() } else { self.voxel_type.bytes() };
         // And which slabs show anything.
         let mut buffers = vec![stored, 2 * size_of::<i32>()];
         buffers.extend(coefficients.then_some(count * weighted));
         buffers.extend((self.axis == Axis::X).then_some(count * weighted));
-        match self.kernel {
-            Some(kernel) => {
-                let numbers = BlockNumbers::of(held, Reach::points(kernel.radius()));
-                buffers.extend([
-                    numbers.limits() * weighted,
-                    numbers.slab_bytes(kernel.radius()),
-                    numbers.chunks(kernel.radius()),
-                ]);
-            }
-            None => {
-                let numbers = BlockNumbers::of(held, Reach::SPLATS);
-                buffers.extend([numbers.limits() * weighted, numbers.flags()]);
-            }
-        }
+        let (numbers, radius) = (BlockNumbers::of(held), self.kernel.radius());
+        buffers.extend([numbers.limits() * weighted, numbers.slab_bytes(radius), numbers.chunks(radius)]);
         self.fixed.and(&buffers)
     }
 
