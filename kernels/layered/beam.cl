@@ -33,3 +33,25 @@ static inline int slabs_over(__global const uchar *visible, int blocks_u, int bl
     bits |= bits >> 8;
     return bits & 0xff;
 }
+
+// The first and the last row of some blocks in which any of some slabs of a chunk can show anything; none: the first beyond the last.
+static inline int2 rows_of_blocks(__global const uchar *visible, int blocks_u, int blocks_v, int chunk, int slabs, int4 blocks) {
+    const ulong any = 0x0101010101010101ul * slabs;
+    int2 rows = {INT_MAX, INT_MIN};
+    for (int c = blocks.y; c <= blocks.w; c++)
+        if (row_of_blocks(visible + ((uint)chunk * blocks_v + c) * blocks_u, blocks.x, blocks.z) & any)
+            rows = (int2)(min(rows.x, c), c);
+    return rows;
+}
+
+// The places along v that rows of blocks lie between: at the edges all that is beyond too.
+static inline float2 ends_of_blocks(int2 rows, int blocks_v) {
+    return (float2)(rows.x == 0 ? -INFINITY : FIRST_OF_BLOCK(rows.x, BLOCK_V) - ROUNDED,
+                    rows.y == blocks_v - 1 ? INFINITY : FIRST_OF_BLOCK(rows.y + 1, BLOCK_V) + ROUNDED);
+}
+
+// The rows of a tile between two places, whose first one is at `v` and the next `spacing` on.
+static inline float2 rows_between(float2 ends, float v, float spacing) {
+    const float2 rows = (ends - v) / spacing;
+    return (float2)(MIN(rows.x, rows.y), MAX(rows.x, rows.y));
+}

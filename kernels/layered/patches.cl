@@ -4,6 +4,7 @@
 // up, lit and composited for it: patches of two half rows are fewer. There are PATCH_ROWS of them in a band of as many rows, from left to
 // right. Where PATCH_ROWS is 1 a patch is a row. (Squares of 4 x 4 are fewer still, but to regroup rows into these costs what they save.)
 
+#include "shared/sets.cl"
 #include "shared/vector.cl"
 
 #ifndef TILE_ROWS
@@ -52,8 +53,3 @@ static inline intv rows_of_patch(int patch) {
     return (intv)(patch);
 #endif
 }
-
-// Sets of patches, a bit each.
-#define LOWEST_OF(set) (31 - clz((set) & -(set)))
-#define HIGHEST_OF(set) (31 - clz(set))
-#define FIRST_FEW(count) ((1 << (count)) - 1)

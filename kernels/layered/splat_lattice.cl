@@ -1,138 +1,63 @@
 // Layered splatting on the sheared lattice of a parallel view: splat, correct, classify, shade, composite.
 //
 // One work-item per tile: TILE_COLUMNS x TILE_ROWS lattice samples of one phase (p, q), one sample per voxel column and
-// row, from the first layer to the last. Inside a layer all samples of a phase have the same offset from the voxels, so
-// the splat sum is one small stencil (weights, from footprints.cl) over unit-stride rows. The tile keeps the splat sums
-// of the three layers it is between, with a border of one sample where gradients are wanted.
+// row, from the first layer to the last (splat_stencil.cl). The tile keeps the splat sums of the three layers it is between, in rows that can
+// show something; gradients are those of the rows that do.
 // Work-item id: ((tile_v*tiles_u + tile_u)*per_voxel_v + q)*per_voxel_u + p: the phases of a tile follow each other and find its voxels
 // in the cache. lattice[(j*per_voxel_v + q)*width + i*per_voxel_u + p] = RGBA.
 
-#include "layered/footprint.cl"
+#include "layered/splat_stencil.cl"
 #include "layered/visible_layers.cl"
 #include "shared/sample.cl"
-#include "shared/volume.cl"
+#include "shared/sets.cl"
 
-#ifndef TILE_VECTORS
-#error "TILE_VECTORS: vectors of VW samples of a tile along u"
-#endif
-#ifndef TILE_ROWS
-#error "TILE_ROWS: samples of a tile along v"
-#endif
+// A tile of one phase: where that lies in all layers, and its first sample.
+typedef struct {
+    __global const LayerOffset *offsets_u, *offsets_v;
+    __global const float *weights;
+    int phase_u, phase_v, column, row;
+} PhaseTile;
 
-#define TILE_COLUMNS (TILE_VECTORS * VW)
-// Splat sums with a border of one on each side; the patch of voxels under them with up to three taps more.
-#define SUM_VECTORS ((TILE_COLUMNS + 2 + VW - 1) / VW)
-#define SUM_STRIDE (SUM_VECTORS * VW)
+// Splat sums of layer k, or of differences, in so many rows of a tile from `first` on.
+static inline void splat_tile(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile, int first,
+                       int rows, int k, Step step, float *sums) {
+    const int index = clamp(k, -1, view->dims_a) + 1;
+    const size_t phase = ((size_t)index * p->per_voxel_v + tile->phase_v) * p->per_voxel_u + tile->phase_u;
+    splat_rows(voxels, view, p, tile->offsets_u[index * p->per_voxel_u + tile->phase_u],
+               tile->offsets_v[index * p->per_voxel_v + tile->phase_v], tile->weights + phase * 16, tile->column, tile->row + first, rows, k,
+               step, sums);
+}
+
+// Splat sums of a layer in rows of a tile, one on each side included.
 #define SUM_ROWS (TILE_ROWS + 2)
-#define PATCH_VECTORS ((TILE_COLUMNS + 5 + VW - 1) / VW)
-#define PATCH_STRIDE (PATCH_VECTORS * VW)
-#define PATCH_ROWS (SUM_ROWS + 3)
+typedef struct {
+    int held, first, last; // which layer, and which rows, of -1 ... TILE_ROWS
+    float sums[SUM_ROWS * TILE_COLUMNS];
+} SplatLayer;
 
-// One voxel row's share of a splat sum.
-#define ROW_2(b) (w[4 * b] * LOADV(row + b * PATCH_STRIDE) + w[4 * b + 1] * LOADV(row + b * PATCH_STRIDE + 1))
-#define ROW_3(b) (ROW_2(b) + w[4 * b + 2] * LOADV(row + b * PATCH_STRIDE + 2))
-#define ROW_4(b) (ROW_3(b) + w[4 * b + 3] * LOADV(row + b * PATCH_STRIDE + 3))
-#define ROWS_2(ROW) (ROW(0) + ROW(1))
-#define ROWS_3(ROW) (ROWS_2(ROW) + ROW(2))
-#define ROWS_4(ROW) (ROWS_3(ROW) + ROW(3))
+#define ROW_OF(layer, row) ((layer)->sums + ((row) + 1) * TILE_COLUMNS)
 
-// The stencil of TAPS_U x TAPS_V voxels over a tile. Spelled out, with the weights in registers: PoCL does not unroll
-// loops over taps.
-#define SPLAT_SUMS(TAPS_U, TAPS_V)                                                                                     \
-    static inline void CAT(CAT(splat_sums_, TAPS_U), TAPS_V)(const float *patch, __global const float *weights, int vectors,  \
-                                                      int rows, float *sums) {                                         \
-        float w[16];                                                                                                   \
-        for (int i = 0; i < 16; i++)                                                                                   \
-            w[i] = weights[i];                                                                                         \
-        for (int r = 0; r < rows; r++)                                                                                 \
-            for (int c = 0; c < vectors; c++) {                                                                        \
-                const float *row = patch + r * PATCH_STRIDE + c * VW;                                                  \
-                STOREV(sums + r * SUM_STRIDE + c * VW, CAT(ROWS_, TAPS_V)(CAT(ROW_, TAPS_U)));                         \
-            }                                                                                                          \
+// Sees to it that a layer holds some rows.
+static inline void hold_rows(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile, int first,
+                      int last, int k, SplatLayer *layer) {
+    if (layer->held == k) {
+        if (first >= layer->first && last <= layer->last)
+            return;
+        first = min(first, layer->first), last = max(last, layer->last);
     }
-SPLAT_SUMS(2, 2)
-SPLAT_SUMS(2, 3)
-SPLAT_SUMS(2, 4)
-SPLAT_SUMS(3, 2)
-SPLAT_SUMS(3, 3)
-SPLAT_SUMS(3, 4)
-SPLAT_SUMS(4, 2)
-SPLAT_SUMS(4, 3)
-SPLAT_SUMS(4, 4)
-
-// Rows from v on of layer k under a tile, all of them inside the volume; or, `across`, the difference of the layers around it.
-ALWAYS_INLINE void load_patch_inside(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, bool across, int rows,
-                                     float *patch) {
-    __global const VOXEL *row = voxels + u + v * view->stride_v + (k + across - view->first_a) * view->stride_a;
-    for (int r = 0; r < rows; r++, row += view->stride_v, patch += PATCH_STRIDE)
-        for (int i = 0; i < PATCH_STRIDE; i += VW) {
-            const realv here = VALUES_OF(view, LOAD_VOXELS(row + i));
-            STOREV(patch + i, across ? here - VALUES_OF(view, LOAD_VOXELS(row - 2 * view->stride_a + i)) : here);
-        }
+    layer->held = k, layer->first = first, layer->last = last;
+    splat_tile(voxels, view, p, tile, first, last - first + 1, k, (Step){0, 0}, ROW_OF(layer, first));
 }
 
-// Row v of layer k under a tile; or, `across`, the difference of the layers around it.
-static inline void load_patch_row(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, bool across, float *row) {
-    load_row(voxels, view, u, v, across ? k + 1 : k, PATCH_VECTORS, row);
-    if (!across)
-        return;
-    float before[PATCH_STRIDE];
-    load_row(voxels, view, u, v, k - 1, PATCH_VECTORS, before);
-    for (int i = 0; i < PATCH_STRIDE; i += VW)
-        STOREV(row + i, LOADV(row + i) - LOADV(before + i));
-}
-
-// The splat sums of layer k for a tile whose first sample is (column, row), with `border` samples around it; or, `across`, twice
-// the splatted central differences along the layer axis.
-static inline void splat_layer(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, LayerOffset u,
-                        LayerOffset v, __global const float *weights, int column, int row, int k, int border, bool across,
-                        float *sums) {
-    const int rows = TILE_ROWS + 2 * border, vectors = border ? SUM_VECTORS : TILE_VECTORS;
-    if (!across && BEYOND(k, view)) {
-        for (int i = 0; i < SUM_ROWS * SUM_VECTORS; i++)
-            STOREV(sums + i * VW, (realv)(view->background));
-        return;
-    }
-    const int taps_u = tap_count(u.fraction, p->shear_u), taps_v = tap_count(v.fraction, p->shear_v);
-    const int u0 = u.base + column - border + first_tap(u.fraction, p->shear_u);
-    const int v0 = v.base + row - border + first_tap(v.fraction, p->shear_v);
-    float patch[PATCH_ROWS * PATCH_STRIDE + 4]; // 4: the last unaligned load of the last row
-    const int patch_rows = rows + taps_v - 1, reach = across ? 1 : 0;
-    const bool inside = u0 >= 0 && u0 + PATCH_STRIDE <= view->dims_u && v0 >= 0 && v0 + patch_rows <= view->dims_v && k >= reach &&
-                        k + reach < view->dims_a;
-    if (inside)
-        load_patch_inside(voxels, view, u0, v0, k, across, patch_rows, patch);
-    else
-        for (int r = 0; r < patch_rows; r++)
-            load_patch_row(voxels, view, u0, v0 + r, k, across, patch + r * PATCH_STRIDE);
-    for (int i = 0; i < 4; i++)
-        patch[PATCH_ROWS * PATCH_STRIDE + i] = view->background;
-    switch (4 * taps_u + taps_v) {
-#define STENCIL(U, V)                                                                                                  \
-    case 4 * U + V:                                                                                                    \
-        CAT(CAT(splat_sums_, U), V)(patch, weights, vectors, rows, sums);                                              \
-        break;
-        STENCIL(2, 2)
-        STENCIL(2, 3)
-        STENCIL(2, 4)
-        STENCIL(3, 2)
-        STENCIL(3, 3)
-        STENCIL(3, 4)
-        STENCIL(4, 2)
-        STENCIL(4, 3)
-        STENCIL(4, 4)
-    }
-}
-
-// Splat sums around the samples at hand, neighbours in a row one voxel apart; and twice the differences along the layer axis.
+// Splat sums of the samples at hand, neighbours one row apart, and of differences along u and the layer axis.
 struct GradientSource {
-    const float *own, *across;
+    const float *own, *along_u, *across;
 };
 
 // Exactly the splatted central differences.
 static inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
-    *u = 0.5f * (LOADV(s->own + 1) - LOADV(s->own - 1));
-    *v = 0.5f * (LOADV(s->own + SUM_STRIDE) - LOADV(s->own - SUM_STRIDE));
+    *u = 0.5f * LOADV(s->along_u);
+    *v = 0.5f * (LOADV(s->own + TILE_COLUMNS) - LOADV(s->own - TILE_COLUMNS));
     *a = 0.5f * LOADV(s->across);
 }
 
@@ -148,6 +73,19 @@ static inline Interval interval_of_samples(const VolumeView *view, const SplatLa
     return interval_of(clip, origin, direction, -INFINITY);
 }
 #endif
+
+// The rows of a set that anything more can change.
+static inline int open_rows(const SampleParams *p, const Accumulator *gathered, int rows, int columns) {
+    int open = 0;
+    for (int left = rows; left; left &= left - 1) {
+        const int r = LOWEST_OF(left);
+        bool any = false;
+        for (int c = 0; c < TILE_VECTORS; c++)
+            any = any || any_open_of(p, &gathered[r * TILE_VECTORS + c], columns - c * VW);
+        open |= any << r;
+    }
+    return open;
+}
 
 // Where a sample of a phase lies in the lattice.
 static inline size_t place_of(const SplatLatticeParams *p, int phase_u, int phase_v, int column, int row) {
@@ -170,9 +108,12 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     id /= p.per_voxel_v;
     const int column = id % p.tiles_u * TILE_COLUMNS, row = id / p.tiles_u * TILE_ROWS;
     const int rows = min(TILE_ROWS, p.columns_v - row), columns = min(TILE_COLUMNS, p.columns_u - column);
+    const PhaseTile place = {offsets_u, offsets_v, weights, phase_u, phase_v, column, row};
 
-    float sums[3][SUM_ROWS * SUM_STRIDE], across[SUM_ROWS * SUM_STRIDE];
-    int held[3] = {INT_MIN, INT_MIN, INT_MIN};
+    SplatLayer ring[3];
+    for (int i = 0; i < 3; i++)
+        ring[i].held = INT_MIN;
+    float along_u[TILE_ROWS * TILE_COLUMNS], across[TILE_ROWS * TILE_COLUMNS];
     Accumulator gathered[TILE_ROWS * TILE_VECTORS];
     Interval intervals[TILE_ROWS * TILE_VECTORS];
     intv active[TILE_VECTORS];
@@ -203,47 +144,55 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     const Beam beam = {(float4)(first, first + (float2)(columns - 1, rows - 1)), (float4)(shear, shear)};
     const int held_layers = view.dims_a - view.first_a;
     Chunk chunk = {-1, 0};
-    bool finished = p.continues;
-    for (int i = 0; i < rows * TILE_VECTORS && finished; i++)
-        finished = !any_open_of(&sample, &gathered[i], columns - i % TILE_VECTORS * VW);
-    for (int n = 0; n < layers && !finished; n++) {
+    int open = FIRST_FEW(rows); // rows that anything more can change
+    if (p.continues)
+        open = open_rows(&sample, gathered, open, columns);
+    for (int n = 0; n < layers && open; n++) {
         const int k = p.layer_step > 0 ? n - 1 : view.dims_a - n;
         if (k < p.first_layer || k > p.last_layer)
             continue;
-        const LayerOffset u = offsets_u[(k + 1) * p.per_voxel_u + phase_u], v = offsets_v[(k + 1) * p.per_voxel_v + phase_v];
-        if (p.culling && !beam_shows(visible, p.blocks_u, p.blocks_v, held_layers, &beam, reach, 1.0f + view.first_a, k - view.first_a, &chunk))
+        int2 over = {0, rows - 1};
+        if (p.culling)
+            over = rows_shown(visible, p.blocks_u, p.blocks_v, held_layers, &beam, rows, reach, 1.0f + view.first_a, k - view.first_a, &chunk);
+        int shown = open & FIRST_FEW(over.y + 1) & ~FIRST_FEW(over.x);
+        if (!shown)
             continue;
-        for (int j = k - 1; j <= k + 1; j++) {
-            if (held[slot(j)] == j)
-                continue;
-            held[slot(j)] = j;
-            const int index = clamp(j, -1, view.dims_a) + 1;
-            splat_layer(voxels, &view, &p, offsets_u[index * p.per_voxel_u + phase_u], offsets_v[index * p.per_voxel_v + phase_v],
-                        weights + (((size_t)index * p.per_voxel_v + phase_v) * p.per_voxel_u + phase_u) * 16, column, row, j, border,
-                        false, sums[slot(j)]);
+        for (int j = k - 1; j <= k + 1; j++)
+            hold_rows(voxels, &view, &p, &place, LOWEST_OF(shown) - border, HIGHEST_OF(shown) + border, j, &ring[slot(j)]);
+        const SplatLayer *before = &ring[slot(k - p.layer_step)], *own = &ring[slot(k)], *after = &ring[slot(k + p.layer_step)];
+        for (int left = shown; left; left &= left - 1) {
+            const int r = LOWEST_OF(left);
+            bool any = false;
+            for (int c = 0; c < TILE_COLUMNS; c += VW)
+                any = any || layer_can_show(&sample, LOADV(ROW_OF(before, r) + c), LOADV(ROW_OF(own, r) + c), LOADV(ROW_OF(after, r) + c));
+            if (!any)
+                shown &= ~(1 << r);
         }
-        if (border)
-            splat_layer(voxels, &view, &p, u, v, weights + (((size_t)(k + 1) * p.per_voxel_v + phase_v) * p.per_voxel_u + phase_u) * 16,
-                        column, row, k, 0, true, across);
+        if (!shown)
+            continue;
+        if (border) {
+            const int first = LOWEST_OF(shown), lit = HIGHEST_OF(shown) - first + 1;
+            splat_tile(voxels, &view, &p, &place, first, lit, k, (Step){1, 0}, along_u + first * TILE_COLUMNS);
+            splat_tile(voxels, &view, &p, &place, first, lit, k, (Step){0, 1}, across + first * TILE_COLUMNS);
+        }
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
-        for (int r = 0; r < rows; r++)
+        for (int left = shown; left; left &= left - 1) {
+            const int r = LOWEST_OF(left);
             for (int c = 0; c < TILE_VECTORS; c++) {
-                const int at = (r + border) * SUM_STRIDE + c * VW + border;
                 LayerWay way;
                 way.dt = sample_length;
 #ifdef CLIPPED
                 way.interval.from = intervals[r * TILE_VECTORS + c].from - n;
                 way.interval.to = intervals[r * TILE_VECTORS + c].to - n;
 #endif
-                const float *before = sums[slot(k - p.layer_step)] + at, *after = sums[slot(k + p.layer_step)] + at;
-                const struct GradientSource source = {sums[slot(k)] + at, across + r * SUM_STRIDE + c * VW};
-                take_layer(&sample, slabs, first, count, table, LOADV(before), LOADV(source.own), LOADV(after), &way, &source,
-                           &gathered[r * TILE_VECTORS + c], &active[c]);
+                const int at = r * TILE_COLUMNS + c * VW;
+                const struct GradientSource source = {ROW_OF(own, r) + c * VW, along_u + at, across + at};
+                take_slabs(&sample, slabs, first, count, table, LOADV(ROW_OF(before, r) + c * VW), LOADV(source.own),
+                           LOADV(ROW_OF(after, r) + c * VW), &way, &source, &gathered[r * TILE_VECTORS + c], &active[c]);
             }
-        finished = true;
-        for (int i = 0; i < rows * TILE_VECTORS && finished; i++)
-            finished = !any_open_of(&sample, &gathered[i], columns - i % TILE_VECTORS * VW);
+        }
+        open = open_rows(&sample, gathered, open, columns);
     }
 
     uint total = 0;

@@ -177,9 +177,12 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
         if (k < p.first_layer || k > p.last_layer)
             continue;
         const float depth = k - p.centre_layer;
-        if (p.culling && !beam_shows(visible, p.blocks_u, p.blocks_v, held_layers, &beam, reach, view.first_a - p.centre_layer,
-                                     k - view.first_a, &chunk))
-            continue;
+        if (p.culling) {
+            const int2 shown = rows_shown(visible, p.blocks_u, p.blocks_v, held_layers, &beam, tile_rows, reach, view.first_a - p.centre_layer,
+                                          k - view.first_a, &chunk);
+            if (shown.x > shown.y)
+                continue;
+        }
         for (int j = k - 1; j <= k + 1; j++) {
             if (held[slot(j)] == j)
                 continue;

@@ -7,23 +7,35 @@ typedef struct {
     int index, slabs;
 } Chunk;
 
-static inline int slabs_around(__global const uchar *visible, int blocks_u, int blocks_v, int layers, int chunk, Window w) {
-    const int own = slabs_over(visible, blocks_u, blocks_v, chunk, w), next = chunk + 1;
-    return 8 * next > layers ? own : own | (slabs_over(visible, blocks_u, blocks_v, next, w) & 1) << 8;
-}
 
-// Whether any sample of a beam on layer k, -1 ... layers, can show anything: first by a look at eight layers. `depth`: of layer 0, from
-// where the beam's crossings are.
-static inline bool beam_shows(__global const uchar *visible, int blocks_u, int blocks_v, int layers, const Beam *beam, float2 reach,
+// Whether layer k, of so many, is the last of its eight, and the slab behind it is that of the next chunk.
+static inline bool ends_chunk(int layers, int k) { return (k & 7) == 7 && k < layers; }
+
+// The rows of a beam, of so many, in which splatted samples of layer k, -1 ... layers, can show anything: the first and the last; none: the
+// first beyond the last. First by a look at eight layers. `depth`: of layer 0, from where the beam's crossings are.
+static inline int2 rows_shown(__global const uchar *visible, int blocks_u, int blocks_v, int layers, const Beam *beam, int rows, float2 reach,
                               float depth, int k, Chunk *known) {
-    const int chunk = max(k, 0) >> 3, first = 8 * chunk, own = max(k, 0) - first;
+    const int own = max(k, 0), chunk = own >> 3, first = 8 * chunk;
     if (chunk != known->index) {
+        const Window w = cells_crossed(beam, depth + first - 1, depth + first + 8, reach);
         known->index = chunk;
-        known->slabs = slabs_around(visible, blocks_u, blocks_v, layers, chunk,
-                                    cells_crossed(beam, depth + first - 1, depth + first + 8, reach));
+        known->slabs = slabs_over(visible, blocks_u, blocks_v, chunk, w);
+        if (ends_chunk(layers, first + 7))
+            known->slabs |= (slabs_over(visible, blocks_u, blocks_v, chunk + 1, w) & 1) << 8;
     }
-    if (!(known->slabs >> own & 3))
-        return false;
-    const Window w = cells_crossed(beam, depth + k, depth + k, reach);
-    return slabs_around(visible, blocks_u, blocks_v, layers, chunk, w) >> own & 3;
+    const int2 none = {0, -1};
+    if (!(known->slabs >> (own - first) & 3))
+        return none;
+    const int4 blocks = blocks_over(blocks_u, blocks_v, cells_crossed(beam, depth + k, depth + k, reach));
+    int2 shown = rows_of_blocks(visible, blocks_u, blocks_v, chunk, 3 << (own - first) & 0xff, blocks);
+    if (ends_chunk(layers, own)) {
+        const int2 behind = rows_of_blocks(visible, blocks_u, blocks_v, chunk + 1, 1, blocks);
+        shown = (int2)(min(shown.x, behind.x), max(shown.y, behind.y));
+    }
+    if (shown.x > shown.y)
+        return none;
+    const float2 ends = ends_of_blocks(shown, blocks_v) + (float2)(-reach.y, reach.y);
+    const float v = beam->crossing.y + (depth + k) * beam->shear.y, last_v = beam->crossing.w + (depth + k) * beam->shear.w;
+    const float2 over = rows_between(ends, v, rows > 1 ? (last_v - v) / (rows - 1) : 1.0f);
+    return (int2)(CLAMP(over.x, 0.0f, (float)rows), CLAMP(over.y, -1.0f, rows - 1.0f));
 }

@@ -2,30 +2,22 @@
 
 #include "layered/tile.cl"
 
-// The rows of a tile between two places v on a plane, from the first on.
-static inline float2 rows_between(const RayLatticeParams *p, const Tile *tile, float depth, float from, float to) {
-    const float v = tile->beam.crossing.y + depth * tile->beam.shear.y, spacing = p->rays[5] + depth * p->rays[7];
-    const float one = (from - v) / spacing, other = (to - v) / spacing;
-    return (float2)(MIN(one, other), MAX(one, other));
+// Where the first row of a tile crosses a plane, and how far from it the next one does.
+static inline float2 first_row(const RayLatticeParams *p, const Tile *tile, float depth) {
+    return (float2)(tile->beam.crossing.y + depth * tile->beam.shear.y, p->rays[5] + depth * p->rays[7]);
 }
 
 // The patches of a tile over which a slab of a chunk, between two planes, can show anything: from the first to the last row of blocks that can.
 static inline int patches_visible(__global const uchar *visible, const RayLatticeParams *p, int chunk, int slab, const Tile *tile, float depth,
                                   float to_depth) {
-    const int all = FIRST_FEW(tile->bands * PATCH_ROWS);
     const int4 blocks = blocks_over(p->blocks_u, p->blocks_v, cells_crossed(&tile->beam, depth, to_depth, 0.0f));
-    int first = INT_MAX, last = INT_MIN;
-    for (int c = blocks.y; c <= blocks.w; c++)
-        if (row_of_blocks(visible + ((uint)chunk * p->blocks_v + c) * p->blocks_u, blocks.x, blocks.z) & 0x0101010101010101ul << slab)
-            first = min(first, c), last = c;
-    if (first > last)
+    const int2 shown = rows_of_blocks(visible, p->blocks_u, p->blocks_v, chunk, 1 << slab, blocks);
+    if (shown.x > shown.y)
         return 0;
-    if (first == blocks.y && last == blocks.w)
-        return all;
-    // Rows of samples over them: blocks at the edges have all that is beyond too.
-    const float from = first == 0 ? -INFINITY : FIRST_OF_BLOCK(first, BLOCK_V) - ROUNDED;
-    const float to = last == p->blocks_v - 1 ? INFINITY : FIRST_OF_BLOCK(last + 1, BLOCK_V) + ROUNDED;
-    const float2 one = rows_between(p, tile, depth, from, to), other = rows_between(p, tile, to_depth, from, to);
+    if (shown.x == blocks.y && shown.y == blocks.w)
+        return FIRST_FEW(tile->bands * PATCH_ROWS);
+    const float2 ends = ends_of_blocks(shown, p->blocks_v), at = first_row(p, tile, depth), to = first_row(p, tile, to_depth);
+    const float2 one = rows_between(ends, at.x, at.y), other = rows_between(ends, to.x, to.y);
     // A staggered column lies less than a row behind.
     const int top = CLAMP(MIN(one.x, other.x) - (FARTHEST ? 1.0f : 0.0f), 0.0f, (float)TILE_ROWS);
     const int bottom = CLAMP(MAX(one.y, other.y), -1.0f, tile->rows - 1.0f);

@@ -66,18 +66,22 @@ typedef struct {
     Interval interval;  // that counts, in layers from this one along the ray
 } LayerWay;
 
-// All samples of one layer, from the splat sums of the layer met before, the layer itself and the one met next. Slabs
-// are (weight before, own, after, share), front to back: inner, front and back ones after each other.
-ALWAYS_INLINE void take_layer(const SampleParams *p, __global const float4 *slabs, int first, int count,
-                              __global const float4 *table, realv before, realv own, realv after, const LayerWay *way,
-                              const struct GradientSource *source, Accumulator *a, intv *active) {
-#if !GATHERS_VALUES
-    // Every sample lies between the three sums: one test for all.
+// Whether any sample of one layer can show anything: all lie between the three splat sums.
+static inline bool layer_can_show(const SampleParams *p, realv before, realv own, realv after) {
+#if GATHERS_VALUES
+    return true;
+#else
     const intv largest = table_index(p, MAX(MAX(before, after), own));
     const intv smallest = table_index(p, MIN(MIN(before, after), own));
-    if (!ANY(largest >= p->first_visible && smallest <= p->last_visible))
-        return;
+    return ANY(largest >= p->first_visible && smallest <= p->last_visible);
 #endif
+}
+
+// All samples of one layer, from the splat sums of the layer met before, the layer itself and the one met next. Slabs
+// are (weight before, own, after, share), front to back: inner, front and back ones after each other.
+ALWAYS_INLINE void take_slabs(const SampleParams *p, __global const float4 *slabs, int first, int count,
+                              __global const float4 *table, realv before, realv own, realv after, const LayerWay *way,
+                              const struct GradientSource *source, Accumulator *a, intv *active) {
     bool lit = false;
     Lighting lighting;
 #ifdef CLIPPED
@@ -98,6 +102,14 @@ ALWAYS_INLINE void take_layer(const SampleParams *p, __global const float4 *slab
         const realv value = slab.x * before + slab.y * own + slab.z * after;
         take_sample(p, table, value, share, way->dt, (realv)(1.0f / p->inner_slabs), source, &lit, &lighting, a, active);
     }
+}
+
+// The same where none of them may show anything.
+ALWAYS_INLINE void take_layer(const SampleParams *p, __global const float4 *slabs, int first, int count, __global const float4 *table,
+                              realv before, realv own, realv after, const LayerWay *way, const struct GradientSource *source, Accumulator *a,
+                              intv *active) {
+    if (layer_can_show(p, before, own, after))
+        take_slabs(p, slabs, first, count, table, before, own, after, way, source, a, active);
 }
 
 // First slab and number of slabs of the n-th layer (0 ... layers-1) along the ray.
