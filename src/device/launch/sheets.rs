@@ -31,7 +31,7 @@ kernel! {
         reach: i32,
         /// By how much sums of kernels overshoot.
         slack: f32,
-        /// See [`super::volume::VisibilityArguments`].
+        /// See [`super::volume::SlabVisibilityArguments`].
         table_first: f32,
         table_per_value: f32,
         table_last: i32,
