@@ -9,7 +9,7 @@ use glam::DVec3;
 use layersplat::device::{DeviceKind, Tuning};
 use layersplat::layers::{Density, Kernel};
 use layersplat::settings::{Algorithm, Classification, Clipping, Evaluation, Layered};
-use layersplat::{Device, Renderer, Settings};
+use layersplat::{Camera, Device, Orbit, Projection, Renderer, Settings};
 
 /// Floats are added in another order where rows and tiles begin elsewhere.
 const REORDERED: f64 = 2e-5;
@@ -91,6 +91,39 @@ fn staggered_columns_at_every_width() {
         }
         let shifted = compare(&shifted_by_half_a_pixel(&expected), &expected).max_difference;
         assert!(shifted > 100.0 * OF_ONE_RAY, "half a pixel must be noticed: {shifted}");
+    }
+}
+
+/// Of blocks of other sizes: sums of sixteen samples, in another order.
+const OF_ANOTHER_BLOCK: f64 = 1e-5;
+
+/// Where lines of the lattice stand upright, and where they do not, a pixel is what it is in any block of the warp.
+#[test]
+fn blocks_of_the_warp_change_nothing() {
+    let (volume, transfer, size) = (random_volume([33, 30, 28], DVec3::ONE, 3), smooth_transfer(), viewport(71, 58));
+    let device = device();
+    let upright = parallel(&volume, size, 25.0, 15.0);
+    let rolled = Orbit { azimuth: 25.0, elevation: 15.0, roll: 10.0 };
+    let rolled = Camera::orbit(volume.grid().centre(), 100.0, rolled, Projection::Parallel { scale: 20.0 });
+    let views = [
+        (upright, Density::Fixed(1)),
+        (upright, Density::Relaxed),
+        (rolled, Density::Fixed(2)),
+        (parallel(&volume, size, 25.0, 70.0), Density::Fixed(3)),
+    ];
+    for (n, (camera, density)) in views.into_iter().enumerate() {
+        let settings = Settings::from(Layered { evaluation: Evaluation::Lattice(density), ..Layered::default() });
+        let draw = |block| {
+            let device = device.with_tuning(Tuning { block, ..*device.tuning() }).unwrap();
+            let mut renderer = Renderer::new(&device, &volume, &transfer).unwrap();
+            renderer.render(&camera, size, &settings).unwrap().0
+        };
+        let expected = draw([32, 8]);
+        for block in [[1, 1], [5, 3], [16, 2], [128, 8]] {
+            assert_close(&format!("view {n}, {block:?}"), &draw(block), &expected, OF_ANOTHER_BLOCK);
+        }
+        let shifted = compare(&shifted_by_half_a_pixel(&expected), &expected).max_difference;
+        assert!(shifted > 100.0 * OF_ANOTHER_BLOCK, "half a pixel must be noticed: {shifted}");
     }
 }
 

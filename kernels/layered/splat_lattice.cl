@@ -40,11 +40,8 @@ typedef struct {
 // Sees to it that a layer holds some rows.
 static inline void hold_rows(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile, int first,
                       int last, int k, SplatLayer *layer) {
-    if (layer->held == k) {
-        if (first >= layer->first && last <= layer->last)
-            return;
-        first = min(first, layer->first), last = max(last, layer->last);
-    }
+    if (layer->held == k && first >= layer->first && last <= layer->last)
+        return;
     layer->held = k, layer->first = first, layer->last = last;
     splat_tile(voxels, view, p, tile, first, last - first + 1, k, (Step){0, 0}, ROW_OF(layer, first));
 }

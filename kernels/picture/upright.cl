@@ -2,10 +2,72 @@
 // rolled about an axis of the volume: these lines are mixed where rows of pixels cross them, and pixels of the lines around. Four samples
 // per line and four lines per pixel, instead of sixteen samples per pixel; and a single line where there is one for each column of pixels.
 
-#include "picture/display.cl"
+#include "picture/catmull_rom.cl"
+
+#ifndef BLOCK_COLUMNS
+#error "BLOCK_COLUMNS: pixels of a block: about a tile of the lattice"
+#endif
 
 // What lines of the lattice stand upright: those of one u each; those of one v else.
 #define LINES_OF_U 1
+
+// The lattice as lines that stand upright.
+typedef struct {
+    int lines, length;         // how many, of so many samples
+    int to_line, to_sample;    // steps in memory
+    float per_pixel, first;    // lines: at x is per_pixel x + first
+    float slope, down, origin; // samples along them: at line l and y, slope l + down y + origin
+} Lines;
+
+static inline Lines lines_of(const WarpParams *p) {
+    const float *u = p->from_screen, *v = p->from_screen + 3;
+    const bool of_u = p->upright == LINES_OF_U;
+    const float *across = of_u ? u : v, *along = of_u ? v : u;
+    Lines l;
+    l.lines = of_u ? p->width : p->height, l.length = of_u ? p->height : p->width;
+    l.to_line = of_u ? 1 : p->width, l.to_sample = of_u ? p->width : 1;
+    l.per_pixel = across[0], l.first = across[1] * (0.5f * p->rows) + across[2];
+    l.slope = along[0] / across[0], l.down = along[1], l.origin = along[2] - l.slope * l.first;
+    return l;
+}
+
+// Sample j of line i; beyond the lattice all is transparent.
+static inline float4 sample_of(__global const float4 *lattice, const Lines *l, int i, int j) {
+    return i >= 0 && i < l->lines && j >= 0 && j < l->length ? lattice[(size_t)i * l->to_line + (size_t)j * l->to_sample] : (float4)(0.0f);
+}
+
+// A colour within the range of the two around it, and within its opacity: the filter overshoots at edges.
+static inline float4 mixed_of_one(float4 w, float4 before, float4 low, float4 high, float4 behind) {
+    const float4 color = w.x * before + w.y * low + w.z * high + w.w * behind;
+    const float4 between = CLAMP(color, MIN(low, high), MAX(low, high));
+    return MIN(between, between.wwww);
+}
+
+// A line where a row of pixels crosses it.
+static inline float4 one_line(__global const float4 *lattice, const Lines *l, int line, float y) {
+    const float place = CLAMP(l->slope * line + (l->down * y + l->origin), -4.0f, l->length + 4.0f);
+    const int j = (int)(place + 4.0f) - 5; // one before the one below
+    return mixed_of_one(catmull_rom(place - (j + 1)), sample_of(lattice, l, line, j), sample_of(lattice, l, line, j + 1),
+                        sample_of(lattice, l, line, j + 2), sample_of(lattice, l, line, j + 3));
+}
+
+// A pixel by itself. One line after another: graphics processors have no registers for all samples at once.
+static inline float4 upright_pixel(__global const float4 *lattice, const Lines *l, bool on_pixels, float x, float y) {
+    const float place = CLAMP(l->per_pixel * x + (l->first + (on_pixels ? 0.5f : 0.0f)), -8.0f, l->lines + 8.0f);
+    const int line = whole_below(place);
+    if (on_pixels)
+        return one_line(lattice, l, line, y);
+    const float4 w = catmull_rom(place - line);
+    float4 before = 0.0f, low = 0.0f, high = 0.0f, behind = 0.0f;
+#pragma unroll 1
+    for (int n = -1; n < 3; n++)
+        before = low, low = high, high = behind, behind = one_line(lattice, l, line + n, y);
+    return mixed_of_one(w, before, low, high, behind);
+}
+
+#if BLOCK_COLUMNS % 4 == 0 && BLOCK_COLUMNS <= 64
+// Pixels and lines four at a time.
+#define TAKES_LINES
 
 // Lines under a block of pixels, and in the filter's reach: in fours.
 #define MOST_LINES_PER_PIXEL 4
@@ -39,31 +101,6 @@ static inline float16 mixed_of_four(const FourWeights *w, float16 before, float1
     const float16 color = w->of[0] * before + w->of[1] * low + w->of[2] * high + w->of[3] * behind;
     const float16 between = CLAMP(color, MIN(low, high), MAX(low, high));
     return MIN(between, OPACITIES(between));
-}
-
-// The lattice as lines that stand upright.
-typedef struct {
-    int lines, length;         // how many, of so many samples
-    int to_line, to_sample;    // steps in memory
-    float per_pixel, first;    // lines: at x is per_pixel x + first
-    float slope, down, origin; // samples along them: at line l and y, slope l + down y + origin
-} Lines;
-
-static inline Lines lines_of(const WarpParams *p) {
-    const float *u = p->from_screen, *v = p->from_screen + 3;
-    const bool of_u = p->upright == LINES_OF_U;
-    const float *across = of_u ? u : v, *along = of_u ? v : u;
-    Lines l;
-    l.lines = of_u ? p->width : p->height, l.length = of_u ? p->height : p->width;
-    l.to_line = of_u ? 1 : p->width, l.to_sample = of_u ? p->width : 1;
-    l.per_pixel = across[0], l.first = across[1] * (0.5f * p->rows) + across[2];
-    l.slope = along[0] / across[0], l.down = along[1], l.origin = along[2] - l.slope * l.first;
-    return l;
-}
-
-// Sample j of line i; beyond the lattice all is transparent.
-static inline float4 sample_of(__global const float4 *lattice, const Lines *l, int i, int j) {
-    return i >= 0 && i < l->lines && j >= 0 && j < l->length ? lattice[(size_t)i * l->to_line + (size_t)j * l->to_sample] : (float4)(0.0f);
 }
 
 // Four neighbouring lines from `line` on, where a row of pixels crosses them.
@@ -125,3 +162,4 @@ ALWAYS_INLINE void upright_row(__global const float4 *lattice, const Lines *l, c
         pixels[g] = on_pixels ? LINES_AT(0) : mixed_of_four(&c->weights[g], LINES_AT(-1), LINES_AT(0), LINES_AT(1), LINES_AT(2));
     }
 }
+#endif

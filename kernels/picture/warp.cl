@@ -4,6 +4,7 @@
 // centres at whole numbers. Beyond the lattice all is transparent.
 
 #include "picture/own_samples.cl"
+#include "picture/upright.cl"
 
 #ifndef BLOCK_COLUMNS
 #error "BLOCK_COLUMNS: pixels of a block: about a tile of the lattice"
@@ -11,17 +12,6 @@
 #ifndef BLOCK_ROWS
 #error "BLOCK_ROWS: rows of a block"
 #endif
-
-#if BLOCK_COLUMNS % 4 == 0 && BLOCK_COLUMNS <= 64
-#define TAKES_LINES
-#include "picture/upright.cl"
-#endif
-
-static inline float4 catmull_rom(float t) {
-    const float4 cubic = (float4)(-0.5f, 1.5f, -1.5f, 0.5f), square = (float4)(1.0f, -2.5f, 2.0f, -0.5f);
-    const float4 linear = (float4)(-0.5f, 0.0f, 0.5f, 0.0f), whole = (float4)(0.0f, 1.0f, 0.0f, 0.0f);
-    return ((cubic * t + square) * t + linear) * t + whole;
-}
 
 // Four neighbouring samples at once: half the time of one after another.
 typedef float16 __attribute__((aligned(16))) Four;
@@ -206,6 +196,10 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
 #endif
             for (; i < right; i++)
                 PUT(out[i], own_sample(lattice, &p, i + 0.5f, line + 0.5f));
+        } else if (p.upright) {
+            const Lines lines = lines_of(&p);
+            for (int i = left; i < right; i++)
+                PUT(out[i], upright_pixel(lattice, &lines, p.on_pixels, i + 0.5f, line + 0.5f));
         } else {
             for (int i = left; i < right; i++)
                 PUT(out[i], pixel_at(lattice, &p, i, line));

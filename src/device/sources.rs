@@ -36,6 +36,7 @@ kernel_files!(
     "layered/visible_cells.cl",
     "layered/visible_layers.cl",
     "layered/visible_tile.cl",
+    "picture/catmull_rom.cl",
     "picture/display.cl",
     "picture/own_samples.cl",
     "picture/present.cl",
