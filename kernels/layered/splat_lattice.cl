@@ -135,10 +135,10 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #endif
     const int border = GATHERS_VALUES ? 0 : sample.shading, layers = view.dims_a + 2;
     // Layer -1 is what offsets begin with.
-    const float2 first = (float2)(offsets_u[phase_u].base + column, offsets_v[phase_v].base + row) +
-                         (float2)(offsets_u[phase_u].fraction, offsets_v[phase_v].fraction);
+    const float2 crossing = (float2)(offsets_u[phase_u].base + column, offsets_v[phase_v].base + row) +
+                            (float2)(offsets_u[phase_u].fraction, offsets_v[phase_v].fraction);
     const float2 shear = {p.shear_u, p.shear_v}, reach = splat_reach(shear);
-    const Beam beam = {(float4)(first, first + (float2)(columns - 1, rows - 1)), (float4)(shear, shear)};
+    const Beam beam = {(float4)(crossing, crossing + (float2)(columns - 1, rows - 1)), (float4)(shear, shear)};
     const int held_layers = view.dims_a - view.first_a;
     Chunk chunk = {-1, 0};
     int open = FIRST_FEW(rows); // rows that anything more can change
