@@ -41,7 +41,7 @@ static inline bool slab_shows(__global const uchar *visible, int blocks_u, int b
 // ray, which lies |s| farther on the layers beside.
 static inline float2 splat_reach(float2 shear) { return 2.0f * fabs(shear); }
 
-// Whether splatted samples of layer k, -1 ... layers, can show anything over a window: a slab at either side of it.
-static inline bool layer_shows(__global const uchar *visible, int blocks_u, int blocks_v, int layers, int k, Window w) {
-    return slab_shows(visible, blocks_u, blocks_v, max(k, 0), w) || slab_shows(visible, blocks_u, blocks_v, min(k + 1, layers), w);
+// Whether splatted samples of layer k can show anything over a window: a slab at either side of it, 0 ... last_slab.
+static inline bool layer_shows(__global const uchar *visible, int blocks_u, int blocks_v, int last_slab, int k, Window w) {
+    return slab_shows(visible, blocks_u, blocks_v, max(k, 0), w) || slab_shows(visible, blocks_u, blocks_v, min(k + 1, last_slab), w);
 }

@@ -8,19 +8,20 @@ typedef struct {
 } Chunk;
 
 
-// Whether layer k, of so many, is the last of its eight, and the slab behind it is that of the next chunk.
-static inline bool ends_chunk(int layers, int k) { return (k & 7) == 7 && k < layers; }
+// Whether layer k is the last of its eight, so that the slab behind it is the next chunk's, if there is one.
+static inline bool ends_chunk(int last_slab, int k) { return (k & 7) == 7 && k < last_slab; }
 
-// The rows of a beam, of so many, in which splatted samples of layer k, -1 ... layers, can show anything: the first and the last; none: the
-// first beyond the last. First by a look at eight layers. `depth`: of layer 0, from where the beam's crossings are.
-static inline int2 rows_shown(__global const uchar *visible, int blocks_u, int blocks_v, int layers, const Beam *beam, int rows, float2 reach,
+// The rows of a beam, of so many, in which splatted samples of layer k can show anything: the first and the last; none: the first beyond the
+// last. First by a look at eight layers. `last_slab`: the one behind the last layer that is asked for; `depth`: of layer 0, from where the
+// beam's crossings are.
+static inline int2 rows_shown(__global const uchar *visible, int blocks_u, int blocks_v, int last_slab, const Beam *beam, int rows, float2 reach,
                               float depth, int k, Chunk *known) {
     const int own = max(k, 0), chunk = own >> 3, first = 8 * chunk;
     if (chunk != known->index) {
         const Window w = cells_crossed(beam, depth + first - 1, depth + first + 8, reach);
         known->index = chunk;
         known->slabs = slabs_over(visible, blocks_u, blocks_v, chunk, w);
-        if (ends_chunk(layers, first + 7))
+        if (ends_chunk(last_slab, first + 7))
             known->slabs |= (slabs_over(visible, blocks_u, blocks_v, chunk + 1, w) & 1) << 8;
     }
     const int2 none = {0, -1};
@@ -28,7 +29,7 @@ static inline int2 rows_shown(__global const uchar *visible, int blocks_u, int b
         return none;
     const int4 blocks = blocks_over(blocks_u, blocks_v, cells_crossed(beam, depth + k, depth + k, reach));
     int2 shown = rows_of_blocks(visible, blocks_u, blocks_v, chunk, 3 << (own - first) & 0xff, blocks);
-    if (ends_chunk(layers, own)) {
+    if (ends_chunk(last_slab, own)) {
         const int2 behind = rows_of_blocks(visible, blocks_u, blocks_v, chunk + 1, 1, blocks);
         shown = (int2)(min(shown.x, behind.x), max(shown.y, behind.y));
     }
