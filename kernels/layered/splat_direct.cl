@@ -87,7 +87,6 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *v
     const float s_u = ray.s_u, s_v = ray.s_v;
     const int layer_step = ray.layer_step;
     const int layers = view.dims_a + 2;
-    // A sample mixes splat sums of three layers, each of reach 1 + |s| around its own crossing.
     const float2 reach = splat_reach((float2)(s_u, s_v));
 
     Accumulator gathered = empty_accumulator(&sample);

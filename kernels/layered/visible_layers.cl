@@ -7,7 +7,6 @@ typedef struct {
     int index, slabs;
 } Chunk;
 
-
 // Whether layer k is the last of its eight, so that the slab behind it is the next chunk's, if there is one.
 static inline bool ends_chunk(int last_slab, int k) { return (k & 7) == 7 && k < last_slab; }
 

@@ -6,9 +6,6 @@
 #include "picture/own_samples.cl"
 #include "picture/upright.cl"
 
-#ifndef BLOCK_COLUMNS
-#error "BLOCK_COLUMNS: pixels of a block: about a tile of the lattice"
-#endif
 #ifndef BLOCK_ROWS
 #error "BLOCK_ROWS: rows of a block"
 #endif

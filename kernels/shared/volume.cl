@@ -20,11 +20,11 @@
 #define VALUES_OF(view, voxels) ((voxels) - (view)->offset)
 #endif
 
-// By how much VW voxels are more than others; bytes in vectors of half the width.
+// By how much VW voxels are more than others, as the difference of their values is to the bit; bytes in vectors of half the width.
 #if VOXEL_BYTES == 1 && VW > 1
 #define WORDS_OF(voxels) CAT(convert_short, VW)(CAT(vload, VW)(0, voxels))
 #define DIFFERENCES_OF(view, voxels, others) CONVERT_REALV(WORDS_OF(voxels) - WORDS_OF(others))
-#elif defined(UNCHECKED)
+#elif VOXEL_BYTES == 4
 #define DIFFERENCES_OF(view, voxels, others) (VALUES_OF(view, LOAD_VOXELS(voxels)) - VALUES_OF(view, LOAD_VOXELS(others)))
 #else
 #define DIFFERENCES_OF(view, voxels, others) (LOAD_VOXELS(voxels) - LOAD_VOXELS(others))
