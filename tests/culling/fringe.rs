@@ -3,7 +3,7 @@
 use super::assert_culled_right;
 use super::common::*;
 use glam::DVec3;
-use layersplat::layers::{Axis, Kernel};
+use layersplat::layers::{Axis, Density, Kernel};
 use layersplat::settings::{Classification, Evaluation, LayerAxis, Layered};
 use layersplat::volume::Voxels;
 use layersplat::{Settings, TransferFunction, Volume};
@@ -48,6 +48,31 @@ fn culling_sees_the_fringe_of_every_voxel() {
                 let seen = assert_culled_right("fringe", &volume, &transfer, &camera, settings);
                 assert!(seen > 30, "{azimuth}, {elevation}, {classification:?}: {seen} pixels show anything");
             }
+        }
+    }
+}
+
+/// A field of floats around -0.7 ... 1.9, most of it in a gap between two opaque bands, where rows that only look visible are lit without
+/// culling: gradients at edges are to the bit those inside.
+#[test]
+fn culling_lights_no_row_in_another_way() {
+    let dims = [66, 59, 61];
+    let mut random = Random(11);
+    let mut values: Vec<f32> = (0..dims.iter().product()).map(|_| 0.05 + 0.1 * (random.next() % 1000) as f32 / 1000.0).collect();
+    for n in 0..60 {
+        let at = random.next() as usize % values.len();
+        values[at] = if n % 2 == 0 { -0.7 } else { 1.9 };
+    }
+    let volume = volume(dims, DVec3::ONE, Voxels::Float32(values));
+    let opacities = vec![(-0.7, 0.6), (-0.1, 0.4), (-0.05, 0.0), (0.4, 0.0), (0.5, 0.5), (1.9, 0.7)];
+    let transfer = TransferFunction::new("gap", vec![(0.0, [1.0, 0.8, 0.6])], opacities).unwrap();
+    for n in 0..12 {
+        let camera = parallel(&volume, viewport(120, 100), 29.0 * f64::from(n), 11.0 * f64::from(n) - 60.0);
+        for (classification, samples) in [(SPLATTED, 1), (POINTS, 2)] {
+            let evaluation = Evaluation::Lattice(Density::Fixed(samples));
+            let layered = Layered { classification, evaluation, ..Layered::default() };
+            let seen = assert_culled_right("gap", &volume, &transfer, &camera, layered.into());
+            assert!(seen > 100, "view {n}, {classification:?}: {seen} pixels show anything");
         }
     }
 }
