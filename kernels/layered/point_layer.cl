@@ -142,19 +142,19 @@ ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const Volume
     load_span(voxels, view, c, j, c->k, vectors, inside, own);
 #if RADIUS == 1
     // On a layer: between the two beside it.
-    if (c->above == 0.0f && !inside) {
-        float before[SPAN_VECTORS * VW];
-        load_span(voxels, view, c, j, c->k - 1, vectors, inside, before);
-        load_span(voxels, view, c, j, c->k + 1, vectors, inside, across);
-        ON_SPAN(i)
-            STOREV(across + i, w->layers[2] * (LOADV(across + i) - LOADV(before + i)));
-        return;
-    }
     if (c->above == 0.0f) {
-        __global const VOXEL *before = voxels + (c->k - 1 - view->first_a) * view->stride_a + j * view->stride_v + c->first;
-        __global const VOXEL *behind = before + 2 * view->stride_a;
-        ON_SPAN(i)
-            STOREV(across + i, w->layers[2] * DIFFERENCES_OF(view, behind + i, before + i));
+        if (inside) {
+            __global const VOXEL *before = voxels + (c->k - 1 - view->first_a) * view->stride_a + j * view->stride_v + c->first;
+            __global const VOXEL *behind = before + 2 * view->stride_a;
+            ON_SPAN(i)
+                STOREV(across + i, w->layers[2] * DIFFERENCES_OF(view, behind + i, before + i));
+        } else {
+            float before[SPAN_VECTORS * VW];
+            load_span(voxels, view, c, j, c->k - 1, vectors, inside, before);
+            load_span(voxels, view, c, j, c->k + 1, vectors, inside, across);
+            ON_SPAN(i)
+                STOREV(across + i, w->layers[2] * (LOADV(across + i) - LOADV(before + i)));
+        }
         return;
     }
 #endif

@@ -11,20 +11,20 @@ static inline float2 crossing_of(const RayLatticeParams *p, int axis, int index)
     return (float2)(rays[0] + from_middle * rays[1], rays[2] + from_middle * rays[3]);
 }
 
-// The outermost rays of so many columns and rows.
-static inline Beam beam_of(const RayLatticeParams *p, int column, int row, int columns, int rows) {
-    const float2 first_u = crossing_of(p, 0, column), last_u = crossing_of(p, 0, column + columns - 1);
-    const float2 first_v = crossing_of(p, 1, row), last_v = crossing_of(p, 1, row + rows - 1);
-    const Beam beam = {(float4)(first_u.x, first_v.x, last_u.x, last_v.x), (float4)(first_u.y, first_v.y, last_u.y, last_v.y)};
-    return beam;
-}
-
 // The same of VW columns or rows.
 static inline void crossings_of(const RayLatticeParams *p, int axis, intv indices, realv *centre, realv *shear) {
     const realv from_middle = CONVERT_REALV(indices) - 0.5f * ((axis ? p->height : p->width) - 1);
     const float *rays = p->rays + 4 * axis;
     *centre = rays[0] + from_middle * rays[1];
     *shear = rays[2] + from_middle * rays[3];
+}
+
+// The outermost rays of so many columns and rows.
+static inline Beam beam_of(const RayLatticeParams *p, int column, int row, int columns, int rows) {
+    const float2 first_u = crossing_of(p, 0, column), last_u = crossing_of(p, 0, column + columns - 1);
+    const float2 first_v = crossing_of(p, 1, row), last_v = crossing_of(p, 1, row + rows - 1);
+    const Beam beam = {(float4)(first_u.x, first_v.x, last_u.x, last_v.x), (float4)(first_u.y, first_v.y, last_u.y, last_v.y)};
+    return beam;
 }
 
 // Voxels along v by which the samples of VW columns lie behind their rows: less than from row to row.

@@ -140,7 +140,7 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     const float2 shear = {p.shear_u, p.shear_v}, reach = splat_reach(shear);
     const Beam beam = {(float4)(crossing, crossing + (float2)(columns - 1, rows - 1)), (float4)(shear, shear)};
     const int last_slab = min(p.last_layer + 1, view.dims_a) - view.first_a; // a part need not hold all
-    Chunk chunk = {-1, 0};
+    EightLayers known = {-1, 0};
     int open = FIRST_FEW(rows); // rows that anything more can change
     if (p.continues)
         open = open_rows(&sample, gathered, open, columns);
@@ -150,7 +150,7 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
             continue;
         int2 over = {0, rows - 1};
         if (p.culling)
-            over = rows_shown(visible, p.blocks_u, p.blocks_v, last_slab, &beam, rows, reach, 1.0f + view.first_a, k - view.first_a, &chunk);
+            over = rows_shown(visible, p.blocks_u, p.blocks_v, last_slab, &beam, rows, reach, 1.0f + view.first_a, k - view.first_a, &known);
         int shown = open & FIRST_FEW(over.y + 1) & ~FIRST_FEW(over.x);
         if (!shown)
             continue;

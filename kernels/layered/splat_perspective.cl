@@ -149,7 +149,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
     const Beam beam = beam_of(&p, column, row, columns, tile_rows);
     const float2 reach = max(splat_reach(beam.shear.lo), splat_reach(beam.shear.hi));
     const int last_slab = min(p.last_layer + 1, view.dims_a) - view.first_a; // a part need not hold all
-    Chunk chunk = {-1, 0};
+    EightLayers known = {-1, 0};
     realv centre_u, shear_u;
     crossings_of(&p, 0, LANES + column, &centre_u, &shear_u);
 
@@ -179,7 +179,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
         const float depth = k - p.centre_layer;
         if (p.culling) {
             const int2 shown = rows_shown(visible, p.blocks_u, p.blocks_v, last_slab, &beam, tile_rows, reach, view.first_a - p.centre_layer,
-                                          k - view.first_a, &chunk);
+                                          k - view.first_a, &known);
             if (shown.x > shown.y)
                 continue;
         }

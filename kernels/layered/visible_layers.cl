@@ -5,7 +5,7 @@
 // What is known of eight layers: bits of the slabs before them, and of the one behind the last.
 typedef struct {
     int index, slabs;
-} Chunk;
+} EightLayers;
 
 // Whether layer k is the last of its eight, so that the slab behind it is the next chunk's, if there is one.
 static inline bool ends_chunk(int last_slab, int k) { return (k & 7) == 7 && k < last_slab; }
@@ -14,7 +14,7 @@ static inline bool ends_chunk(int last_slab, int k) { return (k & 7) == 7 && k <
 // last. First by a look at eight layers. `last_slab`: the one behind the last layer that is asked for; `depth`: of layer 0, from where the
 // beam's crossings are.
 static inline int2 rows_shown(__global const uchar *visible, int blocks_u, int blocks_v, int last_slab, const Beam *beam, int rows, float2 reach,
-                              float depth, int k, Chunk *known) {
+                              float depth, int k, EightLayers *known) {
     const int own = max(k, 0), chunk = own >> 3, first = 8 * chunk;
     if (chunk != known->index) {
         const Window w = cells_crossed(beam, depth + first - 1, depth + first + 8, reach);

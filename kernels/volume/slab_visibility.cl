@@ -31,7 +31,7 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
     UNROLLED for (int n = 0; n < LAYERS; n++) {
         const int k = first + n;
         const bool outside = k < 0 || k >= layers || n >= 7 + reached;
-        lo[n] = outside ? background : INFINITY, hi[n] = outside ? background : -INFINITY;
+        lo[n] = hi[n] = background;
         if (!outside)
             limits_of(limits, background, offset, ((size_t)k * blocks_v + c) * blocks_u + b, &lo[n], &hi[n]);
     }
