@@ -24,7 +24,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
     const VolumeView view = ray.view;
     voxels += view.first;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
-    const int s = sample.inner_slabs, slabs = view.dims_a + 2 * RADIUS - 1, back = ray.layer_step > 0 ? 0 : 1;
+    const int s = SAMPLES_PER_LAYER(&sample), slabs = view.dims_a + 2 * RADIUS - 1, back = ray.layer_step > 0 ? 0 : 1;
 
     Accumulator gathered = empty_accumulator(&sample);
     Interval interval;

@@ -114,7 +114,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     bounds_of(intervals, patches, &begin, &end);
 #endif
 
-    const int s = sample.inner_slabs, enters = p.layer_step > 0 ? 0 : 1;
+    const int s = SAMPLES_PER_LAYER(&sample), enters = p.layer_step > 0 ? 0 : 1;
     int lowest = p.first_layer, highest = p.last_layer;
     if (p.culling)
         lowest = max(lowest, shown_slabs[0] + view.first_a), highest = min(highest, shown_slabs[1] + view.first_a);

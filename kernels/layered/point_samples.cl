@@ -56,21 +56,26 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 #if BLEND == COMPOSITE
     const float dt = length_of_rays(sample, &rays) * sample->table_unit;
 #endif
-    const int s = sample->inner_slabs, enters = p->layer_step > 0 ? 0 : 1;
+    const int s = SAMPLES_PER_LAYER(sample), enters = p->layer_step > 0 ? 0 : 1;
     int lowest = p->first_layer, highest = p->last_layer;
     if (p->culling)
         lowest = max(lowest, shown_slabs[0] + view->first_a), highest = min(highest, shown_slabs[1] + view->first_a);
     int left = highest - lowest, active = 0;
+    int known = -1; // the chunk of slabs that the ray is in, and eight bits of those that can show anything
     End end; // all of it follows from this, and is not in registers before
     end.is_there = false;
     bool open = lowest <= highest && (!p->continues || any_open(sample, &gathered));
     for (int q = enters ? highest : lowest; open; open = open && left-- > 0, q += p->layer_step) {
         // One at a time: rays that are in one layer read voxels side by side.
-        const int plane = q + enters;
+        const int plane = q + enters, slab = q - view->first_a;
         const float to_plane = plane - RADIUS - p->centre_layer;
-        const float2 at = centre + to_plane * shear, to = at + p->layer_step * shear;
-        const Window crossed = cells_between(MIN(at, to), MAX(at, to));
-        bool skips = p->culling && !slab_shows(visible, p->blocks_u, p->blocks_v, q - view->first_a, crossed);
+        if (p->culling && slab >> 3 != known >> 8) {
+            const int on = enters ? -(slab & 7) - 1 : 8 - (slab & 7);
+            const float2 at = centre + to_plane * shear, to = centre + (to_plane + on) * shear;
+            known = (slab >> 3) << 8 |
+                    slabs_over_few(visible, p->blocks_u, p->blocks_v, slab >> 3, cells_between(MIN(at, to), MAX(at, to)));
+        }
+        bool skips = p->culling && !(known >> (slab & 7) & 1);
 #ifdef CLIPPED
         const float entry = p->layer_step * to_plane;
         skips = skips || entry >= interval.to || entry + 1.0f <= interval.from;

@@ -2,6 +2,13 @@
 
 #include "shared/dimmed_segment.cl"
 
+// Samples of a layer. Where a program knows that it is one, each lies in the plane of a layer.
+#ifdef WHOLE_LAYERS
+#define SAMPLES_PER_LAYER(p) 1
+#else
+#define SAMPLES_PER_LAYER(p) ((p)->inner_slabs)
+#endif
+
 #if GATHERS_VALUES
 // Takes the part of a segment between two values. Where it is cut the field itself tells the value: it bends at the outer voxels.
 ALWAYS_INLINE void take_values(__global const VOXEL *voxels, const VolumeView *view, const Part *part, const Way *way, realv length,

@@ -16,11 +16,15 @@ pub(crate) struct Segments {
     pub curved: bool,
     /// Light lost inside deep ones changes their colour.
     pub dimmed: bool,
+    /// They go from layer to layer.
+    pub whole: bool,
 }
 
 impl Defines {
     pub(super) fn with_segments(self, segments: Segments) -> Self {
-        self.with_if(segments.cut, "TABLE_CUT").with_if(segments.curved, "CURVED").with_if(segments.dimmed, "DIMMED")
+        let Segments { cut, curved, dimmed, whole } = segments;
+        let options = [(cut, "TABLE_CUT"), (curved, "CURVED"), (dimmed, "DIMMED"), (whole, "WHOLE_LAYERS")];
+        options.into_iter().fold(self, |defines, (condition, name)| defines.with_if(condition, name))
     }
 
     /// Of kernels with a work-item per sample.

@@ -28,7 +28,7 @@ fn launchers_are_their_kernels_signatures() {
     let kind = VoxelType::Int16;
     let voxels = VoxelKind { voxel_type: kind, far: false, unchecked: false };
     let far = VoxelKind { far: true, ..voxels };
-    let segments = layered::Segments { cut: true, curved: true, dimmed: true };
+    let segments = layered::Segments { cut: true, curved: true, dimmed: true, whole: true };
     let rendering = Rendering::EVERYTHING;
     let others = [BlendMode::Maximum, BlendMode::Minimum, BlendMode::Average, BlendMode::Iso { refined: true }];
     for blend in others {

@@ -95,6 +95,7 @@ impl Integrals {
             cut: self.cut,
             curved: segment_ends(kernel, per_layer, 0) != [0.0; 2],
             dimmed: self.dimmed && extinction == Extinction::Exponential,
+            whole: per_layer == 1,
         }
     }
 }
