@@ -11,6 +11,7 @@ use layersplat::device::{LatticeSchedule, Tuning};
 use layersplat::layers::{Correction, Density, Kernel, Rays};
 use layersplat::renderer::{LatticePicture, Plan};
 use layersplat::settings::{Blend, Classification, Evaluation, Layered};
+use layersplat::volume::Voxels;
 use layersplat::{Camera, Device, Renderer, Settings, TransferFunction, Viewport, Volume};
 
 /// Sums of the same floats in another order; but for rays on which a value rounds to another node or entry of the table, which are few.
@@ -205,6 +206,67 @@ fn runs_groups_and_culling_change_no_bit() {
         assert_eq!(first.samples, draw(&samples, &everything).samples, "{settings:?}: without culling");
         let other = draw(&samples, &unlit(points(Kernel::Linear, 1)));
         assert_ne!(first.samples, other.samples, "{settings:?}: what is drawn otherwise is noticed");
+    }
+}
+
+/// Voxels by themselves, which few of the slabs and rays around them meet: whichever a group forgets is seen.
+#[test]
+fn culling_changes_no_bit_of_scattered_voxels() {
+    const DIMS: [usize; 3] = [41, 37, 46];
+    const EVERY: usize = 331;
+    let voxels = (0..DIMS.iter().product()).map(|n| if n % EVERY == 7 { 255 } else { 0 }).collect();
+    let volume = volume(DIMS, DVec3::new(1.0, 1.1, 0.9), Voxels::Uint8(voxels));
+    let opacities = vec![(0.0, 0.0), (15.0, 0.0), (60.0, 0.6), (255.0, 0.9)];
+    let (transfer, size) = (smooth_transfer().with_opacities(opacities).unwrap(), viewport(101, 93));
+    let device = with(LatticeSchedule::Samples);
+    let small = device.with_tuning(Tuning { sample_tile: [8, 4], ..*device.tuning() }).unwrap();
+    let mut renderer = Renderer::new(&small, &volume, &transfer).unwrap();
+    let relaxed = Layered { evaluation: Evaluation::Lattice(Density::Relaxed), ..layered(points(Kernel::Cubic, 1)) };
+    let all = [
+        points(Kernel::Cubic, 1),
+        points(Kernel::BSpline, 2),
+        splats(Correction::SubLayers(2)),
+        Settings { algorithm: relaxed.into(), ..points(Kernel::Cubic, 1) },
+    ];
+    for (azimuth, elevation) in VIEWS {
+        for camera in [parallel(&volume, size, azimuth, elevation), perspective(&volume, azimuth, elevation, 40.0)] {
+            for settings in &all {
+                let mut draw = |culling| {
+                    renderer
+                        .lattice_picture(&camera, size, &Settings { culling, ..*settings })
+                        .unwrap()
+                        .expect("a lattice")
+                        .samples
+                };
+                let (culled, whole) = (draw(true), draw(false));
+                assert!(culled.iter().any(|sample| sample[3] > 0.3), "nothing to see");
+                assert!(culled == whole, "{azimuth}, {elevation}, {:?}, {settings:?}", camera.projection);
+            }
+        }
+    }
+}
+
+/// More layers than a group looks up (kernels/layered/visible_group.cl): what lies behind these is seen from either side.
+#[test]
+fn volumes_of_very_many_layers_are_those_of_tiles() {
+    const DIMS: [usize; 3] = [9, 7, 8300];
+    const FULL: usize = 60;
+    let noise = random_bytes([DIMS[0], DIMS[1], FULL], 5);
+    let mut voxels = vec![0; DIMS[0] * DIMS[1] * (DIMS[2] - FULL)];
+    voxels.extend(noise);
+    let volume = volume(DIMS, DVec3::new(1.0, 1.0, 1e-3), Voxels::Uint8(voxels));
+    let (transfer, size) = (smooth_transfer(), viewport(31, 27));
+    let [tiles, samples] = [LatticeSchedule::Tiles, LatticeSchedule::Samples].map(with);
+    let [points, splats] = [points(Kernel::Cubic, 1), splats(Correction::Constant)];
+    for (settings, azimuth) in [(points, 0.0), (points, 180.0), (splats, 0.0), (splats, 180.0)] {
+        let camera = parallel(&volume, size, azimuth, 0.01);
+        let of = |device| lattice(device, &volume, &transfer, &camera, size, &settings);
+        let (of_tiles, of_samples) = (of(&tiles), of(&samples));
+        let seen = of_tiles.samples.iter().filter(|sample| sample[3] > 0.02).count();
+        assert!(seen > 100, "{settings:?} from {azimuth}: {seen} samples to see");
+        // Thousands of layers from the middle, places are rounded to a ten-thousandth of a voxel.
+        let difference = largest_difference(&of_tiles, &of_samples);
+        assert!(difference <= ANOTHER_NODE, "{settings:?} from {azimuth}: {difference}");
     }
 }
 

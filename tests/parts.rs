@@ -136,7 +136,7 @@ fn in_two_three_and_seven_parts() {
     }
 }
 
-/// As graphics processors draw them.
+/// As graphics processors draw them, culled and not: what is not looked up ends where the part does.
 #[test]
 fn in_parts_by_a_work_item_per_sample() {
     let (dims, size) = ([40, 44, 36], viewport(61, 47));
@@ -144,7 +144,7 @@ fn in_parts_by_a_work_item_per_sample() {
     let device = device();
     let samples = device.with_tuning(Tuning::new(DeviceKind::Gpu, "", 1)).unwrap();
     for (n, (axis, camera)) in views(&volume, size).into_iter().enumerate() {
-        let settings = forced(axis, sampled()[[2, 1, 2, 3][n % 4]]);
+        let settings = Settings { culling: n % 3 != 0, ..forced(axis, sampled()[[2, 1, 2, 3][n % 4]]) };
         let shot = Shot { device: samples.clone(), volume: &volume, transfer: &transfer, axis, camera, size, settings };
         let whole = shot.whole();
         assert_close(&format!("{axis:?}, {:?}, {settings:?}", camera.projection), &shot.in_parts(5), &whole, 0.0);

@@ -6,9 +6,8 @@
 
 // All layouts that lattices are drawn from are.
 #define ROWS_ALONG_U
-#include "layered/ray_lattice.cl"
-#include "layered/sample_tile.cl"
 #include "layered/splat_sum.cl"
+#include "layered/visible_group.cl"
 #include "shared/sample.cl"
 
 // A ray of the lattice, at a layer that it crosses.
@@ -39,11 +38,17 @@ static inline void layer_gradient(const struct GradientSource *s, realv *u, real
     *u = along_u, *v = along_v, *a = along_a;
 }
 
-// Draws the sample at a column and row; says how many of its sub-layers have opacity.
-ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
-                               __global const float4 *table, __global const float4 *slabs,
-                               const RayLatticeParams *p, const SampleParams *sample, const Clipping *clip, int column, int row,
-                               __global float4 *out) {
+static inline bool shows_before(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam, int k) {
+    const float2 reach = splat_reach(MAX(fabs(beam->shear.lo), fabs(beam->shear.hi)));
+    const Window splatted = cells_crossed(beam, k - p->centre_layer, k - p->centre_layer, reach);
+    return layer_shows(visible, p->blocks_u, p->blocks_v, view->dims_a - view->first_a, k - view->first_a, splatted);
+}
+
+// Draws the sample at a column and row, in the layers that `layers` has bits of, so many from `first` on; says how many of its sub-layers have
+// opacity.
+ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, __global const float4 *table,
+                               __global const float4 *slabs, const RayLatticeParams *p, const SampleParams *sample, const Clipping *clip,
+                               __local const uint *layers, int first, int count, int column, int row, __global float4 *out) {
     const SampleRays rays = rays_of_samples(p, column, row);
     Accumulator gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
     Interval interval;
@@ -52,37 +57,35 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 #endif
     LayerWay way;
     way.dt = length_of_rays(sample, &rays);
-    const float2 reach = splat_reach((float2)(rays.shear_u, rays.shear_v));
     struct GradientSource source = {voxels, view, 0.0f, 0.0f, rays.shear_u, rays.shear_v, 0};
-    const int layers = view->dims_a + 2, step = p->layer_step;
-    const int lowest = max(p->first_layer, -1), highest = min(p->last_layer, view->dims_a);
+    const int step = p->layer_step;
     float before = 0.0f, own = 0.0f, after = 0.0f;
     int held = INT_MIN; // the layer whose sums they are
-    int active = 0, left = highest - lowest;
-    bool open = left >= 0 && (!p->continues || any_open(sample, &gathered));
-    for (int k = step > 0 ? lowest : highest; open; open = open && left-- > 0, k += step) {
-        const float depth = k - p->centre_layer;
-        source.u = rays.centre_u + depth * rays.shear_u, source.v = rays.centre_v + depth * rays.shear_v, source.k = k;
+    int active = 0;
+    bool open = !p->continues || any_open(sample, &gathered);
+    for (int word = 0; 32 * word < count && open; word++) {
+        for (uint left = word_of(layers, word, count); left && open; left &= left - 1) {
+            const int k = first + (32 * word + LOWEST_OF(left)) * step;
+            const float depth = k - p->centre_layer;
+            source.u = rays.centre_u + depth * rays.shear_u, source.v = rays.centre_v + depth * rays.shear_v, source.k = k;
 #ifdef CLIPPED
-        way.interval.from = interval.from - step * depth, way.interval.to = interval.to - step * depth;
+            way.interval.from = interval.from - step * depth, way.interval.to = interval.to - step * depth;
 #endif
-        const Window splatted = cells_between((float2)(source.u, source.v) - reach, (float2)(source.u, source.v) + reach);
-        if (p->culling && !layer_shows(visible, p->blocks_u, p->blocks_v, view->dims_a - view->first_a, k - view->first_a, splatted))
-            continue;
-        // All three sums, or the last alone, by the same code.
-        for (int l = held == k - step ? k + step : k - step;; l += step) {
-            before = own, own = after;
-            // Crossings are found from the layer alone: whichever ray goes on from another's has the bits of one that came all the way.
-            const float to_layer = l - p->centre_layer;
-            after = splat_sum(&source, rays.centre_u + to_layer * rays.shear_u, rays.centre_v + to_layer * rays.shear_v, l);
-            if (l == k + step)
-                break;
+            // All three sums, or the last alone, by the same code.
+            for (int l = held == k - step ? k + step : k - step;; l += step) {
+                before = own, own = after;
+                // Crossings are found from the layer alone: whichever ray goes on from another's has the bits of one that came all the way.
+                const float to_layer = l - p->centre_layer;
+                after = splat_sum(&source, rays.centre_u + to_layer * rays.shear_u, rays.centre_v + to_layer * rays.shear_v, l);
+                if (l == k + step)
+                    break;
+            }
+            held = k;
+            int first_slab, slab_count;
+            layer_slabs(sample, step > 0 ? k + 1 : view->dims_a - k, view->dims_a + 2, &first_slab, &slab_count);
+            take_layer(sample, slabs, first_slab, slab_count, table, before, own, after, &way, &source, &gathered, &active);
+            open = any_open(sample, &gathered);
         }
-        held = k;
-        int first, count;
-        layer_slabs(sample, step > 0 ? k + 1 : view->dims_a - k, layers, &first, &count);
-        take_layer(sample, slabs, first, count, table, before, own, after, &way, &source, &gathered, &active);
-        open = any_open(sample, &gathered);
     }
     uint total = active;
     END_RAYS(*p, *sample, table, &gathered, &interval, 1, 1, out, total)
@@ -93,12 +96,14 @@ __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
 __kernel void splat_samples(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
                             __global const float4 *table, __global const float4 *slabs, RayLatticeParams p, SampleParams sample,
                             Clipping clip, __global float4 *lattice, __global uint *active_samples) {
-    __local uint active;
-    const int tile = get_group_id(0);
+    __local uint active, layers[WORDS_LOOKED_UP];
+    const int lowest = max(p.first_layer, -1), highest = min(p.last_layer, view.dims_a);
+    const int tile = get_group_id(0), first = p.layer_step > 0 ? lowest : highest, count = highest - lowest + 1;
+    look_up(visible, &p, &view, tile, first, count, layers);
     const int2 place = sample_of_tile(tile, p.tiles_u);
     uint own = 0;
     if (place.x < p.width && place.y < p.height)
-        own = draw_sample(voxels + view.first, &view, visible, table, slabs, &p, &sample, &clip, place.x, place.y,
+        own = draw_sample(voxels + view.first, &view, table, slabs, &p, &sample, &clip, layers, first, count, place.x, place.y,
                           lattice + (size_t)place.y * p.width + place.x);
     count_tile(own, &active, active_samples + tile);
 }

@@ -26,20 +26,15 @@ static inline int4 blocks_over(int blocks_u, int blocks_v, Window w) {
     return (int4)(max(blocks.lo, 0), min(blocks.hi, (int2)(blocks_u, blocks_v) - 1));
 }
 
-// The slabs of a chunk of eight that can show anything over a window of few blocks, a bit each. A uint counts the chunks of blocks of 2^40 voxels,
-// and takes half the registers of a size_t.
-static inline int slabs_over_few(__global const uchar *visible, int blocks_u, int blocks_v, int chunk, Window w) {
+// Whether slab q can show anything over a window of few blocks. A uint counts the chunks of blocks of 2^40 voxels, and takes half the registers
+// of a size_t.
+static inline bool slab_shows(__global const uchar *visible, int blocks_u, int blocks_v, int q, Window w) {
     const int4 blocks = blocks_over(blocks_u, blocks_v, w);
     int slabs = 0;
     for (int c = blocks.y; c <= blocks.w; c++)
         for (int b = blocks.x; b <= blocks.z; b++)
-            slabs |= visible[((uint)chunk * blocks_v + c) * blocks_u + b];
-    return slabs;
-}
-
-// Whether slab q can.
-static inline bool slab_shows(__global const uchar *visible, int blocks_u, int blocks_v, int q, Window w) {
-    return slabs_over_few(visible, blocks_u, blocks_v, q >> 3, w) >> (q & 7) & 1;
+            slabs |= visible[((uint)(q >> 3) * blocks_v + c) * blocks_u + b];
+    return slabs >> (q & 7) & 1;
 }
 
 // How far the voxels that splat into a sample lie from its own cell: the sums of three layers that it mixes have voxels 1 + |s| around the

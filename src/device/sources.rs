@@ -34,6 +34,7 @@ kernel_files!(
     "layered/tile.cl",
     "layered/tile_rows.cl",
     "layered/visible_cells.cl",
+    "layered/visible_group.cl",
     "layered/visible_layers.cl",
     "layered/visible_tile.cl",
     "picture/catmull_rom.cl",
