@@ -1,14 +1,16 @@
-"""A model of a frame on an NVIDIA H200: model.py LAYERSPLAT KERNELS.json
+"""A model of a frame on an NVIDIA H200: model.py LAYERSPLAT KERNELS.json EDITED.json
 
-A frame is bound by what its lanes do or by what it reads. Both are counted from above:
+A frame is bound by what its lanes do or by what it reads:
 
-    instructions = rays x slabs x SKIP + lit segments x (1 + DARK) x instructions of point_samples + pixels x instructions of warp
+    instructions = rays x RAY x (1 + slabs / work-items of a group) + lit segments x (LIT + DARK x DIM) + pixels x instructions of warp
     ms           = instructions / (SMs x schedulers x 32 lanes x clock) / EFFICIENCY
     bytes        = voxels of lit segments, each line of 32 once per group of 32 rays; lattice and picture, written and read
     ms           = bytes / bandwidth
 
-Lit segments, rays and slabs are what the same frame has here, by `layersplat bench`. As instructions of point_samples count all that
-the compiler made of it, though a segment passes the edge's way or the inner one, not both. SKIP, DARK and EFFICIENCY are assumptions.
+Lit segments, rays and slabs are what the same frame has here, by `layersplat bench`. RAY, LIT and DIM are instructions of point_samples: of a
+ray without segments, and what a segment inside the volume takes besides if it has light, if it shows nothing. Each is counted in a
+kernel that is edited (paths.json) so that it has no other way to go. RAY is counted for each slab that a work-item looks up, though only half of
+it looks one up. DARK and EFFICIENCY are assumptions.
 """
 
 import json
@@ -18,11 +20,11 @@ import sys
 
 # NVIDIA H200 SXM, data sheet: SMs, boost clock in Hz, bytes per second; schedulers of an SM, each an instruction of 32 lanes per clock.
 SMS, SCHEDULERS, LANES, CLOCK, BANDWIDTH = 132, 4, 32, 1.785e9, 4.8e12
-# Instructions that see that a slab shows nothing: an index, a byte, a bit.
-SKIP = 25
-# Segments that are sampled and show nothing, for each that does: on engine, of tiles, 0.4.
-DARK = 1
-# Lanes at work: neighbouring rays end and skip apart, and eight warps of an SM's sixteen wait for memory.
+# Work-items of a group, which look up its slabs.
+GROUP = 64
+# Segments that are sampled and show nothing, for each that does: counted in this kernel, by hand, 0.3 dense, 1.4 sparse.
+DARK = 1.5
+# Lanes at work: 0.87 of 32 neighbours (counted likewise) have light in the same slabs, and half of an SM's warps wait for memory.
 EFFICIENCY = 0.4
 # A segment's voxels, of which neighbours share: 4 columns of 4 rows of a plane, of bytes.
 BYTES_PER_SEGMENT = 16
@@ -34,9 +36,9 @@ SCENES = [("dense", 512, ["--transfer", DENSE], 4.0), ("sparse", 512, ["--opacit
           ("dense", 1024, ["--transfer", DENSE], 8.0), ("sparse", 1024, ["--opacity", "200:0,230:0.3"], 8.0)]
 
 
-def instructions_of(kernels, name, words=()):
-    """Instructions of the default's program of a kernel."""
-    found = [k for k in kernels if k["kernel"] == name and "standard" in k["qualities"] and all(w in k["options"] for w in words)]
+def instructions_of(kernels, name, *words):
+    """Instructions of the default's program of a kernel, or of an edit of it."""
+    found = [k for k in kernels if k["name"] == name and "standard" in k["qualities"] and all(w in k["options"] for w in words)]
     plain = min(found, key=lambda k: len(k["options"]))
     return sum(plain["instructions"].values())
 
@@ -48,18 +50,25 @@ def counts_of(binary, voxels, options):
 
 
 def main():
-    binary, kernels = sys.argv[1], json.load(open(sys.argv[2], encoding="utf-8"))
-    segment, pixel = instructions_of(kernels, "point_samples", ["VOXEL=uchar"]), instructions_of(kernels, "warp", ["PRESENT"])
+    binary, (kernels, edited) = sys.argv[1], (json.load(open(path, encoding="utf-8")) for path in sys.argv[2:])
+    ray, lit, dim = (
+        instructions_of(edited, f"point_samples, {path}", "VOXEL=uchar", "WHOLE_LAYERS")
+        for path in ("no segment", "segment with light", "segment that shows nothing")
+    )
+    lit, dim, pixel = lit - ray, dim - ray, instructions_of(kernels, "warp", "PRESENT")
     rate = SMS * SCHEDULERS * LANES * CLOCK * EFFICIENCY
-    print(f"point_samples: {segment} instructions, warp: {pixel}; {SIDE}² pixels, `standard`, lit\n")
+    print(f"instructions: {ray} a ray, {lit} a segment with light, {dim} one that shows nothing, {pixel} a pixel; {SIDE}² pixels, `standard`, lit\n")
     print("| volume | rays | lit segments | instructions, 10⁹ | ms of these | ms of memory | predicted ms | aim |\n|---|---|---|---|---|---|---|---|")
     for name, voxels, options, aim in SCENES:
-        lit, rays = counts_of(binary, voxels, options)
-        work = rays * (voxels + 1) * SKIP + lit * (1 + DARK) * segment + SIDE * SIDE * pixel
-        moved = lit * (1 + DARK) * BYTES_PER_SEGMENT + rays * 32 + SIDE * SIDE * 4
+        segments, rays = counts_of(binary, voxels, options)
+        work = rays * ray * (1 + (voxels + 1) / GROUP) + segments * (lit + DARK * dim) + SIDE * SIDE * pixel
+        moved = segments * (1 + DARK) * BYTES_PER_SEGMENT + rays * 32 + SIDE * SIDE * 4
         computing, reading = 1e3 * work / rate, 1e3 * moved / BANDWIDTH
-        print(f"| {name}, {voxels}³ | {rays:,} | {lit:,} | {work / 1e9:.0f} | {computing:.1f} | {reading:.2f} | {max(computing, reading):.1f} | {aim:.0f} |",
-              flush=True)
+        print(
+            f"| {name}, {voxels}³ | {rays:,} | {segments:,} | {work / 1e9:.0f} | {computing:.1f} | {reading:.2f} "
+            f"| {max(computing, reading):.1f} | {aim:.0f} |",
+            flush=True,
+        )
 
 
 main()
