@@ -48,11 +48,11 @@ static inline bool shows_before(__global const uchar *visible, const RayLatticeP
 // A ray on its way through the layers.
 typedef struct {
     LatticeRay ray;
-    float dt; // an optical depth to an extinction
+    float dt; // from layer to layer, in the table's units
     Interval interval;
     Accumulator gathered;
     End end;
-    int passed; // the slab at whose end that is
+    int passed; // the slab that it ends
     int active; // segments with opacity
     bool open;
 } Traveller;
@@ -69,8 +69,7 @@ static inline Traveller traveller_of(const RayLatticeParams *p, const SamplePara
     t.interval = interval_of_rays(p, clip, &rays);
 #endif
     t.gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
-    t.end.is_there = false; // all else of it follows, and is not in registers before
-    t.passed = INT_MIN, t.active = 0;
+    t.passed = INT_MIN, t.active = 0; // of the end all else follows, and is not in registers before
     t.open = !p->continues || any_open(sample, &t.gathered);
     return t;
 }
