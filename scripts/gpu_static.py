@@ -223,7 +223,7 @@ def arguments_given():
     parser.add_argument("--json", action="store_true", help="as JSON, with counts of instructions by kind, as they stand in the code")
     parser.add_argument("--arch", help=f"of {','.join(ARCHITECTURES)}; all of them, or those of --check: {','.join(CHECKED)}")
     parser.add_argument("--default", action="store_true", help="only what is started by default, by the qualities standard and high")
-    parser.add_argument("--edits", metavar="FILE", help="of kernels with other texts, {name: [[text, what stands in its place], …], …} as JSON")
+    parser.add_argument("--edits", metavar="FILE", help="of kernels that are named, with other texts, {name: [[text, what stands in its place], …], …} as JSON")
     checked = f"fail where kernels have stack, or by default spills or more registers than {MOST_REGISTERS}; but with DIMMED {DIMMED}"
     parser.add_argument("--check", action="store_true", help=checked)
     parser.add_argument("kernels", nargs="*", metavar="KERNEL", help="only these")

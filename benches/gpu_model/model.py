@@ -4,13 +4,14 @@ A frame is bound by what its lanes do or by what it reads:
 
     instructions = rays x RAY x (1 + slabs / work-items of a group) + lit segments x (LIT + DARK x DIM) + pixels x instructions of warp
     ms           = instructions / (SMs x schedulers x 32 lanes x clock) / EFFICIENCY
-    bytes        = voxels of lit segments, each line of 32 once per group of 32 rays; lattice and picture, written and read
+    bytes        = voxels of segments, each line of 32 once per group of 32 rays; lattice and picture, written and read
     ms           = bytes / bandwidth
 
 Lit segments, rays and slabs are what the same frame has here, by `layersplat bench`. RAY, LIT and DIM are instructions of point_samples: of a
-ray without segments, and what a segment inside the volume takes besides if it has light, if it shows nothing. Each is counted in a
-kernel that is edited (paths.json) so that it has no other way to go. RAY is counted for each slab that a work-item looks up, though only half of
-it looks one up. DARK and EFFICIENCY are assumptions.
+ray without segments, and what a segment besides takes that has light, or shows nothing, inside the volume and behind another one. Each is
+counted in a kernel that is edited (paths.json) so that it goes no other way; what stands in it without being passed counts (a highlight by
+another exponent), and so does for each segment what a ray needs once if it has any. RAY is counted for each slab that a work-item looks up, though
+only half of it looks one up. DARK and EFFICIENCY are assumptions.
 """
 
 import json
@@ -22,7 +23,7 @@ import sys
 SMS, SCHEDULERS, LANES, CLOCK, BANDWIDTH = 132, 4, 32, 1.785e9, 4.8e12
 # Work-items of a group, which look up its slabs.
 GROUP = 64
-# Segments that are sampled and show nothing, for each that does: counted in this kernel, by hand, 0.3 dense, 1.4 sparse.
+# Segments that are sampled and show nothing, for each that does: more than were counted by hand in these scenes, 0.3 dense, 1.4 sparse.
 DARK = 1.5
 # Lanes at work: 0.87 of 32 neighbours (counted likewise) have light in the same slabs, and half of an SM's warps wait for memory.
 EFFICIENCY = 0.4

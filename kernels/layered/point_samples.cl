@@ -39,7 +39,7 @@ typedef struct {
     Lit lit;
 } End;
 
-static inline bool shows_before(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam, int slab) {
+static inline bool beam_sees(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam, int slab) {
     const float to_plane = slab + (p->layer_step > 0 ? 0 : 1) - RADIUS - p->centre_layer;
     const Window crossed = cells_crossed(beam, to_plane, to_plane + p->layer_step, 0.0f);
     return slab_shows(visible, p->blocks_u, p->blocks_v, slab - view->first_a, crossed);
@@ -88,7 +88,7 @@ ALWAYS_INLINE void pass_slab(__global const VOXEL *voxels, const VolumeView *vie
     int l0 = plane * s;
     for (int i = 0; i < s && t->open; i++, l0 += p->layer_step) {
         const int l1 = l0 + p->layer_step;
-        // Both ends, or the other alone, by the same code; and so with light.
+        // Both ends, or the other alone; and so with light.
         float from;
         t->end.is_lit = t->end.is_there && t->end.is_lit;
         for (int l = t->end.is_there ? l1 : l0;; l = l1) {
@@ -178,7 +178,7 @@ __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __glo
         Traveller t = traveller_of(&p, &sample, &clip, place.x, place.y, out);
         for (int word = 0; 32 * word < count && t.open; word++)
             for (uint left = word_of(slabs, word, count); left && t.open; left &= left - 1)
-                pass_slab(voxels + view.first, &view, integrals, &p, &sample, ends, first + (32 * word + LOWEST_OF(left)) * p.layer_step, &t);
+                pass_slab(voxels + view.first, &view, integrals, &p, &sample, ends, first + lowest_of_word(word, left) * p.layer_step, &t);
         own = t.active;
         END_RAYS(p, sample, table, &t.gathered, &t.interval, 1, 1, out, own)
     }

@@ -38,7 +38,7 @@ static inline void layer_gradient(const struct GradientSource *s, realv *u, real
     *u = along_u, *v = along_v, *a = along_a;
 }
 
-static inline bool shows_before(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam, int k) {
+static inline bool beam_sees(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam, int k) {
     const float2 reach = splat_reach(MAX(fabs(beam->shear.lo), fabs(beam->shear.hi)));
     const Window splatted = cells_crossed(beam, k - p->centre_layer, k - p->centre_layer, reach);
     return layer_shows(visible, p->blocks_u, p->blocks_v, view->dims_a - view->first_a, k - view->first_a, splatted);
@@ -65,7 +65,7 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
     bool open = !p->continues || any_open(sample, &gathered);
     for (int word = 0; 32 * word < count && open; word++) {
         for (uint left = word_of(layers, word, count); left && open; left &= left - 1) {
-            const int k = first + (32 * word + LOWEST_OF(left)) * step;
+            const int k = first + lowest_of_word(word, left) * step;
             const float depth = k - p->centre_layer;
             source.u = rays.centre_u + depth * rays.shear_u, source.v = rays.centre_v + depth * rays.shear_v, source.k = k;
 #ifdef CLIPPED

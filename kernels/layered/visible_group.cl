@@ -19,8 +19,8 @@ static inline Beam beam_of_tile(const RayLatticeParams *p, int tile) {
     return beam;
 }
 
-// Whether the one at a number can show anything before a beam: known to who includes this.
-static inline bool shows_before(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam, int at);
+// Whether a beam can see anything of the one at a number: known to who includes this.
+static inline bool beam_sees(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam, int at);
 
 // Looks up so many, from `first` on in the order of rays, with all work-items of a group: a bit each.
 ALWAYS_INLINE void look_up(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, int tile,
@@ -32,15 +32,18 @@ ALWAYS_INLINE void look_up(__global const uchar *visible, const RayLatticeParams
     if (p->culling) {
         const Beam beam = beam_of_tile(p, tile);
         for (int n = id; n < looked_up; n += group)
-            if (shows_before(visible, p, view, &beam, first + n * p->layer_step))
+            if (beam_sees(visible, p, view, &beam, first + n * p->layer_step))
                 atomic_or(&bits[n / 32], 1u << n % 32);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
 }
 
+// The lowest one of a word, counted from the first of all.
+static inline int lowest_of_word(int word, uint left) { return 32 * word + (int)LOWEST_OF(left); }
+
 // Those of a word that can show anything, of so many in all.
 static inline uint word_of(__local const uint *bits, int word, int count) {
     const uint all = word < WORDS_LOOKED_UP ? bits[word] : ~0u;
     const int left = count - 32 * word;
-    return left < 32 ? all & FIRST_FEW(left) : all;
+    return left < 32 ? all & ~0u >> (32 - left) : all;
 }

@@ -58,8 +58,9 @@ typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
 #define STOREV(p, x) (*(realv_unaligned *)(p) = (x))
 
 #if VW > 1
-// any() is a chain of branches on PoCL; this is one reduction, or one instruction where the compiler has that.
-#ifdef __has_builtin
+// any() is a chain of branches on PoCL; this is one reduction, or one instruction where the compiler has that. What is made for SPIR others must
+// read: Oclgrind knows no reductions.
+#if defined(__has_builtin) && !defined(__SPIR__)
 #if __has_builtin(__builtin_reduce_or)
 #define REDUCE_OR(mask) __builtin_reduce_or(mask)
 #endif

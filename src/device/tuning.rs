@@ -18,7 +18,7 @@ const LARGEST_SHARING_GROUP: usize = 256;
 pub enum LatticeSchedule {
     /// A work-item a tile, in vectors: what samples have in common is found once.
     Tiles,
-    /// A work-item a sample, in registers alone.
+    /// A work-item a sample, in registers: a group shares what its rays can see.
     Samples,
 }
 

@@ -7,8 +7,8 @@ use super::{Declared, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind,
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
 
-/// How pre-integrated segments are built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// How pre-integrated segments are built; by default those of values that are gathered, of which nothing is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Segments {
     /// Values can lie beyond the table of integrals.
     pub cut: bool,
@@ -16,7 +16,7 @@ pub(crate) struct Segments {
     pub curved: bool,
     /// Light lost inside deep ones changes their colour.
     pub dimmed: bool,
-    /// They go from layer to layer.
+    /// They are known to go from layer to layer.
     pub whole: bool,
 }
 

@@ -143,7 +143,7 @@ impl PointLayers {
 fn segments(scene: &Scene, integrals: &Integrals, kernel: Kernel, per_layer: u32) -> Segments {
     match scene.settings.blend {
         Blend::Composite => integrals.segments(scene.settings.extinction, kernel, per_layer),
-        _ => Segments { cut: false, curved: false, dimmed: false, whole: per_layer == 1 },
+        _ => Segments::default(),
     }
 }
 
