@@ -34,7 +34,7 @@ static inline float2 ends_in(__local const float *ends, uint samples_per_layer, 
 
 // What is known of the end of a segment, where the next one begins.
 typedef struct {
-    bool is_there, is_lit;
+    bool is_lit;
     float field;
     Lit lit;
 } End;
@@ -83,22 +83,22 @@ ALWAYS_INLINE void pass_slab(__global const VOXEL *voxels, const VolumeView *vie
     if (entry >= t->interval.to || entry + 1.0f <= t->interval.from)
         return;
 #endif
-    t->end.is_there = t->passed == q - p->layer_step;
+    bool goes_on = t->passed == q - p->layer_step;
     t->passed = q;
     int l0 = plane * s;
     for (int i = 0; i < s && t->open; i++, l0 += p->layer_step) {
         const int l1 = l0 + p->layer_step;
         // Both ends, or the other alone; and so with light.
         float from;
-        t->end.is_lit = t->end.is_there && t->end.is_lit;
-        for (int l = t->end.is_there ? l1 : l0;; l = l1) {
+        t->end.is_lit = goes_on && t->end.is_lit;
+        for (int l = goes_on ? l1 : l0;; l = l1) {
             const Cells c = cells_in(view, &t->ray, p->centre_layer, s, l);
             from = t->end.field;
             t->end.field = value_in(voxels, view, &c);
             if (l == l1)
                 break;
         }
-        t->end.is_there = true;
+        goes_on = true;
 #if !GATHERS_VALUES
         if (!shows(sample, from, t->end.field)) {
             t->end.is_lit = false;

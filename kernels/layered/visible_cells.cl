@@ -20,14 +20,15 @@ static inline Window cells_between(float2 lowest, float2 highest) {
     return cells + (ends < convert_float4(cells));
 }
 
-// The blocks over a window, as it is: none where nothing but background is, as none of that counts (src/renderer/region.rs).
+// The blocks over a window, as it is: none where nothing but background is, as none of that counts (src/renderer/region.rs). Bounds are
+// vectors: Oclgrind reads lanes of scalar ones.
 static inline int4 blocks_over(int blocks_u, int blocks_v, Window w) {
     const int4 blocks = (w >> (int4)(BLOCK_U_BITS, BLOCK_V_BITS, BLOCK_U_BITS, BLOCK_V_BITS)) + 1;
     return (int4)(max(blocks.lo, (int2)(0)), min(blocks.hi, (int2)(blocks_u, blocks_v) - 1));
 }
 
-// Whether slab q can show anything over a window, block by block: best where these are few. A uint counts the chunks of blocks of 2^40 voxels, and takes half the registers
-// of a size_t.
+// Whether slab q can show anything over a window, block by block: best where these are few. A uint counts the chunks of blocks of 2^40
+// voxels, and takes half the registers of a size_t.
 static inline bool slab_shows(__global const uchar *visible, int blocks_u, int blocks_v, int q, Window w) {
     const int4 blocks = blocks_over(blocks_u, blocks_v, w);
     int slabs = 0;
