@@ -52,10 +52,11 @@ impl<T: Copy> Buffer<T> {
         let taken = device.budget.take(what, needed)?;
         device.require(what, needed, 0)?;
         #[cfg(test)]
-        device.shared.faults.at(super::Call::Allocation).map_err(|e| not_created(device, what, needed, e))?;
+        device.shared.programs.faults.at(super::Call::Allocation).map_err(|e| not_created(device, what, needed, e))?;
         // SAFETY: the caller's promise; what is copied is not written.
-        let memory = unsafe { ClBuffer::create(&device.shared.context, flags, len.max(1), values.cast_mut().cast::<c_void>()) }
-            .map_err(|e| not_created(device, what, needed, e))?;
+        let memory =
+            unsafe { ClBuffer::create(&device.shared.programs.context, flags, len.max(1), values.cast_mut().cast::<c_void>()) }
+                .map_err(|e| not_created(device, what, needed, e))?;
         let allocated = device.shared.allocated.clone();
         allocated.fetch_add(needed, Ordering::Relaxed);
         Ok(Self { memory, len, allocated: Some(allocated), _taken: Some(taken) })

@@ -128,7 +128,7 @@ impl Device {
         let after = state.last.iter().filter(|_| !in_order);
         let wait: Vec<cl_event> = state.wait.iter().chain(after).map(Event::get).collect();
         #[cfg(test)]
-        self.shared.faults.at(super::Call::Command).map_err(|e| self.error(call, e))?;
+        self.shared.programs.faults.at(super::Call::Command).map_err(|e| self.error(call, e))?;
         let event = enqueue(queue, &wait).map_err(|e| self.error(call, e))?;
         state.wait.clear();
         let again = || retained(&event).map_err(|e| self.error("clRetainEvent", e));
@@ -143,14 +143,14 @@ impl Device {
     /// Lets the queue begin with what it holds.
     fn flush(&self) -> Result<(), Error> {
         #[cfg(test)]
-        self.shared.faults.at(super::Call::Command).map_err(|e| self.error("clFlush", e))?;
+        self.shared.programs.faults.at(super::Call::Command).map_err(|e| self.error("clFlush", e))?;
         self.sequence.queue.flush().map_err(|e| self.error("clFlush", e))
     }
 
     /// Waits for everything that was enqueued through this handle.
     pub(crate) fn finish(&self) -> Result<(), Error> {
         #[cfg(test)]
-        self.shared.faults.at(super::Call::Command).map_err(|e| self.error("clWaitForEvents", e))?;
+        self.shared.programs.faults.at(super::Call::Command).map_err(|e| self.error("clWaitForEvents", e))?;
         let last = self.sequence.state().last.as_ref().map(retained).transpose().map_err(|e| self.error("clRetainEvent", e))?;
         last.map_or(Ok(()), |last| last.wait().map_err(|e| self.error("clWaitForEvents", e)))
     }

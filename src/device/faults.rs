@@ -51,16 +51,16 @@ impl Faults {
 impl Device {
     /// One call fails, after so many that do not.
     pub(crate) fn fail(&self, call: Call, after: u64, code: i32) {
-        *self.shared.faults.fault() = Some(Fault { call: Some(call), left: after, code, lasting: false, struck: false });
+        *self.shared.programs.faults.fault() = Some(Fault { call: Some(call), left: after, code, lasting: false, struck: false });
     }
 
     /// The device is lost after so many calls: all that come then fail.
     pub(crate) fn lose(&self, after: u64, code: i32) {
-        *self.shared.faults.fault() = Some(Fault { call: None, left: after, code, lasting: true, struck: false });
+        *self.shared.programs.faults.fault() = Some(Fault { call: None, left: after, code, lasting: true, struck: false });
     }
 
     /// Nothing fails any more. Whether something did.
     pub(crate) fn recover(&self) -> bool {
-        self.shared.faults.fault().take().is_some_and(|fault| fault.struck)
+        self.shared.programs.faults.fault().take().is_some_and(|fault| fault.struck)
     }
 }

@@ -84,12 +84,12 @@ impl Device {
 
     /// The context, for buffers that are rendered from or into. It lives as long as this device or a clone of it does.
     pub fn context(&self) -> cl_context {
-        self.shared.context.get()
+        self.shared.programs.context.get()
     }
 
     /// OpenCL's name for the device.
     pub fn id(&self) -> cl_device_id {
-        self.shared.context.default_device()
+        self.shared.programs.context.default_device()
     }
 
     /// The queue, which lives as long as this device or a clone of it does.

@@ -55,8 +55,9 @@ use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
 use opencl3::device::Device as ClDevice;
 use opencl3::kernel::Kernel;
+use program::Programs;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use stopwatch::{Launched, Stopwatch};
 
@@ -86,15 +87,11 @@ pub struct Device {
 
 /// What all queues of a context's device share.
 struct Shared {
-    info: DeviceInfo,
-    context: Context,
+    programs: Arc<Programs>,
     allocated: Arc<AtomicU64>,
-    programs: Mutex<program::Programs>,
     /// Whether it was said that pictures do not go straight into textures.
     #[cfg(feature = "gl-interop")]
     through_host: std::sync::Once,
-    #[cfg(test)]
-    faults: faults::Faults,
     #[cfg(test)]
     started: started::AllStarted,
 }
@@ -131,14 +128,10 @@ impl Device {
     fn new(info: DeviceInfo, context: Context, sequence: Sequence) -> Self {
         let tuning = info.tuning;
         let shared = Shared {
-            info,
-            context,
+            programs: Arc::new(Programs::new(info, context)),
             allocated: Arc::default(),
-            programs: Mutex::default(),
             #[cfg(feature = "gl-interop")]
             through_host: std::sync::Once::new(),
-            #[cfg(test)]
-            faults: faults::Faults::default(),
             #[cfg(test)]
             started: Default::default(),
         };
@@ -161,7 +154,7 @@ impl Device {
 
     /// What the device is.
     pub fn info(&self) -> &DeviceInfo {
-        &self.shared.info
+        &self.shared.programs.info
     }
 
     /// Bytes of buffers that are allocated at the moment.
@@ -171,13 +164,13 @@ impl Device {
 
     /// How many programs are built, and kept for all that render on this device.
     pub fn programs(&self) -> usize {
-        self.shared.programs.lock().unwrap_or_else(PoisonError::into_inner).len()
+        self.shared.programs.count()
     }
 
     /// Refuses what would not fit: bytes on the device and beside it on the host. A processor has both in one memory; other devices are
     /// asked when buffers are made.
     pub(crate) fn require(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
-        let shared = self.shared.info.kind == DeviceKind::Cpu;
+        let shared = self.info().kind == DeviceKind::Cpu;
         memory::require(what, if shared { on_device.saturating_add(on_host) } else { on_host })
     }
 
@@ -210,7 +203,7 @@ impl Device {
     }
 
     fn error(&self, call: &'static str, source: opencl3::error_codes::ClError) -> Error {
-        Error::OpenCl { call, device: self.shared.info.name.clone(), source }
+        self.shared.programs.error(call, source)
     }
 
     /// Starts `kernel`, whose arguments are set, with at least `items` work-items in groups of `group`.

@@ -40,7 +40,7 @@ impl Device {
 
     /// Whether the context was made to share with one of OpenGL's: by [`open_with_gl`](Self::open_with_gl), or by a caller whose queue this is.
     pub fn shares_gl(&self) -> bool {
-        self.shared.context.properties().is_ok_and(|properties| current_gl::names_context(&properties))
+        self.shared.programs.context.properties().is_ok_and(|properties| current_gl::names_context(&properties))
     }
 
     /// A 2D texture as memory that pictures of this device go to; none where they cannot, and the first time it is said why.
@@ -48,7 +48,7 @@ impl Device {
         let why = if self.shares_gl() {
             // SAFETY: OpenCL refuses what is no texture of OpenGL's.
             let image = unsafe {
-                Image::create_from_gl_texture(&self.shared.context, CL_MEM_WRITE_ONLY, GL_TEXTURE_2D, 0, texture.get())
+                Image::create_from_gl_texture(&self.shared.programs.context, CL_MEM_WRITE_ONLY, GL_TEXTURE_2D, 0, texture.get())
             };
             match image.map_err(|e| self.error("clCreateFromGLTexture", e)).and_then(|image| DeviceMemory::of_image(&image)) {
                 Ok(memory) => return Some(SharedTexture(memory)),
