@@ -249,6 +249,12 @@ pub enum Error {
         /// The compiler's words.
         log: String,
     },
+    /// A kernel that was to be built in the background is not, since its device is gone.
+    #[error("{program} was not built in the background: its device was closed before")]
+    NotBuilt {
+        /// The kernel file.
+        program: &'static str,
+    },
     /// Memory or a queue of the caller's own that cannot be used.
     #[error("{what} {problem}")]
     Memory {

@@ -1,19 +1,21 @@
 //! How long a live renderer keeps its viewer waiting when something changes: the first frame beside the next. benches/stalls/run
 //!
 //! Without arguments, runs itself twice, in an empty folder for PoCL's compiled kernels and again in the same one, and prints a table of
-//! both. With `once`, draws in this process and prints a line per change.
+//! both. With `once`, draws in this process and prints a line per change. With `minute`, runs a script of what a user does at a viewer after
+//! the programs for it were built ahead, likewise twice; with `minute-at-once`, while they are being built.
 
 #[path = "../scene/mod.rs"]
 mod scene;
 
 mod changes;
+mod minute;
 
 use changes::Change;
 use layersplat::{Background, Renderer};
 use scene::{BUILT_IN, Scene, viewport};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Command, ExitCode};
+use std::process::{Command, ExitCode, Stdio};
 use std::time::Instant;
 
 /// Frames after the first one of a change, of which the fastest counts: what drawing takes.
@@ -59,11 +61,16 @@ fn once() {
     }
 }
 
-/// What a process that draws with kernels compiled into a folder says, by change.
-fn in_process(kernels: &Path) -> BTreeMap<String, [f64; 2]> {
+/// This program with another argument, with kernels compiled into a folder.
+fn process(argument: &str, kernels: &Path) -> Command {
     let mut command = Command::new(std::env::current_exe().expect("this program"));
-    let output = command.arg("once").env("POCL_CACHE_DIR", kernels).stderr(std::process::Stdio::inherit()).output();
-    let output = output.expect("a process");
+    command.arg(argument).env("POCL_CACHE_DIR", kernels).stderr(Stdio::inherit());
+    command
+}
+
+/// First and next frames in a process of their own, by change.
+fn in_process(kernels: &Path) -> BTreeMap<String, [f64; 2]> {
+    let output = process("once", kernels).output().expect("a process");
     assert!(output.status.success(), "it ended with {}", output.status);
     let text = String::from_utf8(output.stdout).expect("text");
     let number = |text: Option<&str>| text.and_then(|number| number.parse().ok()).expect("a number");
@@ -85,13 +92,27 @@ fn table() {
     }
 }
 
+/// The script in two processes: with nothing compiled, and with what the first one compiled.
+fn minutes(argument: &str) {
+    let kernels = tempfile::tempdir().expect("a folder");
+    for compiled in ["nothing compiled", "compiled before"] {
+        println!("\n{compiled}:\n");
+        let status = process(argument, kernels.path()).status().expect("a process");
+        assert!(status.success(), "it ended with {status}");
+    }
+}
+
 fn main() -> ExitCode {
     // `cargo bench` adds --bench.
     match std::env::args().skip(1).find(|argument| argument != "--bench").as_deref() {
         None => table(),
         Some("once") => once(),
+        Some("minute") => minutes("one-minute"),
+        Some("minute-at-once") => minutes("one-minute-at-once"),
+        Some("one-minute") => minute::minute(&scene(), true),
+        Some("one-minute-at-once") => minute::minute(&scene(), false),
         Some(other) => {
-            eprintln!("{other}: there are `once` and no argument");
+            eprintln!("{other}: there are no argument, `once`, `minute` and `minute-at-once`");
             return ExitCode::FAILURE;
         }
     }

@@ -8,9 +8,9 @@
 
 __kernel void footprints(__global const LayerOffset *offsets_u, __global const LayerOffset *offsets_v, float shear_u,
                          float shear_v, int per_voxel_u, int per_voxel_v, int layers, __global float *weights) {
-    const int p = get_global_id(0) % per_voxel_u, q = get_global_id(0) / per_voxel_u % per_voxel_v, layer = get_global_id(0) / (per_voxel_u * per_voxel_v);
-    if (layer >= layers)
+    if (get_global_id(0) >= (size_t)per_voxel_u * per_voxel_v * layers)
         return;
+    const int p = get_global_id(0) % per_voxel_u, q = get_global_id(0) / per_voxel_u % per_voxel_v, layer = get_global_id(0) / (per_voxel_u * per_voxel_v);
     const float fraction_u = offsets_u[layer * per_voxel_u + p].fraction, fraction_v = offsets_v[layer * per_voxel_v + q].fraction;
     const int first_u = first_tap(fraction_u, shear_u), first_v = first_tap(fraction_v, shear_v);
     const int taps_u = tap_count(fraction_u, shear_u), taps_v = tap_count(fraction_v, shear_v);

@@ -164,6 +164,8 @@ __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __glo
                             SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples) {
     __local uint active, slabs[WORDS_LOOKED_UP];
     __local float ends[ENDS];
+    if (get_group_id(0) >= p.tiles_u * p.tiles_v)
+        return;
     share_ends(&sample, ends);
     int lowest = p.first_layer, highest = p.last_layer;
     if (p.culling)

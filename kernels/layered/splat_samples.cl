@@ -97,6 +97,8 @@ __kernel void splat_samples(__global const VOXEL *voxels, VolumeView view, __glo
                             __global const float4 *table, __global const float4 *slabs, RayLatticeParams p, SampleParams sample,
                             Clipping clip, __global float4 *lattice, __global uint *active_samples) {
     __local uint active, layers[WORDS_LOOKED_UP];
+    if (get_group_id(0) >= p.tiles_u * p.tiles_v)
+        return;
     const int lowest = max(p.first_layer, -1), highest = min(p.last_layer, view.dims_a);
     const int tile = get_group_id(0), first = p.layer_step > 0 ? lowest : highest, count = highest - lowest + 1;
     look_up(visible, &p, &view, tile, first, count, layers);

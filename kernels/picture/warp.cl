@@ -151,9 +151,9 @@ static inline bool nothing_under(__global const float4 *lattice, __global const 
 __kernel void warp(__global const float4 *lattice, __global const uint *active_samples, WarpParams p, float4 background,
                    __global PIXEL *picture) {
     const int blocks = (p.columns + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS, block = get_global_id(0);
-    const int left = block % blocks * BLOCK_COLUMNS, top = block / blocks * BLOCK_ROWS;
-    if (top >= p.rows)
+    if (block >= blocks * ((p.rows + BLOCK_ROWS - 1) / BLOCK_ROWS))
         return;
+    const int left = block % blocks * BLOCK_COLUMNS, top = block / blocks * BLOCK_ROWS;
     const int right = min(left + BLOCK_COLUMNS, p.columns), bottom = min(top + BLOCK_ROWS, p.rows);
     const float inset = 0.5f / p.filter;
     const bool nothing =

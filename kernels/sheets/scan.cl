@@ -18,7 +18,7 @@ static inline void next_count(int chunks, int *chunk, int *bucket) {
 __kernel void scan(__global uint *counts, int chunks, int buckets, __global ulong *total) {
     __local ulong sums[SCAN_GROUP];
     // Groups can be smaller than they were to be: the first one does all.
-    if (get_group_id(0) > 0)
+    if (get_group_id(0) > 0 || !chunks)
         return;
     const uint id = get_local_id(0), size = get_local_size(0);
     const ulong all = (ulong)chunks * buckets, begin = all * id / size, end = all * (id + 1) / size;

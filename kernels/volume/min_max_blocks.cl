@@ -19,10 +19,10 @@ typedef CAT(VOXEL, WINDOW) Window;
 
 __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int blocks_u, int blocks_v,
                              int radius, __global VOXEL *limits) {
+    if (get_global_id(0) >= (size_t)blocks_u * blocks_v * view.dims_a)
+        return;
     const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
     const int k = get_global_id(0) / (blocks_u * blocks_v);
-    if (k >= view.dims_a)
-        return;
     const int u0 = FIRST_OF_BLOCK(b, BLOCK_U) - (radius - 1), u1 = FIRST_OF_BLOCK(b + 1, BLOCK_U) - 1 + radius;
     const int v0 = FIRST_OF_BLOCK(c, BLOCK_V) - (radius - 1), v1 = FIRST_OF_BLOCK(c + 1, BLOCK_V) - 1 + radius;
     const bool whole = u0 >= 0 && u1 < view.dims_u && v0 >= 0 && v1 < view.dims_v;

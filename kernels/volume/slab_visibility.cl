@@ -22,10 +22,11 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
                               float offset, float least, float largest, float table_first, float table_per_value, int table_last,
                               __global const uint *visible_before, float overshoot, float slack,
                               __global uchar *visible) {
-    const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
-    const int chunk = get_global_id(0) / (blocks_u * blocks_v), slabs = layers + 2 * radius - 1;
-    if (8 * chunk >= slabs)
+    const int slabs = layers + 2 * radius - 1;
+    if (get_global_id(0) >= (size_t)blocks_u * blocks_v * ((slabs + 7) / 8))
         return;
+    const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
+    const int chunk = get_global_id(0) / (blocks_u * blocks_v);
     const int reached = 2 * radius, first = 8 * chunk + 1 - reached;
     float lo[LAYERS], hi[LAYERS];
     UNROLLED for (int n = 0; n < LAYERS; n++) {

@@ -13,14 +13,12 @@
 __kernel void transpose(__global const VOXEL *voxels, long first, long pitch_y, long pitch_z, int dims_x, int dims_y, int dims_z,
                         __global VOXEL *transposed) {
     const size_t id = get_global_id(0);
+    if (id >= (size_t)((dims_x + TRANSPOSED_ROWS - 1) / TRANSPOSED_ROWS) * dims_y)
+        return;
 #if TRANSPOSED_ROWS == 1
     const size_t first_x = id % dims_x, y = id / dims_x;
-    if (y >= dims_y)
-        return;
 #else
     const size_t y = id % dims_y, first_x = id / dims_y * TRANSPOSED_ROWS;
-    if (first_x >= dims_x)
-        return;
 #endif
     __global const VOXEL *columns = voxels + first + first_x + pitch_y * y;
     __global VOXEL *row = transposed + dims_z * (first_x * dims_y + y);

@@ -1,5 +1,6 @@
 //! The only room that knows OpenCL: device, queue, buffers, programs and typed kernel launchers.
 
+mod ahead;
 mod budget;
 mod buffer;
 mod cache;
@@ -15,6 +16,7 @@ pub(crate) mod launch;
 mod loader;
 mod pinning;
 mod program;
+mod rehearsal;
 mod scratch;
 mod selection;
 #[cfg(feature = "gl-interop")]
@@ -25,6 +27,7 @@ mod started;
 mod stopwatch;
 mod tuning;
 
+pub use ahead::ProgramBuilds;
 pub(crate) use buffer::Buffer;
 pub use cache::keep_compiled_kernels;
 pub use device_memory::{DeviceMemory, ImageFormat};
@@ -43,12 +46,14 @@ pub use stopwatch::StageTimes;
 pub use tuning::{LatticeSchedule, Tuning};
 
 pub(crate) use device_memory::MemoryKind;
+pub(crate) use rehearsal::Rehearsal;
 pub(crate) use scratch::ScratchMemory;
 #[cfg(feature = "gl-interop")]
 pub(crate) use shared_gl::SharedTexture;
 
 use crate::error::Error;
 use crate::memory;
+use ahead::Ahead;
 use budget::Budget;
 use commands::{Limit, Sequence};
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
@@ -83,11 +88,14 @@ pub struct Device {
     scratch: Option<Arc<ScratchMemory>>,
     /// Of a frame that may only take so long.
     limit: Option<Limit>,
+    /// Of a frame that is not drawn: which kernels it would start.
+    rehearsal: Option<Arc<Rehearsal>>,
 }
 
 /// What all queues of a context's device share.
 struct Shared {
     programs: Arc<Programs>,
+    ahead: Ahead,
     allocated: Arc<AtomicU64>,
     /// Whether it was said that pictures do not go straight into textures.
     #[cfg(feature = "gl-interop")]
@@ -127,8 +135,10 @@ impl Device {
 
     fn new(info: DeviceInfo, context: Context, sequence: Sequence) -> Self {
         let tuning = info.tuning;
+        let programs = Arc::new(Programs::new(info, context));
         let shared = Shared {
-            programs: Arc::new(Programs::new(info, context)),
+            ahead: Ahead::new(programs.clone()),
+            programs,
             allocated: Arc::default(),
             #[cfg(feature = "gl-interop")]
             through_host: std::sync::Once::new(),
@@ -143,6 +153,7 @@ impl Device {
             stopwatch: None,
             scratch: None,
             limit: None,
+            rehearsal: None,
         }
     }
 

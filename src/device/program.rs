@@ -4,6 +4,7 @@ use super::launch::structs;
 use super::{Device, DeviceInfo, cache, sources};
 use crate::error::Error;
 use opencl3::context::Context;
+use opencl3::device::Device as ClDevice;
 use opencl3::error_codes::ClError;
 use opencl3::kernel::Kernel;
 use opencl3::program::Program;
@@ -78,6 +79,15 @@ impl Programs {
             }
         };
         Kernel::create(program, name).map_err(|e| self.error("clCreateKernel", e))
+    }
+
+    /// Work-items that a group of a kernel can have: of the device's most, what its registers leave.
+    pub fn largest_group(&self, kernel: &Kernel) -> Result<usize, Error> {
+        let id = self.context.default_device();
+        let of_kernel = kernel.get_work_group_size(id).map_err(|e| self.error("clGetKernelWorkGroupInfo", e))?;
+        let of_axes = ClDevice::new(id).max_work_item_sizes().map_err(|e| self.error("clGetDeviceInfo", e))?;
+        // Some say 0 of a kernel that they have not compiled yet; one work-item always goes.
+        Ok(of_axes.first().map_or(of_kernel, |&along_x| of_kernel.min(along_x)).max(1))
     }
 
     /// How many are built.

@@ -50,6 +50,11 @@ impl Cache {
         }
     }
 
+    /// Bytes that may be kept.
+    pub fn budget(&self) -> usize {
+        self.budget
+    }
+
     /// What was made for a key.
     pub fn get<K: Key>(&mut self, key: &K) -> Option<Arc<K::Value>> {
         let found = self.entries.iter().position(|entry| !entry.stale && entry.key.downcast_ref() == Some(key))?;

@@ -26,6 +26,7 @@ mod streamed;
 mod texture;
 mod tiles;
 mod uploaded;
+mod warm_up;
 mod world;
 
 #[cfg(feature = "cli")]
@@ -43,6 +44,7 @@ pub use streamed::{StreamPlan, StreamedLattice, StreamedRenderer};
 #[cfg(feature = "gl-interop")]
 pub use texture::GlTexture;
 pub use uploaded::UploadedVolume;
+pub use warm_up::ExpectedFrames;
 
 use crate::camera::Camera;
 use crate::device::launch::structs::Float4;

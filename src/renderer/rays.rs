@@ -138,7 +138,7 @@ impl MarchedRays {
         let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
         self.slicing.launch(
             device,
-            (layout.voxels.kind(), integrals.cut, region.rendering),
+            (layout.voxels.kind(), integrals.needs.cut, region.rendering),
             &SlicingArguments {
                 voxels: &layout.voxels,
                 view: layout.view,

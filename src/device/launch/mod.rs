@@ -7,6 +7,7 @@ mod fields;
 pub(crate) mod layered;
 pub(crate) mod picture;
 pub(crate) mod rays;
+mod request;
 pub(crate) mod sheets;
 #[cfg(test)]
 mod signatures;
@@ -16,11 +17,11 @@ mod voxel_buffer;
 
 use defines::Defines;
 pub(crate) use defines::{BlendMode, Rendering};
+pub(crate) use request::KernelRequest;
 pub(crate) use voxel_buffer::{Floats, VoxelBuffer, VoxelKind};
 
 use super::{Buffer, Device, Tuning};
 use crate::error::Error;
-use opencl3::device::Device as ClDevice;
 use opencl3::kernel::Kernel as ClKernel;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -63,10 +64,24 @@ pub(crate) enum Items {
     Runs,
 }
 
+impl Items {
+    /// Work-items of a group, where the kernel leaves as many.
+    fn group(self, tuning: &Tuning) -> usize {
+        match self {
+            Items::Tiles => tuning.tile_group,
+            Items::Pixels => tuning.pixel_group,
+            Items::Samples => tuning.sample_group(),
+            Items::Runs => tuning.scan_group,
+        }
+    }
+}
+
 /// The arguments of a kernel, in its order.
 pub(crate) trait Arguments {
     /// Sets all of them.
     fn set(&self, kernel: &ClKernel) -> opencl3::Result<()>;
+    /// The bytes of each value, and 0 of each buffer.
+    fn sizes() -> Vec<usize>;
     /// Their names and OpenCL types.
     #[cfg(test)]
     fn signature() -> Vec<(&'static str, String)>;
@@ -94,12 +109,11 @@ impl<K: Launch> Launcher<K> {
     /// Starts the kernel.
     pub fn launch(&mut self, device: &Device, variant: K::Variant, arguments: &K::Arguments<'_>) -> Result<(), Error> {
         let tuning = device.tuning();
-        let group = match K::ITEMS {
-            Items::Tiles => tuning.tile_group,
-            Items::Pixels => tuning.pixel_group,
-            Items::Samples => tuning.sample_group(),
-            Items::Runs => tuning.scan_group,
-        };
+        let (group, items) = (K::ITEMS.group(tuning), K::items(arguments, tuning));
+        if let Some(rehearsal) = device.rehearsal() {
+            rehearsal.add(KernelRequest::new::<K>(tuning, variant, items));
+            return Ok(());
+        }
         let built = match self.built.entry(variant) {
             Entry::Occupied(built) => built.into_mut(),
             Entry::Vacant(place) => {
@@ -107,22 +121,13 @@ impl<K: Launch> Launcher<K> {
                 let kernel = device.kernel(K::FILE, K::NAME, &defines)?;
                 #[cfg(test)]
                 device.note_started((K::FILE, K::NAME), &defines, group);
-                place.insert(Built { largest_group: largest_group(device, &kernel)?, kernel })
+                place.insert(Built { largest_group: device.shared.programs.largest_group(&kernel)?, kernel })
             }
         };
         let kernel = &built.kernel;
         arguments.set(kernel).map_err(|e| device.error("clSetKernelArg", e))?;
-        device.start(K::STAGE, kernel, K::items(arguments, tuning), group.min(built.largest_group))
+        device.start(K::STAGE, kernel, items, group.min(built.largest_group))
     }
-}
-
-/// Work-items that a group of a kernel can have on a device.
-fn largest_group(device: &Device, kernel: &ClKernel) -> Result<usize, Error> {
-    let id = device.id();
-    let of_kernel = kernel.get_work_group_size(id).map_err(|e| device.error("clGetKernelWorkGroupInfo", e))?;
-    let of_axes = ClDevice::new(id).max_work_item_sizes().map_err(|e| device.error("clGetDeviceInfo", e))?;
-    // Some say 0 of a kernel that they have not compiled yet; one work-item always goes.
-    Ok(of_axes.first().map_or(of_kernel, |&along_x| of_kernel.min(along_x)).max(1))
 }
 
 /// `kernel!`: a kernel, its file, name and stage, and its arguments with their types, in its own order.
@@ -151,6 +156,10 @@ macro_rules! kernel {
                 (0..).zip(arguments).try_for_each(|(index, argument)| argument.set(kernel, index))
             }
 
+            fn sizes() -> Vec<usize> {
+                vec![$(<$type as $crate::device::launch::Typed>::BYTES),*]
+            }
+
             #[cfg(test)]
             fn signature() -> Vec<(&'static str, String)> {
                 vec![$((stringify!($field), <$type as $crate::device::launch::Typed>::name())),*]
@@ -166,8 +175,11 @@ trait Argument {
 }
 
 /// The OpenCL type of an argument.
-#[cfg_attr(not(test), expect(dead_code, reason = "signatures are compared in tests"))]
 trait Typed {
+    /// Size of a value; 0 of buffers, which every device has handles of its own for.
+    const BYTES: usize;
+
+    #[cfg_attr(not(test), expect(dead_code, reason = "signatures are compared in tests"))]
     fn name() -> String;
 }
 
@@ -206,6 +218,8 @@ impl<T: ClType> Argument for T {
 }
 
 impl<T: ClType> Typed for T {
+    const BYTES: usize = size_of::<T>();
+
     fn name() -> String {
         T::NAME.into()
     }
@@ -219,6 +233,8 @@ impl<T: ClType> Argument for &Buffer<T> {
 }
 
 impl<T: ClType> Typed for &Buffer<T> {
+    const BYTES: usize = 0;
+
     fn name() -> String {
         format!("{}*", T::NAME)
     }

@@ -84,6 +84,8 @@ impl Argument for Floats<'_> {
 }
 
 impl Typed for Floats<'_> {
+    const BYTES: usize = 0;
+
     fn name() -> String {
         "float*".into()
     }
@@ -111,6 +113,8 @@ impl Argument for &VoxelBuffer {
 }
 
 impl Typed for &VoxelBuffer {
+    const BYTES: usize = 0;
+
     fn name() -> String {
         "VOXEL*".into()
     }

@@ -8,7 +8,7 @@ mod tables;
 
 pub(super) use layouts::{Layout, Placement};
 pub(super) use splat_list::{SplatList, Splatted, read_total};
-pub(super) use tables::{Integrals, SLAB_VALUES, Table, integrals_bytes, table_bytes, table_entries};
+pub(super) use tables::{Integrals, SLAB_VALUES, SegmentNeeds, Table, integrals_bytes, table_bytes, table_entries};
 
 use super::UploadedVolume;
 use super::cache::{Cache, Kept, Key};
@@ -54,6 +54,8 @@ pub(super) struct Prepared {
     revision: u64,
     cache: Cache,
     launchers: Launchers,
+    /// In a rehearsal, in place of what the transfer function needs.
+    segment_needs: Option<SegmentNeeds>,
 }
 
 #[derive(Default)]
@@ -123,6 +125,21 @@ impl Prepared {
             transfer: transfer.of_stored(rescale),
             revision: 0,
             launchers: Launchers::default(),
+            segment_needs: None,
+        }
+    }
+
+    /// The same with nothing prepared yet, for frames that are not drawn; with what segments are said to need.
+    pub fn for_rehearsal(&self, needs: Option<SegmentNeeds>) -> Self {
+        Self {
+            segment_needs: needs,
+            grid: self.grid.clone(),
+            voxels: self.voxels.clone(),
+            given_transfer: self.given_transfer.clone(),
+            transfer: self.transfer.clone(),
+            cache: Cache::new(self.cache.budget()),
+            launchers: Launchers::default(),
+            ..*self
         }
     }
 

@@ -62,10 +62,26 @@ pub(in crate::renderer) struct Integrals {
     pub visible_values: [f32; 2],
     /// Extinction of one unit.
     pub unit: f32,
-    /// Whether values can lie beyond the nodes.
+    pub needs: SegmentNeeds,
+}
+
+/// What segments between these nodes need of a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::renderer) struct SegmentNeeds {
+    /// Values can lie beyond the nodes.
     pub cut: bool,
-    /// Whether light lost within a layer can change its colour.
+    /// Light lost within a layer can change its colour.
     pub dimmed: bool,
+}
+
+impl SegmentNeeds {
+    /// Of all transfer functions.
+    pub const ALL: [Self; 4] = [
+        Self { cut: false, dimmed: false },
+        Self { cut: true, dimmed: false },
+        Self { cut: false, dimmed: true },
+        Self { cut: true, dimmed: true },
+    ];
 }
 
 impl Table {
@@ -92,9 +108,9 @@ impl Integrals {
     /// How segments are built from these integrals, so many per layer.
     pub fn segments(&self, extinction: Extinction, kernel: Kernel, per_layer: u32) -> Segments {
         Segments {
-            cut: self.cut,
+            cut: self.needs.cut,
             curved: segment_ends(kernel, per_layer, 0) != [0.0; 2],
-            dimmed: self.dimmed && extinction == Extinction::Exponential,
+            dimmed: self.needs.dimmed && extinction == Extinction::Exponential,
             whole: per_layer == 1,
         }
     }
@@ -187,13 +203,16 @@ impl Prepared {
         }
         let table = self.table(device, extinction, kernel)?;
         let on_host = table.on_host.integrals(thinnest);
+        let needs = self.segment_needs.unwrap_or_else(|| SegmentNeeds {
+            cut: self.promised || !on_host.spans(self.field_range(kernel)),
+            dimmed: table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING,
+        });
         let integrals = Integrals {
             nodes: Buffer::from_slice(device, &for_kernels(&on_host, self.offset()), "the table of integrals")?,
             scale: self.scale(on_host.first, on_host.per_value, on_host.nodes.len()),
             visible_values: on_host.visible_values().map(|v| (v - self.offset()) as f32),
             unit: on_host.unit as f32,
-            cut: self.promised || !on_host.spans(self.field_range(kernel)),
-            dimmed: table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING,
+            needs,
         };
         Ok(self.cache.keep(key, integrals))
     }

@@ -1,0 +1,337 @@
+//! Programs of frames to come, built in the background.
+
+use super::prepared::SegmentNeeds;
+use super::scene::View;
+use super::{Drawn, Plan, Renderer};
+use crate::camera::{Camera, Orbit, Projection};
+use crate::device::launch::KernelRequest;
+use crate::device::{ProgramBuilds, Rehearsal};
+use crate::error::Error;
+use crate::image::Background;
+use crate::settings::Settings;
+use crate::viewport::Viewport;
+use crate::volume::Grid;
+use std::collections::HashSet;
+use std::sync::Arc;
+
+/// Degrees about the y axis of representative views: near each layer axis, between two, and exactly there.
+const AZIMUTHS: [f64; 6] = [0.0, 20.0, 45.0, 70.0, 90.0, 200.0];
+/// Degrees above the xz plane.
+const ELEVATIONS: [f64; 4] = [0.0, 20.0, 45.0, 80.0];
+/// Degrees about the view: upright, which lattices can follow, and not.
+const ROLLS: [f64; 2] = [0.0, 10.0];
+/// How many times larger than a view that all of the volume fits into.
+const ZOOMS: [f64; 12] = [0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 13.0, 20.0];
+/// Eyes of perspectives, in distances from which all of the volume fits into the picture: from far to inside.
+const DISTANCES: [f64; 6] = [4.0, 1.0, 0.6, 0.4, 0.25, 0.1];
+
+/// Frames that a caller may want to draw, for [`Renderer::warm_up`]: sets of settings, each with all views and all transfer functions.
+///
+/// ```
+/// use layersplat::renderer::ExpectedFrames;
+/// use layersplat::{Quality, Settings, Viewport};
+///
+/// // A viewer that drags in `draft`, rests in `standard`, has a perspective of 30° and lets its user edit the transfer function.
+/// let settings = [Settings::default(), Quality::Draft.settings()];
+/// let expected = ExpectedFrames::new(&settings, Viewport::new(640, 480)?);
+/// let expected = expected.with_parallel_views().with_perspective_views(30.0).with_any_transfer_function();
+/// # Ok::<(), layersplat::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ExpectedFrames {
+    settings: Vec<Settings>,
+    viewport: Viewport,
+    cameras: Vec<Camera>,
+    parallel: bool,
+    fields_of_view: Vec<f64>,
+    any_transfer_function: bool,
+}
+
+impl ExpectedFrames {
+    /// Frames of a size with these settings, no views yet.
+    pub fn new(settings: &[Settings], viewport: Viewport) -> Self {
+        Self {
+            settings: settings.to_vec(),
+            viewport,
+            cameras: Vec::new(),
+            parallel: false,
+            fields_of_view: Vec::new(),
+            any_transfer_function: false,
+        }
+    }
+
+    /// And these views.
+    pub fn with_cameras(mut self, cameras: &[Camera]) -> Self {
+        self.cameras.extend_from_slice(cameras);
+        self
+    }
+
+    /// And parallel views from all sides, from far and near.
+    pub fn with_parallel_views(mut self) -> Self {
+        self.parallel = true;
+        self
+    }
+
+    /// And perspectives of a vertical field of view in degrees, between 0 and 180 exclusive, from all sides, outside and inside the volume.
+    pub fn with_perspective_views(mut self, field_of_view: f64) -> Self {
+        self.fields_of_view.push(field_of_view);
+        self
+    }
+
+    /// With every transfer function, not only the one in use: up to four times as many programs.
+    pub fn with_any_transfer_function(mut self) -> Self {
+        self.any_transfer_function = true;
+        self
+    }
+
+    /// All cameras, the caller's first.
+    fn all_cameras(&self, grid: &Grid) -> Vec<Camera> {
+        let (centre, diagonal, viewport) = (grid.centre(), grid.diagonal(), self.viewport);
+        let mut cameras = self.cameras.clone();
+        for orbit in orbits() {
+            if self.parallel {
+                let fitted = Camera::fit_parallel(centre, diagonal, viewport, orbit);
+                cameras.extend(ZOOMS.map(|zoom| zoomed(fitted, zoom)));
+            }
+            for &field_of_view in &self.fields_of_view {
+                let fitted = Camera::fit_perspective(centre, diagonal, field_of_view, viewport, orbit);
+                let distance = fitted.position.distance(centre);
+                cameras.extend(DISTANCES.map(|times| Camera::orbit(centre, times * distance, orbit, fitted.projection)));
+            }
+        }
+        cameras
+    }
+}
+
+fn orbits() -> impl Iterator<Item = Orbit> {
+    let rolled = |azimuth, elevation| ROLLS.map(|roll| Orbit { azimuth, elevation, roll });
+    let raised = move |azimuth| ELEVATIONS.into_iter().flat_map(move |elevation| rolled(azimuth, elevation));
+    AZIMUTHS.into_iter().flat_map(raised)
+}
+
+/// A parallel view, larger.
+fn zoomed(camera: Camera, zoom: f64) -> Camera {
+    let Projection::Parallel { scale } = camera.projection else { return camera };
+    Camera { projection: Projection::Parallel { scale: scale / zoom }, ..camera }
+}
+
+/// A renderer whose frames are not drawn, and where the kernels are taken down that they would start.
+struct Understudy {
+    renderer: Renderer,
+    rehearsal: Arc<Rehearsal>,
+}
+
+impl Renderer {
+    /// Builds in the background what these frames need, and calls `on_ready` when all of it is there; or with the reason why it could not
+    /// be found (settings or cameras that frames refuse), or why the first program that failed could not be built. Frames can be drawn
+    /// meanwhile; what they need and is not there yet is built for them, as without this call.
+    ///
+    /// Programs belong to the [`Device`](crate::Device): all its renderers have them. When the last of its clones and renderers is dropped,
+    /// what has not begun is given up. `on_ready` is called on another thread. A forced layer axis that does not reach one of the views is
+    /// no error.
+    pub fn warm_up(&self, expected: &ExpectedFrames, on_ready: impl FnOnce(Result<(), Error>) + Send + 'static) -> ProgramBuilds {
+        let needs = SegmentNeeds::ALL.map(Some).to_vec();
+        let needs = if expected.any_transfer_function { needs } else { vec![None] };
+        let understudies: Vec<_> = needs.into_iter().map(|needs| self.understudy(needs)).collect();
+        let expected = expected.clone();
+        self.device.build_ahead(move || kernels(understudies, &expected), on_ready)
+    }
+
+    /// A renderer of the same volume for frames that are not drawn.
+    fn understudy(&self, needs: Option<SegmentNeeds>) -> Understudy {
+        let (device, rehearsal) = self.device.with_own_sequence().rehearsing();
+        let renderer = Self {
+            device,
+            grid: self.grid.clone(),
+            world: self.world,
+            prepared: self.prepared.for_rehearsal(needs),
+            measuring: false,
+            longest: None,
+            scratch: None,
+            points: Default::default(),
+            splats: Default::default(),
+            rays: Default::default(),
+            axis_sheets: Default::default(),
+            view_sheets: Default::default(),
+            target: Default::default(),
+            picture: Default::default(),
+        };
+        Understudy { renderer, rehearsal }
+    }
+}
+
+/// The kernels of all frames, those of the first settings first.
+fn kernels(mut understudies: Vec<Understudy>, expected: &ExpectedFrames) -> Result<Vec<KernelRequest>, Error> {
+    let (mut known, mut ordered) = (HashSet::new(), Vec::new());
+    for settings in &expected.settings {
+        for understudy in &mut understudies {
+            for camera in &expected.all_cameras(&understudy.renderer.grid) {
+                understudy.rehearse(camera, expected.viewport, settings)?;
+                let launched = understudy.rehearsal.take();
+                ordered.extend(launched.into_iter().filter(|kernel| known.insert(kernel.clone())));
+            }
+        }
+    }
+    tracing::debug!("{} kernels are needed ahead", ordered.len());
+    Ok(ordered)
+}
+
+impl Understudy {
+    /// Goes through a frame, as floats and as an 8-bit picture.
+    fn rehearse(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
+        let renderer = &mut self.renderer;
+        let device = renderer.device.clone();
+        let (rays, settings) = renderer.seen(camera, viewport, settings)?;
+        let view = View { device: &device, rays: &rays, viewport, settings: &settings };
+        let plan = match Plan::new(&rays, viewport, renderer.prepared.grid(), &settings) {
+            Err(Error::Settings { field: "layer_axis", .. }) => return Ok(()),
+            plan => plan?,
+        };
+        let (drawn, _) = renderer.draw(view, &plan)?;
+        renderer.displayed(view, &drawn, Background::BLACK, None)?;
+        if let Drawn::Lattice(_) = drawn {
+            renderer.floats(view, &drawn, None)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::{Device, DeviceChoice};
+    use crate::layers::{Correction, Kernel};
+    use crate::settings::{Algorithm, Blend, Classification, Clipping, CropBox, Evaluation, GradientOpacity, Layered};
+    use crate::transfer::TransferFunction;
+    use crate::volume::{OpenOptions, Volume};
+    use glam::DVec3;
+    use std::collections::BTreeSet;
+
+    const VIEWPORT: Viewport = Viewport { width: 40, height: 32 };
+
+    fn device() -> Device {
+        Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL")
+    }
+
+    struct Scene {
+        volume: Volume<'static>,
+        transfer: TransferFunction,
+    }
+
+    impl Scene {
+        fn new() -> Self {
+            let volume = Volume::open("builtin:hydrogen@24", &OpenOptions::default()).unwrap();
+            Self { transfer: TransferFunction::builtin("fire", &volume).unwrap(), volume }
+        }
+
+        fn camera(&self, azimuth: f64, roll: f64) -> Camera {
+            let grid = self.volume.grid();
+            Camera::fit_parallel(grid.centre(), grid.diagonal(), VIEWPORT, Orbit { azimuth, elevation: 20.0, roll })
+        }
+
+        /// The frames of benches/stalls, and what else makes programs of its own.
+        fn frames(&self) -> Vec<(Camera, Settings)> {
+            let (view, standard) = (self.camera(30.0, 0.0), Settings::default());
+            let layered = |classification| Settings::from(Layered { classification, ..Layered::default() });
+            let sampled = |kernel, samples_per_layer| layered(Classification::Preintegrated { kernel, samples_per_layer });
+            let blended = |blend| Settings { blend, ..standard };
+            let (lowest, largest) = self.transfer.range();
+            let steep = GradientOpacity::new(&[(0.0, 0.0), (1.0, 1.0)]).unwrap();
+            let crop = Some(CropBox { lowest: DVec3::splat(5.0), highest: DVec3::splat(15.0) });
+            let direct = Layered { evaluation: Evaluation::Direct, ..Layered::default() };
+            let inside = Camera::orbit(
+                self.volume.grid().centre(),
+                4.0,
+                Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 },
+                Projection::Perspective { field_of_view: 90.0 },
+            );
+            let cameras = [self.camera(80.0, 0.0), self.camera(45.0, 0.0), self.camera(30.0, 20.0), zoomed(view, 4.0), inside];
+            let changed = [
+                crate::Quality::High.settings(),
+                sampled(Kernel::Linear, 1),
+                sampled(Kernel::CatmullRom, 1),
+                sampled(Kernel::Cubic, 2),
+                layered(Classification::Post(Correction::SubLayers(2))),
+                Settings { gradient_opacity: Some(steep), ..standard },
+                Settings { clipping: Clipping { crop, ..Clipping::default() }, ..standard },
+                blended(Blend::Maximum),
+                blended(Blend::Iso((lowest + largest) / 2.0)),
+                direct.into(),
+                Algorithm::Slicing { step: 0.5 }.into(),
+                Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 }.into(),
+                Algorithm::ViewSheets { sheet_distance: 1.0 }.into(),
+            ];
+            let seen = cameras.into_iter().map(|camera| (camera, standard));
+            [(view, standard)].into_iter().chain(seen).chain(changed.map(|settings| (view, settings))).collect()
+        }
+    }
+
+    /// What compilers are given, by kernel.
+    type Programs = BTreeSet<(&'static str, String, usize)>;
+
+    #[test]
+    fn a_rehearsal_starts_the_kernels_of_the_frame() {
+        let scene = Scene::new();
+        for (camera, settings) in scene.frames() {
+            let device = device();
+            let mut renderer = Renderer::new(&device, &scene.volume, &scene.transfer).unwrap();
+            let expected = ExpectedFrames::new(&[settings], VIEWPORT).with_cameras(&[camera]);
+            let rehearsed = kernels(vec![renderer.understudy(None)], &expected).unwrap();
+            let in_rehearsal: Programs = rehearsed.iter().map(|kernel| (kernel.kernel, kernel.options(), kernel.group)).collect();
+            assert!(device.started().is_empty() && device.programs() == 0, "a rehearsal starts nothing");
+            renderer.render(&camera, VIEWPORT, &settings).unwrap();
+            renderer.render_rgba8(&camera, VIEWPORT, &settings, Background::BLACK).unwrap();
+            let in_frame: Programs =
+                device.started().into_iter().map(|started| (started.kernel, started.options, started.group)).collect();
+            assert_eq!(in_rehearsal, in_frame, "{settings:?} from {camera:?}");
+        }
+    }
+
+    #[test]
+    fn rehearsals_take_no_memory_of_the_device() {
+        let (scene, device) = (Scene::new(), device());
+        let renderer = Renderer::new(&device, &scene.volume, &scene.transfer).unwrap();
+        let before = device.allocated_bytes();
+        let mut understudy = renderer.understudy(None);
+        for (camera, settings) in scene.frames() {
+            understudy.rehearse(&camera, VIEWPORT, &settings).unwrap();
+        }
+        assert_eq!(device.allocated_bytes(), before);
+    }
+
+    #[test]
+    fn after_a_warm_up_frames_build_nothing() {
+        let (scene, device) = (Scene::new(), device());
+        let mut renderer = Renderer::new(&device, &scene.volume, &scene.transfer).unwrap();
+        let settings = Settings::default();
+        let expected = ExpectedFrames::new(&[settings], VIEWPORT).with_parallel_views().with_any_transfer_function();
+        let (tell, told) = std::sync::mpsc::channel();
+        let builds = renderer.warm_up(&expected, move |built| tell.send(built).unwrap());
+        builds.wait();
+        told.recv().unwrap().unwrap();
+        let built = device.programs();
+        assert_eq!(builds.progress().1, Some(builds.progress().0));
+        let opaque = scene.transfer.opacities().iter().map(|&(value, opacity)| (value, f64::from(opacity > 0.0))).collect();
+        for transfer in [scene.transfer.clone(), scene.transfer.with_opacities(opaque).unwrap()] {
+            renderer.set_transfer_function(&transfer);
+            for azimuth in [10.0, 44.9, 63.0, 100.0, 135.0] {
+                for zoom in [0.3, 1.1, 5.0] {
+                    let camera = zoomed(scene.camera(azimuth, azimuth / 3.0), zoom);
+                    renderer.render_rgba8(&camera, VIEWPORT, &settings, Background::BLACK).unwrap();
+                }
+            }
+        }
+        assert_eq!(device.programs(), built);
+    }
+
+    #[test]
+    fn settings_that_frames_refuse_are_told() {
+        let (scene, device) = (Scene::new(), device());
+        let renderer = Renderer::new(&device, &scene.volume, &scene.transfer).unwrap();
+        let wrong = Algorithm::Slicing { step: -1.0 }.into();
+        let (tell, told) = std::sync::mpsc::channel();
+        let expected = ExpectedFrames::new(&[wrong], VIEWPORT).with_parallel_views();
+        renderer.warm_up(&expected, move |built| tell.send(built).unwrap()).wait();
+        assert!(matches!(told.recv().unwrap(), Err(Error::OutOfRange { .. } | Error::Settings { .. })));
+    }
+}
