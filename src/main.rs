@@ -6,5 +6,8 @@ fn main() -> std::process::ExitCode {
         layersplat::device::pin_cpu_threads();
         layersplat::device::keep_compiled_kernels();
     }
+    if let Some(done) = layersplat::device::compile_for_parent() {
+        return done;
+    }
     layersplat::cli::main()
 }

@@ -265,3 +265,40 @@ fn warnings_name_what_a_preset_has_and_are_not_coloured() {
         assert!(!message.contains('\u{1b}'), "{message:?}");
     }
 }
+
+/// What is built in the background is compiled in the process that the caller names: its own folder of compiled kernels fills.
+#[test]
+fn another_process_compiles_what_is_built_in_the_background() {
+    use layersplat::renderer::ExpectedFrames;
+    use layersplat::{Camera, Device, DeviceChoice, OpenOptions, Orbit, Renderer, Settings, TransferFunction, Viewport, Volume};
+    let device = Device::open(&DeviceChoice::Default).unwrap();
+    if !device.info().platform.contains("Portable Computing Language") {
+        return eprintln!("SKIPPED: only PoCL keeps compiled kernels in a folder of its own");
+    }
+    let kernels = tempfile::tempdir().unwrap();
+    let folder = kernels.path().to_owned();
+    device.compile_by(move || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
+        command.env("POCL_CACHE_DIR", &folder);
+        command
+    });
+    let volume = Volume::open("builtin:hydrogen@16", &OpenOptions::default()).unwrap();
+    let renderer = Renderer::new(&device, &volume, &TransferFunction::automatic(&volume)).unwrap();
+    let viewport = Viewport::new(32, 24).unwrap();
+    let camera = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, Orbit::default());
+    let expected = ExpectedFrames::new(&[Settings::default()], viewport).with_cameras(&[camera]);
+    let (tell, told) = std::sync::mpsc::channel();
+    let builds = renderer.warm_up(&expected, move |built| tell.send(built).unwrap());
+    told.recv().unwrap().unwrap();
+    let compiled = compiled_kernels(kernels.path());
+    assert_eq!(Some(compiled), builds.progress().1, "kernels that the other process compiled, of those that were built");
+}
+
+/// Libraries of kernels that PoCL compiled into a folder.
+fn compiled_kernels(folder: &Path) -> usize {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let count = |path: PathBuf| {
+        if path.is_dir() { compiled_kernels(&path) } else { usize::from(path.extension() == Some(OsStr::new("so"))) }
+    };
+    entries.map(count).sum()
+}

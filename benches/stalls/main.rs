@@ -2,7 +2,8 @@
 //!
 //! Without arguments, runs itself twice, in an empty folder for PoCL's compiled kernels and again in the same one, and prints a table of
 //! both. With `once`, draws in this process and prints a line per change. With `minute`, runs a script of what a user does at a viewer after
-//! the programs for it were built ahead, likewise twice; with `minute-at-once`, while they are being built.
+//! the programs for it were built ahead, likewise twice; with `minute-at-once`, while another process builds them, with
+//! `minute-general` likewise and frames drawn by general programs, and with `minute-alone` while this process builds.
 
 #[path = "../scene/mod.rs"]
 mod scene;
@@ -12,6 +13,7 @@ mod minute;
 
 use changes::Change;
 use layersplat::{Background, Renderer};
+use minute::Compiles;
 use scene::{BUILT_IN, Scene, viewport};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -103,16 +105,23 @@ fn minutes(argument: &str) {
 }
 
 fn main() -> ExitCode {
+    if let Some(done) = layersplat::device::compile_for_parent() {
+        return done;
+    }
     // `cargo bench` adds --bench.
     match std::env::args().skip(1).find(|argument| argument != "--bench").as_deref() {
         None => table(),
         Some("once") => once(),
         Some("minute") => minutes("one-minute"),
         Some("minute-at-once") => minutes("one-minute-at-once"),
-        Some("one-minute") => minute::minute(&scene(), true),
-        Some("one-minute-at-once") => minute::minute(&scene(), false),
+        Some("minute-general") => minutes("one-minute-general"),
+        Some("minute-alone") => minutes("one-minute-alone"),
+        Some("one-minute") => minute::minute(&scene(), Compiles::Before),
+        Some("one-minute-at-once") => minute::minute(&scene(), Compiles::Beside),
+        Some("one-minute-general") => minute::minute(&scene(), Compiles::BesideGeneral),
+        Some("one-minute-alone") => minute::minute(&scene(), Compiles::InThisProcess),
         Some(other) => {
-            eprintln!("{other}: there are no argument, `once`, `minute` and `minute-at-once`");
+            eprintln!("{other}: there are no argument, `once`, `minute`, `minute-at-once`, `minute-general` and `minute-alone`");
             return ExitCode::FAILURE;
         }
     }

@@ -2,11 +2,12 @@
 
 use crate::changes::{cropped, opaque, orbit, zoomed};
 use crate::milliseconds;
-use crate::scene::{Scene, viewport};
+use crate::scene::{Scene, device, viewport};
 use layersplat::device::ProgramBuilds;
 use layersplat::renderer::ExpectedFrames;
 use layersplat::settings::{Light, Lights, Settings, Shading};
-use layersplat::{Background, Camera, Quality, Renderer, TransferFunction, glam::DVec3};
+use layersplat::{Background, Camera, Error, Quality, Renderer, TransferFunction, glam::DVec3};
+use std::process::Command;
 use std::time::Instant;
 
 /// Frames of each turn.
@@ -15,6 +16,19 @@ const TURN: usize = 72;
 const FAR_TO_NEAR: (f64, f64) = (0.3, 12.0);
 /// Longest that a frame may take beyond its drawing time, in milliseconds.
 const LONGEST_PAUSE: f64 = 100.0;
+
+/// When programs are built.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Compiles {
+    /// Before the first frame.
+    Before,
+    /// While frames are drawn, compiled by another process.
+    Beside,
+    /// The same, and frames are drawn by general programs meanwhile.
+    BesideGeneral,
+    /// While frames are drawn.
+    InThisProcess,
+}
 
 /// Frames of one kind of action.
 struct Part {
@@ -90,13 +104,19 @@ fn script(scene: &Scene) -> Vec<Part> {
     ]
 }
 
-/// Goes through the script: `waiting` until all programs are there, or at once. Prints what each part made the user wait for.
-pub fn minute(scene: &Scene, waiting: bool) {
-    let mut renderer = scene.renderer();
+/// Goes through the script: Prints what each part made the user wait for.
+pub fn minute(scene: &Scene, compiles: Compiles) {
+    let device = device();
+    if matches!(compiles, Compiles::Beside | Compiles::BesideGeneral) {
+        let program = std::env::current_exe().expect("this program");
+        device.compile_by(move || Command::new(&program));
+    }
+    let mut renderer = Renderer::new(&device, &scene.volume, &scene.transfer).expect("a renderer");
+    renderer.use_general_programs(compiles == Compiles::BesideGeneral);
     let began = Instant::now();
     let expected = ExpectedFrames::new(&settings(scene), viewport()).with_parallel_views().with_any_transfer_function();
-    let builds = renderer.warm_up(&expected, |built| built.expect("programs that build"));
-    if waiting {
+    let builds = renderer.warm_up(&expected, |built| assert!(!matches!(built, Err(Error::Build { .. })), "programs that build"));
+    if compiles == Compiles::Before {
         builds.wait();
     }
     let told = |builds: &ProgramBuilds| {

@@ -104,7 +104,7 @@ impl Viewer {
             #[cfg(feature = "mpi")]
             Self::Shared(renderer, last) => {
                 let (frame, report) = renderer.render(camera, viewport, settings)?;
-                let told = FrameReport { lattice: Some(report.lattice), measured: None };
+                let told = FrameReport { lattice: Some(report.lattice), measured: None, general_program: false };
                 *last = Some(report);
                 return Ok((frame, told));
             }

@@ -1,13 +1,15 @@
 //! Programs that are built in the background, before a frame needs them.
 
-use super::Device;
+use super::compiler::Compiler;
 use super::launch::KernelRequest;
 use super::program::Programs;
+use super::{Device, cache};
 use crate::error::Error;
 use opencl3::command_queue::CommandQueue;
 use opencl3::kernel::{Kernel, set_kernel_arg};
 use opencl3::memory::{Buffer as ClBuffer, CL_MEM_READ_WRITE, ClMem, cl_mem};
 use std::collections::{HashSet, VecDeque};
+use std::process::Command;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
@@ -23,6 +25,9 @@ pub(super) struct Ahead {
     jobs: Arc<Jobs>,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
+
+/// Makes what starts another process that compiles kernels.
+type MakeCommand = dyn Fn() -> Command + Send + Sync;
 
 /// What the thread has to do.
 #[derive(Default)]
@@ -45,6 +50,10 @@ struct State {
     waiting: VecDeque<(Job, Arc<Batch>)>,
     /// Kernels that start without being compiled.
     ready: HashSet<KernelRequest>,
+    /// Starts a process that compiles kernels.
+    command: Option<Arc<MakeCommand>>,
+    /// Such a process, as long as there is something to do.
+    compiler: Option<Arc<Compiler>>,
     /// The device is gone.
     ending: bool,
 }
@@ -146,15 +155,45 @@ impl Jobs {
             if state.ending {
                 return None;
             }
-            match state.waiting.pop_front() {
-                Some(job) => return Some(job),
-                None => state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
+            if let Some(job) = state.waiting.pop_front() {
+                return Some(job);
             }
+            state.compiler = None;
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
     }
 }
 
 impl Jobs {
+    /// Lets another process compile a kernel, where there is one: what that compiles is only loaded here. Where it fails, this one compiles.
+    fn compile_elsewhere(&self, programs: &Programs, kernel: &KernelRequest) {
+        let Some(compiler) = self.compiler(programs) else { return };
+        if let Err(error) = compiler.compile(kernel) {
+            tracing::debug!("another process did not compile {}: {error}", kernel.file);
+            self.state().compiler = None;
+        }
+    }
+
+    /// The process, started where it is not yet.
+    fn compiler(&self, programs: &Programs) -> Option<Arc<Compiler>> {
+        let mut state = self.state();
+        if state.compiler.is_none() && !state.ending && cache::is_pocl(&programs.info.platform) {
+            let command = state.command.clone()?;
+            match Compiler::start(command(), &programs.info) {
+                Ok(started) => state.compiler = Some(Arc::new(started)),
+                Err(error) => {
+                    tracing::warn!("no process that compiles kernels: {error}");
+                    state.command = None;
+                }
+            }
+        }
+        state.compiler.clone()
+    }
+
+    fn is_ending(&self) -> bool {
+        self.state().ending
+    }
+
     /// Adds the kernels that a request needs.
     fn add(&self, kernels: Vec<KernelRequest>, batch: &Arc<Batch>) {
         let all = kernels.len();
@@ -195,6 +234,9 @@ impl Drop for Ahead {
         let given_up = {
             let mut state = self.jobs.state();
             state.ending = true;
+            if let Some(compiler) = &state.compiler {
+                compiler.end();
+            }
             std::mem::take(&mut state.waiting)
         };
         self.jobs.changed.notify_one();
@@ -224,7 +266,7 @@ fn do_jobs(programs: &Programs, jobs: &Jobs) {
             },
             Job::Build(kernel) => {
                 let known = jobs.state().ready.contains(&kernel);
-                let built = if known { Ok(()) } else { build(programs, &mut idle, &kernel) };
+                let built = if known { Ok(()) } else { build_quickly(programs, jobs, &mut idle, &kernel) };
                 match &built {
                     Ok(()) => drop(jobs.state().ready.insert(kernel)),
                     Err(error) => tracing::debug!("not built ahead: {error}"),
@@ -235,9 +277,15 @@ fn do_jobs(programs: &Programs, jobs: &Jobs) {
     }
 }
 
+/// Builds a kernel, which holds up frames for as short as can be.
+fn build_quickly(programs: &Programs, jobs: &Jobs, idle: &mut Option<Idle>, kernel: &KernelRequest) -> Result<(), Error> {
+    jobs.compile_elsewhere(programs, kernel);
+    if jobs.is_ending() { Err(Error::NotBuilt { program: kernel.file }) } else { build(programs, idle, kernel) }
+}
+
 /// Builds a kernel and starts it with nothing to do: PoCL compiles most of a kernel when it is first started, for its size of groups.
-fn build(programs: &Programs, idle: &mut Option<Idle>, request: &KernelRequest) -> Result<(), Error> {
-    let kernel = programs.kernel(request.file, request.kernel, &request.defines)?;
+pub(super) fn build(programs: &Programs, idle: &mut Option<Idle>, request: &KernelRequest) -> Result<(), Error> {
+    let kernel = programs.kernel(request.file, &request.kernel, &request.defines)?;
     let idle = match idle {
         Some(idle) => idle,
         empty => empty.insert(Idle::new(programs)?),
@@ -246,7 +294,7 @@ fn build(programs: &Programs, idle: &mut Option<Idle>, request: &KernelRequest) 
 }
 
 /// A queue and a buffer for kernels that have nothing to do.
-struct Idle {
+pub(super) struct Idle {
     queue: CommandQueue,
     placeholder: ClBuffer<u8>,
 }
@@ -300,6 +348,29 @@ impl Device {
     ) -> ProgramBuilds {
         self.shared.ahead.request(Box::new(find), Box::new(on_ready))
     }
+
+    /// Whether a kernel was built in the background, and starts without being compiled.
+    pub(super) fn is_ready(&self, kernel: &KernelRequest) -> bool {
+        self.shared.ahead.jobs.state().ready.contains(kernel)
+    }
+
+    /// Lets another process compile what is built in the background ([`Renderer::warm_up`](crate::Renderer::warm_up)), where compiling in this
+    /// one would hold up frames: with PoCL, which starts no kernel while it compiles another. `command` starts a program that calls
+    /// [`compile_for_parent`](super::device::compile_for_parent) first in its `main`, in the same build of this library: the program itself, or
+    /// `layersplat`. Where the process cannot be started, or ends, this one compiles.
+    ///
+    /// ```
+    /// use layersplat::{Device, DeviceChoice};
+    /// use std::process::Command;
+    ///
+    /// let device = Device::open(&DeviceChoice::Default)?;
+    /// let program = std::env::current_exe().expect("the name of this program");
+    /// device.compile_by(move || Command::new(&program));
+    /// # Ok::<(), layersplat::Error>(())
+    /// ```
+    pub fn compile_by(&self, command: impl Fn() -> Command + Send + Sync + 'static) {
+        self.shared.ahead.jobs.state().command = Some(Arc::new(command));
+    }
 }
 
 #[cfg(test)]
@@ -320,7 +391,14 @@ mod tests {
     /// A kernel of few lines.
     fn small() -> KernelRequest {
         let arguments = vec![0, size_of::<f32>(), size_of::<i32>(), size_of::<i32>(), 0];
-        KernelRequest { file: "layered/table.cl", kernel: "table", defines: "-DVW=1".into(), group: 64, wide: false, arguments }
+        KernelRequest {
+            file: "layered/table.cl",
+            kernel: "table".into(),
+            defines: "-DVW=1".into(),
+            group: 64,
+            wide: false,
+            arguments,
+        }
     }
 
     fn answered(device: &Device, kernels: Vec<KernelRequest>) -> Result<(), Error> {

@@ -110,7 +110,8 @@ pub fn compile_for_parent() -> Option<ExitCode> {
 }
 
 fn serve(named: &str) -> Result<(), Error> {
-    let not_understood = |what: &str| Error::Settings { field: VARIABLE, problem: format!("{what} is no request of this version") };
+    let not_understood =
+        |what: &str| Error::Settings { field: VARIABLE, problem: format!("{what} is no request of this version") };
     let named: Named = serde_json::from_str(named).map_err(|_| not_understood(named))?;
     let found = Device::list()?.into_iter().find(|info| Named::new(info) == named);
     let index = found.and_then(|info| info.index).ok_or_else(|| not_understood(&named.name))?;

@@ -5,11 +5,13 @@ mod budget;
 mod buffer;
 mod cache;
 mod commands;
+mod compiler;
 #[cfg(feature = "gl-interop")]
 mod current_gl;
 mod device_memory;
 #[cfg(test)]
 mod faults;
+mod general;
 mod handed_over;
 mod kind;
 pub(crate) mod launch;
@@ -30,6 +32,7 @@ mod tuning;
 pub use ahead::ProgramBuilds;
 pub(crate) use buffer::Buffer;
 pub use cache::keep_compiled_kernels;
+pub use compiler::compile_for_parent;
 pub use device_memory::{DeviceMemory, ImageFormat};
 #[cfg(test)]
 pub(crate) use faults::Call;
@@ -56,6 +59,7 @@ use crate::memory;
 use ahead::Ahead;
 use budget::Budget;
 use commands::{Limit, Sequence};
+use general::GeneralPrograms;
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
 use opencl3::device::Device as ClDevice;
@@ -90,6 +94,8 @@ pub struct Device {
     limit: Option<Limit>,
     /// Of a frame that is not drawn: which kernels it would start.
     rehearsal: Option<Arc<Rehearsal>>,
+    /// Of a frame that may be drawn by general programs.
+    general_programs: Option<Arc<GeneralPrograms>>,
 }
 
 /// What all queues of a context's device share.
@@ -154,6 +160,7 @@ impl Device {
             scratch: None,
             limit: None,
             rehearsal: None,
+            general_programs: None,
         }
     }
 

@@ -6,20 +6,31 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// The kernels that were launched through a handle on which nothing starts.
 #[derive(Default)]
-pub(crate) struct Rehearsal(Mutex<Vec<KernelRequest>>);
+pub(crate) struct Rehearsal(Mutex<Launched>);
+
+/// Kernels, in the order of their launches.
+#[derive(Default)]
+pub(crate) struct Launched {
+    /// Those that frames are drawn by.
+    pub best: Vec<KernelRequest>,
+    /// And those that they can be drawn by meanwhile.
+    pub general: Vec<KernelRequest>,
+}
 
 impl Rehearsal {
-    fn kernels(&self) -> std::sync::MutexGuard<'_, Vec<KernelRequest>> {
+    fn kernels(&self) -> std::sync::MutexGuard<'_, Launched> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes down a launch.
-    pub(super) fn add(&self, kernel: KernelRequest) {
-        self.kernels().push(kernel);
+    pub(super) fn add(&self, best: KernelRequest, general: Option<KernelRequest>) {
+        let mut kernels = self.kernels();
+        kernels.best.push(best);
+        kernels.general.extend(general);
     }
 
-    /// All launches since the last call, in their order.
-    pub fn take(&self) -> Vec<KernelRequest> {
+    /// All launches since the last call.
+    pub fn take(&self) -> Launched {
         std::mem::take(&mut *self.kernels())
     }
 }

@@ -131,7 +131,6 @@ fn text_of(file: &str) -> &'static str {
 }
 
 /// Names of all files.
-#[cfg(test)]
 pub(super) fn files() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(name, _)| *name)
 }

@@ -94,6 +94,8 @@ pub struct Renderer {
     world: World,
     prepared: Prepared,
     measuring: bool,
+    /// Frames may be drawn by general programs while the best ones are being built.
+    general_programs: bool,
     /// That a frame may take.
     longest: Option<Duration>,
     /// The caller's, for what frames write that are enqueued.
@@ -146,6 +148,7 @@ impl Renderer {
             world,
             prepared: Prepared::new(volume, world.grid(grid), transfer),
             measuring: false,
+            general_programs: false,
             longest: None,
             scratch: None,
             points: PointLayers::default(),
@@ -177,6 +180,14 @@ impl Renderer {
     /// waited for only so long; but sheets, in either case, read how many splats they have.
     pub fn measure(&mut self, measuring: bool) {
         self.measuring = measuring;
+    }
+
+    /// Whether frames may be drawn by more general programs from now on, where the best one is not built yet and a general one is
+    /// ([`warm_up`](Self::warm_up) builds these first). The best one is then built in the background; frames take longer until it is, and
+    /// are within 2e-3 per channel of its own, rounding mostly. [`FrameReport::general_program`] tells. Only layers that are sampled at points
+    /// and composited on a lattice have general programs; frames that are [enqueued](Self::enqueue) are drawn by the best.
+    pub fn use_general_programs(&mut self, allowed: bool) {
+        self.general_programs = allowed;
     }
 
     /// How long a frame may take from now on: a longer one is given up with [`Error::TooLong`], and the next one begins anew. That is
@@ -280,7 +291,7 @@ impl Renderer {
     fn frame_device(&mut self) -> Result<Device, Error> {
         self.begin(&[])?;
         let device = if self.measuring { self.device.timed() } else { self.device.clone() };
-        Ok(device.limited(self.longest))
+        Ok(device.limited(self.longest).with_general_programs(self.general_programs))
     }
 
     /// Refuses a picture that would not fit into memory, as floats or displayed, before anything of it is made.
@@ -367,7 +378,7 @@ impl Renderer {
         } else {
             None
         };
-        Ok(FrameReport::new(plan, measured))
+        Ok(FrameReport::new(plan, measured, device.used_general_program()))
     }
 }
 

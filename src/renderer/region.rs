@@ -98,6 +98,13 @@ impl Region {
         Clipping { lowest: narrow(self.lowest), highest: narrow(self.highest), planes, plane_count: self.planes.len() as i32 }
     }
 
+    /// The same for a program of layers that may cut rays though this view's need not be: nothing is cut.
+    pub fn for_layers(&self, frame: AxisFrame) -> Clipping {
+        let everything = DVec3::splat(f64::INFINITY);
+        let uncut = Self { lowest: -everything, highest: everything, planes: Vec::new(), rendering: self.rendering };
+        if self.rendering.clipped { self.for_kernels(frame) } else { uncut.for_kernels(frame) }
+    }
+
     /// The same along x, y, z.
     pub fn for_pixels(&self) -> Clipping {
         self.for_kernels(AxisFrame { u: 0, v: 1, a: 2 })

@@ -27,6 +27,8 @@ pub struct FrameReport {
     pub lattice: Option<LatticeReport>,
     /// What it took, if that was asked for: [`super::Renderer::measure`].
     pub measured: Option<Measured>,
+    /// Whether it was drawn by a more general program, since the best one is not built yet: [`super::Renderer::use_general_programs`].
+    pub general_program: bool,
 }
 
 /// What a frame took.
@@ -84,13 +86,13 @@ pub struct LatticeReport {
 }
 
 impl FrameReport {
-    pub(super) fn new(plan: &Plan, measured: Option<Measured>) -> Self {
+    pub(super) fn new(plan: &Plan, measured: Option<Measured>, general_program: bool) -> Self {
         let lattice = match plan {
             Plan::Lattice(lattice, _) => Some(lattice),
             Plan::Shared(parts, _) => Some(&parts[0].0),
             _ => None,
         };
-        Self { lattice: lattice.map(LatticeReport::of), measured }
+        Self { lattice: lattice.map(LatticeReport::of), measured, general_program }
     }
 }
 

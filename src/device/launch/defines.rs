@@ -69,6 +69,14 @@ impl Rendering {
         Self { blend: BlendMode::Composite, clipped: true, thinned: true, several_lights: true, depths: false };
 }
 
+impl Rendering {
+    /// The same with what is a matter of samples and regions left to these; where values are composited.
+    pub fn general(self) -> Option<Self> {
+        let general = Self { clipped: true, thinned: true, several_lights: true, ..self };
+        (self.blend == BlendMode::Composite).then_some(general)
+    }
+}
+
 /// The accumulators of kernels/shared/accumulator.cl.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum BlendMode {

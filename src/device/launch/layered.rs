@@ -20,6 +20,13 @@ pub(crate) struct Segments {
     pub whole: bool,
 }
 
+impl Segments {
+    /// The same with what is a matter of samples and tables left to these.
+    fn general(self) -> Self {
+        Self { cut: true, whole: false, ..self }
+    }
+}
+
 impl Defines {
     pub(super) fn with_segments(self, segments: Segments) -> Self {
         let Segments { cut, curved, dimmed, whole } = segments;
@@ -72,6 +79,10 @@ impl Launch for PointLattice {
     fn items(a: &PointLatticeArguments, _: &Tuning) -> usize {
         tiles(a.p.tiles)
     }
+
+    fn general((variant, farthest): Self::Variant) -> Option<Self::Variant> {
+        PointSamples::general(variant).map(|general| (general, farthest))
+    }
 }
 
 /// The same with a work-item per sample.
@@ -95,6 +106,10 @@ impl Launch for PointSamples {
 
     fn items(a: &PointLatticeArguments, tuning: &Tuning) -> usize {
         tiles(a.p.tiles) * tuning.sample_group()
+    }
+
+    fn general((voxels, kernel, segments, rendering): Self::Variant) -> Option<Self::Variant> {
+        Some((voxels, kernel, segments.general(), rendering.general()?))
     }
 }
 

@@ -23,8 +23,8 @@ pub(crate) use voxel_buffer::{Floats, VoxelBuffer, VoxelKind};
 use super::{Buffer, Device, Tuning};
 use crate::error::Error;
 use opencl3::kernel::Kernel as ClKernel;
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
 use std::hash::Hash;
 
 /// What `kernel!` declares of a kernel.
@@ -49,6 +49,10 @@ pub(crate) trait Launch: Declared {
     fn defines(tuning: &Tuning, variant: Self::Variant) -> String;
     /// How many work-items it takes.
     fn items(arguments: &Self::Arguments<'_>, tuning: &Tuning) -> usize;
+    /// What draws the same with the same arguments, up to rounding, and much else: where there is such a program.
+    fn general(_: Self::Variant) -> Option<Self::Variant> {
+        None
+    }
 }
 
 /// What a work-item does.
@@ -62,6 +66,21 @@ pub(crate) enum Items {
     Samples,
     /// A run of a list; one group takes all of it.
     Runs,
+}
+
+impl<K: Launch> Launcher<K> {
+    /// The variant, or a more general one that is built while it is not, where the frame may use that.
+    fn available(&mut self, device: &Device, variant: K::Variant, items: usize) -> K::Variant {
+        let general = K::general(variant).filter(|general| *general != variant && device.may_use_general_programs());
+        let Some(general) = general.filter(|_| !self.built.contains_key(&variant)) else { return variant };
+        let request = |variant| KernelRequest::new::<K>(device.tuning(), variant, items);
+        let best = request(variant);
+        if device.is_ready(&best) || !(self.built.contains_key(&general) || device.is_ready(&request(general))) {
+            return variant;
+        }
+        device.use_general_program(best, self.requested.insert(variant));
+        general
+    }
 }
 
 impl Items {
@@ -90,6 +109,8 @@ pub(crate) trait Arguments {
 /// A kernel, built for each variant when that is first needed.
 pub(crate) struct Launcher<K: Launch> {
     built: HashMap<K::Variant, Built>,
+    /// Variants that are being built in the background.
+    requested: HashSet<K::Variant>,
 }
 
 /// A kernel that is built.
@@ -101,7 +122,7 @@ struct Built {
 
 impl<K: Launch> Default for Launcher<K> {
     fn default() -> Self {
-        Self { built: HashMap::new() }
+        Self { built: HashMap::new(), requested: HashSet::new() }
     }
 }
 
@@ -111,9 +132,12 @@ impl<K: Launch> Launcher<K> {
         let tuning = device.tuning();
         let (group, items) = (K::ITEMS.group(tuning), K::items(arguments, tuning));
         if let Some(rehearsal) = device.rehearsal() {
-            rehearsal.add(KernelRequest::new::<K>(tuning, variant, items));
+            let request = |variant| KernelRequest::new::<K>(tuning, variant, items);
+            let general = K::general(variant).filter(|_| device.may_use_general_programs());
+            rehearsal.add(request(variant), general.map(request));
             return Ok(());
         }
+        let variant = self.available(device, variant, items);
         let built = match self.built.entry(variant) {
             Entry::Occupied(built) => built.into_mut(),
             Entry::Vacant(place) => {

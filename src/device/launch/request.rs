@@ -2,6 +2,7 @@
 
 use super::{Arguments, Launch};
 use crate::device::Tuning;
+use std::borrow::Cow;
 
 /// A kernel as it is started: its program, and what some drivers compile it for beyond that.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -9,7 +10,7 @@ pub(crate) struct KernelRequest {
     /// Its file in kernels/.
     pub file: &'static str,
     /// Its name in there.
-    pub kernel: &'static str,
+    pub kernel: Cow<'static, str>,
     /// `-D` options of its program.
     pub defines: String,
     /// Work-items of a group, where the kernel leaves as many.
@@ -29,7 +30,7 @@ impl KernelRequest {
         let group = K::ITEMS.group(tuning);
         Self {
             file: K::FILE,
-            kernel: K::NAME,
+            kernel: K::NAME.into(),
             defines: K::defines(tuning, variant),
             group,
             wide: items.next_multiple_of(group) > Self::SMALL_GRID,

@@ -84,7 +84,7 @@ impl PointLayers {
                 ..lattice_params(lattice, range, tiles, visible.blocks, settings.culling)
             },
             sample,
-            clip: region.for_kernels(frame),
+            clip: region.for_layers(frame),
             lattice: samples,
             active_samples,
         };

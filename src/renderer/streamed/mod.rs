@@ -233,7 +233,7 @@ impl<'v> StreamedRenderer<'v> {
         }
         let frame = Frame::new(viewport, read_samples(picture.warped(&device, viewport)?, &device, viewport.pixels())?);
         let measured = if self.measuring { Some(Measured { stages: device.stage_times()?, active_samples }) } else { None };
-        Ok((frame, FrameReport::new(plan, measured)))
+        Ok((frame, FrameReport::new(plan, measured, false)))
     }
 
     /// A renderer with the first part of a lattice, and room for the others; or with all there is.
