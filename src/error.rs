@@ -257,16 +257,22 @@ pub enum Error {
         /// What is wrong with it and what to do.
         problem: String,
     },
-    /// A frame that took longer than it may.
+    /// A frame that took longer than its time limit.
     #[error(
-        "the frame was given up before {stage}: it has taken longer than {longest:?}; allow it more time, or choose a smaller picture or a \
+        "the frame took longer than its limit of {longest:?} and ended before {stage}: raise the limit, or choose a smaller picture or a \
          lower quality"
     )]
     TooLong {
-        /// What it would have gone on with.
+        /// The stage that was not started.
         stage: &'static str,
-        /// How long it may take.
+        /// The time limit.
         longest: std::time::Duration,
+    },
+    /// A frame that another thread cancelled ([`Cancel`](crate::Cancel)).
+    #[error("the frame was cancelled before {stage}")]
+    Cancelled {
+        /// The stage that was not started.
+        stage: &'static str,
     },
     /// A device that does not draw what it should.
     #[error(

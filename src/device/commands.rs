@@ -7,7 +7,6 @@ use opencl3::error_codes::ClError;
 use opencl3::event::{CL_COMPLETE, Event, retain_event};
 use opencl3::types::cl_event;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
 
 /// A queue, and the commands that one renderer puts into it, each after the one before. An out-of-order queue is told so by events.
 pub(super) struct Sequence {
@@ -20,8 +19,9 @@ pub(super) struct Sequence {
 struct State {
     /// What the next command has to wait for.
     wait: Vec<Event>,
-    /// The last command.
+    /// The last command, and the one before it.
     last: Option<Event>,
+    before_last: Option<Event>,
     /// Those that were not over when they were last looked at. PoCL 3.1 lets go of an event that fails before it unlocks it: somebody
     /// else has to hold it.
     pending: Vec<Event>,
@@ -38,13 +38,6 @@ impl State {
         let over = self.pending.extract_if(.., |event| status(event) <= CL_COMPLETE);
         self.failed |= over.filter(|event| status(event) < CL_COMPLETE).count() > 0;
     }
-}
-
-/// How long a frame may take, and when it began.
-#[derive(Clone, Copy)]
-pub(super) struct Limit {
-    pub began: Instant,
-    pub longest: Duration,
 }
 
 /// Another reference to an event.
@@ -78,11 +71,6 @@ impl Device {
         Self { sequence: Arc::new(sequence), ..self.clone() }
     }
 
-    /// A handle whose commands are refused once a frame that begins now has taken longer.
-    pub(crate) fn limited(self, longest: Option<Duration>) -> Self {
-        Self { limit: longest.map(|longest| Limit { began: Instant::now(), longest }), ..self }
-    }
-
     /// Begins commands that come after `wait`, and after all before. Whether some of those are found now to have failed.
     pub(crate) fn begin(&self, wait: &[&Event]) -> Result<bool, Error> {
         let wait: Result<Vec<_>, _> = wait.iter().map(|event| retained(event)).collect();
@@ -91,7 +79,7 @@ impl Device {
         state.sweep();
         // What failed is over: what comes after does not depend on it.
         if state.last.as_ref().is_some_and(|last| status(last) < CL_COMPLETE) {
-            state.last = None;
+            (state.last, state.before_last) = (None, None);
         }
         Ok(std::mem::take(&mut state.failed))
     }
@@ -132,7 +120,7 @@ impl Device {
         let event = enqueue(queue, &wait).map_err(|e| self.error(call, e))?;
         state.wait.clear();
         let again = || retained(&event).map_err(|e| self.error("clRetainEvent", e));
-        state.last = Some(again()?);
+        state.before_last = state.last.replace(again()?);
         state.pending.push(again()?);
         if state.pending.len() >= MANY && state.pending.len().is_power_of_two() {
             state.sweep();
@@ -155,10 +143,12 @@ impl Device {
         last.map_or(Ok(()), |last| last.wait().map_err(|e| self.error("clWaitForEvents", e)))
     }
 
-    /// Refuses what would begin when a frame has already taken too long. Kernels on their way cannot be called back: they are waited for.
-    pub(super) fn check_limit(&self, stage: &'static str) -> Result<(), Error> {
-        let Some(Limit { began, longest }) = self.limit else { return Ok(()) };
-        self.finish()?;
-        if began.elapsed() <= longest { Ok(()) } else { Err(Error::TooLong { stage, longest }) }
+    /// Waits for all commands but the last one.
+    pub(super) fn wait_for_all_but_last(&self) -> Result<(), Error> {
+        #[cfg(test)]
+        self.shared.faults.at(super::Call::Command).map_err(|e| self.error("clWaitForEvents", e))?;
+        let before_last = self.sequence.state().before_last.as_ref().map(retained).transpose();
+        let before_last = before_last.map_err(|e| self.error("clRetainEvent", e))?;
+        before_last.map_or(Ok(()), |event| event.wait().map_err(|e| self.error("clWaitForEvents", e)))
     }
 }

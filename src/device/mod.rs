@@ -12,6 +12,7 @@ mod faults;
 mod handed_over;
 mod kind;
 pub(crate) mod launch;
+mod limits;
 mod loader;
 mod pinning;
 mod program;
@@ -31,6 +32,8 @@ pub use device_memory::{DeviceMemory, ImageFormat};
 #[cfg(test)]
 pub(crate) use faults::Call;
 pub use kind::DeviceKind;
+pub use limits::Cancel;
+pub(crate) use limits::Limits;
 pub use pinning::pin_cpu_threads;
 pub use selection::{DeviceChoice, DeviceInfo};
 #[cfg(feature = "cli")]
@@ -50,7 +53,8 @@ pub(crate) use shared_gl::SharedTexture;
 use crate::error::Error;
 use crate::memory;
 use budget::Budget;
-use commands::{Limit, Sequence};
+use commands::Sequence;
+use limits::Begun;
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
 use opencl3::device::Device as ClDevice;
@@ -80,8 +84,8 @@ pub struct Device {
     stopwatch: Option<Arc<Stopwatch>>,
     /// Of a frame whose scratch is the caller's.
     scratch: Option<Arc<ScratchMemory>>,
-    /// Of a frame that may only take so long.
-    limit: Option<Limit>,
+    /// Limits of the frame that this handle is for.
+    begun: Option<Begun>,
 }
 
 /// What all queues of a context's device share.
@@ -149,7 +153,7 @@ impl Device {
             budget: Budget::unlimited(),
             stopwatch: None,
             scratch: None,
-            limit: None,
+            begun: None,
         }
     }
 
@@ -217,7 +221,7 @@ impl Device {
     fn start(&self, stage: &'static str, kernel: &Kernel, items: usize, group: usize) -> Result<(), Error> {
         let started = Instant::now();
         let global = items.div_ceil(group) * group;
-        self.check_limit(stage)?;
+        self.check_limits(stage)?;
         let event = self.command(stage, |queue, wait| {
             // SAFETY: sizes live through the call, and the launchers have set every argument.
             unsafe { queue.enqueue_nd_range_kernel(kernel.get(), 1, std::ptr::null(), &global, &group, wait) }

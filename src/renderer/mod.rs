@@ -46,7 +46,7 @@ pub use uploaded::UploadedVolume;
 
 use crate::camera::Camera;
 use crate::device::launch::structs::Float4;
-use crate::device::{Buffer, Device, ScratchMemory};
+use crate::device::{Buffer, Cancel, Device, Limits, ScratchMemory};
 use crate::error::Error;
 use crate::image::{Background, Frame};
 use crate::layers::{Axis, Lattice, Rays};
@@ -92,8 +92,7 @@ pub struct Renderer {
     world: World,
     prepared: Prepared,
     measuring: bool,
-    /// That a frame may take.
-    longest: Option<Duration>,
+    limits: Limits,
     /// The caller's, for what frames write that are enqueued.
     scratch: Option<Arc<ScratchMemory>>,
     points: PointLayers,
@@ -144,7 +143,7 @@ impl Renderer {
             world,
             prepared: Prepared::new(volume, world.grid(grid), transfer),
             measuring: false,
-            longest: None,
+            limits: Limits::default(),
             scratch: None,
             points: PointLayers::default(),
             splats: SplatLayers::default(),
@@ -177,11 +176,16 @@ impl Renderer {
         self.measuring = measuring;
     }
 
-    /// How long a frame may take from now on: a longer one is given up with [`Error::TooLong`], and the next one begins anew. That is
-    /// looked at before each kernel, which waits for the one before; a kernel on its way cannot be called back. Frames that are
-    /// [enqueued](Self::enqueue) are not limited.
+    /// Limits the time of a frame, from the next one on: a longer one ends with [`Error::TooLong`]. Time is looked at before each kernel;
+    /// a running kernel ends first. [Enqueued](Self::enqueue) frames have no limit.
     pub fn limit(&mut self, longest: Option<Duration>) {
-        self.longest = longest;
+        self.limits.longest = longest;
+    }
+
+    /// Lets another thread cancel frames, from the next one on, or no longer (`None`). A cancelled frame ends before its next kernel with
+    /// [`Error::Cancelled`], and the next frame is drawn in full. [Enqueued](Self::enqueue) frames are not cancelled.
+    pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
+        self.limits.cancel = cancel;
     }
 
     /// Renders a picture: premultiplied floats, without a background.
@@ -278,7 +282,7 @@ impl Renderer {
     fn frame_device(&mut self) -> Result<Device, Error> {
         self.begin(&[])?;
         let device = if self.measuring { self.device.timed() } else { self.device.clone() };
-        Ok(device.limited(self.longest))
+        Ok(device.with_limits(&self.limits))
     }
 
     /// Refuses a picture that would not fit into memory, as floats or displayed, before anything of it is made.

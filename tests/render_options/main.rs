@@ -208,7 +208,7 @@ fn a_time_limit() {
         move |code, said: &[&str]| refused(place, &words(&all).collect::<Vec<_>>(), code, said)
     };
     for more in ["", "--memory 64M"] {
-        late("1e-9", more)(1, &["given up", "longer than 1ns", "--time-limit SECONDS"]);
+        late("1e-9", more)(1, &["longer than its limit of 1ns", "--time-limit SECONDS"]);
     }
     for wrong in ["0", "-1", "soon", "1e300"] {
         late(wrong, "")(2, &["--time-limit", wrong]);

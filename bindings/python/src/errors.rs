@@ -51,6 +51,7 @@ fn class(error: &Error) -> &'static str {
         | Error::KernelCache { .. }
         | Error::Build { .. }
         | Error::TooLong { .. }
+        | Error::Cancelled { .. }
         | Error::OpenCl { .. } => "DeviceError",
         _ => "InvalidValue",
     }

@@ -69,7 +69,7 @@ def test_limits_and_files(array, transfer, tmp_path):
     renderer = layersplat.Renderer(array, transfer)
     camera = renderer.camera(64)
     renderer.limit(0.0)
-    with pytest.raises(layersplat.DeviceError, match="given up"):
+    with pytest.raises(layersplat.DeviceError, match="longer than its limit"):
         renderer.render(camera, 64)
     renderer.limit(None)
     renderer.render(camera, 64)

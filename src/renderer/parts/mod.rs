@@ -13,7 +13,7 @@ use super::scene::View;
 use super::tiles::read_samples;
 use super::{Renderer, UploadedVolume};
 use crate::camera::Camera;
-use crate::device::Device;
+use crate::device::{Cancel, Device};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Axis, Kernel, PREFILTER_RADIUS};
@@ -140,6 +140,11 @@ impl PartRenderer {
     /// How long compositing or finishing may take from now on, as [`Renderer::limit`].
     pub fn limit(&mut self, longest: Option<Duration>) {
         self.0.limit(longest);
+    }
+
+    /// Lets another thread cancel compositing or finishing, as [`Renderer::set_cancel`].
+    pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
+        self.0.set_cancel(cancel);
     }
 
     /// The layer axis of a view, and whether its rays meet layers in the order of their numbers.

@@ -14,7 +14,7 @@ use super::tiles::read_samples;
 use super::world::World;
 use super::{PartRenderer, Renderer, UploadedVolume};
 use crate::camera::Camera;
-use crate::device::{Device, DeviceKind};
+use crate::device::{Cancel, Device, DeviceKind, Limits};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Lattice, Rays};
@@ -66,8 +66,7 @@ pub struct StreamedRenderer<'v> {
     /// Bytes that these have on the device.
     own: u64,
     measuring: bool,
-    /// That a frame may take.
-    longest: Option<Duration>,
+    limits: Limits,
 }
 
 /// A view of which all lattices are known.
@@ -94,7 +93,7 @@ impl<'v> StreamedRenderer<'v> {
             kept: None,
             own: 0,
             measuring: false,
-            longest: None,
+            limits: Limits::default(),
         }
     }
 
@@ -114,7 +113,12 @@ impl<'v> StreamedRenderer<'v> {
     /// How long a frame may take from now on, as [`Renderer::limit`](super::Renderer::limit): reading and uploading parts counts, too,
     /// and that of a volume that is kept as a whole does not.
     pub fn limit(&mut self, longest: Option<Duration>) {
-        self.longest = longest;
+        self.limits.longest = longest;
+    }
+
+    /// Lets another thread cancel frames, as [`Renderer::set_cancel`](super::Renderer::set_cancel).
+    pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
+        self.limits.cancel = cancel;
     }
 
     /// How a view would be rendered, and what that would take; `None` where it needs the whole volume, and that fits.
@@ -166,7 +170,7 @@ impl<'v> StreamedRenderer<'v> {
             None => Renderer::of(&self.whole()?, &self.transfer)?,
         };
         renderer.measure(self.measuring);
-        renderer.limit(self.longest);
+        renderer.limits = self.limits.clone();
         let rendered = renderer.render(camera, viewport, settings);
         self.kept = Some(renderer);
         rendered
@@ -210,7 +214,7 @@ impl<'v> StreamedRenderer<'v> {
         let Streamed { plan, rays, settings, layered, lattices, told } = streamed;
         tracing::info!("{}: {told}", self.volume.name());
         let device = self.device.with_own_sequence();
-        let device = if self.measuring { device.timed() } else { device }.limited(self.longest);
+        let device = if self.measuring { device.timed() } else { device }.with_limits(&self.limits);
         let view = View { device: &device, rays, viewport, settings };
         let (mut picture, mut active_samples) = (Picture::default(), 0);
         for (n, (lattice, share, parts)) in lattices.iter().enumerate() {
