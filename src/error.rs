@@ -321,6 +321,11 @@ impl Error {
         }
     }
 
+    /// Whether a device, or its budget, has too little memory left: other buffers may make room.
+    pub(crate) fn is_lack_of_device_memory(&self) -> bool {
+        matches!(self, Error::MemoryBudget { .. } | Error::OutOfDeviceMemory { .. })
+    }
+
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {
         Error::Read { path: path.into(), source }
     }

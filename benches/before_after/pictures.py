@@ -59,7 +59,7 @@ def pictures(folder):
         "constant": ["--correction", "constant"], "fixed3": ["--lattice", "3", "--sublayers", "3"],
         "axis-sheets": ["--algorithm", "axis-sheets"], "view-sheets": ["--algorithm", "view-sheets", "--sheet-distance", "0.7"],
         "slicing": ["--algorithm", "slicing", "--step", "0.8"], "raycast": ["--algorithm", "raycast"],
-        "tricubic": ["--algorithm", "raycast", "--interpolation", "tricubic"], "gaussian": ["--algorithm", "raycast", "--interpolation", "gaussian"],
+        "tricubic": ["--algorithm", "raycast", "--kernel", "cubic"], "gaussian": ["--algorithm", "raycast", "--kernel", "gaussian"],
     }
     out = []
 

@@ -15,6 +15,7 @@ pub(crate) mod launch;
 mod limits;
 mod loader;
 mod pinning;
+mod produced;
 mod program;
 mod scratch;
 mod selection;
@@ -46,6 +47,7 @@ pub use stopwatch::StageTimes;
 pub use tuning::{LatticeSchedule, Tuning};
 
 pub(crate) use device_memory::MemoryKind;
+pub(crate) use produced::{Produced, Usability};
 pub(crate) use scratch::ScratchMemory;
 #[cfg(feature = "gl-interop")]
 pub(crate) use shared_gl::SharedTexture;
@@ -183,6 +185,12 @@ impl Device {
     pub(crate) fn require(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
         let shared = self.shared.info.kind == DeviceKind::Cpu;
         memory::require(what, if shared { on_device.saturating_add(on_host) } else { on_host })
+    }
+
+    /// Refuses what does not fit: beside what is there, bytes on the device in its budget, and bytes on the host.
+    pub(crate) fn require_room(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
+        self.budget.require(what, on_device)?;
+        self.require(what, on_device, on_host)
     }
 
     /// The tuning values in use.

@@ -38,6 +38,12 @@ pub struct Rays {
 }
 
 impl Rays {
+    /// The same rays through places that lie `[x, y]` pixels to the right of and below those of these.
+    pub fn moved(self, [x, y]: [f64; 2]) -> Self {
+        let moved = |[base, right, down]: [DVec3; 3]| [base + x * right + y * down, right, down];
+        Self { origin: moved(self.origin), direction: moved(self.direction), ..self }
+    }
+
     /// The rays of `camera` through the pixels of `viewport`, in the voxel units of `grid`.
     pub fn new(camera: &Camera, viewport: Viewport, grid: &Grid) -> Result<Self, Error> {
         let basis = camera.basis()?;

@@ -54,13 +54,8 @@ pub struct TransferTable {
 impl TransferTable {
     /// Samples `transfer` where its own control points and `field_range`, the range of interpolated values, overlap.
     pub fn new(transfer: &TransferFunction, field_range: (f64, f64), extinction: Extinction) -> Self {
-        let (from, to) = transfer.range();
-        // All points at one value: a step there, or a constant.
-        let (from, to) = if from < to { (from, to) } else { field_range };
-        let lo = from.clamp(field_range.0, field_range.1);
-        let hi = to.clamp(field_range.0, field_range.1);
-        let wanted = transfer.smallest_gap().map_or(0.0, |gap| ENTRIES_PER_GAP * (hi - lo) / gap);
-        let count = (wanted.min(MAX_ENTRIES as f64) as usize).next_power_of_two().clamp(MIN_ENTRIES, MAX_ENTRIES);
+        let (lo, hi) = sampled_range(transfer, field_range);
+        let count = Self::entry_count(transfer, field_range);
         // One entry before the first point, so that a step there does not reach what lies below it.
         let below = usize::from(field_range.0 < lo);
         let step = (hi - lo) / (count - 1 - below) as f64;
@@ -79,6 +74,13 @@ impl TransferTable {
             })
             .collect();
         Self { entries, first: lo, per_value }
+    }
+
+    /// How many entries the table of a transfer function has.
+    pub(crate) fn entry_count(transfer: &TransferFunction, field_range: (f64, f64)) -> usize {
+        let (lo, hi) = sampled_range(transfer, field_range);
+        let wanted = transfer.smallest_gap().map_or(0.0, |gap| ENTRIES_PER_GAP * (hi - lo) / gap);
+        (wanted.min(MAX_ENTRIES as f64) as usize).next_power_of_two().clamp(MIN_ENTRIES, MAX_ENTRIES)
     }
 
     /// First and last entry with opacity; `[1, 0]` if there is none.
@@ -100,6 +102,14 @@ impl TransferTable {
         }));
         before
     }
+}
+
+/// Where the control points of a transfer function and the range of interpolated values overlap.
+fn sampled_range(transfer: &TransferFunction, field_range: (f64, f64)) -> (f64, f64) {
+    let (from, to) = transfer.range();
+    // All points at one value: a step there, or a constant.
+    let (from, to) = if from < to { (from, to) } else { field_range };
+    (from.clamp(field_range.0, field_range.1), to.clamp(field_range.0, field_range.1))
 }
 
 #[cfg(test)]
