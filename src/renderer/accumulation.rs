@@ -109,13 +109,7 @@ impl Renderer {
     }
 
     /// A view whose rays are moved by so many pixels.
-    fn planned_at(
-        &self,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-        pixels: [f64; 2],
-    ) -> Result<Planned, Error> {
+    fn planned_at(&self, camera: &Camera, viewport: Viewport, settings: &Settings, pixels: [f64; 2]) -> Result<Planned, Error> {
         let field = &self.engine.field;
         let (rays, settings) = field.world().seen(field.grid(), camera, viewport, settings)?;
         Planned::new(rays.moved(pixels), viewport, settings, field.grid())

@@ -43,15 +43,8 @@ impl Renderer {
         tracing::debug!("{}", planned.plan);
         let (stage, direct) = self.stage_onto(&planned, onto)?;
         let Planned { rays, viewport, settings, .. } = &planned;
-        let frame = Frame {
-            rays,
-            viewport: *viewport,
-            settings,
-            stages: vec![stage],
-            volume: None,
-            into: direct.clone(),
-            host_bytes: 0,
-        };
+        let frame =
+            Frame { rays, viewport: *viewport, settings, stages: vec![stage], volume: None, into: direct.clone(), host_bytes: 0 };
         let (event, _) = self.engine.run(&frame, Mode::Enqueued(wait), |device, finished| {
             match (&direct, onto.format()) {
                 (Some(_), _) => {}

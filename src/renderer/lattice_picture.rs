@@ -61,9 +61,8 @@ impl Renderer {
             }
             _ => return Ok(None),
         };
-        let (samples, _) = self.run(&planned, Output::Samples, |device, finished| {
-            read_samples(finished.floats(), device, lattice.samples())
-        })?;
+        let (samples, _) =
+            self.run(&planned, Output::Samples, |device, finished| read_samples(finished.floats(), device, lattice.samples()))?;
         Ok(Some(LatticePicture { size: lattice.size, lattice, samples }))
     }
 }

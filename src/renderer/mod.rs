@@ -26,6 +26,7 @@ mod streamed;
 #[cfg(feature = "gl-interop")]
 mod texture;
 mod tiles;
+mod volume_renderer;
 mod world;
 
 pub use accumulation::Accumulation;
@@ -43,6 +44,7 @@ pub use report::{FrameReport, LatticeReport, Measured};
 pub use streamed::{StreamPlan, StreamedLattice, StreamedRenderer};
 #[cfg(feature = "gl-interop")]
 pub use texture::GlTexture;
+pub use volume_renderer::{VolumeRenderer, volume_renderer};
 
 use crate::camera::Camera;
 use crate::device::{Buffer, Cancel, Device};
@@ -164,9 +166,8 @@ impl Renderer {
 
     fn render_planned(&mut self, planned: &Planned) -> Result<(Frame, FrameReport), Error> {
         let viewport = planned.viewport;
-        let (pixels, report) = self.run(planned, Output::Floats, |device, finished| {
-            read_samples(finished.floats(), device, viewport.pixels())
-        })?;
+        let (pixels, report) =
+            self.run(planned, Output::Floats, |device, finished| read_samples(finished.floats(), device, viewport.pixels()))?;
         Ok((Frame::new(viewport, pixels), report))
     }
 
@@ -206,7 +207,8 @@ impl Renderer {
         let stage = self.engine.declaring(*viewport, |declaring| Stage::of_plan(plan, output, false, declaring));
         let per_pixel = if matches!(output, Output::Rgba8(_)) { RGBA8 } else { FLOATS };
         let host_bytes = per_pixel * viewport.pixels() as u64;
-        let frame = frame::Frame { rays, viewport: *viewport, settings, stages: vec![stage], volume: None, into: None, host_bytes };
+        let frame =
+            frame::Frame { rays, viewport: *viewport, settings, stages: vec![stage], volume: None, into: None, host_bytes };
         let (delivered, measured) = self.engine.run(&frame, Mode::Waited, deliver)?;
         Ok((delivered, FrameReport::new(plan, measured)))
     }

@@ -118,13 +118,7 @@ impl Store {
 
     /// Keeps a value, in place of those of the same key and older inputs. Of the same inputs there may be another one, which depends on
     /// events that have not completed.
-    pub fn keep<K: Key>(
-        &mut self,
-        key: K,
-        inputs: Inputs,
-        produced: Produced,
-        value: impl Into<Arc<K::Value>>,
-    ) -> Arc<K::Value> {
+    pub fn keep<K: Key>(&mut self, key: K, inputs: Inputs, produced: Produced, value: impl Into<Arc<K::Value>>) -> Arc<K::Value> {
         #[cfg(test)]
         {
             self.made += 1;
@@ -175,7 +169,9 @@ mod tests {
     }
 
     fn device() -> Device {
-        Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL").with_own_sequence()
+        Device::open(&DeviceChoice::Default)
+            .expect("the tests need an OpenCL device: scripts/test installs PoCL")
+            .with_own_sequence()
     }
 
     fn of_field(version: Version) -> Inputs {
@@ -185,7 +181,8 @@ mod tests {
     #[test]
     fn the_least_recently_used_values_make_room() {
         let (device, inputs, mut store) = (device(), Inputs::default(), Store::new(25));
-        let keep = |store: &mut Store, n, len: usize| drop(store.keep(Number(n), inputs, Produced::by_host(), vec![n as u8; len]));
+        let keep =
+            |store: &mut Store, n, len: usize| drop(store.keep(Number(n), inputs, Produced::by_host(), vec![n as u8; len]));
         let get = |store: &mut Store, n| store.get(&device, &Number(n), inputs).unwrap();
         keep(&mut store, 1, 10);
         store.keep(Name(1), inputs, Produced::by_host(), vec![9; 10]);

@@ -238,3 +238,21 @@ fn programs_are_shared_by_the_renderers_of_a_device() {
     renderer(&device.clone(), &volume, &transfer).render(&camera, SIZE, &settings).unwrap();
     assert_eq!(programs(&device), built);
 }
+
+/// A queue without profiling has no event times: stages then have those of the clock.
+#[test]
+fn stages_have_times_on_queues_without_profiling() {
+    let (volume, transfer, camera) = scene();
+    let own = layersplat::Device::open(&layersplat::DeviceChoice::Default).unwrap();
+    // SAFETY: the context is alive as long as the device.
+    let context = unsafe { opencl3::context::context::retain_context(own.context()) }
+        .map(|()| opencl3::context::Context::new(own.context(), &[own.id()]))
+        .unwrap();
+    #[allow(deprecated)] // The replacement needs OpenCL 2.0.
+    let queue = opencl3::command_queue::CommandQueue::create_default(&context, 0).unwrap();
+    let mut renderer = layersplat::Renderer::new(&own.with_queue(&queue).unwrap(), &volume, &transfer).unwrap();
+    renderer.measure(true);
+    let (_, report) = renderer.render(&camera, SIZE, &Settings::default()).unwrap();
+    let stages = report.measured.unwrap().stages;
+    assert!(!stages.is_empty() && stages.iter().all(|&(_, ms)| ms > 0.0), "{stages:?}");
+}

@@ -26,8 +26,11 @@ fn a_frame_needs_as_much_as_it_says() {
         of(POINTS, Evaluation::Direct),
         Algorithm::Slicing { step: 0.8 }.into(),
     ];
+    // Beside the volume: the lattice is empty.
+    let beside = glam::DVec3::new(1e4, 0.0, 0.0);
+    let off_screen = Camera { position: camera.position + beside, focal_point: camera.focal_point + beside, ..camera };
     for settings in ways {
-        for camera in [camera, shared, perspective(&volume, 80.0, 10.0, 30.0)] {
+        for camera in [camera, shared, perspective(&volume, 80.0, 10.0, 30.0), off_screen] {
             let (floats, _) = renderer.render(&camera, SIZE, &settings).unwrap();
             let floats: Vec<u8> = floats.pixels().iter().flatten().flat_map(|c| c.to_ne_bytes()).collect();
             let (bytes, _) = renderer.render_rgba8(&camera, SIZE, &settings, Background::Transparent).unwrap();

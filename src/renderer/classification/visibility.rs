@@ -4,7 +4,9 @@ use super::super::field::{Field, Layout};
 use super::super::store::{Key, Stored};
 use super::tables::TableKey;
 use super::{Classification, PreparationKernels};
-use crate::device::launch::volume::{BlockNumbers, MinMaxBlocks, ShownChunksArguments, ShownSlabsArguments, SlabVisibilityArguments};
+use crate::device::launch::volume::{
+    BlockNumbers, MinMaxBlocks, ShownChunksArguments, ShownSlabsArguments, SlabVisibilityArguments,
+};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, GAUSSIAN_OVERSHOOT, Kernel};
@@ -122,8 +124,7 @@ fn find_shown_slabs(
 ) -> Result<(), Error> {
     let chunks = blocks.numbers.chunks(radius) as i32;
     let shows = &found.shows;
-    let arguments =
-        ShownChunksArguments { visible: &found.flags, per_layer: blocks.numbers.per_layer() as i32, chunks, shows };
+    let arguments = ShownChunksArguments { visible: &found.flags, per_layer: blocks.numbers.per_layer() as i32, chunks, shows };
     kernels.shown_chunks.launch(device, (), &arguments)?;
     let arguments = ShownSlabsArguments { shows, chunks, slabs: blocks.numbers.slabs(radius), shown: &found.shown };
     kernels.shown_slabs.launch(device, (), &arguments)

@@ -201,7 +201,12 @@ fn what_a_failed_frame_was_to_make_is_not_kept() {
             let after = renderer.enqueue(&camera, size, &settings, &onto, &[]).unwrap();
             opencl3::event::set_user_event_status(promise.get(), -5).unwrap();
             assert!(failed.wait().is_err());
-            let _ = after.wait();
+            // Where commands follow one another by events, and so in PoCL, it fails, too; elsewhere it is right: it has made again what the
+            // first one was to make.
+            if after.wait().is_ok() {
+                let found = host.read(&picture, 16 * size.pixels(), &after);
+                assert!(found == bytemuck::cast_slice::<_, u8>(expected.pixels()), "{settings:?}");
+            }
             assert!(renderer.render(&camera, size, &settings).unwrap().0 == expected, "{settings:?}");
         }
     }

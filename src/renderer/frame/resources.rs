@@ -108,7 +108,8 @@ impl Resources {
 
     fn add(&mut self, lifetime: Lifetime, buffers: impl IntoIterator<Item = (&'static str, usize)>) {
         // Empty buffers have a byte.
-        let resources = buffers.into_iter().map(|(name, bytes)| Resource { name, bytes: bytes.max(1) as u64, lifetime, allocate: None });
+        let resources =
+            buffers.into_iter().map(|(name, bytes)| Resource { name, bytes: bytes.max(1) as u64, lifetime, allocate: None });
         self.list.extend(resources);
     }
 

@@ -124,8 +124,7 @@ impl PointLayers {
         for axis in known {
             visible.push(scene.visible_blocks(axis, kernel)?);
         }
-        let integrals =
-            scene.integrals(kernel, axes.step.min_element(), samples_per_layer)?;
+        let integrals = scene.integrals(kernel, axes.step.min_element(), samples_per_layer)?;
         let mut sample = scene.sample(&axes, Axis::Z.frame());
         let region = Region::new(scene, kernel, samples_per_layer);
         let segments = segments(scene, &integrals, kernel, samples_per_layer);

@@ -66,7 +66,11 @@ impl AxisAlignedSheets {
         let params = SplatParams { backwards, ..splat_params(&projection, frame, background) };
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let splatted = Splatted::Visible;
-        let order = self.order.sort(device, &mut target.arena, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport })?;
+        let order = self.order.sort(
+            device,
+            &mut target.arena,
+            &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport },
+        )?;
         let region = Region::for_splats(scene);
         let Drawn { samples: picture, active_samples, .. } = &target.prepare(tiles);
         let arguments = AxisSheetsArguments {
@@ -105,7 +109,11 @@ impl ImageAlignedSheets {
             ..splat_params(&projection, AXIS.frame(), layout.view.background)
         };
         let tiles = Tiles::of_screen(viewport, device.tuning());
-        let order = self.order.sort(device, &mut target.arena, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport })?;
+        let order = self.order.sort(
+            device,
+            &mut target.arena,
+            &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport },
+        )?;
         let region = Region::new(scene, Kernel::Gaussian, 1);
         let Drawn { samples: picture, active_samples, .. } = &target.prepare(tiles);
         let arguments = ViewSheetsArguments {

@@ -17,7 +17,7 @@ use super::{PartRenderer, Renderer, UploadedVolume};
 use crate::camera::Camera;
 use crate::device::{Cancel, Device, DeviceKind, Limits};
 use crate::error::Error;
-use crate::image::Frame;
+use crate::image::{Depths, Frame};
 use crate::layers::{Lattice, Rays};
 use crate::memory;
 use crate::settings::{Layered, Settings};
@@ -113,6 +113,18 @@ impl<'v> StreamedRenderer<'v> {
         }
     }
 
+    /// Takes another volume from the next frame on. Nothing is read yet.
+    pub fn set_volume(&mut self, volume: &Volume<'v>) {
+        self.world = World::of(volume.grid());
+        (self.grid, self.volume) = (self.world.grid(volume.grid()), volume.clone());
+        (self.whole, self.kept, self.own) = (None, None, 0);
+    }
+
+    /// Where the voxels lie in the world.
+    pub fn grid(&self) -> &Grid {
+        self.volume.grid()
+    }
+
     /// Whether the reports of frames say what these took, from the next one on.
     pub fn measure(&mut self, measuring: bool) {
         self.measuring = measuring;
@@ -171,17 +183,46 @@ impl<'v> StreamedRenderer<'v> {
         rendered
     }
 
+    /// How far away is what a picture shows, as [`Renderer::depths`](super::Renderer::depths).
+    ///
+    /// # Errors
+    /// Where not all voxels fit on the device: rays need all of them.
+    pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
+        let others = self.others();
+        let found = self.whole_renderer().and_then(|mut renderer| {
+            let depths = renderer.depths(camera, viewport, settings);
+            self.kept = Some(renderer);
+            depths
+        });
+        self.own = self.device.taken_bytes().saturating_sub(others);
+        found.map_err(|error| match error {
+            Error::MemoryBudget { what, needed, taken, budget } => Error::MemoryBudget {
+                what: format!("a picture of depths, which needs the whole volume ({what}),"),
+                needed,
+                taken,
+                budget,
+            },
+            other => other,
+        })
+    }
+
     /// Renders with all voxels on the device, and keeps what was prepared for the next frame.
     fn render_whole(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+        let mut renderer = self.whole_renderer()?;
+        let rendered = renderer.render(camera, viewport, settings);
+        self.kept = Some(renderer);
+        rendered
+    }
+
+    /// A renderer of all voxels: the one that was kept, or a new one.
+    fn whole_renderer(&mut self) -> Result<Renderer, Error> {
         let mut renderer = match self.kept.take() {
             Some(kept) => kept,
             None => Renderer::of(&self.whole()?, &self.transfer)?,
         };
         renderer.measure(self.measuring);
         renderer.engine.limits = self.limits.clone();
-        let rendered = renderer.render(camera, viewport, settings);
-        self.kept = Some(renderer);
-        rendered
+        Ok(renderer)
     }
 
     /// The parts of a plan's lattices; the plan itself where it has none.
@@ -221,7 +262,8 @@ impl<'v> StreamedRenderer<'v> {
         tracing::info!("{}: {told}", self.volume.name());
         let mut engine = self.first_engine(streamed)?;
         (engine.measuring, engine.limits) = (self.measuring, self.limits.clone());
-        let stages = lattices.iter().enumerate().map(|(n, streamed_lattice)| self.stage(&engine, streamed, n, streamed_lattice, viewport));
+        let stages =
+            lattices.iter().enumerate().map(|(n, streamed_lattice)| self.stage(&engine, streamed, n, streamed_lattice, viewport));
         let frame = Declared {
             rays,
             viewport,
