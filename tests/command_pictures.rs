@@ -230,7 +230,7 @@ fn depths_stand_beside_the_picture() {
     renderer.render(&camera, size, &Settings::default()).unwrap().0.save_with_depths(f.join("own.exr"), None, &depths).unwrap();
     assert_eq!(std::fs::read(f.join("one.exr")).unwrap(), std::fs::read(f.join("own.exr")).unwrap());
     for (more, says) in [
-        ("-o a.png", "name an .exr file"),
+        ("-o a.png", "use an .exr file"),
         ("-o a.exr --memory 1M", "whole volume"),
         ("-o a.exr --blend maximum", "composite and iso"),
     ] {

@@ -77,7 +77,7 @@ fn doubles_far_from_zero_are_no_solid_block() {
     let missing = |i: usize| if i == 5000 { -9999.0 } else { value(i) };
     write(f, "lost_24x24x24_float64.raw", (0..13_824).map(missing).map(f64::to_le_bytes));
     let warning = warnings(f, "lost_24x24x24_float64.raw");
-    assert!(warning.contains("the smallest is -9999") && warning.contains("values apart"), "{warning}");
+    assert!(warning.contains("the smallest is -9999") && warning.contains("values in that range"), "{warning}");
     write(f, "wide_2x2x2_int32.raw", (0..8).map(|i| (i * 250_000_001 - 1_000_000_000i32).to_le_bytes()));
     assert!(warnings(f, "wide_2x2x2_int32.raw").contains("off by up to 64"));
 }
@@ -91,7 +91,7 @@ fn options_that_are_for_files() {
     assert_eq!((found["min"].as_f64(), found["max"].as_f64()), (Some(0.0), Some(1799.0)));
     refused(f, &["info", "photo.dat", "--dims", "3x2x2", "--type", "uint16"], 1, &["24 bytes", "27", "--header-bytes"]);
     for option in [["--endian", "big"], ["--header-bytes", "3"], ["--dims", "2x2x2"], ["--type", "int32"]] {
-        refused(f, &[&["info", "builtin:cube@4"][..], &option].concat(), 2, &["for files"]);
+        refused(f, &[&["info", "builtin:cube@4"][..], &option].concat(), 2, &["applies to files"]);
     }
     refused(f, &["info", "photo.dat", "--header-bytes", "-3"], 2, &["-3"]);
 }
@@ -202,7 +202,7 @@ fn packed_volumes_are_streamed() {
     let lost = ["render", "packed.nii.gz", "--memory", "700K", "-o", "b.npy"];
     let output = command.current_dir(f).args(lost).env("TMPDIR", &temporary).output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(1) && told.contains("TMPDIR names another folder"), "{told}");
+    assert!(output.status.code() == Some(1) && told.contains("set TMPDIR to another folder"), "{told}");
 }
 
 /// Of several volumes, numbers per voxel and arrays in a file the one that is asked for.

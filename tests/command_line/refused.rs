@@ -115,7 +115,7 @@ fn bad_files_exit_with_1_and_say_why() {
         ("huge_100000x100000x100_uint8.raw.gz", &["1000000000000"]),
         ("plain_4x4x4_uint8.raw.gz", &["plain_4x4x4"]),
         ("picture.txt", &[".raw"]),
-        ("folder_4x4x4_uint8.raw", &["folder without", "slices"]),
+        ("folder_4x4x4_uint8.raw", &["folder holds no", "slices"]),
         ("/dev/null", &["regular"]),
     ] {
         refused(f, &["render", volume, "-o", "a.png"], 1, words);
