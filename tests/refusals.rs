@@ -64,9 +64,9 @@ fn what_is_no_box_or_plane_says_so() {
     let mut renderer = Renderer::new(&device(), &volume, &smooth_transfer()).unwrap();
     let only = |p| Clipping::default().with_planes([p]);
     for (clipping, expected) in [
-        (crop([2.0, 0.0, 0.0], [2.0, 5.0, 5.0]), "a lower before a higher"),
-        (crop([2.0, 6.0, 0.0], [4.0, 5.0, 5.0]), "a lower before a higher"),
-        (crop([2.0, f64::NAN, 0.0], [4.0, 5.0, 5.0]), "a lower before a higher"),
+        (crop([2.0, 0.0, 0.0], [2.0, 5.0, 5.0]), "lowest below highest"),
+        (crop([2.0, 6.0, 0.0], [4.0, 5.0, 5.0]), "lowest below highest"),
+        (crop([2.0, f64::NAN, 0.0], [4.0, 5.0, 5.0]), "lowest below highest"),
         (only(plane([0.0; 3], [0.0; 3])), "a finite normal other than 0"),
         (only(plane([0.0; 3], [f64::NAN, 1.0, 0.0])), "a finite normal other than 0"),
         (only(plane([f64::INFINITY, 0.0, 0.0], [1.0; 3])), "a finite point"),
