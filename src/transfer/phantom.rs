@@ -1,4 +1,5 @@
 //! Transfer function of the built-in Shepp–Logan phantom. A histogram cannot find its small features.
+
 use super::TransferFunction;
 use crate::volume::Volume;
 

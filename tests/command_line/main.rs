@@ -219,7 +219,7 @@ fn help_has_examples() {
         let arguments = [&["info", "builtin:cube@8"][..], more].concat();
         String::from_utf8(layersplat(f, &arguments).stderr).unwrap()
     };
-    assert!(!said(&[]).contains("first pass") && said(&["-v"]).contains("first pass"));
+    assert!(!said(&[]).contains("range of its values") && said(&["-v"]).contains("range of its values"));
 }
 
 /// Who gets a black or a solid picture is told why, and what to try; who gets a good one is not.

@@ -1,4 +1,5 @@
 //! CSV lines of value, red, green, blue and opacity; colours and opacities in 0 … 1. A header line and lines after `#` are skipped.
+
 use super::{MAX_POINTS, bad};
 use crate::error::Error;
 use crate::transfer::{ControlPoint, TransferFunction, approached};
