@@ -45,7 +45,8 @@ impl Verdict {
     fn of(family: Family, largest_difference: f64) -> Self {
         let [off, allowed] = [largest_difference, TOLERANCE].map(|d| d * 255.0);
         let problem = if off.is_finite() {
-            (off > allowed).then(|| format!("the picture is wrong: off by {off:.1} of 255 steps, more than the allowed {allowed:.1}"))
+            (off > allowed)
+                .then(|| format!("the picture is wrong: off by {off:.1} of 255 steps, more than the allowed {allowed:.1}"))
         } else {
             Some("the picture is wrong: it contains NaN".into())
         };
