@@ -1,4 +1,4 @@
-//! Settings that go with nothing, and what is said of them.
+//! Invalid combinations of settings, and their errors.
 
 mod common;
 
@@ -36,7 +36,7 @@ fn what_has_no_blend_mode_says_so() {
     }
 }
 
-/// Weights that do not sum to one would make layers of fog; rays are cast through their sums all the same.
+/// Kernels whose weights do not sum to one are rejected for layers, but accepted for ray casting.
 #[test]
 fn what_layers_cannot_be_sampled_with_says_so() {
     let volume = bump();
@@ -52,7 +52,7 @@ fn what_layers_cannot_be_sampled_with_says_so() {
             Err(error @ Error::Settings { field: "kernel", .. }) => assert!(error.to_string().contains("gaussian"), "{error}"),
             other => panic!("{:?}", other.map(|_| "drawn")),
         }
-        assert!(draw(Kernel::Cubic).is_ok(), "the others are drawn");
+        assert!(draw(Kernel::Cubic).is_ok(), "the other kernels must be accepted");
     }
 }
 

@@ -1,11 +1,11 @@
-//! Files with something wrong in them: named, with what is wrong.
+//! Invalid files: errors name the file and the problem.
 
 use crate::files::folder;
 use layersplat::volume::{OpenOptions, Volume};
 use layersplat::{Error, glam::DVec3};
 use std::path::Path;
 
-/// A file, what is replaced in it by what, and a word of the message.
+/// A file, the bytes to replace, their replacement, and an expected part of the message.
 type Case<'a> = (&'a str, &'a [u8], &'a [u8], &'a str);
 
 const TEXT: &[Case] = &[
@@ -56,14 +56,14 @@ const XML: &[Case] = &[
     ("vtk/binary_zlib.vti", b"vtkZLibDataCompressor", b"vtkLZMADataCompressor", "LZMA"),
     ("vtk/appended_zlib.vti", b"offset=\"0\"", b"offset=\"99999999999\"", "truncated"),
     ("vtk/appended_plain.vti", b"Piece Extent=\"0 4 0 3 0 2\"", b"Piece Extent=\"0 4 0 3 0 9\"", "expected"),
-    ("vtk/ascii_plain.vti", b"</Piece>", b"</Piece><Piece Extent=\"0 4 0 3 2 4\"></Piece>", "has no array values"),
+    ("vtk/ascii_plain.vti", b"</Piece>", b"</Piece><Piece Extent=\"0 4 0 3 2 4\"></Piece>", "lacks the array values"),
     ("vtk/pieces.vti", b"Extent=\"2 4 0 1 0 2\"", b"Extent=\"2 4 0 1 0 1\"", "do not cover the image"),
     ("vtk/pieces.vti", b"Extent=\"2 4 0 1 0 2\"", b"Extent=\"2 4 0 1 0 9\"", "it is damaged"),
     ("vtk/pieces.vti", b"Extent=\"0 2 0 3 0 2\"", b"Extent=\"0 2 0 3 0 999999999\"", "it is damaged"),
     ("vtk/pieces.vti", b"Extent=\"2 4 1 3 0 2\"", b"Extent=\"900000002 900000004 1 3 0 2\"", "do not cover the image"),
 ];
 
-/// All files of the folder of a case, one of them changed.
+/// Copies the folder of a case and changes one file.
 pub fn changed(file: &str, change: impl FnOnce(&mut Vec<u8>)) -> (tempfile::TempDir, std::path::PathBuf) {
     let temporary = tempfile::tempdir().unwrap();
     let source = folder().join(file);
@@ -170,7 +170,7 @@ fn series_that_are_no_volumes_say_why() {
     for (name, word) in cases {
         refused(&folder().join("dicom/refused").join(name), name, word);
     }
-    // What is wrong with the distances does not matter to one who gives them.
+    // A given spacing overrides invalid distances.
     for name in ["tilted", "gap"] {
         let options = OpenOptions { spacing: Some(DVec3::ONE), ..OpenOptions::default() };
         assert_eq!(Volume::open(folder().join("dicom/refused").join(name), &options).unwrap().grid().spacing(), DVec3::ONE);
@@ -189,7 +189,7 @@ fn several_series_are_named() {
     }
 }
 
-/// A store, and in which of its files what is replaced by what, and a word of the message.
+/// A store, one of its files, the bytes to replace, their replacement, and an expected part of the message.
 #[cfg(feature = "zarr")]
 type StoreCase<'a> = (&'a str, &'a str, &'a [u8], &'a [u8], &'a str);
 
@@ -227,7 +227,7 @@ fn wrong_stores_are_named() {
     }
 }
 
-/// A piece that stands for more than it should, and one of which the checksum is wrong.
+/// A chunk that decompresses to more than its size, and one with a wrong checksum.
 #[cfg(feature = "zarr")]
 #[test]
 fn pieces_that_lie_are_refused() {
@@ -261,7 +261,7 @@ fn resolutions_are_chosen_by_number_or_by_pixels() {
     for (pixels, dims) in [(1, [2, 2, 3]), (4, [2, 2, 3]), (5, [5, 4, 3]), (1000, [5, 4, 3])] {
         assert_eq!(opened(Level::Pixels(pixels)).unwrap().grid().dims(), dims, "{pixels}");
     }
-    // 5×4×3 voxels of a byte or two, and 2×2×3.
+    // 5×4×3 voxels of one or two bytes, and 2×2×3.
     for (bytes, dims) in [(1, [2, 2, 3]), (59, [2, 2, 3]), (120, [5, 4, 3])] {
         assert_eq!(opened(Level::Bytes(bytes)).unwrap().grid().dims(), dims, "{bytes}");
     }
@@ -286,7 +286,7 @@ fn several_datasets_are_named() {
     }
 }
 
-/// What a feature that is off would read is named, with the feature.
+/// Formats of disabled features are recognised, and the error names the feature.
 #[test]
 fn what_this_build_does_not_read_is_named() {
     let cases = [
@@ -305,7 +305,7 @@ fn what_this_build_does_not_read_is_named() {
     }
 }
 
-/// A sheared file can be looked at all the same, with a spacing.
+/// A spacing makes sheared files readable.
 #[test]
 fn a_spacing_that_is_given_wins() {
     let spacing = DVec3::new(1.0, 2.0, 3.0);

@@ -1,11 +1,11 @@
-//! Slices in pictures, one of them wrong.
+//! Slice files, one of them invalid.
 
 use crate::refused::refused;
 use layersplat::volume::{OpenOptions, Volume};
 use png::{BitDepth, ColorType};
 use std::path::Path;
 
-/// A picture of `width` x 4, with bytes that repeat.
+/// A picture of `width` × 4 pixels with repeating bytes.
 fn png(width: u32, color: ColorType, depth: BitDepth) -> Vec<u8> {
     let mut picture = Vec::new();
     let mut encoder = png::Encoder::new(&mut picture, width, 4);
@@ -21,7 +21,7 @@ fn grey() -> Vec<u8> {
     png(5, ColorType::Grayscale, BitDepth::Eight)
 }
 
-/// Three grey slices of bytes, of which the second is another.
+/// Three 8-bit grey slices; the second one is replaced.
 fn with_second(slice: &[u8]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (n, slice) in [&grey(), slice, &grey()].into_iter().enumerate() {
@@ -30,7 +30,7 @@ fn with_second(slice: &[u8]) -> tempfile::TempDir {
     folder
 }
 
-/// Sizes in the header of a picture, whose checksum is right.
+/// Changes the declared size of a picture, with a valid checksum.
 fn declared(mut picture: Vec<u8>, width: u32, height: u32) -> Vec<u8> {
     picture[16..20].copy_from_slice(&width.to_be_bytes());
     picture[20..24].copy_from_slice(&height.to_be_bytes());
@@ -69,10 +69,10 @@ fn damaged_slices_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let bomb = folder.path().join("bomb.png");
     std::fs::write(&bomb, declared(grey(), 60_000, 60_000)).unwrap();
-    refused(&bomb, "more pixels than can be packed in it", "60000x60000x1 voxels of uint8, 3600000000 bytes");
+    refused(&bomb, "more pixels than its compressed data can hold", "60000x60000x1 voxels of uint8, 3600000000 bytes");
 }
 
-/// Masks are pictures of single bits.
+/// Masks are one-bit pictures.
 #[test]
 fn bits_are_black_and_white() {
     let folder = tempfile::tempdir().unwrap();
@@ -89,7 +89,7 @@ mod tiffs {
     use super::*;
     use crate::refused::changed;
 
-    /// Where a tag of a page is: files of tifffile's are little-endian.
+    /// Offset of a tag of a page; tifffile writes little-endian files.
     fn entry(bytes: &[u8], page: usize, tag: u16) -> usize {
         let int16 = |at: usize| u16::from_le_bytes(bytes[at..at + 2].try_into().unwrap());
         let int32 = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
@@ -98,10 +98,10 @@ mod tiffs {
         (0..entries(directory)).map(|n| directory + 2 + 12 * n).find(|&at| int16(at) == tag).unwrap()
     }
 
-    /// A page, a tag, and what it is to be.
+    /// A page, a tag, and its new value.
     type Value = (usize, u16, u32);
 
-    /// Gives tags of pages other values.
+    /// Changes tags of pages.
     fn with(bytes: &mut [u8], values: &[Value]) {
         for &(page, tag, value) in values {
             let at = entry(bytes, page, tag);
@@ -157,11 +157,11 @@ mod tiffs {
         refused(&path.with_file_name("slice_%d.tif"), "a slice of another size", "slice_9.tif: it has 4x4 pixels");
     }
 
-    /// Slides and confocal stacks have small pictures of their pages between them.
+    /// Slide and confocal files have previews between their pages.
     #[test]
     fn previews_are_no_slices() {
         let (_temporary, path) = changed("tiff/uint8.tif", |bytes| {
-            // In the place of the resolution's unit.
+            // Replaces the tag of the resolution unit.
             let at = entry(bytes, 1, 296);
             bytes[at..at + 2].copy_from_slice(&254u16.to_le_bytes());
             with(bytes, &[(1, 254, 1)]);
