@@ -101,7 +101,8 @@ fn volumes_in_memory_are_written_with_their_place() {
 fn what_cannot_be_written_leaves_nothing() {
     let temporary = tempfile::tempdir().unwrap();
     let to = |name: &str| convert("builtin:cube@4", &OpenOptions::default(), temporary.path().join(name));
-    for (name, word) in [("a.tif", ".nrrd"), ("a_4x4x3_uint8.raw", "4x4x4"), ("missing/a.nrrd", "does not exist"), ("a", ".raw")] {
+    for (name, word) in [("a.tif", ".nrrd"), ("a_4x4x3_uint8.raw", "4x4x4"), ("missing/a.nrrd", "does not exist"), ("a", ".raw")]
+    {
         let message = to(name).unwrap_err().to_string();
         assert!(message.contains(word), "{message}");
     }
