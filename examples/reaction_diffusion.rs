@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(&folder)?;
     // This program's own OpenCL context, on the device that layersplat would choose.
     let context = Context::from_device(&ClDevice::new(Device::open(&DeviceChoice::Default)?.id()))?;
-#[allow(deprecated)] // The replacement requires OpenCL 2.0.
+    #[allow(deprecated)] // The replacement requires OpenCL 2.0.
     let queue = CommandQueue::create_default(&context, CL_QUEUE_PROFILING_ENABLE)?;
     let program = Program::create_and_build_from_source(&context, STEP, "")?;
     let kernel = Kernel::create(&program, "gray_scott")?;

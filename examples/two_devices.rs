@@ -18,7 +18,7 @@ const ROUNDS: usize = 5;
 /// A renderer with a separate context and queue.
 fn renderer(device: &ClDevice, volume: &Volume, transfer: &TransferFunction) -> Result<Renderer, Box<dyn Error>> {
     let context = Context::from_device(device)?;
-#[allow(deprecated)] // The replacement requires OpenCL 2.0.
+    #[allow(deprecated)] // The replacement requires OpenCL 2.0.
     let queue = CommandQueue::create_default(&context, 0)?;
     Ok(Renderer::new(&Device::of_queue(&queue)?, volume, transfer)?)
 }

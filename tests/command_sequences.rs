@@ -229,7 +229,7 @@ fn an_interrupted_film_leaves_nothing() {
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
         assert!(names(f).len() == before.len() + 1);
-        // Shells do not let background processes ignore SIGTERM.
+        // Shells may make background processes ignore SIGINT, but not SIGTERM.
         assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
         assert_eq!(child.wait().unwrap().code(), Some(128 + 15));
         assert_eq!((names(f), std::fs::read(f.join("a.apng")).unwrap()), (before.clone(), b"old".to_vec()), "{output}");

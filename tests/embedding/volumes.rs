@@ -86,7 +86,7 @@ fn in_place<T: Copy>(
     Renderer::of(&UploadedVolume::in_place(&host.device(), &description, &placed).unwrap(), transfer).unwrap()
 }
 
-/// The declared range need not be tight, so integrals extend beyond it: a sum in another order.
+/// The declared range is not verified, so integrals extend beyond it: a sum in another order.
 const GOES_ON: f64 = 2e-6;
 
 #[test]

@@ -18,7 +18,7 @@ struct Reached {
     lit: Measured,
 }
 
-/// Sizes of Marschner and Lobb's signal; the last row is the step limit of the analytic integral.
+/// Sizes of Marschner and Lobb's signal; the steps of the last one equal those of the analytic integral.
 const SIGNAL: [(usize, Reached); 3] = [
     (
         41,

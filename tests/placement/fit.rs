@@ -44,8 +44,8 @@ fn corners_reach_the_narrower_side() {
             let expected = [w / 2.0 + right * reach / larger, h / 2.0 - up * reach / larger];
             assert!(crate::distance(found, expected) < OFF, "{width}x{height} {orbit:?}: {found:.2?}, not {expected:.2?}");
 
-            // In a perspective, the bounding sphere touches the side. Its silhouette is at tan⁻¹ of sin⁻¹(r/D), that of the corner, which is closer to
-            // the centre, at tan⁻¹(r/D); the field of view is the narrower one.
+            // In a perspective, the bounding sphere touches the side: its silhouette is at the angle sin⁻¹(r/D), and the corner, which is closer to
+            // the centre, at tan⁻¹(r/D). The field of view is the narrower one.
             for degrees in [30.0f64, 90.0] {
                 let camera = Camera::fit_perspective(centre, DIAGONAL * larger, degrees, size, orbit);
                 let found = Picture::of(&render(&volume, &transfer, &camera, size, &ways()[1])).middle();
