@@ -1,13 +1,13 @@
-//! The crate as a whole: what a library user pays for, and that its rooms know each other in one direction only.
+//! The crate as a whole: dependencies of library users, and acyclic module dependencies.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
-/// What only the command needs.
+/// Dependencies of the command only.
 const OF_THE_COMMAND: [&str; 6] = ["clap", "cpu-time", "indicatif", "plotters", "signal-hook", "tracing-subscriber"];
 
-/// Every crate that is built into this one with these features.
+/// All crates that are built with these features.
 fn dependencies(features: &[&str]) -> BTreeSet<String> {
     let mut command = Command::new(env!("CARGO"));
     command.args(["tree", "--offline", "--locked", "--edges", "normal", "--prefix", "none"]).args(features);
@@ -26,7 +26,7 @@ fn the_library_alone_pays_for_nothing_of_the_command() {
     }
 }
 
-/// Settings and cameras can be made with nothing but this crate, its hidden rooms left alone.
+/// Settings and cameras can be constructed with this crate's public items only.
 #[test]
 fn what_users_need_is_at_hand() {
     use layersplat::glam::DVec3;
@@ -46,7 +46,7 @@ fn what_users_need_is_at_hand() {
     assert!(camera.position.z == 2.0 && settings.layered().is_some_and(|l| l.layer_axis == LayerAxis::Forced(Axis::Z)));
 }
 
-/// Rooms (files and folders of src) by name, with the rooms that they name.
+/// Top-level modules (files and folders of src) and the modules that each depends on.
 fn rooms() -> BTreeMap<String, BTreeSet<String>> {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut rooms = BTreeMap::new();
@@ -54,7 +54,7 @@ fn rooms() -> BTreeMap<String, BTreeSet<String>> {
         let path = entry.unwrap().path();
         let room = path.file_stem().unwrap().to_str().unwrap().to_owned();
         if room != "lib" && room != "main" {
-            // A room may be a file beside a folder.
+            // A module may be a file beside a folder.
             let known = named_rooms(&code_of(&path)).into_iter().filter(|name| *name != room);
             rooms.entry(room.clone()).or_insert_with(BTreeSet::new).extend(known);
         }
@@ -62,7 +62,7 @@ fn rooms() -> BTreeMap<String, BTreeSet<String>> {
     rooms
 }
 
-/// The code of a file, or of all files of a folder, without tests.
+/// Code of a file, or of all files of a folder, without tests.
 fn code_of(path: &Path) -> String {
     if path.is_dir() {
         return std::fs::read_dir(path).unwrap().map(|entry| code_of(&entry.unwrap().path())).collect();
@@ -74,13 +74,13 @@ fn code_of(path: &Path) -> String {
     text.split("#[cfg(test)]\nmod tests").next().unwrap().to_owned()
 }
 
-/// Options of the command in a line of code: what follows `--` in a text.
+/// Whether a string in a line of code contains an option of the command, after `--`.
 fn options(line: &str) -> bool {
     let is_letter = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_lowercase);
     line.match_indices("--").any(|(at, _)| is_letter(line.as_bytes().get(at + 2)))
 }
 
-/// Library messages name fields; what the command calls these, src/cli/fields.rs knows alone.
+/// Library messages name fields. Only src/cli/fields.rs maps them to options of the command.
 #[test]
 fn only_the_command_knows_its_options() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
@@ -95,7 +95,7 @@ fn only_the_command_knows_its_options() {
     assert!(options("correct --dims or") && !options("a - b, c--, -- d"));
 }
 
-/// What follows `crate::` anywhere but in a comment.
+/// Names after `crate::` outside comments.
 fn named_rooms(code: &str) -> BTreeSet<String> {
     let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
     let mentions = lines.flat_map(|line| line.split("crate::").skip(1));
@@ -103,8 +103,7 @@ fn named_rooms(code: &str) -> BTreeSet<String> {
     names.filter(|name: &String| !name.is_empty()).collect()
 }
 
-/// Rooms that lead back to themselves: what is left when those that know nothing but what was taken already are taken, one
-/// after the other.
+/// Modules in dependency cycles: those that remain after repeatedly removing modules without remaining dependencies.
 fn circular(mut rooms: BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
     while let Some(free) = rooms.iter().find(|(_, known)| !known.iter().any(|k| rooms.contains_key(k))).map(|(r, _)| r.clone()) {
         rooms.remove(&free);
@@ -117,7 +116,7 @@ fn rooms_know_each_other_in_one_direction() {
     let mut rooms = rooms();
     assert!(rooms.len() >= 10 && rooms["renderer"].contains("device") && rooms["layers"].contains("viewport"), "{rooms:?}");
     assert_eq!(circular(rooms.clone()), [""; 0]);
-    // The check notices a way back.
+    // The check detects a cycle.
     rooms.get_mut("error").unwrap().insert("volume".into());
     assert!(circular(rooms).contains(&"volume".into()));
 }

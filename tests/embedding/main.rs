@@ -1,4 +1,4 @@
-//! At home in other people's programs: contexts, queues, buffers and events of a caller's own.
+//! Embedding: contexts, queues, buffers and events of the caller.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! The memory that frames write can be the caller's.
+//! Caller-provided scratch memory.
 
 use crate::common::{POINTS, SPLATTED, layered, perspective};
 use crate::host::{Host, SIZE, renderer, scene};
@@ -53,8 +53,8 @@ fn a_frame_needs_as_much_as_it_says() {
                         let rows = found.chunks(pitch).map(|row| &row[..pitch - gap]);
                         assert!(rows.eq(expected.chunks(pitch - gap)), "{settings:?}");
                     }
-                    // Tables of splatted layers are the renderer's own, made anew for every frame.
-                    assert!(device.allocated_bytes() <= own, "pictures and lattices are the caller's");
+                    // Tables of splatted layers belong to the renderer, and are computed for every frame.
+                    assert!(device.allocated_bytes() <= own, "pictures and lattices must be in the caller's memory");
                     *sizes.iter_mut().max().unwrap() -= 16;
                     give(&mut renderer, &sizes);
                     let error = renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).map(|_| ()).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! The lattice of a perspective: the shears of eye rays are evenly spaced.
+//! Lattice of a perspective view: shears of the rays are evenly spaced.
 
 use super::phases::MAX_SAMPLES_PER_VOXEL;
 use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, MAX_VOXELS_PER_POINT, Sampling, Source, Stagger};
@@ -7,18 +7,18 @@ use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::DVec3;
 
-/// Largest |s| of a ray that a lattice takes. A field of view of 30° needs 1.65 when the volume just fits.
+/// Largest |s| of a ray. A field of view of 30° needs 1.65 if the volume just fits.
 pub const MAX_LATTICE_SHEAR: f64 = 2.0;
-/// The eye must be at least this far, in layers, before the first layer.
+/// Least distance of the eye from the first layer, in layers.
 const MIN_EYE_DISTANCE: f64 = 1.0;
-/// Voxels between neighbouring samples in the farthest layer: kernels/layered/splat_perspective.cl has room for 7 per sample.
+/// Most voxels between adjacent samples in the farthest layer, limited by kernels/layered/splat_perspective.cl.
 const MAX_VOXELS_PER_SAMPLE: f64 = 7.0;
-/// Longest side of a lattice, in viewport sides: beyond it the near end of the volume is so close that the far end
-/// would be sampled many times too densely, and pixels are fewer than samples.
+/// Longest side of a lattice, in viewport sides. Beyond it, the near end of the volume is so close that the far end would be heavily
+/// oversampled, and rendering per pixel takes fewer samples.
 const MAX_SIDES: u32 = 4;
-/// Viewport sides that such a lattice may always have.
+/// Least viewport side assumed for this limit.
 const MIN_SIDE: u32 = 64;
-/// Samples around the viewport.
+/// Margin around the viewport in samples.
 const MARGIN: f64 = 3.0;
 
 /// See [`Lattice::reaches_perspective`].
@@ -26,7 +26,7 @@ pub(super) fn reaches(rays: &Rays, grid: &Grid, axis: Axis, sampling: Sampling) 
     EyeRays::new(rays, grid, axis, sampling).is_some()
 }
 
-/// See [`Lattice::new`]. Points are finer where neighbouring rays would be too far apart in the farthest layer.
+/// See [`Lattice::new`]. Points are denser if adjacent rays would be too far apart in the farthest layer.
 pub(super) fn lattice(
     rays: &Rays,
     viewport: Viewport,
@@ -55,7 +55,7 @@ pub(super) fn lattice(
     for i in 0..2 {
         let (mut lo, mut hi) = eye_rays.shear_bounds(i);
         let pixels = eye_rays.pixels_per_voxel(rays, grid.spacing()[[frame.u, frame.v][i]]);
-        // Where pixels cover several voxels their mean is shown: no voxel may be missed.
+        // Minified pixels show the mean of several voxels, so no voxel may be skipped.
         let least = if pixels < 1.0 { ANCHOR_LIMIT } else { 0.0 };
         let for_points = if sampling != Sampling::Splats { far / near / MAX_VOXELS_PER_POINT } else { 0.0 };
         let samples_per_voxel = density.samples(pixels).max(for_points).max(least);
@@ -65,7 +65,7 @@ pub(super) fn lattice(
             (lo, hi) = (lo.max(seen_lo - MARGIN * step), hi.min(seen_hi + MARGIN * step));
         }
         let samples = ((hi - lo) / step).ceil().max(0.0);
-        // Where pixels cover several voxels it is these that number the samples.
+        // Minified pixels cover several voxels, so the voxels determine the number of samples.
         let sides =
             if pixels < 1.0 { Viewport::MAX_SIDE } else { [viewport.width, viewport.height][i].max(MIN_SIDE) * MAX_SIDES };
         let too_far_apart = sampling == Sampling::Splats && far * step > MAX_VOXELS_PER_SAMPLE;
@@ -80,21 +80,21 @@ pub(super) fn lattice(
     Some(lattice)
 }
 
-/// An eye before the layers of a volume.
+/// An eye in front of the layers of a volume.
 struct EyeRays {
     frame: AxisFrame,
-    /// Voxels along u, v, a.
+    /// Number of voxels along u, v, a.
     dims: [usize; 3],
-    /// (u, v, a).
+    /// Position of the eye, (u, v, a).
     eye: DVec3,
     centre_layer: f64,
     layer_step: i32,
-    /// How far the field reaches beyond the outer voxels.
+    /// Extent of the field beyond the outermost voxels.
     radius: f64,
 }
 
 impl EyeRays {
-    /// `None` where a lattice does not reach.
+    /// `None` if a lattice does not cover all rays.
     fn new(rays: &Rays, grid: &Grid, axis: Axis, sampling: Sampling) -> Option<Self> {
         let frame = axis.frame();
         let dims = [frame.u, frame.v, frame.a].map(|i| grid.dims()[i]);
@@ -111,7 +111,7 @@ impl EyeRays {
         (near >= MIN_EYE_DISTANCE && ahead && upright).then_some(eye_rays)
     }
 
-    /// Pixels that a voxel of the nearest layer would cover, by the shear per pixel at a corner of the volume.
+    /// Pixels per voxel in the nearest layer, from the largest shear per pixel at a corner of the volume.
     fn pixels_per_voxel(&self, rays: &Rays, spacing: f64) -> f64 {
         let (near, _) = self.layer_distances();
         let pixels = |c: &DVec3| {
@@ -121,20 +121,20 @@ impl EyeRays {
         self.support_corners().iter().map(pixels).fold(0.0, f64::max)
     }
 
-    /// Distances, in layers, from the eye to the nearest and the farthest layer of the support; the nearest is not
-    /// positive for an eye beside or inside.
+    /// Distances, in layers, from the eye to the nearest and the farthest layer of the support. The nearest is not positive if the eye is
+    /// beside or inside the layers.
     fn layer_distances(&self) -> (f64, f64) {
         let to = |k: f64| (k - self.eye.z) * f64::from(self.layer_step);
         let (a, b) = (to(-self.radius), to(self.dims[2] as f64 - 1.0 + self.radius));
         (a.min(b), a.max(b))
     }
 
-    /// Shears of the rays to the corners of the support.
+    /// Range of the shears of the rays to the corners of the support.
     fn shear_bounds(&self, i: usize) -> (f64, f64) {
         bounds(&self.support_corners().map(|c| (c[i] - self.eye[i]) / (c.z - self.eye.z)))
     }
 
-    /// The corners of the field's support, (u, v, a).
+    /// Corners of the field's support, (u, v, a).
     fn support_corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|c| {
             let (lowest, beyond) = (-self.radius, self.radius - 1.0);
@@ -142,7 +142,7 @@ impl EyeRays {
         })
     }
 
-    /// Shears of the rays through the viewport's corners, unless one of them runs away from the layers.
+    /// Shears of the rays through the viewport's corners; `None` if one of them points away from the layers.
     fn screen_shears(&self, rays: &Rays, viewport: Viewport) -> Option<[[f64; 2]; 4]> {
         let directions = rays.corners(viewport).map(|ray| ray.direction);
         let ahead = directions.iter().all(|d| d[self.frame.a] * f64::from(self.layer_step) > 0.0);

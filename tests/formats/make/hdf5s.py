@@ -31,7 +31,7 @@ def hdf5s():
     holds("hdf5/several.h5", 4, 1, array="first")
     for frame in [None, 1]:
         holds("hdf5/several.h5", 100, -3000 + 10000 * (frame or 0), affine((0.5, 1.5, 2)), array="deep/second", frame=frame)
-    # As climate's numbers are packed.
+    # Packed as in the CF conventions for climate data.
     with h5py.File(at / "scaled.nc", "w") as file:
         scaled = file.create_dataset("t", data=data)
         scaled.attrs["scale_factor"], scaled.attrs["add_offset"] = 0.5, 10.0

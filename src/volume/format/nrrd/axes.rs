@@ -1,4 +1,4 @@
-//! Which axes are those of space, and where they lie in the world.
+//! Roles of the axes, and their placement in the world.
 
 use super::fields::Fields;
 use crate::error::Error;
@@ -7,25 +7,25 @@ use crate::volume::{Grid, ScalarType};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::Path;
 
-/// Most axes that the format has.
+/// Limit of axes in the format.
 const MOST: usize = 16;
 
-/// The axes of an array, the fastest first.
+/// Axes of an array, fastest first.
 pub(super) struct Axes {
     pub sizes: Vec<usize>,
-    /// Directions of those that are axes of space.
+    /// Directions of spatial axes.
     directions: Vec<Option<DVec3>>,
-    /// The numbers of the axes of space.
+    /// Indices of the spatial axes.
     space: Vec<usize>,
 }
 
 impl Axes {
     pub fn of(fields: &Fields) -> Result<Self, Error> {
         let count = fields.need("dimension")?.parse().ok().filter(|n| (1..=MOST).contains(n));
-        let count = count.ok_or_else(|| fields.wrong(format!("its dimension is not 1 to {MOST}")))?;
+        let count = count.ok_or_else(|| fields.wrong(format!("its dimension is not between 1 and {MOST}")))?;
         let sizes: Vec<usize> = fields.numbers("sizes", count)?.ok_or_else(|| fields.wrong("its header has no 'sizes'"))?;
         if sizes.contains(&0) || sizes.iter().try_fold(1u64, |n, &size| n.checked_mul(size as u64)).is_none() {
-            return Err(fields.wrong(format!("its sizes, {sizes:?}, hold no voxels, or more than any file")));
+            return Err(fields.wrong(format!("its sizes {sizes:?} are empty or too large")));
         }
         let directions = directions(fields, count)?;
         let space = space(fields, &sizes, &directions)?;
@@ -37,7 +37,7 @@ impl Axes {
         self.stride(self.sizes.len(), scalar)
     }
 
-    /// Bytes from one to the next along an axis.
+    /// Stride along an axis in bytes.
     pub fn stride(&self, axis: usize, scalar: ScalarType) -> u64 {
         self.sizes[..axis].iter().fold(scalar.bytes() as u64, |bytes, &size| bytes.saturating_mul(size as u64))
     }
@@ -46,7 +46,7 @@ impl Axes {
         [0, 1, 2].map(|i| self.space.get(i).map_or(1, |&axis| self.sizes[axis]))
     }
 
-    /// The grid in the world, whose axes point to the right, to the front and up where the file says which way they point.
+    /// Grid in the world. Its coordinates are RAS if the file defines anatomical axes.
     pub fn grid(&self, path: &Path, fields: &Fields, options: &OpenOptions) -> Result<Grid, Error> {
         let named = |e: Error| Error::volume(path, e.to_string());
         if let Some(spacing) = options.spacing {
@@ -59,12 +59,12 @@ impl Axes {
         }
         let axes = completed(&known);
         let origin =
-            fields.get("space origin").map(|text| vector(text).ok_or_else(|| fields.wrong("its space origin is no vector")));
+            fields.get("space origin").map(|text| vector(text).ok_or_else(|| fields.wrong("its space origin is not a vector")));
         let affine = DAffine3 { matrix3: to_ras * axes, translation: to_ras * origin.transpose()?.unwrap_or(DVec3::ZERO) };
         Grid::from_affine(self.dims(), affine).map_err(named)
     }
 
-    /// With spacings only.
+    /// Axis-aligned grid from `spacings` and `axis mins`.
     fn spaced(&self, fields: &Fields) -> Result<Grid, Error> {
         let per_axis = |name: &str| -> Result<DVec3, Error> {
             let numbers: Option<Vec<f64>> = fields.numbers(name, self.sizes.len())?;
@@ -76,7 +76,7 @@ impl Axes {
         Grid::from_affine(self.dims(), DAffine3 { matrix3: DMat3::from_diagonal(spacing), translation: origin })
     }
 
-    /// The first byte and the strides of the frame and the channel that are wanted.
+    /// First byte and strides of the selected frame and channel.
     pub fn place(&self, path: &Path, scalar: ScalarType, options: &OpenOptions) -> Result<(u64, [u64; 3]), Error> {
         let mut first = 0;
         let last_of_space = self.space.iter().max().copied().unwrap_or(0);
@@ -93,7 +93,7 @@ impl Axes {
         }
         let along = |i: usize| self.space.get(i).map_or(scalar.bytes() as u64, |&axis| self.stride(axis, scalar));
         let mut strides = [0, 1, 2].map(along);
-        // Axes that there are not, of one voxel: as if voxels were dense.
+        // Missing axes have one voxel: use dense strides.
         for i in self.space.len()..3 {
             strides[i] = strides[i - 1].saturating_mul(self.dims()[i - 1] as u64);
         }
@@ -101,10 +101,10 @@ impl Axes {
     }
 }
 
-/// The direction of each axis; none where it has no place in space.
+/// Direction of each axis; `None` if it is not spatial.
 fn directions(fields: &Fields, count: usize) -> Result<Vec<Option<DVec3>>, Error> {
     let Some(text) = fields.get("space directions") else { return Ok(vec![None; count]) };
-    let wrong = || fields.wrong(format!("its space directions, '{text}', are not {count} vectors or none"));
+    let wrong = || fields.wrong(format!("its space directions are '{text}': expected {count} vectors or none"));
     let mut directions = Vec::new();
     let mut rest = text.trim();
     while !rest.is_empty() {
@@ -117,12 +117,12 @@ fn directions(fields: &Fields, count: usize) -> Result<Vec<Option<DVec3>>, Error
         directions.push(if word == "none" { None } else { Some(vector(word).ok_or_else(wrong)?) });
         rest = behind.trim_start();
     }
-    // Vectors of NaN say none, too.
+    // NaN vectors also mean none.
     let directions: Vec<_> = directions.into_iter().map(|direction| direction.filter(|d| !d.is_nan())).collect();
     if directions.len() == count { Ok(directions) } else { Err(wrong()) }
 }
 
-/// `(x,y,z)`, or of fewer numbers.
+/// Parses `(x,y,z)`, with one to three numbers.
 fn vector(text: &str) -> Option<DVec3> {
     let inner = text.trim().strip_prefix('(')?.strip_suffix(')')?;
     let numbers: Vec<f64> = inner.split(',').map(|n| n.trim().parse().ok()).collect::<Option<_>>()?;
@@ -130,7 +130,7 @@ fn vector(text: &str) -> Option<DVec3> {
     (1..=3).contains(&numbers.len()).then(|| DVec3::new(of(0), of(1), of(2)))
 }
 
-/// Up to three directions, and what is at right angles to them.
+/// Completes up to three directions by orthogonal ones.
 fn completed(known: &[DVec3]) -> DMat3 {
     let third = |a: DVec3, b: DVec3| a.cross(b).normalize_or(DVec3::Z);
     match *known {
@@ -141,8 +141,8 @@ fn completed(known: &[DVec3]) -> DMat3 {
     }
 }
 
-/// The axes of space: those with a direction; else those whose kind says so; else all of up to three; else all but the smallest at either
-/// end.
+/// Selects the spatial axes: those with a direction, else those whose kind is spatial, else all. Above three axes, drops the smaller of
+/// the first and the last.
 fn space(fields: &Fields, sizes: &[usize], directions: &[Option<DVec3>]) -> Result<Vec<usize>, Error> {
     let all = 0..sizes.len();
     let kinds: Vec<&str> = fields.get("kinds").map(|text| text.split_whitespace().collect()).unwrap_or_default();
@@ -165,10 +165,10 @@ fn space(fields: &Fields, sizes: &[usize], directions: &[Option<DVec3>]) -> Resu
             Some(found.remove(0))
         };
     }
-    if found.is_empty() { Err(fields.wrong("none of its axes lies in space")) } else { Ok(found) }
+    if found.is_empty() { Err(fields.wrong("none of its axes is spatial")) } else { Ok(found) }
 }
 
-/// Takes a space whose axes are named to one whose axes point to the right, to the front and up.
+/// Transform from a named anatomical space to RAS.
 fn to_ras(space: &str) -> DMat3 {
     let letters: Vec<char> = match space.to_ascii_lowercase().split('-').collect::<Vec<_>>()[..] {
         [name] => name.chars().collect(),
