@@ -32,6 +32,8 @@ pub use device_memory::{DeviceMemory, ImageFormat};
 pub(crate) use faults::Call;
 pub use kind::DeviceKind;
 pub use pinning::pin_cpu_threads;
+#[cfg(feature = "cli")]
+pub(crate) use program::compiler_options;
 pub use selection::{DeviceChoice, DeviceInfo};
 #[cfg(feature = "cli")]
 pub(crate) use sources::hash as kernel_sources_hash;

@@ -16,6 +16,12 @@ pub(super) type Programs = HashMap<(&'static str, String), Program>;
 /// instruction. Neither is allowed to change what NaN and infinity mean.
 const OPTIONS: &str = "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable";
 
+/// Options that every kernel program is compiled with, whatever its own `-D` options are.
+#[cfg(feature = "cli")]
+pub(crate) fn compiler_options() -> &'static str {
+    OPTIONS
+}
+
 /// What a compiler is given of a program in a file.
 pub(super) fn source(file: &'static str) -> String {
     structs::typedefs() + &sources::with_includes(file)
