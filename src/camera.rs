@@ -128,11 +128,14 @@ impl Camera {
     /// The camera's axes, or an error when the camera has none: eye on the focal point, view-up along the view, or a
     /// projection that shows nothing.
     pub fn basis(&self) -> Result<Basis, Error> {
-        self.projection.check()?;
         let invalid = |problem: &'static str| Error::Camera { problem };
+        // Before the projection: a scale that was fitted to angles that are not finite is not finite either.
         if !(self.position.is_finite() && self.focal_point.is_finite() && self.view_up.is_finite()) {
-            return Err(invalid("position, focal point and view-up must be finite"));
+            return Err(invalid(
+                "position, focal point and view-up must be finite: check these, or azimuth, elevation, roll, centre and distance",
+            ));
         }
+        self.projection.check()?;
         let to_eye = (self.position - self.focal_point)
             .try_normalize()
             .ok_or(invalid("position and focal point coincide: move one of them"))?;
