@@ -27,6 +27,8 @@ mod tuning;
 
 pub(crate) use buffer::Buffer;
 pub use cache::keep_compiled_kernels;
+#[cfg(feature = "cli")]
+pub(crate) use cache::unusable_cache;
 pub use device_memory::{DeviceMemory, ImageFormat};
 #[cfg(test)]
 pub(crate) use faults::Call;

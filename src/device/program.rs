@@ -79,12 +79,9 @@ impl Device {
         Ok(program)
     }
 
-    /// Why a program was not built; PoCL's log does not tell that it had nowhere to put it.
+    /// Why a program was not built. PoCL's log does not say that it could not write the result.
     fn not_built(&self, program: &'static str, source: ClError, log: String) -> Error {
-        let folder = cache::unwritable_folder().filter(|_| cache::is_pocl(&self.info().platform));
-        match folder {
-            Some(folder) => Error::KernelCache { folder },
-            None => Error::Build { program, device: self.info().name.clone(), source, log },
-        }
+        let built = || Error::Build { program, device: self.info().name.clone(), source, log };
+        cache::unusable_cache(&self.info().platform).unwrap_or_else(built)
     }
 }

@@ -86,14 +86,15 @@ impl Verdicts {
 
     /// Remembers verdicts; where that is not possible, the next command checks again.
     pub fn keep<'a>(&self, verdicts: impl Iterator<Item = &'a Verdict>) {
-        if !self.are_keyed() {
+        let mut verdicts = verdicts.peekable();
+        if !self.are_keyed() || verdicts.peek().is_none() {
             return;
         }
         let Some(folder) = &self.folder else {
             return tracing::warn!("what the device's check found is not kept, so that every command checks: set XDG_CACHE_HOME");
         };
         let kept = std::fs::create_dir_all(folder).map_err(|e| Error::write(folder, e));
-        let kept_all = || verdicts.into_iter().try_for_each(|verdict| self.write(folder, verdict));
+        let mut kept_all = || verdicts.try_for_each(|verdict| self.write(folder, verdict));
         if let Err(error) = kept.and_then(|()| kept_all()) {
             tracing::warn!(
                 "what the device's check found is not kept, so that every command checks ({error}): set XDG_CACHE_HOME"
