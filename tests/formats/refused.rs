@@ -23,6 +23,8 @@ const TEXT: &[Case] = &[
     ("nrrd/numbered.nhdr", b"8 10 1", b"8 11 1", "names 4"),
     ("nrrd/numbered.nhdr", b"%02d", b"%02x", "names no files"),
     ("nrrd/ascii.nrrd", b"-3000", b"-3oo0", "-3oo0"),
+    ("nrrd/itk_times.nrrd", b"(0,0,2,0)", b"(0,0,2,1)", "mix space with a fourth dimension: save a volume per time"),
+    ("nrrd/itk_times.nrrd", b"(0,0,2,0)", b"(0,0,2,0,0)", "a vector of 1 to 4"),
     ("metaimage/plain.mha", b"DimSize = 5 4 3", b"DimSize = 5 4 -3", "DimSize"),
     ("metaimage/plain.mha", b"DimSize = 5 4 3", b"DimSize = 5 4 9", "truncated"),
     ("metaimage/plain.mha", b"NDims = 3", b"NDims = 0", "NDims"),
