@@ -1,6 +1,6 @@
 //! Pages, decoded one at a time.
 
-use super::directory;
+use super::directory::AsStored;
 use crate::error::Error;
 use crate::volume::ScalarType;
 use crate::volume::format::parts::Parts;
@@ -17,7 +17,7 @@ const LIMIT: u64 = 2048;
 /// Bytes of a tag once read: OME's descriptions have some for every page.
 const LARGEST_TAG: u64 = 1 << 28;
 /// Most pages of a file.
-const MOST: usize = 1 << 20;
+pub(super) const MOST: usize = 1 << 20;
 
 /// Values of Compression that the crate was built for: none, LZW, deflate (two of them), PackBits.
 const READABLE: [u64; 5] = [1, 5, 8, 32946, 32773];
@@ -33,13 +33,13 @@ const UNREADABLE: [(u64, &str); 8] = [
     (50000, "Zstandard"),
 ];
 
-pub(super) type Reader = Decoder<BufReader<File>>;
+pub(super) type Reader = Decoder<BufReader<AsStored>>;
 
 /// Opens a file at its first page.
 pub(super) fn decoder(path: &Path) -> Result<Reader, Error> {
-    let mut file = File::open(path).map_err(|e| Error::read(path, e))?;
+    let file = File::open(path).map_err(|e| Error::read(path, e))?;
     let len = file.metadata().map_err(|e| Error::read(path, e))?.len();
-    directory::check(path, &mut file, len)?;
+    let file = AsStored::new(path, file, len)?;
     let mut limits = Limits::default();
     // A number of a tag takes one to eight bytes in a file, and 32 once read.
     limits.decoding_buffer_size = len.saturating_mul(32).min(LARGEST_TAG) as usize;
