@@ -157,6 +157,23 @@ mod tiffs {
         refused(&path.with_file_name("slice_%d.tif"), "a slice of another size", "slice_9.tif: it is 4x4 pixels");
     }
 
+    /// A page of its file in which SGI's ImageDepth says how many slices it has.
+    #[test]
+    fn pages_of_several_slices_are_refused() {
+        let deep = |slices: u16| {
+            changed("tiff/uint8.tif", |bytes| {
+                // In the place of the software's name, the last tag.
+                let at = entry(bytes, 0, 305);
+                bytes[at..at + 2].copy_from_slice(&32997u16.to_le_bytes());
+                bytes[at + 2..at + 12].copy_from_slice(&[3, 0, 1, 0, 0, 0, slices as u8, 0, 0, 0]);
+            })
+        };
+        let (_temporary, path) = deep(3);
+        refused(&path, "a page of 3 slices", "its pages have 3 slices each (ImageDepth): save one page per slice");
+        let (_temporary, path) = deep(1);
+        assert!(Volume::open(&path, &OpenOptions::default()).is_ok());
+    }
+
     /// The photometric interpretation is about display: values are those that are stored, whatever it says.
     #[test]
     fn white_is_zero_leaves_values_as_they_are() {

@@ -18,6 +18,8 @@ const LIMIT: u64 = 2048;
 const LARGEST_TAG: u64 = 1 << 28;
 /// Most pages of a file.
 pub(super) const MOST: usize = 1 << 20;
+/// SGI's tag for the number of slices in a page.
+const IMAGE_DEPTH: Tag = Tag::Unknown(32997);
 
 /// Values of Compression that the crate was built for: none, LZW, deflate (two of them), PackBits.
 const READABLE: [u64; 5] = [1, 5, 8, 32946, 32773];
@@ -86,6 +88,11 @@ impl Page {
         if !READABLE.contains(&packing) {
             let name = UNREADABLE.iter().find(|(code, _)| *code == packing).map_or("an unknown method", |(_, name)| name);
             let problem = format!("its pages are packed by {name}: save them packed by deflate or LZW, or not at all");
+            return Err(Error::volume(path, problem));
+        }
+        let depth = first(tag(IMAGE_DEPTH), 1);
+        if depth > 1 {
+            let problem = format!("its pages have {depth} slices each (ImageDepth): save one page per slice");
             return Err(Error::volume(path, problem));
         }
         let in_place = tag(Tag::StripOffsets).first().copied().filter(|_| packing == 1);
