@@ -201,6 +201,18 @@ mod tiffs {
         }
     }
 
+    #[test]
+    fn complex_samples_are_named() {
+        for format in [5, 6] {
+            let (_temporary, path) = changed("tiff/float64.tif", |bytes| with(bytes, &[(0, 339, format)]));
+            refused(
+                &path,
+                "complex samples",
+                "its samples are complex numbers, and a voxel has one number: save their magnitude",
+            );
+        }
+    }
+
     /// Slides and confocal stacks have small pictures of their pages between them.
     #[test]
     fn previews_are_no_slices() {

@@ -3,6 +3,7 @@
 use super::directory::AsStored;
 use crate::error::Error;
 use crate::volume::ScalarType;
+use crate::volume::format::COMPLEX;
 use crate::volume::format::parts::Parts;
 use std::fmt;
 use std::fs::File;
@@ -97,6 +98,10 @@ impl Page {
         }
         let in_place = tag(Tag::StripOffsets).first().copied().filter(|_| packing == 1);
         let bits = first(bits, 1);
+        // Whole numbers or floats.
+        if [5, 6].contains(&kind) {
+            return Err(Error::volume(path, format!("its samples are {COMPLEX}")));
+        }
         let scalar = match (kind, bits) {
             (1, 8 | 16 | 32 | 64) => format!("uint{bits}"),
             (2, 8 | 16 | 32 | 64) => format!("int{bits}"),
