@@ -130,17 +130,17 @@ impl Camera {
     /// # Errors
     /// If the eye is at the focal point, view-up is parallel to the view direction, a number is not finite, or the projection is invalid.
     pub fn basis(&self) -> Result<Basis, Error> {
-        self.projection.check()?;
         let invalid = |problem: &'static str| Error::Camera { problem };
+        // Before the projection: a scale that was fitted to angles that are not finite is not finite either.
         if !(self.position.is_finite() && self.focal_point.is_finite() && self.view_up.is_finite()) {
-            return Err(invalid("position, focal point and view-up must be finite"));
+            return Err(invalid(
+                "position, focal point and view-up must be finite: check these, or azimuth, elevation, roll, centre and distance",
+            ));
         }
-        let to_eye = (self.position - self.focal_point)
-            .try_normalize()
-            .ok_or(invalid("position and focal point coincide: move one of them"))?;
-        let right = self
-            .view_up
-            .try_normalize()
+        self.projection.check()?;
+        let to_eye = unit(self.position - self.focal_point)
+            .ok_or(invalid("position and focal point coincide, or are too far apart: move one of them"))?;
+        let right = unit(self.view_up)
             .and_then(|up| up.cross(to_eye).try_normalize())
             .ok_or(invalid("view-up is zero or parallel to the view: choose another"))?;
         Ok(Basis { right, up: to_eye.cross(right), forward: -to_eye })
@@ -162,6 +162,13 @@ impl Projection {
         };
         Err(Error::OutOfRange { name, value: value.to_string(), expected })
     }
+}
+
+/// The vector with length 1; `None` for zero and for vectors that are not finite.
+fn unit(vector: DVec3) -> Option<DVec3> {
+    // Squares overflow from 1e154 on and lose digits below 1e-154, where the vector itself is still exact.
+    let exact = vector.length_squared().is_normal();
+    if exact { vector.try_normalize() } else { (vector / vector.abs().max_element()).try_normalize() }
 }
 
 /// Sine and cosine of an angle in degrees, exact at multiples of 90°.
@@ -200,6 +207,16 @@ mod tests {
         let b = basis(30.0, 90.0, 0.0);
         assert!((b.forward - DVec3::NEG_Y).length() < 1e-15);
         assert!((b.right - DVec3::new(30f64.to_radians().cos(), 0.0, -0.5)).length() < 1e-15);
+    }
+
+    #[test]
+    fn far_and_near_eyes_have_axes() {
+        for scale in [1e-300, 1e-160, 1e160, 1e300] {
+            let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 10.0 };
+            let camera = Camera::orbit(DVec3::ZERO, 2.0 * scale, orbit, Projection::Parallel { scale });
+            let (found, expected) = (camera.basis().unwrap(), basis(30.0, 20.0, 10.0));
+            assert!((found.forward - expected.forward).length() < 1e-15 && (found.up - expected.up).length() < 1e-15, "{scale}");
+        }
     }
 
     #[test]

@@ -6,12 +6,22 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
+use std::time::Duration;
+use sysinfo::{Pid, ProcessesToUpdate, System};
 use tempfile::{NamedTempFile, TempPath};
 
 /// Locked for reading while a file is written.
 static WRITING: RwLock<()> = RwLock::new(());
 /// Files whose writing takes long. They are removed on exit, not waited for.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+/// Folders in which this process has looked for what others left.
+static SWEPT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// What names of files begin with while they are written; the number of the process follows.
+const PREFIX: &str = ".layersplat-";
+/// How long nobody has written to a file that was left behind. Its process may live where this one cannot see it, in another container
+/// or on another machine; then it writes a frame of its film within that time.
+const LEFT: Duration = Duration::from_secs(24 * 3600);
 
 /// While the returned guard exists, no signal ends the process.
 fn at_hand() -> RwLockReadGuard<'static, ()> {
@@ -39,8 +49,12 @@ fn beside(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
     if !folder.is_dir() {
         return Err(io::Error::other(format!("the folder {} does not exist", folder.display())));
     }
+    if SWEPT.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.into()) {
+        sweep(folder);
+    }
+    let prefix = format!("{PREFIX}{}-", std::process::id());
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".layersplat-");
+    builder.prefix(&prefix);
     #[cfg(unix)]
     let builder = {
         use std::os::unix::fs::PermissionsExt;
@@ -49,6 +63,34 @@ fn beside(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
     };
     let file = builder.tempfile_in(folder)?;
     Ok((file, target))
+}
+
+/// Removes the files of processes that were killed while they wrote: of those that no longer run, and not written to for a day.
+fn sweep(folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let is_old = |entry: &std::fs::DirEntry| {
+            let metadata = entry.metadata().ok().filter(std::fs::Metadata::is_file);
+            metadata.and_then(|found| found.modified().ok()?.elapsed().ok()).is_some_and(|since| since > LEFT)
+        };
+        let process = entry.file_name().to_str().and_then(process_of);
+        // A file that is removed by another process at the same time is gone as well.
+        if process.is_some_and(|process| is_old(&entry) && !is_running(process)) && std::fs::remove_file(entry.path()).is_ok() {
+            tracing::info!("removed {}: its process was killed before it was finished", entry.path().display());
+        }
+    }
+}
+
+/// The process that gave a file its temporary name.
+fn process_of(name: &str) -> Option<u32> {
+    let (process, _random) = name.strip_prefix(PREFIX)?.split_once('-')?;
+    process.parse().ok()
+}
+
+fn is_running(process: u32) -> bool {
+    let (mut system, process) = (System::new(), Pid::from_u32(process));
+    system.refresh_processes(ProcessesToUpdate::Some(&[process]), true);
+    system.process(process).is_some()
 }
 
 /// Writes a file atomically: to a temporary file in the same folder, which is then renamed.
@@ -150,6 +192,38 @@ mod tests {
 
     fn names(folder: &Path) -> Vec<String> {
         std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn files_of_killed_processes_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut killed = std::process::Command::new("true").spawn().unwrap();
+        killed.wait().unwrap();
+        let (dead, own) = (killed.id(), std::process::id());
+        let put = |name: &str, hours: u64| {
+            let file = File::create(folder.path().join(name)).unwrap();
+            file.set_modified(std::time::SystemTime::now() - Duration::from_secs(hours * 3600)).unwrap();
+        };
+        let left = format!(".layersplat-{dead}-a1B2c3");
+        let kept = [
+            (format!(".layersplat-{dead}-recent"), 23),
+            (format!(".layersplat-{own}-running"), 1000),
+            (".layersplat-Xy12Zw".into(), 1000),
+            (format!("layersplat-{dead}-Xy12Zw"), 1000),
+            (format!(".layersplat-{dead}"), 1000),
+        ];
+        put(&left, 25);
+        kept.iter().for_each(|(name, hours)| put(name, *hours));
+        std::fs::create_dir(folder.path().join(format!(".layersplat-{dead}-folder"))).unwrap();
+        assert!(names(folder.path()).contains(&left));
+        let (unfinished, _) = Unfinished::new(&folder.path().join("a.bin")).unwrap();
+        drop(unfinished);
+        let mut expected: Vec<String> = kept.into_iter().map(|(name, _)| name).collect();
+        expected.push(format!(".layersplat-{dead}-folder"));
+        let mut found = names(folder.path());
+        (expected.sort(), found.sort());
+        assert_eq!(found, expected);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! Visibility is determined per block of the reconstructed field. It depends on the volume and the transfer function only, not on how a
 //! picture is rendered.
 
-use crate::camera::{Camera, Orbit, Projection};
+use crate::camera::{Basis, Camera, Orbit, Projection};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
@@ -112,7 +112,8 @@ impl Framing {
         (lo + hi) / 2.0
     }
 
-    /// A parallel view from an orbit that fits the bounds, with a small margin.
+    /// A parallel view from an orbit in which it fits, with a small margin. With an angle that is NaN or infinite the camera has no view:
+    /// [`Camera::basis`] and all rendering return an error.
     pub fn parallel(&self, orbit: Orbit, viewport: Viewport, fixed: Fixed) -> Camera {
         let axes = self.axes(orbit);
         let (from, to) = axes.bounds(&self.points);
@@ -123,7 +124,8 @@ impl Framing {
         Camera::orbit(centre, half.z.max(scale) * 2.0, orbit, Projection::Parallel { scale })
     }
 
-    /// A perspective view from an orbit that fits the bounds. `field_of_view` is vertical, in degrees.
+    /// A perspective from an orbit, with a vertical field of view in degrees, in which it fits. With an angle that is NaN or infinite the
+    /// camera has no view: [`Camera::basis`] and all rendering return an error.
     pub fn perspective(&self, orbit: Orbit, viewport: Viewport, field_of_view: f64, fixed: Fixed) -> Camera {
         let axes = self.axes(orbit);
         let tan = (field_of_view.to_radians() / 2.0).tan() * (1.0 - MARGIN);
@@ -149,7 +151,9 @@ impl Framing {
 
     fn axes(&self, orbit: Orbit) -> Axes {
         let camera = Camera::orbit(DVec3::ZERO, 1.0, orbit, Projection::Parallel { scale: 1.0 });
-        let basis = camera.basis().expect("an orbit of radius 1 has axes");
+        // Angles that are not finite lead to a camera that is not finite either: using it is an error, making it is none.
+        let nowhere = Basis { right: DVec3::NAN, up: DVec3::NAN, forward: DVec3::NAN };
+        let basis = camera.basis().unwrap_or(nowhere);
         Axes { right: basis.right, up: basis.up, to_eye: -basis.forward }
     }
 }
@@ -220,6 +224,7 @@ fn block_range(volume: &Volume, dims: [i64; 3], block: [i64; 3], columns: &[(f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
     use crate::layers::Rays;
     use crate::volume::Voxels;
 
@@ -295,6 +300,25 @@ mod tests {
         let viewport = Viewport::new(100, 100).unwrap();
         let camera = framing.perspective(Orbit::default(), viewport, 30.0, Fixed { centre: Some(centre), ..Fixed::default() });
         assert!(camera.position.z > centre.z, "{camera:?}");
+    }
+
+    #[test]
+    fn angles_that_are_not_finite_are_errors_of_the_camera() {
+        let (volume, _) = scene();
+        let framing = Framing::whole(&volume);
+        let viewport = Viewport::new(100, 100).unwrap();
+        for angle in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for [azimuth, elevation, roll] in [[angle, 0.0, 0.0], [0.0, angle, 0.0], [0.0, 0.0, angle], [angle; 3]] {
+                let orbit = Orbit { azimuth, elevation, roll };
+                for fixed in [Fixed::default(), Fixed { centre: Some(DVec3::ZERO), scale: Some(1.0), distance: Some(1.0) }] {
+                    for camera in [framing.parallel(orbit, viewport, fixed), framing.perspective(orbit, viewport, 30.0, fixed)] {
+                        let error = Rays::new(&camera, viewport, volume.grid()).unwrap_err();
+                        assert!(matches!(error, Error::Camera { .. }), "{orbit:?}, {fixed:?}: {error}");
+                        assert!(error.to_string().contains("azimuth, elevation, roll"), "{orbit:?}: {error}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -4,12 +4,18 @@ mod common;
 
 use common::command::*;
 use serde_json::Value;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// Runs the command with verdicts in a separate folder and PoCL's kernels in the usual one, so that they are built once.
 fn run(caches: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
+    run_build(Path::new(env!("CARGO_BIN_EXE_layersplat")), caches, arguments)
+}
+
+/// The same with any build of the command.
+fn run_build(build: &Path, caches: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(build);
     command.current_dir(caches).args(arguments).env("XDG_CACHE_HOME", caches).env("RUST_LOG", "warn");
     if std::env::var_os("POCL_CACHE_DIR").is_none() {
         let home = PathBuf::from(std::env::var_os("HOME").unwrap_or("/tmp".into()));
@@ -85,7 +91,31 @@ fn what_a_check_found_is_remembered() {
     assert!(kept["verdict"]["problem"].is_null() && kept["verdict"]["largest_difference"].as_f64().unwrap() < 0.004, "{kept}");
 }
 
-/// Commands that do not render do not check the device.
+/// A verdict holds for one build only: another executable of the same version, or other compiler options, are checked again.
+#[test]
+fn verdicts_belong_to_one_build() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    assert!(render(f, &[]).status.success());
+    let [file] = &verdicts(f)[..] else { panic!("{:?}", verdicts(f)) };
+    let problem = "the verdict of the first build";
+    change(file, |kept| kept["verdict"]["problem"] = problem.into());
+    refused_for(&render(f, &[]), &[problem]);
+    // Systems load an executable with bytes behind its end.
+    let other = f.join("other-build");
+    std::fs::copy(env!("CARGO_BIN_EXE_layersplat"), &other).unwrap();
+    let mut end = std::fs::OpenOptions::new().append(true).open(&other).unwrap();
+    end.write_all(b"another build").unwrap();
+    drop(end);
+    let found = run_build(&other, f, &RENDER);
+    assert!(found.status.success(), "{}", message(&found));
+    refused_for(&render(f, &[]), &[problem]);
+    change(file, |kept| kept["checked"]["compiler_options"] = "-cl-fast-relaxed-math".into());
+    let found = render(f, &[]);
+    assert!(found.status.success(), "{}", message(&found));
+}
+
+/// What is not asked for a device is not refused for it.
 #[test]
 fn only_what_draws_is_checked() {
     let folder = tempfile::tempdir().unwrap();

@@ -148,7 +148,31 @@ fn a_kernel_cache_that_cannot_be_written_is_named() {
     assert_eq!(names(f), ["vendors"]);
 }
 
-/// Whether a folder has temporary files of unfinished output.
+/// A full disk under the kernel cache is no fault of the driver: PoCL's compiler ends the process that checks, or builds nothing.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_under_the_kernel_cache_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    // Nothing can be built with 4 KiB; with 128 KiB the compiler starts, and fails in the middle.
+    for blocks in [8, 256] {
+        let kernels = f.join(format!("kernels-{blocks}"));
+        // No file may be larger, and writing more is an error instead of a signal: as on a full disk. Blocks have 512 bytes.
+        let script = format!("trap '' XFSZ; ulimit -c 0; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        let mut command = Command::new("sh");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_layersplat"), "render", "builtin:cube@4", "--size", "8x8"]);
+        command.args(["--device", "pocl"]).current_dir(f).env("POCL_CACHE_DIR", &kernels).env("XDG_CACHE_HOME", f);
+        let output = command.output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{blocks}: {message}");
+        assert!(message.contains(kernels.to_str().unwrap()) && message.contains("POCL_CACHE_DIR"), "{blocks}: {message}");
+        assert!(!message.contains("update its driver"), "{blocks}: {message}");
+        let kept = f.join("layersplat/checks");
+        assert!(!kept.exists() || std::fs::read_dir(kept).unwrap().count() == 0, "{blocks}: a verdict is kept");
+    }
+}
+
+/// Names that files have while they are written.
 #[cfg(target_os = "linux")]
 fn unfinished(folder: &Path) -> bool {
     std::fs::read_dir(folder)

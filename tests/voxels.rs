@@ -1,6 +1,8 @@
 //! Voxel storage: ownership, memory layout, mapping to values and conversion do not change a picture.
 
 mod common;
+#[path = "gl/told.rs"]
+mod told;
 
 use common::*;
 use glam::DVec3;
@@ -340,4 +342,43 @@ fn voxels_on_the_device_are_shared() {
     }
     let part = UploadedVolume::part(&device, &volume.part([0, 0, 1], [9, 8, 3]).unwrap()).unwrap();
     assert!(!part.is_whole() && Renderer::of(&part, &transfers[0]).err().unwrap().to_string().contains("PartRenderer"));
+}
+
+/// Floats that 32-bit sums cannot hold, or cannot tell apart, are told once for each volume; others are not.
+#[test]
+fn values_beyond_sums_of_floats_warn_once() {
+    let count = DIMS.iter().product::<usize>();
+    let ramp = |n: usize| n as f32 / count as f32;
+    let floats = |value: &dyn Fn(usize) -> f32| (0..count).map(value).collect::<Vec<f32>>();
+    let warnings = |voxels: Storage<'static>| {
+        told::warnings(|| {
+            let volume = Volume::new("some", grid(), voxels).unwrap();
+            // Only opening it warns.
+            volume.statistics();
+            TransferFunction::automatic(&volume);
+        })
+    };
+    let invalid = floats(&|n| match n {
+        3 => 2e30,
+        7 => f32::NEG_INFINITY,
+        9 => f32::NAN,
+        _ => ramp(n),
+    });
+    for (voxels, words) in [
+        (invalid, &["3 voxels are NaN, infinite or beyond 1e30", "background"][..]),
+        (floats(&|n| 1e6 + ramp(n)), &["far from 0", "about 16 values apart", "subtract 1000000"]),
+        (floats(&|n| -1e6 - ramp(n)), &["far from 0", "about 16 values apart"]),
+        (floats(&|n| 1e29 * (1e4 + ramp(n)) / 1e4), &["far from 0"]),
+    ] {
+        let found = warnings(voxels.into());
+        let [one] = &found[..] else { panic!("{found:?}") };
+        assert!(one.starts_with("some: ") && words.iter().all(|word| one.contains(word)), "{one}");
+    }
+    for voxels in [floats(&ramp), floats(&|n| 400.0 + ramp(n)), floats(&|n| 1e29 * ramp(n)), floats(&|_| 1e9)] {
+        assert_eq!(warnings(voxels.into()), [""; 0]);
+    }
+    assert_eq!(warnings(numbers().into()), [""; 0]);
+    // These are stored as differences to the smallest.
+    let wide: Vec<f64> = (0..count).map(|n| 1e9 + f64::from(ramp(n))).collect();
+    assert_eq!(told::warnings(|| drop(Volume::from_wide("some", grid(), &wide).unwrap())), [""; 0]);
 }

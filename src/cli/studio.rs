@@ -90,7 +90,7 @@ impl<'a> Studio<'a> {
         let (frame, report) = self.viewer.renderer().render(camera, rendered, &self.scene.settings)?;
         let Some(frame) = frame else { return Ok((None, report)) };
         if !std::mem::replace(&mut self.looked, true)
-            && let Some(notice) = notice::of_picture(&frame, self.scene)
+            && let Some(notice) = notice::of_picture(&frame, camera, self.scene)
         {
             eprintln!("layersplat: {notice}");
         }

@@ -29,6 +29,8 @@ mod tuning;
 
 pub(crate) use buffer::Buffer;
 pub use cache::keep_compiled_kernels;
+#[cfg(feature = "cli")]
+pub(crate) use cache::unusable_cache;
 pub use device_memory::{DeviceMemory, ImageFormat};
 #[cfg(test)]
 pub(crate) use faults::Call;
@@ -36,6 +38,8 @@ pub use kind::DeviceKind;
 pub use limits::Cancel;
 pub(crate) use limits::Limits;
 pub use pinning::pin_cpu_threads;
+#[cfg(feature = "cli")]
+pub(crate) use program::compiler_options;
 pub use selection::{DeviceChoice, DeviceInfo};
 #[cfg(feature = "cli")]
 pub(crate) use sources::hash as kernel_sources_hash;

@@ -16,6 +16,12 @@ pub(super) type Programs = HashMap<(&'static str, String), Program>;
 /// instruction. Neither is allowed to change what NaN and infinity mean.
 const OPTIONS: &str = "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable";
 
+/// Options that every kernel program is compiled with, whatever its own `-D` options are.
+#[cfg(feature = "cli")]
+pub(crate) fn compiler_options() -> &'static str {
+    OPTIONS
+}
+
 /// What a compiler is given of a program in a file.
 pub(super) fn source(file: &'static str) -> String {
     structs::typedefs() + &sources::with_includes(file)
@@ -73,12 +79,9 @@ impl Device {
         Ok(program)
     }
 
-    /// Why a program was not built; PoCL's log does not tell that it had nowhere to put it.
+    /// Why a program was not built. PoCL's log does not say that it could not write the result.
     fn not_built(&self, program: &'static str, source: ClError, log: String) -> Error {
-        let folder = cache::unwritable_folder().filter(|_| cache::is_pocl(&self.info().platform));
-        match folder {
-            Some(folder) => Error::KernelCache { folder },
-            None => Error::Build { program, device: self.info().name.clone(), source, log },
-        }
+        let built = || Error::Build { program, device: self.info().name.clone(), source, log };
+        cache::unusable_cache(&self.info().platform).unwrap_or_else(built)
     }
 }

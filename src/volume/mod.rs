@@ -123,12 +123,10 @@ impl<'a> Volume<'a> {
             return Err(Error::volume(Path::new(&name), "its first byte and strides place voxels outside its bytes"));
         };
         let bytes = expected * voxel_type.bytes() as u64;
-        tracing::info!("{name}: determining the range of its values, {bytes} bytes");
-        let (range, invalid) = voxels.valid_range(Task::new(format!("scanning {name}"), bytes));
-        if invalid > 0 {
-            tracing::warn!("{name}: {invalid} voxels are NaN, infinite or beyond 1e30: they take the background value");
-        }
+        tracing::info!("{name}: a first pass over {bytes} bytes, for the range of its values");
+        let (range, invalid) = voxels.valid_range(Task::new(format!("looking at {name}"), bytes));
         let description = Description::new(name, grid, voxel_type, range.unwrap_or((0.0, 0.0)))?;
+        description.warn_of_values(invalid as u64);
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
         Ok(Self { description, voxels, invalid, shared: None })
     }

@@ -153,6 +153,7 @@ impl<'a> Unseen<'a> {
         together.count(&mut all);
         let [invalid] = all;
         let description = Description::new(name, grid, voxels.voxel_type(), range)?;
+        description.warn_of_values(invalid);
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
         let shared = Some(Shared { held, own, read_bytes, together });
         let volume = Volume { description, voxels, invalid: invalid as usize, shared }.with_rescale(rescale);

@@ -242,7 +242,23 @@ fn pictures_of_nothing_are_explained() {
         ("--blend maximum --parallel-scale 1 --center 900,900,900", "--fit volume"),
         ("--blend maximum --parallel-scale 0.01 --transfer grey --transfer-range 5000,6000", "one colour"),
         ("--spacing 1,1,50", "50 times"),
+        ("--parallel-scale 1e9", "smaller than a pixel; try --parallel-scale 1.299e1"),
     ] {
         assert!(said(more).contains(reason), "{more}: {}", said(more));
+    }
+    // A range of values cannot help where there is one value.
+    std::fs::write(f.join("flat_4x4x4_uint8.raw"), [0; 64]).unwrap();
+    for (volume, remedy) in [("builtin:hydrogen@1", "builtin:hydrogen@64"), ("flat_4x4x4_uint8.raw", "--opacity 0:0.5")] {
+        let render = |more: &[&str]| {
+            let done = layersplat(f, &[&["render", volume, "--size", "24x24"], more].concat());
+            (done.status.success(), String::from_utf8(done.stderr).unwrap())
+        };
+        let (_, said) = render(&[]);
+        assert!(said.contains("all voxels have the value") && said.contains(remedy), "{volume}: {said}");
+        assert!(!said.contains("--transfer-range"), "{volume}: {said}");
+        if let Some(opacity) = remedy.strip_prefix("--opacity ") {
+            let (drawn, said) = render(&["--opacity", opacity]);
+            assert!(drawn && !said.contains("empty"), "{said}");
+        }
     }
 }

@@ -22,6 +22,8 @@ fn bad_command_lines_exit_with_2() {
         ("--perspective 30 --distance -1", "above 0"),
         ("--distance 4", "--perspective"),
         ("--perspective 30 --parallel-scale 2", "cannot be used"),
+        ("--parallel-scale 1e300", "scale is 1e300: expected between 1e-30 and 1e30"),
+        ("--parallel-scale 1e-300", "scale is 1e-300: expected between 1e-30 and 1e30"),
         ("--spacing 1,0,1", "spacing"),
         ("--spacing 1,NaN,1", "spacing"),
         ("--spacing -1,1,1", "spacing"),

@@ -7,4 +7,6 @@ mod frames;
 mod handles;
 mod host;
 mod scratch;
+#[path = "../gl/told.rs"]
+mod told;
 mod volumes;

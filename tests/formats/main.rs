@@ -2,6 +2,7 @@
 
 mod damage;
 mod files;
+mod nrrd_axes;
 mod refused;
 #[cfg(feature = "npz")]
 mod refused_archives;

@@ -23,6 +23,8 @@ const TEXT: &[Case] = &[
     ("nrrd/numbered.nhdr", b"8 10 1", b"8 11 1", "names 4"),
     ("nrrd/numbered.nhdr", b"%02d", b"%02x", "file name pattern"),
     ("nrrd/ascii.nrrd", b"-3000", b"-3oo0", "-3oo0"),
+    ("nrrd/itk_times.nrrd", b"(0,0,2,0)", b"(0,0,2,1)", "mix space with a fourth dimension: save a volume per time"),
+    ("nrrd/itk_times.nrrd", b"(0,0,2,0)", b"(0,0,2,0,0)", "a vector of 1 to 4"),
     ("metaimage/plain.mha", b"DimSize = 5 4 3", b"DimSize = 5 4 -3", "DimSize"),
     ("metaimage/plain.mha", b"DimSize = 5 4 3", b"DimSize = 5 4 9", "truncated"),
     ("metaimage/plain.mha", b"NDims = 3", b"NDims = 0", "NDims"),
@@ -36,7 +38,8 @@ const TEXT: &[Case] = &[
     ("vtk/legacy_30.vtk", b"unsigned_char", b"bit", "bit"),
     ("vtk/legacy_30.vtk", b"POINT_DATA 60", b"POINT_DATA 70", "lacks"),
     ("vtk/legacy_42_binary_int16.vtk", b"POINT_DATA 60", b"POINT_DATA 6000000000", "beyond its end"),
-    ("numpy/int16.npy", b"<i2", b"<c8", "<c8"),
+    ("numpy/int16.npy", b"<i2", b"<c8", "<c8: complex numbers"),
+    ("numpy/int16.npy", b"'<i2'", b"'>c16'", ">c16: complex numbers"),
     ("numpy/int16.npy", b"(3, 4, 5)", b"(3, 4, 9)", "truncated"),
     ("numpy/int16.npy", b"(3, 4, 5)", b"()       ", "empty"),
     ("bov/values.bov", b"values.bin", b"missing.bin", "missing.bin"),
@@ -115,11 +118,13 @@ fn wrong_xml_is_named() {
 
 #[test]
 fn wrong_bytes_are_named() {
-    let cases: [(&str, usize, &[u8], &str); 8] = [
+    let cases: [(&str, usize, &[u8], &str); 10] = [
         ("nifti/little_1.nii", 40, &[0], "axes"),
         ("nifti/little_1.nii", 42, &[0, 0], "empty"),
         ("nifti/little_1.nii", 42, &[255, 127], "truncated"),
-        ("nifti/little_1.nii", 70, &[32], "datatype is 32"),
+        ("nifti/little_1.nii", 70, &[32], "datatype is 32: complex numbers"),
+        ("nifti/little_1.nii", 70, &[0, 7], "datatype is 1792: complex numbers"),
+        ("nifti/little_1.nii", 70, &[0, 8], "datatype is 2048: complex numbers"),
         ("nifti/little_1.nii", 280, &[0, 0, 0x80, 0x40], "sheared"),
         ("nifti/little_2.nii", 175, &[0x80], "vox_offset"),
         ("nifti/pair_1.hdr", 70, &[1, 0], "datatype is 1"),
@@ -195,7 +200,7 @@ type StoreCase<'a> = (&'a str, &'a str, &'a [u8], &'a [u8], &'a str);
 
 #[cfg(feature = "zarr")]
 const STORES: &[StoreCase] = &[
-    ("plain.zarr", ".zarray", b"\"<i2\"", b"\"<c8\"", "<c8"),
+    ("plain.zarr", ".zarray", b"\"<i2\"", b"\"<c8\"", "<c8\": complex numbers"),
     ("plain.zarr", ".zarray", b"\"zarr_format\": 2", b"\"zarr_format\": 4", "zarr_format"),
     ("plain.zarr", ".zarray", b"\"shape\": [\n    3", b"\"shape\": [\n    0", "shape"),
     ("plain.zarr", ".zarray", b"\"shape\": [\n    3", b"\"shape\": [\n    99999999999999999", "2^40"),
@@ -204,9 +209,9 @@ const STORES: &[StoreCase] = &[
     ("plain.zarr", ".zarray", b"\"filters\": null", b"\"filters\": [{\"id\": \"delta\"}]", "delta"),
     ("lz4_alone.zarr", ".zarray", b"\"id\"", b"\"id\"", "lz4, which is not supported"),
     ("3_plain.zarr", "zarr.json", b"\"regular\"", b"\"crooked\"", "crooked"),
-    ("3_plain.zarr", "zarr.json", b"\"int16\"", b"\"complex64\"", "complex64"),
-    ("3_zstd.zarr", "zarr.json", b"\"zstd\"", b"\"pack\"", "pack, which is not supported"),
-    ("ome_moved.zarr", ".zattrs", b"\"coarse\"", b"\"../../\"", "not an array below it"),
+    ("3_plain.zarr", "zarr.json", b"\"int16\"", b"\"complex64\"", "complex64\": complex numbers"),
+    ("3_zstd.zarr", "zarr.json", b"\"zstd\"", b"\"pack\"", "pack, which is not read"),
+    ("ome_moved.zarr", ".zattrs", b"\"coarse\"", b"\"../../\"", "no array in it"),
     ("ome_moved.zarr", ".zattrs", b"\"translation\"", b"\"rotation\"", "scale and translation"),
 ];
 
@@ -269,6 +274,16 @@ fn resolutions_are_chosen_by_number_or_by_pixels() {
     Volume::open(folder().join("zarr/plain.zarr"), &one).unwrap();
     let message = opened(Level::Number(2)).unwrap_err().to_string();
     assert!(message.contains("levels are 0 to 1"), "{message}");
+}
+
+#[cfg(feature = "hdf5")]
+#[test]
+fn complex_datasets_are_named() {
+    let path = folder().join("hdf5/refused/complex.h5");
+    refused(&path, "the only dataset", "complex.h5: it has complex numbers, and a voxel has one number: save their magnitude");
+    let options = OpenOptions { array: Some("k_space".into()), ..OpenOptions::default() };
+    let message = Volume::open(&path, &options).unwrap_err().to_string();
+    assert!(message.contains("the numbers of '/k_space' are complex numbers"), "{message}");
 }
 
 #[test]

@@ -157,7 +157,63 @@ mod tiffs {
         refused(&path.with_file_name("slice_%d.tif"), "a slice of another size", "slice_9.tif: it has 4x4 pixels");
     }
 
-    /// Slide and confocal files have previews between their pages.
+    /// A page of its file in which SGI's ImageDepth says how many slices it has.
+    #[test]
+    fn pages_of_several_slices_are_refused() {
+        let deep = |slices: u16| {
+            changed("tiff/uint8.tif", |bytes| {
+                // In the place of the software's name, the last tag.
+                let at = entry(bytes, 0, 305);
+                bytes[at..at + 2].copy_from_slice(&32997u16.to_le_bytes());
+                bytes[at + 2..at + 12].copy_from_slice(&[3, 0, 1, 0, 0, 0, slices as u8, 0, 0, 0]);
+            })
+        };
+        let (_temporary, path) = deep(3);
+        refused(&path, "a page of 3 slices", "its pages have 3 slices each (ImageDepth): save one page per slice");
+        let (_temporary, path) = deep(1);
+        assert!(Volume::open(&path, &OpenOptions::default()).is_ok());
+    }
+
+    /// The photometric interpretation is about display: values are those that are stored, whatever it says.
+    #[test]
+    fn white_is_zero_leaves_values_as_they_are() {
+        // Tag 262 of one short number, which becomes 0: of classic TIFF in both byte orders, and of BigTIFF.
+        let tags: [(&[u8], usize); 3] = [
+            (&[6, 1, 3, 0, 1, 0, 0, 0, 1, 0], 8),
+            (&[1, 6, 0, 3, 0, 0, 0, 1, 0, 1], 9),
+            (&[6, 1, 3, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0], 12),
+        ];
+        for file in "uint8 int8 uint16 int16 uint32 float16 float32 float64 big_endian bigtiff zlib strips tiled".split(' ') {
+            let file = format!("tiff/{file}.tif");
+            let mut pages = 0;
+            let (_temporary, path) = changed(&file, |bytes| {
+                for (tag, value) in tags {
+                    let found: Vec<usize> = (0..bytes.len() - tag.len()).filter(|&at| bytes[at..].starts_with(tag)).collect();
+                    pages += found.len();
+                    found.into_iter().for_each(|at| bytes[at + value] = 0);
+                }
+            });
+            assert!(pages > 1, "{file}: {pages} pages");
+            let open = |path: &Path| Volume::open(path, &OpenOptions::default()).unwrap_or_else(|e| panic!("{file}: {e}"));
+            let (found, expected) = (open(&path), open(&crate::files::folder().join(&file)));
+            let wrong = (0..expected.grid().voxel_count()).find(|&n| found.value(n) != expected.value(n));
+            assert_eq!(wrong, None, "{file}");
+        }
+    }
+
+    #[test]
+    fn complex_samples_are_named() {
+        for format in [5, 6] {
+            let (_temporary, path) = changed("tiff/float64.tif", |bytes| with(bytes, &[(0, 339, format)]));
+            refused(
+                &path,
+                "complex samples",
+                "its samples are complex numbers, and a voxel has one number: save their magnitude",
+            );
+        }
+    }
+
+    /// Slides and confocal stacks have small pictures of their pages between them.
     #[test]
     fn previews_are_no_slices() {
         let (_temporary, path) = changed("tiff/uint8.tif", |bytes| {

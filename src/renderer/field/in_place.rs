@@ -101,7 +101,9 @@ impl DeviceVoxels {
         let (lo, hi) = (lo.into_iter().fold(f32::INFINITY, f32::min), hi.into_iter().fold(f32::NEG_INFINITY, f32::max));
         let range = if lo <= hi { (f64::from(lo), f64::from(hi)) } else { (0.0, 0.0) };
         let description = Description::new(name, grid, self.voxel_type, range)?;
-        Ok(if odd.iter().any(|&n| n > 0) { description.with_invalid_voxels() } else { description })
+        let invalid = odd.into_iter().map(u64::from).sum();
+        description.warn_of_values(invalid);
+        Ok(if invalid > 0 { description.with_invalid_voxels() } else { description })
     }
 
     /// The buffer, and where the voxels of a grid lie in it.

@@ -86,7 +86,8 @@ const FORMATS: &[&dyn Format] = &[
 ];
 /// Bytes at the start of a file that are used for recognition.
 const START: usize = 512;
-
+/// What is wrong with complex numbers.
+const COMPLEX: &str = "complex numbers, and a voxel has one number: save their magnitude, phase or real part";
 const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM or HDF5 files, \
                        folders of Zarr, PNG slices, .raw or .raw.gz files, or builtin:NAME";
 

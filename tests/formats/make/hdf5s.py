@@ -39,3 +39,7 @@ def hdf5s():
     with h5py.File(at / "empty.h5", "w") as file:
         file.create_dataset("values", shape=(3, 4, 5), dtype="float32", chunks=(1, 4, 5), fillvalue=2.5)
     holds("hdf5/empty.h5", 0, 2.5)
+    # Of these only the refusal is tested.
+    (at / "refused").mkdir()
+    with h5py.File(at / "refused" / "complex.h5", "w") as file:
+        file["k_space"] = np.arange(60).reshape(3, 4, 5).astype("complex64")

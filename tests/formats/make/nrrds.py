@@ -56,7 +56,13 @@ def nrrds():
         **{"space directions": [[1, 0, 0], [0, 1, 0], [0, 0, 2], [np.nan] * 3], "space": "RAS", "space origin": [0, 0, 0]})
     for frame in [None, 1]:
         holds("nrrd/times.nrrd", 3, -5 + 180 * (frame or 0), affine((1, 1, 2)), frame=frame)
-    # Features that neither writer supports: numbered and listed files, hexadecimal digits, lines and bytes to skip.
+    # Times as ITK writes them: directions of four numbers.
+    film = sitk.GetImageFromArray(array("int16", 3, -5, (2,)), isVector=False)
+    film.SetSpacing((1, 1, 2, 0.5))
+    sitk.WriteImage(film, str(at / "itk_times.nrrd"))
+    for frame in [None, 1]:
+        holds("nrrd/itk_times.nrrd", 3, -5 + 180 * (frame or 0), affine((1, 1, 2)), frame=frame)
+    # What no writer at hand writes: numbered and listed files, hexadecimal digits, lines and bytes to skip.
     data = array("<u2", 7, 3)
     head = "NRRD0005\ntype: uint16\ndimension: 3\nsizes: 5 4 3\nendian: little\nspacings: 1 1 2\n"
     for z in range(3):

@@ -4,7 +4,7 @@ mod layers;
 
 use super::load::{self, Header, Opened, upright};
 use super::parts::Kept;
-use super::{Format, Found, OpenOptions, choice};
+use super::{COMPLEX, Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::memory;
 use crate::volume::{Endian, Rescale, ScalarType};
@@ -47,12 +47,14 @@ impl Format for Hdf5 {
             Some(name) => opened.dataset(name).map_err(|_| unknown(path, name, &opened))?,
             None => only(path, &opened)?,
         };
-        let scalar = scalar(dataset.dtype());
-        let scalar = scalar.ok_or_else(|| {
-            Error::volume(
-                path,
-                format!("the numbers of '{}' are {:?}: expected integers or floats", dataset.name(), dataset.dtype()),
-            )
+        let scalar = scalar(dataset.dtype()).ok_or_else(|| {
+            let (name, told) = (dataset.name(), dataset.dtype());
+            let problem = if is_complex(told) {
+                format!("the numbers of '{name}' are {COMPLEX}")
+            } else {
+                format!("the numbers of '{name}' are {told:?}: expected integers or floats")
+            };
+            Error::volume(path, problem)
         })?;
         let shape: Option<Vec<usize>> = dataset.shape().iter().map(|&n| usize::try_from(n).ok().filter(|&n| n > 0)).collect();
         let shape = shape.filter(|shape| !shape.is_empty());
@@ -87,11 +89,20 @@ fn scalar(told: &Datatype) -> Option<ScalarType> {
     }
 }
 
+/// Whether numbers are complex, as h5py and others store them: compounds of a real and an imaginary float.
+fn is_complex(told: &Datatype) -> bool {
+    let Datatype::Compound { fields, .. } = told else { return false };
+    let floats = fields.iter().all(|field| matches!(field.datatype, Datatype::FloatingPoint { .. }));
+    let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
+    floats && [["r", "i"], ["real", "imag"], ["re", "im"]].iter().any(|known| names == known)
+}
+
 /// The dataset with the most axes, if it is unique.
 fn only(path: &Path, file: &Hdf5File) -> Result<Dataset, Error> {
-    let all = volumes(path, file)?;
+    let all = volumes(path, file, |told| scalar(told).is_some())?;
     match &all[..] {
-        [] => Err(Error::volume(path, "it has no numeric dataset with two or more axes")),
+        [] if !volumes(path, file, is_complex)?.is_empty() => Err(Error::volume(path, format!("it has {COMPLEX}"))),
+        [] => Err(Error::volume(path, "it has no dataset of numbers along two axes or more")),
         [name] => file.dataset(name).map_err(|e| damaged(path, &e)),
         several => {
             let problem = format!("{} has several datasets: {}; choose one", path.display(), several.join(", "));
@@ -110,8 +121,8 @@ fn unknown(path: &Path, name: &str, file: &Hdf5File) -> Error {
     }
 }
 
-/// Paths of all numeric datasets with three or more axes, or with two axes if there are none.
-fn volumes(path: &Path, file: &Hdf5File) -> Result<Vec<String>, Error> {
+/// Paths of all datasets of numbers along three axes or more; if there are none, of those along two.
+fn volumes(path: &Path, file: &Hdf5File, wanted: impl Fn(&Datatype) -> bool) -> Result<Vec<String>, Error> {
     let (mut found, mut seen) = (Vec::new(), BTreeSet::new());
     let mut groups: Vec<(String, Group)> = vec![(String::new(), file.root_group().map_err(|e| damaged(path, &e))?)];
     while let Some((prefix, group)) = groups.pop() {
@@ -121,7 +132,7 @@ fn volumes(path: &Path, file: &Hdf5File) -> Result<Vec<String>, Error> {
         }
         let (below, datasets) = group.members().map_err(|e| damaged(path, &e))?;
         groups.extend(below.into_iter().rev().map(|group| (format!("{prefix}{}/", last(group.name())), group)));
-        let numbers = datasets.iter().filter(|dataset| scalar(dataset.dtype()).is_some());
+        let numbers = datasets.iter().filter(|dataset| wanted(dataset.dtype()));
         found.extend(numbers.map(|dataset| (dataset.ndim(), format!("{prefix}{}", last(dataset.name())))));
     }
     let of =

@@ -5,7 +5,7 @@ mod place;
 
 use super::bytes::{self, Bytes, Gzip, Packed, Plain};
 use super::load::{self, Header, Opened};
-use super::{Format, Found, OpenOptions, choice};
+use super::{COMPLEX, Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::volume::{Rescale, ScalarType};
 use flate2::read::MultiGzDecoder;
@@ -27,7 +27,10 @@ impl Format for Nifti {
         let wrong = |problem: String| Error::volume(path, problem);
         let (scalar, inside) = scalar(fields.datatype()).ok_or_else(|| {
             let code = fields.datatype();
-            wrong(format!("its datatype is {code}: expected integers, 32- or 64-bit floats, or colours; convert it"))
+            if COMPLEX_TYPES.contains(&code) {
+                return wrong(format!("its datatype is {code}: {COMPLEX}"));
+            }
+            wrong(format!("its datatype is {code}: expected whole numbers, floats of 32 or 64 bits, or colours; convert it"))
         })?;
         let sizes = sizes(&fields, scalar.bytes() * inside).map_err(wrong)?;
         let dims = [sizes[0], sizes[1], sizes[2]];
@@ -46,7 +49,10 @@ impl Format for Nifti {
     }
 }
 
-/// Whether a file starts with a NIfTI header, plain or gzipped.
+/// Codes of complex numbers of two floats of 32, 64 and 128 bits.
+const COMPLEX_TYPES: [i16; 3] = [32, 1792, 2048];
+
+/// Whether it has the mark, packed or not.
 fn is_header(file: &Found) -> bool {
     Fields::new(file.unpacked.clone().unwrap_or_else(|| file.start.clone())).is_some()
 }

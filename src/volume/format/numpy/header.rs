@@ -1,5 +1,6 @@
 //! Header of a NumPy array.
 
+use crate::volume::format::COMPLEX;
 use crate::volume::format::bytes::Bytes;
 use crate::volume::{Endian, ScalarType};
 use std::io;
@@ -61,6 +62,9 @@ fn parsed(text: &str, end: u64) -> Result<Array, String> {
     };
     let damaged = |what: &str| format!("its header has no {what}: it is damaged, or not a plain array of numbers");
     let descr = value("descr").and_then(|rest| rest.strip_prefix('\'')?.split_once('\'')).map(|(descr, _)| descr);
+    if let Some(descr) = descr.filter(|descr| descr.get(1..).is_some_and(|name| name.starts_with('c'))) {
+        return Err(format!("its type is {descr}: {COMPLEX}"));
+    }
     let (scalar, endian) = descr
         .and_then(scalar)
         .ok_or_else(|| format!("its type is {}: expected numbers of 8 to 64 bits", descr.unwrap_or("not a plain number")))?;

@@ -1,8 +1,9 @@
 //! Decoding of pages, one at a time.
 
-use super::directory;
+use super::directory::AsStored;
 use crate::error::Error;
 use crate::volume::ScalarType;
+use crate::volume::format::COMPLEX;
 use crate::volume::format::parts::Parts;
 use std::fmt;
 use std::fs::File;
@@ -16,8 +17,10 @@ use tiff::tags::Tag;
 const LIMIT: u64 = 2048;
 /// Largest tag in bytes after parsing; OME descriptions have some text for every page.
 const LARGEST_TAG: u64 = 1 << 28;
-/// Limit of pages.
-const MOST: usize = 1 << 20;
+/// Most pages of a file.
+pub(super) const MOST: usize = 1 << 20;
+/// SGI's tag for the number of slices in a page.
+const IMAGE_DEPTH: Tag = Tag::Unknown(32997);
 
 /// Values of Compression that this build supports: none, LZW, deflate (two codes), PackBits.
 const READABLE: [u64; 5] = [1, 5, 8, 32946, 32773];
@@ -33,13 +36,13 @@ const UNREADABLE: [(u64, &str); 8] = [
     (50000, "Zstandard"),
 ];
 
-pub(super) type Reader = Decoder<BufReader<File>>;
+pub(super) type Reader = Decoder<BufReader<AsStored>>;
 
 /// Opens a file at its first page.
 pub(super) fn decoder(path: &Path) -> Result<Reader, Error> {
-    let mut file = File::open(path).map_err(|e| Error::read(path, e))?;
+    let file = File::open(path).map_err(|e| Error::read(path, e))?;
     let len = file.metadata().map_err(|e| Error::read(path, e))?.len();
-    directory::check(path, &mut file, len)?;
+    let file = AsStored::new(path, file, len)?;
     let mut limits = Limits::default();
     // A number of a tag takes one to eight bytes in a file, and 32 after parsing.
     limits.decoding_buffer_size = len.saturating_mul(32).min(LARGEST_TAG) as usize;
@@ -88,8 +91,17 @@ impl Page {
             let problem = format!("its pages are compressed with {name}: save them with deflate, LZW or no compression");
             return Err(Error::volume(path, problem));
         }
+        let depth = first(tag(IMAGE_DEPTH), 1);
+        if depth > 1 {
+            let problem = format!("its pages have {depth} slices each (ImageDepth): save one page per slice");
+            return Err(Error::volume(path, problem));
+        }
         let in_place = tag(Tag::StripOffsets).first().copied().filter(|_| packing == 1);
         let bits = first(bits, 1);
+        // Whole numbers or floats.
+        if [5, 6].contains(&kind) {
+            return Err(Error::volume(path, format!("its samples are {COMPLEX}")));
+        }
         let scalar = match (kind, bits) {
             (1, 8 | 16 | 32 | 64) => format!("uint{bits}"),
             (2, 8 | 16 | 32 | 64) => format!("int{bits}"),

@@ -1,6 +1,7 @@
 //! Array metadata of Zarr version 2 (`.zarray`) and 3 (`zarr.json`).
 
 use super::codec::Codec;
+use crate::volume::format::COMPLEX;
 use crate::volume::{Endian, ScalarType};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -96,6 +97,7 @@ fn dtype(told: &Value) -> Result<(ScalarType, Endian), String> {
         b'u' => format!("uint{bits}"),
         b'b' if bits == 8 => "uint8".into(),
         b'f' => format!("float{bits}"),
+        b'c' => return Err(format!("its numbers are {told}: {COMPLEX}")),
         _ => return Err(wrong()),
     };
     let endian = if order == ">" { Endian::Big } else { Endian::Little };
@@ -105,6 +107,9 @@ fn dtype(told: &Value) -> Result<(ScalarType, Endian), String> {
 fn data_type(told: &Value) -> Result<ScalarType, String> {
     let wrong = || format!("its data_type is {told}: expected integers or floats; convert it");
     let name = told.as_str().ok_or_else(wrong)?;
+    if name.starts_with("complex") {
+        return Err(format!("its data_type is {told}: {COMPLEX}"));
+    }
     if name == "bool" { Ok(ScalarType::Uint8) } else { name.parse().map_err(|_| wrong()) }
 }
 
