@@ -9,6 +9,7 @@ use layersplat::renderer::{DeviceVoxels, UploadedVolume};
 use layersplat::settings::{Algorithm, Blend, Classification, Layered};
 use layersplat::volume::{Description, VoxelType, Voxels};
 use layersplat::{Camera, Frame, Renderer, Settings, TransferFunction, Volume};
+use std::sync::Barrier;
 
 const DIMS: [usize; 3] = [19, 14, 16];
 const SPACING: DVec3 = DVec3::new(1.0, 1.2, 0.9);
@@ -186,5 +187,43 @@ fn values_beyond_the_promised_range_show_as_its_ends() {
         let (frame, _) = renderer.render(&camera, SIZE, &unlit).unwrap();
         assert!(frame.pixels().iter().flatten().all(|x| x.is_finite() && (0.0..=1.0 + 1e-5).contains(x)));
         assert!(frame.pixels().iter().any(|p| p[3] > 0.05));
+    }
+}
+
+/// Two renderers of one field, each in its own thread, draw at the same time what each draws alone: they share the voxels, and what is
+/// prepared from them when the first frame needs it.
+#[test]
+fn two_threads_render_one_field() {
+    const ROUNDS: usize = 2;
+    let volume = volume_of(DIMS, SPACING, Voxels::Uint8(values(3)));
+    let transfers = [smooth_transfer(), smooth_transfer().faded(0.4).unwrap()];
+    let frames: Vec<(Settings, Camera)> =
+        ways().into_iter().flat_map(|settings| cameras(&volume).into_iter().map(move |camera| (settings, camera))).collect();
+    let draw =
+        |renderer: &mut Renderer, (settings, camera): &(Settings, Camera)| renderer.render(camera, SIZE, settings).unwrap().0;
+    let alone = transfers.each_ref().map(|transfer| {
+        let mut renderer = Renderer::new(&device(), &volume, transfer).unwrap();
+        frames.iter().map(|frame| draw(&mut renderer, frame)).collect::<Vec<Frame>>()
+    });
+    assert!(alone[0].iter().zip(&alone[1]).all(|(a, b)| a != b), "the picture of the other renderer must be noticed");
+    for round in 0..ROUNDS {
+        // First both prepare the same at the same time, then each what the other has not begun.
+        let first = [0, round * frames.len() / ROUNDS];
+        let field = UploadedVolume::new(&device(), &volume).unwrap();
+        let start = Barrier::new(2);
+        std::thread::scope(|scope| {
+            for n in 0..2 {
+                let (field, start, frames, draw) = (field.clone(), &start, &frames, &draw);
+                let (transfer, expected) = (&transfers[n], &alone[n]);
+                scope.spawn(move || {
+                    let mut renderer = Renderer::of(&field, transfer).unwrap();
+                    start.wait();
+                    for frame in (0..frames.len()).map(|i| (first[n] + i) % frames.len()) {
+                        let found = draw(&mut renderer, &frames[frame]);
+                        assert!(found == expected[frame], "round {round}, renderer {n}: {:?}", frames[frame]);
+                    }
+                });
+            }
+        });
     }
 }
