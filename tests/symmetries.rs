@@ -5,7 +5,8 @@ mod common;
 use common::*;
 use glam::{DMat3, DVec3};
 use layersplat::image::Background;
-use layersplat::settings::Shading;
+use layersplat::layers::Density;
+use layersplat::settings::{Blend, Evaluation, Layered, Shading};
 use layersplat::volume::{Endian, Grid, Voxels};
 use layersplat::{Camera, Frame, OpenOptions, Renderer, Settings, Volume};
 
@@ -66,6 +67,31 @@ fn turning_the_axes_with_the_view() {
             let unturned = render(&b, &smooth_transfer(), &parallel(&b, size, azimuth, elevation), size, settings);
             assert!(compare(&first, &unturned).max_difference > 10.0 * REORDERED, "a swapped axis must be noticed");
         }
+    }
+}
+
+/// A viewport much wider than high, and more samples along one axis of the layers than its shorter side is worth: whether there is a
+/// lattice must not depend on which axis of the layers that is.
+#[test]
+fn turning_the_axes_in_a_wide_viewport() {
+    let (dims, size) = ([30, 8, 9], viewport(200, 40));
+    let bytes = random_bytes(dims, 11);
+    let (turned_bytes, turned_dims) = turned(&bytes, dims);
+    let a = volume(dims, DVec3::ONE, Voxels::Uint8(bytes));
+    let b = volume(turned_dims, DVec3::ONE, Voxels::Uint8(turned_bytes));
+    let camera = perspective(&a, 20.0, 75.0, 30.0);
+    let other = map_camera(camera, a.grid().centre(), b.grid().centre(), cycle);
+    for blend in [Blend::Average, Blend::Composite] {
+        let layered =
+            Layered { classification: POINTS, evaluation: Evaluation::Lattice(Density::Fixed(16)), ..Layered::default() };
+        let settings = Settings { algorithm: layered.into(), blend, ..unshaded() };
+        let sides = [(&a, camera), (&b, other)].map(|(volume, camera)| {
+            let mut renderer = Renderer::new(&device(), volume, &smooth_transfer()).unwrap();
+            renderer.lattice_picture(&camera, size, &settings).unwrap().map(|picture| picture.size)
+        });
+        assert!(sides[0].is_some_and(|[u, v]| u > 4 * 64 && v < u && sides[1] == Some([v, u])), "{blend:?}: {sides:?}");
+        let [first, second] = [(&a, camera), (&b, other)].map(|(v, c)| render(v, &smooth_transfer(), &c, size, &settings));
+        assert_close(&format!("{blend:?}"), &first, &second, REORDERED);
     }
 }
 

@@ -3,7 +3,7 @@
 mod common;
 
 use common::blends::*;
-use common::reference::{Pair, RIM_SHARE};
+use common::reference::{Pair, RIM_SHARE, differing};
 use common::*;
 use glam::DVec3;
 use layersplat::device::{DeviceKind, Tuning};
@@ -57,9 +57,8 @@ fn every_width_and_tuning() {
             let what = format!("{name}: {algorithm:?}, {:?}", camera.projection);
             let pair = Pair::on(device, &volume, &transfer, camera, size, &settings);
             pair.assert_same(&what, tolerance_of(&settings, parallel));
-            // Compared with each other, widths differ much less.
-            let first = first.get_or_insert_with(|| pair.found.clone()).clone();
-            let apart = Pair { found: pair.found, expected: first }.differing(REORDERED);
+            // Beside each other widths differ much less.
+            let apart = differing(&pair.found, first.get_or_insert_with(|| pair.found.clone()), REORDERED);
             assert!(apart <= RIM_SHARE, "{what}: {apart} of the rays are not those of the first width");
         }
     }

@@ -11,6 +11,7 @@ pub const RIM_SHARE: f64 = 6e-3;
 pub struct Pair {
     pub found: Vec<[f64; 4]>,
     pub expected: Vec<[f64; 4]>,
+    pub total: usize,
 }
 
 impl Pair {
@@ -67,7 +68,7 @@ impl Pair {
                     reference.composite(&picture.ray(column, row), Some(axis), rays.to_eye)
                 };
                 let expected = (first..first + count).map(of_sample).collect();
-                return Self { found: wide(&picture.samples[first..first + count]), expected };
+                return Self { found: wide(&picture.samples[first..first + count]), expected, total: picture.samples.len() };
             }
             Plan::Direct(axis, _) => reference.render(camera, size, axis),
             Plan::AxisSheets(_) | Plan::ViewSheets(_) => Sheets::new(volume, transfer, expected).render(camera, size),
@@ -80,11 +81,30 @@ impl Pair {
             other => panic!("no reference for {other}"),
         };
         let (found, _) = renderer.render(camera, size, settings).unwrap();
-        Self { found: wide(found.pixels()), expected: wide(expected.unwrap().pixels()) }
+        Self { found: wide(found.pixels()), expected: wide(expected.unwrap().pixels()), total: 0 }
     }
 
     /// Fraction of rays that differ by more than a tolerance in a channel, alpha included.
     pub fn differing(&self, tolerance: f64) -> f64 {
+        use std::io::Write;
+        if let Ok(p) = std::env::var("PAIR_LOG") {
+            let mut f = std::fs::OpenOptions::new().append(true).create(true).open(p).unwrap();
+            let mut ds: Vec<f64> =
+                self.found.iter().zip(&self.expected).map(|(a, b)| difference(a, b)).filter(|&d| d > tolerance).collect();
+            ds.sort_by(f64::total_cmp);
+            ds.reverse();
+            let al = self.found.iter().zip(&self.expected).map(|(a, b)| (a[3] - b[3]).abs()).fold(0.0, f64::max);
+            let line = format!(
+                "{} {} n={} off={} of_all={} tol={tolerance} alpha={al:.4} {:.4?}\n",
+                std::thread::current().name().unwrap_or("?"),
+                std::env::args().next().unwrap().rsplit('/').next().unwrap(),
+                self.found.len(),
+                ds.len(),
+                self.total,
+                &ds[..ds.len().min(6)]
+            );
+            f.write_all(line.as_bytes()).unwrap();
+        }
         differing(&self.found, &self.expected, tolerance)
     }
 

@@ -9,6 +9,7 @@ use layersplat::renderer::{DeviceVoxels, UploadedVolume};
 use layersplat::settings::{Algorithm, Blend, Classification, Layered};
 use layersplat::volume::{Description, VoxelType, Voxels};
 use layersplat::{Camera, Frame, Renderer, Settings, TransferFunction, Volume};
+use std::sync::Barrier;
 
 const DIMS: [usize; 3] = [19, 14, 16];
 const SPACING: DVec3 = DVec3::new(1.0, 1.2, 0.9);
@@ -189,22 +190,40 @@ fn values_beyond_the_promised_range_show_as_its_ends() {
     }
 }
 
-/// A look at voxels on the device warns as one at voxels in memory does.
+/// Two renderers of one field, each in its own thread, draw at the same time what each draws alone: they share the voxels, and what is
+/// prepared from them when the first frame needs it.
 #[test]
-fn invalid_voxels_in_place_are_told_once() {
-    let host = Host::new(0);
-    let mut floats: Vec<f32> = values(3).into_iter().map(f32::from).collect();
-    let grid = volume_of(DIMS, SPACING, Voxels::Float32(floats.clone())).grid().clone();
-    let warnings = |floats: &[f32]| {
-        let buffer = host.filled(floats);
-        let placed = DeviceVoxels::new(&DeviceMemory::of_buffer(&buffer).unwrap(), VoxelType::Float32);
-        crate::told::warnings(|| {
-            let description = placed.describe(&host.device(), "in place", grid.clone(), &[]).unwrap();
-            UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();
-        })
-    };
-    assert_eq!(warnings(&floats), [""; 0]);
-    (floats[5], floats[77]) = (3e30, f32::NAN);
-    let found = warnings(&floats);
-    assert!(matches!(&found[..], [one] if one.contains("in place: 2 voxels are NaN")), "{found:?}");
+fn two_threads_render_one_field() {
+    const ROUNDS: usize = 2;
+    let volume = volume_of(DIMS, SPACING, Voxels::Uint8(values(3)));
+    let transfers = [smooth_transfer(), smooth_transfer().faded(0.4).unwrap()];
+    let frames: Vec<(Settings, Camera)> =
+        ways().into_iter().flat_map(|settings| cameras(&volume).into_iter().map(move |camera| (settings, camera))).collect();
+    let draw =
+        |renderer: &mut Renderer, (settings, camera): &(Settings, Camera)| renderer.render(camera, SIZE, settings).unwrap().0;
+    let alone = transfers.each_ref().map(|transfer| {
+        let mut renderer = Renderer::new(&device(), &volume, transfer).unwrap();
+        frames.iter().map(|frame| draw(&mut renderer, frame)).collect::<Vec<Frame>>()
+    });
+    assert!(alone[0].iter().zip(&alone[1]).all(|(a, b)| a != b), "the picture of the other renderer must be noticed");
+    for round in 0..ROUNDS {
+        // First both prepare the same at the same time, then each what the other has not begun.
+        let first = [0, round * frames.len() / ROUNDS];
+        let field = UploadedVolume::new(&device(), &volume).unwrap();
+        let start = Barrier::new(2);
+        std::thread::scope(|scope| {
+            for n in 0..2 {
+                let (field, start, frames, draw) = (field.clone(), &start, &frames, &draw);
+                let (transfer, expected) = (&transfers[n], &alone[n]);
+                scope.spawn(move || {
+                    let mut renderer = Renderer::of(&field, transfer).unwrap();
+                    start.wait();
+                    for frame in (0..frames.len()).map(|i| (first[n] + i) % frames.len()) {
+                        let found = draw(&mut renderer, &frames[frame]);
+                        assert!(found == expected[frame], "round {round}, renderer {n}: {:?}", frames[frame]);
+                    }
+                });
+            }
+        });
+    }
 }

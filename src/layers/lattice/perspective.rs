@@ -13,8 +13,8 @@ pub const MAX_LATTICE_SHEAR: f64 = 2.0;
 const MIN_EYE_DISTANCE: f64 = 1.0;
 /// Most voxels between adjacent samples in the farthest layer, limited by kernels/layered/splat_perspective.cl.
 const MAX_VOXELS_PER_SAMPLE: f64 = 7.0;
-/// Longest side of a lattice, in viewport sides. Beyond it, the near end of the volume is so close that the far end would be heavily
-/// oversampled, and rendering per pixel takes fewer samples.
+/// Longest side of a lattice, in viewport sides (see [`is_worth`]): beyond it the near end of the volume is so close that the far end
+/// would be sampled many times too densely, and pixels are fewer than samples.
 const MAX_SIDES: u32 = 4;
 /// Least viewport side assumed for this limit.
 const MIN_SIDE: u32 = 64;
@@ -52,6 +52,7 @@ pub(super) fn lattice(
         stagger: Stagger::default(),
         source: Source::Eye(eye),
     };
+    let mut follows_voxels = [false; 2];
     for i in 0..2 {
         let (mut lo, mut hi) = eye_rays.shear_bounds(i);
         let pixels = eye_rays.pixels_per_voxel(rays, grid.spacing()[[frame.u, frame.v][i]]);
@@ -65,19 +66,28 @@ pub(super) fn lattice(
             (lo, hi) = (lo.max(seen_lo - MARGIN * step), hi.min(seen_hi + MARGIN * step));
         }
         let samples = ((hi - lo) / step).ceil().max(0.0);
-        // Minified pixels cover several voxels, so the voxels determine the number of samples.
-        let sides =
-            if pixels < 1.0 { Viewport::MAX_SIDE } else { [viewport.width, viewport.height][i].max(MIN_SIDE) * MAX_SIDES };
         let too_far_apart = sampling == Sampling::Splats && far * step > MAX_VOXELS_PER_SAMPLE;
-        if samples > f64::from(sides) || samples_per_voxel > f64::from(MAX_SAMPLES_PER_VOXEL) || too_far_apart {
+        if samples_per_voxel > f64::from(MAX_SAMPLES_PER_VOXEL) || too_far_apart {
             return None;
         }
+        follows_voxels[i] = pixels < 1.0;
         lattice.size[i] = samples as u32;
         lattice.samples_per_voxel[i] = samples_per_voxel;
         let (middle, to_centre) = ((lo + hi) / 2.0, centre_layer - eye.z);
         lattice.rays[i] = AffineRays { crossing: [eye[i] + to_centre * middle, to_centre * step], shear: [middle, step] };
     }
-    Some(lattice)
+    is_worth(lattice.size, follows_voxels, viewport).then_some(lattice)
+}
+
+/// Whether a lattice of this size has few enough samples for a viewport. Its longer side is held to the viewport's longer side and its
+/// shorter to the shorter: either axis of a layer can lie along either side of the screen, and a volume is drawn like its copy with
+/// permuted axes. Where pixels cover several voxels, a side `follows_voxels`, and the viewport does not limit it.
+fn is_worth(size: [u32; 2], follows_voxels: [bool; 2], viewport: Viewport) -> bool {
+    let ascending = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+    let most = ascending([viewport.width, viewport.height].map(|side| side.max(MIN_SIDE) * MAX_SIDES));
+    let limited = ascending([0, 1].map(|i| if follows_voxels[i] { 0 } else { size[i] }));
+    let storable = (0..2).all(|i| !follows_voxels[i] || size[i] <= Viewport::MAX_SIDE);
+    storable && limited[0] <= most[0] && limited[1] <= most[1]
 }
 
 /// An eye in front of the layers of a volume.
@@ -158,6 +168,7 @@ fn bounds(values: &[f64]) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::camera::{Camera, Orbit, Projection};
+    use crate::layers::Kernel;
 
     #[test]
     fn an_eye_inside_or_a_wide_angle_has_no_lattice() {
@@ -174,5 +185,36 @@ mod tests {
         assert!(at(45.0, 104.0, 30.0).is_some());
         assert!(at(0.0, 3.0, 30.0).is_none());
         assert!(at(45.0, 38.0, 90.0).is_none());
+    }
+
+    /// In a viewport much wider than high: the axes of the layers change places, the screen stays.
+    #[test]
+    fn permuted_axes_have_the_same_lattice() {
+        let viewport = Viewport::new(200, 40).unwrap();
+        let of = |dims: [usize; 3], position: DVec3, view_up: DVec3, axis: Axis| {
+            let grid = Grid::new(dims, DVec3::ONE).unwrap();
+            let (focal_point, projection) = (grid.centre(), Projection::Perspective { field_of_view: 30.0 });
+            let camera = Camera { position: focal_point + position, focal_point, view_up, projection };
+            let rays = Rays::new(&camera, viewport, &grid).unwrap();
+            let lattice = lattice(&rays, viewport, &grid, axis, Density::Fixed(16), Sampling::Points(Kernel::Cubic));
+            lattice.map(|lattice| lattice.size)
+        };
+        let [u, v] = of([30, 8, 14], DVec3::new(3.0, 60.0, 5.0), DVec3::Z, Axis::Y).expect("a lattice");
+        assert!(u > v && u > viewport.height * MAX_SIDES, "long enough to tell the sides apart: {u} x {v}");
+        assert_eq!(of([14, 30, 8], DVec3::new(5.0, 3.0, 60.0), DVec3::X, Axis::Z), Some([v, u]));
+    }
+
+    #[test]
+    fn sides_are_held_to_the_viewport_in_order_of_length() {
+        let viewport = Viewport::new(200, 100).unwrap();
+        let [long, short] = [200 * MAX_SIDES, 100 * MAX_SIDES];
+        let limited = [false; 2];
+        assert!(is_worth([long, short], limited, viewport) && is_worth([short, long], limited, viewport));
+        assert!(!is_worth([long + 1, short], limited, viewport) && !is_worth([short, long + 1], limited, viewport));
+        assert!(!is_worth([short + 1, short + 1], limited, viewport));
+        // A side that follows the voxels leaves the viewport's longer one to the other.
+        let most = Viewport::MAX_SIDE;
+        assert!(is_worth([most, long], [true, false], viewport) && is_worth([long, most], [false, true], viewport));
+        assert!(!is_worth([most + 1, 1], [true, false], viewport) && !is_worth([most, long + 1], [true, false], viewport));
     }
 }
