@@ -3,7 +3,7 @@
 use super::scratch::Growing;
 use super::tiles::{Target, Tiles};
 use crate::device::launch::Launcher;
-use crate::device::launch::picture::{Present, PresentArguments, Warp, WarpArguments, WarpDisplayed, WarpDisplayedArguments};
+use crate::device::launch::picture::{Present, PresentArguments, Warp, WarpArguments, Warped};
 use crate::device::launch::structs::{Float4, WarpParams};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
@@ -19,7 +19,6 @@ const MOST_FILTERED: f64 = 16.0;
 /// Warps lattices onto the screen, and presents pictures.
 pub(super) struct Picture {
     warp: Launcher<Warp>,
-    warp_displayed: Launcher<WarpDisplayed>,
     present: Launcher<Present>,
     /// In floats, of lattices.
     frame: Growing<Float4>,
@@ -62,6 +61,7 @@ impl OntoScreen<'_> {
             counts: tiles.counts as i32,
             share: share.share as f32,
             added: i32::from(share.added),
+            displayed: 0,
             upright: upright.map_or(0, |axis| axis as i32 + 1),
             on_pixels: i32::from(upright.is_some_and(|axis| lattice.aligned[axis])),
             for_each_pixel: i32::from(lattice.has_pixels_samples()),
@@ -92,7 +92,6 @@ impl Default for Picture {
     fn default() -> Self {
         Self {
             warp: Launcher::default(),
-            warp_displayed: Launcher::default(),
             present: Launcher::default(),
             frame: Growing::of_frames(),
             rgba: Growing::of_frames(),
@@ -132,7 +131,8 @@ impl Picture {
         let (lattice, tiles, active_samples) = from.drawn(device)?;
         let picture = or_own(into, &mut self.frame, device, onto.viewport, "the frame")?;
         let background = Float4([0.0; 4]);
-        let arguments = WarpArguments { lattice, active_samples, p: onto.params(tiles, share), background, picture };
+        let (p, warped) = (onto.params(tiles, share), Warped::Frame(picture));
+        let arguments = WarpArguments { lattice, active_samples, p, background, picture: warped };
         self.warp.launch(device, (), &arguments)?;
         Ok(picture)
     }
@@ -153,9 +153,10 @@ impl Picture {
     ) -> Result<&'a Buffer<[u8; 4]>, Error> {
         let (lattice, tiles, active_samples) = from.drawn(device)?;
         let picture = or_own(into, &mut self.rgba, device, onto.viewport, "the picture")?;
-        let (p, background) = (onto.params(tiles, Share::WHOLE), for_kernels(background));
-        let arguments = WarpDisplayedArguments { lattice, active_samples, p, background, picture };
-        self.warp_displayed.launch(device, (), &arguments)?;
+        let p = WarpParams { displayed: 1, ..onto.params(tiles, Share::WHOLE) };
+        let (background, warped) = (for_kernels(background), Warped::Displayed(picture));
+        let arguments = WarpArguments { lattice, active_samples, p, background, picture: warped };
+        self.warp.launch(device, (), &arguments)?;
         Ok(picture)
     }
 

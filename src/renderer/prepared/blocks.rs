@@ -4,6 +4,7 @@ use super::super::cache::{Kept, Key};
 use super::layouts::Weighted;
 use super::tables::TableKey;
 use super::{Layout, Prepared};
+use crate::device::launch::VoxelKind;
 use crate::device::launch::structs::VolumeView;
 use crate::device::launch::volume::{
     MinMaxArguments, MinMaxBlocks, ShownChunksArguments, ShownSlabsArguments, SlabVisibilityArguments,
@@ -174,8 +175,8 @@ impl Prepared {
             slack: if kernel == Kernel::Gaussian { GAUSSIAN_OVERSHOOT as f32 } else { 0.0 },
             visible: &found.flags,
         };
-        self.launchers.slab_visibility.launch(device, voxels.voxel_type(), &arguments)?;
-        self.find_shown_slabs(device, &found, &blocks, radius)?;
+        self.launchers.slab_visibility.launch(device, voxels.kind(), &arguments)?;
+        self.find_shown_slabs(device, voxels.kind(), &found, &blocks, radius)?;
         Ok(self.cache.keep(key, found))
     }
 
@@ -183,6 +184,7 @@ impl Prepared {
     fn find_shown_slabs(
         &mut self,
         device: &Device,
+        voxels: VoxelKind,
         found: &VisibleBlocks,
         blocks: &MinMaxBlocks,
         radius: i32,
@@ -191,8 +193,8 @@ impl Prepared {
         let shows = &found.shows;
         let arguments =
             ShownChunksArguments { visible: &found.flags, per_layer: blocks.numbers.per_layer() as i32, chunks, shows };
-        self.launchers.shown_chunks.launch(device, (), &arguments)?;
+        self.launchers.shown_chunks.launch(device, voxels, &arguments)?;
         let arguments = ShownSlabsArguments { shows, chunks, slabs: blocks.numbers.slabs(radius), shown: &found.shown };
-        self.launchers.shown_slabs.launch(device, (), &arguments)
+        self.launchers.shown_slabs.launch(device, voxels, &arguments)
     }
 }

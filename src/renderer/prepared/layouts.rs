@@ -121,7 +121,7 @@ impl Prepared {
         };
         let Placement { first, row: pitch_y, slice: pitch_z } = placed;
         let arguments = TransposeArguments { voxels, first, pitch_y, pitch_z, dims_x, dims_y, dims_z, transposed: &transposed };
-        self.launchers.transpose.launch(device, voxels.voxel_type(), &arguments)?;
+        self.launchers.transpose.launch(device, voxels.kind(), &arguments)?;
         Ok(self.cache.keep(Transposed(weighted), transposed))
     }
 
