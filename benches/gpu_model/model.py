@@ -56,7 +56,7 @@ def main():
         instructions_of(edited, f"point_samples, {path}", "VOXEL=uchar", "WHOLE_LAYERS")
         for path in ("no segment", "segment with light", "segment that shows nothing")
     )
-    lit, dim, pixel = lit - ray, dim - ray, instructions_of(kernels, "warp", "PRESENT")
+    lit, dim, pixel = lit - ray, dim - ray, instructions_of(kernels, "warp")
     rate = SMS * SCHEDULERS * LANES * CLOCK * EFFICIENCY
     print(f"instructions: {ray} a ray, {lit} a segment with light, {dim} one that shows nothing, {pixel} a pixel; {SIDE}² pixels, `standard`, lit\n")
     print("| volume | rays | lit segments | instructions, 10⁹ | ms of these | ms of memory | predicted ms | aim |\n|---|---|---|---|---|---|---|---|")

@@ -8,6 +8,7 @@ use opencl3::kernel::Kernel;
 use opencl3::program::Program;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::time::Instant;
 
 /// Built programs by file and `-D` options.
 pub(super) type Programs = HashMap<(&'static str, String), Program>;
@@ -64,7 +65,9 @@ impl Device {
         let mut program =
             Program::create_from_source(&self.shared.context, &text).map_err(|e| self.error("clCreateProgramWithSource", e))?;
         let ids = self.shared.context.devices();
+        let started = Instant::now();
         let built = program.build(ids, &options);
+        tracing::debug!("built {file} in {:.0} ms: {options}", started.elapsed().as_secs_f64() * 1e3);
         let log = program.get_build_log(ids[0]).unwrap_or_default();
         if let Err(e) = built {
             return Err(self.not_built(file, e, log));

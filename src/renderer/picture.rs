@@ -3,7 +3,7 @@
 use super::frame::{Resources, Slot};
 use super::tiles::{Drawn, Target, Tiles};
 use crate::device::launch::Launcher;
-use crate::device::launch::picture::{Present, PresentArguments, Warp, WarpArguments, WarpDisplayed, WarpDisplayedArguments};
+use crate::device::launch::picture::{Present, PresentArguments, Warp, WarpArguments, Warped};
 use crate::device::launch::structs::{Float4, WarpParams};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
@@ -26,7 +26,6 @@ const RGBA: Slot<[u8; 4]> = Slot::new("the picture of 8 bits");
 #[derive(Default)]
 pub(super) struct Picture {
     warp: Launcher<Warp>,
-    warp_displayed: Launcher<WarpDisplayed>,
     present: Launcher<Present>,
 }
 
@@ -108,6 +107,7 @@ impl OntoScreen<'_> {
             counts: tiles.counts as i32,
             share: share.share as f32,
             added: i32::from(share.added),
+            displayed: 0,
             upright: upright.map_or(0, |axis| axis as i32 + 1),
             on_pixels: i32::from(upright.is_some_and(|axis| lattice.aligned[axis])),
             for_each_pixel: i32::from(lattice.has_pixels_samples()),
@@ -136,8 +136,9 @@ impl Picture {
         let Drawn { samples: lattice, active_samples, tiles } = &target.drawn();
         let picture = target.arena.get(&FRAME);
         let background = Float4([0.0; 4]);
-        let p = onto.params(*tiles, share);
-        self.warp.launch(device, (), &WarpArguments { lattice, active_samples, p, background, picture: &picture })?;
+        let (p, warped) = (onto.params(*tiles, share), Warped::Frame(&picture));
+        let arguments = WarpArguments { lattice, active_samples, p, background, picture: warped };
+        self.warp.launch(device, (), &arguments)?;
         Ok(Finished::Floats(picture))
     }
 
@@ -151,9 +152,10 @@ impl Picture {
     ) -> Result<Finished, Error> {
         let Drawn { samples: lattice, active_samples, tiles } = &target.drawn();
         let picture = target.arena.get(&RGBA);
-        let (p, background) = (onto.params(*tiles, Share::WHOLE), for_kernels(background));
-        let arguments = WarpDisplayedArguments { lattice, active_samples, p, background, picture: &picture };
-        self.warp_displayed.launch(device, (), &arguments)?;
+        let p = WarpParams { displayed: 1, ..onto.params(*tiles, Share::WHOLE) };
+        let (background, warped) = (for_kernels(background), Warped::Displayed(&picture));
+        let arguments = WarpArguments { lattice, active_samples, p, background, picture: warped };
+        self.warp.launch(device, (), &arguments)?;
         Ok(Finished::Rgba8(picture))
     }
 

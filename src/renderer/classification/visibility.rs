@@ -4,6 +4,7 @@ use super::super::field::{Field, Layout};
 use super::super::store::{Key, Stored};
 use super::tables::TableKey;
 use super::{Classification, PreparationKernels};
+use crate::device::launch::VoxelKind;
 use crate::device::launch::volume::{
     BlockNumbers, MinMaxBlocks, ShownChunksArguments, ShownSlabsArguments, SlabVisibilityArguments,
 };
@@ -108,8 +109,8 @@ impl Classification {
             slack: if kernel == Kernel::Gaussian { GAUSSIAN_OVERSHOOT as f32 } else { 0.0 },
             visible: &found.flags,
         };
-        kernels.slab_visibility.launch(device, voxels.voxel_type(), &arguments)?;
-        find_shown_slabs(kernels, device, &found, &blocks, radius)?;
+        kernels.slab_visibility.launch(device, voxels.kind(), &arguments)?;
+        find_shown_slabs(kernels, device, voxels.kind(), &found, &blocks, radius)?;
         Ok(self.store.keep(key, inputs, device.produced()?, found))
     }
 }
@@ -118,6 +119,7 @@ impl Classification {
 fn find_shown_slabs(
     kernels: &mut PreparationKernels,
     device: &Device,
+    voxels: VoxelKind,
     found: &VisibleBlocks,
     blocks: &MinMaxBlocks,
     radius: i32,
@@ -125,7 +127,7 @@ fn find_shown_slabs(
     let chunks = blocks.numbers.chunks(radius) as i32;
     let shows = &found.shows;
     let arguments = ShownChunksArguments { visible: &found.flags, per_layer: blocks.numbers.per_layer() as i32, chunks, shows };
-    kernels.shown_chunks.launch(device, (), &arguments)?;
+    kernels.shown_chunks.launch(device, voxels, &arguments)?;
     let arguments = ShownSlabsArguments { shows, chunks, slabs: blocks.numbers.slabs(radius), shown: &found.shown };
-    kernels.shown_slabs.launch(device, (), &arguments)
+    kernels.shown_slabs.launch(device, voxels, &arguments)
 }

@@ -136,7 +136,7 @@ impl Field {
         };
         let Placement { first, row: pitch_y, slice: pitch_z } = placed;
         let arguments = TransposeArguments { voxels, first, pitch_y, pitch_z, dims_x, dims_y, dims_z, transposed: &transposed };
-        kernels.transpose.launch(device, voxels.voxel_type(), &arguments)?;
+        kernels.transpose.launch(device, voxels.kind(), &arguments)?;
         Ok(self.store().keep(key, inputs, device.produced()?, transposed))
     }
 

@@ -38,12 +38,6 @@ fn magnified(samples_per_layer: u32, evaluation: Evaluation, pixels: f64) -> u32
     (samples_per_layer + more).min(Classification::MAX_POINTS)
 }
 
-/// How many voxel rows farther than their row the columns of a lattice lie, at most.
-fn farthest(lattice: &Lattice) -> u32 {
-    let staggered = lattice.stagger != Stagger::default();
-    if staggered { lattice.rays[1].crossing[1].ceil() as u32 } else { 0 }
-}
-
 /// Declares what [`PointLayers::draw_lattice`] needs.
 pub(in crate::renderer) fn declare_lattice(declaring: &Declaring, lattice: &Lattice, kernel: Kernel, resources: &mut Resources) {
     declare_target(lattice.samples(), Tiles::of_points(lattice, declaring.tuning), resources);
@@ -104,7 +98,7 @@ impl PointLayers {
             active_samples,
         };
         match device.tuning().lattice_schedule {
-            LatticeSchedule::Tiles => self.lattice.launch(device, (variant, farthest(lattice)), &arguments),
+            LatticeSchedule::Tiles => self.lattice.launch(device, variant, &arguments),
             LatticeSchedule::Samples => self.samples.launch(device, variant, &arguments),
         }
     }
@@ -181,6 +175,12 @@ fn classified(
     Ok(table)
 }
 
+/// How many voxel rows farther than their row the columns of a lattice lie, at most.
+fn farthest(lattice: &Lattice) -> i32 {
+    let staggered = lattice.stagger != Stagger::default();
+    if staggered { lattice.rays[1].crossing[1].ceil() as i32 } else { 0 }
+}
+
 /// A lattice as kernels see it, without what is a matter of points.
 pub(super) fn lattice_params(
     lattice: &Lattice,
@@ -205,5 +205,6 @@ pub(super) fn lattice_params(
         raw: i32::from(range.raw),
         rays: [affine(0), affine(1)],
         stagger: [lattice.stagger.first, lattice.stagger.per_column],
+        farthest: farthest(lattice),
     }
 }
