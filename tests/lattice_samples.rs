@@ -4,7 +4,7 @@
 mod common;
 
 use common::blends::*;
-use common::reference::Pair;
+use common::reference::{Pair, largest};
 use common::*;
 use glam::DVec3;
 use layersplat::device::{LatticeSchedule, Tuning};
@@ -117,8 +117,7 @@ fn lattice(
 fn largest_difference(a: &LatticePicture, b: &LatticePicture) -> f64 {
     assert_eq!(a.size, b.size);
     let channels = a.samples.as_flattened().iter().zip(b.samples.as_flattened());
-    // A NaN must not pass for the smaller one.
-    channels.map(|(a, b)| f64::from(a - b).abs()).fold(0.0, |most, d| if d <= most { most } else { d })
+    largest(channels.map(|(a, b)| f64::from(a - b).abs()))
 }
 
 /// The share of samples of which a channel, alpha included, differs by more than a tolerance.
