@@ -12,7 +12,7 @@ use layersplat::{Settings, TransferFunction, Volume};
 
 /// Slicing looks up the nearest of 256 values in front and behind.
 const SLICING_TOLERANCE: f64 = 8e-3;
-/// Share of the pixels that another background must change.
+/// Fraction of the pixels that another background must change.
 const LEAST_CHANGED: f64 = 0.02;
 
 /// Every way to draw, without early termination; the layered ones per pixel, where the reference is.
@@ -40,7 +40,7 @@ fn every_way_and_lattices() -> Vec<Settings> {
     lattices.into_iter().chain(every_way()).collect()
 }
 
-/// Values from 100 to 255, and opacity around 50 only.
+/// Values from 100 to 255; only values around 50 are visible.
 fn positive() -> (Volume<'static>, TransferFunction) {
     let values = random_bytes([12, 11, 10], 1).iter().map(|b| b.saturating_add(100)).collect();
     let opacities = vec![(0.0, 0.0), (40.0, 0.0), (50.0, 0.5), (60.0, 0.0)];

@@ -14,7 +14,8 @@ use layersplat::{Camera, Error, Projection, Quality, Renderer, Settings, Transfe
 const STEP_TOLERANCE: f64 = 1e-2;
 /// Floats of some hundred spacings.
 const FLOAT_TOLERANCE: f64 = 2e-4;
-/// Pixels of which two programs, compiled apart, may round the opacity to either side of 1/256, and how far from there they do.
+/// Fraction of pixels for which two separately compiled programs may round the opacity to different sides of 1/256, and the largest
+/// distance from it.
 const RIM_SHARE: f64 = 2e-3;
 const ROUNDED_OPACITY: f32 = 1e-5;
 const N: usize = 40;

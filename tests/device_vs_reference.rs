@@ -18,11 +18,11 @@ use layersplat::{Camera, Renderer, Settings, TransferFunction, Viewport, Volume}
 /// more at |s| = 2.
 const QUADRATURE_TOLERANCE: f64 = 1.5e-2;
 
-/// Lattices of more samples are compared at every n-th of them.
+/// Larger lattices are compared at every `SAMPLE_STRIDE`-th sample.
 const MOST_SAMPLES: u32 = 2000;
 const SAMPLE_STRIDE: u32 = 13;
 
-/// The last is longer than what is transposed at once, 16 x 64 voxels of a byte.
+/// The last one exceeds the tile of the transposition, 16 × 64 voxels of a byte.
 const SHAPES: [[usize; 3]; 7] = [[1, 1, 1], [1, 7, 4], [6, 1, 5], [5, 9, 1], [17, 33, 5], [11, 8, 13], [18, 67, 2]];
 /// Each axis from both sides, exactly 45°, and views in between.
 const VIEWS: [(f64, f64); 12] = [
@@ -89,7 +89,7 @@ fn lattice_difference(
     let reference = LayeredReference::new(volume, transfer, settings);
     let mut largest: f64 = 0.0;
     let mut seen: f64 = 0.0;
-    // A prime stride visits all phases and tiles without visiting every sample; but all of the outermost ones.
+    // A prime stride visits all phases and tiles, but not every sample. The outermost samples are all compared.
     let [columns, rows] = picture.size;
     let count = columns * rows;
     for sample in 0..count {
@@ -167,7 +167,7 @@ fn wide_and_from_inside(volume: &Volume, size: Viewport, direct: &Settings) {
             let camera = perspective(volume, azimuth, elevation, field_of_view);
             let axis = direct_axis(volume, &camera, size, direct);
             own_axes += usize::from(axis.is_none());
-            // Rays at exactly 45° may take either axis where floats and f64 round differently, all others only their own.
+            // Rays at exactly 45° may choose different axes in f32 and f64.
             let pair = Pair::of(volume, &smooth_transfer(), &camera, size, direct);
             let what = format!("{field_of_view}° at {azimuth}, {elevation}");
             pair.assert_same(&what, DEVICE_TOLERANCE);

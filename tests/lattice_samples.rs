@@ -269,8 +269,7 @@ fn volumes_of_very_many_layers_are_those_of_tiles() {
     }
 }
 
-/// Bands of voxels around the last slab that a group looks up, counted from either side: those behind it count as if they could be seen, and
-/// those before it must be looked up to the last.
+/// Bands of voxels around the last slab that a group looks up, counted from either side. Slabs behind it count as visible.
 #[test]
 fn slabs_around_the_last_one_looked_up_are_seen() {
     const DIMS: [usize; 3] = [9, 7, 8300];
@@ -304,7 +303,7 @@ fn slabs_around_the_last_one_looked_up_are_seen() {
     }
 }
 
-/// The counts per group are what the warp skips by: what it draws of them is what it draws of tiles.
+/// The warp skips by the counts per group: its picture must equal that of tiles.
 #[test]
 fn frames_are_those_of_tiles() {
     let (volume, transfer, size) = (mostly_empty(), smooth_transfer(), viewport(45, 39));

@@ -6,23 +6,22 @@ use layersplat::reference::{Layered as LayeredReference, Marched, Sheets};
 use layersplat::renderer::LatticePicture;
 use layersplat::settings::Blend;
 
-/// Floats place a sample to within this share of a voxel: coordinates of up to a hundred voxels have 17 binary places, and tens of
-/// operations round each.
+/// Position error of a sample in f32, in voxels: coordinates of up to 100 voxels have 17 fractional bits, and tens of operations round.
 pub const ROUNDED_PLACE: f64 = 1e-4;
-/// And tables have an entry for this share of the range of values: one of 4096 of a range that overshooting kernels and control points
-/// beyond the data make up to 1.6 times as large.
+/// Width of a table entry, as a fraction of the value range: 1/4096 of a range that overshooting kernels and control points beyond the data
+/// extend by up to 1.6.
 pub const ROUNDED_VALUE: f64 = 4e-4;
-/// Rays that such a step takes across something: the edge of the support, a face of the crop box, a step of opacity, 45° between two layer
-/// axes, or the first value that shows, from which on a lit segment of the smooth kernels becomes two. They may be off by no more than the
-/// reference changes within that step ([`Pair::unexplained`]). PoCL has few; other devices round in another order.
+/// Fraction of rays that such an error takes across a discontinuity: the edge of the support, a face of the crop box, a step of opacity,
+/// 45° between two layer axes, or the first visible value, at which lit segments of smooth kernels are split. These rays may differ by no
+/// more than the reference changes within that error ([`Pair::unexplained`]). PoCL has at most 2 of 3132; other devices round differently.
 pub const RIM_SHARE: f64 = 3e-3;
-/// Rays of refined surfaces. Steps of false position stop short of the surface where a segment bends much, as in noise, and there the light
-/// of the gradient is another. The opacity is not: whether a ray meets the surface counts as a rim.
+/// Fraction of rays of refined surfaces: false position stops short of the surface where the field bends strongly, as in noise, and the
+/// gradient there differs. This changes the lighting only.
 pub const REFINED_SHARE: f64 = 6e-3;
 /// The largest difference of such a ray. Measured on PoCL: 0.14.
 pub const REFINED_MOST: f64 = 0.2;
 
-/// The same rays, drawn by the device and by the reference.
+/// The same rays, rendered by the device and by the reference.
 pub struct Pair<'a> {
     pub found: Vec<[f64; 4]>,
     pub expected: Vec<[f64; 4]>,
@@ -30,7 +29,7 @@ pub struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    /// Draws a view with both. Where there is a lattice, all of its rays, before they are warped to the screen.
+    /// Renders a view with both. On a lattice, compares all of its samples before the warp.
     pub fn of(volume: &'a Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport, settings: &Settings) -> Self {
         Self::against(volume, transfer, camera, size, settings, settings)
     }
@@ -135,8 +134,8 @@ fn is_refined(settings: &Settings) -> bool {
     matches!(settings.blend, Blend::Iso(_)) && samples > 1
 }
 
-/// By how much all rays of a view are moved, in voxels, a camera is turned, by the point that it looks at, and all values are raised, as a
-/// share of their range.
+/// A small change of a view: translation of all rays in voxels, translation of the focal point alone in voxels, and an offset of all values as
+/// a fraction of their range.
 #[derive(Clone, Copy, Default)]
 struct Step {
     moved: DVec3,
@@ -145,7 +144,7 @@ struct Step {
 }
 
 impl Step {
-    /// In each direction as far as floats may be off.
+    /// Steps of the size of rounding errors, in each direction.
     fn all() -> impl Iterator<Item = Self> {
         let steps = DVec3::AXES.into_iter().flat_map(|axis| [axis * ROUNDED_PLACE, -axis * ROUNDED_PLACE]);
         let placed = steps.flat_map(|step| [Self { moved: step, ..Self::default() }, Self { turned: step, ..Self::default() }]);
@@ -161,12 +160,12 @@ struct Truth<'a> {
     size: Viewport,
     settings: Settings,
     plan: Plan,
-    /// Whose rays are looked at; without, those of pixels.
+    /// Compared at its samples; without a lattice, at pixels.
     lattice: Option<LatticePicture>,
 }
 
 impl Truth<'_> {
-    /// What is looked up of values: raised values are those as they are, looked up in what lies lower.
+    /// Transfer function and settings for raised values: these are looked up lower.
     fn lowered(&self, raised: f64) -> (TransferFunction, Settings) {
         let (lo, hi) = self.volume.range();
         let by = raised * (hi - lo);
@@ -177,7 +176,7 @@ impl Truth<'_> {
         (TransferFunction::new(self.transfer.name(), colors, opacities).unwrap(), Settings { blend, ..self.settings })
     }
 
-    /// The colours of all rays, moved by a step.
+    /// Colours of all rays after a step.
     fn colors(&self, step: Step) -> Vec<[f64; 4]> {
         let Self { volume, size, .. } = self;
         let (transfer, settings) = &self.lowered(step.raised);
@@ -199,7 +198,7 @@ impl Truth<'_> {
             Plan::Direct(axis, _) => layered.render(camera, *size, axis),
             Plan::AxisSheets(_) | Plan::ViewSheets(_) => Sheets::new(volume, transfer, settings).render(camera, *size),
             Plan::Slicing(_) => Marched::new(volume, transfer, settings).render(camera, *size),
-            // What layers and slices become where none can be drawn.
+            // Ray casting replaces layers and slices where these cannot be rendered.
             Plan::Raycast(kernel, step) | Plan::CastValues(kernel, step) => {
                 let cast = Settings { algorithm: Algorithm::Raycast { kernel, step }, ..*settings };
                 Marched::new(volume, transfer, &cast).render(camera, *size)
