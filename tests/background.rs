@@ -2,18 +2,18 @@
 
 mod common;
 
+use common::reference::Pair;
 use common::*;
 use glam::DVec3;
 use layersplat::layers::Kernel;
-use layersplat::reference::{Layered as LayeredReference, Marched, Sheets};
 use layersplat::settings::{Algorithm, Evaluation, Layered};
 use layersplat::volume::Voxels;
-use layersplat::{Camera, Frame, Settings, TransferFunction, Viewport, Volume};
+use layersplat::{Settings, TransferFunction, Volume};
 
 /// Slicing looks up the nearest of 256 front and back values.
 const SLICING_TOLERANCE: f64 = 8e-3;
-/// Fraction of pixels whose step at the edge of the support may fall to the other side in f32.
-const EDGE_SHARE: f64 = 0.02;
+/// Fraction of the pixels that another background must change.
+const LEAST_CHANGED: f64 = 0.02;
 
 /// All algorithms without early termination; layered ones per pixel, like the reference.
 fn every_way() -> Vec<Settings> {
@@ -38,20 +38,6 @@ fn every_way_and_lattices() -> Vec<Settings> {
         ..Settings::default()
     });
     lattices.into_iter().chain(every_way()).collect()
-}
-
-fn reference(volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport, settings: &Settings) -> Frame {
-    match settings.algorithm {
-        Algorithm::Layered(_) => {
-            let axis = direct_axis(volume, camera, size, settings);
-            LayeredReference::new(volume, transfer, settings).render(camera, size, axis)
-        }
-        Algorithm::AxisSheets { layer_axis: layersplat::settings::LayerAxis::Auto } | Algorithm::ViewSheets { .. } => {
-            Sheets::new(volume, transfer, settings).render(camera, size)
-        }
-        _ => Marched::new(volume, transfer, settings).render(camera, size),
-    }
-    .unwrap()
 }
 
 /// Values from 100 to 255; only values around 50 are visible.
@@ -108,18 +94,13 @@ fn any_background_is_drawn_as_the_reference_does() {
                 // Omitting distant splats is the only culling that is not bit-exact.
                 let inexact = matches!(settings.algorithm, Algorithm::ViewSheets { .. });
                 assert_close(&what, &found, &unculled, if inexact { DEVICE_TOLERANCE } else { 0.0 });
-                let expected = reference(&volume, &transfer, &camera, size, &settings);
                 let tolerance =
                     if matches!(settings.algorithm, Algorithm::Slicing { .. }) { SLICING_TOLERANCE } else { DEVICE_TOLERANCE };
-                let off = |other: &Frame| {
-                    let differs = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).any(|c| f64::from((a[c] - b[c]).abs()) > tolerance);
-                    found.pixels().iter().zip(other.pixels()).filter(|&pair| differs(pair)).count() as f64
-                        / found.pixels().len() as f64
-                };
-                assert!(off(&expected) <= EDGE_SHARE, "{what}: {} of the pixels differ", off(&expected));
+                Pair::of(&volume, &transfer, &camera, size, &settings).assert_allowed(&what, tolerance);
                 if !matches!(settings.algorithm, Algorithm::AxisSheets { .. }) && !is_gaussian(settings.algorithm) {
-                    let wrong = off(&render(&away, &transfer, &camera, size, &settings));
-                    assert!(wrong > EDGE_SHARE, "{what}: a background 25 away must be noticed: {wrong}");
+                    let wrong = render(&away, &transfer, &camera, size, &settings);
+                    let wrong = pixels_apart(&found, &wrong, tolerance) as f64 / found.pixels().len() as f64;
+                    assert!(wrong > LEAST_CHANGED, "{what}: a background 25 away must be noticed: {wrong}");
                 }
             }
         }

@@ -45,6 +45,28 @@ fn errors_are_noticed() {
     }
 }
 
+/// Rays in the faces of the box of voxels may miss it in floats; none inside may be off.
+#[test]
+fn only_rays_at_a_rim_may_be_off() {
+    let volume = volume([12; 3], DVec3::ONE, Voxels::Uint8(vec![200; 1728])).with_background(0.0).unwrap();
+    let size = viewport(12, 12);
+    // Pixel centres at whole voxels.
+    let camera = scaled(parallel(&volume, size, 0.0, 0.0), 6.0);
+    for algorithm in [
+        Algorithm::Raycast { kernel: Kernel::Linear, step: 0.6 },
+        Layered { classification: POINTS, evaluation: Evaluation::Lattice(Density::Fixed(1)), ..Layered::default() }.into(),
+    ] {
+        let settings = settings(algorithm, Blend::Average);
+        let mut pair = Pair::of(&volume, &smooth_transfer(), &camera, size, &settings);
+        let opaque: Vec<usize> = (0..pair.expected.len()).filter(|&n| pair.expected[n][3] == 1.0).collect();
+        let (first, inside) = (opaque[0], opaque[opaque.len() / 2 + 6]);
+        assert_eq!(opaque.len(), 144, "all rays, and those in the faces too");
+        assert_eq!(pair.unexplained(DEVICE_TOLERANCE), [0; 0]);
+        (pair.found[first], pair.found[inside]) = ([0.0; 4], [0.0; 4]);
+        assert_eq!(pair.unexplained(DEVICE_TOLERANCE), [inside], "{algorithm:?}");
+    }
+}
+
 #[test]
 fn from_inside_rays_begin_at_the_eye() {
     let volume = bump();

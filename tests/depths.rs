@@ -14,8 +14,10 @@ use layersplat::{Camera, Error, Projection, Quality, Renderer, Settings, Transfe
 const STEP_TOLERANCE: f64 = 1e-2;
 /// Rounding over some hundred spacings.
 const FLOAT_TOLERANCE: f64 = 2e-4;
-/// Fraction of pixels for which two separately compiled programs may round the opacity to different sides of 1/256.
+/// Fraction of pixels for which two separately compiled programs may round the opacity to different sides of 1/256, and the largest
+/// distance from it.
 const RIM_SHARE: f64 = 2e-3;
+const ROUNDED_OPACITY: f32 = 1e-5;
 const N: usize = 40;
 const ALPHA: f64 = 0.2;
 const SIZE: [u32; 2] = [48, 40];
@@ -139,8 +141,10 @@ fn depths_are_where_something_is_seen() {
             let cast = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 }, ..settings };
             let picture = render(&volume, &smooth_transfer(), &camera, size, &cast);
             let visible = |alpha: f32| alpha >= 1.0 / 256.0;
-            let apart =
-                found.first().iter().zip(picture.pixels()).filter(|(first, p)| first.is_finite() != visible(p[3])).count();
+            let both = found.first().iter().zip(picture.pixels());
+            let apart: Vec<f32> = both.filter(|(first, p)| first.is_finite() != visible(p[3])).map(|(_, p)| p[3]).collect();
+            assert!(apart.iter().all(|alpha| (alpha - 1.0 / 256.0).abs() <= ROUNDED_OPACITY), "opacities of {apart:?}");
+            let apart = apart.len();
             assert!(
                 apart as f64 <= RIM_SHARE * picture.pixels().len() as f64,
                 "{apart} pixels have depths and show nothing, or the reverse"

@@ -3,7 +3,7 @@
 mod common;
 
 use common::blends::*;
-use common::reference::Pair;
+use common::reference::{Pair, largest};
 use common::*;
 use glam::DVec3;
 use layersplat::device::{LatticeSchedule, Tuning};
@@ -116,8 +116,7 @@ fn lattice(
 fn largest_difference(a: &LatticePicture, b: &LatticePicture) -> f64 {
     assert_eq!(a.size, b.size);
     let channels = a.samples.as_flattened().iter().zip(b.samples.as_flattened());
-    // NaN must not be replaced by a smaller number.
-    channels.map(|(a, b)| f64::from(a - b).abs()).fold(0.0, |most, d| if d <= most { most } else { d })
+    largest(channels.map(|(a, b)| f64::from(a - b).abs()))
 }
 
 /// Fraction of samples that differ by more than a tolerance in a channel, alpha included.
@@ -266,6 +265,40 @@ fn volumes_of_very_many_layers_are_those_of_tiles() {
         // Thousands of layers from the centre, positions are rounded to a ten-thousandth of a voxel.
         let difference = largest_difference(&of_tiles, &of_samples);
         assert!(difference <= ANOTHER_NODE, "{settings:?} from {azimuth}: {difference}");
+    }
+}
+
+/// Bands of voxels around the last slab that a group looks up, counted from either side. Slabs behind it count as visible.
+#[test]
+fn slabs_around_the_last_one_looked_up_are_seen() {
+    const DIMS: [usize; 3] = [9, 7, 8300];
+    /// kernels/layered/visible_group.cl.
+    const MOST_LOOKED_UP: usize = 8192;
+    const HALF_BAND: usize = 6;
+    let mut voxels = vec![0; DIMS.iter().product()];
+    let layer = DIMS[0] * DIMS[1];
+    let noise = random_bytes([DIMS[0], DIMS[1], 2 * HALF_BAND], 6);
+    for middle in [MOST_LOOKED_UP, DIMS[2] - MOST_LOOKED_UP] {
+        voxels[(middle - HALF_BAND) * layer..(middle + HALF_BAND) * layer].copy_from_slice(&noise);
+    }
+    let volume = volume(DIMS, DVec3::new(1.0, 1.0, 1e-3), Voxels::Uint8(voxels));
+    // Faint, so that the second band is seen behind the first.
+    let (transfer, size) = (smooth_transfer().faded(0.02).unwrap(), viewport(31, 27));
+    let [tiles, samples] = [LatticeSchedule::Tiles, LatticeSchedule::Samples].map(with);
+    let once = points(Kernel::Cubic, 1);
+    let all = [once, points(Kernel::BSpline, 1), unlit(points(Kernel::Cubic, 2)), splats(Correction::Constant)];
+    for settings in all.into_iter().chain([blended(Blend::Maximum, unlit(once))]) {
+        for azimuth in [0.0, 180.0] {
+            let camera = parallel(&volume, size, azimuth, 0.01);
+            let of = |device, culling| lattice(device, &volume, &transfer, &camera, size, &Settings { culling, ..settings });
+            let (culled, whole) = (of(&samples, true), of(&samples, false));
+            let seen = culled.samples.iter().filter(|sample| sample[3] > 0.02).count();
+            assert!(seen > 100, "{settings:?} from {azimuth}: {seen} samples to see");
+            assert!(culled.samples == whole.samples, "{settings:?} from {azimuth}: culling changes samples");
+            // Thousands of layers from the middle, places are rounded to a ten-thousandth of a voxel.
+            let difference = largest_difference(&of(&tiles, true), &culled);
+            assert!(difference <= ANOTHER_NODE, "{settings:?} from {azimuth}: {difference}");
+        }
     }
 }
 

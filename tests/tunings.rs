@@ -3,7 +3,7 @@
 mod common;
 
 use common::blends::*;
-use common::reference::{Pair, RIM_SHARE, differing};
+use common::reference::{Pair, differing};
 use common::*;
 use glam::DVec3;
 use layersplat::device::{DeviceKind, Tuning};
@@ -13,6 +13,9 @@ use layersplat::{Camera, Device, Orbit, Projection, Renderer, Settings};
 
 /// Sums of floats in another order, because rows and tiles start elsewhere.
 const REORDERED: f64 = 2e-5;
+/// But for few rays, on which a value then rounds to another entry of the table.
+const ANOTHER_ENTRY: f64 = 2e-4;
+const ANOTHER_ENTRY_SHARE: f64 = 6e-3;
 
 /// Pixels aligned with samples compared with one ray per pixel: rounding of positions, amplified by a steep ramp.
 const OF_ONE_RAY: f64 = 2e-4;
@@ -58,8 +61,11 @@ fn every_width_and_tuning() {
             let pair = Pair::on(device, &volume, &transfer, camera, size, &settings);
             pair.assert_same(&what, tolerance_of(&settings, parallel));
             // Beside each other widths differ much less.
-            let apart = differing(&pair.found, first.get_or_insert_with(|| pair.found.clone()), REORDERED);
-            assert!(apart <= RIM_SHARE, "{what}: {apart} of the rays are not those of the first width");
+            let first = first.get_or_insert_with(|| pair.found.clone());
+            for (most, allowed) in [(REORDERED, ANOTHER_ENTRY_SHARE), (ANOTHER_ENTRY, 0.0)] {
+                let apart = differing(&pair.found, first, most);
+                assert!(apart <= allowed, "{what}: {apart} of the rays differ from the first width's by more than {most}");
+            }
         }
     }
 }

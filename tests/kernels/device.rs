@@ -12,6 +12,9 @@ use layersplat::{Camera, Orbit, Projection, Quality, Settings, TransferFunction,
 const KERNELS: [Kernel; 3] = [Kernel::Linear, Kernel::CatmullRom, Kernel::BSpline];
 /// Kernels of radius two.
 const SMOOTH: [Kernel; 2] = [Kernel::CatmullRom, Kernel::BSpline];
+/// Where the background shows, it is lit by what the smooth kernels leave of the surface there: gradients so weak that the light fades in with
+/// them, a thousand times as steeply. Measured on PoCL: 3.1e-3.
+const FOG_TOLERANCE: f64 = 5e-3;
 const LATTICE: Evaluation = Evaluation::Lattice(Density::Fixed(2));
 
 fn points(kernel: Kernel, evaluation: Evaluation, samples_per_layer: u32) -> Algorithm {
@@ -39,7 +42,9 @@ fn assert_alike(what: &str, volume: &Volume, transfer: &TransferFunction, camera
     let pair = Pair::of(volume, transfer, camera, viewport(24, 20), settings);
     let seen = pair.expected.iter().map(|p| p[3]).fold(0.0, f64::max);
     assert!(seen > 0.02, "{what}, {settings:?}: the picture is empty");
-    pair.assert_allowed(&format!("{what}, {settings:?}"), tolerance(settings, true));
+    let is_fog = transfer.opacity(volume.background()) > 0.0;
+    let tolerance = if is_fog { FOG_TOLERANCE } else { tolerance(settings, true) };
+    pair.assert_allowed(&format!("{what}, {settings:?}"), tolerance);
 }
 
 #[test]
