@@ -222,7 +222,8 @@ mod tests {
         let mut expected: Vec<String> = kept.into_iter().map(|(name, _)| name).collect();
         expected.push(format!(".layersplat-{dead}-folder"));
         let mut found = names(folder.path());
-        (expected.sort(), found.sort());
+        expected.sort();
+        found.sort();
         assert_eq!(found, expected);
     }
 

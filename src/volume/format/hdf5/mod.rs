@@ -112,7 +112,7 @@ fn only(path: &Path, file: &Hdf5File) -> Result<Dataset, Error> {
 }
 
 fn unknown(path: &Path, name: &str, file: &Hdf5File) -> Error {
-    match volumes(path, file) {
+    match volumes(path, file, |told| scalar(told).is_some()) {
         Ok(names) => {
             let problem = format!("'{name}' is not in {}, whose arrays are {}", path.display(), names.join(", "));
             Error::Settings { field: "array", problem }
