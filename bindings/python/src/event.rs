@@ -1,7 +1,7 @@
 //! Events of frames.
 
 use crate::errors::Result;
-use crate::handles::{failed, retained};
+use crate::handles::{command_failed, failed, retained};
 use layersplat::opencl3::event::{CL_COMPLETE, Event as ClEvent};
 use layersplat::opencl3::types::cl_event;
 use pyo3::prelude::*;
@@ -36,11 +36,15 @@ impl Event {
         py.detach(|| event.wait()).map_err(|e| failed("clWaitForEvents", e.0))
     }
 
-    /// Whether it is complete.
+    /// Whether what was enqueued is complete; False while it waits or runs.
+    ///
+    /// Raises DeviceError, with OpenCL's status, where it has failed: it will never be complete.
     #[getter]
     fn is_complete(&self) -> Result<bool> {
-        let status = self.0.command_execution_status().map_err(|e| failed("clGetEventInfo", e.0))?;
-        Ok(status.0 == CL_COMPLETE)
+        match self.0.command_execution_status().map_err(|e| failed("clGetEventInfo", e.0))?.0 {
+            status if status < 0 => Err(command_failed(status)),
+            status => Ok(status == CL_COMPLETE),
+        }
     }
 
     /// The same event as one of pyopencl's, with a reference of its own.

@@ -48,8 +48,17 @@ pub fn retained(raw: cl_event) -> Result<ClEvent> {
     Ok(ClEvent::new(raw))
 }
 
-/// A call about something that was handed over has failed.
+/// An OpenCL call on an object of the caller's has failed.
 pub fn failed(call: &'static str, code: i32) -> Failure {
+    opencl_error(call, "the object that was given", code)
+}
+
+/// An enqueued command has ended with an error status.
+pub fn command_failed(status: i32) -> Failure {
+    opencl_error("the enqueued command", "its device", status)
+}
+
+fn opencl_error(call: &'static str, device: &str, code: i32) -> Failure {
     let source = layersplat::opencl3::error_codes::ClError(code);
-    Error::OpenCl { call, device: "what was handed over".into(), source }.into()
+    Error::OpenCl { call, device: device.into(), source }.into()
 }

@@ -12,6 +12,7 @@ import layersplat
 from host import OUT_OF_ORDER, SIZE, Host
 
 PLACE = {"azimuth": 35.0, "elevation": -25.0}
+CL_OUT_OF_RESOURCES = -5
 
 
 @pytest.fixture(params=[0, OUT_OF_ORDER], ids=["in order", "out of order"])
@@ -123,9 +124,13 @@ def test_a_failed_promise_fails_the_frame_alone(array, transfer, host):
     renderer.prepare(camera, SIZE)
     buffer, promise = host.room((60, 72, 4), np.uint8), cl.UserEvent(host.context)
     event = renderer.enqueue(camera, SIZE, buffer, wait_for=[promise])
-    promise.set_status(-5)
+    assert not event.is_complete
+    promise.set_status(CL_OUT_OF_RESOURCES)
     with pytest.raises(layersplat.DeviceError, match="clWaitForEvents"):
         event.wait()
+    # A loop that waits for completion must end.
+    with pytest.raises(layersplat.DeviceError, match="enqueued command failed.*-[0-9]+"):
+        event.is_complete
     assert np.array_equal(host.read(buffer, np.uint8, renderer.enqueue(camera, SIZE, buffer)), renderer.render(camera, SIZE))
 
 
