@@ -9,7 +9,10 @@ use layersplat::renderer::{DeviceVoxels, UploadedVolume};
 use layersplat::volume::Description;
 use pyo3::prelude::*;
 
-/// A volume whose voxels stay in a buffer of the caller's, which is retained.
+/// A volume whose voxels stay in a buffer of the caller's.
+///
+/// The buffer is retained, and the Python object too: a memory pool gives a buffer to others as soon as its object is gone. Both are held
+/// as long as this volume or a renderer of it lives.
 ///
 /// device: whose context the buffer is of. buffer: an object with int_ptr (pyopencl.Buffer) or a number. shape: (z, y, x). dtype: uint8, int8,
 /// uint16, int16 or float32. spacing: one number or (z, y, x). first: byte of the first voxel. pitches: bytes from row to row and from layer
@@ -20,11 +23,20 @@ use pyo3::prelude::*;
 ///
 /// Raises InvalidValue where the buffer is too small, of another context, or written only.
 #[pyclass(frozen, module = "layersplat")]
-pub struct DeviceVolume(UploadedVolume);
+pub struct DeviceVolume {
+    ours: UploadedVolume,
+    /// What the voxels belong to.
+    owner: Py<PyAny>,
+}
 
 impl DeviceVolume {
     pub fn ours(&self) -> &UploadedVolume {
-        &self.0
+        &self.ours
+    }
+
+    /// The Python object that the voxels belong to.
+    pub fn owner(&self) -> &Py<PyAny> {
+        &self.owner
     }
 }
 
@@ -76,37 +88,37 @@ impl DeviceVolume {
             };
             UploadedVolume::in_place(&device, &description, &voxels)
         })?;
-        Ok(Self(volume))
+        Ok(Self { ours: volume, owner: buffer.clone().unbind() })
     }
 
     /// Voxels along z, y, x.
     #[getter]
     fn shape(&self) -> (usize, usize, usize) {
-        let [x, y, z] = self.0.description().grid().dims();
+        let [x, y, z] = self.ours.description().grid().dims();
         (z, y, x)
     }
 
     /// Type of the voxels.
     #[getter]
     fn dtype(&self) -> String {
-        self.0.description().voxel_type().to_string()
+        self.ours.description().voxel_type().to_string()
     }
 
     /// Distance of voxels along x, y, z.
     #[getter]
     fn spacing(&self) -> (f64, f64, f64) {
-        self.0.description().grid().spacing().into()
+        self.ours.description().grid().spacing().into()
     }
 
     /// World position (x, y, z) of the middle.
     #[getter]
     fn centre(&self) -> (f64, f64, f64) {
-        self.0.description().grid().centre().into()
+        self.ours.description().grid().centre().into()
     }
 
     /// Smallest and largest value.
     #[getter]
     fn range(&self) -> (f64, f64) {
-        self.0.description().range()
+        self.ours.description().range()
     }
 }

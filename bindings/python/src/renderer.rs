@@ -23,10 +23,12 @@ use std::time::Duration;
 /// stay where they are. transfer: a TransferFunction; by default, where the voxels were on the host, one from the histogram. device: a
 /// Device, its name or index; or a caller's context, device and queue, see Device.
 #[pyclass(frozen, module = "layersplat")]
-pub struct Renderer(
+pub struct Renderer {
     // Taken with the interpreter's lock released, and nothing under it takes that one: neither waits for the other.
-    Mutex<Ours>,
-);
+    ours: Mutex<Ours>,
+    /// The Python object that voxels on the device belong to. It goes after the renderer.
+    _owner: Option<Py<PyAny>>,
+}
 
 /// A picture's values as an array of (height, width, 4), without a copy.
 fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> PyResult<Bound<'_, PyArray3<T>>> {
@@ -43,7 +45,7 @@ fn chosen(settings: Option<&Settings>) -> OurSettings {
 
 impl Renderer {
     fn ours(&self) -> MutexGuard<'_, Ours> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.ours.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -60,7 +62,7 @@ impl Renderer {
     ) -> Result<Self> {
         let py = volume.py();
         if let Ok(there) = volume.cast::<DeviceVolume>() {
-            return Self::of(there.get(), transfer, device, context, queue);
+            return Self::of(py, there.get(), transfer, device, context, queue);
         }
         // An array of pyopencl's.
         if volume.hasattr("base_data")? {
@@ -71,7 +73,7 @@ impl Renderer {
             let device = Bound::new(py, Device::new_of(device))?;
             let there = py.import("layersplat._arrays")?.call_method1("on_device", (device, volume))?;
             let there = there.cast::<DeviceVolume>().map_err(PyErr::from)?;
-            return Self::of(there.get(), transfer, None, None, None);
+            return Self::of(py, there.get(), transfer, None, None, None);
         }
         let made;
         let volume = match volume.cast::<Volume>() {
@@ -87,7 +89,7 @@ impl Renderer {
             let transfer = transfer.unwrap_or_else(|| Transfer::automatic(volume.ours()));
             Ours::of(&UploadedVolume::new(&device, volume.ours())?, &transfer)
         })?;
-        Ok(Self(Mutex::new(renderer)))
+        Ok(Self { ours: Mutex::new(renderer), _owner: None })
     }
 
     /// A picture: (height, width, 4), uint8, over a background; straight alpha over transparent; row 0 on top.
@@ -240,6 +242,7 @@ impl Renderer {
 impl Renderer {
     /// Of voxels that are on a device already: on that device, unless another of its queues is given.
     fn of(
+        py: Python,
         there: &DeviceVolume,
         transfer: Option<&TransferFunction>,
         device: Option<&Bound<PyAny>>,
@@ -259,6 +262,7 @@ impl Renderer {
                 ));
             }
         };
-        Ok(Self(Mutex::new(Ours::of(there.ours(), &transfer)?)))
+        let owner = Some(there.owner().clone_ref(py));
+        Ok(Self { ours: Mutex::new(Ours::of(there.ours(), &transfer)?), _owner: owner })
     }
 }

@@ -6,6 +6,7 @@ import time
 import numpy as np
 import pyopencl as cl
 import pyopencl.array
+import pyopencl.tools
 import pytest
 
 import layersplat
@@ -95,6 +96,33 @@ def test_arrays_of_pyopencl_are_volumes(array, transfer, host):
     assert np.abs(found - layersplat.Renderer(array, transfer).render(camera, SIZE)).max() <= 1
     with pytest.raises(layersplat.InvalidValue, match="transfer"):
         layersplat.Renderer(there)
+
+
+@pytest.mark.parametrize("given", ["array", "volume"])
+def test_a_memory_pool_cannot_give_voxels_to_others(array, transfer, host, given):
+    """A pool takes a buffer back when its Python object is gone, whoever has retained the cl_mem."""
+    pool = cl.tools.MemoryPool(cl.tools.ImmediateAllocator(host.queue))
+    there = pyopencl.array.to_device(host.queue, array, allocator=pool)
+    handle = there.base_data.int_ptr
+    if given == "array":
+        renderer = layersplat.Renderer(there, transfer)
+    else:
+        volume = layersplat.DeviceVolume(host.device(), there.base_data, array.shape, array.dtype)
+        renderer = layersplat.Renderer(volume, transfer)
+        del volume
+    camera = renderer.camera(SIZE, **PLACE)
+    expected = renderer.render(camera, SIZE)
+    del there
+    gc.collect()
+    other = pyopencl.array.to_device(host.queue, 255 - array, allocator=pool)
+    host.queue.finish()
+    assert other.base_data.int_ptr != handle
+    renderer.volume_changed()
+    assert np.array_equal(renderer.render(camera, SIZE), expected)
+    del renderer, other
+    gc.collect()
+    again = [pyopencl.array.to_device(host.queue, array, allocator=pool) for _ in range(2)]
+    assert handle in [one.base_data.int_ptr for one in again], "and it goes back to the pool with the renderer"
 
 
 def test_frames_are_enqueued_and_not_waited_for(array, transfer, host):
