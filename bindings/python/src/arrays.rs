@@ -1,4 +1,8 @@
-//! numpy arrays as voxels: lent where their type is one of a device's, whatever their strides and byte order; converted otherwise.
+//! numpy arrays as voxels: read in place where their type is one of a device's, whatever their strides and byte order; converted
+//! otherwise.
+//!
+//! Arrays come from `layersplat._arrays.placed`, which returns only memory that nobody writes to: a copy of its own, `bytes`, or a file that
+//! is mapped for reading only. Rust slices of it are sound while other threads run.
 
 use crate::errors::{Failure, Result};
 use layersplat::Volume;
@@ -17,7 +21,7 @@ struct Lent {
 
 impl AsRef<[u8]> for Lent {
     fn as_ref(&self) -> &[u8] {
-        // SAFETY: the array owns these bytes and lives as long as this. Who writes into it meanwhile sees old and new voxels mixed.
+        // SAFETY: the array keeps these bytes alive as long as this, and nobody writes to them (see the module).
         unsafe { std::slice::from_raw_parts(self.lowest as *const u8, self.bytes) }
     }
 }

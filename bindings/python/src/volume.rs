@@ -23,8 +23,9 @@ pub fn grid(shape: [usize; 3], [x, y, z, origin]: Affine) -> Result<Grid> {
 ///
 /// A volume of an array (z, y, x), or of an image of nibabel (x, y, z), SimpleITK, ITK or xarray.
 ///
-/// data: integers, floats or booleans. uint8, int8, uint16, int16 and float32 are not copied, whatever their strides and byte order:
-/// they must not change while the volume is in use. Wider types are converted. Floats that are NaN, infinite or beyond ±1e30, and what
+/// data: integers, floats or booleans, of any strides and byte order. The volume has a copy, so the array may change afterwards; memory that
+/// nobody can write is not copied: bytes (numpy.frombuffer), and files mapped for reading only (numpy.memmap and numpy.load with mode "r"), of
+/// uint8, int8, uint16, int16 or float32. Wider types are converted. Floats that are NaN, infinite or beyond ±1e30, and what
 /// is masked, count as background. spacing: distance of voxels in world units, above 0: one number, or one per axis in the order of
 /// the data's own axes; 1 by default, and of image objects their own. background: the value around the volume, and of voxels that have
 /// none; the smallest by default. name: shown in messages.

@@ -1,13 +1,14 @@
 """Arrays of any type, layout and byte order, without a copy where there need be none."""
 
 import gc
-import sys
 import weakref
 
 import numpy as np
 import pytest
+import SimpleITK
 
 import layersplat
+from layersplat import _arrays
 
 
 @pytest.mark.parametrize("dtype", ["u1", "i2", "u2", "f4", ">i2", ">u2", ">f4", "f2", "i4", "u4", "f8", "i8", "u8", ">f8", ">i4", ">i8", "g"])
@@ -56,31 +57,83 @@ def test_a_broadcast_array(array, picture):
     assert np.array_equal(picture(np.broadcast_to(layer, array.shape)), picture(np.repeat(layer[None], len(array), 0)))
 
 
-@pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "f4", ">f4"])
-def test_voxels_are_not_copied(array, dtype):
-    values = (array // 2).astype(dtype)[:, ::-1, ::2]
-    references = sys.getrefcount(values)
-    volume = layersplat.Volume(values)
-    assert sys.getrefcount(values) > references, "the volume holds the array itself"
-    there = layersplat.Renderer(volume, layersplat.TransferFunction.builtin("fire", volume))
-    camera = there.camera(40)
-    before = there.render(camera, 40)
-    values[5:15, 5:15, 3:10] = 100
-    after = layersplat.Renderer(volume, there.transfer).render(camera, 40)
-    assert not np.array_equal(before, after), "what is written into the array is seen"
-    assert np.array_equal(there.render(camera, 40), before), "but not of what is on a device already"
+@pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "f4", ">f4", "i4", "f8"])
+def test_arrays_may_change_afterwards(array, dtype):
+    """A volume has its own voxels, of every type and layout: what is written later is not seen."""
+    for values in [(array // 2).astype(dtype), (array // 2).astype(dtype)[:, ::-1, ::2]]:
+        volume = layersplat.Volume(values)
+        there = layersplat.Renderer(volume, layersplat.TransferFunction.builtin("fire", volume))
+        camera = there.camera(40)
+        before = there.render(camera, 40)
+        values[5:15, 5:15, 3:10] = 100
+        assert np.array_equal(layersplat.Renderer(volume, there.transfer).render(camera, 40), before)
 
 
-def test_an_array_lives_as_long_as_its_volume(array, picture):
+def writable(array):
+    """Arrays that somebody can write to, whatever their own flags say."""
+    yield "plain", array.copy()
+    locked = array.copy()
+    locked.flags.writeable = False
+    yield "locked", locked
+    yield "read-only view", np.broadcast_to(array.copy(), array.shape)
+    yield "bytearray", np.frombuffer(bytearray(array.tobytes()), np.uint8).reshape(array.shape)
+    yield "strided", np.lib.stride_tricks.as_strided(array.copy(), writeable=False)
+    wide = array.astype(np.int32)
+    yield "wide", wide
+    yield "boolean", array > 100
+    yield "image", SimpleITK.GetImageFromArray(array)
+
+
+def test_no_memory_that_somebody_can_write_is_read(array):
+    for name, values in writable(array):
+        voxels, _ = _arrays.placed(values, None)
+        shown = SimpleITK.GetArrayViewFromImage(values) if name == "image" else values
+        assert not np.shares_memory(voxels, shown), name
+
+
+def read_only(array, folder):
+    """Arrays that nobody can write to."""
+    constant = array.tobytes()
+    yield "bytes", np.frombuffer(constant, np.uint8).reshape(array.shape)
+    yield "view of bytes", np.frombuffer(memoryview(constant), np.uint8).reshape(array.shape)[::2, ::-1]
+    np.save(folder / "volume.npy", array)
+    yield "mapped file", np.load(folder / "volume.npy", mmap_mode="r")
+    yield "part of a mapped file", np.asarray(np.memmap(folder / "volume.npy", np.uint8, "r", 128, array.shape))[:, 3:]
+
+
+def test_memory_that_nobody_can_write_is_not_copied(array, picture, tmp_path):
+    for name, values in read_only(array, tmp_path):
+        voxels, _ = _arrays.placed(values, None)
+        assert np.shares_memory(voxels, values), name
+        assert np.array_equal(picture(values), picture(np.array(values))), name
+
+
+def test_a_mapped_file_stays_open_as_long_as_its_volume(array, picture, tmp_path):
+    array.tofile(tmp_path / "volume.raw")
+    values = np.memmap(tmp_path / "volume.raw", np.uint8, "r", 0, array.shape)
+    mapped, volume = values.base, layersplat.Volume(values)
+    with pytest.raises(BufferError):
+        mapped.close()
+    del values
+    assert np.array_equal(picture(volume), picture(array))
+    del volume
+    gc.collect()
+    mapped.close()
+
+
+def test_a_volume_does_not_hold_an_array_that_it_copied(array):
     values = array.copy()
     alive, volume = weakref.ref(values), layersplat.Volume(values)
     del values
     gc.collect()
-    assert alive() is not None
-    assert np.array_equal(picture(volume), picture(array))
-    del volume
-    gc.collect()
-    assert alive() is None
+    assert alive() is None and volume.shape == array.shape
+
+
+def test_a_copy_without_memory_is_an_error():
+    """More bytes than there are addresses, by strides of 0."""
+    huge = np.broadcast_to(np.uint8(1), (10**6, 10**6, 10**6))
+    with pytest.raises(layersplat.OutOfMemory, match="1000000x1000000x1000000 of uint8"):
+        layersplat.Volume(huge)
 
 
 def test_pictures_are_not_copied(array):

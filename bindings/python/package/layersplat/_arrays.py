@@ -1,9 +1,16 @@
-"""Arrays as the native part takes them: three axes, z, y, x, of a type that voxels can have; strides and byte order may be any."""
+"""Arrays as the native part takes them: three axes, z, y, x, of a type that voxels can have; strides and byte order may be any.
+
+The native part reads voxels with the interpreter's lock released, as memory that does not change: Rust's rule, which other threads could
+break. So it gets a copy of every array that somebody could write to. numpy makes the copy, by its own rules: if another thread writes at
+that moment, the copy holds old and new voxels.
+"""
+
+import mmap
 
 import numpy as np
 
 from . import _images, _layersplat
-from ._errors import InvalidValue
+from ._errors import InvalidValue, OutOfMemory
 
 
 def placed(data, spacing):
@@ -19,10 +26,11 @@ def placed(data, spacing):
         array, affine = image.array, np.array(image.affine, dtype=float)
         if spacing is not None:
             affine = _respaced(affine, _three(spacing)[list(image.order)])
-    voxels = _voxels(array)
-    if image is not None and image.owner is not None:
-        voxels = voxels.view(_Kept)
-        voxels.owner = image.owner
+    try:
+        voxels = _unchanging(_voxels(array), data)
+    except MemoryError as error:
+        size = "x".join(map(str, array.shape))
+        raise OutOfMemory(f"the voxels must be copied, {size} of {array.dtype}: {error}; see Volume for what is not copied") from error
     return voxels, [[float(x) for x in vector] for vector in affine]
 
 
@@ -44,10 +52,37 @@ def on_device(device, array):
     )
 
 
-class _Kept(np.ndarray):
-    """A view that keeps alive what it is a view of, where the view itself does not."""
+class _Held(np.ndarray):
+    """A view that also holds a memoryview: as long as there is one, a mapped file cannot be closed."""
 
-    owner = None
+    memory = None
+
+
+def _unchanging(voxels, data):
+    """The same voxels in memory that nobody writes to: where they are, if that is such memory, or else a copy."""
+    if isinstance(data, np.ndarray) and not np.may_share_memory(voxels, data):
+        # Converted just now.
+        return voxels
+    memory = _read_only_memory(voxels)
+    if memory is None:
+        return voxels.copy(order="K")
+    held = voxels.view(_Held)
+    held.memory = memory
+    return held
+
+
+def _read_only_memory(array):
+    """The memory of an array that nobody can write to: bytes, or a file that is mapped for reading only. None of any other.
+
+    An array's own flag does not tell: its base may be writable, and flags can be set again.
+    """
+    while isinstance(array, np.ndarray):
+        array = array.base
+    owner = array.obj if isinstance(array, memoryview) else array
+    if isinstance(owner, (bytes, mmap.mmap)):
+        memory = memoryview(owner)
+        return memory if memory.readonly else None
+    return None
 
 
 def _plain(data):
