@@ -4,7 +4,7 @@
 //! Arrays come from `layersplat._arrays.placed`, which returns only memory that nobody writes to: a copy of its own, `bytes`, or a file that
 //! is mapped for reading only. Rust slices of it are sound while other threads run.
 
-use crate::errors::{Failure, Result};
+use crate::errors::{Failure, Result, unknown};
 use layersplat::Volume;
 use layersplat::volume::{Endian, Grid, Storage, VoxelType};
 use numpy::{PyArrayDescrMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
@@ -42,7 +42,7 @@ pub fn volume(array: &Bound<PyUntypedArray>, name: &str, grid: Grid) -> Result<V
         (b'u', 4) => return wide::<u32>(array, name, grid),
         (b'i', 4) => return wide::<i32>(array, name, grid),
         (b'f', 8) => return wide::<f64>(array, name, grid),
-        _ => return Err(PyTypeError::new_err(format!("no voxels can be of type {}", array.dtype())).into()),
+        _ => return Err(unknown("type of voxels", &array.dtype().to_string(), "integers or floats")),
     };
     // Looks at all voxels for their range.
     Ok(py.detach(|| Volume::new(name, grid, storage))?)

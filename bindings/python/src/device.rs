@@ -1,11 +1,13 @@
 //! Devices: opened by name, or a caller's context, device and queue.
 
 use crate::errors::{Result, conflict};
+use crate::given::{Given, accepted, either, given, refused};
 use crate::handles::{failed, handle};
 use layersplat::opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue, create_command_queue};
 use layersplat::opencl3::context::context::{CL_CONTEXT_DEVICES, get_context_info};
 use layersplat::opencl3::types::{cl_context, cl_device_id};
 use layersplat::{Device as Ours, DeviceChoice};
+use pyo3::Borrowed;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -30,10 +32,21 @@ impl Device {
 }
 
 /// What one device is called: its index, or part of its name.
-#[derive(FromPyObject)]
 enum Name {
     Index(usize),
     Part(String),
+}
+
+accepted! {
+    Name: "the index of a device, or part of its name";
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Name {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        either(object, Name::Index, Name::Part)
+    }
 }
 
 impl Name {
@@ -51,11 +64,12 @@ impl Device {
     #[pyo3(signature = (name = None, *, context = None, device = None, queue = None))]
     fn new(
         py: Python,
-        name: Option<Name>,
+        name: Option<Given<Name>>,
         context: Option<&Bound<PyAny>>,
         device: Option<&Bound<PyAny>>,
         queue: Option<&Bound<PyAny>>,
     ) -> Result<Self> {
+        given!(name);
         if name.is_some() && [context, device, queue].iter().any(Option::is_some) {
             return Err(conflict("device", "give either its name or what is there of it already: context, device and queue"));
         }
@@ -139,6 +153,9 @@ pub fn of_arguments(device: Option<&Bound<PyAny>>, context: Option<&Bound<PyAny>
     }
     match given.extract::<Name>() {
         Ok(name) if alone => Ok(py.detach(|| Ours::open(&name.choice()))?),
+        Err(error) if alone && !given.hasattr("int_ptr")? => {
+            Err(refused("device", given, error, "a layersplat.Device, the index of a device, or part of its name"))
+        }
         _ => of_handles(py, context, Some(given), queue),
     }
 }
@@ -158,8 +175,9 @@ fn of_handles(
     device: Option<&Bound<PyAny>>,
     queue: Option<&Bound<PyAny>>,
 ) -> Result<Ours> {
-    let [context, device, queue] = [context, device, queue].map(|object| object.map(handle).transpose());
-    let (context, device, queue) = (context?, device?, queue?);
+    let context = context.map(|object| handle("context", object)).transpose()?;
+    let device = device.map(|object| handle("device", object)).transpose()?;
+    let queue = queue.map(|object| handle("queue", object)).transpose()?;
     let Some(queue) = queue else {
         let Some(context) = context else {
             return match device {

@@ -2,6 +2,7 @@
 
 use crate::device::Device;
 use crate::errors::{Result, unknown};
+use crate::given::{Given, given, refused};
 use crate::handles::{events, memory};
 use crate::names::voxel_type;
 use crate::volume::{Affine, grid};
@@ -43,36 +44,44 @@ impl DeviceVolume {
 #[pymethods]
 impl DeviceVolume {
     #[new]
-    #[pyo3(signature = (
-        device, buffer, shape, dtype, *, spacing = None, first = 0, pitches = None, range = None, background = None, wait_for = None,
-        name = "buffer",
-    ))]
+    #[pyo3(
+        signature = (
+            device, buffer, shape, dtype, *, spacing = None, first = Given::Default(0), pitches = None, range = None, background = None,
+            wait_for = None, name = Given::Default("buffer".into()),
+        ),
+        text_signature = "(device, buffer, shape, dtype, *, spacing=None, first=0, pitches=None, range=None, background=None, \
+            wait_for=None, name='buffer')"
+    )]
     #[allow(clippy::too_many_arguments)] // Each is named where it is given.
     fn new(
         py: Python,
-        device: &Device,
+        device: Given<Bound<Device>>,
         buffer: &Bound<PyAny>,
-        shape: [usize; 3],
+        shape: Given<[usize; 3]>,
         dtype: &Bound<PyAny>,
         spacing: Option<&Bound<PyAny>>,
-        first: usize,
-        pitches: Option<(usize, usize)>,
-        range: Option<(f64, f64)>,
-        background: Option<f64>,
-        wait_for: Option<Vec<Bound<PyAny>>>,
-        name: &str,
+        first: Given<usize>,
+        pitches: Option<Given<(usize, usize)>>,
+        range: Option<Given<(f64, f64)>>,
+        background: Option<Given<f64>>,
+        wait_for: Option<Given<Vec<Bound<PyAny>>>>,
+        name: Given<String>,
     ) -> Result<Self> {
+        given!(device, shape, first, pitches, range, background, wait_for, name);
         let affine: Affine = py.import("layersplat._arrays")?.call_method1("axes", (spacing,))?.extract()?;
-        let dtype = py.import("numpy")?.call_method1("dtype", (dtype,))?;
+        let dtype = py.import("numpy")?.call_method1("dtype", (dtype,)).map_err(|error| {
+            let accepted = "a type of numpy's: uint8, int8, uint16, int16 or float32";
+            refused("dtype", dtype, error, accepted)
+        })?;
         if !dtype.getattr("isnative")?.extract::<bool>()? {
             return Err(unknown("type of voxels", &dtype.str()?.to_string(), "the device's own byte order"));
         }
         let (voxel_type, grid) = (voxel_type(&dtype.str()?.to_string())?, grid(shape, affine)?);
-        let mut voxels = DeviceVoxels::new(&memory(buffer)?, voxel_type).with_first(first);
+        let mut voxels = DeviceVoxels::new(&memory("buffer", buffer)?, voxel_type).with_first(first);
         if let Some((row, slice)) = pitches {
             voxels = voxels.with_pitches(row, slice);
         }
-        let (wait, device) = (events(wait_for)?, device.ours().clone());
+        let (wait, device) = (events(wait_for)?, device.get().ours().clone());
         let volume = py.detach(|| {
             let description = match range {
                 Some(range) if voxel_type == layersplat::volume::VoxelType::Float32 => {

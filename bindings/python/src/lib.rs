@@ -9,6 +9,7 @@ mod device;
 mod device_volume;
 mod errors;
 mod event;
+mod given;
 mod handles;
 mod names;
 mod renderer;

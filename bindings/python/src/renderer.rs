@@ -5,13 +5,14 @@ use crate::device::{Device, of_arguments};
 use crate::device_volume::DeviceVolume;
 use crate::errors::{Result, out_of_range};
 use crate::event::Event;
+use crate::given::{Given, given};
 use crate::handles::{events, memory};
-use crate::names::{Over, Size, picture_format};
+use crate::names::{Over, Size, orbit, picture_format};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use layersplat::renderer::{PictureMemory, UploadedVolume};
-use layersplat::{Orbit, Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
+use layersplat::{Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -39,8 +40,8 @@ fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> Py
 /// (height, width)
 type Depths<'py> = Bound<'py, PyArray2<f32>>;
 
-fn chosen(settings: Option<&Settings>) -> OurSettings {
-    settings.map_or_else(OurSettings::default, |settings| *settings.ours())
+fn chosen(settings: Option<Bound<Settings>>) -> OurSettings {
+    settings.map_or_else(OurSettings::default, |settings| *settings.get().ours())
 }
 
 impl Renderer {
@@ -55,11 +56,13 @@ impl Renderer {
     #[pyo3(signature = (volume, transfer = None, *, device = None, context = None, queue = None))]
     fn new(
         volume: &Bound<PyAny>,
-        transfer: Option<&TransferFunction>,
+        transfer: Option<Given<Bound<TransferFunction>>>,
         device: Option<&Bound<PyAny>>,
         context: Option<&Bound<PyAny>>,
         queue: Option<&Bound<PyAny>>,
     ) -> Result<Self> {
+        given!(transfer);
+        let transfer = transfer.as_ref().map(Bound::get);
         let py = volume.py();
         if let Ok(there) = volume.cast::<DeviceVolume>() {
             return Self::of(py, there.get(), transfer, device, context, queue);
@@ -94,19 +97,21 @@ impl Renderer {
 
     /// A picture: (height, width, 4), uint8, over a background; straight alpha over transparent; row 0 on top.
     #[pyo3(
-        signature = (camera, size, settings = None, *, background = Over::default()),
+        signature = (camera, size, settings = None, *, background = Given::Default(Over::default())),
         text_signature = "($self, camera, size, settings=None, *, background='black')"
     )]
     fn render<'py>(
         &self,
         py: Python<'py>,
-        camera: &Camera,
-        size: Size,
-        settings: Option<&Settings>,
-        background: Over,
+        camera: Given<Bound<Camera>>,
+        size: Given<Size>,
+        settings: Option<Given<Bound<Settings>>>,
+        background: Given<Over>,
     ) -> Result<Bound<'py, PyArray3<u8>>> {
+        given!(camera, size, settings, background);
+        let camera = camera.get().ours();
         let (viewport, settings, background) = (size.viewport()?, chosen(settings), background.background()?);
-        let (values, _) = py.detach(|| self.ours().render_rgba8(camera.ours(), viewport, &settings, background))?;
+        let (values, _) = py.detach(|| self.ours().render_rgba8(camera, viewport, &settings, background))?;
         Ok(picture(py, values, viewport)?)
     }
 
@@ -115,12 +120,14 @@ impl Renderer {
     fn render_float<'py>(
         &self,
         py: Python<'py>,
-        camera: &Camera,
-        size: Size,
-        settings: Option<&Settings>,
+        camera: Given<Bound<Camera>>,
+        size: Given<Size>,
+        settings: Option<Given<Bound<Settings>>>,
     ) -> Result<Bound<'py, PyArray3<f32>>> {
+        given!(camera, size, settings);
+        let camera = camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        let (frame, _) = py.detach(|| self.ours().render(camera.ours(), viewport, &settings))?;
+        let (frame, _) = py.detach(|| self.ours().render(camera, viewport, &settings))?;
         Ok(picture(py, frame.into_pixels().into_flattened(), viewport)?)
     }
 
@@ -132,12 +139,14 @@ impl Renderer {
     fn depths<'py>(
         &self,
         py: Python<'py>,
-        camera: &Camera,
-        size: Size,
-        settings: Option<&Settings>,
+        camera: Given<Bound<Camera>>,
+        size: Given<Size>,
+        settings: Option<Given<Bound<Settings>>>,
     ) -> Result<(Depths<'py>, Depths<'py>)> {
+        given!(camera, size, settings);
+        let camera = camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        let depths = py.detach(|| self.ours().depths(camera.ours(), viewport, &settings))?;
+        let depths = py.detach(|| self.ours().depths(camera, viewport, &settings))?;
         let shape = [viewport.height as usize, viewport.width as usize];
         let array = |numbers: &[f32]| numbers.to_pyarray(py).reshape(shape);
         Ok((array(depths.first())?, array(depths.mean())?))
@@ -151,7 +160,7 @@ impl Renderer {
     /// Raises InvalidValue of sheets, which have to wait, and where the picture does not fit. What was enqueued leaves the queue usable.
     #[pyo3(
         signature = (
-            camera, size, onto, settings = None, *, format = "rgba8", background = Over::default(), first = 0, row_pitch = None,
+            camera, size, onto, settings = None, *, format = Given::Default("rgba8".into()), background = Given::Default(Over::default()), first = Given::Default(0), row_pitch = None,
             wait_for = None,
         ),
         text_signature = "($self, camera, size, onto, settings=None, *, format='rgba8', background='black', first=0, row_pitch=None, \
@@ -161,46 +170,58 @@ impl Renderer {
     fn enqueue(
         &self,
         py: Python,
-        camera: &Camera,
-        size: Size,
+        camera: Given<Bound<Camera>>,
+        size: Given<Size>,
         onto: &Bound<PyAny>,
-        settings: Option<&Settings>,
-        format: &str,
-        background: Over,
-        first: usize,
-        row_pitch: Option<usize>,
-        wait_for: Option<Vec<Bound<PyAny>>>,
+        settings: Option<Given<Bound<Settings>>>,
+        format: Given<String>,
+        background: Given<Over>,
+        first: Given<usize>,
+        row_pitch: Option<Given<usize>>,
+        wait_for: Option<Given<Vec<Bound<PyAny>>>>,
     ) -> Result<Event> {
+        given!(camera, size, settings, format, background, first, row_pitch, wait_for);
+        let camera = camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        let mut onto = PictureMemory::new(&memory(onto)?, picture_format(format, &background)?).with_first(first);
+        let mut onto = PictureMemory::new(&memory("onto", onto)?, picture_format(&format, &background)?).with_first(first);
         if let Some(row_pitch) = row_pitch {
             onto = onto.with_row_pitch(row_pitch);
         }
         let wait = events(wait_for)?;
         let event = py.detach(|| {
             let wait: Vec<_> = wait.iter().collect();
-            self.ours().enqueue(camera.ours(), viewport, &settings, &onto, &wait)
+            self.ours().enqueue(camera, viewport, &settings, &onto, &wait)
         })?;
         Ok(Event::new(event))
     }
 
     /// Makes what pictures like this one need, from any side, and waits until it is there: kernels, tables, layouts.
     #[pyo3(signature = (camera, size, settings = None))]
-    fn prepare(&self, py: Python, camera: &Camera, size: Size, settings: Option<&Settings>) -> Result<()> {
+    fn prepare(
+        &self,
+        py: Python,
+        camera: Given<Bound<Camera>>,
+        size: Given<Size>,
+        settings: Option<Given<Bound<Settings>>>,
+    ) -> Result<()> {
+        given!(camera, size, settings);
+        let camera = camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        Ok(py.detach(|| self.ours().prepare(camera.ours(), viewport, &settings))?)
+        Ok(py.detach(|| self.ours().prepare(camera, viewport, &settings))?)
     }
 
     /// The voxels, in memory of the caller's own, are other ones after wait_for. Returns an Event; frames wait for it by themselves.
     #[pyo3(signature = (wait_for = None))]
-    fn volume_changed(&self, py: Python, wait_for: Option<Vec<Bound<PyAny>>>) -> Result<Event> {
+    fn volume_changed(&self, py: Python, wait_for: Option<Given<Vec<Bound<PyAny>>>>) -> Result<Event> {
+        given!(wait_for);
         let wait = events(wait_for)?;
         Ok(Event::new(py.detach(|| self.ours().volume_changed(&wait.iter().collect::<Vec<_>>()))?))
     }
 
     /// How many seconds a picture may take: a longer one raises DeviceError. None: any. Pictures that are enqueued are not limited.
     #[pyo3(signature = (seconds))]
-    fn limit(&self, py: Python, seconds: Option<f64>) -> Result<()> {
+    fn limit(&self, py: Python, seconds: Option<Given<f64>>) -> Result<()> {
+        given!(seconds);
         let refused = |_| out_of_range("limit", seconds.unwrap_or_default(), "seconds, at least 0, or None");
         let longest = seconds.map(Duration::try_from_secs_f64).transpose().map_err(refused)?;
         py.detach(|| self.ours().limit(longest));
@@ -211,20 +232,27 @@ impl Renderer {
     ///
     /// size: (width, height) in pixels, or one number of both. azimuth, elevation, roll: degrees, see Camera.orbit. field_of_view: vertical,
     /// degrees, of a perspective.
-    #[pyo3(signature = (size, *, azimuth = 0.0, elevation = 0.0, roll = 0.0, zoom = 1.0, field_of_view = None))]
+    #[pyo3(
+        signature = (
+            size, *, azimuth = Given::Default(0.0), elevation = Given::Default(0.0), roll = Given::Default(0.0),
+            zoom = Given::Default(1.0), field_of_view = None,
+        ),
+        text_signature = "($self, size, *, azimuth=0.0, elevation=0.0, roll=0.0, zoom=1.0, field_of_view=None)"
+    )]
     #[allow(clippy::too_many_arguments)] // Each is named where it is given.
     fn camera(
         &self,
         py: Python,
-        size: Size,
-        azimuth: f64,
-        elevation: f64,
-        roll: f64,
-        zoom: f64,
-        field_of_view: Option<f64>,
+        size: Given<Size>,
+        azimuth: Given<f64>,
+        elevation: Given<f64>,
+        roll: Given<f64>,
+        zoom: Given<f64>,
+        field_of_view: Option<Given<f64>>,
     ) -> Result<Camera> {
+        given!(size, azimuth, elevation, roll, zoom, field_of_view);
         let grid = py.detach(|| self.ours().grid().clone());
-        around(&grid, size.viewport()?, Orbit { azimuth, elevation, roll }, zoom, field_of_view)
+        around(&grid, size.viewport()?, orbit(azimuth, elevation, roll)?, zoom, field_of_view)
     }
 
     /// The transfer function; another one may be set.
@@ -234,8 +262,11 @@ impl Renderer {
     }
 
     #[setter]
-    fn set_transfer(&self, py: Python, transfer: &TransferFunction) {
-        py.detach(|| self.ours().set_transfer_function(transfer.ours()));
+    fn set_transfer(&self, py: Python, transfer: Given<Bound<TransferFunction>>) -> Result<()> {
+        given!(transfer);
+        let transfer = transfer.get().ours();
+        py.detach(|| self.ours().set_transfer_function(transfer));
+        Ok(())
     }
 }
 

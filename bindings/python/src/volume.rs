@@ -2,6 +2,7 @@
 
 use crate::arrays;
 use crate::errors::{Result, unknown};
+use crate::given::{Given, given};
 use layersplat::glam::{DAffine3, DMat3, DVec3};
 use layersplat::volume::{Endian, Grid, Level};
 use layersplat::{OpenOptions, Volume as Ours};
@@ -49,13 +50,19 @@ impl Volume {
 impl Volume {
     #[new]
     #[pyo3(signature = (data, spacing = None, *, background = None, name = None))]
-    fn new(data: &Bound<PyAny>, spacing: Option<&Bound<PyAny>>, background: Option<f64>, name: Option<&str>) -> Result<Self> {
+    fn new(
+        data: &Bound<PyAny>,
+        spacing: Option<&Bound<PyAny>>,
+        background: Option<Given<f64>>,
+        name: Option<Given<String>>,
+    ) -> Result<Self> {
+        given!(background, name);
         let py = data.py();
         let placed = py.import("layersplat._arrays")?.call_method1("placed", (data, spacing))?;
         let (array, affine): (Bound<PyUntypedArray>, Affine) = placed.extract()?;
         let shape = numpy::PyUntypedArrayMethods::shape(&array);
         let grid = grid([shape[0], shape[1], shape[2]], affine)?;
-        let volume = arrays::volume(&array, name.unwrap_or("array"), grid)?;
+        let volume = arrays::volume(&array, name.as_deref().unwrap_or("array"), grid)?;
         Ok(Self(match background {
             Some(value) => volume.with_background(value)?,
             None => volume,
@@ -75,26 +82,27 @@ impl Volume {
     #[allow(clippy::too_many_arguments)] // Each is a field of a file whose name does not tell it, or a choice between what it holds.
     fn open(
         py: Python,
-        path: PathBuf,
-        dims: Option<[usize; 3]>,
-        voxel_type: Option<&str>,
-        spacing: Option<[f64; 3]>,
-        endian: Option<&str>,
-        header_bytes: Option<u64>,
-        background: Option<f64>,
-        frame: Option<usize>,
-        channel: Option<usize>,
-        array: Option<String>,
-        series: Option<String>,
-        level: Option<usize>,
+        path: Given<PathBuf>,
+        dims: Option<Given<[usize; 3]>>,
+        voxel_type: Option<Given<String>>,
+        spacing: Option<Given<[f64; 3]>>,
+        endian: Option<Given<String>>,
+        header_bytes: Option<Given<u64>>,
+        background: Option<Given<f64>>,
+        frame: Option<Given<usize>>,
+        channel: Option<Given<usize>>,
+        array: Option<Given<String>>,
+        series: Option<Given<String>>,
+        level: Option<Given<usize>>,
     ) -> Result<Self> {
-        let endian = match endian {
+        given!(path, dims, voxel_type, spacing, endian, header_bytes, background, frame, channel, array, series, level);
+        let endian = match endian.as_deref() {
             None => None,
             Some("little") => Some(Endian::Little),
             Some("big") => Some(Endian::Big),
             Some(other) => return Err(unknown("endian", other, "little or big")),
         };
-        let voxel_type = voxel_type.map(|name| {
+        let voxel_type = voxel_type.as_deref().map(|name| {
             let known = "uint8, int8, uint16, int16, uint32, int32, uint64, int64, float16, float32 or float64";
             name.parse().map_err(|_| unknown("voxel_type", name, known))
         });

@@ -6,7 +6,19 @@ of the caller's, with a :class:`DeviceVolume`, :class:`Settings`, a :class:`Came
 Arrays are (z, y, x), and so is ``spacing``, in the order of the array's axes. Places in the world (cameras, planes, light) are (x, y, z).
 """
 
-from ._errors import DeviceError, Error, FileError, InvalidValue, OutOfMemory
+from ._errors import (
+    DeviceError,
+    Error,
+    FileError,
+    FileNotFound,
+    InternalError,
+    InvalidFile,
+    InvalidType,
+    InvalidValue,
+    OutOfMemory,
+    PermissionDenied,
+    TimedOut,
+)
 from ._layersplat import (
     Camera,
     Device,
@@ -30,11 +42,17 @@ __all__ = [
     "Error",
     "Event",
     "FileError",
+    "FileNotFound",
     "Framing",
+    "InternalError",
+    "InvalidFile",
+    "InvalidType",
     "InvalidValue",
     "OutOfMemory",
+    "PermissionDenied",
     "Renderer",
     "Settings",
+    "TimedOut",
     "TransferFunction",
     "View",
     "Volume",

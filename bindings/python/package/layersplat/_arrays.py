@@ -10,6 +10,7 @@ import mmap
 import numpy as np
 
 from . import _images, _layersplat
+from ._checks import accepting
 from ._errors import InvalidValue, OutOfMemory
 
 
@@ -86,7 +87,8 @@ def _read_only_memory(array):
 
 
 def _plain(data):
-    array = np.asanyarray(data)
+    with accepting("data", data, "an array (z, y, x), or an image of nibabel, SimpleITK, ITK or xarray"):
+        array = np.asanyarray(data)
     if isinstance(array, np.ma.MaskedArray):
         # What is masked has no value: it counts as background, as NaN does.
         wide = array.dtype.kind in "iu" and array.dtype.itemsize > 2 or array.dtype == np.float64
@@ -97,7 +99,8 @@ def _plain(data):
 
 
 def _three(spacing):
-    values = np.asarray(spacing, dtype=float)
+    with accepting("spacing", spacing, "one number, or three in the order of the axes"):
+        values = np.asarray(spacing, dtype=float)
     if values.shape not in [(), (3,)]:
         raise InvalidValue(f"spacing has the shape {values.shape}: give one number, or three in the order of the axes")
     return np.broadcast_to(values, 3)
