@@ -25,9 +25,10 @@ pub(crate) unsafe fn with<R>(
     match renderer.0.try_lock() {
         Ok(mut renderer) => act(&mut renderer),
         Err(TryLockError::WouldBlock) => Err(Failure::new(Status::Busy, "the renderer is in use by another thread")),
-        Err(TryLockError::Poisoned(_)) => {
-            Err(Failure::new(Status::Panic, "layersplat panicked in this renderer before: it cannot be used any more"))
-        }
+        Err(TryLockError::Poisoned(_)) => Err(Failure::new(
+            Status::Panic,
+            "layersplat panicked in this renderer before: it cannot be used any more, make another",
+        )),
     }
 }
 

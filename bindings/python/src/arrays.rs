@@ -4,6 +4,7 @@
 //! Arrays come from `layersplat._arrays.placed`, which returns only memory that nobody writes to: a copy of its own, `bytes`, or a file that
 //! is mapped for reading only. Rust slices of it are sound while other threads run.
 
+use crate::calls::detached;
 use crate::errors::{Failure, Result, unknown};
 use layersplat::Volume;
 use layersplat::volume::{Endian, Grid, Storage, VoxelType};
@@ -45,7 +46,7 @@ pub fn volume(array: &Bound<PyUntypedArray>, name: &str, grid: Grid) -> Result<V
         _ => return Err(unknown("type of voxels", &array.dtype().to_string(), "integers or floats")),
     };
     // Looks at all voxels for their range.
-    Ok(py.detach(|| Volume::new(name, grid, storage))?)
+    detached(py, || Ok(Volume::new(name, grid, storage)?))
 }
 
 /// Voxels where they are.
@@ -80,5 +81,5 @@ where
     let flat = array.call_method1("reshape", (-1,))?;
     let flat: PyReadonlyArray1<T> = flat.extract().map_err(Failure::Python)?;
     let numbers = flat.as_slice().map_err(|error| Failure::Python(PyTypeError::new_err(error.to_string())))?;
-    Ok(py.detach(|| Volume::from_wide(name, grid, numbers))?)
+    detached(py, || Ok(Volume::from_wide(name, grid, numbers)?))
 }

@@ -1,5 +1,6 @@
 //! Cameras, and the outline that they fit.
 
+use crate::calls::detached;
 use crate::errors::{Result, conflict, out_of_range};
 use crate::given::{Given, given};
 use crate::names::{Size, orbit};
@@ -183,11 +184,13 @@ impl Framing {
         given!(volume, transfer, settings);
         let settings = settings.map_or_else(OurSettings::default, |settings| *settings.get().ours());
         let (volume, transfer) = (volume.get().ours(), transfer.get().ours());
-        let framing = py.detach(|| match settings.blend {
-            Blend::Composite => OurFraming::visible(volume, transfer, settings.unit_distance),
-            Blend::Iso(value) => OurFraming::iso(volume, value),
-            _ => OurFraming::whole(volume),
-        });
+        let framing = detached(py, || {
+            Ok(match settings.blend {
+                Blend::Composite => OurFraming::visible(volume, transfer, settings.unit_distance),
+                Blend::Iso(value) => OurFraming::iso(volume, value),
+                _ => OurFraming::whole(volume),
+            })
+        })?;
         Ok(Self(match settings.clipping.crop {
             Some(CropBox { lowest, highest }) => framing.cropped(volume.grid(), lowest, highest),
             None => framing,

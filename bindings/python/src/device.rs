@@ -1,5 +1,6 @@
 //! Devices: opened by name, or a caller's context, device and queue.
 
+use crate::calls::detached;
 use crate::errors::{Result, conflict};
 use crate::given::{Given, accepted, either, given, refused};
 use crate::handles::{failed, handle};
@@ -74,7 +75,7 @@ impl Device {
             return Err(conflict("device", "give either its name or what is there of it already: context, device and queue"));
         }
         match name {
-            Some(name) => Ok(Self(py.detach(|| Ours::open(&name.choice()))?)),
+            Some(name) => Ok(Self(detached(py, || Ok(Ours::open(&name.choice())?))?)),
             None => Ok(Self(of_handles(py, context, device, queue)?)),
         }
     }
@@ -94,7 +95,7 @@ impl Device {
             dict.set_item("memory_bytes", info.memory_bytes)?;
             Ok(dict)
         };
-        Ok(py.detach(Ours::list)?.into_iter().map(described).collect::<PyResult<_>>()?)
+        Ok(detached(py, || Ok(Ours::list()?))?.into_iter().map(described).collect::<PyResult<_>>()?)
     }
 
     /// Its name.
@@ -152,7 +153,7 @@ pub fn of_arguments(device: Option<&Bound<PyAny>>, context: Option<&Bound<PyAny>
         return if alone { Ok(ours.get().0.clone()) } else { Err(conflict("device", "it has a context and a queue already")) };
     }
     match given.extract::<Name>() {
-        Ok(name) if alone => Ok(py.detach(|| Ours::open(&name.choice()))?),
+        Ok(name) if alone => detached(py, || Ok(Ours::open(&name.choice())?)),
         Err(error) if alone && !given.hasattr("int_ptr")? => {
             Err(refused("device", given, error, "a layersplat.Device, the index of a device, or part of its name"))
         }
@@ -181,7 +182,7 @@ fn of_handles(
     let Some(queue) = queue else {
         let Some(context) = context else {
             return match device {
-                None => Ok(py.detach(|| Ours::open(&DeviceChoice::Default))?),
+                None => detached(py, || Ok(Ours::open(&DeviceChoice::Default)?)),
                 Some(_) => Err(conflict("device", "a device alone has no memory: give a context with it, or a queue")),
             };
         };

@@ -1,5 +1,6 @@
 //! Volumes in buffers on a device.
 
+use crate::calls::detached;
 use crate::device::Device;
 use crate::errors::{Result, unknown};
 use crate::given::{Given, given, refused};
@@ -82,7 +83,7 @@ impl DeviceVolume {
             voxels = voxels.with_pitches(row, slice);
         }
         let (wait, device) = (events(wait_for)?, device.get().ours().clone());
-        let volume = py.detach(|| {
+        let volume = detached(py, || {
             let description = match range {
                 Some(range) if voxel_type == layersplat::volume::VoxelType::Float32 => {
                     // Who says the range of floats has not said that all of them are numbers.
@@ -95,7 +96,7 @@ impl DeviceVolume {
                 Some(value) => description.with_background(value)?,
                 None => description,
             };
-            UploadedVolume::in_place(&device, &description, &voxels)
+            Ok(UploadedVolume::in_place(&device, &description, &voxels)?)
         })?;
         Ok(Self { ours: volume, owner: buffer.clone().unbind() })
     }

@@ -1,5 +1,6 @@
 //! Events of frames.
 
+use crate::calls::detached;
 use crate::errors::Result;
 use crate::handles::{command_failed, failed, retained};
 use layersplat::opencl3::event::{CL_COMPLETE, Event as ClEvent};
@@ -33,7 +34,7 @@ impl Event {
     /// Raises DeviceError where what was enqueued, or what that waited for, has failed.
     fn wait(&self, py: Python) -> Result<()> {
         let event = retained(self.raw())?;
-        py.detach(|| event.wait()).map_err(|e| failed("clWaitForEvents", e.0))
+        detached(py, || event.wait().map_err(|e| failed("clWaitForEvents", e.0)))
     }
 
     /// Whether what was enqueued is complete; False while it waits or runs.

@@ -4,11 +4,13 @@
 //! with the interpreter's lock released.
 
 mod arrays;
+mod calls;
 mod camera;
 mod device;
 mod device_volume;
 mod errors;
 mod event;
+mod exclusive;
 mod given;
 mod handles;
 mod names;

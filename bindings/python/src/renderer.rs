@@ -1,10 +1,12 @@
 //! Renderers.
 
+use crate::calls::detached;
 use crate::camera::{Camera, around};
 use crate::device::{Device, of_arguments};
 use crate::device_volume::DeviceVolume;
 use crate::errors::{Result, out_of_range};
 use crate::event::Event;
+use crate::exclusive::Exclusive;
 use crate::given::{Given, given};
 use crate::handles::{events, memory};
 use crate::names::{Over, Size, orbit, picture_format};
@@ -15,7 +17,6 @@ use layersplat::renderer::{PictureMemory, UploadedVolume};
 use layersplat::{Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// Renders one volume on one device; threads may share it.
@@ -24,12 +25,7 @@ use std::time::Duration;
 /// stay where they are. transfer: a TransferFunction; by default, where the voxels were on the host, one from the histogram. device: a
 /// Device, its name or index; or a caller's context, device and queue, see Device.
 #[pyclass(frozen, module = "layersplat")]
-pub struct Renderer {
-    // Taken with the interpreter's lock released, and nothing under it takes that one: neither waits for the other.
-    ours: Mutex<Ours>,
-    /// The Python object that voxels on the device belong to. It goes after the renderer.
-    _owner: Option<Py<PyAny>>,
-}
+pub struct Renderer(Exclusive);
 
 /// A picture's values as an array of (height, width, 4), without a copy.
 fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> PyResult<Bound<'_, PyArray3<T>>> {
@@ -42,12 +38,6 @@ type Depths<'py> = Bound<'py, PyArray2<f32>>;
 
 fn chosen(settings: Option<Bound<Settings>>) -> OurSettings {
     settings.map_or_else(OurSettings::default, |settings| *settings.get().ours())
-}
-
-impl Renderer {
-    fn ours(&self) -> MutexGuard<'_, Ours> {
-        self.ours.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 #[pymethods]
@@ -88,11 +78,11 @@ impl Renderer {
         };
         let device = of_arguments(device, context, queue)?;
         let transfer = transfer.map(|transfer| transfer.ours().clone());
-        let renderer = py.detach(|| {
+        let renderer = detached(py, || {
             let transfer = transfer.unwrap_or_else(|| Transfer::automatic(volume.ours()));
-            Ours::of(&UploadedVolume::new(&device, volume.ours())?, &transfer)
+            Ok(Ours::of(&UploadedVolume::new(&device, volume.ours())?, &transfer)?)
         })?;
-        Ok(Self { ours: Mutex::new(renderer), _owner: None })
+        Ok(Self(Exclusive::new(renderer, None)))
     }
 
     /// A picture: (height, width, 4), uint8, over a background; straight alpha over transparent; row 0 on top.
@@ -111,7 +101,7 @@ impl Renderer {
         given!(camera, size, settings, background);
         let camera = camera.get().ours();
         let (viewport, settings, background) = (size.viewport()?, chosen(settings), background.background()?);
-        let (values, _) = py.detach(|| self.ours().render_rgba8(camera, viewport, &settings, background))?;
+        let (values, _) = self.0.with(py, |ours| ours.render_rgba8(camera, viewport, &settings, background))?;
         Ok(picture(py, values, viewport)?)
     }
 
@@ -127,7 +117,7 @@ impl Renderer {
         given!(camera, size, settings);
         let camera = camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        let (frame, _) = py.detach(|| self.ours().render(camera, viewport, &settings))?;
+        let (frame, _) = self.0.with(py, |ours| ours.render(camera, viewport, &settings))?;
         Ok(picture(py, frame.into_pixels().into_flattened(), viewport)?)
     }
 
@@ -146,7 +136,7 @@ impl Renderer {
         given!(camera, size, settings);
         let camera = camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        let depths = py.detach(|| self.ours().depths(camera, viewport, &settings))?;
+        let depths = self.0.with(py, |ours| ours.depths(camera, viewport, &settings))?;
         let shape = [viewport.height as usize, viewport.width as usize];
         let array = |numbers: &[f32]| numbers.to_pyarray(py).reshape(shape);
         Ok((array(depths.first())?, array(depths.mean())?))
@@ -188,9 +178,9 @@ impl Renderer {
             onto = onto.with_row_pitch(row_pitch);
         }
         let wait = events(wait_for)?;
-        let event = py.detach(|| {
+        let event = self.0.with(py, |ours| {
             let wait: Vec<_> = wait.iter().collect();
-            self.ours().enqueue(camera, viewport, &settings, &onto, &wait)
+            ours.enqueue(camera, viewport, &settings, &onto, &wait)
         })?;
         Ok(Event::new(event))
     }
@@ -207,7 +197,7 @@ impl Renderer {
         given!(camera, size, settings);
         let camera = camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        Ok(py.detach(|| self.ours().prepare(camera, viewport, &settings))?)
+        self.0.with(py, |ours| ours.prepare(camera, viewport, &settings))
     }
 
     /// The voxels, in memory of the caller's own, are other ones after wait_for. Returns an Event; frames wait for it by themselves.
@@ -215,7 +205,7 @@ impl Renderer {
     fn volume_changed(&self, py: Python, wait_for: Option<Given<Vec<Bound<PyAny>>>>) -> Result<Event> {
         given!(wait_for);
         let wait = events(wait_for)?;
-        Ok(Event::new(py.detach(|| self.ours().volume_changed(&wait.iter().collect::<Vec<_>>()))?))
+        Ok(Event::new(self.0.with(py, |ours| ours.volume_changed(&wait.iter().collect::<Vec<_>>()))?))
     }
 
     /// How many seconds a picture may take: a longer one raises DeviceError. None: any. Pictures that are enqueued are not limited.
@@ -224,8 +214,10 @@ impl Renderer {
         given!(seconds);
         let refused = |_| out_of_range("limit", seconds.unwrap_or_default(), "seconds, at least 0, or None");
         let longest = seconds.map(Duration::try_from_secs_f64).transpose().map_err(refused)?;
-        py.detach(|| self.ours().limit(longest));
-        Ok(())
+        self.0.with(py, |ours| {
+            ours.limit(longest);
+            Ok(())
+        })
     }
 
     /// A camera in which the whole grid fits from all sides; zoom: how many times larger it is seen then.
@@ -251,22 +243,29 @@ impl Renderer {
         field_of_view: Option<Given<f64>>,
     ) -> Result<Camera> {
         given!(size, azimuth, elevation, roll, zoom, field_of_view);
-        let grid = py.detach(|| self.ours().grid().clone());
+        let grid = self.0.with(py, |ours| Ok(ours.grid().clone()))?;
         around(&grid, size.viewport()?, orbit(azimuth, elevation, roll)?, zoom, field_of_view)
     }
 
     /// The transfer function; another one may be set.
     #[getter]
-    fn transfer(&self, py: Python) -> TransferFunction {
-        TransferFunction::new_of(py.detach(|| self.ours().transfer_function().clone()))
+    fn transfer(&self, py: Python) -> Result<TransferFunction> {
+        Ok(TransferFunction::new_of(self.0.with(py, |ours| Ok(ours.transfer_function().clone()))?))
     }
 
     #[setter]
     fn set_transfer(&self, py: Python, transfer: Given<Bound<TransferFunction>>) -> Result<()> {
         given!(transfer);
         let transfer = transfer.get().ours();
-        py.detach(|| self.ours().set_transfer_function(transfer));
-        Ok(())
+        self.0.with(py, |ours| {
+            ours.set_transfer_function(transfer);
+            Ok(())
+        })
+    }
+
+    /// Panics in the middle of a call: for the test of what follows.
+    fn _panic(&self, py: Python) -> Result<()> {
+        self.0.with(py, |_| panic!("in the middle"))
     }
 }
 
@@ -293,7 +292,7 @@ impl Renderer {
                 ));
             }
         };
-        let owner = Some(there.owner().clone_ref(py));
-        Ok(Self { ours: Mutex::new(Ours::of(there.ours(), &transfer)?), _owner: owner })
+        let renderer = detached(py, || Ok(Ours::of(there.ours(), &transfer)?))?;
+        Ok(Self(Exclusive::new(renderer, Some(there.owner().clone_ref(py)))))
     }
 }

@@ -1,5 +1,6 @@
 //! Transfer functions.
 
+use crate::calls::detached;
 use crate::errors::Result;
 use crate::given::{Given, accepted, either, given};
 use crate::volume::Volume;
@@ -74,7 +75,7 @@ impl TransferFunction {
     fn automatic(py: Python, volume: Given<Bound<Volume>>) -> Result<Self> {
         given!(volume);
         let volume = volume.get().ours();
-        Ok(Self(py.detach(|| Ours::automatic(volume))))
+        Ok(Self(detached(py, || Ok(Ours::automatic(volume)))?))
     }
 
     /// A built-in one by its name, or a ParaView colour map: FILE or FILE#PRESET.
@@ -82,7 +83,7 @@ impl TransferFunction {
     fn open(py: Python, source: Given<PathBuf>, volume: Given<Bound<Volume>>) -> Result<Self> {
         given!(source, volume);
         let volume = volume.get().ours();
-        Ok(Self(py.detach(|| Ours::open(source, volume))?))
+        Ok(Self(detached(py, || Ok(Ours::open(source, volume)?))?))
     }
 
     /// The same with its range of values mapped linearly onto lo … hi.

@@ -1,6 +1,7 @@
 //! Volumes on the host.
 
 use crate::arrays;
+use crate::calls::detached;
 use crate::errors::{Result, unknown};
 use crate::given::{Given, given};
 use layersplat::glam::{DAffine3, DMat3, DVec3};
@@ -110,7 +111,7 @@ impl Volume {
         let (spacing, level) = (spacing.map(DVec3::from), level.map(Level::Number));
         let options =
             OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level, memory: None };
-        let volume = py.detach(|| Ours::open(path, &options))?;
+        let volume = detached(py, || Ok(Ours::open(path, &options)?))?;
         Ok(Self(match background {
             Some(value) => volume.with_background(value)?,
             None => volume,

@@ -201,6 +201,24 @@ def test_files(array, tmp_path):
     assert isinstance(caught.value, layersplat.FileError) and caught.value.errno == errno.ENOENT
 
 
+def test_a_renderer_is_refused_after_a_panic(scene):
+    """As in C: what the panic left half changed is not used."""
+    with pytest.raises(layersplat.InternalError, match="layersplat panicked: in the middle"):
+        scene.renderer._panic()
+    calls = [
+        lambda: scene.renderer.render(scene.camera, 10),
+        lambda: scene.renderer.prepare(scene.camera, 10),
+        lambda: scene.renderer.camera(10),
+        lambda: scene.renderer.transfer,
+        lambda: setattr(scene.renderer, "transfer", scene.transfer),
+        lambda: scene.renderer.limit(None),
+    ]
+    for call in calls:
+        with pytest.raises(layersplat.InternalError, match="panicked in this renderer before.*make another"):
+            call()
+    assert layersplat.Renderer(scene.volume, scene.transfer).render(scene.camera, 10).shape == (10, 10, 4), "another one works"
+
+
 def test_vectors_may_be_arrays(array, transfer):
     camera = layersplat.Camera(np.array([0.0, 0.0, 9.0]), np.zeros(3), np.array([0, 1, 0]), scale=np.float32(2))
     assert camera.position == (0, 0, 9) and camera.scale == 2
