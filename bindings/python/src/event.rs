@@ -1,8 +1,9 @@
 //! Events of frames.
 
-use crate::calls::detached;
+use crate::calls::{detached, handles_signals, interruptible};
 use crate::errors::Result;
 use crate::handles::{command_failed, failed, retained};
+use layersplat::Cancel;
 use layersplat::opencl3::event::{CL_COMPLETE, Event as ClEvent};
 use layersplat::opencl3::types::cl_event;
 use pyo3::prelude::*;
@@ -29,12 +30,13 @@ impl Event {
         self.raw() as usize
     }
 
-    /// Waits until it is complete, with the interpreter's lock released.
+    /// Waits until it is complete, with the interpreter's lock released. Ctrl-C ends the wait, and not the command.
     ///
     /// Raises DeviceError where what was enqueued, or what that waited for, has failed.
     fn wait(&self, py: Python) -> Result<()> {
         let event = retained(self.raw())?;
-        detached(py, || event.wait().map_err(|e| failed("clWaitForEvents", e.0)))
+        let wait = move || event.wait().map_err(|e| failed("clWaitForEvents", e.0));
+        if handles_signals(py)? { interruptible(py, &Cancel::new(), wait) } else { detached(py, wait) }
     }
 
     /// Whether what was enqueued is complete; False while it waits or runs.

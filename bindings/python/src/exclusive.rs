@@ -1,10 +1,10 @@
 //! The library's renderer behind a Python object: one thread uses it at a time, and nobody after a panic.
 
-use crate::calls::detached;
+use crate::calls::{detached, handles_signals, interruptible};
 use crate::errors::{Failure, Result};
-use layersplat::{Error, Renderer};
+use layersplat::{Cancel, Error, Renderer};
 use pyo3::prelude::*;
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 /// A renderer that threads share.
 pub struct Exclusive {
@@ -30,6 +30,30 @@ impl Exclusive {
         act: impl FnOnce(&mut Renderer) -> std::result::Result<T, Error> + Send,
     ) -> Result<T> {
         detached(py, || Ok(act(&mut *self.lock()?)?))
+    }
+
+    /// The same for what may take long: Ctrl-C ends it. What `draw` returns is dropped then.
+    ///
+    /// # Errors
+    /// Those of [`with`](Self::with), and what a signal's handler raises.
+    pub fn interruptible<T: Send + 'static>(
+        self: &Arc<Self>,
+        py: Python,
+        draw: impl FnOnce(&mut Renderer) -> std::result::Result<T, Error> + Send + 'static,
+    ) -> Result<T> {
+        if !handles_signals(py)? {
+            return self.with(py, draw);
+        }
+        // One of each call: a frame of another thread is not cancelled.
+        let cancel = Cancel::new();
+        let (shared, token) = (self.clone(), cancel.clone());
+        interruptible(py, &cancel, move || {
+            let mut renderer = shared.lock()?;
+            renderer.set_cancel(Some(token));
+            let drawn = draw(&mut renderer);
+            renderer.set_cancel(None);
+            Ok(drawn?)
+        })
     }
 
     fn lock(&self) -> Result<MutexGuard<'_, Renderer>> {

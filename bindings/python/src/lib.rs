@@ -22,6 +22,8 @@ mod volume;
 #[pyo3::pymodule]
 mod _layersplat {
     #[pymodule_export]
+    use super::calls::wait_for_interrupted_calls;
+    #[pymodule_export]
     use super::camera::{Camera, Framing};
     #[pymodule_export]
     use super::device::Device;

@@ -17,15 +17,23 @@ use layersplat::renderer::{PictureMemory, UploadedVolume};
 use layersplat::{Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// Renders one volume on one device; threads may share it.
 ///
 /// volume: a Volume, or anything that Volume() takes, which is uploaded; or a DeviceVolume or a pyopencl.array.Array (z, y, x), whose voxels
 /// stay where they are. transfer: a TransferFunction; by default, where the voxels were on the host, one from the histogram. device: a
-/// Device, its name or index; or a caller's context, device and queue, see Device.
+/// Device, its name or index; or a caller's context, device and queue, see Device. time_limit: longest time of a frame in seconds, None
+/// without a limit.
+///
+/// On Python's main thread, Ctrl-C ends render, render_float, depths and prepare: KeyboardInterrupt is raised at once. The device ends the
+/// kernel that it is running; the next call waits for that.
 #[pyclass(frozen, module = "layersplat")]
-pub struct Renderer(Exclusive);
+pub struct Renderer {
+    shared: Arc<Exclusive>,
+    time_limit: Mutex<Option<Duration>>,
+}
 
 /// A picture's values as an array of (height, width, 4), without a copy.
 fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> PyResult<Bound<'_, PyArray3<T>>> {
@@ -40,22 +48,30 @@ fn chosen(settings: Option<Bound<Settings>>) -> OurSettings {
     settings.map_or_else(OurSettings::default, |settings| *settings.get().ours())
 }
 
+/// A time limit of so many seconds.
+fn longest(seconds: Option<f64>) -> Result<Option<Duration>> {
+    let refused = |_| out_of_range("time_limit", seconds.unwrap_or_default(), "seconds, at least 0, or None");
+    seconds.map(Duration::try_from_secs_f64).transpose().map_err(refused)
+}
+
 #[pymethods]
 impl Renderer {
     #[new]
-    #[pyo3(signature = (volume, transfer = None, *, device = None, context = None, queue = None))]
+    #[pyo3(signature = (volume, transfer = None, *, device = None, context = None, queue = None, time_limit = None))]
     fn new(
         volume: &Bound<PyAny>,
         transfer: Option<Given<Bound<TransferFunction>>>,
         device: Option<&Bound<PyAny>>,
         context: Option<&Bound<PyAny>>,
         queue: Option<&Bound<PyAny>>,
+        time_limit: Option<Given<f64>>,
     ) -> Result<Self> {
-        given!(transfer);
+        given!(transfer, time_limit);
+        let time_limit = longest(time_limit)?;
         let transfer = transfer.as_ref().map(Bound::get);
         let py = volume.py();
         if let Ok(there) = volume.cast::<DeviceVolume>() {
-            return Self::of(py, there.get(), transfer, device, context, queue);
+            return Self::of(py, there.get(), transfer, device, context, queue, time_limit);
         }
         // An array of pyopencl's.
         if volume.hasattr("base_data")? {
@@ -66,7 +82,7 @@ impl Renderer {
             let device = Bound::new(py, Device::new_of(device))?;
             let there = py.import("layersplat._arrays")?.call_method1("on_device", (device, volume))?;
             let there = there.cast::<DeviceVolume>().map_err(PyErr::from)?;
-            return Self::of(py, there.get(), transfer, None, None, None);
+            return Self::of(py, there.get(), transfer, None, None, None, time_limit);
         }
         let made;
         let volume = match volume.cast::<Volume>() {
@@ -82,7 +98,7 @@ impl Renderer {
             let transfer = transfer.unwrap_or_else(|| Transfer::automatic(volume.ours()));
             Ok(Ours::of(&UploadedVolume::new(&device, volume.ours())?, &transfer)?)
         })?;
-        Ok(Self(Exclusive::new(renderer, None)))
+        Ok(Self::with_limit(renderer, None, time_limit))
     }
 
     /// A picture: (height, width, 4), uint8, over a background; straight alpha over transparent; row 0 on top.
@@ -99,9 +115,10 @@ impl Renderer {
         background: Given<Over>,
     ) -> Result<Bound<'py, PyArray3<u8>>> {
         given!(camera, size, settings, background);
-        let camera = camera.get().ours();
+        let camera = *camera.get().ours();
         let (viewport, settings, background) = (size.viewport()?, chosen(settings), background.background()?);
-        let (values, _) = self.0.with(py, |ours| ours.render_rgba8(camera, viewport, &settings, background))?;
+        let (values, _) =
+            self.shared.interruptible(py, move |ours| ours.render_rgba8(&camera, viewport, &settings, background))?;
         Ok(picture(py, values, viewport)?)
     }
 
@@ -115,9 +132,9 @@ impl Renderer {
         settings: Option<Given<Bound<Settings>>>,
     ) -> Result<Bound<'py, PyArray3<f32>>> {
         given!(camera, size, settings);
-        let camera = camera.get().ours();
+        let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        let (frame, _) = self.0.with(py, |ours| ours.render(camera, viewport, &settings))?;
+        let (frame, _) = self.shared.interruptible(py, move |ours| ours.render(&camera, viewport, &settings))?;
         Ok(picture(py, frame.into_pixels().into_flattened(), viewport)?)
     }
 
@@ -134,9 +151,9 @@ impl Renderer {
         settings: Option<Given<Bound<Settings>>>,
     ) -> Result<(Depths<'py>, Depths<'py>)> {
         given!(camera, size, settings);
-        let camera = camera.get().ours();
+        let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        let depths = self.0.with(py, |ours| ours.depths(camera, viewport, &settings))?;
+        let depths = self.shared.interruptible(py, move |ours| ours.depths(&camera, viewport, &settings))?;
         let shape = [viewport.height as usize, viewport.width as usize];
         let array = |numbers: &[f32]| numbers.to_pyarray(py).reshape(shape);
         Ok((array(depths.first())?, array(depths.mean())?))
@@ -171,16 +188,16 @@ impl Renderer {
         wait_for: Option<Given<Vec<Bound<PyAny>>>>,
     ) -> Result<Event> {
         given!(camera, size, settings, format, background, first, row_pitch, wait_for);
-        let camera = camera.get().ours();
+        let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
         let mut onto = PictureMemory::new(&memory("onto", onto)?, picture_format(&format, &background)?).with_first(first);
         if let Some(row_pitch) = row_pitch {
             onto = onto.with_row_pitch(row_pitch);
         }
         let wait = events(wait_for)?;
-        let event = self.0.with(py, |ours| {
+        let event = self.shared.with(py, |ours| {
             let wait: Vec<_> = wait.iter().collect();
-            ours.enqueue(camera, viewport, &settings, &onto, &wait)
+            ours.enqueue(&camera, viewport, &settings, &onto, &wait)
         })?;
         Ok(Event::new(event))
     }
@@ -195,9 +212,9 @@ impl Renderer {
         settings: Option<Given<Bound<Settings>>>,
     ) -> Result<()> {
         given!(camera, size, settings);
-        let camera = camera.get().ours();
+        let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        self.0.with(py, |ours| ours.prepare(camera, viewport, &settings))
+        self.shared.interruptible(py, move |ours| ours.prepare(&camera, viewport, &settings))
     }
 
     /// The voxels, in memory of the caller's own, are other ones after wait_for. Returns an Event; frames wait for it by themselves.
@@ -205,19 +222,26 @@ impl Renderer {
     fn volume_changed(&self, py: Python, wait_for: Option<Given<Vec<Bound<PyAny>>>>) -> Result<Event> {
         given!(wait_for);
         let wait = events(wait_for)?;
-        Ok(Event::new(self.0.with(py, |ours| ours.volume_changed(&wait.iter().collect::<Vec<_>>()))?))
+        Ok(Event::new(self.shared.with(py, |ours| ours.volume_changed(&wait.iter().collect::<Vec<_>>()))?))
     }
 
-    /// How many seconds a picture may take: a longer one raises DeviceError. None: any. Pictures that are enqueued are not limited.
-    #[pyo3(signature = (seconds))]
-    fn limit(&self, py: Python, seconds: Option<Given<f64>>) -> Result<()> {
-        given!(seconds);
-        let refused = |_| out_of_range("limit", seconds.unwrap_or_default(), "seconds, at least 0, or None");
-        let longest = seconds.map(Duration::try_from_secs_f64).transpose().map_err(refused)?;
-        self.0.with(py, |ours| {
+    /// Longest time of a frame in seconds; None: no limit. A longer frame raises TimedOut before its next kernel. It may be set, for the next
+    /// frame on. Enqueued frames are not limited.
+    #[getter]
+    fn time_limit(&self) -> Option<f64> {
+        self.time_limit.lock().unwrap_or_else(PoisonError::into_inner).map(|limit| limit.as_secs_f64())
+    }
+
+    #[setter]
+    fn set_time_limit(&self, py: Python, time_limit: Option<Given<f64>>) -> Result<()> {
+        given!(time_limit);
+        let longest = longest(time_limit)?;
+        self.shared.with(py, |ours| {
             ours.limit(longest);
             Ok(())
-        })
+        })?;
+        *self.time_limit.lock().unwrap_or_else(PoisonError::into_inner) = longest;
+        Ok(())
     }
 
     /// A camera in which the whole grid fits from all sides; zoom: how many times larger it is seen then.
@@ -243,21 +267,21 @@ impl Renderer {
         field_of_view: Option<Given<f64>>,
     ) -> Result<Camera> {
         given!(size, azimuth, elevation, roll, zoom, field_of_view);
-        let grid = self.0.with(py, |ours| Ok(ours.grid().clone()))?;
+        let grid = self.shared.with(py, |ours| Ok(ours.grid().clone()))?;
         around(&grid, size.viewport()?, orbit(azimuth, elevation, roll)?, zoom, field_of_view)
     }
 
     /// The transfer function; another one may be set.
     #[getter]
     fn transfer(&self, py: Python) -> Result<TransferFunction> {
-        Ok(TransferFunction::new_of(self.0.with(py, |ours| Ok(ours.transfer_function().clone()))?))
+        Ok(TransferFunction::new_of(self.shared.with(py, |ours| Ok(ours.transfer_function().clone()))?))
     }
 
     #[setter]
     fn set_transfer(&self, py: Python, transfer: Given<Bound<TransferFunction>>) -> Result<()> {
         given!(transfer);
         let transfer = transfer.get().ours();
-        self.0.with(py, |ours| {
+        self.shared.with(py, |ours| {
             ours.set_transfer_function(transfer);
             Ok(())
         })
@@ -265,11 +289,16 @@ impl Renderer {
 
     /// Panics in the middle of a call: for the test of what follows.
     fn _panic(&self, py: Python) -> Result<()> {
-        self.0.with(py, |_| panic!("in the middle"))
+        self.shared.with(py, |_| panic!("in the middle"))
     }
 }
 
 impl Renderer {
+    fn with_limit(mut renderer: Ours, owner: Option<Py<PyAny>>, time_limit: Option<Duration>) -> Self {
+        renderer.limit(time_limit);
+        Self { shared: Arc::new(Exclusive::new(renderer, owner)), time_limit: Mutex::new(time_limit) }
+    }
+
     /// Of voxels that are on a device already: on that device, unless another of its queues is given.
     fn of(
         py: Python,
@@ -278,6 +307,7 @@ impl Renderer {
         device: Option<&Bound<PyAny>>,
         context: Option<&Bound<PyAny>>,
         queue: Option<&Bound<PyAny>>,
+        time_limit: Option<Duration>,
     ) -> Result<Self> {
         if device.is_some() || context.is_some() || queue.is_some() {
             let problem = "the volume is on a device already: that is the one that it was made with";
@@ -293,6 +323,6 @@ impl Renderer {
             }
         };
         let renderer = detached(py, || Ok(Ours::of(there.ours(), &transfer)?))?;
-        Ok(Self(Exclusive::new(renderer, Some(there.owner().clone_ref(py)))))
+        Ok(Self::with_limit(renderer, Some(there.owner().clone_ref(py)), time_limit))
     }
 }

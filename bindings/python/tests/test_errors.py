@@ -173,16 +173,26 @@ def test_pictures(array, transfer):
     assert renderer.render(camera, 10).shape == (10, 10, 4), "and it goes on"
 
 
-def test_limits(array, transfer):
-    renderer = layersplat.Renderer(array, transfer)
+def test_time_limits(array, transfer):
+    renderer = layersplat.Renderer(array, transfer, time_limit=0.0)
     camera = renderer.camera(64)
-    renderer.limit(0.0)
-    with pytest.raises(layersplat.TimedOut, match="longer than its limit"):
+    assert renderer.time_limit == 0.0
+    for call in [renderer.render, renderer.render_float, renderer.depths]:
+        with pytest.raises(layersplat.TimedOut, match="longer than its limit"):
+            call(camera, 64)
+    renderer.time_limit = None
+    assert renderer.time_limit is None and renderer.render(camera, 64).shape == (64, 64, 4)
+    renderer.time_limit = 0
+    with pytest.raises(TimeoutError):
         renderer.render(camera, 64)
-    renderer.limit(None)
-    renderer.render(camera, 64)
-    with pytest.raises(layersplat.InvalidValue, match="limit"):
-        renderer.limit(-1.0)
+    for wrong in [-1.0, np.nan, np.inf]:
+        with pytest.raises(layersplat.InvalidValue, match="time_limit is"):
+            renderer.time_limit = wrong
+        with pytest.raises(layersplat.InvalidValue, match="time_limit is"):
+            layersplat.Renderer(array, transfer, time_limit=wrong)
+    with pytest.raises(layersplat.InvalidType, match="time_limit is 'long'"):
+        renderer.time_limit = "long"
+    assert renderer.time_limit == 0.0
 
 
 def test_files(array, tmp_path):
@@ -211,7 +221,7 @@ def test_a_renderer_is_refused_after_a_panic(scene):
         lambda: scene.renderer.camera(10),
         lambda: scene.renderer.transfer,
         lambda: setattr(scene.renderer, "transfer", scene.transfer),
-        lambda: scene.renderer.limit(None),
+        lambda: setattr(scene.renderer, "time_limit", None),
     ]
     for call in calls:
         with pytest.raises(layersplat.InternalError, match="panicked in this renderer before.*make another"):

@@ -6,6 +6,8 @@ of the caller's, with a :class:`DeviceVolume`, :class:`Settings`, a :class:`Came
 Arrays are (z, y, x), and so is ``spacing``, in the order of the array's axes. Places in the world (cameras, planes, light) are (x, y, z).
 """
 
+import atexit
+
 from ._errors import (
     DeviceError,
     Error,
@@ -30,9 +32,12 @@ from ._layersplat import (
     TransferFunction,
     Volume,
     __version__,
+    wait_for_interrupted_calls,
 )
 from ._show import View, render, volshow
 from ._transfer import transfer_function
+
+atexit.register(wait_for_interrupted_calls)
 
 __all__ = [
     "Camera",

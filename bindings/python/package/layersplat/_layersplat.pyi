@@ -18,9 +18,12 @@ __all__ = [
     "TransferFunction",
     "Volume",
     "__version__",
+    "wait_for_interrupted_calls",
 ]
 
 __version__: str
+
+def wait_for_interrupted_calls() -> None: ...
 
 @final
 class Volume:
@@ -247,6 +250,7 @@ class Renderer:
         device: Optional[Union[Device, str, Handle]] = None,
         context: Optional[Handle] = None,
         queue: Optional[Handle] = None,
+        time_limit: Optional[float] = None,
     ) -> Renderer: ...
     def render(
         self,
@@ -275,7 +279,10 @@ class Renderer:
     ) -> Event: ...
     def prepare(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> None: ...
     def volume_changed(self, wait_for: Optional[Sequence[Union[Event, Handle]]] = None) -> Event: ...
-    def limit(self, seconds: Optional[float]) -> None: ...
+    @property
+    def time_limit(self) -> Optional[float]: ...
+    @time_limit.setter
+    def time_limit(self, time_limit: Optional[float]) -> None: ...
     def camera(
         self,
         size: Size,
