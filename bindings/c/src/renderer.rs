@@ -67,8 +67,9 @@ pub unsafe extern "C" fn layersplat_renderer_set_transfer(renderer: *mut Rendere
     })
 }
 
-/// How many seconds a frame may take from now on; 0 is as long as it wants. A longer one is given up: LAYERSPLAT_STATUS_TOO_LONG. That is
-/// looked at between kernels; one on its way cannot be called back. Frames that are enqueued are not limited.
+/// Longest time of a frame in seconds, from the next one on; 0: no limit. A longer frame returns LAYERSPLAT_STATUS_TOO_LONG before its next
+/// kernel; the one that is running is not stopped. Frames that are enqueued are not limited. Another thread ends a frame by
+/// layersplat_cancel_frames().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_renderer_limit(renderer: *mut Renderer, seconds: f64) -> Status {
     guard(|| {
