@@ -4,6 +4,7 @@ use crate::calls::detached;
 use crate::errors::{Result, conflict, out_of_range};
 use crate::given::{Given, given};
 use crate::names::{Size, orbit};
+use crate::pickled::{Reduced, reduced};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
@@ -13,6 +14,7 @@ use layersplat::settings::{Blend, CropBox};
 use layersplat::volume::Grid;
 use layersplat::{Camera as Ours, Orbit, Projection, Settings as OurSettings, Viewport};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// Where a picture is seen from, in world coordinates (x, y, z).
 ///
@@ -157,6 +159,20 @@ impl Camera {
             Projection::Parallel { .. } => None,
             Projection::Perspective { field_of_view } => Some(field_of_view),
         }
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let arguments = PyDict::new(py);
+        arguments.set_item("position", self.position())?;
+        arguments.set_item("focal_point", self.focal_point())?;
+        arguments.set_item("view_up", self.view_up())?;
+        arguments.set_item("scale", self.scale())?;
+        arguments.set_item("field_of_view", self.field_of_view())?;
+        reduced::<Self>(py, arguments)
     }
 
     fn __repr__(&self) -> String {

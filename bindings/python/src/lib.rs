@@ -14,6 +14,7 @@ mod exclusive;
 mod given;
 mod handles;
 mod names;
+mod pickled;
 mod renderer;
 mod settings;
 mod transfer;

@@ -1,7 +1,10 @@
 //! How pictures are made.
 
+mod arguments;
+
 use crate::errors::{Failure, Result, conflict, unknown};
 use crate::given::{Given, accepted, either, extracted, given, refused};
+use crate::pickled::{Reduced, reduced};
 use layersplat::settings::{
     Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, GradientOpacity, LayerAxis, Layered, Light,
     Lights, Shading,
@@ -137,8 +140,19 @@ impl Settings {
         self.0 == other.0
     }
 
-    fn __repr__(&self) -> String {
-        format!("<layersplat.{:?}>", self.0)
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced::<Self>(py, arguments::arguments(py, &self.0)?)
+    }
+
+    fn __repr__(&self, py: Python) -> PyResult<String> {
+        let default = arguments::arguments(py, &Ours::default())?;
+        let mut shown = Vec::new();
+        for (name, value) in arguments::arguments(py, &self.0)? {
+            if !default.get_item(&name)?.is_some_and(|usual| usual.eq(&value).unwrap_or(false)) {
+                shown.push(format!("{name}={}", value.repr()?));
+            }
+        }
+        Ok(format!("layersplat.Settings({})", shown.join(", ")))
     }
 }
 

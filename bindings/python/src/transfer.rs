@@ -3,12 +3,14 @@
 use crate::calls::detached;
 use crate::errors::Result;
 use crate::given::{Given, accepted, either, given};
+use crate::pickled::{Reduced, reduced};
 use crate::volume::Volume;
 use layersplat::glam::DVec3;
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{TransferFunction as Ours, Volume as OurVolume};
 use pyo3::Borrowed;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::path::PathBuf;
 
 /// Colour and opacity of a data value, piecewise linear.
@@ -136,6 +138,14 @@ impl TransferFunction {
 
     fn __eq__(&self, other: &Self) -> bool {
         self.0 == other.0
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let arguments = PyDict::new(py);
+        arguments.set_item("colors", self.colors())?;
+        arguments.set_item("opacities", self.opacities())?;
+        arguments.set_item("name", self.name())?;
+        reduced::<Self>(py, arguments)
     }
 
     fn __repr__(&self) -> String {
