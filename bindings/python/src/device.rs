@@ -71,6 +71,7 @@ impl Device {
         queue: Option<&Bound<PyAny>>,
     ) -> Result<Self> {
         given!(name);
+        prepare_loader(py)?;
         if name.is_some() && [context, device, queue].iter().any(Option::is_some) {
             return Err(conflict("device", "give either its name or what is there of it already: context, device and queue"));
         }
@@ -83,6 +84,7 @@ impl Device {
     /// All devices, a dict of each: index, name, kind, platform, version, driver, compute_units, memory_bytes.
     #[staticmethod]
     fn list(py: Python<'_>) -> Result<Vec<Bound<'_, PyDict>>> {
+        prepare_loader(py)?;
         let described = |info: layersplat::device::DeviceInfo| -> PyResult<_> {
             let dict = PyDict::new(py);
             dict.set_item("index", info.index)?;
@@ -139,15 +141,25 @@ impl Device {
     }
 }
 
+/// Sets what an OpenCL loader of another package needs, before one is opened.
+fn prepare_loader(py: Python) -> PyResult<()> {
+    py.import("layersplat._loader")?.call_method0("prepare")?;
+    Ok(())
+}
+
 /// The device that arguments of a renderer say: one of ours, its name, or what a caller has.
 pub fn of_arguments(device: Option<&Bound<PyAny>>, context: Option<&Bound<PyAny>>, queue: Option<&Bound<PyAny>>) -> Result<Ours> {
     let Some(given) = device else {
         return match context.or(queue) {
             None => default(),
-            Some(any) => of_handles(any.py(), context, None, queue),
+            Some(any) => {
+                prepare_loader(any.py())?;
+                of_handles(any.py(), context, None, queue)
+            }
         };
     };
     let py = given.py();
+    prepare_loader(py)?;
     let alone = context.is_none() && queue.is_none();
     if let Ok(ours) = given.cast::<Device>() {
         return if alone { Ok(ours.get().0.clone()) } else { Err(conflict("device", "it has a context and a queue already")) };
