@@ -4,8 +4,8 @@
 //! Arrays come from `layersplat._arrays.placed`, which returns only memory that nobody writes to: a copy of its own, `bytes`, or a file that
 //! is mapped for reading only. Rust slices of it are sound while other threads run.
 
-use crate::calls::detached;
 use crate::errors::{Failure, Result, unknown};
+use crate::warned::warned;
 use layersplat::Volume;
 use layersplat::volume::{Endian, Grid, Storage, VoxelType};
 use numpy::{PyArrayDescrMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
@@ -27,11 +27,14 @@ impl AsRef<[u8]> for Lent {
     }
 }
 
+/// A volume, and what the library warned of.
+type Warned = (Volume<'static>, Vec<String>);
+
 /// A volume of an array of three axes, z, y, x.
 ///
 /// # Errors
 /// A type that `layersplat._arrays` should have converted, and what the library refuses.
-pub fn volume(array: &Bound<PyUntypedArray>, name: &str, grid: Grid) -> Result<Volume<'static>> {
+pub fn volume(array: &Bound<PyUntypedArray>, name: &str, grid: Grid) -> Result<Warned> {
     let py = array.py();
     let name = name.to_owned();
     let storage = match (array.dtype().kind(), array.dtype().itemsize()) {
@@ -46,7 +49,7 @@ pub fn volume(array: &Bound<PyUntypedArray>, name: &str, grid: Grid) -> Result<V
         _ => return Err(unknown("type of voxels", &array.dtype().to_string(), "integers or floats")),
     };
     // Looks at all voxels for their range.
-    detached(py, || Ok(Volume::new(name, grid, storage)?))
+    warned(py, || Ok(Volume::new(name, grid, storage)?))
 }
 
 /// Voxels where they are.
@@ -73,7 +76,7 @@ fn lent(array: &Bound<PyUntypedArray>, voxel_type: VoxelType) -> Storage<'static
 }
 
 /// Numbers that are no voxels of a device: `layersplat._arrays` has made them contiguous and of this machine's byte order.
-fn wide<T>(array: &Bound<PyUntypedArray>, name: String, grid: Grid) -> Result<Volume<'static>>
+fn wide<T>(array: &Bound<PyUntypedArray>, name: String, grid: Grid) -> Result<Warned>
 where
     T: layersplat::volume::Wide + numpy::Element,
 {
@@ -81,5 +84,5 @@ where
     let flat = array.call_method1("reshape", (-1,))?;
     let flat: PyReadonlyArray1<T> = flat.extract().map_err(Failure::Python)?;
     let numbers = flat.as_slice().map_err(|error| Failure::Python(PyTypeError::new_err(error.to_string())))?;
-    detached(py, || Ok(Volume::from_wide(name, grid, numbers)?))
+    warned(py, || Ok(Volume::from_wide(name, grid, numbers)?))
 }

@@ -1,12 +1,12 @@
 //! Volumes in buffers on a device.
 
-use crate::calls::detached;
 use crate::device::Device;
 use crate::errors::{Result, unknown};
 use crate::given::{Given, given, refused};
 use crate::handles::{events, memory};
 use crate::names::voxel_type;
 use crate::volume::{Affine, grid};
+use crate::warned::{warn, warned};
 use layersplat::renderer::{DeviceVoxels, UploadedVolume};
 use layersplat::volume::Description;
 use pyo3::prelude::*;
@@ -83,7 +83,7 @@ impl DeviceVolume {
             voxels = voxels.with_pitches(row, slice);
         }
         let (wait, device) = (events(wait_for)?, device.get().ours().clone());
-        let volume = detached(py, || {
+        let (volume, warnings) = warned(py, || {
             let description = match range {
                 Some(range) if voxel_type == layersplat::volume::VoxelType::Float32 => {
                     // Who says the range of floats has not said that all of them are numbers.
@@ -98,6 +98,7 @@ impl DeviceVolume {
             };
             Ok(UploadedVolume::in_place(&device, &description, &voxels)?)
         })?;
+        warn(py, warnings)?;
         Ok(Self { ours: volume, owner: buffer.clone().unbind() })
     }
 

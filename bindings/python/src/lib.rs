@@ -19,6 +19,7 @@ mod renderer;
 mod settings;
 mod transfer;
 mod volume;
+mod warned;
 
 #[pyo3::pymodule]
 mod _layersplat {

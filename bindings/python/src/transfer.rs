@@ -5,6 +5,7 @@ use crate::errors::Result;
 use crate::given::{Given, accepted, either, given};
 use crate::pickled::{Reduced, reduced};
 use crate::volume::Volume;
+use crate::warned::{warn, warned};
 use layersplat::glam::DVec3;
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{TransferFunction as Ours, Volume as OurVolume};
@@ -85,7 +86,9 @@ impl TransferFunction {
     fn open(py: Python, source: Given<PathBuf>, volume: Given<Bound<Volume>>) -> Result<Self> {
         given!(source, volume);
         let volume = volume.get().ours();
-        Ok(Self(detached(py, || Ok(Ours::open(source, volume)?))?))
+        let (transfer, warnings) = warned(py, || Ok(Ours::open(source, volume)?))?;
+        warn(py, warnings)?;
+        Ok(Self(transfer))
     }
 
     /// The same with its range of values mapped linearly onto lo … hi.

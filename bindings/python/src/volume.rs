@@ -1,9 +1,9 @@
 //! Volumes on the host.
 
 use crate::arrays;
-use crate::calls::detached;
 use crate::errors::{Result, unknown};
 use crate::given::{Given, given};
+use crate::warned::{warn, warned};
 use layersplat::glam::{DAffine3, DMat3, DVec3};
 use layersplat::volume::{Endian, Grid, Level};
 use layersplat::{OpenOptions, Volume as Ours};
@@ -32,6 +32,7 @@ pub fn grid(shape: [usize; 3], [x, y, z, origin]: Affine) -> Result<Grid> {
 /// the data's own axes; 1 by default, and of image objects their own. background: the value around the volume, and of voxels that have
 /// none; the smallest by default. name: shown in messages.
 ///
+/// Warns (DataWarning) of values that are NaN, infinite or beyond ±1e30, and of those that 32-bit floats cannot tell apart.
 /// Raises InvalidValue where data has not three axes, or is of another type, or its grid is sheared.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Volume(Ours<'static>);
@@ -60,10 +61,15 @@ impl Volume {
         given!(background, name);
         let py = data.py();
         let placed = py.import("layersplat._arrays")?.call_method1("placed", (data, spacing))?;
-        let (array, affine): (Bound<PyUntypedArray>, Affine) = placed.extract()?;
+        let (array, affine, masked): (Bound<PyUntypedArray>, Affine, usize) = placed.extract()?;
         let shape = numpy::PyUntypedArrayMethods::shape(&array);
         let grid = grid([shape[0], shape[1], shape[2]], affine)?;
-        let volume = arrays::volume(&array, name.as_deref().unwrap_or("array"), grid)?;
+        let (volume, mut warnings) = arrays::volume(&array, name.as_deref().unwrap_or("array"), grid)?;
+        if volume.invalid() == masked {
+            // Whoever masks voxels expects it.
+            warnings.retain(|text| !text.contains("count as the background"));
+        }
+        warn(py, warnings)?;
         Ok(Self(match background {
             Some(value) => volume.with_background(value)?,
             None => volume,
@@ -111,7 +117,8 @@ impl Volume {
         let (spacing, level) = (spacing.map(DVec3::from), level.map(Level::Number));
         let options =
             OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level, memory: None };
-        let volume = detached(py, || Ok(Ours::open(path, &options)?))?;
+        let (volume, warnings) = warned(py, || Ok(Ours::open(path, &options)?))?;
+        warn(py, warnings)?;
         Ok(Self(match background {
             Some(value) => volume.with_background(value)?,
             None => volume,

@@ -1,6 +1,8 @@
 """Arrays of any type, layout and byte order, without a copy where there need be none."""
 
 import gc
+import pathlib
+import warnings
 import weakref
 
 import numpy as np
@@ -86,7 +88,7 @@ def writable(array):
 
 def test_no_memory_that_somebody_can_write_is_read(array):
     for name, values in writable(array):
-        voxels, _ = _arrays.placed(values, None)
+        voxels, *_ = _arrays.placed(values, None)
         shown = SimpleITK.GetArrayViewFromImage(values) if name == "image" else values
         assert not np.shares_memory(voxels, shown), name
 
@@ -103,7 +105,7 @@ def read_only(array, folder):
 
 def test_memory_that_nobody_can_write_is_not_copied(array, picture, tmp_path):
     for name, values in read_only(array, tmp_path):
-        voxels, _ = _arrays.placed(values, None)
+        voxels, *_ = _arrays.placed(values, None)
         assert np.shares_memory(voxels, values), name
         assert np.array_equal(picture(values), picture(np.array(values))), name
 
@@ -207,3 +209,54 @@ def test_one_of_several_volumes_of_a_file(tmp_path):
     one = np.arange(125, dtype=np.uint8).reshape(5, 5, 5)
     np.save(frames, np.stack([one, one + 100]))
     assert [layersplat.Volume.open(frames, frame=frame).range for frame in (0, 1)] == [(0, 124), (100, 224)]
+
+
+def warnings_of(call):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        made = call()
+    return made, [str(warning.message) for warning in caught if warning.category is layersplat.DataWarning]
+
+
+def test_values_that_floats_cannot_hold_warn(tmp_path):
+    values = np.arange(125, dtype=np.float64).reshape(5, 5, 5)
+    values[2, 2] = [1e31, -1e31, 1e300, np.inf, np.nan]
+    np.save(tmp_path / "values.npy", values)
+    for make in [
+        lambda: layersplat.Volume(values),
+        lambda: layersplat.Volume(values.astype(np.float32)),
+        lambda: layersplat.Volume.open(tmp_path / "values.npy"),
+    ]:
+        with np.errstate(over="ignore"):
+            volume, messages = warnings_of(make)
+        assert volume.invalid == 5 and len(messages) == 1 and "5 voxels are NaN, infinite or beyond 1e30" in messages[0]
+    assert warnings_of(lambda: layersplat.Volume(np.clip(np.nan_to_num(values), -9, 200)))[1] == []
+
+
+def test_whole_numbers_that_floats_cannot_tell_apart_warn():
+    values = (np.arange(27, dtype=np.uint32) << 26).reshape(3, 3, 3)
+    _, messages = warnings_of(lambda: layersplat.Volume(values + 1))
+    assert any("become floats" in message for message in messages), messages
+
+
+def test_masked_voxels_do_not_warn(array):
+    masked = np.ma.masked_less(array, 9)
+    volume, messages = warnings_of(lambda: layersplat.Volume(masked))
+    assert volume.invalid == masked.mask.sum() > 0 and messages == []
+    holes = np.ma.masked_less(array.astype(np.float32), 9)
+    holes[0, 0, 0] = np.inf
+    volume, messages = warnings_of(lambda: layersplat.Volume(holes))
+    assert len(messages) == 1 and "count as the background" in messages[0]
+
+
+def test_a_warning_names_the_callers_line_once_and_can_be_an_error():
+    values = np.full((3, 3, 3), np.nan)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default")
+        for _ in range(3):
+            layersplat.Volume(values)
+    assert [pathlib.Path(warning.filename).name for warning in caught] == ["test_arrays.py"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", layersplat.DataWarning)
+        with pytest.raises(layersplat.DataWarning, match="27 voxels"):
+            layersplat.Volume(values)

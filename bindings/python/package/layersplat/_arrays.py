@@ -15,8 +15,8 @@ from ._errors import InvalidValue, OutOfMemory
 
 
 def placed(data, spacing):
-    """What ``Volume(data, spacing)`` holds: an array (z, y, x), and world vectors from a voxel to the next along x, y and z, with the world
-    position of voxel (0, 0, 0) as the fourth.
+    """What ``Volume(data, spacing)`` holds: an array (z, y, x); world vectors from a voxel to the next along x, y and z, with the world
+    position of voxel (0, 0, 0) as the fourth; and how many voxels are masked.
 
     ``spacing`` is in the order of the data's own axes, and overrules what an image object says.
     """
@@ -32,7 +32,8 @@ def placed(data, spacing):
     except MemoryError as error:
         size = "x".join(map(str, array.shape))
         raise OutOfMemory(f"the voxels must be copied, {size} of {array.dtype}: {error}; see Volume for what is not copied") from error
-    return voxels, [[float(x) for x in vector] for vector in affine]
+    masked = int(np.ma.count_masked(data)) if isinstance(data, np.ma.MaskedArray) else 0
+    return voxels, [[float(x) for x in vector] for vector in affine], masked
 
 
 def axes(spacing):

@@ -9,6 +9,11 @@ class Error(Exception):
     fields: Tuple[str, ...] = ()
 
 
+class DataWarning(UserWarning):
+    """Voxels that are not shown as they are: without a value, or too many for 32-bit floats to tell apart; and what a file has that is
+    not used."""
+
+
 class InvalidValue(Error, ValueError):
     """An argument out of range, or in conflict with another one or with the view."""
 
