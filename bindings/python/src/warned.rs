@@ -3,7 +3,6 @@
 use crate::calls::detached;
 use crate::errors::Result;
 use pyo3::prelude::*;
-use std::ffi::CString;
 use std::fmt::Debug;
 use std::sync::{Arc, Mutex, PoisonError};
 use tracing::field::{Field, Visit};
@@ -20,15 +19,14 @@ pub fn warned<T: Send>(py: Python, work: impl FnOnce() -> Result<T> + Send) -> R
     Ok((value, warnings))
 }
 
-/// Passes warnings on: at the place in Python that made the call.
+/// Passes warnings on, as of the line of Python that made the call.
 ///
 /// # Errors
 /// The warning, where Python makes errors of warnings.
 pub fn warn(py: Python, warnings: Vec<String>) -> Result<()> {
-    let category = py.import("layersplat._errors")?.getattr("DataWarning")?;
+    let checks = py.import("layersplat._checks")?;
     for text in warnings {
-        let text = CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();
-        PyErr::warn(py, &category, &text, 1)?;
+        checks.call_method1("warn", (text,))?;
     }
     Ok(())
 }

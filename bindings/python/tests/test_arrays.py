@@ -255,7 +255,8 @@ def test_a_warning_names_the_callers_line_once_and_can_be_an_error():
         warnings.simplefilter("default")
         for _ in range(3):
             layersplat.Volume(values)
-    assert [pathlib.Path(warning.filename).name for warning in caught] == ["test_arrays.py"]
+            layersplat.volshow(values, cmap="fire", clim=(0, 1))
+    assert [pathlib.Path(warning.filename).name for warning in caught] == ["test_arrays.py"] * 2
     with warnings.catch_warnings():
         warnings.simplefilter("error", layersplat.DataWarning)
         with pytest.raises(layersplat.DataWarning, match="27 voxels"):

@@ -1,10 +1,13 @@
-"""Messages about arguments: each names the argument, its value and what is accepted."""
+"""Messages about arguments: each names the argument, its value and what is accepted. And warnings."""
 
 import contextlib
+import os
 import reprlib
+import sys
+import warnings
 from typing import Any, Iterator
 
-from ._errors import Error, FileError, FileNotFound, InvalidType, InvalidValue, PermissionDenied
+from ._errors import DataWarning, Error, FileError, FileNotFound, InvalidType, InvalidValue, PermissionDenied
 
 
 @contextlib.contextmanager
@@ -33,3 +36,12 @@ def cannot_write(path: Any, error: OSError) -> FileError:
     found = kinds.get(type(error), FileError)(f"cannot write {path}: {error.strerror}")
     found.filename, found.errno = error.filename, error.errno
     return found
+
+
+def warn(text: str) -> None:
+    """Warns at the line of the caller's own code that called this package."""
+    folder, level = os.path.dirname(__file__), 2
+    frame = sys._getframe(1)
+    while frame.f_back is not None and os.path.dirname(frame.f_code.co_filename) == folder:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, DataWarning, stacklevel=level)
