@@ -15,6 +15,7 @@ pub(crate) mod launch;
 mod limits;
 mod loader;
 mod pinning;
+mod produced;
 mod program;
 mod scratch;
 mod selection;
@@ -28,6 +29,8 @@ mod tuning;
 
 pub(crate) use buffer::Buffer;
 pub use cache::keep_compiled_kernels;
+#[cfg(feature = "cli")]
+pub(crate) use cache::unusable_cache;
 pub use device_memory::{DeviceMemory, ImageFormat};
 #[cfg(test)]
 pub(crate) use faults::Call;
@@ -35,6 +38,8 @@ pub use kind::DeviceKind;
 pub use limits::Cancel;
 pub(crate) use limits::Limits;
 pub use pinning::pin_cpu_threads;
+#[cfg(feature = "cli")]
+pub(crate) use program::compiler_options;
 pub use selection::{DeviceChoice, DeviceInfo};
 #[cfg(feature = "cli")]
 pub(crate) use sources::hash as kernel_sources_hash;
@@ -46,6 +51,7 @@ pub use stopwatch::StageTimes;
 pub use tuning::{LatticeSchedule, Tuning};
 
 pub(crate) use device_memory::MemoryKind;
+pub(crate) use produced::{Produced, Usability};
 pub(crate) use scratch::ScratchMemory;
 #[cfg(feature = "gl-interop")]
 pub(crate) use shared_gl::SharedTexture;
@@ -183,6 +189,12 @@ impl Device {
     pub(crate) fn require(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
         let shared = self.shared.info.kind == DeviceKind::Cpu;
         memory::require(what, if shared { on_device.saturating_add(on_host) } else { on_host })
+    }
+
+    /// Refuses what does not fit: beside what is there, bytes on the device in its budget, and bytes on the host.
+    pub(crate) fn require_room(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
+        self.budget.require(what, on_device)?;
+        self.require(what, on_device, on_host)
     }
 
     /// The tuning values in use.

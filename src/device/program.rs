@@ -8,6 +8,7 @@ use opencl3::kernel::Kernel;
 use opencl3::program::Program;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::time::Instant;
 
 /// Built programs by file and `-D` options.
 pub(super) type Programs = HashMap<(&'static str, String), Program>;
@@ -15,6 +16,12 @@ pub(super) type Programs = HashMap<(&'static str, String), Program>;
 /// Denormals cost 150 cycles each where specular powers and transmittances underflow; contraction lets a*b+c be one
 /// instruction. Neither is allowed to change what NaN and infinity mean.
 const OPTIONS: &str = "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable";
+
+/// Options that every kernel program is compiled with, whatever its own `-D` options are.
+#[cfg(feature = "cli")]
+pub(crate) fn compiler_options() -> &'static str {
+    OPTIONS
+}
 
 /// What a compiler is given of a program in a file.
 pub(super) fn source(file: &'static str) -> String {
@@ -58,7 +65,9 @@ impl Device {
         let mut program =
             Program::create_from_source(&self.shared.context, &text).map_err(|e| self.error("clCreateProgramWithSource", e))?;
         let ids = self.shared.context.devices();
+        let started = Instant::now();
         let built = program.build(ids, &options);
+        tracing::debug!("built {file} in {:.0} ms: {options}", started.elapsed().as_secs_f64() * 1e3);
         let log = program.get_build_log(ids[0]).unwrap_or_default();
         if let Err(e) = built {
             return Err(self.not_built(file, e, log));
@@ -73,12 +82,9 @@ impl Device {
         Ok(program)
     }
 
-    /// Why a program was not built; PoCL's log does not tell that it had nowhere to put it.
+    /// Why a program was not built. PoCL's log does not say that it could not write the result.
     fn not_built(&self, program: &'static str, source: ClError, log: String) -> Error {
-        let folder = cache::unwritable_folder().filter(|_| cache::is_pocl(&self.info().platform));
-        match folder {
-            Some(folder) => Error::KernelCache { folder },
-            None => Error::Build { program, device: self.info().name.clone(), source, log },
-        }
+        let built = || Error::Build { program, device: self.info().name.clone(), source, log };
+        cache::unusable_cache(&self.info().platform).unwrap_or_else(built)
     }
 }

@@ -1,25 +1,26 @@
-//! Pictures beside those of the f64 reference, ray by ray, whatever draws them.
+//! Comparison of device pictures with the f64 reference, ray by ray, for all algorithms.
 
 use super::*;
 use layersplat::layers::Rays;
 use layersplat::reference::{Layered as LayeredReference, Marched, Sheets};
 
-/// A pixel whose ray just meets or just misses something can fall to either side in floats.
+/// Fraction of pixels whose rays just hit or just miss something, and may fall to either side in f32.
 pub const RIM_SHARE: f64 = 6e-3;
 
-/// The same rays, drawn by the device and by the reference.
+/// The same rays, rendered by the device and by the reference.
 pub struct Pair {
     pub found: Vec<[f64; 4]>,
     pub expected: Vec<[f64; 4]>,
+    pub total: usize,
 }
 
 impl Pair {
-    /// Draws a view with both. Where there is a lattice, its rays, before they are warped to the screen.
+    /// Renders a view with both. On a lattice, compares its samples before the warp.
     pub fn of(volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport, settings: &Settings) -> Self {
         Self::against(volume, transfer, camera, size, settings, settings)
     }
 
-    /// The same, drawn by a device of other tuning values.
+    /// As [`Pair::of`], on a device with other tuning values.
     pub fn on(
         device: &Device,
         volume: &Volume,
@@ -31,7 +32,7 @@ impl Pair {
         Self::drawn(Renderer::new(device, volume, transfer).unwrap(), volume, camera, size, settings, settings)
     }
 
-    /// The same with other settings for the reference: to show that a comparison can fail.
+    /// As [`Pair::of`], with other settings for the reference, to show that a comparison can fail.
     pub fn against(
         volume: &Volume,
         transfer: &TransferFunction,
@@ -59,7 +60,7 @@ impl Pair {
             Plan::Lattice(lattice, _) => {
                 let picture = renderer.lattice_picture(camera, size, settings).unwrap().expect("a lattice, as planned");
                 let axis = lattice.frame.layer_axis();
-                // Neighbours, so that a shift by one is one of the picture too, but not all of many.
+                // Consecutive samples, so that a shift by one is meaningful, but not all of a large lattice.
                 let count = picture.samples.len().min(MOST_SAMPLES);
                 let first = (picture.samples.len() - count) / 2;
                 let of_sample = |n: usize| {
@@ -67,12 +68,12 @@ impl Pair {
                     reference.composite(&picture.ray(column, row), Some(axis), rays.to_eye)
                 };
                 let expected = (first..first + count).map(of_sample).collect();
-                return Self { found: wide(&picture.samples[first..first + count]), expected };
+                return Self { found: wide(&picture.samples[first..first + count]), expected, total: picture.samples.len() };
             }
             Plan::Direct(axis, _) => reference.render(camera, size, axis),
             Plan::AxisSheets(_) | Plan::ViewSheets(_) => Sheets::new(volume, transfer, expected).render(camera, size),
             Plan::Slicing(_) => Marched::new(volume, transfer, expected).render(camera, size),
-            // What layers and slices become where none can be drawn.
+            // Ray casting replaces layers and slices where these cannot be rendered.
             Plan::Raycast(kernel, step) | Plan::CastValues(kernel, step) => {
                 let cast = Settings { algorithm: Algorithm::Raycast { kernel, step }, ..*expected };
                 Marched::new(volume, transfer, &cast).render(camera, size)
@@ -80,16 +81,35 @@ impl Pair {
             other => panic!("no reference for {other}"),
         };
         let (found, _) = renderer.render(camera, size, settings).unwrap();
-        Self { found: wide(found.pixels()), expected: wide(expected.unwrap().pixels()) }
+        Self { found: wide(found.pixels()), expected: wide(expected.unwrap().pixels()), total: 0 }
     }
 
-    /// The share of rays of which a channel, alpha included, differs by more than a tolerance.
+    /// Fraction of rays that differ by more than a tolerance in a channel, alpha included.
     pub fn differing(&self, tolerance: f64) -> f64 {
+        use std::io::Write;
+        if let Ok(p) = std::env::var("PAIR_LOG") {
+            let mut f = std::fs::OpenOptions::new().append(true).create(true).open(p).unwrap();
+            let mut ds: Vec<f64> =
+                self.found.iter().zip(&self.expected).map(|(a, b)| difference(a, b)).filter(|&d| d > tolerance).collect();
+            ds.sort_by(f64::total_cmp);
+            ds.reverse();
+            let al = self.found.iter().zip(&self.expected).map(|(a, b)| (a[3] - b[3]).abs()).fold(0.0, f64::max);
+            let line = format!(
+                "{} {} n={} off={} of_all={} tol={tolerance} alpha={al:.4} {:.4?}\n",
+                std::thread::current().name().unwrap_or("?"),
+                std::env::args().next().unwrap().rsplit('/').next().unwrap(),
+                self.found.len(),
+                ds.len(),
+                self.total,
+                &ds[..ds.len().min(6)]
+            );
+            f.write_all(line.as_bytes()).unwrap();
+        }
         differing(&self.found, &self.expected, tolerance)
     }
 
-    /// Asserts that the pictures are the same but for [`RIM_SHARE`] of their rays, that there is something to see, that not all rays are
-    /// the same, and that a shift by one ray is noticed.
+    /// Asserts that the pictures agree except for [`RIM_SHARE`] of their rays, that they are neither empty nor uniform, and that a shift by one
+    /// ray would be detected.
     #[track_caller]
     pub fn assert_same(&self, what: &str, tolerance: f64) {
         let seen = self.expected.iter().filter(|p| p[3] > 0.02).count();
@@ -100,13 +120,13 @@ impl Pair {
         assert!(shifted > 5.0 * RIM_SHARE, "{what}: a shift by one ray must be noticed, but changes only {shifted} of them");
     }
 
-    /// The largest difference of any channel.
+    /// Largest difference of any channel.
     pub fn largest(&self) -> f64 {
         self.found.iter().zip(&self.expected).map(|(a, b)| difference(a, b)).fold(0.0, f64::max)
     }
 }
 
-/// Rays of a lattice that are looked at.
+/// Number of lattice samples compared.
 const MOST_SAMPLES: usize = 1500;
 
 fn wide(pixels: &[[f32; 4]]) -> Vec<[f64; 4]> {
@@ -114,7 +134,7 @@ fn wide(pixels: &[[f32; 4]]) -> Vec<[f64; 4]> {
 }
 
 fn difference(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    // A NaN must not pass for the smaller one.
+    // NaN must not be replaced by a smaller number.
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, |most, d| if d <= most { most } else { d })
 }
 

@@ -6,7 +6,7 @@ mod verdicts;
 use super::options::DeviceOptions;
 use crate::camera::Camera;
 use crate::check::{CheckReport, Family, Verdict};
-use crate::device::{Device, DeviceInfo};
+use crate::device::{Device, DeviceInfo, unusable_cache};
 use crate::error::Error;
 use crate::layers::Rays;
 use crate::renderer::Plan;
@@ -38,7 +38,14 @@ pub(super) fn require(device: &Device, families: &BTreeSet<Family>, options: &De
         families.iter().map(|&family| (family, kept.read(family))).partition(|(_, v)| v.is_some());
     let mut verdicts: Vec<Verdict> = known.into_iter().filter_map(|(_, verdict)| verdict).collect();
     let unknown: Vec<Family> = unknown.into_iter().map(|(family, _)| family).collect();
-    verdicts.extend(decided(checked(device.info(), &kept, &unknown)));
+    let outcomes = checked(device.info(), &kept, &unknown);
+    // The picture would fail for the same reason, and PoCL's compiler ends the process then.
+    if outcomes.iter().any(|outcome| matches!(outcome, Outcome::Undecided(..)))
+        && let Some(error) = unusable_cache(&device.info().platform)
+    {
+        return Err(error);
+    }
+    verdicts.extend(decided(outcomes));
     CheckReport::new(device, verdicts).require()
 }
 
@@ -61,11 +68,23 @@ fn checked(device: &DeviceInfo, kept: &Verdicts, families: &[Family]) -> Vec<Out
     let what = format!("checking {} (once for its driver and this version)", device.name);
     let outcomes = child::check(device, families, |family| bar.set_message(format!("{what}: {family}")));
     bar.finish_and_clear();
+    let outcomes = without_room(outcomes, || unusable_cache(&device.platform));
     kept.keep(outcomes.iter().filter_map(|outcome| match outcome {
         Outcome::Decided(verdict) => Some(verdict),
         Outcome::Undecided(..) => None,
     }));
     outcomes
+}
+
+/// A family that fails while the kernel cache cannot be written says nothing about the device.
+fn without_room(outcomes: Vec<Outcome>, unusable: impl FnOnce() -> Option<Error>) -> Vec<Outcome> {
+    let failed = |outcome: &Outcome| matches!(outcome, Outcome::Decided(verdict) if !verdict.passed());
+    let Some(error) = outcomes.iter().any(failed).then(unusable).flatten() else { return outcomes };
+    let undecided = |outcome| match outcome {
+        Outcome::Decided(verdict) if !verdict.passed() => Outcome::Undecided(verdict.family, error.to_string()),
+        other => other,
+    };
+    outcomes.into_iter().map(undecided).collect()
 }
 
 /// The verdicts among outcomes. Where there is none, it is not the device that is at fault: what is, the picture itself will meet too.

@@ -33,7 +33,7 @@ fn launchers_are_their_kernels_signatures() {
     let others = [BlendMode::Maximum, BlendMode::Minimum, BlendMode::Average, BlendMode::Iso { refined: true }];
     for blend in others {
         let rendering = Rendering { blend, ..rendering };
-        compare::<layered::PointLattice>(d, ((voxels, Kernel::BSpline, segments, rendering), 2));
+        compare::<layered::PointLattice>(d, (voxels, Kernel::BSpline, segments, rendering));
         compare::<layered::PointSamples>(d, (voxels, Kernel::BSpline, segments, rendering));
         compare::<layered::PointDirect>(d, (voxels, Kernel::Linear, segments, rendering));
         compare::<rays::CastValues>(d, (voxels, Kernel::Linear, rendering));
@@ -42,15 +42,15 @@ fn launchers_are_their_kernels_signatures() {
     compare::<rays::Raycast>(d, (voxels, Kernel::Cubic, depths));
     compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, Rendering { blend: BlendMode::Iso { refined: false }, ..depths }));
     let compared = [
-        compare::<volume::Transpose>(d, kind),
+        compare::<volume::Transpose>(d, voxels),
         compare::<volume::PrefilterRows>(d, voxels),
         compare::<volume::PrefilterColumns>(d, ()),
         compare::<volume::FillMinMaxBlocks>(d, voxels),
-        compare::<volume::SlabVisibility>(d, kind),
-        compare::<volume::ShownChunks>(d, ()),
-        compare::<volume::ShownSlabs>(d, ()),
+        compare::<volume::SlabVisibility>(d, voxels),
+        compare::<volume::ShownChunks>(d, voxels),
+        compare::<volume::ShownSlabs>(d, voxels),
         compare::<volume::ValueRange>(d, kind),
-        compare::<layered::PointLattice>(d, ((voxels, Kernel::CatmullRom, segments, rendering), 1)),
+        compare::<layered::PointLattice>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
         compare::<layered::PointSamples>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
         compare::<layered::PointDirect>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare::<layered::SplatLattice>(d, (voxels, rendering)),
@@ -75,7 +75,6 @@ fn launchers_are_their_kernels_signatures() {
         compare::<sheets::AxisSheets>(d, rendering),
         compare::<sheets::ViewSheets>(d, (5, true, rendering)),
         compare::<picture::Warp>(d, ()),
-        compare::<picture::WarpDisplayed>(d, ()),
         compare::<picture::Present>(d, ()),
     ];
     assert_eq!(BTreeSet::from(compared), sources::kernel_names(), "every kernel is compared");
