@@ -90,12 +90,7 @@ pub(super) const RGBA8: u64 = size_of::<[u8; 4]>() as u64;
 
 impl Default for Picture {
     fn default() -> Self {
-        Self {
-            warp: Launcher::default(),
-            present: Launcher::default(),
-            frame: Growing::of_frames(),
-            rgba: Growing::of_frames(),
-        }
+        Self { warp: Launcher::default(), present: Launcher::default(), frame: Growing::of_frames(), rgba: Growing::of_frames() }
     }
 }
 
