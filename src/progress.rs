@@ -1,7 +1,11 @@
 //! Progress of long tasks, reported to an observer. Only the command installs one.
 
 #[cfg(feature = "cli")]
-use std::sync::OnceLock;
+use std::{
+    sync::OnceLock,
+    sync::atomic::{AtomicU64, Ordering},
+    time::Duration,
+};
 
 /// An observer: task name, completed steps and total steps, which is 0 if unknown.
 #[cfg(feature = "cli")]
@@ -15,6 +19,22 @@ static WATCH: OnceLock<Box<Watch>> = OnceLock::new();
 #[cfg(feature = "cli")]
 pub(crate) fn watch(watch: impl Fn(&str, u64, u64) + Send + Sync + 'static) {
     let _ = WATCH.set(Box::new(watch));
+}
+
+/// Microseconds that building programs has taken in this process.
+#[cfg(feature = "cli")]
+static BUILDING: AtomicU64 = AtomicU64::new(0);
+
+/// Adds the time that the build of a program took.
+#[cfg(feature = "cli")]
+pub(crate) fn add_building(taken: Duration) {
+    BUILDING.fetch_add(taken.as_micros() as u64, Ordering::Relaxed);
+}
+
+/// How long programs were built in this process.
+#[cfg(feature = "cli")]
+pub(crate) fn building() -> Duration {
+    Duration::from_micros(BUILDING.load(Ordering::Relaxed))
 }
 
 /// A long task.

@@ -128,23 +128,25 @@ static inline bool nothing_under(__global const float4 *lattice, __global const 
     return opacity == 0.0f;
 }
 
-// Some pixels of a row to the frame of floats, or, `displayed`, straight to the 8-bit picture: one pass over the frame's floats less, 0.5 ms of 2
-// at 512 x 512. One kernel for both: it takes compilers longer than any other but the lattice's.
-ALWAYS_INLINE void put_pixels(const WarpParams *p, const float4 *pixels, int count, float4 background, __global uchar *picture, size_t first) {
+// A pixel of a row to the frame of floats, or, `displayed`, straight to the 8-bit picture: one pass over the frame's floats less, 0.5 ms of 2 at
+// 512 x 512. One kernel for both: it takes compilers longer than any other but the lattice's.
+static inline void put_pixel(const WarpParams *p, float4 color, float4 background, __global uchar *picture, size_t at) {
     if (p->displayed) {
-        __global uchar4 *out = (__global uchar4 *)picture + first;
-        int i = 0;
-#if BLOCK_COLUMNS % 4 == 0
-        for (; i + 4 <= count; i += 4)
-            vstore16(displayed_four(*(const float16 *)(pixels + i), background), 0, (__global uchar *)(out + i));
-#endif
-        for (; i < count; i++)
-            out[i] = displayed(pixels[i], background);
+        ((__global uchar4 *)picture)[at] = displayed(color, background);
     } else {
         // Means and shares of what is opaque add up to more than 1 by rounding.
-        __global float4 *out = (__global float4 *)picture + first;
-        for (int i = 0; i < count; i++)
-            out[i] = MIN((float4)(1.0f), (p->added ? out[i] : (float4)(0.0f)) + p->share * pixels[i]);
+        __global float4 *out = (__global float4 *)picture + at;
+        *out = MIN((float4)(1.0f), (p->added ? *out : (float4)(0.0f)) + p->share * color);
+    }
+}
+
+// And four.
+ALWAYS_INLINE void put_four(const WarpParams *p, float16 colors, float4 background, __global uchar *picture, size_t at) {
+    if (p->displayed) {
+        vstore16(displayed_four(colors, background), 0, picture + 4 * at);
+    } else {
+        __global Four *out = (__global Four *)((__global float4 *)picture + at);
+        *out = MIN((float16)(1.0f), (p->added ? *out : (float16)(0.0f)) + p->share * colors);
     }
 }
 
@@ -160,20 +162,27 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
     const float inset = 0.5f / p.filter;
     const bool nothing =
         nothing_under(lattice, active_samples, &p, left + inset, right - inset, top + inset, bottom - inset);
+    if (nothing) {
+        // By itself: what it is displayed as is found once.
+        for (int line = top; line < bottom; line++)
+            for (int i = 0; i < count; i++)
+                put_pixel(&p, (float4)(0.0f), background, picture, (size_t)line * p.columns + left + i);
+        return;
+    }
     const bool upright = p.upright && !p.for_each_pixel;
-    const Lines lines = lines_of(&p);
+    Lines lines;
+    if (upright)
+        lines = lines_of(&p);
 #ifdef TAKES_LINES
     ColumnLines columns;
-    if (upright && !nothing)
+    if (upright)
         lines_below(&lines, left, p.on_pixels, &columns);
 #endif
     for (int line = top; line < bottom; line++) {
         float16 row[(BLOCK_COLUMNS + 3) / 4];
         float4 *pixels = (float4 *)row;
-        if (nothing) {
-            for (int i = 0; i < BLOCK_COLUMNS; i++)
-                pixels[i] = 0.0f;
-        } else if (p.for_each_pixel) {
+        const size_t at = (size_t)line * p.columns + left;
+        if (p.for_each_pixel) {
             for (int i = 0; i < count;) {
 #if BLOCK_COLUMNS % 16 == 0
                 if (i + 16 <= count) {
@@ -196,6 +205,12 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
             for (int i = 0; i < count; i++)
                 pixels[i] = pixel_at(lattice, &p, left + i, line);
         }
-        put_pixels(&p, pixels, count, background, picture, (size_t)line * p.columns + left);
+        int i = 0;
+#if BLOCK_COLUMNS % 4 == 0
+        for (; i + 4 <= count; i += 4)
+            put_four(&p, row[i / 4], background, picture, at + i);
+#endif
+        for (; i < count; i++)
+            put_pixel(&p, pixels[i], background, picture, at + i);
     }
 }

@@ -67,7 +67,10 @@ impl Device {
         let ids = self.shared.context.devices();
         let started = Instant::now();
         let built = program.build(ids, &options);
-        tracing::debug!("built {file} in {:.0} ms: {options}", started.elapsed().as_secs_f64() * 1e3);
+        let taken = started.elapsed();
+        tracing::debug!("built {file} in {:.0} ms: {options}", taken.as_secs_f64() * 1e3);
+        #[cfg(feature = "cli")]
+        crate::progress::add_building(taken);
         let log = program.get_build_log(ids[0]).unwrap_or_default();
         if let Err(e) = built {
             return Err(self.not_built(file, e, log));

@@ -4,6 +4,7 @@ pub(super) mod child;
 mod verdicts;
 
 use super::options::DeviceOptions;
+use super::progress;
 use crate::camera::Camera;
 use crate::check::{CheckReport, Family, Verdict};
 use crate::device::{Device, DeviceInfo, unusable_cache};
@@ -16,8 +17,11 @@ use crate::volume::Grid;
 use child::Outcome;
 use indicatif::ProgressBar;
 use std::collections::BTreeSet;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use verdicts::Verdicts;
+
+/// A check that takes longer has compiled kernels.
+const WORTH_TELLING: Duration = Duration::from_secs(1);
 
 /// Families that draw these views. What cannot be drawn has none: the renderer says why.
 pub(super) fn families(cameras: &[Camera], size: Viewport, grid: &Grid, settings: &Settings) -> BTreeSet<Family> {
@@ -66,8 +70,13 @@ fn checked(device: &DeviceInfo, kept: &Verdicts, families: &[Family]) -> Vec<Out
     let bar = ProgressBar::new_spinner();
     bar.enable_steady_tick(Duration::from_millis(200));
     let what = format!("checking {} (once for its driver and this version)", device.name);
+    let begun = Instant::now();
     let outcomes = child::check(device, families, |family| bar.set_message(format!("{what}: {family}")));
     bar.finish_and_clear();
+    // The pictures themselves take milliseconds.
+    if begun.elapsed() >= WORTH_TELLING {
+        progress::say_compiled(begun.elapsed());
+    }
     let outcomes = without_room(outcomes, || unusable_cache(&device.platform));
     kept.keep(outcomes.iter().filter_map(|outcome| match outcome {
         Outcome::Decided(verdict) => Some(verdict),
