@@ -1,4 +1,4 @@
-//! Tells the tests whether real volumes are at hand, so that those that need them are listed as ignored elsewhere.
+//! Sets `real_volumes` if real volumes are available, so that tests that need them are ignored elsewhere.
 
 fn main() {
     println!("cargo::rustc-check-cfg=cfg(real_volumes)");

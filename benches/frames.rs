@@ -20,7 +20,7 @@ fn frames(criterion: &mut Criterion) {
     }
 }
 
-/// A frame after the voxels have changed where they lie, beside the first one of a volume that is uploaded anew.
+/// A frame after the voxels have changed in place, compared with the first frame of a new upload.
 fn changes(criterion: &mut Criterion) {
     let scenes = [Scene::built_in(BUILT_IN[0])].into_iter().chain(Scene::data_sets());
     for scene in scenes.filter(|scene| ["hydrogen@128", "aneurism"].contains(&scene.name.as_str())) {

@@ -1,4 +1,4 @@
-//! Each stage of a frame by itself, as the device times it. `cargo bench --bench stages`
+//! Device time of each stage of a frame. `cargo bench --bench stages`
 
 mod scene;
 
@@ -20,7 +20,7 @@ fn stage_time(renderer: &mut Renderer, scene: &Scene, azimuth: f64, settings: &S
     Duration::from_secs_f64(ms / 1e3)
 }
 
-/// Stages of every frame.
+/// Stages that every frame has.
 fn frame_stages(criterion: &mut Criterion, scene: &Scene, name: &str, settings: &Settings, stages: &[&str]) {
     let mut renderer = scene.renderer();
     for stage in stages {
@@ -40,12 +40,12 @@ fn stages(criterion: &mut Criterion) {
     frame_stages(criterion, &scene, "points", &points, &["lattice", "warp"]);
     frame_stages(criterion, &scene, "splats", &splats, &["table", "footprints", "lattice", "warp"]);
 
-    // What a new transfer function takes, and what the first frame of a layer axis takes.
+    // Stages after a change of the transfer function, and of the first frame of a layer axis.
     let mut renderer = scene.renderer();
     criterion.bench_function("stage/points/visibility", |bencher| {
         bencher.iter_custom(|n| {
             let once = |_| {
-                // Another one, and back: the same would change nothing.
+                // Another one and back, since the same one would change nothing.
                 renderer.set_transfer_function(&scene.transfer.faded(0.5).expect("a share"));
                 renderer.set_transfer_function(&scene.transfer);
                 stage_time(&mut renderer, &scene, 72.0, &points, "visibility")

@@ -1,4 +1,4 @@
-//! Every volume of a folder with its automatic transfer function, on one picture:
+//! A contact sheet of all volumes of a folder, each with its automatic transfer function:
 //! `cargo run --release --example contact_sheet ../shared/volumes docs/images/volumes.jpg`.
 
 use image::{RgbaImage, imageops};

@@ -1,11 +1,11 @@
-//! Writes the pictures that the README shows into a folder: `cargo run --release --example gallery docs/images`.
+//! Writes the pictures of the README to a folder: `cargo run --release --example gallery docs/images`.
 
 use layersplat::{
     Background, Camera, Device, DeviceChoice, Error, OpenOptions, Orbit, Renderer, Settings, TransferFunction, Viewport, Volume,
 };
 use std::path::PathBuf;
 
-/// Iso-surface-like shells of the orbital: a faint outer one, an inner one that glows.
+/// Shells of the orbital, similar to iso-surfaces: a faint outer one, and a bright inner one.
 fn shells() -> Result<TransferFunction, Error> {
     let colors = vec![(0.0, [0.2, 0.5, 1.0]), (60.0, [0.3, 0.8, 1.0]), (120.0, [1.0, 0.65, 0.2]), (255.0, [1.0, 0.95, 0.7])];
     let opacities =

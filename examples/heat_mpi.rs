@@ -1,9 +1,9 @@
-//! A simulation in several processes that renders itself: `mpirun -n 4 cargo run --release --features mpi --example heat_mpi [FOLDER]`, or
-//! the built program under mpirun.
+//! A distributed simulation that renders itself: `mpirun -n 4 cargo run --release --features mpi --example heat_mpi [FOLDER]`, or the
+//! built program under mpirun.
 //!
-//! Heat spreads from a few hot rods through a block that loses it at its sides (dT/dt = 0.1 ΔT, explicit steps). Every rank has a slab of
-//! the block along z with two ghost layers on either side: one for a step, and both for kernels and gradients, so that pictures send no
-//! voxel. Every few steps all ranks render what they have, where they have it, and rank 0 adds the picture to a film.
+//! Heat spreads from a few hot rods through a block with cold faces (dT/dt = 0.1 ΔT, explicit steps). Every rank has a slab of the block
+//! along z with two ghost layers on either side: one for the simulation, both for kernels and gradients, so that rendering sends no
+//! voxels. Every few steps all ranks render their slabs in place, and rank 0 adds the picture to a film.
 
 use layersplat::distributed::mpi::topology::SimpleCommunicator;
 use layersplat::distributed::mpi::traits::*;
@@ -25,7 +25,7 @@ const STEPS_PER_FRAME: usize = 4;
 const GHOSTS: usize = 2;
 const BACKGROUND: Background = Background::Color([0.03, 0.04, 0.07]);
 
-/// A rank's layers, and ghosts of its neighbours'.
+/// A rank's layers, and ghost layers of its neighbours.
 struct Slab {
     brick: Brick,
     heat: Vec<f32>,
@@ -49,7 +49,7 @@ impl Slab {
         Self { brick, heat }
     }
 
-    /// One step of its own layers; the outermost of the block stay cold.
+    /// One step of the rank's own layers. The faces of the block stay cold.
     fn step(&mut self) {
         let before = self.heat.clone();
         for z in self.brick.own.first[2].max(1)..self.brick.own.end(2).min(SIDE - 1) {
@@ -63,7 +63,7 @@ impl Slab {
         }
     }
 
-    /// Renews the ghost layers from both neighbours.
+    /// Updates the ghost layers from both neighbours.
     fn exchange(&mut self, world: &SimpleCommunicator) {
         let (rank, last) = (world.rank(), world.size() - 1);
         let Brick { own, held } = self.brick;
@@ -92,7 +92,7 @@ impl Slab {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    // SAFETY: nothing has started a thread yet. Each rank of a machine takes its share of the cores.
+    // SAFETY: no thread has been started yet. Each rank of a machine gets its share of the cores.
     unsafe { layersplat::device::pin_cpu_threads() };
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| ".".into()));
     let (universe, _) = mpi::initialize_with_threading(Threading::Serialized).ok_or("MPI could not be initialised")?;
@@ -110,7 +110,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (viewport, device) = (Viewport::new(512, 512)?, Device::open(&DeviceChoice::Default)?);
     let mut slab = Slab::new(group.rank(), group.size());
     let mut renderer = Renderer::new(&group, &device, &slab.volume(&group, &grid)?, &transfer)?;
-    // The simulation's ranges are as good as any, and its voxels change.
+    // The ranges of the simulation are suitable for rendering, and its voxels change.
     renderer.balance(false);
     let film = || Animation::create(&folder.join("heat.gif"), viewport, FRAMES, 20, BACKGROUND);
     let mut film = if group.leads() { Some(film()?) } else { None };

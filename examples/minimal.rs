@@ -1,4 +1,4 @@
-//! The whole API in one picture: `cargo run --release --example minimal`.
+//! The API in a minimal example: `cargo run --release --example minimal`.
 
 use layersplat::framing::{Fixed, Framing};
 use layersplat::{Device, DeviceChoice, OpenOptions, Orbit, Renderer, Settings, TransferFunction, Viewport, Volume};

@@ -1,8 +1,8 @@
-//! A simulation of its own on the device, and a film of it: `cargo run --release --example reaction_diffusion [FOLDER]`.
+//! A simulation on the device and a film of it: `cargo run --release --example reaction_diffusion [FOLDER]`.
 //!
-//! The reaction and diffusion of two substances (Gray & Scott, 1984) in three dimensions: a kernel of this program's computes them in a
-//! buffer of its own, and every few steps layersplat renders that buffer. Voxels never leave the device, and nobody waits for anybody:
-//! a whole film is enqueued frame by frame, and only finished pictures are read.
+//! Reaction and diffusion of two substances (Gray & Scott, 1984) in three dimensions. A kernel of this program computes them in its own
+//! buffer, and every few steps layersplat renders that buffer. Voxels never leave the device, and the host never waits: the whole film
+//! is enqueued frame by frame, and only finished pictures are read.
 
 use layersplat::device::DeviceMemory;
 use layersplat::opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
@@ -25,8 +25,8 @@ const FRAMES: usize = 40;
 const STEPS_PER_FRAME: usize = 32;
 const BACKGROUND: Background = Background::Color([0.03, 0.04, 0.07]);
 
-/// One explicit step of du/dt = 0.16 Δu − uv² + F (1 − u), dv/dt = 0.08 Δv + uv² − (F + k) v, periodic, with u and v in buffers of their
-/// own.
+/// One explicit step of du/dt = 0.16 Δu − uv² + F (1 − u), dv/dt = 0.08 Δv + uv² − (F + k) v, with periodic boundaries. u and v have
+/// separate buffers.
 const STEP: &str = "
 __kernel void gray_scott(__global const float *u, __global const float *v, __global float *u_next, __global float *v_next, int n) {
     const int x = get_global_id(0), y = get_global_id(1), z = get_global_id(2), id = x + n * (y + n * z);
@@ -40,7 +40,7 @@ __kernel void gray_scott(__global const float *u, __global const float *v, __glo
     v_next[id] = b + 0.08f * of_v + reaction - (0.030f + 0.060f) * b;
 }";
 
-/// Nothing but u, and a few grains of v near the middle.
+/// u everywhere, and a few grains of v near the centre.
 fn seeds() -> (Vec<f32>, Vec<f32>) {
     let (mut u, mut v) = (vec![1.0; SIDE.pow(3)], vec![0.0; SIDE.pow(3)]);
     let mut random = 12345u32;
@@ -67,14 +67,14 @@ fn transfer() -> Result<TransferFunction, layersplat::Error> {
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "reaction_diffusion".into()));
     std::fs::create_dir_all(&folder)?;
-    // This program's own OpenCL. It takes the device that layersplat would.
+    // This program's own OpenCL context, on the device that layersplat would choose.
     let context = Context::from_device(&ClDevice::new(Device::open(&DeviceChoice::Default)?.id()))?;
-    #[allow(deprecated)] // The replacement needs OpenCL 2.0.
+    #[allow(deprecated)] // The replacement requires OpenCL 2.0.
     let queue = CommandQueue::create_default(&context, CL_QUEUE_PROFILING_ENABLE)?;
     let program = Program::create_and_build_from_source(&context, STEP, "")?;
     let kernel = Kernel::create(&program, "gray_scott")?;
     let room = || {
-        // SAFETY: no host pointer is given.
+        // SAFETY: no host pointer is passed.
         unsafe { Buffer::<f32>::create(&context, CL_MEM_READ_WRITE, SIDE.pow(3), std::ptr::null_mut()) }
     };
     let (mut u, mut v, u_next, v_next) = (room()?, room()?, room()?, room()?);
@@ -85,7 +85,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         queue.enqueue_write_buffer(&mut v, CL_BLOCKING, 0, &at_first_v, &[])?;
     }
 
-    // layersplat as a guest: it takes this queue, and the buffer as it lies there.
+    // layersplat uses this queue, and the buffer in place.
     let device = Device::of_queue(&queue)?;
     let grid = Grid::new([SIDE; 3], layersplat::glam::DVec3::ONE)?;
     let description = Description::new("v", grid.clone(), VoxelType::Float32, (0.0, 0.45))?;
@@ -99,7 +99,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     renderer.prepare(&camera(0), viewport, &settings)?;
 
-    // SAFETY: no host pointer is given.
+    // SAFETY: no host pointer is passed.
     let film =
         unsafe { Buffer::<u8>::create(&context, CL_MEM_READ_WRITE, FRAMES * 4 * viewport.pixels(), std::ptr::null_mut()) }?;
     let onto = PictureMemory::new(&DeviceMemory::of_buffer(&film)?, PictureFormat::Rgba8(BACKGROUND));
@@ -108,7 +108,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for frame in 0..FRAMES {
         let step = |first: [&Buffer<f32>; 2], second: [&Buffer<f32>; 2]| {
             let mut step = ExecuteKernel::new(&kernel);
-            // SAFETY: these are the kernel's arguments, of its types.
+            // SAFETY: number and types of the arguments match the kernel.
             unsafe {
                 step.set_arg(first[0]).set_arg(first[1]).set_arg(second[0]).set_arg(second[1]).set_arg(&(SIDE as i32));
                 step.set_global_work_sizes(&[SIDE; 3]).set_local_work_sizes(&[SIDE, 1, 1]).enqueue_nd_range(&queue)
@@ -132,7 +132,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut picture = vec![0u8; 4 * viewport.pixels()];
     for (frame, [_, _, drawn]) in events.iter().enumerate() {
-        // SAFETY: it is waited for, and there are as many bytes.
+        // SAFETY: the program waits for the read, and the buffer has as many bytes.
         unsafe { queue.enqueue_read_buffer(&film, CL_NON_BLOCKING, frame * picture.len(), &mut picture, &[drawn.get()]) }?
             .wait()?;
         let pixels = picture.as_chunks::<4>().0.iter().map(|p| p.map(|c| f32::from(c) / 255.0)).collect();

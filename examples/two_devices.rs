@@ -1,7 +1,7 @@
-//! A rotation shared by two devices: `cargo run --release --example two_devices [FRAMES]`.
+//! A rotation rendered by two devices: `cargo run --release --example two_devices [FRAMES]`.
 //!
-//! The processor is cut into sub-devices of one core. One of them renders a whole rotation; then two of them render half of it each, on a
-//! thread, context and queue of their own. (PoCL's two devices `pthread` and `basic` would share the same cores.)
+//! The CPU is partitioned into sub-devices of one core. First one of them renders a whole rotation; then two of them render half of it each,
+//! with separate threads, contexts and queues. (PoCL's devices `pthread` and `basic` would share the same cores.)
 
 use layersplat::opencl3::command_queue::CommandQueue;
 use layersplat::opencl3::context::Context;
@@ -15,15 +15,15 @@ use std::time::{Duration, Instant};
 
 const ROUNDS: usize = 5;
 
-/// A renderer on a device of its own.
+/// A renderer with a separate context and queue.
 fn renderer(device: &ClDevice, volume: &Volume, transfer: &TransferFunction) -> Result<Renderer, Box<dyn Error>> {
     let context = Context::from_device(device)?;
-    #[allow(deprecated)] // The replacement needs OpenCL 2.0.
+    #[allow(deprecated)] // The replacement requires OpenCL 2.0.
     let queue = CommandQueue::create_default(&context, 0)?;
     Ok(Renderer::new(&Device::of_queue(&queue)?, volume, transfer)?)
 }
 
-/// Frames of the rotation, one after the other.
+/// Renders frames of the rotation, one after the other.
 fn rotate(renderer: &mut Renderer, frames: Range<usize>, of: usize) -> Result<Vec<Vec<u8>>, layersplat::Error> {
     let viewport = Viewport::new(512, 512)?;
     let (centre, diagonal) = (renderer.grid().centre(), renderer.grid().diagonal());
@@ -47,12 +47,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let transfer = TransferFunction::automatic(&volume);
     let whole =
         ClDevice::new(Device::open(&DeviceChoice::Named("cpu".into())).or_else(|_| Device::open(&DeviceChoice::Default))?.id());
-    // They are released with these.
+    // Dropping the handles releases the sub-devices.
     let cores = whole.create_sub_devices(&[CL_DEVICE_PARTITION_EQUALLY, 1, 0])?;
     let parts: Vec<ClDevice> = cores.iter().map(|core| ClDevice::new(core.id())).collect();
     let [one, other, ..] = &parts[..] else { return Err("this device has a single core: there is nothing to share".into()) };
     let [mut one, mut other] = [renderer(one, &volume, &transfer)?, renderer(other, &volume, &transfer)?];
-    // Kernels are built, layouts made.
+    // Builds kernels and layouts, before timing.
     rotate(&mut one, 0..frames, frames)?;
     rotate(&mut other, 0..frames, frames)?;
 
@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok::<_, layersplat::Error>(all)
         })?;
         together.push(started.elapsed());
-        assert!(by_one == by_both, "both render the same pictures");
+        assert!(by_one == by_both, "both must render the same pictures");
     }
     let [alone, together] = [alone, together].map(|times| median(times).as_secs_f64());
     println!(

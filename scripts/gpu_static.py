@@ -1,8 +1,8 @@
-"""What each kernel takes of a graphics processor, from compilers alone: registers, stack, spills, occupancy. Started by scripts/gpu-static.
+"""Resources of each kernel on GPUs, from compilers alone: registers, stack, spills, occupancy. Started by scripts/gpu-static.
 
-NVIDIA: clang with libclc makes PTX, of which ptxas makes code; the driver has another compiler before ptxas, so figures are near its own,
-not the same. AMD: clang with libclc makes code, as AMD's driver does, whose library is another. Intel: ocloc is in neither Debian 12 nor
-PyPI, so there is nothing to ask.
+NVIDIA: clang with libclc generates PTX, and ptxas generates code from it. The driver has another compiler before ptxas, so its figures are
+similar, not equal. AMD: clang with libclc generates code, like AMD's driver, which uses another library. Intel: ocloc is in neither
+Debian 12 nor PyPI, so there are no figures.
 
 The occupancy is the share of the waves a processor can hold that it does hold, at most:
     waves of a SIMD  = min(most, registers of a lane / registers of the kernel, rounded up to how they are shared out)
@@ -27,30 +27,30 @@ from typing import NamedTuple
 
 from gpu_static_instructions import counted
 
-# What --check looks at: no kernel has a stack, but one that lists the voxels of a transfer function for sheets; those that draw a frame by
-# default (the warp also as 8 bits) may take so many registers.
+# Limits of --check: no kernel may have a stack, except one that lists the voxels of a transfer function for sheets. Kernels that render a
+# frame by default (the warp also to 8 bits) have a limit of registers.
 CHECKED = ["sm_90", "gfx1100"]
 WITH_STACK = ["splats"]
 DEFAULT_PATH = ["point_samples", "warp"]
 MOST_REGISTERS = {"standard": 96, "high": 128}
-# Segments that are composited in parts look at the field between samples: more registers, and scalars that AMD's compiler keeps in lanes.
+# Segments that are subdivided read the field between samples: more registers, and scalars that AMD's compiler keeps in lanes.
 DIMMED = {"registers": 128, "spills": 8}
 
 
 class Unit(NamedTuple):
-    """What a group runs on. NVIDIA: CUDA C++ Programming Guide, technical specifications; AMD: LLVM's AMDGPUBaseInfo.cpp."""
+    """Resources of a compute unit. NVIDIA: CUDA C++ Programming Guide, technical specifications; AMD: LLVM's AMDGPUBaseInfo.cpp."""
 
     simds: int
     lanes: int
-    # Of a lane of a SIMD, and in which portions waves have them.
+    # Registers per lane of a SIMD, and allocation granularity per wave.
     registers: int
     portion: int
-    # Most waves of a SIMD; most groups, of several waves and of one.
+    # Largest number of waves per SIMD; of groups, with several waves and with one.
     waves: int
     groups: int
     single: int
     local: int
-    # Of a SIMD, where they bound its waves.
+    # Scalar registers per SIMD, if they limit its waves.
     scalars: int | None = None
 
 
@@ -62,13 +62,13 @@ ARCHITECTURES = {
     "gfx1100": Unit(4, 32, registers=1536, portion=24, waves=16, groups=32, single=64, local=128 << 10),
 }
 
-# As OpenCL allows it and NVIDIA's compiler does it: divisions to 2.5 ulp, square roots to 3, denormals are zero.
+# As OpenCL permits and NVIDIA's compiler does: divisions to 2.5 ulp, square roots to 3 ulp, denormals are flushed to zero.
 OPTIONS_OF_NVPTX = "-mllvm -nvptx-prec-divf32=1 -mllvm -nvptx-prec-sqrtf32=0 -Xclang -fdenormal-fp-math-f32=preserve-sign,preserve-sign"
 COMMON_OPTIONS = "-x cl -Xclang -finclude-default-header -O3 -Wno-linker-warnings -Wno-unused-command-line-argument -S"
 
 
 def run(*command):
-    """What a command says, both ways; its failure is one line and all it said."""
+    """Standard output and standard error of a command; raises an error with its output if it fails."""
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"{shlex.join(command)}\n{done.stderr}")
@@ -76,7 +76,7 @@ def run(*command):
 
 
 def clang(arguments, options, target, library, text, folder):
-    """The assembly of a program's text, as a file."""
+    """Path of the assembly of a program."""
     source, assembly = os.path.join(folder, "program.cl"), os.path.join(folder, "program.s")
     with open(source, "w", encoding="utf-8") as file:
         file.write(text)
@@ -86,7 +86,7 @@ def clang(arguments, options, target, library, text, folder):
 
 
 def tool(arguments, name):
-    """A program of NVIDIA's from PyPI."""
+    """Path of a program of an NVIDIA package from PyPI."""
     return glob.glob(f"{arguments.nvidia}/lib/python3*/site-packages/nvidia/*/bin/{name}")[0]
 
 
@@ -106,7 +106,7 @@ def nvidia(arguments, architecture, options, text, folder):
         name = part.split("'")[1]
         found[name] = {
             "registers": sum(numbers(r"Used (\d+) registers", part)),
-            # The cumulative one counts what is called.
+            # The cumulative figure includes called functions.
             "stack": max(numbers(r"(\d+) bytes (?:stack frame|cumulative stack size)", part), default=0),
             "spills": sum(numbers(r"(\d+) bytes spill", part)),
             "local": sum(numbers(r"(\d+) bytes smem", part)),
@@ -137,7 +137,7 @@ def amd(arguments, architecture, options, text, folder):
 
 
 def occupancy(architecture, kernel, group):
-    """See above."""
+    """Occupancy of a kernel on a unit."""
     unit = ARCHITECTURES[architecture]
     registers = -(-max(kernel["registers"], 1) // unit.portion) * unit.portion
     waves = min(unit.waves, unit.registers // registers)
@@ -156,7 +156,7 @@ def compiled(arguments, architecture, options, text):
 
 
 def measured(arguments, kernels):
-    """A row per kernel, options and architecture. Programs with several kernels, or of one text, are compiled once."""
+    """A row per kernel, options and architecture. Programs with several kernels or equal source are compiled once."""
     programs = sorted({(a, k["options"], k["source"]) for k in kernels for a in arguments.arch})
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         results = dict(zip(programs, pool.map(lambda program: compiled(arguments, *program), programs)))
@@ -171,7 +171,7 @@ def measured(arguments, kernels):
 
 
 def edited(kernels, edits):
-    """The kernels once for each edit, by name: pairs of texts, the second of which stands in the first one's place."""
+    """The kernels once for each edit, by name. An edit is a list of pairs: a text and its replacement."""
     copies = []
     for name, pairs in edits.items():
         for kernel in kernels:
@@ -185,7 +185,7 @@ def edited(kernels, edits):
 
 
 def defines(row):
-    """What a program is built for."""
+    """Description of a program's build options."""
     return " ".join(option.removeprefix("-D") for option in row["options"].split() if option.startswith("-D"))
 
 
@@ -202,7 +202,7 @@ def print_table(rows):
 
 
 def check(rows, wanted):
-    """What takes too much, in words."""
+    """Description of exceeded limits."""
     started = {row["kernel"] for row in rows if row["qualities"]}
     wrong = [f"{kernel}: not started by default" for kernel in DEFAULT_PATH if kernel not in started and kernel in (wanted or {kernel})]
     for row in rows:

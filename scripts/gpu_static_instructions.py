@@ -1,10 +1,10 @@
-"""Counts of a kernel's instructions by kind, as they stand in its code, for scripts/gpu_static.py."""
+"""Static instruction counts of a kernel by kind, for scripts/gpu_static.py."""
 
 import re
 from collections import Counter
 
-# The first that fits. `float`: additions and multiplications; `local`: the stack and spills;
-# `generic`: any memory, of which only the address tells which it is; `shared`: local memory of OpenCL.
+# The first match counts. `float`: additions and multiplications; `local`: the stack and spills; `generic`: any memory space, decided by the
+# address; `shared`: OpenCL's local memory.
 KINDS = {
     "nvidia": {
         "load": r"LDG",
@@ -39,7 +39,7 @@ KINDS = {
         "integer": r"[vs]_",
     },
 }
-# Where the code of a function begins, and an instruction of it.
+# Start of a function, and an instruction.
 BEGIN = {"nvidia": re.compile(r"^\s*\.section\s+\.text\.([^\s,]+)"), "amd": re.compile(r"^([A-Za-z_]\w*):.*; @")}
 INSTRUCTION = {
     "nvidia": re.compile(r"^\s*/\*[0-9a-f]{4,}\*/\s+\{?\s*(?:@!?U?P\w+\s+)?([A-Z][A-Z0-9_.]*)"),
@@ -52,7 +52,7 @@ def kind_of(vendor, name):
 
 
 def counted(vendor, assembly):
-    """Counts by kind, by kernel. Functions that are called count where they stand."""
+    """Counts by kind, by kernel. Called functions count where they are defined."""
     counts, current = {}, None
     for line in assembly.splitlines():
         begin = BEGIN[vendor].match(line)

@@ -1,4 +1,4 @@
-//! The camera, in world coordinates. Position and axes equal those of a vtkCamera with the same settings.
+//! Cameras in world coordinates. Position and axes equal those of a vtkCamera with the same settings.
 
 mod path;
 
@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::viewport::Viewport;
 use glam::DVec3;
 
-/// How a viewport sees the world.
+/// Projection of the world to the viewport.
 ///
 /// ```
 /// use layersplat::Projection;
@@ -18,19 +18,19 @@ use glam::DVec3;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Parallel rays; `scale` is half the viewport's height in world units.
+    /// Parallel rays.
     Parallel {
-        /// Half the viewport's height, world units, > 0.
+        /// Half the viewport's height in world units, > 0.
         scale: f64,
     },
-    /// Rays from the eye; the vertical field of view in degrees, between 0 and 180, exclusive.
+    /// Rays from the eye.
     Perspective {
-        /// Vertical field of view, degrees.
+        /// Vertical field of view in degrees, between 0 and 180, exclusive.
         field_of_view: f64,
     },
 }
 
-/// Position, focal point, view-up and projection.
+/// A camera: position, focal point, view-up and projection.
 ///
 /// ```
 /// use layersplat::{Camera, Orbit, Viewport, glam::DVec3};
@@ -42,17 +42,17 @@ pub enum Projection {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// The eye, world units. In a parallel projection only the direction to the focal point counts.
+    /// Position of the eye in world units. In a parallel projection only its direction from the focal point matters.
     pub position: DVec3,
-    /// The point in the middle of the viewport.
+    /// World point at the centre of the viewport.
     pub focal_point: DVec3,
-    /// Any vector that is up on the screen; it need not be at right angles to the view.
+    /// A vector that points upwards on the screen; it need not be orthogonal to the view direction.
     pub view_up: DVec3,
-    /// Parallel or perspective.
+    /// Parallel or perspective projection.
     pub projection: Projection,
 }
 
-/// Right, up and forward of a camera: orthonormal.
+/// Orthonormal axes of a camera.
 ///
 /// ```
 /// use layersplat::{Camera, Orbit, Viewport, glam::DVec3};
@@ -64,15 +64,15 @@ pub struct Camera {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Basis {
-    /// To the right on the screen.
+    /// Rightwards on the screen.
     pub right: DVec3,
-    /// Up on the screen.
+    /// Upwards on the screen.
     pub up: DVec3,
-    /// From the eye to the focal point.
+    /// View direction, from the eye to the focal point.
     pub forward: DVec3,
 }
 
-/// Where an orbiting camera stands, in degrees: `azimuth` about y, `elevation` above the xz plane, `roll` about the view.
+/// Orientation of an orbiting camera in degrees: `azimuth` about y, `elevation` above the xz plane, `roll` about the view direction.
 ///
 /// ```
 /// use layersplat::{Camera, Orbit, Projection, glam::DVec3};
@@ -84,19 +84,19 @@ pub struct Basis {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Orbit {
-    /// Degrees about the y axis; 0 looks along −z.
+    /// Degrees about the y axis; at 0 the camera looks along −z.
     pub azimuth: f64,
-    /// Degrees above the xz plane, −90 … 90 and beyond.
+    /// Degrees above the xz plane; may exceed ±90.
     pub elevation: f64,
-    /// Degrees about the view direction, as `vtkCamera::Roll`.
+    /// Degrees about the view direction, like `vtkCamera::Roll`.
     pub roll: f64,
 }
 
 impl Camera {
-    /// A camera at `distance` from `centre`, looking at it.
+    /// A camera at `distance` (world units) from `centre`, looking at it.
     ///
-    /// The direction from the centre to the eye is c = (cosE·sinA, sinE, cosE·cosA), right = (cosA, 0, −sinA) and
-    /// up = c × right, also at E = ±90°; a roll φ turns up into up·cosφ + right·sinφ.
+    /// The direction from the centre to the eye is c = (cosE·sinA, sinE, cosE·cosA). The axes are right = (cosA, 0, −sinA) and
+    /// up = c × right, also at E = ±90°. A roll φ rotates up to up·cosφ + right·sinφ.
     pub fn orbit(centre: DVec3, distance: f64, orbit: Orbit, projection: Projection) -> Self {
         let (sin_a, cos_a) = exact_sin_cos(orbit.azimuth);
         let (sin_e, cos_e) = exact_sin_cos(orbit.elevation);
@@ -107,17 +107,17 @@ impl Camera {
         Self { position: centre + to_eye * distance, focal_point: centre, view_up: up * cos_r + right * sin_r, projection }
     }
 
-    /// A parallel view in which every rotation of an object fits: half the viewport's height is half the object's
-    /// `diagonal`, divided by width/height where the viewport is narrower than high.
+    /// A parallel view that fits an object of the given `diagonal` (world units) in any orientation. Half the viewport's height is half the
+    /// diagonal, divided by width/height if the viewport is narrower than high.
     pub fn fit_parallel(centre: DVec3, diagonal: f64, viewport: Viewport, orbit: Orbit) -> Self {
         let aspect = f64::from(viewport.width) / f64::from(viewport.height);
         let projection = Projection::Parallel { scale: diagonal / 2.0 / aspect.min(1.0) };
         Self::orbit(centre, diagonal, orbit, projection)
     }
 
-    /// A perspective in which every rotation of an object fits the field of view (vertical, degrees): the eye is half the object's
-    /// `diagonal` / sin(fov/2) away from its centre, as after vtkRenderer::ResetCamera, with the horizontal field of view where
-    /// the viewport is narrower than high.
+    /// A perspective view that fits an object of the given `diagonal` (world units) in any orientation. `field_of_view` is vertical, in
+    /// degrees. The distance of the eye is half the diagonal / sin(fov/2), as after vtkRenderer::ResetCamera; if the viewport is narrower
+    /// than high, fov is the horizontal field of view.
     pub fn fit_perspective(centre: DVec3, diagonal: f64, field_of_view: f64, viewport: Viewport, orbit: Orbit) -> Self {
         let aspect = f64::from(viewport.width) / f64::from(viewport.height);
         let narrower = ((field_of_view.to_radians() / 2.0).tan() * aspect.min(1.0)).atan();
@@ -125,20 +125,22 @@ impl Camera {
         Self::orbit(centre, distance, orbit, Projection::Perspective { field_of_view })
     }
 
-    /// The camera's axes, or an error when the camera has none: eye on the focal point, view-up along the view, or a
-    /// projection that shows nothing.
+    /// The camera's axes.
+    ///
+    /// # Errors
+    /// If the eye is at the focal point, view-up is parallel to the view direction, a number is not finite, or the projection is invalid.
     pub fn basis(&self) -> Result<Basis, Error> {
-        self.projection.check()?;
         let invalid = |problem: &'static str| Error::Camera { problem };
+        // Before the projection: a scale that was fitted to angles that are not finite is not finite either.
         if !(self.position.is_finite() && self.focal_point.is_finite() && self.view_up.is_finite()) {
-            return Err(invalid("position, focal point and view-up must be finite"));
+            return Err(invalid(
+                "position, focal point and view-up must be finite: check these, or azimuth, elevation, roll, centre and distance",
+            ));
         }
-        let to_eye = (self.position - self.focal_point)
-            .try_normalize()
-            .ok_or(invalid("position and focal point coincide: move one of them"))?;
-        let right = self
-            .view_up
-            .try_normalize()
+        self.projection.check()?;
+        let to_eye = unit(self.position - self.focal_point)
+            .ok_or(invalid("position and focal point coincide, or are too far apart: move one of them"))?;
+        let right = unit(self.view_up)
             .and_then(|up| up.cross(to_eye).try_normalize())
             .ok_or(invalid("view-up is zero or parallel to the view: choose another"))?;
         Ok(Basis { right, up: to_eye.cross(right), forward: -to_eye })
@@ -160,6 +162,13 @@ impl Projection {
         };
         Err(Error::OutOfRange { name, value: value.to_string(), expected })
     }
+}
+
+/// The vector with length 1; `None` for zero and for vectors that are not finite.
+fn unit(vector: DVec3) -> Option<DVec3> {
+    // Squares overflow from 1e154 on and lose digits below 1e-154, where the vector itself is still exact.
+    let exact = vector.length_squared().is_normal();
+    if exact { vector.try_normalize() } else { (vector / vector.abs().max_element()).try_normalize() }
 }
 
 /// Sine and cosine of an angle in degrees, exact at multiples of 90°.
@@ -198,6 +207,16 @@ mod tests {
         let b = basis(30.0, 90.0, 0.0);
         assert!((b.forward - DVec3::NEG_Y).length() < 1e-15);
         assert!((b.right - DVec3::new(30f64.to_radians().cos(), 0.0, -0.5)).length() < 1e-15);
+    }
+
+    #[test]
+    fn far_and_near_eyes_have_axes() {
+        for scale in [1e-300, 1e-160, 1e160, 1e300] {
+            let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 10.0 };
+            let camera = Camera::orbit(DVec3::ZERO, 2.0 * scale, orbit, Projection::Parallel { scale });
+            let (found, expected) = (camera.basis().unwrap(), basis(30.0, 20.0, 10.0));
+            assert!((found.forward - expected.forward).length() < 1e-15 && (found.up - expected.up).length() < 1e-15, "{scale}");
+        }
     }
 
     #[test]

@@ -167,11 +167,15 @@ pub enum Error {
         /// The platforms, with what each of them answered.
         platforms: String,
     },
-    /// PoCL cannot keep the kernels that it compiles, and has no device then.
-    #[error("PoCL cannot write {folder}, where it keeps compiled kernels: set POCL_CACHE_DIR to a folder that it can write")]
+    /// PoCL cannot keep the kernels that it compiles: it has no device then, or builds nothing.
+    #[error(
+        "PoCL cannot keep compiled kernels in {folder} ({source}): set POCL_CACHE_DIR to a folder that it can write, on a disk with room"
+    )]
     KernelCache {
         /// The folder.
         folder: PathBuf,
+        /// Why: a full disk, for example.
+        source: io::Error,
     },
     /// A file's name does not tell what it holds, or tells it wrongly.
     #[error("{path}: {problem}: name it NAME_XxYxZ_TYPE.raw, or give {field}", path = path.display())]
@@ -263,16 +267,22 @@ pub enum Error {
         /// What is wrong with it and what to do.
         problem: String,
     },
-    /// A frame that took longer than it may.
+    /// A frame that took longer than its time limit.
     #[error(
-        "the frame was given up before {stage}: it has taken longer than {longest:?}; allow it more time, or choose a smaller picture or a \
+        "the frame took longer than its limit of {longest:?} and ended before {stage}: raise the limit, or choose a smaller picture or a \
          lower quality"
     )]
     TooLong {
-        /// What it would have gone on with.
+        /// The stage that was not started.
         stage: &'static str,
-        /// How long it may take.
+        /// The time limit.
         longest: std::time::Duration,
+    },
+    /// A frame that another thread cancelled ([`Cancel`](crate::Cancel)).
+    #[error("the frame was cancelled before {stage}")]
+    Cancelled {
+        /// The stage that was not started.
+        stage: &'static str,
     },
     /// A device that does not draw what it should.
     #[error(
@@ -319,6 +329,11 @@ impl Error {
             Error::DeviceMemory { .. } | Error::OutOfDeviceMemory { .. } => &["device"],
             _ => &[],
         }
+    }
+
+    /// Whether a device, or its budget, has too little memory left: other buffers may make room.
+    pub(crate) fn is_lack_of_device_memory(&self) -> bool {
+        matches!(self, Error::MemoryBudget { .. } | Error::OutOfDeviceMemory { .. })
     }
 
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {

@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all, and what is left of them when the process ends: nothing.
+//! Atomic file output, and removal of unfinished files when the process ends.
 
 use crate::error::Error;
 use std::collections::BTreeSet;
@@ -6,53 +6,97 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
+use std::time::Duration;
+use sysinfo::{Pid, ProcessesToUpdate, System};
 use tempfile::{NamedTempFile, TempPath};
 
-/// Held for reading while a file is written.
+/// Locked for reading while a file is written.
 static WRITING: RwLock<()> = RwLock::new(());
-/// Files that take too long for anyone to wait for them.
+/// Files whose writing takes long. They are removed on exit, not waited for.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+/// Folders in which this process has looked for what others left.
+static SWEPT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// While what this returns is held, no signal ends the process.
+/// What names of files begin with while they are written; the number of the process follows.
+const PREFIX: &str = ".layersplat-";
+/// How long nobody has written to a file that was left behind. Its process may live where this one cannot see it, in another container
+/// or on another machine; then it writes a frame of its film within that time.
+const LEFT: Duration = Duration::from_secs(24 * 3600);
+
+/// While the returned guard exists, no signal ends the process.
 fn at_hand() -> RwLockReadGuard<'static, ()> {
     WRITING.read().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Waits until no file is half written, removes those that take longer, and lets no other begin before `then` returns: a process may end
-/// there.
+/// Waits for short writes, removes unfinished files, and blocks new writes while `then` runs. The process may exit in `then`.
 #[cfg(feature = "cli")]
 pub(crate) fn between_files<T>(then: impl FnOnce() -> T) -> T {
     let _no_file = WRITING.write().unwrap_or_else(PoisonError::into_inner);
     for path in std::mem::take(&mut *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)) {
-        // There is nobody left to tell.
+        // The process is about to exit, so errors cannot be reported.
         let _ = std::fs::remove_file(&path).or_else(|_| std::fs::remove_dir_all(&path));
     }
     then()
 }
 
-/// A temporary file beside a path, and where it is to be renamed to: what a link leads to is written, not the link.
+/// Creates a temporary file in the folder of `path`, and returns it with its final path. Symbolic links are followed.
 fn beside(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
     if target.exists() && !target.is_file() {
-        return Err(io::Error::other("it exists and is no regular file"));
+        return Err(io::Error::other("it exists and is not a regular file"));
     }
     let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !folder.is_dir() {
-        return Err(io::Error::other(format!("there is no folder {}", folder.display())));
+        return Err(io::Error::other(format!("the folder {} does not exist", folder.display())));
     }
+    if SWEPT.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.into()) {
+        sweep(folder);
+    }
+    let prefix = format!("{PREFIX}{}-", std::process::id());
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".layersplat-");
+    builder.prefix(&prefix);
     #[cfg(unix)]
     let builder = {
         use std::os::unix::fs::PermissionsExt;
-        // As any new file: the umask takes away what it must.
+        // Default permissions of a new file; the umask applies.
         builder.permissions(std::fs::Permissions::from_mode(0o666))
     };
     let file = builder.tempfile_in(folder)?;
     Ok((file, target))
 }
 
-/// Writes a file under a temporary name beside it, then renames it: it appears whole or not at all.
+/// Removes the files of processes that were killed while they wrote: of those that no longer run, and not written to for a day.
+fn sweep(folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let is_old = |entry: &std::fs::DirEntry| {
+            let metadata = entry.metadata().ok().filter(std::fs::Metadata::is_file);
+            metadata.and_then(|found| found.modified().ok()?.elapsed().ok()).is_some_and(|since| since > LEFT)
+        };
+        let process = entry.file_name().to_str().and_then(process_of);
+        // A file that is removed by another process at the same time is gone as well.
+        if process.is_some_and(|process| is_old(&entry) && !is_running(process)) && std::fs::remove_file(entry.path()).is_ok() {
+            tracing::info!("removed {}: its process was killed before it was finished", entry.path().display());
+        }
+    }
+}
+
+/// The process that gave a file its temporary name.
+fn process_of(name: &str) -> Option<u32> {
+    let (process, _random) = name.strip_prefix(PREFIX)?.split_once('-')?;
+    process.parse().ok()
+}
+
+fn is_running(process: u32) -> bool {
+    let (mut system, process) = (System::new(), Pid::from_u32(process));
+    system.refresh_processes(ProcessesToUpdate::Some(&[process]), true);
+    system.process(process).is_some()
+}
+
+/// Writes a file atomically: to a temporary file in the same folder, which is then renamed.
+///
+/// # Errors
+/// [`Error::Write`], which names `path`. No file is left behind.
 pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
     let _writing = at_hand();
     let failed = |e| Error::write(path, e);
@@ -64,14 +108,15 @@ pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result
     Ok(())
 }
 
-/// A file that is written bit by bit, for longer than anyone waits who ends the process: it is removed then, as when this is dropped.
+/// A file that is written incrementally over a long time. It is removed if this is dropped or the process ends before
+/// [`finish`](Self::finish).
 pub(crate) struct Unfinished {
     temporary: Option<TempPath>,
     target: PathBuf,
 }
 
 impl Unfinished {
-    /// The file, and where to write.
+    /// Creates the temporary file and opens it for writing.
     pub fn new(path: &Path) -> io::Result<(Self, File)> {
         let _writing = at_hand();
         let (file, target) = beside(path)?;
@@ -80,15 +125,15 @@ impl Unfinished {
         Ok((Self { temporary: Some(temporary), target }, file))
     }
 
-    /// Its name for the time being.
+    /// Path of the temporary file.
     pub fn path(&self) -> &Path {
-        self.temporary.as_deref().expect("it is there until it is finished")
+        self.temporary.as_deref().expect("present until finished")
     }
 
-    /// Gives it its name, once everything is in it.
+    /// Renames the complete file to its final path.
     pub fn finish(mut self) -> io::Result<()> {
         let _writing = at_hand();
-        let temporary = self.temporary.take().expect("it is there until it is finished");
+        let temporary = self.temporary.take().expect("present until finished");
         unfinished(|paths| paths.remove(&temporary.to_path_buf()));
         temporary.persist(&self.target).map_err(|e| e.error)
     }
@@ -102,18 +147,21 @@ impl Drop for Unfinished {
     }
 }
 
-/// What to do where a temporary file cannot be written: another folder may have room.
+/// Error of a failed write to a temporary file, which suggests another folder.
 pub(crate) fn temporary_failed(e: io::Error) -> Error {
-    Error::write(&std::env::temp_dir(), io::Error::new(e.kind(), format!("{e}; TMPDIR names another folder for temporary files")))
+    Error::write(
+        &std::env::temp_dir(),
+        io::Error::new(e.kind(), format!("{e}; set TMPDIR to another folder for temporary files")),
+    )
 }
 
-/// A folder for files on their way: it is removed with all that is in it when this is dropped, or the process ends.
+/// A temporary folder. It is removed with its content when this is dropped or the process ends.
 #[cfg(feature = "cli")]
 pub(crate) struct Scratch(tempfile::TempDir);
 
 #[cfg(feature = "cli")]
 impl Scratch {
-    /// Where the system has temporary files (`TMPDIR`).
+    /// Creates the folder in the system's temporary folder (`TMPDIR`).
     pub fn new() -> Result<Self, Error> {
         let _writing = at_hand();
         let folder = tempfile::Builder::new().prefix("layersplat-").tempdir();
@@ -144,6 +192,39 @@ mod tests {
 
     fn names(folder: &Path) -> Vec<String> {
         std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn files_of_killed_processes_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut killed = std::process::Command::new("true").spawn().unwrap();
+        killed.wait().unwrap();
+        let (dead, own) = (killed.id(), std::process::id());
+        let put = |name: &str, hours: u64| {
+            let file = File::create(folder.path().join(name)).unwrap();
+            file.set_modified(std::time::SystemTime::now() - Duration::from_secs(hours * 3600)).unwrap();
+        };
+        let left = format!(".layersplat-{dead}-a1B2c3");
+        let kept = [
+            (format!(".layersplat-{dead}-recent"), 23),
+            (format!(".layersplat-{own}-running"), 1000),
+            (".layersplat-Xy12Zw".into(), 1000),
+            (format!("layersplat-{dead}-Xy12Zw"), 1000),
+            (format!(".layersplat-{dead}"), 1000),
+        ];
+        put(&left, 25);
+        kept.iter().for_each(|(name, hours)| put(name, *hours));
+        std::fs::create_dir(folder.path().join(format!(".layersplat-{dead}-folder"))).unwrap();
+        assert!(names(folder.path()).contains(&left));
+        let (unfinished, _) = Unfinished::new(&folder.path().join("a.bin")).unwrap();
+        drop(unfinished);
+        let mut expected: Vec<String> = kept.into_iter().map(|(name, _)| name).collect();
+        expected.push(format!(".layersplat-{dead}-folder"));
+        let mut found = names(folder.path());
+        expected.sort();
+        found.sort();
+        assert_eq!(found, expected);
     }
 
     #[test]

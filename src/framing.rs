@@ -1,25 +1,25 @@
-//! Where a volume can be seen through a transfer function, and the cameras that fit it.
+//! Cameras that fit the visible part of a volume.
 //!
-//! What is visible is found by small blocks of the reconstructed field: it depends on volume and transfer function
-//! alone, not on how a picture is made.
+//! Visibility is determined per block of the reconstructed field. It depends on the volume and the transfer function only, not on how a
+//! picture is rendered.
 
-use crate::camera::{Camera, Orbit, Projection};
+use crate::camera::{Basis, Camera, Orbit, Projection};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Cells along the side of a block.
+/// Cells along each side of a block.
 const BLOCK: i64 = 4;
-/// Optical depth along the volume's diagonal below which nothing is seen: half a step of 8 bits.
+/// Optical depth along the volume's diagonal that counts as invisible: half an 8-bit step.
 const FAINT: f64 = 1.0 / 512.0;
-/// Least distance of an eye from the middle of its picture, as a share of what is fitted.
+/// Least distance of the eye from the centre of the view, as a fraction of the size of the fitted bounds.
 const NEAREST: f64 = 0.01;
-/// Part of the picture's half height and width that is left free around what is fitted.
+/// Margin around the fitted bounds, as a fraction of half the picture's height and width.
 const MARGIN: f64 = 0.05;
 
-/// The outline of what is visible: world points whose convex hull holds all of it.
+/// Bounds of the visible part of a volume: world points whose convex hull contains it.
 ///
 /// ```
 /// use layersplat::framing::{Fixed, Framing};
@@ -29,7 +29,7 @@ const MARGIN: f64 = 0.05;
 /// let framing = Framing::visible(&volume, &TransferFunction::automatic(&volume), None);
 /// let orbit = Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
 /// let camera = framing.parallel(orbit, Viewport::new(256, 256)?, Fixed::default());
-/// // Nearer than the whole volume.
+/// // Closer than for the whole volume.
 /// let Projection::Parallel { scale } = camera.projection else { panic!() };
 /// assert!(scale < volume.grid().diagonal() / 2.0);
 /// # Ok::<(), layersplat::Error>(())
@@ -39,7 +39,7 @@ pub struct Framing {
     points: Vec<DVec3>,
 }
 
-/// What a fitted camera must keep to.
+/// Camera parameters that fitting must not change.
 ///
 /// ```
 /// use layersplat::framing::{Fixed, Framing};
@@ -54,40 +54,40 @@ pub struct Framing {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fixed {
-    /// World point in the middle of the picture.
+    /// World point at the centre of the picture.
     pub centre: Option<DVec3>,
-    /// Half the picture's height in world units, of a parallel view.
+    /// Half the picture's height in world units, for parallel views.
     pub scale: Option<f64>,
-    /// Distance of the eye from the point in the middle, of a perspective.
+    /// Distance from the eye to the centre in world units, for perspective views.
     pub distance: Option<f64>,
 }
 
 impl Framing {
-    /// The outline of what `transfer` shows of `volume`, with opacities per `unit_distance` (world units; by default the smallest spacing), as far
-    /// as kernels of radius 1 spread it; of the whole grid, if it shows nothing.
+    /// Bounds of the voxels that `transfer` makes visible, widened by a kernel radius of 1; of the whole grid if nothing is visible.
+    /// Opacities apply per `unit_distance` in world units, by default the smallest spacing.
     pub fn visible(volume: &Volume, transfer: &TransferFunction, unit_distance: Option<f64>) -> Self {
         let unit = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
         let faint = -(-FAINT * unit / volume.grid().diagonal()).exp_m1();
         Self::showing(volume, |lo, hi| transfer.largest_opacity(lo, hi) >= faint)
     }
 
-    /// The outline of the surface where the field has a value; of the whole grid, if it has it nowhere.
+    /// Bounds of the iso-surface at `value`; of the whole grid if the field does not reach that value.
     pub fn iso(volume: &Volume, value: f64) -> Self {
         Self::showing(volume, |lo, hi| lo <= value && value <= hi)
     }
 
-    /// The outline of all voxels.
+    /// Bounds of all voxels.
     pub fn whole(volume: &Volume) -> Self {
         Self::of(volume.grid(), corners([0; 3], volume.grid().dims().map(|n| n as i64 - 1)))
     }
 
-    /// What of it lies in a box in voxels.
+    /// Clips the bounds to a box in voxel coordinates.
     pub fn cropped(self, grid: &Grid, lowest: DVec3, highest: DVec3) -> Self {
         let points = self.points.into_iter().map(|p| grid.world_to_voxel(p).max(lowest).min(highest)).collect();
         Self::of(grid, points)
     }
 
-    /// The outline of the blocks whose values, from the smallest to the largest, show something.
+    /// Bounds of the blocks for whose range of values `shows` returns true.
     fn showing(volume: &Volume, shows: impl Fn(f64, f64) -> bool + Sync) -> Self {
         let dims = volume.grid().dims().map(|n| n as i64);
         let blocks = dims.map(|n| (n + 1 + BLOCK - 1) / BLOCK);
@@ -99,20 +99,21 @@ impl Framing {
         Self::of(volume.grid(), if points.is_empty() { corners([-1; 3], dims) } else { points })
     }
 
-    /// Of points in voxels.
+    /// Converts bounds in voxel coordinates.
     fn of(grid: &Grid, points: Vec<DVec3>) -> Self {
         let world = |p: DVec3| grid.origin() + grid.direction() * (p * grid.spacing());
         Self { points: points.into_iter().map(world).collect() }
     }
 
-    /// The middle of the box around it, along the world's axes.
+    /// Centre of the axis-aligned bounding box in world coordinates.
     pub fn centre(&self) -> DVec3 {
         let lo = self.points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let hi = self.points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
         (lo + hi) / 2.0
     }
 
-    /// A parallel view from an orbit in which it fits, with a small margin.
+    /// A parallel view from an orbit in which it fits, with a small margin. With an angle that is NaN or infinite the camera has no view:
+    /// [`Camera::basis`] and all rendering return an error.
     pub fn parallel(&self, orbit: Orbit, viewport: Viewport, fixed: Fixed) -> Camera {
         let axes = self.axes(orbit);
         let (from, to) = axes.bounds(&self.points);
@@ -123,12 +124,13 @@ impl Framing {
         Camera::orbit(centre, half.z.max(scale) * 2.0, orbit, Projection::Parallel { scale })
     }
 
-    /// A perspective from an orbit, with a vertical field of view in degrees, in which it fits.
+    /// A perspective from an orbit, with a vertical field of view in degrees, in which it fits. With an angle that is NaN or infinite the
+    /// camera has no view: [`Camera::basis`] and all rendering return an error.
     pub fn perspective(&self, orbit: Orbit, viewport: Viewport, field_of_view: f64, fixed: Fixed) -> Camera {
         let axes = self.axes(orbit);
         let tan = (field_of_view.to_radians() / 2.0).tan() * (1.0 - MARGIN);
         let slopes = [tan * aspect(viewport), tan];
-        // A point at depth z towards the eye is seen if |x − c| ≤ (D − z)·slope: two bounds on D·slope per axis.
+        // With z towards the eye, a point is visible if |x − c| ≤ (D − z)·slope. This gives two bounds on D·slope per axis.
         let bounds: [(f64, f64); 2] = std::array::from_fn(|i| {
             let side = |sign: f64| {
                 let bound = |p: &DVec3| sign * axes.local(*p)[i] + axes.local(*p).z * slopes[i];
@@ -141,7 +143,7 @@ impl Framing {
         let centre = fixed.centre.unwrap_or_else(|| axes.world(fitted));
         let middle = axes.local(centre);
         let needed = |i: usize| (bounds[i].0 - middle[i]).max(bounds[i].1 + middle[i]) / slopes[i];
-        // A middle that is nearer than the eye would have to be moves the eye away.
+        // A given centre in front of the object would put the eye inside it, so the distance has a lower limit.
         let least = NEAREST * (to - from).length();
         let distance = fixed.distance.unwrap_or_else(|| (needed(0).max(needed(1)) - middle.z).max(least));
         Camera::orbit(centre, distance, orbit, Projection::Perspective { field_of_view })
@@ -149,12 +151,14 @@ impl Framing {
 
     fn axes(&self, orbit: Orbit) -> Axes {
         let camera = Camera::orbit(DVec3::ZERO, 1.0, orbit, Projection::Parallel { scale: 1.0 });
-        let basis = camera.basis().expect("an orbit of radius 1 has axes");
+        // Angles that are not finite lead to a camera that is not finite either: using it is an error, making it is none.
+        let nowhere = Basis { right: DVec3::NAN, up: DVec3::NAN, forward: DVec3::NAN };
+        let basis = camera.basis().unwrap_or(nowhere);
         Axes { right: basis.right, up: basis.up, to_eye: -basis.forward }
     }
 }
 
-/// The axes of a view.
+/// Axes of a view.
 struct Axes {
     right: DVec3,
     up: DVec3,
@@ -180,12 +184,12 @@ fn aspect(viewport: Viewport) -> f64 {
     f64::from(viewport.width) / f64::from(viewport.height)
 }
 
-/// Corners, in voxels, of the first and the last visible block of a row of blocks along x.
+/// Corners, in voxel coordinates, of the first and the last visible block in a row of blocks along x.
 fn row_outline(volume: &Volume, shows: &impl Fn(f64, f64) -> bool, dims: [i64; 3], [by, bz]: [i64; 2]) -> Vec<DVec3> {
     let columns = volume.column_ranges(inside([by, bz], [dims[1], dims[2]], 0), inside([by, bz], [dims[1], dims[2]], BLOCK));
     let visible = |bx: i64| {
         let (lo, hi) = block_range(volume, dims, [bx, by, bz], &columns);
-        // Others see what is not held here.
+        // Blocks without voxels of this process are examined by other processes.
         lo <= hi && shows(lo, hi)
     };
     let blocks = (dims[0] + 1 + BLOCK - 1) / BLOCK;
@@ -201,12 +205,12 @@ fn corners(from: [i64; 3], to: [i64; 3]) -> Vec<DVec3> {
     (0..8).map(corner).collect()
 }
 
-/// The voxels of blocks that are so many voxels from their first ones, which are −1 of blocks 0; the nearest where there are none.
+/// Voxel indices at offset `beyond` from the first voxels of `blocks`, clamped to the grid. Block 0 starts at voxel −1.
 fn inside<const N: usize>(blocks: [i64; N], dims: [i64; N], beyond: i64) -> [usize; N] {
     std::array::from_fn(|i| (blocks[i] * BLOCK - 1 + beyond).clamp(0, dims[i] - 1) as usize)
 }
 
-/// Range of the field in a block of cells, of rows whose values have these ranges; block 0 begins at −1, where the background is.
+/// Range of the field in a block, given the ranges of the columns of its row. Block 0 starts at voxel −1, where the background applies.
 fn block_range(volume: &Volume, dims: [i64; 3], block: [i64; 3], columns: &[(f64, f64)]) -> (f64, f64) {
     let from = block.map(|b| b * BLOCK - 1);
     let to = from.map(|v| v + BLOCK);
@@ -220,10 +224,11 @@ fn block_range(volume: &Volume, dims: [i64; 3], block: [i64; 3], columns: &[(f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
     use crate::layers::Rays;
     use crate::volume::Voxels;
 
-    /// A box of 255 from voxel 10 to 13, 20 to 29 and 5 to 24, spacing 1, 2, 1.
+    /// A box of value 255 from voxel 10 to 13, 20 to 29 and 5 to 24; spacing 1, 2, 1.
     fn scene() -> (Volume<'static>, TransferFunction) {
         let inside =
             |i: usize| (10..14).contains(&(i % 40)) && (20..30).contains(&(i / 40 % 40)) && (5..25).contains(&(i / 1600));
@@ -234,7 +239,7 @@ mod tests {
         (volume, transfer)
     }
 
-    /// Largest |x| and |y| of the box's corners, with the kernels' skirts, on a screen from −1 to 1.
+    /// Largest |x| and |y| of the projected corners of the box, widened by the kernel radius, on a screen from −1 to 1.
     fn reached(volume: &Volume, camera: &Camera, viewport: Viewport) -> (f64, f64) {
         let rays = Rays::new(camera, viewport, volume.grid()).unwrap();
         let basis = camera.basis().unwrap();
@@ -263,7 +268,7 @@ mod tests {
                 for camera in cameras {
                     let (x, y) = reached(&volume, &camera, viewport);
                     assert!(x <= 1.0 && y <= 1.0, "{w}x{h} {orbit:?} {camera:?}: reaches {x}, {y}");
-                    // Blocks are up to three cells larger than what is in them, on either side.
+                    // Blocks exceed the visible voxels by up to three cells on either side.
                     assert!(x.max(y) > 0.6, "{w}x{h} {orbit:?} {camera:?}: fills {x}, {y} only");
                 }
             }
@@ -298,6 +303,25 @@ mod tests {
     }
 
     #[test]
+    fn angles_that_are_not_finite_are_errors_of_the_camera() {
+        let (volume, _) = scene();
+        let framing = Framing::whole(&volume);
+        let viewport = Viewport::new(100, 100).unwrap();
+        for angle in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for [azimuth, elevation, roll] in [[angle, 0.0, 0.0], [0.0, angle, 0.0], [0.0, 0.0, angle], [angle; 3]] {
+                let orbit = Orbit { azimuth, elevation, roll };
+                for fixed in [Fixed::default(), Fixed { centre: Some(DVec3::ZERO), scale: Some(1.0), distance: Some(1.0) }] {
+                    for camera in [framing.parallel(orbit, viewport, fixed), framing.perspective(orbit, viewport, 30.0, fixed)] {
+                        let error = Rays::new(&camera, viewport, volume.grid()).unwrap_err();
+                        assert!(matches!(error, Error::Camera { .. }), "{orbit:?}, {fixed:?}: {error}");
+                        assert!(error.to_string().contains("azimuth, elevation, roll"), "{orbit:?}: {error}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
     fn haze_counts_by_what_is_seen_of_all_of_it() {
         let (volume, _) = scene();
         let opacities = vec![(0.0, 0.0), (100.0, 0.0), (255.0, 5e-5)];
@@ -308,7 +332,7 @@ mod tests {
             let Projection::Parallel { scale } = camera.projection else { panic!("{camera:?}") };
             scale
         };
-        // The box, of 20 units' height; the whole grid, of which so thin a haze shows nothing.
+        // The box has a height of 20 units. The haze around it is too thin to show the whole grid.
         assert!(size(None) < 20.0 && size(Some(1000.0)) > 30.0);
     }
 

@@ -57,7 +57,7 @@ mod viewport;
 pub mod volume;
 
 pub use camera::{Basis, Camera, Orbit, Projection};
-pub use device::{Device, DeviceChoice};
+pub use device::{Cancel, Device, DeviceChoice};
 pub use error::Error;
 pub use framing::Framing;
 pub use glam;

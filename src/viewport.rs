@@ -1,8 +1,8 @@
-//! How many pixels a picture has. Cameras need the shape, frames hold as many.
+//! Picture size in pixels.
 
 use crate::error::Error;
 
-/// Size of a picture in pixels.
+/// Width and height of a picture in pixels.
 ///
 /// ```
 /// use layersplat::Viewport;
@@ -13,17 +13,20 @@ use crate::error::Error;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Viewport {
-    /// Columns.
+    /// Number of columns.
     pub width: u32,
-    /// Rows; row 0 is on top.
+    /// Number of rows; row 0 is at the top.
     pub height: u32,
 }
 
 impl Viewport {
-    /// Longest side of a picture, in pixels.
+    /// Longest side of a picture in pixels.
     pub const MAX_SIDE: u32 = 16_384;
 
-    /// A viewport of 1 … [`Viewport::MAX_SIDE`] pixels per side.
+    /// Creates a viewport with sides of 1 … [`Viewport::MAX_SIDE`] pixels.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for other sizes.
     pub fn new(width: u32, height: u32) -> Result<Self, Error> {
         let range = 1..=Self::MAX_SIDE;
         if range.contains(&width) && range.contains(&height) {
@@ -34,7 +37,7 @@ impl Viewport {
         }
     }
 
-    /// Number of pixels.
+    /// Total number of pixels.
     pub fn pixels(self) -> usize {
         self.width as usize * self.height as usize
     }

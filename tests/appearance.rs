@@ -1,4 +1,4 @@
-//! How what is seen looks: colours and lights, by hand and against the f64 reference, on grids that lie in the world in any way.
+//! Colours and lights, against manual calculations and the f64 reference, on grids of any orientation.
 
 mod common;
 
@@ -10,7 +10,7 @@ use layersplat::settings::{Evaluation, Layered, Light, Lights, Shading};
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{Camera, Projection, Settings, TransferFunction, Volume};
 
-/// Reciprocal roots are right to 5e-6, and powers multiply that.
+/// Reciprocal roots are accurate to 5e-6; powers amplify the error.
 const TOLERANCE: f64 = 5e-5;
 
 /// Ambient, diffuse, specular, power, light.
@@ -26,18 +26,18 @@ fn lit((ambient, diffuse, specular, power, light): (f64, f64, f64, f64, Option<D
     Some(Shading { ambient, diffuse, specular, power, lights: light.map_or_else(Lights::default, one_light) })
 }
 
-/// Values that rise by 1, 4 and 2 per voxel along x, y and z, with voxels two apart along y: normals are (1, 2, 2) / 3.
+/// Values increase by 1, 4 and 2 per voxel along x, y and z; the spacing along y is 2. Normals are (1, 2, 2) / 3.
 fn ramp() -> Volume<'static> {
     let [x, y, z] = [24, 12, 24];
     let voxel = |i: usize| (i % x + 4 * (i / x % y) + 2 * (i / x / y)) as u8;
     volume([x, y, z], DVec3::new(1.0, 2.0, 1.0), Voxels::Uint8((0..x * y * z).map(voxel).collect()))
 }
 
-/// The surface of an opaque slope, lit from the side: eye at e = (0, 0, −1), light at l = (−3, 0, −4) / 5, n = (1, 2, 2) / 3.
+/// An opaque slope lit from the side: eye at e = (0, 0, −1), light at l = (−3, 0, −4) / 5, n = (1, 2, 2) / 3.
 ///
-/// |n · l| = 2.2 / 3. Half-way between e and l is h = (−1, 0, −3) / √10, |n · h| = 7 / (3 √10), to the fourth 49² / 90².
+/// |n · l| = 2.2 / 3. Half-way between e and l is h = (−1, 0, −3) / √10, |n · h| = 7 / (3 √10), to the fourth power 49² / 90².
 ///
-/// Of a light at the eye |n · e| = 2 / 3 = |n · h|, of one along y |n · l| = 2 / 3 and n · h = 0.
+/// For a light at the eye |n · e| = 2 / 3 = |n · h|. For one along y |n · l| = 2 / 3 and n · h = 0.
 #[test]
 fn a_lit_slope_has_the_colour_worked_out_by_hand() {
     let volume = ramp();
@@ -53,14 +53,14 @@ fn a_lit_slope_has_the_colour_worked_out_by_hand() {
     let light = Light::towards(DVec3::new(-3.0, 0.0, -4.0));
     // 0.1 + 0.5 · 2.2 / 3 of the colour, and a white highlight of 0.4 · 2401 / 8100.
     let expected = [0.9 * 0.466_667 + 0.118_568, 0.5 * 0.466_667 + 0.118_568, 0.2 * 0.466_667 + 0.118_568, 1.0];
-    // A highlight to the eighth: 0.4 · (49 / 90)⁴.
+    // Exponent 8: 0.4 · (49 / 90)⁴.
     let sharper = [0.42 + 0.035_146, 0.233_333 + 0.035_146, 0.093_333 + 0.035_146, 1.0];
-    // With one at the eye of strength 0.5 and one along y of 0.25: 0.1 + 0.5 · (2.2 / 3 + 1 / 3 + 0.5 / 3) of the colour, and highlights of
+    // With lights at the eye (strength 0.5) and along y (0.25): 0.1 + 0.5 · (2.2 / 3 + 1 / 3 + 0.5 / 3) of the colour, and highlights of
     // 0.4 · (2401 / 8100 + 0.5 · 16 / 81).
     let of_three = [0.645 + 0.158_074, 0.358_333 + 0.158_074, 0.143_333 + 0.158_074, 1.0];
     let three = [light, Light { strength: 0.5, ..Light::AT_CAMERA }, Light { strength: 0.25, ..Light::towards(DVec3::Y) }];
     for settings in evaluations() {
-        // Axis-aligned sheets splat colours of voxels, whose opacities add up to nothing that a hand could tell.
+        // Axis-aligned sheets splat voxel colours, whose opacities do not have a simple closed form.
         if settings.algorithm.name() == "axis-sheets" {
             continue;
         }
@@ -79,7 +79,7 @@ fn a_lit_slope_has_the_colour_worked_out_by_hand() {
     }
 }
 
-/// A quarter of the way from one point of a preset to the next, in the picture and in 8 bits.
+/// Colour at a quarter of the interval between two points of a preset, in the frame and in 8 bits.
 #[test]
 fn a_preset_has_the_colours_of_its_file() {
     let folder = tempfile::tempdir().unwrap();
@@ -87,7 +87,7 @@ fn a_preset_has_the_colours_of_its_file() {
     let preset = r#"[{"Name": "other", "RGBPoints": [0,1,1,1], "Points": [0,1,0.5,0]},
         {"Name": "hues", "RGBPoints": [190,0.1,0.5,0.9, 230,0.3,0.1,0.7], "Points": [190,1,0.5,0, 230,1,0.5,0]}]"#;
     std::fs::write(&file, preset).unwrap();
-    // Of one value, which is the background's too: an opaque skin of values between would hide it.
+    // Constant, with the same background: otherwise an opaque skin of intermediate values would hide it.
     let volume = volume([8; 3], DVec3::ONE, Voxels::Uint8(vec![200; 512]));
     let size = viewport(9, 9);
     let camera = scaled(parallel(&volume, size, 20.0, 10.0), 1.0);
@@ -96,7 +96,7 @@ fn a_preset_has_the_colours_of_its_file() {
         let transfer = transfer.unwrap();
         for settings in evaluations() {
             let frame = render(&volume, &transfer, &camera, size, &Settings { shading: None, ..settings });
-            // Of colours times opacities, which the Gaussian sheets know to a few per cent, the quotient counts.
+            // Gaussian sheets have colour times opacity to a few per cent only, so compare the quotient.
             let [r, g, b, a] = frame.pixel(4, 4).map(f64::from);
             for (found, expected) in [r / a, g / a, b / a].into_iter().zip([0.15, 0.4, 0.85]) {
                 assert!((found - expected).abs() < TOLERANCE, "{:?}: {found} for {expected}", settings.algorithm);
@@ -109,7 +109,7 @@ fn a_preset_has_the_colours_of_its_file() {
     }
 }
 
-/// Per pixel, on a grid that is turned, mirrored and moved.
+/// Per pixel, on a rotated, mirrored and translated grid.
 #[test]
 fn lights_and_turned_grids_are_the_references() {
     let (dims, spacing) = ([13, 11, 12], DVec3::new(1.0, 0.7, 1.3));

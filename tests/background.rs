@@ -1,21 +1,21 @@
-//! What lies around a volume and in voxels without a value.
+//! Background outside the grid and at invalid voxels.
 
 mod common;
 
+use common::reference::Pair;
 use common::*;
 use glam::DVec3;
 use layersplat::layers::Kernel;
-use layersplat::reference::{Layered as LayeredReference, Marched, Sheets};
 use layersplat::settings::{Algorithm, Evaluation, Layered};
 use layersplat::volume::Voxels;
-use layersplat::{Camera, Frame, Settings, TransferFunction, Viewport, Volume};
+use layersplat::{Settings, TransferFunction, Volume};
 
-/// Slicing looks up the nearest of 256 values in front and behind.
+/// Slicing looks up the nearest of 256 front and back values.
 const SLICING_TOLERANCE: f64 = 8e-3;
-/// Share of pixels whose step at the edge of the support falls to the other side in floats.
-const EDGE_SHARE: f64 = 0.02;
+/// Fraction of the pixels that another background must change.
+const LEAST_CHANGED: f64 = 0.02;
 
-/// Every way to draw, without early termination; the layered ones per pixel, where the reference is.
+/// All algorithms without early termination; layered ones per pixel, like the reference.
 fn every_way() -> Vec<Settings> {
     let layered = CLASSIFICATIONS.map(|classification| Settings {
         algorithm: Layered { classification, evaluation: Evaluation::Direct, ..Layered::default() }.into(),
@@ -25,13 +25,13 @@ fn every_way() -> Vec<Settings> {
     layered.into_iter().chain(others).map(|settings| Settings { early_termination: false, ..settings }).collect()
 }
 
-/// Whether it reconstructs with Gaussians. Their sums are off by a share of the distance from the background, so they take the smallest
-/// value for it where that is invisible.
+/// Whether the algorithm reconstructs with Gaussians. Their sums are off by a fraction of the distance from the background, so they use the
+/// smallest value instead if it is invisible.
 fn is_gaussian(algorithm: Algorithm) -> bool {
     matches!(algorithm, Algorithm::ViewSheets { .. } | Algorithm::Raycast { kernel: Kernel::Gaussian, .. })
 }
 
-/// The same, and the layered ones on their lattices.
+/// All algorithms, and the layered ones also on their lattices.
 fn every_way_and_lattices() -> Vec<Settings> {
     let lattices = CLASSIFICATIONS.map(|classification| Settings {
         algorithm: Layered { classification, ..Layered::default() }.into(),
@@ -40,21 +40,7 @@ fn every_way_and_lattices() -> Vec<Settings> {
     lattices.into_iter().chain(every_way()).collect()
 }
 
-fn reference(volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport, settings: &Settings) -> Frame {
-    match settings.algorithm {
-        Algorithm::Layered(_) => {
-            let axis = direct_axis(volume, camera, size, settings);
-            LayeredReference::new(volume, transfer, settings).render(camera, size, axis)
-        }
-        Algorithm::AxisSheets { layer_axis: layersplat::settings::LayerAxis::Auto } | Algorithm::ViewSheets { .. } => {
-            Sheets::new(volume, transfer, settings).render(camera, size)
-        }
-        _ => Marched::new(volume, transfer, settings).render(camera, size),
-    }
-    .unwrap()
-}
-
-/// Values from 100 to 255, and opacity around 50 only.
+/// Values from 100 to 255; only values around 50 are visible.
 fn positive() -> (Volume<'static>, TransferFunction) {
     let values = random_bytes([12, 11, 10], 1).iter().map(|b| b.saturating_add(100)).collect();
     let opacities = vec![(0.0, 0.0), (40.0, 0.0), (50.0, 0.5), (60.0, 0.0)];
@@ -73,9 +59,9 @@ fn positive_data_have_no_skin() {
     for settings in every_way_and_lattices() {
         let opacity = |volume: &Volume| largest_opacity(&render(volume, &transfer, &camera, size, &settings));
         assert_eq!(opacity(&volume), 0.0, "{settings:?}");
-        // Voxels that are classified one by one have nothing between themselves and what surrounds them.
+        // Voxels classified one by one have no intermediate values towards the background.
         if !matches!(settings.algorithm, Algorithm::AxisSheets { .. }) && !is_gaussian(settings.algorithm) {
-            assert!(opacity(&around_zero) > 0.2, "{settings:?}: no skin around values from 100 on in 0");
+            assert!(opacity(&around_zero) > 0.2, "{settings:?}: values of at least 100 in a background of 0 must have a skin");
         }
     }
 }
@@ -90,14 +76,14 @@ fn any_background_is_drawn_as_the_reference_does() {
         volume(dims, DVec3::ONE, Voxels::Float32(bytes.iter().map(|&b| f32::from(b)).collect())),
     ];
     let colors = vec![(-400.0, [0.1, 0.2, 0.9]), (90.0, [0.2, 0.9, 0.3]), (500.0, [1.0, 0.6, 0.1])];
-    // Nothing shows at the backgrounds below; between them and the voxels something does.
+    // The backgrounds below are transparent, but values between them and the voxels are visible.
     let opacities =
         vec![(-400.0, 0.0), (-250.0, 0.0), (-50.0, 0.2), (30.0, 0.0), (90.0, 0.0), (255.0, 0.3), (320.0, 0.2), (390.0, 0.0)];
     let transfer = TransferFunction::new("bands", colors, opacities).unwrap();
     let size = viewport(19, 17);
     for volume in volumes {
         let camera = parallel(&volume, size, 30.0, 20.0);
-        // Beyond what a byte can hold on either side, between two of its values, and within.
+        // Below and above the range of a byte, and between two of its values.
         for background in [-300.0, 60.5, 400.0] {
             let volume = volume.clone().with_background(background).unwrap();
             let away = volume.clone().with_background(background + 25.0).unwrap();
@@ -105,21 +91,16 @@ fn any_background_is_drawn_as_the_reference_does() {
                 let what = format!("{} in {background}, {settings:?}", volume.voxel_type());
                 let found = render(&volume, &transfer, &camera, size, &settings);
                 let unculled = render(&volume, &transfer, &camera, size, &Settings { culling: false, ..settings });
-                // Splats too far away to matter are left out: the one culling that is not exact to the bit.
+                // Omitting distant splats is the only culling that is not bit-exact.
                 let inexact = matches!(settings.algorithm, Algorithm::ViewSheets { .. });
                 assert_close(&what, &found, &unculled, if inexact { DEVICE_TOLERANCE } else { 0.0 });
-                let expected = reference(&volume, &transfer, &camera, size, &settings);
                 let tolerance =
                     if matches!(settings.algorithm, Algorithm::Slicing { .. }) { SLICING_TOLERANCE } else { DEVICE_TOLERANCE };
-                let off = |other: &Frame| {
-                    let differs = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).any(|c| f64::from((a[c] - b[c]).abs()) > tolerance);
-                    found.pixels().iter().zip(other.pixels()).filter(|&pair| differs(pair)).count() as f64
-                        / found.pixels().len() as f64
-                };
-                assert!(off(&expected) <= EDGE_SHARE, "{what}: {} of the pixels differ", off(&expected));
+                Pair::of(&volume, &transfer, &camera, size, &settings).assert_allowed(&what, tolerance);
                 if !matches!(settings.algorithm, Algorithm::AxisSheets { .. }) && !is_gaussian(settings.algorithm) {
-                    let wrong = off(&render(&away, &transfer, &camera, size, &settings));
-                    assert!(wrong > EDGE_SHARE, "{what}: a background 25 away must be noticed: {wrong}");
+                    let wrong = render(&away, &transfer, &camera, size, &settings);
+                    let wrong = pixels_apart(&found, &wrong, tolerance) as f64 / found.pixels().len() as f64;
+                    assert!(wrong > LEAST_CHANGED, "{what}: a background 25 away must be noticed: {wrong}");
                 }
             }
         }
@@ -159,7 +140,7 @@ fn voxels_without_a_value_count_as_background() {
     }
 }
 
-/// Only values between the voxels and a background that their type cannot hold are visible: at the border, all around.
+/// Only values between the voxels and a background outside their type's range are visible: at the border, on all sides.
 #[test]
 fn what_shows_beyond_the_voxels_type_is_not_culled() {
     let dims = [20, 19, 18];

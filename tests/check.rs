@@ -1,11 +1,11 @@
-//! The self-check of devices.
+//! Device check.
 
 mod common;
 
 use common::device;
 use layersplat::check::{Family, TOLERANCE};
 
-/// What is left for other devices: half of what is allowed.
+/// Margin for other devices: half of the tolerance.
 const MARGIN: f64 = 0.5;
 
 #[test]

@@ -1,4 +1,4 @@
-//! Closed forms on the device: Beer–Lambert, exact line integrals, where rays end.
+//! Closed forms on the device: Beer–Lambert, exact line integrals, ray termination.
 
 mod common;
 
@@ -11,14 +11,14 @@ use layersplat::transfer::Extinction;
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Renderer, Settings, TransferFunction, Viewport, Volume};
 
-/// Opacities are stored and multiplied in floats, over up to 40 layers.
+/// Opacities are stored and multiplied in f32, over up to 40 layers.
 const FLOAT_TOLERANCE: f64 = 2e-5;
-/// Bound of the integral's midpoint rule at 1/16 voxel, and of the piecewise-linear stand-in for 1 − e^{−cρ}.
+/// Error bound of the midpoint rule at 1/16 voxel, and of the piecewise-linear approximation of 1 − e^{−cρ}.
 const INTEGRAL_TOLERANCE: f64 = 5e-4;
-/// The perspective lattice's quadrature: 0.25 % of the values, in an exponent of about 1.
+/// Quadrature of the perspective lattice: 0.25 % of the values, in an exponent of about 1.
 const QUADRATURE_TOLERANCE: f64 = 3e-3;
 
-/// Transmittance of the picture's middle.
+/// Transmittance at the centre of the picture.
 fn middle(volume: &Volume, transfer: &TransferFunction, camera: &Camera, settings: &Settings) -> f64 {
     let frame = render(volume, transfer, camera, viewport(33, 33), settings);
     1.0 - f64::from(frame.pixel(16, 16)[3])
@@ -42,7 +42,7 @@ fn beer_lambert_through_both_faces_of_the_layer_axis() {
                         let frame = axis.frame();
                         let [su, sv] = frame.shear(rays.central_direction());
                         let n = frame.local(DVec3::from_array(dims.map(|n| n as f64)));
-                        // The ray through the centre must stay |s| inside the side faces over all n layers.
+                        // The central ray must stay |s| inside the side faces over all n layers.
                         if su.abs() * (n.z + 2.0) / 2.0 + su.abs() + 0.5 > n.x / 2.0
                             || sv.abs() * (n.z + 2.0) / 2.0 + sv.abs() + 0.5 > n.y / 2.0
                         {
@@ -72,16 +72,16 @@ fn beer_lambert_through_both_faces_of_the_layer_axis() {
     assert!(cases > 200, "{cases} cases");
 }
 
-/// Sums of weights are right to 1e-6, values thus to 2e-4, of which ten layers see the opacity change by a thousandth in all.
+/// Weights sum to 1 within 1e-6, so values are accurate to 2e-4. Over ten layers, that changes the opacity by a thousandth.
 const WEIGHTS_TOLERANCE: f64 = 1e-3;
 
-/// What is flat keeps its value to six digits, whatever layers it is mixed from: a function that rises from 199.9 to 200.1 sees the
-/// fourth digit of κ.
+/// A constant field keeps its value to six digits, regardless of the layers it is combined from: a function that rises from 199.9 to 200.1
+/// reveals the fourth digit of κ.
 #[test]
 fn layers_are_mixed_by_weights_that_sum_up_to_one() {
     let n = 12;
     let mut values = vec![200; n * n * n];
-    // Tables end with the largest value, and numbers count from the smallest: both are in corners, far from the rays in the middle.
+    // Tables end at the largest value and start at the smallest: place both in corners, far from the central rays.
     values[0] = 255;
     values[n * n * n - 1] = 0;
     let volume = volume([n; 3], DVec3::ONE, Voxels::Uint8(values)).with_background(0.0).unwrap();
@@ -89,7 +89,7 @@ fn layers_are_mixed_by_weights_that_sum_up_to_one() {
     let steep = TransferFunction::new("steep", vec![(0.0, [1.0; 3])], steep).unwrap();
     for (azimuth, elevation) in [(0.0, 0.0), (-90.0, 0.0), (0.0, 90.0)] {
         let camera = scaled(parallel(&volume, viewport(33, 33), azimuth, elevation), 1.0);
-        // Slabs into which nothing spills over from the background, in layers.
+        // Number of slabs without influence of the background, in layers.
         for (correction, layers) in [(Correction::Constant, 10.0), (Correction::SubLayers(2), 11.0)] {
             for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
                 let classification = Classification::Post(correction);
@@ -123,10 +123,10 @@ fn beer_lambert_in_perspective() {
     }
 }
 
-/// Splats of a Gaussian do not sum up to exactly 1.
+/// Weights of Gaussian splats do not sum to exactly 1.
 const GAUSSIAN_SUM_TOLERANCE: f64 = 0.05;
 
-/// α·Δt of 1.2 to 2.4 per sample is all of the light, and not more than all.
+/// α·Δt of 1.2 to 2.4 per sample is clamped to 1.
 #[test]
 fn linear_extinction_takes_no_more_light_than_there_is() {
     let volume = cube([12; 3], DVec3::ONE);
@@ -138,7 +138,7 @@ fn linear_extinction_takes_no_more_light_than_there_is() {
             let what = format!("{:?} at {azimuth}, {elevation}", settings.algorithm);
             let tolerance = if settings.algorithm.name() == "axis-sheets" { GAUSSIAN_SUM_TOLERANCE } else { FLOAT_TOLERANCE };
             for channel in frame.pixel(16, 16) {
-                assert!((f64::from(channel) - 1.0).abs() <= tolerance, "{what}: {channel} of 1 in the middle");
+                assert!((f64::from(channel) - 1.0).abs() <= tolerance, "{what}: {channel} instead of 1 in the centre");
             }
             let most = f64::from(largest_opacity(&frame));
             assert!(most <= 1.0 + tolerance, "{what}: {most}");
@@ -146,10 +146,10 @@ fn linear_extinction_takes_no_more_light_than_there_is() {
     }
 }
 
-/// 3 % of the light is lost per layer.
+/// Fraction of light absorbed per layer.
 const THIN: f64 = 0.03;
 
-/// Rays end at the first sample that leaves less than 1/4096, a number that users rely on, and not before.
+/// Rays end at the first sample that leaves less than 1/4096, a documented limit, and not before.
 #[test]
 fn early_termination_is_at_one_4096th() {
     let limit = 1.0 / 4096.0;
@@ -161,15 +161,15 @@ fn early_termination_is_at_one_4096th() {
             middle(&volume, &step_transfer(100.0, THIN), &camera, &settings)
         });
         let what = format!("{:?}", settings.algorithm);
-        assert!(all < 0.6 * limit, "{what}: {all} is left without it");
+        assert!(all < 0.6 * limit, "{what}: {all} is left without early termination");
         assert!(left <= limit && left > (1.0 - 2.0 * THIN) * limit, "{what}: {left} is left, of {limit}");
     }
 }
 
 #[test]
 fn an_eye_inside_sees_what_is_before_it() {
-    // Homogeneous fog, seen from inside: each ray's depth is its length in the support, to one layer where it leaves
-    // through a side face, and without jumps as the eye moves.
+    // Homogeneous fog, seen from inside. The optical depth of a ray is its length in the support, to within a layer at the side faces,
+    // and changes continuously with the eye position.
     let volume = cube([32, 32, 32], DVec3::ONE);
     let size = viewport(24, 24);
     let transfer = TransferFunction::new("fog", vec![(0.0, [1.0; 3])], vec![(0.0, 0.03)]).unwrap();
@@ -227,7 +227,7 @@ fn rays_through_side_faces_are_right_to_one_layer() {
     for y in 0..48 {
         for x in 0..48 {
             let ray = rays.at(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            // Chord of the box of half-value, [−½, n−½].
+            // Chord of the half-value box, [−½, n−½].
             let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
             for (i, n) in [10.0, 10.0, 16.0].into_iter().enumerate() {
                 let (a, b) = ((-0.5 - ray.origin[i]) / ray.direction[i], (n - 0.5 - ray.origin[i]) / ray.direction[i]);
@@ -236,7 +236,7 @@ fn rays_through_side_faces_are_right_to_one_layer() {
             let chord = (leave - enter).max(0.0) * ray.direction.length();
             let step = ray.direction.length() / ray.direction.z.abs();
             let found = -(1.0 - f64::from(frame.pixel(x, y)[3])).ln() / tau;
-            // One layer, and another where edges and corners round two faces at once.
+            // One layer, and another at edges and corners, which round two faces at once.
             assert!((found - chord).abs() <= 2.0 * step, "{x}, {y}: {found} for {chord}");
             seen += usize::from(chord > 5.0);
         }
@@ -292,7 +292,7 @@ fn every_ray_is_the_line_integral_where_extinction_is_linear_in_the_value() {
         let direct = Settings { algorithm: Layered { evaluation: Evaluation::Direct, ..layered(lattice) }.into(), ..lattice };
         assert!(line_integral_difference(&volume, &camera, size, &direct) < INTEGRAL_TOLERANCE);
         assert!(line_integral_difference(&volume, &camera, size, &lattice) < QUADRATURE_TOLERANCE);
-        // Between point-sampled layers the values are taken to change evenly. Straight on the mean is that of the field.
+        // Between point-sampled layers, values are interpolated linearly. Along the layer axis, their mean is that of the field.
         for (azimuth, elevation) in [(0.0, 0.0), (90.0, 0.0), (0.0, -90.0)] {
             for evaluation in [Evaluation::Lattice(Density::Fixed(2)), Evaluation::Direct] {
                 let settings = Settings {
@@ -321,7 +321,7 @@ fn every_ray_is_the_line_integral_where_extinction_is_linear_in_the_value() {
 
 #[test]
 fn a_function_is_the_same_wherever_its_points_end() {
-    // A thin band of opacity, with and without points beyond it: segments that cross it must not count as all band.
+    // A narrow opacity peak, with and without outer control points: a segment across it must not count as all peak.
     let volume = random_volume([24, 20, 22], DVec3::ONE, 6);
     let size = viewport(64, 64);
     let camera = parallel(&volume, size, 20.0, 30.0);

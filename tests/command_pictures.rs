@@ -1,4 +1,4 @@
-//! The command and its pictures: turns, comparisons, and files that cannot be written to their end.
+//! The command and its pictures: rotations, comparisons, and failed writes.
 
 mod common;
 
@@ -13,7 +13,7 @@ use std::process::Command;
 const DIMS: [usize; 3] = [14, 12, 10];
 const NAME: &str = "plain_14x12x10_uint8.raw";
 
-/// A volume without any symmetry.
+/// A volume without symmetry.
 fn write_volume(folder: &Path) -> Volume<'static> {
     std::fs::write(folder.join(NAME), random_bytes(DIMS, 7)).unwrap();
     Volume::open(folder.join(NAME), &OpenOptions::default()).unwrap()
@@ -31,10 +31,10 @@ fn decoded(path: &Path) -> Vec<u8> {
     image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).into_rgba8().into_raw()
 }
 
-/// A camera that fits, by where it stands.
+/// Camera of an orbit that fits.
 type Fitted<'a> = &'a dyn Fn(Orbit) -> Camera;
 
-/// How large the picture of a camera is: half its height, or how far the eye is.
+/// Size of a camera's view: half its height, or the distance of the eye.
 fn reach(camera: &Camera) -> f64 {
     match camera.projection {
         Projection::Parallel { scale } => scale,
@@ -42,7 +42,7 @@ fn reach(camera: &Camera) -> f64 {
     }
 }
 
-/// Frame k of n is the picture from azimuth + 360°·k/n, of what all of them are fitted to.
+/// Frame k of n is the picture from azimuth + 360°·k/n; all frames share one framing.
 #[test]
 fn each_frame_of_a_turn_is_seen_from_its_own_side() {
     const FRAMES: usize = 4;
@@ -59,7 +59,7 @@ fn each_frame_of_a_turn_is_seen_from_its_own_side() {
         ("--azimuth 30 --elevation -10 --roll 15 --fit volume", [30.0, -10.0, 15.0], &|orbit| {
             Camera::fit_parallel(centre, diagonal, size, orbit)
         }),
-        // From 20° above, if nothing else is said.
+        // The default elevation is 20°.
         ("--azimuth -50", [-50.0, 20.0, 0.0], &|orbit| framing.parallel(orbit, size, around)),
         ("--elevation 0 --perspective 40", [0.0; 3], &|orbit| framing.perspective(orbit, size, 40.0, around)),
     ];
@@ -68,7 +68,7 @@ fn each_frame_of_a_turn_is_seen_from_its_own_side() {
         assert_eq!(run(f, &turn), Some(0), "{arguments}");
         let side = |k: usize| Orbit { azimuth: azimuth + 90.0 * k as f64, elevation, roll };
         let cameras: Vec<Camera> = (0..FRAMES).map(|k| camera(side(k))).collect();
-        // One size for all: that of the frame that needs most.
+        // All frames use the size of the frame that needs most.
         let largest = cameras.iter().map(reach).fold(0.0, f64::max);
         let mut shown: Vec<Vec<u8>> = Vec::new();
         for (k, camera) in cameras.into_iter().enumerate() {
@@ -81,15 +81,15 @@ fn each_frame_of_a_turn_is_seen_from_its_own_side() {
             };
             let (frame, _) = renderer.render(&camera, size, &Settings::default()).unwrap();
             let found = decoded(&f.join(format!("turn/frame_{k:04}.png")));
-            assert!(found == frame.to_rgba8(Background::BLACK), "{arguments}: frame {k} is another picture");
-            assert!(!shown.contains(&found), "{arguments}: frame {k} is one of those before");
+            assert!(found == frame.to_rgba8(Background::BLACK), "{arguments}: frame {k} differs");
+            assert!(!shown.contains(&found), "{arguments}: frame {k} repeats a previous one");
             shown.push(found);
         }
     }
     assert_eq!(names(&f.join("turn")).len(), FRAMES);
 }
 
-/// Limits that a picture just keeps, and just does not.
+/// Limits that a picture just satisfies, and just violates.
 #[test]
 fn comparisons_succeed_and_fail_where_they_must() {
     let folder = tempfile::tempdir().unwrap();
@@ -104,7 +104,7 @@ fn comparisons_succeed_and_fail_where_they_must() {
     let found = json(f, &["compare", "a.npy", "b.npy"]);
     let (psnr, difference) = (found["psnr"].as_f64().unwrap(), found["max_difference"].as_f64().unwrap());
     assert!((3.0..60.0).contains(&psnr) && (0.01..1.0).contains(&difference), "{found}");
-    // By hand: red, green and blue of all pixels, against a white of 1.
+    // Manual calculation: red, green and blue of all pixels, with a peak of 1.
     let [a, b] = ["a.npy", "b.npy"].map(|name| layersplat::image::read_image(&f.join(name)).unwrap());
     let pairs = a.pixels().iter().zip(b.pixels());
     let errors: Vec<f64> = pairs.flat_map(|(p, q)| [0, 1, 2].map(|c| (f64::from(p[c]) - f64::from(q[c])).powi(2))).collect();
@@ -115,7 +115,7 @@ fn comparisons_succeed_and_fail_where_they_must() {
         (format!("--min-psnr {}", psnr + 1e-6), 1),
         (format!("--max-difference {difference}"), 0),
         (format!("--max-difference {}", difference - 1e-6), 1),
-        // Either one is enough to fail.
+        // Violating one limit is enough.
         (format!("--max-difference {difference} --min-psnr {}", psnr + 1e-6), 1),
         (format!("--max-difference {} --min-psnr {psnr}", difference - 1e-6), 1),
     ] {
@@ -123,7 +123,7 @@ fn comparisons_succeed_and_fail_where_they_must() {
     }
 }
 
-/// gzip files may be written in pieces, one after the other; a header may end in the middle of one.
+/// gzip files may have several members. A header may end inside one.
 #[test]
 fn gzip_files_of_several_members() {
     let folder = tempfile::tempdir().unwrap();
@@ -148,7 +148,7 @@ fn gzip_files_of_several_members() {
     let expected = picture(NAME);
     assert!(picture("pieces_14x12x10_uint8.raw.gz") == expected, "pieces");
     assert!(picture("header_14x12x10_uint8.raw.gz --header-bytes 25") == expected, "a header");
-    // A piece that is missing is missed, and one too many is too.
+    // A missing and an extra member are detected.
     for (name, pieces) in [("less", pieces[..3].concat()), ("more", [pieces.concat(), pieces[0].clone()].concat())] {
         let name = format!("{name}_14x12x10_uint8.raw.gz");
         std::fs::write(f.join(&name), pieces).unwrap();
@@ -156,7 +156,7 @@ fn gzip_files_of_several_members() {
     }
 }
 
-/// What a writer does before it fails.
+/// A partial write followed by an error or a panic.
 #[test]
 fn a_write_that_fails_leaves_the_old_file() {
     let folder = tempfile::tempdir().unwrap();
@@ -179,7 +179,7 @@ fn a_write_that_fails_leaves_the_old_file() {
     assert_eq!((names(folder.path()), std::fs::read(&path).unwrap()), (vec!["old.npy".to_owned()], b"new".to_vec()));
 }
 
-/// The same of the command, by a limit on the size of files.
+/// A failed write of the command, caused by a file size limit.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_picture_that_does_not_fit_leaves_the_old_one() {
@@ -193,8 +193,8 @@ fn a_picture_that_does_not_fit_leaves_the_old_one() {
     assert!(render("", "0", "a.npy").status.success());
     let old = std::fs::read(f.join("a.npy")).unwrap();
     let before = names(f);
-    // 4000 of the shell's blocks, of 512 bytes or of 1024, hold any kernel, but not the 5 600 000 bytes of the picture. A process that
-    // does not ignore the signal of the limit would be ended by it.
+    // 4000 shell blocks, of 512 or 1024 bytes, hold any kernel, but not the 5 600 000 bytes of the picture. A process that does not ignore
+    // SIGXFSZ would be killed.
     let limited = "trap '' XFSZ; ulimit -f 4000;";
     for output in ["a.npy", "b.npy"] {
         let done = render(limited, "40", output);
@@ -202,14 +202,14 @@ fn a_picture_that_does_not_fit_leaves_the_old_one() {
         assert_eq!(done.status.code(), Some(1), "{message}");
         assert!(message.contains(output) && message.contains("too large"), "{message}");
         assert_eq!(names(f), before, "{output}");
-        assert!(std::fs::read(f.join("a.npy")).unwrap() == old, "{output}: the old picture was touched");
+        assert!(std::fs::read(f.join("a.npy")).unwrap() == old, "{output}: the old picture was changed");
     }
     assert!(render("", "40", "a.npy").status.success());
     assert!(std::fs::read(f.join("a.npy")).unwrap() != old, "the same picture from another side");
 }
 
-/// Of one picture and of many, the library's own; other files, streamed volumes and values without a depth are refused before a file is
-/// there.
+/// Depths of one picture and of many equal those of the library. Other file formats, streamed volumes and values without depth are rejected
+/// before a file is created.
 #[test]
 fn depths_stand_beside_the_picture() {
     let folder = tempfile::tempdir().unwrap();
@@ -230,7 +230,7 @@ fn depths_stand_beside_the_picture() {
     renderer.render(&camera, size, &Settings::default()).unwrap().0.save_with_depths(f.join("own.exr"), None, &depths).unwrap();
     assert_eq!(std::fs::read(f.join("one.exr")).unwrap(), std::fs::read(f.join("own.exr")).unwrap());
     for (more, says) in [
-        ("-o a.png", "name an .exr file"),
+        ("-o a.png", "use an .exr file"),
         ("-o a.exr --memory 1M", "whole volume"),
         ("-o a.exr --blend maximum", "composite and iso"),
     ] {

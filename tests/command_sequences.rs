@@ -1,5 +1,4 @@
-//! The command and pictures in every form: formats, supersampling, annotations, contact sheets, sequences in files of their own, and many
-//! views of one volume.
+//! The command and picture output: formats, supersampling, annotations, contact sheets, image sequences, and many views of one volume.
 
 mod common;
 
@@ -35,10 +34,10 @@ fn picture(folder: &Path, arguments: &str) -> Frame {
     read_image(&folder.join("out.npy")).unwrap()
 }
 
-/// Every format shows the same picture; floats the same numbers.
+/// Every format shows the same picture; float formats have the same numbers.
 #[test]
 fn formats_show_the_same_picture() {
-    /// Of JPEG, of edges as sharp as those of noise, in dB; what is another picture is far below.
+    /// PSNR of JPEG at edges as sharp as noise, in dB; other pictures are far below.
     const JPEG_PSNR: f64 = 25.0;
     let folder = folder();
     let f = folder.path();
@@ -60,10 +59,10 @@ fn formats_show_the_same_picture() {
     refused(f, &["render", NAME, "-o", "b.bmp"], 2, &[".exr"]);
 }
 
-/// N×N samples of a pixel are the pixels of the picture N times as large, averaged by hand.
+/// N×N samples per pixel equal the average of a picture N times as large.
 #[test]
 fn samples_are_averaged() {
-    /// Of sums of nine floats.
+    /// Rounding of sums of nine floats.
     const ROUNDING: f64 = 1e-6;
     let folder = folder();
     let f = folder.path();
@@ -77,10 +76,10 @@ fn samples_are_averaged() {
     };
     let by_hand = Frame::new(layersplat::Viewport::new(20, 15).unwrap(), (0..300).map(mean).collect());
     assert!(averaged.compare(&by_hand).unwrap().max_difference < ROUNDING);
-    // It is not what a single ray per pixel finds.
+    // A single ray per pixel gives another picture.
     let plain = picture(f, &format!("{camera} --size 20x15"));
     assert!(averaged.compare(&plain).unwrap().max_difference > 0.01);
-    // Of turns too.
+    // Rotations, too.
     done(f, &format!("rotate {NAME} --transfer fire --frames 1 {camera} --size 20x15 --samples 3 -o turn"));
     let turned = read_image(&f.join("turn/frame_0000.png")).unwrap();
     assert!(turned.compare(&by_hand.over(Background::BLACK)).unwrap().max_difference < 0.6 / 255.0);
@@ -103,7 +102,7 @@ fn bytes(path: &Path) -> Vec<u8> {
     image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).into_rgba8().into_raw()
 }
 
-/// The frames of a file are those of the folder.
+/// The frames in an animation are those of the image sequence.
 #[test]
 fn turns_in_one_file() {
     let folder = folder();
@@ -116,7 +115,7 @@ fn turns_in_one_file() {
         assert!(frames(&f.join(name)) == expected, "{name}");
     }
     done(f, &format!("{turn} -o a.gif --rate 50"));
-    // 256 colours of 480 pixels.
+    // 256 colours for 480 pixels.
     let found = frames(&f.join("a.gif"));
     let far = found.concat().iter().zip(expected.concat()).map(|(a, b)| f64::from(a.abs_diff(b))).sum::<f64>() / 9600.0;
     assert!(found.len() == 5 && far < 2.0, "{far}");
@@ -127,7 +126,7 @@ fn turns_in_one_file() {
     refused(f, &["rotate", NAME, "-o", "missing/a.gif"], 1, &["missing"]);
 }
 
-/// Key cameras: the first and the last frame are those keys' pictures, and the way has as many frames as it takes seconds.
+/// Camera paths: the first and the last frame are those of the outer keys. The number of frames follows from the duration.
 #[test]
 fn key_cameras() {
     let folder = folder();
@@ -165,7 +164,7 @@ fn key_cameras() {
     refused(f, &["rotate", NAME, "--keys", "long.json", "-o", "bad"], 2, &["100000"]);
 }
 
-/// A program in the place of `ffmpeg`: what it is given, and what becomes of its faults.
+/// A replacement for `ffmpeg`: its input, and the handling of its failures.
 #[cfg(unix)]
 #[test]
 fn films_are_made_by_ffmpeg() {
@@ -183,7 +182,7 @@ fn films_are_made_by_ffmpeg() {
         let turn = ["rotate", NAME, "--transfer", "fire", "--frames", "3", "--size", "25x20", "-o", output];
         command.current_dir(f).env("PATH", path).args(turn).output().unwrap()
     };
-    // The last argument is the file; the pixels go there as they come.
+    // The last argument is the file, which receives the pixels.
     let kept = with(r#"echo "$@" > arguments; for file; do :; done; cat > "$file""#, "a.mp4");
     assert!(kept.status.success(), "{}", String::from_utf8_lossy(&kept.stderr));
     done(f, &format!("rotate {NAME} --transfer fire --frames 3 --size 25x20 -o turn"));
@@ -201,7 +200,7 @@ fn films_are_made_by_ffmpeg() {
         );
         assert_eq!(names(f), before);
     }
-    // Nowhere at all.
+    // Without ffmpeg on the PATH.
     let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
     let missing = command.current_dir(f).env("PATH", f.join("nowhere")).args(["rotate", NAME, "-o", "b.mp4"]).output().unwrap();
     let message = String::from_utf8_lossy(&missing.stderr).into_owned();
@@ -209,7 +208,7 @@ fn films_are_made_by_ffmpeg() {
     assert_eq!(names(f), before);
 }
 
-/// Interrupted in the middle of a film, nothing is left of it, and what was there before stays.
+/// An interrupted animation leaves no file, and keeps an existing one.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_film_leaves_nothing() {
@@ -230,7 +229,7 @@ fn an_interrupted_film_leaves_nothing() {
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
         assert!(names(f).len() == before.len() + 1);
-        // SIGTERM, which no shell ignores for what it starts in the background.
+        // Shells may make background processes ignore SIGINT, but not SIGTERM.
         assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
         assert_eq!(child.wait().unwrap().code(), Some(128 + 15));
         assert_eq!((names(f), std::fs::read(f.join("a.apng")).unwrap()), (before.clone(), b"old".to_vec()), "{output}");
@@ -241,7 +240,7 @@ fn lines(output: &Output) -> Vec<serde_json::Value> {
     String::from_utf8_lossy(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// Each line is the picture that `render` makes of the same view, on options that both have in common.
+/// Each line gives the picture that `render` makes of the same view, with the common options.
 #[test]
 fn many_views_are_those_that_render_makes() {
     let folder = folder();
@@ -273,7 +272,7 @@ fn many_views_are_those_that_render_makes() {
     }
 }
 
-/// A file is looked at as a whole before any of it is rendered; a line that is wrong is named.
+/// The whole file is validated before rendering; errors name the line.
 #[test]
 fn lines_that_are_wrong_are_named() {
     let folder = folder();
@@ -298,12 +297,12 @@ fn lines_that_are_wrong_are_named() {
     refused(f, &["render", NAME, "--cameras", "views.ndjson", "-o", "a.png"], 2, &["--output"]);
     std::fs::write(f.join("views.ndjson"), r#"{"output": "b.png", "perspective": 1e-300}"#).unwrap();
     refused(f, &["render", NAME, "--cameras", "views.ndjson"], 1, &["line 1", "camera"]);
-    // What only the whole scene tells.
+    // Errors that only the whole scene reveals.
     std::fs::write(f.join("views.ndjson"), r#"{"output": "b.png", "position": [1, 2, 3]}"#).unwrap();
     refused(f, &["render", NAME, "--cameras", "views.ndjson"], 1, &["line 1", "parallel_scale or perspective"]);
 }
 
-/// Who asks by a pipe is answered line by line, before the pipe is closed; a picture that cannot be written ends it.
+/// Lines from a pipe are answered one by one, before the pipe is closed. A failed write ends the command.
 #[test]
 fn a_pipe_is_answered_as_it_goes() {
     let folder = folder();
@@ -320,7 +319,7 @@ fn a_pipe_is_answered_as_it_goes() {
         assert_eq!((&answer["line"], &answer["output"]), (&(n + 1).into(), &format!("{n}.png").into()));
         assert!(f.join(format!("{n}.png")).exists());
     }
-    // The next line may be taken before it is known that this one failed.
+    // The next line may be read before the failure of this one is known.
     let _ = writeln!(input, r#"{{"output": "missing/a.png"}}"#).and_then(|()| writeln!(input, r#"{{"output": "4.png"}}"#));
     drop(input);
     let ended = child.wait_with_output().unwrap();
@@ -328,7 +327,7 @@ fn a_pipe_is_answered_as_it_goes() {
     assert!(ended.status.code() == Some(1) && message.contains("missing"), "{message}");
 }
 
-/// The sheet's cells are the pictures of its sides, at one scale, but for the labels.
+/// The cells of a contact sheet are the pictures of its sides at one scale, plus labels.
 #[test]
 fn contact_sheets_show_every_side() {
     let folder = folder();
@@ -345,13 +344,13 @@ fn contact_sheets_show_every_side() {
         let place = |n: u32| (n % 120, n / 120);
         let differing = (0..12_000).map(place).filter(|&(x, y)| sheet.pixel(left + x, top + y) != single.pixel(x, y));
         let differing: Vec<_> = differing.collect();
-        // Letters, in the upper left corner.
+        // Only the label in the upper left corner differs.
         assert!(differing.len() > 100 && differing.iter().all(|&(_, y)| y < 20), "{n}: {}", differing.len());
     }
     refused(f, &["views", NAME, "--size", "5000x100"], 2, &["4096x8192", "--size"]);
 }
 
-/// Annotations are drawn on the picture that there would be without them.
+/// Annotations do not change the picture underneath.
 #[test]
 fn annotations_are_added_to_the_picture() {
     let folder = folder();
@@ -363,7 +362,7 @@ fn annotations_are_added_to_the_picture() {
         assert!((50..16_000).contains(&differing), "{options}: {differing}");
     }
     refused(f, &["render", NAME, "--units", "HU"], 2, &["--legend"]);
-    // A box without a size.
+    // A bounding box of size 0.
     done(f, "render builtin:cube@1 --box --legend --axes --size 100x80 -o one.png");
     let paths: Vec<PathBuf> = ["a.png", "b.png"].map(|name| f.join(name)).into();
     for path in &paths {

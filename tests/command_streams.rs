@@ -1,4 +1,4 @@
-//! The command between others: volumes from standard input, results to standard output.
+//! Volumes from standard input, results to standard output.
 #![cfg(unix)]
 
 mod common;
@@ -11,7 +11,7 @@ use std::process::{Command, Output, Stdio};
 
 const PICTURE: [&str; 4] = ["--size", "40x30", "--azimuth", "30"];
 
-/// The command, with its temporary files in a folder of their own.
+/// The command with a separate folder for temporary files.
 fn command(temporary: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
     command.args(arguments).env("TMPDIR", temporary).current_dir(temporary.parent().unwrap());
@@ -19,21 +19,21 @@ fn command(temporary: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs it with these bytes on standard input. No temporary file is left behind.
+/// Runs the command with bytes on standard input. It must not leave temporary files behind.
 #[track_caller]
 fn fed(bytes: &[u8], arguments: &[&str]) -> Output {
     let folder = tempfile::tempdir().unwrap();
     let temporary = folder.path().join("temporary");
     std::fs::create_dir(&temporary).unwrap();
     let mut child = command(&temporary, arguments).spawn().unwrap();
-    // It need not read what it does not want.
+    // The command may close standard input early.
     let _ = child.stdin.take().unwrap().write_all(bytes);
     let output = child.wait_with_output().unwrap();
     assert_eq!(names(&temporary), [""; 0], "{arguments:?}");
     output
 }
 
-/// What it writes to standard output.
+/// Standard output of a run that must succeed.
 #[track_caller]
 fn made(bytes: &[u8], arguments: &[&str]) -> Vec<u8> {
     let output = fed(bytes, arguments);
@@ -41,7 +41,7 @@ fn made(bytes: &[u8], arguments: &[&str]) -> Vec<u8> {
     output.stdout
 }
 
-/// What it says, with this exit code, and nothing on standard output.
+/// Asserts an exit code, messages, and an empty standard output.
 #[track_caller]
 fn refused_with(bytes: &[u8], arguments: &[&str], code: i32, words: &[&str]) {
     let output = fed(bytes, arguments);
@@ -53,7 +53,7 @@ fn refused_with(bytes: &[u8], arguments: &[&str], code: i32, words: &[&str]) {
     }
 }
 
-/// A volume in a file, and its bytes.
+/// Writes a volume to a file and returns its bytes.
 fn volume(folder: &Path, name: &str) -> Vec<u8> {
     let volume = Volume::open("builtin:hydrogen@12x11x10", &OpenOptions::default()).unwrap();
     std::fs::read(volume.save(folder.join(name)).unwrap()).unwrap()
@@ -101,7 +101,7 @@ fn volumes_are_converted_in_a_pipe() {
     let there = made(&nrrd, &["convert", "-", "nii.gz:-"]);
     let back = made(&there, &["convert", "-", "vti:-"]);
     assert!(made(&back, &["convert", "-", "raw:-"]) == raw);
-    // Its name, which says what it holds, is told.
+    // The file name, which encodes the layout, is reported.
     let told = fed(&nrrd, &["convert", "-", "raw:-"]).stderr;
     assert!(String::from_utf8(told).unwrap().contains("_12x11x10_uint8.raw"));
     assert!(made(&[], &["transfer", "builtin:cube@4", "-o", "csv:-"]).starts_with(b"value,r,g,b,a\n"));
@@ -123,7 +123,7 @@ fn what_comes_is_checked_as_files_are() {
     refused_with(&nrrd, &["render", "-", "--cameras", "-"], 2, &["standard input", "--cameras"]);
 }
 
-/// Whoever reads may go away: that is no reason for words.
+/// A closed standard output is not an error.
 #[test]
 fn a_broken_pipe_ends_quietly() {
     let folder = tempfile::tempdir().unwrap();
@@ -143,7 +143,7 @@ fn a_broken_pipe_ends_quietly() {
     }
 }
 
-/// `script` gives it a terminal.
+/// `script` provides a terminal.
 #[test]
 fn terminals_are_neither_read_nor_filled() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Transfer functions: files of other programs, against what VTK makes of them, and `layersplat transfer`.
+//! Transfer functions: files of other programs compared with VTK, and `layersplat transfer`.
 
 mod common;
 
@@ -9,11 +9,11 @@ use layersplat::{TransferFunction, Volume};
 use serde_json::Value;
 use std::path::Path;
 
-/// VTK's numbers, from tests/transfer/truth.py.
+/// Numbers of VTK, from tests/transfer/truth.py.
 const VTK: &str = include_str!("transfer/vtk.json");
-/// What the straight pieces of curves may be off by, as documented, and the rounding of VTK's table to six digits.
+/// Documented error of linear pieces, and the rounding of VTK's table to six digits.
 const PIECES: f64 = 1e-3 + 1e-6;
-/// Steps have no curves: what is left is the rounding.
+/// Steps have no curves: only the rounding remains.
 const STEPS: f64 = 1e-6;
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -25,7 +25,7 @@ fn read(folder: &Path, name: &str, text: &str) -> TransferFunction {
     TransferFunction::from_file(&folder.join(name), None).unwrap()
 }
 
-/// Each preset of the table with its values and what VTK has there.
+/// Each preset of the table, with sample values and VTK's results.
 fn cases() -> Vec<(String, String, Vec<f64>, Value)> {
     let cases: Vec<Value> = serde_json::from_str(VTK).unwrap();
     let case = |case: Value| {
@@ -69,8 +69,7 @@ fn opacities_are_those_of_vtk_whatever_their_curves() {
     assert!(compared > 200, "{compared}");
 }
 
-/// Both look for shortest paths in a grid of sixteen steps of each channel; VTK moves the points between which they lie onto it too, by
-/// half a step.
+/// Both search shortest paths in a grid of sixteen steps per channel. VTK also moves the end points to the grid, by up to half a step.
 const PATHS: f64 = 1.0 / 32.0;
 
 #[test]
@@ -89,7 +88,7 @@ fn paths_of_ciede2000_are_near_those_of_vtk() {
     assert!(compared > 150, "{compared}");
 }
 
-/// Values at steps belong to the colour that ParaView gives them: to that of their own point.
+/// At a step, a value has the colour of its own point, as in ParaView.
 #[test]
 fn labels_have_the_colours_of_their_points() {
     let folder = tempfile::tempdir().unwrap();
@@ -100,7 +99,7 @@ fn labels_have_the_colours_of_their_points() {
     assert_eq!((transfer.color(0.5), transfer.color(1.001), transfer.color(9.0)), (colors[1], colors[2], colors[3]));
 }
 
-/// From any format into any other and back: the same picture of it, the same numbers.
+/// Conversion from any format to any other and back preserves the function.
 #[test]
 fn functions_are_converted_by_the_ending() {
     let folder = tempfile::tempdir().unwrap();
@@ -129,7 +128,7 @@ fn functions_are_converted_by_the_ending() {
     assert_eq!((&preset[0]["Name"], &preset[0]["ColorSpace"]), (&"cividis_r".into(), &"RGB".into()));
 }
 
-/// What is shaped on the command line is what is written.
+/// `layersplat transfer` writes the function that the options define.
 #[test]
 fn shaped_functions_are_written_as_they_are_rendered() {
     let folder = tempfile::tempdir().unwrap();
@@ -163,7 +162,7 @@ fn names_are_listed_and_functions_told() {
     assert!(String::from_utf8(line.stdout).unwrap().contains("0.000 at 75.000000 to 1.000 at 125.000000"));
 }
 
-/// The picture is of the function: its colours lie in the bar below, its curve is where its opacity is.
+/// The picture of a function: a colour bar at the bottom, and the curve of the opacity.
 #[test]
 fn a_function_is_shown() {
     let folder = tempfile::tempdir().unwrap();
@@ -181,7 +180,7 @@ fn a_function_is_shown() {
         let found = shown.pixel(column, 316);
         assert!((0..3).all(|c| (f64::from(found[c]) - expected[c]).abs() < 0.01), "{column}: {found:?} for {expected:?}");
     }
-    // A constant half-way up, on an axis that ends at 0.5: white from side to side, and nowhere else so.
+    // A constant at half the height of an axis that ends at 0.5: white across the picture, and nowhere else.
     let flat = show(&["--transfer", "fire", "--opacity", "0:0.25"]);
     let is_white = |column: u32, row: u32| flat.pixel(column, row)[..3].iter().all(|&c| c > 0.99);
     let rows: Vec<u32> = (34..296).filter(|&row| (100..600).all(|column| is_white(column, row))).collect();
@@ -190,7 +189,7 @@ fn a_function_is_shown() {
     assert_eq!((large.width(), large.height()), (1280, 720));
 }
 
-/// Of data that are all alike, far from 0 or spread wide.
+/// Constant data, data far from 0, and data of a wide range.
 #[test]
 fn odd_volumes_are_shown_too() {
     let folder = tempfile::tempdir().unwrap();

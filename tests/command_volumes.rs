@@ -1,4 +1,4 @@
-//! The command and its volumes: what is read how, what is warned of, what is too large.
+//! The command and its volumes: formats, warnings and limits.
 
 mod common;
 
@@ -10,7 +10,7 @@ fn write<const N: usize>(folder: &Path, name: &str, numbers: impl IntoIterator<I
     std::fs::write(folder.join(name), numbers.into_iter().flatten().collect::<Vec<u8>>()).unwrap();
 }
 
-/// What `info` says on standard error.
+/// Standard error of `info`.
 fn warnings(folder: &Path, volume: &str) -> String {
     let output = layersplat(folder, &["info", volume]);
     let message = String::from_utf8(output.stderr).unwrap();
@@ -27,7 +27,7 @@ fn one_voxel_without_a_value_changes_no_range() {
     let info = json(f, &["info", "warm_8x8x8_float32.raw"]);
     assert_eq!((info["min"].as_f64(), info["max"].as_f64()), (Some(280.0), Some(310.0)));
     assert_eq!(info["histogram"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).sum::<u64>(), 511);
-    // What is stretched onto the range ends where the data do.
+    // Stretched functions end at the range of the data.
     let transfer = &json(f, &["info", "warm_8x8x8_float32.raw", "--transfer", "grey"])["transfer"]["opacities"];
     assert_eq!((transfer[0][0].as_f64(), transfer[3][0].as_f64()), (Some(280.0), Some(310.0)));
     assert!(warnings(f, "warm_8x8x8_float32.raw").contains("1 voxels are NaN"));
@@ -38,7 +38,7 @@ fn a_background_value_surrounds_the_volume() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
     std::fs::write(f.join("positive_8x8x8_uint8.raw"), [200; 512]).unwrap();
-    // Opaque from 50 to 150: nothing of the voxels, only what lies between them and a background below.
+    // Opaque from 50 to 150: the voxels are invisible, only values between them and a background below are visible.
     let between =
         r#"{"RGBPoints": [0,1,1,1, 255,1,1,1], "Points": [0,0,0.5,0, 49,0,0.5,0, 50,1,0.5,0, 150,1,0.5,0, 151,0,0.5,0]}"#;
     std::fs::write(f.join("between.json"), between).unwrap();
@@ -70,16 +70,16 @@ fn doubles_far_from_zero_are_no_solid_block() {
     let frame = layersplat::image::read_image(&f.join("a.npy")).unwrap();
     let middle = frame.pixel(20, 20)[3];
     let between = frame.pixels().iter().filter(|p| p[3] > 0.05 * middle && p[3] < 0.9 * middle).count();
-    assert!(middle > 0.3 && between > 300, "the ball fades: {middle} in the middle, {between} pixels between");
+    assert!(middle > 0.3 && between > 300, "the ball must fade: {middle} in the centre, {between} intermediate pixels");
     assert!(!warnings(f, "far_24x24x24_float64.raw").contains("WARN"));
 
-    // One number far from the rest, as of missing measurements.
+    // An outlier, such as a missing measurement.
     let missing = |i: usize| if i == 5000 { -9999.0 } else { value(i) };
     write(f, "lost_24x24x24_float64.raw", (0..13_824).map(missing).map(f64::to_le_bytes));
     let warning = warnings(f, "lost_24x24x24_float64.raw");
-    assert!(warning.contains("the smallest is -9999") && warning.contains("values apart"), "{warning}");
+    assert!(warning.contains("the smallest is -9999") && warning.contains("values in that range"), "{warning}");
     write(f, "wide_2x2x2_int32.raw", (0..8).map(|i| (i * 250_000_001 - 1_000_000_000i32).to_le_bytes()));
-    assert!(warnings(f, "wide_2x2x2_int32.raw").contains("off by up to 64"));
+    assert!(warnings(f, "wide_2x2x2_int32.raw").contains("errors of up to 64"));
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn options_that_are_for_files() {
     assert_eq!((found["min"].as_f64(), found["max"].as_f64()), (Some(0.0), Some(1799.0)));
     refused(f, &["info", "photo.dat", "--dims", "3x2x2", "--type", "uint16"], 1, &["24 bytes", "27", "--header-bytes"]);
     for option in [["--endian", "big"], ["--header-bytes", "3"], ["--dims", "2x2x2"], ["--type", "int32"]] {
-        refused(f, &[&["info", "builtin:cube@4"][..], &option].concat(), 2, &["for files"]);
+        refused(f, &[&["info", "builtin:cube@4"][..], &option].concat(), 2, &["applies to files"]);
     }
     refused(f, &["info", "photo.dat", "--header-bytes", "-3"], 2, &["-3"]);
 }
@@ -109,17 +109,17 @@ fn volumes_are_converted() {
     let expected: Vec<u8> = (0..24).flat_map(|i: i32| ((i - 12) * 100_000_000).to_le_bytes()).collect();
     assert_eq!(std::fs::read(f.join("d_4x3x2_int32.raw")).unwrap(), expected);
     refused(f, &["convert", "b.nrrd", "e.doc"], 2, &["e.doc", ".nii.gz"]);
-    refused(f, &["convert", "b.nrrd", "missing/e.nrrd"], 1, &["no folder"]);
+    refused(f, &["convert", "b.nrrd", "missing/e.nrrd"], 1, &["does not exist"]);
     refused(f, &["convert", "b.nrrd", "e.npy", "--frame", "1"], 2, &["frame", "--frame N"]);
     refused(f, &["convert", "b.nrrd"], 2, &["OUTPUT"]);
 }
 
-/// Bytes of address space: enough for everything but the pictures and volumes of the test below.
+/// Address space in bytes, enough for everything except the pictures and volumes of the test below.
 #[cfg(unix)]
 const LITTLE: u64 = 6 << 30;
 
-/// What does not fit into memory is refused before any of it is made: a file of 100 GB (with holes: it takes no place on the disk), a
-/// packed one that says so, a built-in volume, and pictures, drawn and read.
+/// Requests beyond the available memory are rejected before allocation: a sparse file of 100 GB, a compressed file that declares as much,
+/// a built-in volume, and pictures, rendered and read.
 #[test]
 #[cfg(unix)]
 fn what_memory_does_not_hold_is_refused() {
@@ -127,7 +127,7 @@ fn what_memory_does_not_hold_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
     let file = std::fs::File::create(f.join("large_5000x5000x4000_uint8.raw")).unwrap();
-    // Some file systems have no files of that size.
+    // Some file systems do not support files of that size.
     if file.set_len(100_000_000_000).is_ok() {
         refused_within(
             LITTLE,
@@ -157,7 +157,7 @@ fn what_memory_does_not_hold_is_refused() {
     refused_within(3 << 30, f, &["compare", "huge.npy", "huge.npy"], 1, &["huge.npy", "4294967296 bytes"]);
 }
 
-/// Files that cannot be mapped are streamed as others are, to the same picture, out of a temporary file of which nothing is left.
+/// Files that cannot be mapped are streamed through a temporary file, with the same picture. The temporary file is removed.
 #[test]
 fn packed_volumes_are_streamed() {
     const SIZE: usize = 100;
@@ -166,7 +166,7 @@ fn packed_volumes_are_streamed() {
     let volume = Volume::open(format!("builtin:marschner-lobb@{SIZE}"), &OpenOptions::default()).unwrap();
     let number = |index: usize| volume.value(index).round() as u8;
     let bytes: Vec<u8> = (0..SIZE * SIZE * SIZE).map(number).collect();
-    // Numbers that become voxels on reading, one slice a file, and a stack in one file.
+    // Numbers that are converted on reading, slice files, and a multi-page file.
     write(f, "wide_100x100x100_float64.raw", bytes.iter().map(|&n| f64::from(n).to_le_bytes()));
     write(f, "plain_100x100x100_uint8.raw", bytes.iter().map(|&n| [n]));
     assert!(layersplat(f, &["convert", "plain_100x100x100_uint8.raw", "packed.nii.gz"]).status.success());
@@ -187,7 +187,7 @@ fn packed_volumes_are_streamed() {
     };
     let (whole, _) = frame("plain_100x100x100_uint8.raw", &[]);
     for volume in ["packed.nii.gz", "slices", "wide_100x100x100_float64.raw"] {
-        // Where a file says nothing of its place, spacings are 1 as well.
+        // Files without a spacing use 1.
         let (read, spooled) = frame(volume, &["--spacing", "1,1,1"]);
         assert!(!spooled && (read == whole || volume.starts_with("wide")), "{volume}");
         let (streamed, spooled) =
@@ -196,16 +196,16 @@ fn packed_volumes_are_streamed() {
         assert_eq!(names(&temporary), [""; 0]);
     }
     let (_, spooled) = frame("plain_100x100x100_uint8.raw", &["--memory", "700K"]);
-    assert!(!spooled, "what can be mapped is copied");
+    assert!(!spooled, "a file that can be mapped must not be copied");
     std::fs::remove_dir(&temporary).unwrap();
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_layersplat"));
     let lost = ["render", "packed.nii.gz", "--memory", "700K", "-o", "b.npy"];
     let output = command.current_dir(f).args(lost).env("TMPDIR", &temporary).output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(1) && told.contains("TMPDIR names another folder"), "{told}");
+    assert!(output.status.code() == Some(1) && told.contains("set TMPDIR to another folder"), "{told}");
 }
 
-/// Of several volumes, numbers per voxel and arrays in a file the one that is asked for.
+/// Selection of one of several volumes, components and arrays in a file.
 #[test]
 fn files_of_several_volumes() {
     let folder = tempfile::tempdir().unwrap();
@@ -216,7 +216,7 @@ fn files_of_several_volumes() {
         let info = json(f, &[&["info", &path][..], more].concat());
         (info["min"].as_f64().unwrap(), info["max"].as_f64().unwrap())
     };
-    // 60 voxels, numbered from channel to channel.
+    // 60 voxels per channel, numbered consecutively.
     for (channel, expected) in [("0", (0.0, 59.0)), ("1", (60.0, 119.0)), ("2", (120.0, 179.0))] {
         assert_eq!(range("nrrd/rgb.nrrd", &["--channel", channel]), expected);
     }
@@ -239,7 +239,7 @@ fn files_of_several_volumes() {
         refused(f, &["info", &path("zarr/ome_04.zarr"), "--level", "2"], 2, &["levels are 0 to 1", "--level"]);
         refused(f, &["info", &path("zarr/ome_04.zarr"), "--level", "auto"], 2, &["give a number", "--level"]);
         refused(f, &["info", &path("zarr/ome_04.zarr"), "--level", "fine"], 2, &["fine", "auto"]);
-        // What a picture of 3 pixels needs is the coarse one.
+        // A picture of 3 pixels needs the coarse level.
         let picture = |level: &str, name: &str| {
             let file = path("zarr/ome_04.zarr");
             let given = ["render", &file, "--size", "3x3", "--level", level, "--transfer", "grey", "-o", name];

@@ -1,4 +1,4 @@
-//! Depths: closed forms of fog and of surfaces in both projections, and what holds whatever is drawn.
+//! Depths: closed forms of fog and of surfaces in both projections, and invariants of all algorithms.
 
 mod common;
 
@@ -10,12 +10,14 @@ use layersplat::settings::{Algorithm, Blend, Clipping, CropBox, GradientOpacity}
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Error, Projection, Quality, Renderer, Settings, TransferFunction, Viewport, Volume};
 
-/// Half a spacing's step, within which opacity is taken to grow evenly: in fog of a fifth per spacing off by up to 5e-3 spacings.
+/// Opacity is taken to grow linearly within half a spacing: an error of up to 5e-3 spacings in fog of a fifth per spacing.
 const STEP_TOLERANCE: f64 = 1e-2;
-/// Floats of some hundred spacings.
+/// Rounding over some hundred spacings.
 const FLOAT_TOLERANCE: f64 = 2e-4;
-/// Pixels of which two programs, compiled apart, may round the opacity to either side of 1/256.
+/// Fraction of pixels for which two separately compiled programs may round the opacity to different sides of 1/256, and the largest
+/// distance from it.
 const RIM_SHARE: f64 = 2e-3;
+const ROUNDED_OPACITY: f32 = 1e-5;
 const N: usize = 40;
 const ALPHA: f64 = 0.2;
 const SIZE: [u32; 2] = [48, 40];
@@ -25,7 +27,7 @@ fn depths(volume: &Volume, transfer: &TransferFunction, camera: &Camera, setting
     Renderer::new(&device(), volume, transfer).unwrap().depths(camera, size, settings).unwrap()
 }
 
-/// Voxels that each have the number of their layer along z.
+/// Each voxel has the index of its layer along z.
 fn ramp(spacing: f64) -> Volume<'static> {
     let values = (0..N * N * N).map(|i| (i / N / N) as f32).collect();
     volume([N; 3], DVec3::splat(spacing), Voxels::Float32(values)).with_background(0.0).unwrap()
@@ -39,7 +41,7 @@ fn linear() -> Settings {
     with_kernel(Quality::Standard, Kernel::Linear).into()
 }
 
-/// Of a pixel: a point of its ray at depth 0, and the way from there to depth 1.
+/// Ray of a pixel: its point at depth 0, and the vector to depth 1.
 fn ray(camera: &Camera, pixel: usize) -> (DVec3, DVec3) {
     let basis = camera.basis().unwrap();
     let [width, height] = SIZE.map(f64::from);
@@ -53,7 +55,7 @@ fn ray(camera: &Camera, pixel: usize) -> (DVec3, DVec3) {
     }
 }
 
-/// The depth at which a pixel's ray meets a plane across z, if that is so many voxels within the volume.
+/// Depth at which a pixel's ray crosses a z plane, if the crossing lies at least `within` voxels inside the volume.
 fn meets(camera: &Camera, pixel: usize, z: f64, within: f64, spacing: f64) -> Option<f64> {
     let (from, way) = ray(camera, pixel);
     let depth = (z * spacing - from.z) / way.z;
@@ -61,7 +63,7 @@ fn meets(camera: &Camera, pixel: usize, z: f64, within: f64, spacing: f64) -> Op
     [at.x, at.y].iter().all(|c| (within..=N as f64 - 1.0 - within).contains(c)).then_some(depth)
 }
 
-/// Looking along z, from both ends of it, and at an angle from below.
+/// Views along z from both ends, and an oblique view from below.
 fn views(volume: &Volume) -> [Camera; 4] {
     let size = viewport(SIZE[0], SIZE[1]);
     [
@@ -72,7 +74,7 @@ fn views(volume: &Volume) -> [Camera; 4] {
     ]
 }
 
-/// A layer of fog between two planes: where 1/256 of the light is gone, and where what stops it lies on the average.
+/// A layer of fog between two planes: depth at which 1/256 of the light is absorbed, and mean depth of absorption.
 #[test]
 fn fog_is_met_where_its_closed_form_says() {
     let volume = ramp(1.0);
@@ -101,7 +103,7 @@ fn fog_is_met_where_its_closed_form_says() {
     }
 }
 
-/// A plane where the field has a value, in worlds of any unit; the same by rays as where layers draw the picture.
+/// An iso-surface plane in worlds of any unit; with ray casting as with layers.
 #[test]
 fn surfaces_are_where_the_field_has_their_value() {
     for spacing in [1.0, 1e-9, 1e12] {
@@ -126,7 +128,7 @@ fn surfaces_are_where_the_field_has_their_value() {
     }
 }
 
-/// What is seen has a depth, and what is not has none; nothing is on the average before it is first seen, or outside the volume.
+/// Visible pixels have a depth, others do not. The mean depth is at least the first, and inside the volume.
 #[test]
 fn depths_are_where_something_is_seen() {
     let volume = random_volume([31, 22, 27], DVec3::new(1.0, 1.4, 0.9), 5);
@@ -139,8 +141,10 @@ fn depths_are_where_something_is_seen() {
             let cast = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 }, ..settings };
             let picture = render(&volume, &smooth_transfer(), &camera, size, &cast);
             let visible = |alpha: f32| alpha >= 1.0 / 256.0;
-            let apart =
-                found.first().iter().zip(picture.pixels()).filter(|(first, p)| first.is_finite() != visible(p[3])).count();
+            let both = found.first().iter().zip(picture.pixels());
+            let apart: Vec<f32> = both.filter(|(first, p)| first.is_finite() != visible(p[3])).map(|(_, p)| p[3]).collect();
+            assert!(apart.iter().all(|alpha| (alpha - 1.0 / 256.0).abs() <= ROUNDED_OPACITY), "opacities of {apart:?}");
+            let apart = apart.len();
             assert!(
                 apart as f64 <= RIM_SHARE * picture.pixels().len() as f64,
                 "{apart} pixels have depths and show nothing, or the reverse"
@@ -170,7 +174,7 @@ fn what_has_no_depth_is_refused() {
         let refused = renderer.depths(&camera, size, &Settings { blend, ..Settings::default() });
         assert!(matches!(refused, Err(Error::Settings { field: "blend", .. })), "{blend:?}: {refused:?}");
     }
-    // The renderer goes on.
+    // The renderer remains usable.
     assert!(renderer.depths(&camera, size, &Settings::default()).unwrap().first().iter().any(|depth| depth.is_finite()));
 }
 
@@ -195,5 +199,5 @@ fn exr_files_have_depths_beside_the_picture() {
     assert!(picture.save_with_depths(folder.path().join("a.png"), None, &found).is_err());
     let other = layersplat::Frame::new(Viewport::new(1, 1).unwrap(), vec![[0.0; 4]]);
     assert!(other.save_with_depths(&path, None, &found).is_err());
-    assert_eq!(layersplat::image::read_image(&path).unwrap(), picture, "what is refused leaves the file as it was");
+    assert_eq!(layersplat::image::read_image(&path).unwrap(), picture, "a rejected write must not change the file");
 }

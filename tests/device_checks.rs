@@ -1,15 +1,21 @@
-//! The command refuses a device that draws wrongly, and checks it once.
+//! The command rejects devices that render wrongly, and checks each device once.
 
 mod common;
 
 use common::command::*;
 use serde_json::Value;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// The command with verdicts in a folder of the test's own, and PoCL's kernels where they always are: they are built once.
+/// Runs the command with verdicts in a separate folder and PoCL's kernels in the usual one, so that they are built once.
 fn run(caches: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
+    run_build(Path::new(env!("CARGO_BIN_EXE_layersplat")), caches, arguments)
+}
+
+/// The same with any build of the command.
+fn run_build(build: &Path, caches: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(build);
     command.current_dir(caches).args(arguments).env("XDG_CACHE_HOME", caches).env("RUST_LOG", "warn");
     if std::env::var_os("POCL_CACHE_DIR").is_none() {
         let home = PathBuf::from(std::env::var_os("HOME").unwrap_or("/tmp".into()));
@@ -29,7 +35,7 @@ fn message(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Files of verdicts, by family.
+/// Verdict files, by family.
 fn verdicts(caches: &Path) -> Vec<PathBuf> {
     let Ok(devices) = std::fs::read_dir(caches.join("layersplat/checks")) else { return Vec::new() };
     let mut files: Vec<PathBuf> =
@@ -38,7 +44,7 @@ fn verdicts(caches: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Changes what a file holds.
+/// Modifies a JSON file.
 fn change(file: &Path, change: impl FnOnce(&mut Value)) {
     let mut kept: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
     change(&mut kept);
@@ -53,7 +59,7 @@ fn refused_for(output: &Output, words: &[&str]) {
     }
 }
 
-/// A verdict is kept for each family that was needed, and believed, be it good or bad, until something else is rendered with.
+/// Verdicts are stored per family. They are trusted, pass or fail, until driver, kernels or version change.
 #[test]
 fn what_a_check_found_is_remembered() {
     let folder = tempfile::tempdir().unwrap();
@@ -62,7 +68,7 @@ fn what_a_check_found_is_remembered() {
     assert!(first.status.success(), "{}", message(&first));
     let [file] = &verdicts(f)[..] else { panic!("{:?}", verdicts(f)) };
     assert!(file.ends_with("point-lattice.json"), "{file:?}");
-    // Had it checked again, this would not be what it says.
+    // A repeated check would give another result.
     let problem = "black with alpha 1";
     change(file, |kept| kept["verdict"]["problem"] = problem.into());
     std::fs::remove_file(f.join("a.npy")).unwrap();
@@ -72,17 +78,41 @@ fn what_a_check_found_is_remembered() {
     for command in ["rotate", "bench"] {
         refused_for(&run(f, &[command, "builtin:hydrogen@12", "--size", "12x12", "--frames", "2"]), &[problem]);
     }
-    // Another family is another matter.
+    // Other families are checked separately.
     let sliced = render(f, &["--algorithm", "slicing"]);
     assert!(sliced.status.success(), "{}", message(&sliced));
     assert_eq!(verdicts(f).len(), 2);
-    // So is another driver, kernel or version; and what nobody can read.
+    // Another driver, kernel or version, or an unreadable file, triggers a new check.
     change(file, |kept| kept["checked"]["driver"] = "another".into());
     assert!(render(f, &[]).status.success());
     std::fs::write(file, "{").unwrap();
     assert!(render(f, &[]).status.success());
     let kept: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
     assert!(kept["verdict"]["problem"].is_null() && kept["verdict"]["largest_difference"].as_f64().unwrap() < 0.004, "{kept}");
+}
+
+/// A verdict holds for one build only: another executable of the same version, or other compiler options, are checked again.
+#[test]
+fn verdicts_belong_to_one_build() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    assert!(render(f, &[]).status.success());
+    let [file] = &verdicts(f)[..] else { panic!("{:?}", verdicts(f)) };
+    let problem = "the verdict of the first build";
+    change(file, |kept| kept["verdict"]["problem"] = problem.into());
+    refused_for(&render(f, &[]), &[problem]);
+    // Systems load an executable with bytes behind its end.
+    let other = f.join("other-build");
+    std::fs::copy(env!("CARGO_BIN_EXE_layersplat"), &other).unwrap();
+    let mut end = std::fs::OpenOptions::new().append(true).open(&other).unwrap();
+    end.write_all(b"another build").unwrap();
+    drop(end);
+    let found = run_build(&other, f, &RENDER);
+    assert!(found.status.success(), "{}", message(&found));
+    refused_for(&render(f, &[]), &[problem]);
+    change(file, |kept| kept["checked"]["compiler_options"] = "-cl-fast-relaxed-math".into());
+    let found = render(f, &[]);
+    assert!(found.status.success(), "{}", message(&found));
 }
 
 /// What is not asked for a device is not refused for it.
@@ -95,7 +125,7 @@ fn only_what_draws_is_checked() {
     assert!(verdicts(folder.path()).is_empty());
 }
 
-/// Where nothing can be kept, it is checked every time, and said; that is no error.
+/// An unwritable cache triggers a check and a message each time, but no error.
 #[test]
 fn a_cache_that_cannot_be_written_is_no_error() {
     let folder = tempfile::tempdir().unwrap();
@@ -108,7 +138,7 @@ fn a_cache_that_cannot_be_written_is_no_error() {
     }
 }
 
-/// `devices --check` tells all families of all devices, and what it finds replaces what was known.
+/// `devices --check` reports all families of all devices and replaces stored verdicts.
 #[test]
 fn devices_are_checked_anew_on_demand() {
     let folder = tempfile::tempdir().unwrap();
@@ -126,13 +156,13 @@ fn devices_are_checked_anew_on_demand() {
     }
     assert!(verdicts(f).len() >= layersplat::check::Family::ALL.len());
     assert!(render(f, &[]).status.success());
-    // Without the option nothing is told of it.
+    // Without the option there is no check.
     let output = run(f, &["devices", "--json"]);
     let listed: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(listed["devices"][0].get("check").is_none());
 }
 
-/// The process that checks takes no other lists than the command's own.
+/// The checking process accepts lists from the command only.
 #[test]
 fn the_hidden_command_refuses_nonsense() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! The command where things are not as usual: without OpenCL, without a home, interrupted.
+//! The command in unusual environments: without OpenCL, without a home folder, interrupted.
 
 mod common;
 
@@ -18,7 +18,7 @@ fn no_opencl_names_the_package() {
     assert!(message.contains("pocl-opencl-icd"), "{message}");
 }
 
-/// Each of several processes would do all of the work, and write the same file.
+/// Without MPI support, each process would do all of the work and write the same file.
 #[cfg(not(feature = "mpi"))]
 #[test]
 fn under_mpirun_it_says_what_to_build() {
@@ -35,7 +35,7 @@ fn under_mpirun_it_says_what_to_build() {
     assert!(render("1").status.success());
 }
 
-/// The command starts without OpenCL, and says what to install. So do programs with this library, but for the feature `gl-interop`.
+/// The command starts without OpenCL and says what to install. So do programs that use the library, except with the feature `gl-interop`.
 #[cfg(target_os = "linux")]
 #[cfg_attr(feature = "gl-interop", ignore = "ocl-interop links OpenCL and OpenGL: docs/gl.md")]
 #[test]
@@ -60,7 +60,7 @@ fn an_implementation_that_cannot_be_loaded_says_why() {
     }
 }
 
-/// The command with PoCL alone, and nothing but these variables of those that say where PoCL keeps compiled kernels.
+/// Runs the command with PoCL only, and with only these variables for the location of PoCL's kernel cache.
 fn with_pocl_alone(folder: &Path, variables: &[(&str, &Path)], arguments: &[&str]) -> (Option<i32>, String) {
     let vendors = folder.join("vendors");
     if !vendors.is_dir() {
@@ -81,7 +81,7 @@ fn with_pocl_alone(folder: &Path, variables: &[(&str, &Path)], arguments: &[&str
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// A folder that nobody can make, not even root.
+/// A folder that cannot be created, not even by root.
 #[cfg(target_os = "linux")]
 const IMPOSSIBLE: &str = "/proc/nonexistent";
 
@@ -102,10 +102,15 @@ fn kernels_are_kept_elsewhere_where_the_default_cannot_be_written() {
     let kept = run("HOME", &["devices"]);
     assert!(matches!(&kept[..], [one] if one.starts_with("layersplat-kernels-of-")), "{kept:?}");
     let kernels = temporary.join(&kept[0]);
-    assert_eq!(kernels.metadata().unwrap().permissions().mode() & 0o777, 0o700, "others could put kernels there");
-    assert_eq!(run("XDG_CACHE_HOME", &["render", "builtin:cube@4", "--size", "8x8"]), kept, "another folder every time");
+    assert_eq!(
+        kernels.metadata().unwrap().permissions().mode() & 0o777,
+        0o700,
+        "other users must not be able to write kernels \
+                                                                                 there"
+    );
+    assert_eq!(run("XDG_CACHE_HOME", &["render", "builtin:cube@4", "--size", "8x8"]), kept, "the folder must be reused");
     assert!(!names(&kernels).is_empty(), "no kernels were kept");
-    // Never where others could have put kernels.
+    // A folder that others can write to is never used.
     std::fs::set_permissions(&kernels, PermissionsExt::from_mode(0o777)).unwrap();
     assert_eq!(run("HOME", &["devices"]).len(), 2);
 }
@@ -143,6 +148,30 @@ fn a_kernel_cache_that_cannot_be_written_is_named() {
     assert_eq!(names(f), ["vendors"]);
 }
 
+/// A full disk under the kernel cache is no fault of the driver: PoCL's compiler ends the process that checks, or builds nothing.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_under_the_kernel_cache_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    // Nothing can be built with 4 KiB; with 128 KiB the compiler starts, and fails in the middle.
+    for blocks in [8, 256] {
+        let kernels = f.join(format!("kernels-{blocks}"));
+        // No file may be larger, and writing more is an error instead of a signal: as on a full disk. Blocks have 512 bytes.
+        let script = format!("trap '' XFSZ; ulimit -c 0; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        let mut command = Command::new("sh");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_layersplat"), "render", "builtin:cube@4", "--size", "8x8"]);
+        command.args(["--device", "pocl"]).current_dir(f).env("POCL_CACHE_DIR", &kernels).env("XDG_CACHE_HOME", f);
+        let output = command.output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{blocks}: {message}");
+        assert!(message.contains(kernels.to_str().unwrap()) && message.contains("POCL_CACHE_DIR"), "{blocks}: {message}");
+        assert!(!message.contains("update its driver"), "{blocks}: {message}");
+        let kept = f.join("layersplat/checks");
+        assert!(!kept.exists() || std::fs::read_dir(kept).unwrap().count() == 0, "{blocks}: a verdict is kept");
+    }
+}
+
 /// Names that files have while they are written.
 #[cfg(target_os = "linux")]
 fn unfinished(folder: &Path) -> bool {
@@ -150,7 +179,7 @@ fn unfinished(folder: &Path) -> bool {
         .is_ok_and(|entries| entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with(".layersplat-")))
 }
 
-/// Whether whoever started the tests wants this signal ignored.
+/// Whether the caller of the tests ignores this signal.
 #[cfg(target_os = "linux")]
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
@@ -158,7 +187,7 @@ fn is_ignored(signal: i32) -> bool {
     u64::from_str_radix(bits.trim(), 16).unwrap() >> (signal - 1) & 1 == 1
 }
 
-/// Interrupted in the middle of a file, `rotate` finishes it, and leaves nothing else.
+/// When interrupted while writing a file, `rotate` completes it and leaves nothing else.
 #[cfg(target_os = "linux")]
 #[test]
 fn signals_leave_no_file_half_written() {
@@ -168,13 +197,13 @@ fn signals_leave_no_file_half_written() {
         let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
         command.args(["rotate", "builtin:cube@4", "--frames", "2000", "--size", "1500x1500", "-o"]).arg(&turn);
         let mut child = command.stderr(Stdio::null()).spawn().unwrap();
-        // Some frames in, at the beginning of a file.
+        // A few frames in, at the start of a file.
         while child.try_wait().unwrap().is_none() && !(unfinished(&turn) && names(&turn).len() > 2) {
             std::thread::sleep(std::time::Duration::from_micros(100));
         }
         assert!(Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status().unwrap().success());
         if is_ignored(number) {
-            // As it should be: it goes on.
+            // As required, the command continues.
             assert!(child.try_wait().unwrap().is_none());
             child.kill().unwrap();
             child.wait().unwrap();
@@ -190,16 +219,16 @@ fn signals_leave_no_file_half_written() {
     }
 }
 
-/// The command with any arguments.
+/// Runs the command with any arguments.
 fn run(folder: &Path, arguments: &[&OsStr]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_layersplat")).current_dir(folder).args(arguments).output().unwrap()
 }
 
-/// Presets as ParaView and editors write them: with a byte-order mark, a logarithmic scale, colours of categories.
+/// Presets as ParaView and editors write them: with a byte-order mark, a logarithmic scale, categorical colours.
 const PRESET: &str = "\u{feff}[{\"Name\": \"odd one\", \"ColorSpace\": \"RGB\", \"UseLogScale\": 1, \"IndexedColors\": [1, 0, 0], \
                       \"RGBPoints\": [0, 1, 0, 0, 7, 1, 1, 0], \"Points\": [0, 0, 0.5, 0, 7, 1, 0.5, 0]}]";
 
-/// Names as old cameras and older systems wrote them.
+/// Upper-case names, as old cameras and systems wrote them.
 #[test]
 fn names_in_capitals_are_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -242,10 +271,10 @@ fn names_that_are_not_unicode_are_read_and_written() {
         std::fs::remove_file(f.join(&picture)).unwrap();
     }
     let output = run(f, &[OsStr::new("info"), OsStr::from_bytes(b"\xe9_2x2x2_uint8.raw")]);
-    assert_eq!(output.status.code(), Some(1), "what is not there is an error, of exit code 1");
+    assert_eq!(output.status.code(), Some(1), "a missing file must give exit code 1");
 }
 
-/// What is ignored is said, in plain text where standard error is no terminal; so are mistakes.
+/// Ignored properties and errors are reported, without colour codes if standard error is not a terminal.
 #[test]
 fn warnings_name_what_a_preset_has_and_are_not_coloured() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Numbers at the ends of what floats hold: pictures are right there too.
+//! Extreme values of f32: pictures must remain correct.
 
 mod common;
 
@@ -8,7 +8,7 @@ use layersplat::settings::{Classification, ClipPlane, Clipping, Evaluation, Laye
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Correction, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport};
 
-/// All ways of rendering.
+/// All algorithms.
 fn ways() -> Vec<Settings> {
     let layered = [
         Layered::default(),
@@ -18,7 +18,7 @@ fn ways() -> Vec<Settings> {
     layered.map(Settings::from).into_iter().chain(OTHERS.map(Settings::from)).collect()
 }
 
-/// A picture of a world that is `unit` times as large, eye, unit distance and clip plane included.
+/// A picture of a world scaled by `unit`, including eye, unit distance and clip plane.
 fn picture(unit: f64, projection: Projection, settings: &Settings) -> Frame {
     let bytes = random_bytes([14, 11, 12], 5);
     let volume = volume([14, 11, 12], DVec3::new(1.0, 2.0, 1.5) * unit, Voxels::Uint8(bytes));
@@ -32,7 +32,7 @@ fn picture(unit: f64, projection: Projection, settings: &Settings) -> Frame {
     renderer.render(&camera, Viewport::new(33, 29).unwrap(), &settings).unwrap().0
 }
 
-/// A world's unit changes no bit if it is a power of two, however small or large.
+/// Scaling the world by a power of two changes no bit, however small or large.
 #[test]
 fn the_unit_of_the_world_is_of_no_matter() {
     for settings in ways() {
@@ -43,14 +43,14 @@ fn the_unit_of_the_world_is_of_no_matter() {
                 true => Projection::Perspective { field_of_view: 35.0 },
             };
             let (own, other) = (picture(1.0, projection(1.0), &settings), picture(unit, projection(unit), &settings));
-            assert!(own.pixels().iter().any(|p| p[3] > 0.1), "something is seen: {settings:?}");
+            assert!(own.pixels().iter().any(|p| p[3] > 0.1), "the picture must not be empty: {settings:?}");
             assert!(own == other, "2^{exponent}: {settings:?}");
         }
     }
 }
 
-/// Largest difference between the middle of a voxel-sized picture and one of next to nothing there: their values differ by what a pixel
-/// of the first is long.
+/// Largest difference between the centre of a picture of one voxel and one of an extremely small region: their values differ by up to the
+/// length of a pixel of the first.
 const ACROSS_A_PIXEL: f32 = 0.02;
 
 #[test]
@@ -80,7 +80,7 @@ fn pictures_of_next_to_nothing_have_its_colour() {
     }
 }
 
-/// A ramp too steep for floats is a step.
+/// A ramp too steep for f32 becomes a step.
 #[test]
 fn ranges_too_narrow_for_floats_are_steps() {
     let bytes: Vec<u8> = random_bytes([14, 11, 12], 5).into_iter().map(|b| if b > 128 { b } else { 0 }).collect();

@@ -1,5 +1,5 @@
-//! The shipped pictures, warp included, lit and unlit, against the converged integral: the tables in docs/fidelity.md. `high` is held
-//! against that of the paper's cubic with this kernel, and against its own kernel's as it is shipped.
+//! Fidelity of the presets, warp included, lit and unlit, to the converged integral: the tables in docs/fidelity.md. `high` is compared with
+//! the integral of the paper's cubic using that kernel, and with the integral of its own kernel as shipped.
 
 mod common;
 
@@ -9,7 +9,7 @@ use layersplat::reference::Integral;
 use layersplat::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Shading};
 use layersplat::{Camera, Frame, OpenOptions, Quality, Settings, TransferFunction, Viewport, Volume};
 
-/// What is measured: PSNR over RGB, in dB, of [`ways`], as many as there are numbers.
+/// Measured PSNR over RGB in dB, one number per entry of [`ways`].
 type Measured<'a> = &'a [f64];
 
 const UNLIT: [(&str, [f64; 9]); 5] = [
@@ -27,34 +27,34 @@ const LIT: [(&str, [f64; 14]); 5] = [
     ("aneurism", [36.0, 44.2, 49.7, 35.4, 40.5, 42.4, 40.8, 44.2, 49.7, 41.8, 49.4, 36.3, 34.6, 27.7]),
 ];
 const LIT_SKULL: [f64; 14] = [36.0, 36.5, 44.8, 33.0, 33.7, 33.8, 32.5, 35.9, 44.2, 44.3, 48.9, 39.8, 36.7, 30.4];
-/// The same of `high` with [`OWN`] kernels, each against its own integral.
+/// Kernels of `high` that are compared with their own integral.
 const OWN: [Kernel; 2] = [Kernel::BSpline, Kernel::CatmullRom];
 const OWN_UNLIT: [[f64; 2]; 5] = [[67.7, 67.1], [55.3, 55.1], [64.4, 64.9], [64.4, 64.8], [46.9, 47.1]];
 const OWN_LIT: [[f64; 2]; 5] = [[67.1, 66.3], [52.5, 50.8], [62.2, 61.5], [58.3, 55.3], [53.6, 53.4]];
 const OWN_LIT_SKULL: [f64; 2] = [43.8, 41.9];
-/// What the engine's plate has (43.8 where gradients in the middle of segments were corrected along rays alone).
+/// PSNR of the engine's plate (43.8 if gradients at segment centres are corrected along rays only).
 const PLATE: f64 = 50.0;
-/// How much less a picture may have: what devices and widths of vectors differ by is far below, a lost step of refinement above.
+/// Tolerance of PSNR: differences between devices and vector widths are much smaller, a lost refinement step is larger.
 const MARGIN: f64 = 1.0;
-/// And how much less over RGBA than was measured over RGB.
+/// Tolerance of PSNR over RGBA relative to that measured over RGB.
 const MARGIN_ALPHA: f64 = 3.0;
 
-/// The truth on the device and on the host, unlit and lit, differ by floats and by the nearest of 4096 table entries.
+/// The integrals of device and host, unlit and lit, differ by rounding and by the nearest of 4096 table entries.
 const LEAST_TRUTH: [f64; 2] = [80.0, 70.0];
-/// Lit, where the kernel overshoots: the table's entries then reach farther, and are wider. A single ray that grazes an opaque surface makes
-/// 62 dB of a picture of 128².
+/// Lit, with kernels that overshoot: their tables cover a wider range, with wider entries. A single ray that grazes an opaque surface gives
+/// 62 dB in a picture of 128².
 const LEAST_LIT_TRUTH_OF_OWN: f64 = 60.0;
-/// Every n-th pixel of a picture is compared with the host's integral: a prime, so that no column is left out.
+/// Every n-th pixel is compared with the host's integral; a prime, so that all columns are covered.
 const EVERY: usize = 101;
 
-/// What pre-integration must gain on a thin shell, in dB: one sample over kappa, two over four sub-layers.
+/// Least gain of pre-integration on a thin shell in dB: one sample over kappa, two over four sub-layers.
 const LEAST_SHELL_GAIN: f64 = 4.0;
 
 fn psnr(a: &Frame, b: &Frame) -> f64 {
     compare(a, b).psnr.expect("not identical")
 }
 
-/// The ways of rendering whose fidelity to the integral of the paper's cubic is told, in the order of the tables.
+/// Variants whose fidelity to the integral of the paper's cubic is documented, in the order of the tables.
 fn ways() -> Vec<(String, Settings)> {
     let with = |quality: Quality, layered: Layered, what: &str| (format!("{quality:?}{what}"), Settings::from(layered));
     let shipped = [Quality::Draft, Quality::Standard, Quality::High];
@@ -102,7 +102,7 @@ impl View {
         render(volume, transfer, &self.camera, self.size, &Settings { shading: self.shading, ..settings })
     }
 
-    /// The integral of a kernel's field on the device, which is that on the host.
+    /// Integral of a kernel's field on the device, verified against the host.
     fn truth(self, name: &str, volume: &Volume, transfer: &TransferFunction, kernel: Kernel) -> Frame {
         let truth = self.picture(volume, transfer, converged(kernel).into());
         let least = match self.shading {
@@ -120,7 +120,7 @@ impl View {
     }
 }
 
-/// Holds each way against what was measured of it, and `high` with kernels of its own against what was of these; returns the truth.
+/// Compares each variant with its measured fidelity, and `high` with other kernels with theirs; returns the integral.
 fn assert_reached(
     name: &str,
     volume: &Volume,
@@ -156,7 +156,7 @@ fn assert_reached(
     truth
 }
 
-/// The tables are of what is shipped.
+/// The tables apply to the shipped presets.
 #[test]
 fn qualities_are_shipped_with_the_kernels_that_they_are_measured_with() {
     for (quality, kernel) in [(Quality::Draft, Kernel::Cubic), (Quality::Standard, Kernel::Cubic), (Quality::High, OWN[0])] {
@@ -164,9 +164,9 @@ fn qualities_are_shipped_with_the_kernels_that_they_are_measured_with() {
     }
 }
 
-/// A name, what [`ways`] have in each view, and what [`OWN`] have.
+/// Name, measurements of [`ways`] per view, and measurements of [`OWN`].
 type BuiltIn = (&'static str, [[f64; 14]; 4], [[f64; 2]; 4]);
-/// The built-in volumes, unlit and lit, in a parallel view and in a perspective.
+/// The built-in volumes, unlit and lit, parallel and perspective.
 const BUILT_IN: [BuiltIn; 2] = [
     (
         "hydrogen@48",
@@ -238,8 +238,8 @@ fn every_way_reaches_what_was_measured_unlit() {
     }
 }
 
-/// What the paper compares with, at its defaults, each against the integral of its own kernel: `high` is nearer to ours with the paper's
-/// cubic, and about as near with what it is shipped with, whose field bends more between two samples.
+/// The paper's comparison algorithms at their defaults, each against the integral of its own kernel. `high` with the paper's cubic is closer
+/// to its integral. As shipped it is about as close, because its field has more curvature between two samples.
 #[test]
 #[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
 fn high_is_nearer_to_its_integral_than_sheets_and_slices_to_theirs() {
@@ -268,7 +268,7 @@ fn high_is_nearer_to_its_integral_than_sheets_and_slices_to_theirs() {
     }
 }
 
-/// The engine's plate, three voxels thick, from a side on which its face is seen: in it gradients turn over, and are weak on the way.
+/// The engine's plate, three voxels thick, with its face visible. Gradients reverse inside it and become weak in between.
 #[test]
 #[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
 fn plates_are_lit_by_their_faces() {
@@ -281,7 +281,7 @@ fn plates_are_lit_by_their_faces() {
     assert!(found > PLATE - MARGIN, "{found} dB, not {PLATE}");
 }
 
-/// A thin shell of opacity: values between two samples jump over it, and classification after interpolation misses it.
+/// A thin shell of opacity: samples skip its values, so classification after interpolation misses it.
 #[test]
 #[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
 fn pre_integration_finds_thin_shells() {
@@ -293,7 +293,7 @@ fn pre_integration_finds_thin_shells() {
     let truth = Integral::new(&volume, &shell, None).render(&camera, size).unwrap();
     let found =
         |settings: Settings| psnr(&render(&volume, &shell, &camera, size, &Settings { shading: None, ..settings }), &truth);
-    // Per pixel: the shell's edges are finer than any lattice's samples.
+    // Per pixel: the shell's edges are finer than any lattice.
     let high = Settings::from(Layered { evaluation: Evaluation::Direct, ..with_kernel(Quality::High, Kernel::Cubic) });
     let classified = [Classification::Post(Correction::Constant), Quality::High.splatted(), POINTS, layered(high).classification];
     let [kappa, sub_layers, once, twice] = classified

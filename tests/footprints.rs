@@ -1,4 +1,4 @@
-//! Footprints on the device: one voxel's, exact and from the set, and what the set keeps.
+//! Footprints on the device: of one voxel, exact and from the set, and properties of the set.
 
 mod common;
 
@@ -52,14 +52,14 @@ fn one_voxel_shows_its_footprint() {
     }
 }
 
-/// The image of a shear: in the row that is nearest in angle the nearest column.
+/// Image index of a shear: the nearest column of the row nearest in angle.
 fn nearest(shear: [f64; 2]) -> usize {
     let off = |index: usize, i: usize| (set_direction(index)[i].atan() - shear[i].atan()).abs();
     let order = |a: &usize, b: &usize| [1, 0].map(|i| off(*a, i)).partial_cmp(&[1, 0].map(|i| off(*b, i))).expect("angles");
     (0..FOOTPRINT_SET_LEN).min_by(order).expect("images")
 }
 
-/// Image `index` at (x, y): bytes of F at the texels' centres, with lines between them, and nothing beyond.
+/// Image `index` at (x, y): byte values of F at the texel centres, linearly interpolated, 0 outside.
 fn image_of_set(index: usize, x: f64, y: f64) -> f64 {
     let (side, [su, sv]) = (FOOTPRINT_SET_SIZE as f64, set_direction(index));
     let centre = |texel: f64, s: f64| ((texel + 0.5) / side * 2.0 - 1.0) * (1.0 + s.abs());
@@ -73,9 +73,9 @@ fn image_of_set(index: usize, x: f64, y: f64) -> f64 {
     line(j) + (row - j) * (line(j + 1.0) - line(j))
 }
 
-/// A texel that lies on the edge between two bytes may be either.
+/// A texel at the boundary between two byte values may be either.
 const SET_TOLERANCE: f64 = 1.1 / 255.0;
-/// Few do, and half a table entry is 1/8192 of the range: root mean square over the pixels.
+/// Few texels are, and half a table entry is 1/8192 of the range: root mean square over the pixels.
 const SET_RMS: f64 = 2e-4;
 
 #[test]
@@ -102,7 +102,7 @@ fn one_voxel_shows_the_nearest_image_of_the_set() {
         for (x, y) in (0..32).flat_map(|y| (0..32).map(move |x| (x, y))) {
             let o = frame.local(rays.at(f64::from(x) + 0.5, f64::from(y) + 0.5).origin);
             let (u, v) = (o.x - o.z * su, o.y - o.z * sv);
-            // Weights are divided by the sum over the 4 x 4 voxels around: what is flat stays flat.
+            // Weights are divided by their sum over 4 × 4 voxels, so that constant fields reconstruct exactly.
             let around = |p: f64| (-1..=2).map(move |n| p.floor() + f64::from(n));
             let weight = |i: f64, j: f64| image_of_set(image, u - i, v - j);
             let sum: f64 = around(v).flat_map(|j| around(u).map(move |i| (i, j))).map(|(i, j)| weight(i, j)).sum();
@@ -118,12 +118,12 @@ fn one_voxel_shows_the_nearest_image_of_the_set() {
     }
 }
 
-/// Floats: the 8-bit images' weights are divided by their sum.
+/// Rounding: the weights of the 8-bit images are divided by their sum.
 const SET_SUM_TOLERANCE: f64 = 1e-4;
 
 #[test]
 fn the_set_keeps_what_is_flat() {
-    // Deep inside a homogeneous cube whose extinction is linear in the value, ln T is proportional to the lattice sum.
+    // Deep inside a homogeneous cube with extinction linear in the value, ln T is proportional to the lattice sum.
     let volume = cube([40, 40, 6], DVec3::ONE);
     let transfer = linear_extinction(2e-4);
     let size = viewport(16, 16);

@@ -1,4 +1,4 @@
-//! Opacity by the gradient, in everything that composites: closed forms, the f64 reference, the converged integral.
+//! Gradient opacity in all algorithms that composite: closed forms, the f64 reference, the converged integral.
 
 mod common;
 
@@ -13,16 +13,16 @@ use layersplat::transfer::Extinction;
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Error, Settings, TransferFunction, Volume};
 
-/// Transmittances of up to 20 samples in floats, each raised to a power (elementary.cl: 1.2e-6 of the logarithm).
+/// Transmittances of up to 20 samples in f32, each raised to a power (elementary.cl: 1.2e-6 of the logarithm).
 const FLOATS: f64 = 3e-5;
-/// Ray casting in tenths of a voxel beside the integral in sixteenths.
+/// Ray casting in steps of 1/10 voxel compared with the integral in steps of 1/16.
 const STEP_TOLERANCE: f64 = 6e-3;
 
 fn edges(points: &[(f64, f64)]) -> Option<GradientOpacity> {
     Some(GradientOpacity::new(points).unwrap())
 }
 
-/// Of a random volume of bytes: from none to all, over most of the gradients that there are, and down again a little.
+/// For a random volume of bytes: from 0 to 1 over most gradient magnitudes, then slightly down.
 fn ramp() -> Option<GradientOpacity> {
     edges(&[(5.0, 0.0), (30.0, 0.4), (70.0, 1.0), (120.0, 0.8)])
 }
@@ -39,7 +39,7 @@ fn is_sheets(settings: &Settings) -> bool {
     matches!(settings.algorithm, Algorithm::AxisSheets { .. } | Algorithm::ViewSheets { .. })
 }
 
-/// Each algorithm, lit and not.
+/// Each algorithm, lit and unlit.
 fn each() -> impl Iterator<Item = Settings> {
     compositing().into_iter().map(|a| composited(a, Clipping::default())).flat_map(|s| [s, unlit(s)])
 }
@@ -50,7 +50,7 @@ fn scene() -> (Volume<'static>, [Camera; 2]) {
     (volume, views)
 }
 
-/// A field that rises evenly has one gradient, and what that leaves of a constant extinction is known.
+/// A linear field has a constant gradient, so the remaining extinction is known.
 #[test]
 fn of_an_even_slope() {
     const RISE: f64 = 30.0;
@@ -58,11 +58,11 @@ fn of_an_even_slope() {
     let rising = (0..dims[0] * dims[1] * dims[2]).map(|i| (i / (dims[0] * dims[1])) as f32 * RISE as f32 - 50.0).collect();
     let volume = volume(dims, spacing, Voxels::Float32(rising));
     let fog = TransferFunction::new("fog", vec![(0.0, [1.0; 3])], vec![(0.0, alpha)]).unwrap();
-    // Away from the outer layers, where the field is another.
+    // Excludes the outer layers, where the field is not linear.
     let inside = crop([0.0, 0.0, 4.0], [11.0, 11.0, 12.0]);
     let camera = scaled(parallel(&volume, viewport(9, 9), 0.0, 0.0), 2.0);
     let length = 8.0 * spacing.z;
-    // Per millimetre, as it were.
+    // Values per world unit.
     let slope = RISE / spacing.z;
     for (points, left) in [
         (vec![(0.0, 0.0), (2.0 * slope, 1.0)], 0.5),
@@ -74,7 +74,7 @@ fn of_an_even_slope() {
         for algorithm in compositing() {
             let settings =
                 Settings { gradient_opacity: edges(&points), unit_distance: Some(1.0), ..composited(algorithm, inside) };
-            // Gaussians have no even slope of one, but ripples.
+            // Gaussian reconstructions of a linear field ripple.
             if is_sheets(&settings) || matches!(algorithm, Algorithm::Raycast { kernel: Kernel::Gaussian, .. }) {
                 continue;
             }
@@ -98,7 +98,7 @@ fn device_and_reference() {
             Pair::of(&volume, &smooth_transfer(), &camera, size, &settings).assert_same(&what, tolerance);
             let wrong = Settings { gradient_opacity: None, ..settings };
             let wrong = Pair::against(&volume, &smooth_transfer(), &camera, size, &settings, &wrong);
-            assert!(wrong.differing(2.0 * tolerance) > 0.3, "{what}: all of the opacity must be noticed");
+            assert!(wrong.differing(2.0 * tolerance) > 0.3, "{what}: full opacity must be detected");
         }
     }
 }
@@ -118,7 +118,7 @@ fn cut_and_of_linear_extinction() {
     }
 }
 
-/// Where all is left, the picture is that without, to the bit; where nothing is, there is none.
+/// A factor of 1 changes no bit; a factor of 0 leaves nothing.
 #[test]
 fn all_and_nothing() {
     let (volume, views) = scene();
@@ -134,7 +134,7 @@ fn all_and_nothing() {
     }
 }
 
-/// Lengths are those of the world: in another unit of it the picture is the same.
+/// Gradient magnitudes are in world units: scaling the world does not change the picture.
 #[test]
 fn in_another_unit() {
     let (volume, [camera, _]) = scene();
@@ -150,7 +150,7 @@ fn in_another_unit() {
     assert!(compare(&render(&metres, &smooth_transfer(), &camera, size, &settings), &found).max_difference > 0.05);
 }
 
-/// Of the field itself, finer steps come to the integral; and the lattice of every kernel comes near it.
+/// Per pixel, smaller steps converge to the integral; the lattice of every kernel is close to it.
 #[test]
 fn converges() {
     let (volume, views) = scene();

@@ -1,10 +1,9 @@
-//! Layers as graphics processors draw them, a work-item per sample of the lattice: against the f64 reference, and against tiles, on whatever
-//! device there is.
+//! GPU schedule of layers, one work-item per lattice sample: against the f64 reference and against tiles, on any device.
 
 mod common;
 
 use common::blends::*;
-use common::reference::Pair;
+use common::reference::{Pair, largest};
 use common::*;
 use glam::DVec3;
 use layersplat::device::{LatticeSchedule, Tuning};
@@ -14,12 +13,12 @@ use layersplat::settings::{Blend, Classification, Evaluation, Layered};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Device, Renderer, Settings, TransferFunction, Viewport, Volume};
 
-/// Sums of the same floats in another order; but for rays on which a value rounds to another node or entry of the table, which are few.
+/// Sums of the same floats in another order. A few rays differ more, because a value rounds to another node or entry of the table.
 const REORDERED: f64 = 1e-5;
 const ANOTHER_NODE: f64 = 1e-4;
 const ANOTHER_NODE_SHARE: f64 = 4e-3;
-/// What is left behind an opaque ray: of tiles, which go on until all their rays are, some of it is seen. Less than a sixteenth of a step of
-/// 8 bits (`SampleParams::opaque`).
+/// Tiles continue until all their rays are opaque, so they show some light behind an opaque ray: less than a sixteenth of an 8-bit step
+/// (`SampleParams::opaque`).
 const BEHIND_OPAQUE: f64 = 2.6e-4;
 
 /// Each axis from both sides, and views in between.
@@ -65,7 +64,7 @@ fn blended(blend: Blend, settings: Settings) -> Settings {
     Settings { blend, ..settings }
 }
 
-/// Every kernel, one and two samples per layer, lit and not, cut and not, and every blend mode, if not each with each.
+/// Every kernel, one and two samples per layer, lit and unlit, clipped and not, and every blend mode, but not all combinations.
 fn variants() -> Vec<Settings> {
     use Kernel::{BSpline, CatmullRom, Cubic, Linear};
     vec![
@@ -92,7 +91,7 @@ fn variants() -> Vec<Settings> {
     ]
 }
 
-/// A view in both projections in turn.
+/// A view, alternating between both projections.
 fn camera(volume: &Volume, size: Viewport, n: usize) -> (Camera, bool) {
     let (azimuth, elevation) = VIEWS[n % VIEWS.len()];
     let is_parallel = n.is_multiple_of(2);
@@ -117,11 +116,10 @@ fn lattice(
 fn largest_difference(a: &LatticePicture, b: &LatticePicture) -> f64 {
     assert_eq!(a.size, b.size);
     let channels = a.samples.as_flattened().iter().zip(b.samples.as_flattened());
-    // A NaN must not pass for the smaller one.
-    channels.map(|(a, b)| f64::from(a - b).abs()).fold(0.0, |most, d| if d <= most { most } else { d })
+    largest(channels.map(|(a, b)| f64::from(a - b).abs()))
 }
 
-/// The share of samples of which a channel, alpha included, differs by more than a tolerance.
+/// Fraction of samples that differ by more than a tolerance in a channel, alpha included.
 fn differing(a: &LatticePicture, b: &LatticePicture, tolerance: f64) -> f64 {
     let beyond = |(a, b): (&[f32; 4], &[f32; 4])| !(0..4).all(|i| f64::from(a[i] - b[i]).abs() <= tolerance);
     a.samples.iter().zip(&b.samples).filter(|&pair| beyond(pair)).count() as f64 / a.samples.len() as f64
@@ -138,7 +136,7 @@ fn every_kernel_and_blend_mode_is_the_references() {
             let plan = Plan::new(&Rays::new(&camera, size, volume.grid()).unwrap(), size, volume.grid(), &settings).unwrap();
             assert!(matches!(plan, Plan::Lattice(..)), "view {view}: {plan}");
             let pair = Pair::on(&device, &volume, &transfer, &camera, size, &settings);
-            // Footprints are exact in both projections.
+            // This schedule uses exact footprints in both projections.
             let is_exact = is_parallel || is_splatted(settings.algorithm);
             pair.assert_same(&format!("view {view}: {settings:?}"), tolerance_of(&settings, is_exact));
         }
@@ -152,7 +150,7 @@ fn samples_are_those_of_tiles() {
     let [tiles, samples] = [LatticeSchedule::Tiles, LatticeSchedule::Samples].map(with);
     let every_third = variants().into_iter().enumerate().filter(|(n, settings)| n % 3 == 0 || is_splatted(settings.algorithm));
     for (n, settings) in every_third {
-        // Tiles have eight nodes for the footprints of a perspective.
+        // Tiles use eight quadrature nodes for footprints in a perspective.
         let (camera, _) = camera(&volume, size, if is_splatted(settings.algorithm) { 2 * n } else { n });
         let draw = |device, settings: &Settings| lattice(device, &volume, &transfer, &camera, size, settings);
         let (of_tiles, of_samples) = (draw(&tiles, &settings), draw(&samples, &settings));
@@ -182,7 +180,7 @@ fn thin_volumes_are_the_references() {
             let (azimuth, elevation) = VIEWS[view % VIEWS.len()];
             let camera = parallel(&volume, size, azimuth, elevation);
             let pair = Pair::on(&device, &volume, &transfer, &camera, size, &settings);
-            assert!(pair.expected.iter().any(|pixel| pixel[3] > 0.02), "{dims:?} from {view}: nothing to see");
+            assert!(pair.expected.iter().any(|pixel| pixel[3] > 0.02), "{dims:?} from {view}: the picture is empty");
             let largest = pair.largest();
             assert!(largest <= DEVICE_TOLERANCE, "{dims:?} from {view}, {settings:?}: {largest}");
         }
@@ -199,17 +197,17 @@ fn runs_groups_and_culling_change_no_bit() {
         let (camera, _) = camera(&volume, size, n);
         let draw = |device, settings: &Settings| lattice(device, &volume, &transfer, &camera, size, settings);
         let first = draw(&samples, &settings);
-        assert!(first.samples.iter().any(|sample| sample[3] > 0.02), "{settings:?}: nothing to see");
+        assert!(first.samples.iter().any(|sample| sample[3] > 0.02), "{settings:?}: the picture is empty");
         assert_eq!(first.samples, draw(&samples, &settings).samples, "{settings:?}: another run");
         assert_eq!(first.samples, draw(&large, &settings).samples, "{settings:?}: larger groups");
         let everything = Settings { culling: false, ..settings };
         assert_eq!(first.samples, draw(&samples, &everything).samples, "{settings:?}: without culling");
         let other = draw(&samples, &unlit(points(Kernel::Linear, 1)));
-        assert_ne!(first.samples, other.samples, "{settings:?}: what is drawn otherwise is noticed");
+        assert_ne!(first.samples, other.samples, "{settings:?}: a different picture must be detected");
     }
 }
 
-/// Voxels by themselves, which few of the slabs and rays around them meet: whichever a group forgets is seen.
+/// Isolated voxels, which few slabs and rays meet: a sample that a group omits would be visible.
 #[test]
 fn culling_changes_no_bit_of_scattered_voxels() {
     const DIMS: [usize; 3] = [41, 37, 46];
@@ -239,14 +237,14 @@ fn culling_changes_no_bit_of_scattered_voxels() {
                         .samples
                 };
                 let (culled, whole) = (draw(true), draw(false));
-                assert!(culled.iter().any(|sample| sample[3] > 0.3), "nothing to see");
+                assert!(culled.iter().any(|sample| sample[3] > 0.3), "the picture is empty");
                 assert!(culled == whole, "{azimuth}, {elevation}, {:?}, {settings:?}", camera.projection);
             }
         }
     }
 }
 
-/// More layers than a group looks up (kernels/layered/visible_group.cl): what lies behind these is seen from either side.
+/// More layers than a group looks up at once (kernels/layered/visible_group.cl): layers behind these must be visible from either side.
 #[test]
 fn volumes_of_very_many_layers_are_those_of_tiles() {
     const DIMS: [usize; 3] = [9, 7, 8300];
@@ -264,13 +262,47 @@ fn volumes_of_very_many_layers_are_those_of_tiles() {
         let (of_tiles, of_samples) = (of(&tiles), of(&samples));
         let seen = of_tiles.samples.iter().filter(|sample| sample[3] > 0.02).count();
         assert!(seen > 100, "{settings:?} from {azimuth}: {seen} samples to see");
-        // Thousands of layers from the middle, places are rounded to a ten-thousandth of a voxel.
+        // Thousands of layers from the centre, positions are rounded to a ten-thousandth of a voxel.
         let difference = largest_difference(&of_tiles, &of_samples);
         assert!(difference <= ANOTHER_NODE, "{settings:?} from {azimuth}: {difference}");
     }
 }
 
-/// The counts per group are what the warp skips by: what it draws of them is what it draws of tiles.
+/// Bands of voxels around the last slab that a group looks up, counted from either side. Slabs behind it count as visible.
+#[test]
+fn slabs_around_the_last_one_looked_up_are_seen() {
+    const DIMS: [usize; 3] = [9, 7, 8300];
+    /// kernels/layered/visible_group.cl.
+    const MOST_LOOKED_UP: usize = 8192;
+    const HALF_BAND: usize = 6;
+    let mut voxels = vec![0; DIMS.iter().product()];
+    let layer = DIMS[0] * DIMS[1];
+    let noise = random_bytes([DIMS[0], DIMS[1], 2 * HALF_BAND], 6);
+    for middle in [MOST_LOOKED_UP, DIMS[2] - MOST_LOOKED_UP] {
+        voxels[(middle - HALF_BAND) * layer..(middle + HALF_BAND) * layer].copy_from_slice(&noise);
+    }
+    let volume = volume(DIMS, DVec3::new(1.0, 1.0, 1e-3), Voxels::Uint8(voxels));
+    // Faint, so that the second band is seen behind the first.
+    let (transfer, size) = (smooth_transfer().faded(0.02).unwrap(), viewport(31, 27));
+    let [tiles, samples] = [LatticeSchedule::Tiles, LatticeSchedule::Samples].map(with);
+    let once = points(Kernel::Cubic, 1);
+    let all = [once, points(Kernel::BSpline, 1), unlit(points(Kernel::Cubic, 2)), splats(Correction::Constant)];
+    for settings in all.into_iter().chain([blended(Blend::Maximum, unlit(once))]) {
+        for azimuth in [0.0, 180.0] {
+            let camera = parallel(&volume, size, azimuth, 0.01);
+            let of = |device, culling| lattice(device, &volume, &transfer, &camera, size, &Settings { culling, ..settings });
+            let (culled, whole) = (of(&samples, true), of(&samples, false));
+            let seen = culled.samples.iter().filter(|sample| sample[3] > 0.02).count();
+            assert!(seen > 100, "{settings:?} from {azimuth}: {seen} samples to see");
+            assert!(culled.samples == whole.samples, "{settings:?} from {azimuth}: culling changes samples");
+            // Thousands of layers from the middle, places are rounded to a ten-thousandth of a voxel.
+            let difference = largest_difference(&of(&tiles, true), &culled);
+            assert!(difference <= ANOTHER_NODE, "{settings:?} from {azimuth}: {difference}");
+        }
+    }
+}
+
+/// The warp skips by the counts per group: its picture must equal that of tiles.
 #[test]
 fn frames_are_those_of_tiles() {
     let (volume, transfer, size) = (mostly_empty(), smooth_transfer(), viewport(45, 39));
@@ -284,6 +316,6 @@ fn frames_are_those_of_tiles() {
     });
     let difference = compare(&tiles.0, &samples.0).max_difference;
     assert!(difference <= ANOTHER_NODE, "{difference}");
-    assert!(tiles.1 > 1000, "something to count: {}", tiles.1);
+    assert!(tiles.1 > 1000, "the count must not be trivial: {}", tiles.1);
     assert_eq!(tiles.1, samples.1, "samples with opacity");
 }

@@ -9,8 +9,8 @@ use layersplat::renderer::{LatticePicture, Plan};
 use layersplat::settings::{Classification, Evaluation, Layered};
 use layersplat::{Camera, Frame, OpenOptions, Orbit, Quality, Renderer, Settings, TransferFunction, Volume};
 
-/// PSNR over RGBA of noise, the hardest case: its finest detail is two voxels, four to six samples. 1 dB below what is measured, here
-/// and of a smooth volume.
+/// PSNR over RGBA for noise, the hardest case: its finest detail is two voxels, four to six samples. 1 dB below the measured one; likewise
+/// for a smooth volume below.
 const NOISE_PSNR: f64 = 39.5;
 const SMOOTH_PSNR: f64 = 62.0;
 
@@ -58,8 +58,7 @@ fn parallel_and_perspective_views() {
     }
 }
 
-/// Layers that are thinner than their voxels are wide, seen from the side: pixels are farther apart in them than elsewhere. 3 dB below what
-/// is measured.
+/// Layers thinner than their voxels are wide, seen from the side, where pixels are further apart within them. 3 dB below the measured one.
 const LEAST_OF_THIN_LAYERS: f64 = 84.0;
 
 #[test]
@@ -75,7 +74,7 @@ fn thin_layers_seen_from_the_side() {
     }
 }
 
-/// With 2, 4 and 8 samples per voxel, 1 dB below what is measured.
+/// With 2, 4 and 8 samples per voxel, 1 dB below the measured ones.
 const LEAST_BY_SAMPLES: [f64; 3] = [40.8, 47.7, 55.8];
 
 #[test]
@@ -97,30 +96,30 @@ fn more_samples_per_voxel_come_closer() {
     assert!(found.iter().zip(LEAST_BY_SAMPLES).all(|(found, least)| *found > least), "{found:?}");
 }
 
-/// Positions in a lattice of a hundred samples are floats, and neighbouring samples differ by up to 1.
+/// Positions in a lattice of a hundred samples are f32, and adjacent samples differ by up to 1.
 const WARP_TOLERANCE: f64 = 2e-5;
 
-/// Weights of the samples −1 … 2 for a place between 0 and 1: the cubics of Catmull and Rom.
+/// Catmull–Rom weights of the samples −1 … 2 for a position between 0 and 1.
 fn catmull_rom(t: f64) -> [f64; 4] {
     let outer = |d: f64| -0.5 * d * d * d + 2.5 * d * d - 4.0 * d + 2.0;
     let inner = |d: f64| 1.5 * d * d * d - 2.5 * d * d + 1.0;
     [outer(1.0 + t), inner(t), inner(1.0 - t), outer(2.0 - t)]
 }
 
-/// Samples by which a line of the lattice may lean over the picture and be upright.
+/// Largest drift of an upright lattice line across the picture, in samples.
 const UPRIGHT: f64 = 0.01;
 
-/// Where a ray meets the plane of a lattice: column and row.
+/// Column and row at which a ray crosses the plane of a lattice.
 fn place_of(ray: &Ray, lattice: &LatticePicture) -> [f64; 2] {
     let [corner, column, row] = [(0, 0), (1, 0), (0, 1)].map(|(c, r)| lattice.ray(c, r).origin);
     let place = DMat3::from_cols(column - corner, row - corner, -ray.direction).inverse() * (ray.origin - corner);
     [place.x, place.y]
 }
 
-/// Rows and columns by which a ray may miss a sample and be its own.
+/// Largest distance, in rows and columns, of a ray from the sample that coincides with it.
 const OWN: f64 = 1e-6;
 
-/// The column and row of the sample whose ray this is, if there is one: columns may be staggered.
+/// Column and row of the sample that coincides with a ray, if any; columns may be staggered.
 fn own_sample(ray: &Ray, lattice: &LatticePicture) -> Option<[i64; 2]> {
     let column = place_of(ray, lattice)[0].round();
     if !(0.0..f64::from(lattice.size[0])).contains(&column) {
@@ -139,7 +138,7 @@ fn sample_of(lattice: &LatticePicture, place: [i64; 2]) -> [f64; 4] {
     if inside { lattice.samples[(place[1] * width + place[0]) as usize].map(f64::from) } else { [0.0; 4] }
 }
 
-/// Four colours interpolated, within the range of the two around, and colours within the opacity.
+/// Interpolates four colours, clamped to the range of the middle two; colours are clamped to the opacity.
 fn between(t: f64, colors: [[f64; 4]; 4]) -> [f64; 4] {
     let weights = catmull_rom(t);
     let seen: [f64; 4] = std::array::from_fn(|c| {
@@ -149,9 +148,9 @@ fn between(t: f64, colors: [[f64; 4]; 4]) -> [f64; 4] {
     seen.map(|c| c.min(seen[3]))
 }
 
-/// What a pixel sees of a lattice: its own sample, if there is one; else its samples interpolated where the ray meets their plane, within
-/// the range of the four samples around, and colours within the opacity. In a parallel view of which lines of the lattice stand upright,
-/// these lines are interpolated where the row of pixels crosses them, and the pixel between them.
+/// Definition of the warp. A pixel takes the sample that coincides with its ray, if any. Otherwise samples are interpolated where the ray
+/// crosses their plane, clamped to the range of the four nearest, and colours are clamped to the opacity. In parallel views with upright
+/// lattice lines, these lines are interpolated at the row of pixels, and the pixel between them.
 fn seen_by(rays: &Rays, [x, y]: [f64; 2], height: f64, lattice: &LatticePicture) -> [f64; 4] {
     if let Some(own) = own_sample(&rays.at(x, y), lattice) {
         return sample_of(lattice, own);
@@ -189,7 +188,7 @@ fn seen_by(rays: &Rays, [x, y]: [f64; 2], height: f64, lattice: &LatticePicture)
     seen
 }
 
-/// The warp against its definition, before which a quarter of a sample or a simpler filter would be small beside the lattice's own error.
+/// Tests the warp itself: errors such as a quarter of a sample or a simpler filter would be small compared with the lattice's own error.
 #[test]
 fn the_warp_interpolates_the_samples_around_each_ray() {
     let noise = random_volume([28, 33, 25], DVec3::new(1.0, 0.8, 1.2), 4);
@@ -242,9 +241,9 @@ fn popping(volume: &Volume, transfer: &TransferFunction, correction: Correction)
     compare(&x, &z).psnr.expect("the axes differ")
 }
 
-/// What κ must gain on every volume, in dB.
+/// Least gain of κ on every volume, in dB.
 const LEAST_GAIN: f64 = 0.5;
-/// And in the mean of the paper's data sets.
+/// Least mean gain over the paper's data sets, in dB.
 const LEAST_MEAN: f64 = 2.0;
 
 /// Returns the mean gain.

@@ -1,4 +1,4 @@
-//! Several lights, in everything that is lit: the f64 reference, and what lights are among each other. By hand: appearance.rs.
+//! Several lights in all lit algorithms: the f64 reference and invariants. Manual calculations: appearance.rs.
 
 mod common;
 
@@ -52,10 +52,10 @@ fn device_and_reference() {
             let what = format!("{:?}, parallel {is_parallel}", settings.algorithm);
             let tolerance = tolerance_of(&settings, is_parallel);
             Pair::of(&volume, &smooth_transfer(), &camera, size, &settings).assert_same(&what, tolerance);
-            // All but the last, and all but the first.
+            // Without the last light, and without the first.
             for fewer in [&lights[..3], &lights[1..]] {
                 let pair = Pair::against(&volume, &smooth_transfer(), &camera, size, &settings, &lit(fewer, settings));
-                assert!(pair.differing(2.0 * tolerance) > 0.3, "{what}: a light less must be noticed");
+                assert!(pair.differing(2.0 * tolerance) > 0.3, "{what}: a missing light must be detected");
             }
         }
     }
@@ -73,7 +73,7 @@ fn cut_and_of_surfaces() {
     }
 }
 
-/// The picture knows no order of lights, and two of half the strength are one.
+/// Lights may be in any order, and two of half the strength equal one.
 #[test]
 fn lights_add_up() {
     let (volume, views) = scene();
@@ -92,7 +92,7 @@ fn lights_add_up() {
     }
 }
 
-/// To the bit.
+/// Bit-identical.
 #[test]
 fn lights_of_no_strength_leave_what_is_ambient() {
     let (volume, views) = scene();

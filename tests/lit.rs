@@ -1,5 +1,5 @@
-//! Lit pictures, against the converged integral that is lit at every step: convergence, highlights, the switch of the layer axis,
-//! opaque hues, magnification and its opposite. How near the data sets come is in fidelity.rs.
+//! Lit pictures against the converged integral, lit at every step: convergence, highlights, the switch of the layer axis, opaque hues,
+//! magnification and minification. Fidelity on data sets is in fidelity.rs.
 
 mod common;
 
@@ -15,14 +15,14 @@ fn psnr(a: &Frame, b: &Frame) -> f64 {
     compare(a, b).psnr.unwrap_or(f64::INFINITY)
 }
 
-/// What is shipped, and `high` with the paper's cubic, by the command's options.
+/// The presets, and `high` with the paper's cubic, by the command's options.
 fn shipped() -> [(&'static str, Settings); 4] {
     let [draft, standard, high] = [Quality::Draft, Quality::Standard, Quality::High].map(Quality::settings);
     let cubic = with_kernel(Quality::High, Kernel::Cubic).into();
     [("draft", draft), ("standard", standard), ("high", high), ("high --kernel cubic", cubic)]
 }
 
-/// Ray casting in small steps, lit at each, of what each of [`shipped`] reconstructs.
+/// Ray casting in small steps, lit at each, for the kernel of each of [`shipped`].
 struct Truths(HashMap<Kernel, Frame>);
 
 impl Truths {
@@ -41,7 +41,7 @@ impl Truths {
     }
 }
 
-/// Steps of the truth, in smallest spacings.
+/// Step of the reference, in smallest spacings.
 const STEP: f64 = 0.0625;
 
 /// A ball with an edge two voxels wide.
@@ -55,7 +55,7 @@ fn ball(radius: f64) -> Volume<'static> {
     volume([n; 3], DVec3::ONE, Voxels::Uint8((0..n * n * n).map(value).collect()))
 }
 
-/// Where the brightest part of a picture is, from its middle, in pixels.
+/// Position of the brightest part of a picture relative to its centre, in pixels.
 fn highlight(frame: &Frame) -> (f64, f64) {
     let brightest = frame.pixels().iter().map(|p| f64::from(p[0])).fold(0.0, f64::max);
     let (mut x, mut y, mut sum) = (0.0, 0.0, 0.0);
@@ -70,12 +70,12 @@ fn highlight(frame: &Frame) -> (f64, f64) {
     (x / sum, y / sum)
 }
 
-/// How far a highlight may be from the middle of a ball of 102 pixels' radius, in pixels. A B-spline through bytes is less round: its
-/// integral's own highlight is 0.56 off at 120, -50.
+/// Largest distance of a highlight from the centre of a ball of radius 102 pixels, in pixels. A B-spline through bytes is less round: the
+/// highlight of its integral is 0.56 off at 120, −50.
 const MOST_OFF: f64 = 0.5;
 const MOST_OFF_OF_BSPLINE: f64 = 0.6;
 
-/// The highlight of a ball faces the light, which is at the camera.
+/// The highlight of a ball faces the light at the camera.
 #[test]
 fn highlights_are_where_they_belong() {
     let volume = ball(26.0);
@@ -97,14 +97,14 @@ fn highlights_are_where_they_belong() {
             }
         }
     }
-    // A light from the side moves it: the measure is not blind.
+    // A light from the side moves the highlight, so the measure is sensitive.
     let camera = scaled(parallel(&volume, size, 44.0, 0.0), 26.0 * 128.0 / 102.0);
     let lights = one_light(camera.position - volume.grid().centre() + DVec3::new(0.0, 20.0, 0.0));
     let aside = Settings { shading: Some(Shading { lights, ..Shading::default() }), ..Settings::default() };
     assert!(highlight(&render(&volume, &transfer, &camera, size, &aside)).1 < -2.0);
 }
 
-/// Root mean square over the covered pixels, in steps of 8 bits.
+/// Root mean square over the covered pixels, in 8-bit steps.
 fn jump(a: &Frame, b: &Frame) -> f64 {
     let covered = a.pixels().iter().zip(b.pixels()).filter(|(p, _)| p[3] > 0.02);
     let (mut squares, mut count) = (0.0, 0.0);
@@ -115,7 +115,7 @@ fn jump(a: &Frame, b: &Frame) -> f64 {
     255.0 * (squares / f64::max(count, 1.0)).sqrt()
 }
 
-/// Most that a turn by 0.02° may change where the layer axis does, in `standard` and in `high`.
+/// Largest change for a rotation by 0.02° across a switch of the layer axis, in `standard` and in `high`.
 const MOST_JUMP: [(Quality, f64); 2] = [(Quality::Standard, 2.2), (Quality::High, 2.0)];
 
 #[test]
@@ -141,7 +141,7 @@ fn the_layer_axis_changes_without_a_jump() {
             let rms = jump(&at(-0.01), &at(0.01));
             eprintln!("axis switch {name} {quality:?}: {rms:.2} steps");
             assert!(rms <= most, "{name} {quality:?}: jumps by {rms} steps");
-            // Without axes that share the picture: what a jump is.
+            // Without blending of axes, for comparison.
             if quality == Quality::High && name == "aneurism" {
                 let camera = parallel(&volume, size, azimuth, 20.0);
                 let along = |axis| {
@@ -162,7 +162,7 @@ fn the_layer_axis_changes_without_a_jump() {
     }
 }
 
-/// A wide perspective, in which rays of several axes meet: nothing is to be seen of where.
+/// A wide perspective with rays of several layer axes has no visible seam.
 #[test]
 fn wide_perspectives_have_no_seam() {
     let volume = ball(20.0);
@@ -178,18 +178,18 @@ fn wide_perspectives_have_no_seam() {
         assert!(db > least, "{way}: {db} dB");
         assert!(way == "draft" || rms < 0.6, "{way}: {rms} steps");
         let everything = Settings { culling: false, ..settings };
-        assert_eq!(found, render(&volume, &transfer, &camera, size, &everything), "{way}: culling shows");
+        assert_eq!(found, render(&volume, &transfer, &camera, size, &everything), "{way}: culling must not be visible");
     }
 }
 
-/// A solid cube with some air around.
+/// A solid cube with a margin of air.
 fn cube() -> Volume<'static> {
     let inside = |i: usize| (10..54).contains(&i);
     let value = |i: usize| if inside(i % 64) && inside(i / 64 % 64) && inside(i / 64 / 64) { 255 } else { 0 };
     volume([64; 3], DVec3::ONE, Voxels::Uint8((0..64 * 64 * 64).map(value).collect()))
 }
 
-/// Of an opaque body of several hues only what is in front shows, also within a single layer.
+/// An opaque body of several hues shows only its front, also within a single layer.
 #[test]
 fn opaque_hues_show_their_front() {
     let two = vec![(0.0, [0.1, 0.2, 0.9]), (255.0, [0.9, 0.5, 0.1])];
@@ -214,7 +214,7 @@ fn opaque_hues_show_their_front() {
     }
 }
 
-/// A full volume of one value, seen at an angle: its faces are flat.
+/// A constant full volume at an oblique angle: its faces must be uniform.
 #[test]
 fn faces_at_grazing_angles_have_no_stripes() {
     let volume = volume([64; 3], DVec3::ONE, Voxels::Uint8(vec![255; 64 * 64 * 64]));
@@ -229,7 +229,7 @@ fn faces_at_grazing_angles_have_no_stripes() {
     }
 }
 
-/// Opaque and of one colour: the warp's filter makes neither a brighter colour nor a hole of it.
+/// An opaque body of one colour: the warp filter must produce neither brighter colours nor holes.
 #[test]
 fn silhouettes_keep_their_colour() {
     const COLOR: [f64; 3] = [0.6, 0.4, 0.2];
@@ -251,7 +251,7 @@ fn silhouettes_keep_their_colour() {
     }
 }
 
-/// The mean of each block of n × n pixels.
+/// Mean of each block of n × n pixels.
 fn averaged(frame: &Frame, n: u32) -> Frame {
     let size = viewport(frame.width() / n, frame.height() / n);
     let pixel = |x: u32, y: u32| {
@@ -262,7 +262,7 @@ fn averaged(frame: &Frame, n: u32) -> Frame {
     Frame::new(size, pixels.collect())
 }
 
-/// Least PSNR of pictures with a quarter of a pixel per voxel; with one sample per pixel aneurism had 29.4.
+/// Least PSNR with a quarter of a pixel per voxel; with one sample per pixel aneurism had 29.4.
 const LEAST_FILTERED: f64 = 43.0;
 
 fn zoomed_out(name: &str, volume: &Volume, transfer: &TransferFunction, voxels_across: f64, perspective: bool) {
@@ -289,7 +289,7 @@ fn zoomed_out(name: &str, volume: &Volume, transfer: &TransferFunction, voxels_a
 
 #[test]
 fn pixels_of_many_voxels_show_their_mean() {
-    // Threads one voxel thick, far apart.
+    // Isolated threads one voxel thick.
     let value = |i: usize| if i.is_multiple_of(7) && (i / 64 % 64).is_multiple_of(9) { 255 } else { 0 };
     let threads = volume([64; 3], DVec3::ONE, Voxels::Uint8((0..64 * 64 * 64).map(value).collect()));
     zoomed_out("threads", &threads, &smooth_transfer(), 256.0, false);
@@ -303,7 +303,7 @@ fn thin_vessels_stay_whole_far_away() {
     zoomed_out("aneurism", &volume, &transfer, 256.0, false);
 }
 
-/// Values far from zero look as near to it: no kernel makes fog of what its weights fail to sum up to.
+/// Values far from zero look like values near it: weights that do not sum to one must not produce fog.
 #[test]
 fn an_offset_changes_nothing() {
     let bytes = random_bytes([24, 20, 22], 11);
@@ -327,15 +327,15 @@ fn an_offset_changes_nothing() {
     }
 }
 
-/// Values of another unit: by a power of two, so that floats are as exact.
+/// Scaling of values; by a power of two, so that floats are equally accurate.
 const SCALED: f64 = 1e-4;
-/// What noise of 1e-7 of the range may show.
+/// Largest effect of noise of 1e-7 of the range.
 const HARDLY_NOISY: f64 = 1e-3;
 
-/// Voxels of volumes in other units.
+/// Dimensions of the scaled volumes.
 const FEW: [usize; 3] = [9, 8, 7];
 
-/// Lit pictures by kernels with slopes, of numbers in another unit.
+/// Lit pictures of scaled values, with kernels with analytic gradients.
 fn lit_smoothly(numbers: &[f32], unit: f32) -> Vec<Frame> {
     let values: Vec<f32> = numbers.iter().map(|&v| v * unit).collect();
     let background = f64::from(numbers.iter().copied().fold(f32::INFINITY, f32::min) * unit);
@@ -354,14 +354,14 @@ fn lit_smoothly(numbers: &[f32], unit: f32) -> Vec<Frame> {
     every.map(|(camera, way)| render(&volume, &transfer, camera, viewport(24, 22), &way.into())).collect()
 }
 
-/// Layers of 1 between layers of 0: gradients vanish at voxels, between which values differ.
+/// Layers of 1 alternating with layers of 0: gradients vanish at voxels, but values differ in between.
 fn stripes(noise: f32) -> Vec<f32> {
     let [x, y, _] = FEW;
     let noisy = random_bytes(FEW, 3);
     noisy.iter().enumerate().map(|(n, &b)| (n / (x * y) % 2) as f32 + noise * f32::from(b) / 255.0).collect()
 }
 
-/// Whatever is squared on the way, of gradients and slopes too, stays a number, and counts.
+/// Squared gradients and slopes must neither overflow nor vanish.
 #[test]
 fn units_of_values_change_nothing() {
     let random: Vec<f32> = random_bytes(FEW, 7).iter().map(|&b| f32::from(b) * 10.0 - 900.0).collect();
@@ -376,7 +376,7 @@ fn units_of_values_change_nothing() {
     }
 }
 
-/// Where gradients vanish they have no direction that rounding could choose.
+/// Vanishing gradients must not get a direction from rounding errors.
 #[test]
 fn light_is_steady_where_gradients_vanish() {
     for (found, expected) in lit_smoothly(&stripes(1e-7), 1.0).iter().zip(&lit_smoothly(&stripes(0.0), 1.0)) {

@@ -5,7 +5,7 @@ mod common;
 use common::command::*;
 use common::{Random, data_set};
 
-/// Four digits are printed; measured ones are roots of floats.
+/// Four digits are printed; measured values are roots of floats.
 const CURVE_TOLERANCE: f64 = 3e-4;
 
 /// A small data set with one of the paper's names.
@@ -92,7 +92,7 @@ fn the_papers_experiments_become_pages() {
     for page in pages {
         let text = std::fs::read_to_string(f.join("pages").join(page)).unwrap();
         assert!(text.contains("Missing data sets: lobster, aneurism"), "{page}: {text}");
-        // Every picture on a page is beside it.
+        // Every picture of a page is stored beside it.
         for picture in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
             assert!(f.join("pages").join(picture).is_file(), "{page}: {picture}");
         }
@@ -143,7 +143,7 @@ fn bad_folders_and_files_are_refused() {
     refused(f, &["paper", "fig4", "--out", "file/pages"], 1, &["file/pages"]);
 }
 
-/// The column of the paper's Table 1, to the voxel.
+/// The column of the paper's Table 1, exact to the voxel.
 #[test]
 #[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
 fn effective_splats_are_the_papers() {
@@ -154,7 +154,7 @@ fn effective_splats_are_the_papers() {
     }
 }
 
-/// Splats that cover the whole screen: more entries in the lists of tiles than a uint counts.
+/// Splats that cover the whole screen: lists of tiles with more entries than a uint can count.
 #[test]
 fn lists_that_no_device_holds_are_refused() {
     let folder = tempfile::tempdir().unwrap();

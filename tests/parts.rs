@@ -1,4 +1,4 @@
-//! A volume rendered in parts, one after the other, has the bits of one rendered as a whole.
+//! Rendering a volume in parts, one after the other, is bit-identical to rendering it as a whole.
 
 mod common;
 
@@ -15,12 +15,12 @@ use std::ops::Range;
 
 const DIMS: [usize; 3] = [21, 18, 23];
 const SEED: u64 = 11;
-/// Rounding of `over` in another order: some 20 layers, half a unit of 2^-24 each.
+/// Rounding of `over` in another order: about 20 layers, half a unit of 2^-24 each.
 const REASSOCIATED: f64 = 2e-6;
-/// What is behind was not told that light ended in front of it.
+/// Parts behind an opaque front are not terminated.
 const TERMINATED: f64 = Settings::OPAQUE;
 
-/// Views most parallel to each axis, from both sides, both projections.
+/// Views along each axis, from both sides, in both projections.
 fn views(volume: &Volume, size: Viewport) -> Vec<(Axis, Camera)> {
     let along =
         [(Axis::X, 80.0, 12.0), (Axis::X, -70.0, -20.0), (Axis::Y, 15.0, 72.0), (Axis::Z, 20.0, -15.0), (Axis::Z, 170.0, 8.0)];
@@ -30,12 +30,12 @@ fn views(volume: &Volume, size: Viewport) -> Vec<(Axis, Camera)> {
     along.into_iter().flat_map(both).collect()
 }
 
-/// Layers 0 to n in k ranges, as even as they come.
+/// Layers 0 to n in k ranges of nearly equal size.
 fn ranges(n: usize, k: usize) -> Vec<Range<usize>> {
     (0..k).map(|i| i * n / k..(i + 1) * n / k).collect()
 }
 
-/// A part of a volume that can composite some layers of an axis, and no more.
+/// Smallest part of a volume from which some layers of an axis can be composited.
 fn part_for<'a>(volume: &Volume<'a>, axis: Axis, layers: &Range<usize>, settings: &Settings) -> VolumePart<'a> {
     let (mut first, mut dims) = ([0; 3], volume.grid().dims());
     let needed = PartRenderer::needed(layers, dims[axis.index()], settings);
@@ -64,7 +64,7 @@ impl Shot<'_> {
         PartRenderer::new(&self.device, &part_for(self.volume, self.axis, layers, &self.settings), self.transfer).unwrap()
     }
 
-    /// Ranges of layers in the order of the view.
+    /// Ranges of layers in view order.
     fn in_order(&self, k: usize) -> Vec<Range<usize>> {
         let mut ranges = ranges(self.volume.grid().dims()[self.axis.index()], k);
         let (axis, ascending) = self.renderer(&ranges[0]).order(&self.camera, self.size, &self.settings).unwrap();
@@ -79,7 +79,7 @@ impl Shot<'_> {
         self.renderer(&layers).composite(&self.camera, self.size, &self.settings, layers, before).unwrap()
     }
 
-    /// One part after the other, each going on with what those before made.
+    /// Composites part by part, each on top of the previous result.
     fn in_parts(&self, k: usize) -> Frame {
         let mut done: Option<CompositedLayers> = None;
         for layers in self.in_order(k) {
@@ -90,7 +90,7 @@ impl Shot<'_> {
         self.renderer(&(0..1)).finish(&done).unwrap()
     }
 
-    /// Each part from nothing, then together from behind.
+    /// Composites each part separately, then combines them back to front.
     fn combined(&self, k: usize) -> Frame {
         let parts = self.in_order(k).into_iter().map(|layers| self.composite(layers, None));
         let whole = parts.rev_reduce(|behind, front| CompositedLayers::combine(&front, &behind).unwrap());
@@ -113,7 +113,7 @@ fn forced(axis: Axis, layered: Layered) -> Settings {
     Layered { layer_axis: LayerAxis::Forced(axis), ..layered }.into()
 }
 
-/// Both classifications, and `high` of both.
+/// Both classifications, and `high` with both.
 fn sampled() -> [Layered; 4] {
     let high = Quality::High.layered();
     let post = |quality: Quality| Layered { classification: quality.splatted(), ..quality.layered() };
@@ -136,7 +136,7 @@ fn in_two_three_and_seven_parts() {
     }
 }
 
-/// As graphics processors draw them, culled and not: what is not looked up ends where the part does.
+/// The GPU schedule, with and without culling: slabs that are not looked up end with the part.
 #[test]
 fn in_parts_by_a_work_item_per_sample() {
     let (dims, size) = ([40, 44, 36], viewport(61, 47));
@@ -149,16 +149,16 @@ fn in_parts_by_a_work_item_per_sample() {
         let whole = shot.whole();
         assert_close(&format!("{axis:?}, {:?}, {settings:?}", camera.projection), &shot.in_parts(5), &whole, 0.0);
         let of_tiles = Shot { device: device.clone(), ..shot }.whole();
-        assert!(compare(&of_tiles, &whole).max_difference > 0.0, "another schedule is noticed");
+        assert!(compare(&of_tiles, &whole).max_difference > 0.0, "another schedule must be detected");
         let seen = |frame: &Frame| frame.pixels().iter().filter(|pixel| pixel[3] > 0.05).count();
         assert!(seen(&whole) > 300 && seen(&whole) == seen(&of_tiles), "{} pixels, {} of tiles", seen(&whole), seen(&of_tiles));
     }
 }
 
-/// Every kernel that layers are sampled with, lit and in `high`, composited and gathered: an axis each.
+/// Every kernel for layers, lit and in `high`, composited and reduced, each along one axis.
 #[test]
 fn every_kernel_of_layers() {
-    // Long enough that no part holds all of it, coefficients included.
+    // Long enough that no part contains all of it, including coefficients.
     let volume = random_volume([33, 31, 35], DVec3::new(1.0, 0.9, 1.2), SEED);
     let (transfer, size) = (smooth_transfer(), viewport(26, 22));
     let views = views(&volume, size);
@@ -171,7 +171,7 @@ fn every_kernel_of_layers() {
             let what = format!("{kernel:?}, {blend:?}, {axis:?}, {k}");
             let whole = shot.whole();
             assert_close(&what, &shot.in_parts(k), &whole, 0.0);
-            // The comparison sees another kernel.
+            // The comparison must detect another kernel.
             let other = if kernel == Kernel::Linear { Kernel::Cubic } else { Kernel::Linear };
             let other = Shot { settings: Settings { blend, ..forced(axis, with_kernel(Quality::High, other)) }, ..shot };
             assert!(compare(&other.in_parts(k), &whole).max_difference > TERMINATED, "{what}: another kernel must be noticed");
@@ -179,8 +179,7 @@ fn every_kernel_of_layers() {
     }
 }
 
-/// The layers around those that are composited: two, and for the B-spline's coefficients as many as these are made from. With fewer, parts
-/// are refused; so they are needed.
+/// Ghost layers: two, plus those that the B-spline's coefficients depend on. Parts with fewer are rejected, so none is superfluous.
 #[test]
 fn layers_around_parts() {
     let dims = [9, 8, 50];
@@ -217,7 +216,7 @@ fn whatever_becomes_of_the_values() {
     for (n, blend) in blends.into_iter().enumerate() {
         for (m, layered) in sampled().into_iter().enumerate() {
             if matches!((blend, layered.classification), (Blend::Iso(_), Classification::Post(_))) {
-                continue; // Splatted layers have no values between samples: Settings refuse it.
+                continue; // Splatted layers have no values between samples: Settings::check rejects it.
             }
             let (axis, camera) = views(&volume, size)[(3 * n + m) % 10];
             let variants = [
@@ -243,7 +242,7 @@ fn whatever_becomes_of_the_values() {
     }
 }
 
-/// Parts that are composited each for itself do not know what is opaque before them.
+/// Parts that are composited separately cannot use early termination of the parts in front.
 #[test]
 fn terminated_early() {
     let volume = random_volume(DIMS, DVec3::ONE, SEED);
@@ -262,7 +261,7 @@ fn terminated_early() {
     assert_close("each for itself", &shot.combined(5), &shot.whole(), TERMINATED);
 }
 
-/// A part whose own voxels are all in the lower half of the range, around a background that none of them has.
+/// A part with values in the lower half of the range only, and a background outside its values.
 #[test]
 fn properties_of_the_whole() {
     let [x, y, z] = DIMS;
@@ -283,7 +282,7 @@ fn properties_of_the_whole() {
     let whole = shot.whole();
     assert_close("parts of the volume", &shot.in_parts(3), &whole, 0.0);
 
-    // The same from voxels that lie elsewhere, described by hand.
+    // The same from voxels elsewhere, with a manual description.
     let description = Description::new("elsewhere", volume.grid().clone(), VoxelType::Int16, (120.0, 262.0)).unwrap();
     let description = description.with_background(40.0).unwrap();
     let in_parts = |description: &Description| {
@@ -300,7 +299,7 @@ fn properties_of_the_whole() {
         finished.unwrap()
     };
     assert_close("described by hand", &in_parts(&description), &whole, 0.0);
-    // What a part would think of its own range is seen.
+    // Using a part's own range must be detected.
     let wrong = Description::new("elsewhere", volume.grid().clone(), VoxelType::Int16, (120.0, 132.0)).unwrap();
     let wrong = wrong.with_background(40.0).unwrap();
     assert!(compare(&in_parts(&wrong), &whole).max_difference > 0.01, "a part's own range must be noticed");
@@ -322,13 +321,13 @@ fn what_does_not_fit_is_refused() {
         |r: &mut PartRenderer, layers, before: Option<&CompositedLayers>| r.composite(&camera, size, &settings, layers, before);
     refused(composite(&mut renderer, 7..14, None), "does not hold");
     refused(composite(&mut renderer, 8..15, None), "does not hold");
-    #[expect(clippy::reversed_empty_ranges, reason = "that is what is refused")]
+    #[expect(clippy::reversed_empty_ranges, reason = "the reversed range is the tested error")]
     for nothing in [9..9, 12..10, 20..24] {
         refused(composite(&mut renderer, nothing, None), "layers");
     }
     let middle = composite(&mut renderer, 9..11, None).unwrap();
     let [above, below] = [11..13, 8..9].map(|layers| composite(&mut renderer, layers, Some(&middle)));
-    assert!(above.is_ok() != below.is_ok(), "layers are behind on one side only");
+    assert!(above.is_ok() != below.is_ok(), "layers can be behind on one side only");
     refused(if above.is_ok() { below } else { above }, "not right behind");
     let farther = composite(&mut renderer, 12..14, None).unwrap();
     refused(CompositedLayers::combine(&middle, &farther), "not right behind");
@@ -340,7 +339,7 @@ fn what_does_not_fit_is_refused() {
     refused(renderer.composite(&parallel(&volume, size, 90.0, 0.0), size, &auto, 9..10, None), "does not hold");
     refused(renderer.composite(&camera, size, &Quality::Paper.settings(), 9..10, None), "hold the whole volume");
     for (first, dims) in [([0; 3], [0, 1, 1]), ([20, 0, 0], [2, 1, 1]), ([usize::MAX, 0, 0], [2, 1, 1])] {
-        assert!(volume.part(first, dims).unwrap_err().to_string().contains("are no part"), "{first:?}, {dims:?}");
+        assert!(volume.part(first, dims).unwrap_err().to_string().contains("extends beyond"), "{first:?}, {dims:?}");
     }
     let description = volume.description().clone();
     let wrong_type = VolumePart::new(description.clone(), [0; 3], [2; 3], vec![0u16; 8]).unwrap_err().to_string();

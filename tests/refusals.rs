@@ -1,4 +1,4 @@
-//! Settings that go with nothing, and what is said of them.
+//! Invalid combinations of settings, and their errors.
 
 mod common;
 
@@ -36,7 +36,7 @@ fn what_has_no_blend_mode_says_so() {
     }
 }
 
-/// Weights that do not sum to one would make layers of fog; rays are cast through their sums all the same.
+/// Kernels whose weights do not sum to one are rejected for layers, but accepted for ray casting.
 #[test]
 fn what_layers_cannot_be_sampled_with_says_so() {
     let volume = bump();
@@ -52,7 +52,7 @@ fn what_layers_cannot_be_sampled_with_says_so() {
             Err(error @ Error::Settings { field: "kernel", .. }) => assert!(error.to_string().contains("gaussian"), "{error}"),
             other => panic!("{:?}", other.map(|_| "drawn")),
         }
-        assert!(draw(Kernel::Cubic).is_ok(), "the others are drawn");
+        assert!(draw(Kernel::Cubic).is_ok(), "the other kernels must be accepted");
     }
 }
 
@@ -64,9 +64,9 @@ fn what_is_no_box_or_plane_says_so() {
     let mut renderer = Renderer::new(&device(), &volume, &smooth_transfer()).unwrap();
     let only = |p| Clipping::default().with_planes([p]);
     for (clipping, expected) in [
-        (crop([2.0, 0.0, 0.0], [2.0, 5.0, 5.0]), "a lower before a higher"),
-        (crop([2.0, 6.0, 0.0], [4.0, 5.0, 5.0]), "a lower before a higher"),
-        (crop([2.0, f64::NAN, 0.0], [4.0, 5.0, 5.0]), "a lower before a higher"),
+        (crop([2.0, 0.0, 0.0], [2.0, 5.0, 5.0]), "lowest below highest"),
+        (crop([2.0, 6.0, 0.0], [4.0, 5.0, 5.0]), "lowest below highest"),
+        (crop([2.0, f64::NAN, 0.0], [4.0, 5.0, 5.0]), "lowest below highest"),
         (only(plane([0.0; 3], [0.0; 3])), "a finite normal other than 0"),
         (only(plane([0.0; 3], [f64::NAN, 1.0, 0.0])), "a finite normal other than 0"),
         (only(plane([f64::INFINITY, 0.0, 0.0], [1.0; 3])), "a finite point"),

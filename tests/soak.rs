@@ -1,6 +1,6 @@
-//! A million small frames, as a program makes them that runs for weeks: nothing grows.
+//! A million small frames, as in a program that runs for weeks: no resource may grow.
 //!
-//! Ignored: `cargo test --release --test soak -- --ignored --nocapture`. LAYERSPLAT_FRAMES renders another number of them.
+//! Ignored: `cargo test --release --test soak -- --ignored --nocapture`. LAYERSPLAT_FRAMES changes the number of frames.
 
 mod common;
 
@@ -17,11 +17,11 @@ use opencl3::device::Device as ClDevice;
 use opencl3::memory::{Buffer, CL_MEM_READ_WRITE};
 use std::time::Instant;
 
-/// Frames after which another transfer function is taken.
+/// Number of frames between changes of the transfer function.
 const FRAMES_PER_TRANSFER: u64 = 25;
-/// Bytes that the process may grow by, of some 100 MB: the allocator's own.
+/// Allowed growth of the process in bytes, of about 100 MB: the allocator's own.
 const SLACK: u64 = 4 << 20;
-/// Bytes that buffers on the device may grow by: the largest lattice is that of some view to come.
+/// Allowed growth of device buffers in bytes: a later view may have the largest lattice.
 const LARGER: u64 = 64 << 10;
 
 fn ways() -> Vec<Settings> {
@@ -44,13 +44,13 @@ fn ways() -> Vec<Settings> {
     ]
 }
 
-/// Bytes of this process in memory; 0 where that is not known.
+/// Resident bytes of this process; 0 if unknown.
 fn resident() -> u64 {
     let pages = std::fs::read_to_string("/proc/self/statm").ok();
     pages.and_then(|text| text.split(' ').nth(1)?.parse::<u64>().ok()).unwrap_or(0) * 4096
 }
 
-/// What a run holds at the same place of it: bytes on the device, programs, and references to context and queue, which events hold.
+/// Resources at a checkpoint: bytes on the device, programs, and references to context and queue, which events hold.
 #[derive(Debug, PartialEq)]
 struct Held {
     allocated: u64,
@@ -82,7 +82,7 @@ impl Run {
         let transfer = smooth_transfer();
         let transfers = [transfer.clone(), transfer.faded(0.5).unwrap()];
         let picture = || {
-            // SAFETY: no host pointer is given.
+            // SAFETY: no host pointer is passed.
             let room = unsafe { Buffer::<u8>::create(&context, CL_MEM_READ_WRITE, 16 * 16 * 16, std::ptr::null_mut()) };
             DeviceMemory::of_buffer(&room.unwrap()).unwrap()
         };
@@ -115,7 +115,7 @@ impl Run {
         }
     }
 
-    /// The same picture each time, of each way; and what is held then.
+    /// Checkpoint: the same pictures each time, with every render path, and the resources held.
     fn stop(&mut self) -> (Vec<Frame>, Held) {
         self.renderer.set_transfer_function(&self.transfers[1]);
         self.renderer.set_transfer_function(&self.transfers[0]);
@@ -123,7 +123,7 @@ impl Run {
         let camera = Camera::fit_parallel(self.centre, self.diagonal, size, Orbit { azimuth: 20.0, elevation: 10.0, roll: 0.0 });
         let frames = self.ways.clone().iter().map(|way| self.renderer.render(&camera, size, way).unwrap().0).collect();
         self.queue.finish().unwrap();
-        // PoCL's threads let go of a command a moment after it is over.
+        // PoCL's threads release a command shortly after it completes.
         std::thread::sleep(std::time::Duration::from_millis(200));
         let held = Held {
             allocated: self.device.allocated_bytes(),
@@ -141,7 +141,7 @@ fn nothing_grows() {
     let count: u64 = std::env::var("LAYERSPLAT_FRAMES").map_or(1_000_000, |n| n.parse().unwrap());
     let mut run = Run::new();
     let mut random = Random(15);
-    // Programs are built, buffers have grown to their largest, and the allocator has what it wants.
+    // By then programs are built, buffers have their largest size, and the allocator is warm.
     let warm = (count / 10).max(500);
     let began = Instant::now();
     (0..warm).for_each(|n| run.frame(n, &mut random));
@@ -157,7 +157,7 @@ fn nothing_grows() {
     let (frames, after) = run.stop();
     let at_end = resident();
     eprintln!("after {} frames: {at_end} bytes resident, {after:?}, {:.0} s", count.max(2 * warm), began.elapsed().as_secs_f64());
-    assert!(frames == expected, "the pictures are what they were");
+    assert!(frames == expected, "the pictures must not change");
     assert!(after.allocated <= before.allocated + LARGER, "{} bytes more on the device", after.allocated - before.allocated);
     assert_eq!(Held { allocated: before.allocated, ..after }, before);
     assert!(at_end <= at_start + SLACK, "{} bytes more", at_end - at_start);

@@ -1,4 +1,4 @@
-//! Volumes that do not fit into the memory of a device have the bits of those that do.
+//! Streaming of volumes beyond the device's memory is bit-identical to rendering them as a whole.
 
 mod common;
 
@@ -12,11 +12,11 @@ use layersplat::{Camera, Device, Error, Frame, Projection, Renderer, Settings, T
 use std::time::Instant;
 
 const DIMS: [usize; 3] = [240, 230, 260];
-/// Of the volume: what it may take on the device.
+/// Divisor of the volume's bytes that gives the memory budget.
 const SHARE: u64 = 4;
 const SEED: u64 = 5;
 
-/// A volume that light comes through, so that every part of it counts.
+/// A translucent volume, so that every part contributes.
 fn scene() -> (Volume<'static>, TransferFunction, Viewport) {
     (random_volume(DIMS, DVec3::new(1.0, 0.9, 1.1), SEED), smooth_transfer(), viewport(40, 32))
 }
@@ -33,12 +33,12 @@ fn bytes(volume: &Volume) -> u64 {
     (volume.grid().voxel_count() * volume.voxel_type().bytes()) as u64
 }
 
-/// Whether what was taken is what was told: the picture is made when the last part is held, which is a little smaller.
+/// Whether peak memory matches the announced one: the picture is allocated when the last part, slightly smaller, is present.
 fn is_told(peak: u64, told: u64) -> bool {
     (told - told / 32..=told).contains(&peak)
 }
 
-/// A streamed picture, what was told before, and the most that the device had at once.
+/// A streamed picture, its announced plan, and peak memory on the device.
 fn streamed(
     device: &Device,
     (volume, transfer): (&Volume, &TransferFunction),
@@ -52,7 +52,7 @@ fn streamed(
     (frame, told, device.peak_bytes())
 }
 
-/// Asserts that a quarter of the volume's bytes is enough for its picture, bit for bit.
+/// Asserts that a quarter of the volume's bytes suffices for its picture, bit for bit.
 #[track_caller]
 fn check(
     what: &str,
@@ -75,7 +75,7 @@ fn check(
     assert!(largest_opacity(&whole) < 0.99, "{what}: what is behind must count");
 }
 
-/// Every layer axis from both sides, in both projections; both classifications of each axis.
+/// Every layer axis from both sides, in both projections, with both classifications.
 #[test]
 fn a_volume_of_four_times_the_budget() {
     let (volume, transfer, size) = scene();
@@ -87,10 +87,10 @@ fn a_volume_of_four_times_the_budget() {
         (Axis::Z, 20.0, -15.0),
         (Axis::Z, 170.0, 8.0),
     ];
-    // From one side each projection has one classification, from the other side the other.
+    // Each projection has one classification from one side, and the other from the other side.
     let both = [Layered::default(), splatted()];
     for (n, (axis, azimuth, elevation)) in along.into_iter().enumerate() {
-        // Near enough that a good part of the lattice is out of view: it counts, too.
+        // So close that a good part of the lattice is outside the view.
         let near = Projection::Perspective { field_of_view: 15.0 };
         let cameras = [
             scaled(parallel(&volume, size, azimuth, elevation), 110.0),
@@ -103,7 +103,7 @@ fn a_volume_of_four_times_the_budget() {
     }
 }
 
-/// Near 45° a picture is shared by lattices of several axes, one after the other.
+/// Near 45°, lattices of several axes are blended, one after the other.
 #[test]
 fn pictures_shared_by_axes() {
     let (_, transfer, size) = scene();
@@ -112,7 +112,7 @@ fn pictures_shared_by_axes() {
     check("shared", &[Axis::X, Axis::Z], (&volume, &transfer), (&camera, size), &thin(Layered::default()));
 }
 
-/// Values gathered, and lit samples of `high`, whose lattices are finer.
+/// Reduced values, and lit samples of `high`, whose lattices are finer.
 #[test]
 fn other_settings() {
     let (volume, transfer, size) = scene();
@@ -127,7 +127,7 @@ fn other_settings() {
     }
 }
 
-/// The B-spline's coefficients are made of 24 layers more; of layer axis x they have a layout of their own.
+/// The B-spline's coefficients need 24 more layers; for layer axis x they have a separate layout.
 #[test]
 fn coefficients_of_parts() {
     for (axis, azimuth, dims) in [(Axis::Z, 3.0, [64, 56, 1300]), (Axis::X, 88.0, [2200, 64, 56])] {
@@ -140,7 +140,7 @@ fn coefficients_of_parts() {
     }
 }
 
-/// A single buffer may be what is too small.
+/// The limit may be the size of a single buffer.
 #[test]
 fn the_largest_buffer() {
     let (volume, transfer, size) = scene();
@@ -150,12 +150,12 @@ fn the_largest_buffer() {
     let (frame, told, _) = streamed(&small, (&volume, &transfer), (&camera, size), &settings);
     assert!(told.lattices[0].parts as u64 > SHARE, "{told}");
     assert_close("small buffers", &frame, &render(&volume, &transfer, &camera, size, &settings), 0.0);
-    // As many parts as without a limit: one.
+    // One part, as without a limit.
     let (_, told, _) = streamed(&device(), (&volume, &transfer), (&camera, size), &settings);
     assert_eq!((told.lattices[0].parts, told.voxel_bytes), (1, bytes(&volume)));
 }
 
-/// Mapped voxels are gathered from where they lie, in any byte order.
+/// Mapped voxels are gathered from the file, in any byte order.
 #[test]
 fn files_in_another_byte_order() {
     let folder = tempfile::tempdir().unwrap();
@@ -176,7 +176,7 @@ fn files_in_another_byte_order() {
     }
 }
 
-/// What is told to be needed is enough, and a byte less is not.
+/// The announced memory suffices, and a byte less does not.
 #[test]
 fn too_little_is_refused_with_what_is_needed() {
     let (volume, transfer, size) = scene();
@@ -200,7 +200,7 @@ fn too_little_is_refused_with_what_is_needed() {
     assert!(message.contains("9000 in one buffer"), "{message}");
 }
 
-/// Rays with an axis each, and other algorithms, need the whole volume: they are refused where it does not fit, and drawn where it does.
+/// Rays with different axes, and other algorithms, need the whole volume: rejected if it does not fit, rendered otherwise.
 #[test]
 fn views_that_need_the_whole_volume() {
     let (volume, transfer, size) = scene();
@@ -214,20 +214,20 @@ fn views_that_need_the_whole_volume() {
         assert!(matches!(found, Error::MemoryBudget { needed, .. } if needed > bytes(&volume)), "{found}");
         assert!(found.to_string().contains("needs the whole volume"), "{found}");
     }
-    // Eight times are enough for whatever a ray needs.
+    // Eight times the volume suffices for all data of ray casting.
     let large = device().with_memory(8 * bytes(&volume));
     let mut renderer = StreamedRenderer::new(&large, &volume, &transfer);
     let settings = Settings { unit_distance: Some(60.0), ..raycast.into() };
     assert!(renderer.plan(&outside, size, &settings).unwrap().is_none(), "nothing is streamed");
     let whole = render(&volume, &transfer, &outside, size, &settings);
     assert_close("rays", &renderer.render(&outside, size, &settings).unwrap().0, &whole, 0.0);
-    // What is held stays, and makes room where it must.
+    // Cached data stay, and are evicted when needed.
     let settings = thin(Layered::default());
     let whole = render(&volume, &transfer, &outside, size, &settings);
     assert_close("layers", &renderer.render(&outside, size, &settings).unwrap().0, &whole, 0.0);
 }
 
-/// What is kept from frame to frame, where all voxels fit, is given up for what another axis needs.
+/// If all voxels fit, data cached between frames are evicted for another axis.
 #[test]
 fn what_is_kept_makes_room() {
     let volume = random_volume([120, 100, 110], DVec3::ONE, SEED);
@@ -250,16 +250,18 @@ fn what_is_kept_makes_room() {
         assert_close(&format!("view {n}"), &renderer.render(camera, size, &settings).unwrap().0, &expected, 0.0);
     }
     assert!(small.peak_bytes() <= budget);
-    // Two renderers share a budget: what one keeps, the other has not.
+    // Two renderers share a budget: data cached by one reduce that of the other.
     let other = StreamedRenderer::new(&small, &volume, &transfer).plan(&cameras[0], size, &settings);
-    let Err(Error::MemoryBudget { needed, taken, budget: all, .. }) = other else { panic!("there is no room for two") };
+    let Err(Error::MemoryBudget { needed, taken, budget: all, .. }) = other else {
+        panic!("the budget must not suffice for two")
+    };
     assert!(all == budget && needed + taken > budget && taken > bytes(&volume), "{needed} beside {taken} of {all}");
     drop(renderer);
     let alone = StreamedRenderer::new(&small, &volume, &transfer).plan(&cameras[0], size, &settings).unwrap().unwrap();
     assert_eq!(alone.memory, budget);
 }
 
-/// 4 GiB of voxels, 512 MiB for the device. What it takes is printed.
+/// 4 GiB of voxels with a budget of 512 MiB. Prints time and memory.
 #[test]
 #[ignore = "renders 4 GiB of voxels, some minutes on two cores: cargo test --release --test streamed -- --ignored --nocapture"]
 fn four_gibibytes() {
@@ -281,7 +283,7 @@ fn four_gibibytes() {
             bytes(&volume) as f64 / seconds / 1e6
         );
     }
-    // Where the system tells: never the whole volume in memory.
+    // If the system reports it: the whole volume must never be in memory.
     if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
         let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
         let most: u64 = line.trim().strip_suffix(" kB").unwrap().trim().parse().unwrap();

@@ -1,17 +1,18 @@
-//! What must not change a picture: axis permutations, mirrors, turned worlds, units, voxel types, byte orders, another run.
+//! Invariances: axis permutations, mirroring, rotated worlds, units, voxel types, byte orders, repeated runs.
 
 mod common;
 
 use common::*;
 use glam::{DMat3, DVec3};
 use layersplat::image::Background;
-use layersplat::settings::Shading;
+use layersplat::layers::Density;
+use layersplat::settings::{Blend, Evaluation, Layered, Shading};
 use layersplat::volume::{Endian, Grid, Voxels};
 use layersplat::{Camera, Frame, OpenOptions, Renderer, Settings, Volume};
 
-/// The same sums in another order, in floats; a table index that flips by one entry costs less than this.
+/// The same sums in another order, in f32; an index that moves to the next table entry costs less than this.
 const REORDERED: f64 = 1e-3;
-/// Of slicing, whose table has 256 values.
+/// Tolerance of slicing, whose table has 256 values.
 const REORDERED_SLICES: f64 = 4e-3;
 
 fn reordered(settings: &Settings) -> f64 {
@@ -20,7 +21,7 @@ fn reordered(settings: &Settings) -> f64 {
 
 const VIEWS: [(f64, f64); 4] = [(20.0, 10.0), (-70.0, 25.0), (130.0, -50.0), (10.0, 75.0)];
 
-/// The volume with its axes turned x → y → z → x.
+/// The volume with permuted axes x → y → z → x.
 fn turned(bytes: &[u8], [x, y, z]: [usize; 3]) -> (Vec<u8>, [usize; 3]) {
     let mut out = Vec::new();
     for k in 0..y {
@@ -69,6 +70,31 @@ fn turning_the_axes_with_the_view() {
     }
 }
 
+/// A viewport much wider than high, and more samples along one axis of the layers than its shorter side is worth: whether there is a
+/// lattice must not depend on which axis of the layers that is.
+#[test]
+fn turning_the_axes_in_a_wide_viewport() {
+    let (dims, size) = ([30, 8, 9], viewport(200, 40));
+    let bytes = random_bytes(dims, 11);
+    let (turned_bytes, turned_dims) = turned(&bytes, dims);
+    let a = volume(dims, DVec3::ONE, Voxels::Uint8(bytes));
+    let b = volume(turned_dims, DVec3::ONE, Voxels::Uint8(turned_bytes));
+    let camera = perspective(&a, 20.0, 75.0, 30.0);
+    let other = map_camera(camera, a.grid().centre(), b.grid().centre(), cycle);
+    for blend in [Blend::Average, Blend::Composite] {
+        let layered =
+            Layered { classification: POINTS, evaluation: Evaluation::Lattice(Density::Fixed(16)), ..Layered::default() };
+        let settings = Settings { algorithm: layered.into(), blend, ..unshaded() };
+        let sides = [(&a, camera), (&b, other)].map(|(volume, camera)| {
+            let mut renderer = Renderer::new(&device(), volume, &smooth_transfer()).unwrap();
+            renderer.lattice_picture(&camera, size, &settings).unwrap().map(|picture| picture.size)
+        });
+        assert!(sides[0].is_some_and(|[u, v]| u > 4 * 64 && v < u && sides[1] == Some([v, u])), "{blend:?}: {sides:?}");
+        let [first, second] = [(&a, camera), (&b, other)].map(|(v, c)| render(v, &smooth_transfer(), &c, size, &settings));
+        assert_close(&format!("{blend:?}"), &first, &second, REORDERED);
+    }
+}
+
 #[test]
 fn mirroring_volume_and_view() {
     let dims = [10, 9, 12];
@@ -89,7 +115,7 @@ fn mirroring_volume_and_view() {
     }
 }
 
-/// Volume, camera and light turned and moved together, and mirrored: the reference shares grid, camera and rays with what it judges.
+/// Volume, camera and light rotated, translated and mirrored together. The reference cannot test this: it shares grid, camera and rays.
 #[test]
 fn turning_the_world_with_camera_and_light() {
     let (dims, spacing) = ([9, 14, 11], DVec3::new(1.0, 1.3, 0.8));
@@ -117,7 +143,7 @@ fn turning_the_world_with_camera_and_light() {
                 let second = seen(&lit(settings, direction * light));
                 assert_close(&format!("{:?}", settings.algorithm), &first, &second, reordered(&settings));
                 let unturned = seen(&lit(settings, light));
-                assert!(compare(&first, &unturned).max_difference > 10.0 * REORDERED, "a light that stays must be noticed");
+                assert!(compare(&first, &unturned).max_difference > 10.0 * REORDERED, "a fixed light must be detected");
             }
         }
     }
@@ -137,7 +163,7 @@ fn doubling_spacing_and_unit_distance() {
             assert_close(&format!("{azimuth}, {elevation}"), &first, &second, reordered(&settings));
             let fixed = Settings { unit_distance: Some(0.7), ..settings };
             let third = render(&b, &smooth_transfer(), &parallel(&b, size, azimuth, elevation), size, &fixed);
-            assert!(compare(&first, &third).max_difference > 10.0 * REORDERED, "the unit distance must count");
+            assert!(compare(&first, &third).max_difference > 10.0 * REORDERED, "the unit distance must matter");
         }
     }
 }
@@ -148,7 +174,7 @@ fn voxel_types_and_byte_orders() {
     let bytes = random_bytes(dims, 4);
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, data: Vec<u8>, endian: Endian| {
-        // Files are mapped: each needs a name of its own.
+        // Files are mapped, so each needs a separate name.
         let path = folder.path().join(format!("{endian:?}_13x9x7_{name}.raw"));
         std::fs::write(&path, data).unwrap();
         Volume::open(path.to_str().unwrap(), &OpenOptions { endian: Some(endian), ..OpenOptions::default() }).unwrap()
@@ -207,18 +233,18 @@ fn early_termination_stays_below_its_threshold() {
         let camera = parallel(&volume, size, 30.0, 20.0);
         let off = Settings { early_termination: false, ..on };
         let [with, without] = [on, off].map(|s| render(&volume, &smooth_transfer(), &camera, size, &s));
-        // Less than 1/4096 of the light is left out; the warp's negative lobes can add a quarter.
+        // Less than 1/4096 of the light is omitted; negative lobes of the warp can add a quarter.
         assert_close("early termination", &with, &without, 1.25 / 4096.0);
     }
 }
 
-/// A pixel on black in 8 bits: 255 times the value and a half, which f64 holds exactly, rounded to a float once and cut off.
+/// A pixel over black in 8 bits: 255 times the value plus a half, exact in f64, rounded to f32 once and truncated.
 fn rounded([r, g, b, _]: [f32; 4]) -> [u8; 4] {
     let byte = |c: f32| (f64::from(c) * 255.0 + 0.5) as f32 as u8;
     [byte(r), byte(g), byte(b), 255]
 }
 
-/// To the bit: with a lattice and without, where a pixel covers several voxels, where two lattices share the picture.
+/// Bit-identical: with and without a lattice, with pixels of several voxels, and with two blended lattices.
 #[test]
 fn the_devices_8_bit_picture_is_the_frames() {
     let volume = random_volume([20, 20, 20], DVec3::ONE, 9);
@@ -231,7 +257,7 @@ fn the_devices_8_bit_picture_is_the_frames() {
         parallel(&volume, size, 44.5, 0.0),
         perspective(&volume, 30.0, 20.0, 40.0),
     ];
-    // Of the last, every channel lies on a half.
+    // For the last one, every channel lies on a half.
     let backgrounds = ["transparent", "black", "#3060c0", "0.3,0.1,0.7"].map(|b| b.parse().unwrap());
     for settings in evaluations() {
         for camera in cameras {

@@ -1,4 +1,4 @@
-//! Frames that may only take so long.
+//! Time limit per frame.
 
 mod common;
 
@@ -19,7 +19,7 @@ fn scene() -> (Volume<'static>, TransferFunction, Camera, Viewport) {
     (volume, smooth_transfer(), camera, size)
 }
 
-/// Lattices of either classification, per pixel, rays, and what reads back as it goes.
+/// Lattices of either classification, per pixel, ray casting, and sheets, which read back data during a frame.
 fn ways() -> Vec<Settings> {
     let settings = Settings::default();
     let of = |classification, evaluation| Settings {
@@ -36,7 +36,7 @@ fn ways() -> Vec<Settings> {
     ]
 }
 
-/// What limits and draws: without a limit, within one, beyond one, and without one again.
+/// Checks an output path: without a limit, within one, beyond one, and without one again.
 #[track_caller]
 fn check(what: &str, mut draw: impl FnMut(Option<Duration>) -> Result<Frame, Error>, expected: &Frame) {
     for longest in [NOTHING, None, PLENTY, NOTHING, NOTHING, PLENTY, None] {

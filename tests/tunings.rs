@@ -1,9 +1,9 @@
-//! Every width of vectors, and the tuning values of graphics processors, against the f64 reference, on whatever device there is.
+//! Every vector width, and GPU tuning values, against the f64 reference, on any device.
 
 mod common;
 
 use common::blends::*;
-use common::reference::{Pair, RIM_SHARE};
+use common::reference::{Pair, differing};
 use common::*;
 use glam::DVec3;
 use layersplat::device::{DeviceKind, Tuning};
@@ -11,13 +11,16 @@ use layersplat::layers::{Density, Kernel};
 use layersplat::settings::{Algorithm, Classification, Clipping, Evaluation, Layered};
 use layersplat::{Camera, Device, Orbit, Projection, Renderer, Settings};
 
-/// Floats are added in another order where rows and tiles begin elsewhere.
+/// Sums of floats in another order, because rows and tiles start elsewhere.
 const REORDERED: f64 = 2e-5;
+/// But for few rays, on which a value then rounds to another entry of the table.
+const ANOTHER_ENTRY: f64 = 2e-4;
+const ANOTHER_ENTRY_SHARE: f64 = 6e-3;
 
-/// Of pixels that have samples of their own, from those that have a ray each: floats of places, and what these make of a steep ramp.
+/// Pixels aligned with samples compared with one ray per pixel: rounding of positions, amplified by a steep ramp.
 const OF_ONE_RAY: f64 = 2e-4;
 
-/// The widths that kernels have, and how a graphics processor is used.
+/// All vector widths of the kernels, and the GPU tuning.
 fn devices() -> Vec<(String, Device)> {
     let device = device();
     let own = *device.tuning();
@@ -31,11 +34,11 @@ fn devices() -> Vec<(String, Device)> {
     widths.into_iter().chain([with("a graphics processor's tuning".into(), gpu)]).collect()
 }
 
-/// All that has blend modes, and the sheets.
+/// All algorithms with blend modes, and the sheets.
 fn everything() -> Vec<Algorithm> {
     let sheets = OTHERS.into_iter().filter(|a| matches!(a, Algorithm::AxisSheets { .. } | Algorithm::ViewSheets { .. }));
     let smooth = [Kernel::CatmullRom, Kernel::BSpline].map(|kernel| {
-        // Without a lattice these have one width.
+        // Kernels without a lattice have one width.
         let classification = Classification::Preintegrated { kernel, samples_per_layer: 2 };
         Layered { classification, evaluation: Evaluation::Lattice(Density::Fixed(2)), ..Layered::default() }.into()
     });
@@ -49,7 +52,7 @@ fn every_width_and_tuning() {
     let cameras = [parallel(&volume, size, 25.0, 15.0), perspective(&volume, 100.0, -20.0, 30.0)];
     let devices = devices();
     for (n, algorithm) in everything().into_iter().enumerate() {
-        // Each in one projection, every other one cut: programs take long to build.
+        // Each in one projection, every other one clipped, because programs take long to build.
         let (camera, parallel) = (&cameras[n % 2], n % 2 == 0);
         let settings = composited(algorithm, if n % 4 < 2 { cuts() } else { Clipping::default() });
         let mut first: Option<Vec<_>> = None;
@@ -58,15 +61,17 @@ fn every_width_and_tuning() {
             let pair = Pair::on(device, &volume, &transfer, camera, size, &settings);
             pair.assert_same(&what, tolerance_of(&settings, parallel));
             // Beside each other widths differ much less.
-            let first = first.get_or_insert_with(|| pair.found.clone()).clone();
-            let apart = Pair { found: pair.found, expected: first }.differing(REORDERED);
-            assert!(apart <= RIM_SHARE, "{what}: {apart} of the rays are not those of the first width");
+            let first = first.get_or_insert_with(|| pair.found.clone());
+            for (most, allowed) in [(REORDERED, ANOTHER_ENTRY_SHARE), (ANOTHER_ENTRY, 0.0)] {
+                let apart = differing(&pair.found, first, most);
+                assert!(apart <= allowed, "{what}: {apart} of the rays differ from the first width's by more than {most}");
+            }
         }
     }
 }
 
-/// Where each pixel has its own sample a tile's columns are staggered, and its rows become patches: whatever lies in a vector, and however
-/// many rows there are, pictures are those of one ray for each pixel.
+/// If each pixel coincides with a sample, tile columns are staggered and rows become patches. With any vector width and number of rows,
+/// pictures equal those of one ray per pixel.
 #[test]
 fn staggered_columns_at_every_width() {
     let (volume, transfer, size) = (random_volume([33, 30, 28], DVec3::ONE, 3), smooth_transfer(), viewport(71, 58));
@@ -94,10 +99,10 @@ fn staggered_columns_at_every_width() {
     }
 }
 
-/// Of blocks of other sizes: sums of sixteen samples, in another order.
+/// Other block sizes: sums of sixteen samples in another order.
 const OF_ANOTHER_BLOCK: f64 = 1e-5;
 
-/// Where lines of the lattice stand upright, and where they do not, a pixel is what it is in any block of the warp.
+/// The picture does not depend on the block size of the warp, for upright and for oblique lattice lines.
 #[test]
 fn blocks_of_the_warp_change_nothing() {
     let (volume, transfer, size) = (random_volume([33, 30, 28], DVec3::ONE, 3), smooth_transfer(), viewport(71, 58));
@@ -127,7 +132,7 @@ fn blocks_of_the_warp_change_nothing() {
     }
 }
 
-/// Splats are counted, added up and listed by many: whoever shares a list, pictures are the same to the bit.
+/// Splats are counted, summed and listed in parallel: pictures are bit-identical for any distribution of the lists.
 #[test]
 fn lists_of_splats_change_no_bit() {
     let (volume, transfer, size) = (random_volume([19, 17, 14], DVec3::ONE, 5), smooth_transfer(), viewport(53, 37));
@@ -156,5 +161,5 @@ fn lists_of_splats_change_no_bit() {
         }
         drawn.push(first);
     }
-    assert_ne!(drawn[0].pixels(), drawn[1].pixels(), "other pictures are noticed");
+    assert_ne!(drawn[0].pixels(), drawn[1].pixels(), "different pictures must be detected");
 }

@@ -1,6 +1,8 @@
-//! Voxels from anywhere: who owns them, how they lie in memory, what they stand for and what they were converted from change no picture.
+//! Voxel storage: ownership, memory layout, mapping to values and conversion do not change a picture.
 
 mod common;
+#[path = "gl/told.rs"]
+mod told;
 
 use common::*;
 use glam::DVec3;
@@ -16,12 +18,12 @@ fn grid() -> Grid {
     Grid::new(DIMS, DVec3::new(1.0, 0.8, 1.3)).unwrap()
 }
 
-/// Numbers from -900 to 1650.
+/// Numbers from −900 to 1650.
 fn numbers() -> Vec<i16> {
     random_bytes(DIMS, 7).iter().map(|&b| i16::from(b) * 10 - 900).collect()
 }
 
-/// One ordinary picture, and one of all others' ways to read voxels: strides along each axis, single ones.
+/// Pictures by all paths that read voxels: as a whole, strided along each axis, single voxels.
 fn pictures(volume: &Volume, transfer: &TransferFunction) -> Vec<Frame> {
     let size = viewport(24, 22);
     let cameras =
@@ -33,7 +35,7 @@ fn pictures(volume: &Volume, transfer: &TransferFunction) -> Vec<Frame> {
     every.map(|(camera, settings)| render(volume, transfer, camera, size, settings)).collect()
 }
 
-/// Every picture, bit for bit.
+/// Compares all pictures bit for bit.
 #[track_caller]
 fn assert_same(what: &str, found: &[Frame], expected: &[Frame]) {
     for (a, b) in found.iter().zip(expected) {
@@ -41,7 +43,7 @@ fn assert_same(what: &str, found: &[Frame], expected: &[Frame]) {
     }
 }
 
-/// Bytes of another allocation, at an odd place in it.
+/// Bytes of a foreign allocation, at an odd offset.
 struct Foreign(Vec<u8>);
 
 impl AsRef<[u8]> for Foreign {
@@ -62,9 +64,9 @@ fn whoever_owns_them_and_however_they_lie() {
     let all = |a: usize, b: usize, c: usize| {
         (0..a).flat_map(move |i| (0..b).flat_map(move |j| (0..c).map(move |k| [i, j, k]))).collect::<Vec<_>>()
     };
-    // z fastest, as an array whose last index is z.
+    // z fastest, as in an array whose last index is z.
     let z_fastest = order(all(x, y, z));
-    // x backwards, y in rows of two more, z as it is.
+    // x reversed, rows along y padded by two, z unchanged.
     let padded: Vec<i16> = (0..z)
         .flat_map(|k| (0..y).flat_map(move |j| (0..x + 2).map(move |i| [i, j, k])))
         .map(|[i, j, k]| if i < x { at(x - 1 - i, j, k) } else { -30_000 })
@@ -92,7 +94,7 @@ fn whoever_owns_them_and_however_they_lie() {
         assert!((0..numbers.len()).all(|i| volume.value(i) == f64::from(numbers[i])), "{what}");
         assert_same(what, &pictures(&volume, &transfer), &expected);
     }
-    // Read with the wrong byte order they are not the same.
+    // The wrong byte order gives different pictures.
     let wrong = Volume::new("wrong", grid(), Storage::from_bytes(big, VoxelType::Int16)).unwrap();
     assert_ne!(wrong.range(), owned.range());
 }
@@ -110,7 +112,7 @@ fn places_beyond_the_bytes_are_refused() {
     assert!(Volume::new("t", grid(), Storage::from(&numbers).with_strides([0, 0, 0])).is_ok(), "one voxel everywhere");
 }
 
-/// Floats with invalid ones among them are copied in pieces; a volume of several.
+/// Floats with invalid ones are copied in pieces; a volume of several pieces.
 #[test]
 fn many_voxels_in_pieces() {
     let dims = [129, 65, 70];
@@ -130,13 +132,13 @@ fn many_voxels_in_pieces() {
     assert!((holes.statistics().mean - mean).abs() < 1e-9);
 }
 
-/// Tables have nearest entries, of values or of stored numbers, which fall to either side: one step of an 8-bit picture.
+/// The nearest table entry, of values or of stored numbers, may differ: one 8-bit step.
 const RESCALED: f64 = 4e-3;
-/// The same where opacity has a step.
+/// Tolerance for an opacity with a step.
 const RESCALED_STEP: f64 = 0.05;
-/// A sample that falls to either side of that step differs by all of it: in one of a picture's 528 pixels, each of which has its own.
+/// A sample on the other side of that step differs by its whole height: in one of 528 pixels, each of which has its own sample.
 const ON_THE_STEP: usize = 1;
-/// All of it.
+/// Height of the step.
 const STEP: f64 = 0.4;
 
 #[test]
@@ -182,10 +184,10 @@ fn slope_and_intercept() {
     assert!(Rescale::new(0.0, 1.0).is_err() && Rescale::new(f64::NAN, 1.0).is_err() && Rescale::new(1.0, f64::INFINITY).is_err());
 }
 
-/// Control points at 1e12 are rounded to 1e-4, and entries of tables with them; a sample between two nodes may take either.
+/// Control points at 1e12 are rounded to 1e-4, and table entries with them; a sample between two nodes may take either.
 const FAR: f64 = 2e-4;
 
-/// A ramp of 4000 in a corner of f64 where floats are 65536 apart.
+/// A ramp of 4000 in a range of f64 where f32 values are 65536 apart.
 #[test]
 fn doubles_keep_the_detail_of_their_own_range() {
     let ramp: Vec<f64> = random_bytes(DIMS, 7).iter().map(|&b| f64::from(b) * 4000.0 / 255.0).collect();
@@ -200,7 +202,7 @@ fn doubles_keep_the_detail_of_their_own_range() {
     let read = Volume::open(file.to_str().unwrap(), &OpenOptions { spacing, ..Default::default() }).unwrap();
     for volume in [Volume::from_wide("far", grid(), &far).unwrap(), read] {
         assert_eq!(volume.voxel_type(), VoxelType::Float32);
-        assert!((0..far.len()).all(|i| (volume.value(i) - far[i]).abs() < 1e-3), "values are what they were");
+        assert!((0..far.len()).all(|i| (volume.value(i) - far[i]).abs() < 1e-3), "values must be preserved");
         let [a, b] = [(&volume, base + smallest), (&near, 0.0)].map(|(volume, zero)| {
             let transfer = smooth_transfer().stretched(zero, zero + 4000.0 - smallest).unwrap();
             pictures(volume, &transfer)
@@ -234,7 +236,7 @@ fn wide_whole_numbers_become_the_narrowest_voxels() {
     assert_eq!((wide.voxel_type(), wide.value(5)), (VoxelType::Uint8, f64::from(unsigned[5])));
 }
 
-/// Every type, byte order, plain and packed, with and without a header, mapped or read.
+/// Every type and byte order, plain and compressed, with and without a header, mapped or read.
 #[test]
 fn files_of_every_type() {
     use std::io::Write;
@@ -272,7 +274,7 @@ fn files_of_every_type() {
             let path =
                 folder.path().join(if packed { format!("a_9x8x7_{scalar}.RAW.gz") } else { format!("a_9x8x7_{scalar}.raw") });
             if packed {
-                // Two members, as of files that were appended to each other.
+                // Two members, as in concatenated files.
                 let mut file = Vec::new();
                 for part in content.chunks(content.len() / 2 + 1) {
                     let mut member = flate2::write::GzEncoder::new(&mut file, flate2::Compression::fast());
@@ -296,7 +298,7 @@ fn files_of_every_type() {
     }
 }
 
-/// A mapped file of the memory's own order and type is not copied before it is rendered.
+/// A mapped file in native byte order and device type is not copied before rendering.
 #[test]
 fn mapped_files_look_as_read_ones() {
     use std::io::Write;
@@ -311,19 +313,19 @@ fn mapped_files_look_as_read_ones() {
     let [mapped, read] = [open(&plain), open(&packed)];
     let transfer = TransferFunction::builtin("fire", &read).unwrap();
     assert_same("mapped", &pictures(&mapped, &transfer), &pictures(&read, &transfer));
-    // A clone outlives what it was made from, and the file's name.
+    // A clone outlives the original, and the file's name.
     let clone = mapped.clone();
     drop(mapped);
     std::fs::remove_file(&plain).unwrap();
     assert_eq!(clone.statistics(), read.statistics());
 }
 
-/// Two renderers of voxels that are on the device already have them once, and draw what each would draw alone.
+/// Two renderers of voxels on the device share them, and give the pictures of separate renderers.
 #[test]
 fn voxels_on_the_device_are_shared() {
     use layersplat::Renderer;
     use layersplat::renderer::UploadedVolume;
-    // A device of its own: its bytes are counted.
+    // A separate device, whose bytes are counted.
     let device = layersplat::Device::open(&layersplat::DeviceChoice::Default).unwrap();
     let volume = Volume::new("shared", grid(), numbers()).unwrap();
     let (size, camera) = (viewport(24, 22), parallel(&volume, viewport(24, 22), 20.0, 10.0));
@@ -340,4 +342,43 @@ fn voxels_on_the_device_are_shared() {
     }
     let part = UploadedVolume::part(&device, &volume.part([0, 0, 1], [9, 8, 3]).unwrap()).unwrap();
     assert!(!part.is_whole() && Renderer::of(&part, &transfers[0]).err().unwrap().to_string().contains("PartRenderer"));
+}
+
+/// Floats that 32-bit sums cannot hold, or cannot tell apart, are told once for each volume; others are not.
+#[test]
+fn values_beyond_sums_of_floats_warn_once() {
+    let count = DIMS.iter().product::<usize>();
+    let ramp = |n: usize| n as f32 / count as f32;
+    let floats = |value: &dyn Fn(usize) -> f32| (0..count).map(value).collect::<Vec<f32>>();
+    let warnings = |voxels: Storage<'static>| {
+        told::warnings(|| {
+            let volume = Volume::new("some", grid(), voxels).unwrap();
+            // Only opening it warns.
+            volume.statistics();
+            TransferFunction::automatic(&volume);
+        })
+    };
+    let invalid = floats(&|n| match n {
+        3 => 2e30,
+        7 => f32::NEG_INFINITY,
+        9 => f32::NAN,
+        _ => ramp(n),
+    });
+    for (voxels, words) in [
+        (invalid, &["3 voxels are NaN, infinite or beyond 1e30", "background"][..]),
+        (floats(&|n| 1e6 + ramp(n)), &["far from 0", "about 16 values apart", "subtract 1000000"]),
+        (floats(&|n| -1e6 - ramp(n)), &["far from 0", "about 16 values apart"]),
+        (floats(&|n| 1e29 * (1e4 + ramp(n)) / 1e4), &["far from 0"]),
+    ] {
+        let found = warnings(voxels.into());
+        let [one] = &found[..] else { panic!("{found:?}") };
+        assert!(one.starts_with("some: ") && words.iter().all(|word| one.contains(word)), "{one}");
+    }
+    for voxels in [floats(&ramp), floats(&|n| 400.0 + ramp(n)), floats(&|n| 1e29 * ramp(n)), floats(&|_| 1e9)] {
+        assert_eq!(warnings(voxels.into()), [""; 0]);
+    }
+    assert_eq!(warnings(numbers().into()), [""; 0]);
+    // These are stored as differences to the smallest.
+    let wide: Vec<f64> = (0..count).map(|n| 1e9 + f64::from(ramp(n))).collect();
+    assert_eq!(told::warnings(|| drop(Volume::from_wide("some", grid(), &wide).unwrap())), [""; 0]);
 }

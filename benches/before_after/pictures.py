@@ -1,6 +1,6 @@
 """Renders a list of pictures with two binaries and compares them bit for bit: pictures.py BEFORE AFTER
 
-Prints each picture that differs with its largest difference. Exit code 1 if one does, or if one binary renders what the other refuses.
+Prints each differing picture with its largest difference. Exit code 1 if one differs, or if only one binary renders it.
 """
 
 import array
@@ -17,7 +17,7 @@ RANGES = {"uint8": (0, 255), "int8": (-90, 120), "uint16": (0, 40000), "int16": 
 
 
 def write_volume(folder, kind, dims, seed):
-    """A noisy ball off the centre, in a type."""
+    """A noisy off-centre ball of a voxel type."""
     chance = random.Random(seed)
     low, high = RANGES[kind]
     values = array.array(TYPES[kind])
@@ -59,7 +59,7 @@ def pictures(folder):
         "constant": ["--correction", "constant"], "fixed3": ["--lattice", "3", "--sublayers", "3"],
         "axis-sheets": ["--algorithm", "axis-sheets"], "view-sheets": ["--algorithm", "view-sheets", "--sheet-distance", "0.7"],
         "slicing": ["--algorithm", "slicing", "--step", "0.8"], "raycast": ["--algorithm", "raycast"],
-        "tricubic": ["--algorithm", "raycast", "--interpolation", "tricubic"], "gaussian": ["--algorithm", "raycast", "--interpolation", "gaussian"],
+        "tricubic": ["--algorithm", "raycast", "--kernel", "cubic"], "gaussian": ["--algorithm", "raycast", "--kernel", "gaussian"],
     }
     out = []
 
@@ -106,7 +106,7 @@ def render(binary, arguments, path):
 
 
 def largest_difference(one, other):
-    """Of two .npy files of float32 and the same shape."""
+    """Largest difference of two .npy files of float32 with the same shape."""
     if len(one) != len(other):
         return math.inf
     floats = [array.array("f", data[10 + int.from_bytes(data[8:10], "little"):]) for data in (one, other)]

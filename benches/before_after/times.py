@@ -1,8 +1,8 @@
-"""Frame times of two binaries that take turns: times.py BEFORE AFTER
+"""Frame times of two binaries, measured alternately: times.py BEFORE AFTER
 
-Prints milliseconds of both and their ratio, and the ratio of their CPU times, which other work on the machine disturbs less: medians of
-three rounds of `bench` each, per data set and way of rendering, and per kind of view and of voxels; of these also the ratios for a new
-transfer function, another layer axis and the first frame.
+Prints milliseconds of both, their ratio, and the ratio of their CPU times, which are less sensitive to other load: medians of three rounds
+of `bench` each, per data set and algorithm, per kind of view, and per voxel type. Also prints the ratios for a new transfer function,
+another layer axis and the first frame.
 """
 
 import array
@@ -47,7 +47,7 @@ FIELDS = {"median_ms": "wall", "cpu_ms": "CPU", "transfer_change_ms": "new trans
 
 
 def of_floats(folder, name):
-    """The same numbers in another type, in a file of their own."""
+    """Writes the same numbers in another type to a separate file."""
     file = pathlib.Path(folder) / f"{SETS[name].replace('uint8', 'float32')}.raw"
     with gzip.open(VOLUMES / f"{SETS[name]}.raw.gz") as voxels, open(file, "wb") as floats:
         array.array("f", array.array("B", voxels.read())).tofile(floats)

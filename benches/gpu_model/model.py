@@ -7,11 +7,11 @@ A frame is bound by what its lanes do or by what it reads:
     bytes        = voxels of segments, each line of 32 once per group of 32 rays; lattice and picture, written and read
     ms           = bytes / bandwidth
 
-Lit segments, rays and slabs are what the same frame has here, by `layersplat bench`. RAY, LIT and DIM are instructions of point_samples: of a
-ray without segments, and what a segment besides takes that has light, or shows nothing, inside the volume and behind another one. Each is
-counted in a kernel that is edited (paths.json) so that it goes no other way; what stands in it without being passed counts (a highlight by
-another exponent), and so does for each segment what a ray needs once if it has any. RAY is counted for each slab that a work-item looks up, though
-only half of it looks one up. DARK and EFFICIENCY are assumptions.
+Lit segments, rays and slabs are those of the same frame on this machine, by `layersplat bench`. RAY, LIT and DIM are instructions of
+point_samples: of a ray without segments, and the additional ones of a segment that has light, or is invisible, inside the volume and
+behind another segment. Each is counted in a kernel that is edited (paths.json) to have a single path. Instructions that are present but
+not executed count, such as a highlight by another exponent; so do, for each segment, those that a ray needs once. RAY is counted for each
+slab that a work-item looks up, though only half of its instructions do that. DARK and EFFICIENCY are assumptions.
 """
 
 import json
@@ -21,13 +21,13 @@ import sys
 
 # NVIDIA H200 SXM, data sheet: SMs, boost clock in Hz, bytes per second; schedulers of an SM, each an instruction of 32 lanes per clock.
 SMS, SCHEDULERS, LANES, CLOCK, BANDWIDTH = 132, 4, 32, 1.785e9, 4.8e12
-# Work-items of a group, which look up its slabs.
+# Work-items per group, which look up slabs together.
 GROUP = 64
-# Segments that are sampled and show nothing, for each that does: more than were counted by hand in these scenes, 0.3 dense, 1.4 sparse.
+# Invisible segments sampled per visible one: more than were counted by hand in these scenes, 0.3 (dense) and 1.4 (sparse).
 DARK = 1.5
-# Lanes at work: 0.87 of 32 neighbours (counted likewise) have light in the same slabs, and half of an SM's warps wait for memory.
+# Active lanes: 0.87 of 32 neighbours (counted likewise) have light in the same slabs, and half of an SM's warps wait for memory.
 EFFICIENCY = 0.4
-# A segment's voxels, of which neighbours share: 4 columns of 4 rows of a plane, of bytes.
+# Voxels read per segment, shared between neighbours: 4 columns of 4 rows of a plane, one byte each.
 BYTES_PER_SEGMENT = 16
 
 SIDE = 1024
@@ -38,7 +38,7 @@ SCENES = [("dense", 512, ["--transfer", DENSE], 4.0), ("sparse", 512, ["--opacit
 
 
 def instructions_of(kernels, name, *words):
-    """Instructions of the default's program of a kernel, or of an edit of it."""
+    """Instructions of the default program of a kernel, or of an edit of it."""
     found = [k for k in kernels if k["name"] == name and "standard" in k["qualities"] and all(w in k["options"] for w in words)]
     plain = min(found, key=lambda k: len(k["options"]))
     return sum(plain["instructions"].values())
@@ -56,7 +56,7 @@ def main():
         instructions_of(edited, f"point_samples, {path}", "VOXEL=uchar", "WHOLE_LAYERS")
         for path in ("no segment", "segment with light", "segment that shows nothing")
     )
-    lit, dim, pixel = lit - ray, dim - ray, instructions_of(kernels, "warp", "PRESENT")
+    lit, dim, pixel = lit - ray, dim - ray, instructions_of(kernels, "warp")
     rate = SMS * SCHEDULERS * LANES * CLOCK * EFFICIENCY
     print(f"instructions: {ray} a ray, {lit} a segment with light, {dim} one that shows nothing, {pixel} a pixel; {SIDE}² pixels, `standard`, lit\n")
     print("| volume | rays | lit segments | instructions, 10⁹ | ms of these | ms of memory | predicted ms | aim |\n|---|---|---|---|---|---|---|---|")

@@ -1,4 +1,4 @@
-"""Time against active samples, viewport and volume, and what empty space costs. growth.py WORK"""
+"""Time against active samples, viewport and volume, and the cost of empty space. growth.py WORK"""
 
 import json
 import pathlib
@@ -19,7 +19,7 @@ FRAMES = 25
 VIEWPORTS = [256, 512, 1024, 2048]
 VOLUMES = [64, 128, 256, 512]
 THRESHOLDS = [200, 140, 100, 70, 50, 35, 25, 15, 8, 4, 2]
-# 0.5 % of 512 cubed are the voxels of a ball of this radius.
+# Radius of a ball with 0.5 % of the voxels of 512³.
 SIDE, RADIUS = 512, 54
 
 
@@ -32,7 +32,7 @@ def bench(volume, *options):
 
 
 def thin_fog(threshold):
-    """Everything above a threshold, so thin that no ray ends early."""
+    """Everything above a threshold, so thin that no ray terminates early."""
     path = WORK / f"fog_{threshold}.json"
     points = [0, 0, threshold - 1, 0, threshold, 0.01, 255, 0.01]
     opacities = [n for i in range(0, len(points), 2) for n in (points[i], points[i + 1], 0.5, 0)]
@@ -41,7 +41,7 @@ def thin_fog(threshold):
 
 
 def ball(side):
-    """A ball in the middle of a cube of voxels, as a raw file."""
+    """A ball at the centre of a cube of voxels, as a raw file."""
     path = WORK / f"ball_{side}x{side}x{side}_uint8.raw"
     if not path.exists():
         x = numpy.arange(side, dtype=numpy.float32) - (side - 1) / 2
@@ -63,7 +63,7 @@ def table(first, rows):
 
 
 def panel(axis, x, y, title, label, proportional, ticks=None):
-    """`proportional`: turns x into what the time should at most be proportional to."""
+    """`proportional`: maps x to the expected upper bound of the time, up to a factor."""
     axis.loglog(x, y, "o-", color="#1f6f8b")
     reference = numpy.array([proportional(v) for v in x], float)
     axis.loglog(x, y[-1] * reference / reference[-1], "--", color="#999999", linewidth=1)

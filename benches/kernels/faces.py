@@ -1,7 +1,7 @@
-"""How far an interpolating B-spline is from Marschner and Lobb's signal near the volume's faces, by what it takes for beyond them.
+"""Error of an interpolating B-spline near the volume's faces, for Marschner and Lobb's signal, by boundary condition.
 
-Samples as in builtin:marschner-lobb@41 (bytes), compared at random places of a given depth below one of the six faces, and farther
-than that from the five others: values, and lengths of differences of gradients, rms, in steps of 8 bits (per voxel).
+Samples as in builtin:marschner-lobb@41 (bytes), compared at random positions of a given depth below one of the six faces, and deeper below
+the five others: values, and magnitudes of gradient differences, rms, in 8-bit steps (per voxel).
 """
 
 import numpy
@@ -14,7 +14,7 @@ DEPTHS = [0, 0.25, 0.5, 0.75, 1, 1.5, 2, 2.5, 3, 3.5, 4]
 
 
 def signal(p):
-    """The signal at (3, n) places in voxels, and its gradient."""
+    """The signal at (3, n) positions in voxels, and its gradient."""
     half, scale = (N - 1) / 2, 255 / 2.5
     x, y, z = p / half - 1
     r = numpy.hypot(x, y)
@@ -25,7 +25,7 @@ def signal(p):
 
 
 def filtered(numbers):
-    """The device's prefilter along all axes, mirrored at the outer numbers."""
+    """The device's prefilter along all axes, mirrored at the borders."""
     taps = POLE ** numpy.abs(numpy.arange(-RADIUS, RADIUS + 1.0))
     taps /= taps.sum()
     for axis in range(3):
@@ -35,7 +35,7 @@ def filtered(numbers):
 
 
 def weights(t):
-    """Of the four coefficients around, and of the slope."""
+    """Weights of the four nearest coefficients, and of the slope."""
     s = 1 - t
     value = [s**3 / 6, 2 / 3 - t**2 + t**3 / 2, 2 / 3 - s**2 + s**3 / 2, t**3 / 6]
     slope = [-(s**2) / 2, 1.5 * t**2 - 2 * t, -(1.5 * s**2 - 2 * s), t**2 / 2]
@@ -43,7 +43,7 @@ def weights(t):
 
 
 def spline(coefficients, pad, p):
-    """Value and gradient at (3, n) places, of coefficients whose first voxel is at `pad`."""
+    """Value and gradient at (3, n) positions, from coefficients whose first voxel is at `pad`."""
     cell = numpy.floor(p).astype(int)
     of = [weights(t) for t in p - cell]
     sums = numpy.zeros((4, p.shape[1]))

@@ -1,4 +1,4 @@
-"""Every kernel and quality against the kernel's own integral, lit: ray casting in steps of 1/16. own.py [KERNEL...]"""
+"""Every kernel and quality against its kernel's own integral, lit: ray casting in steps of 1/16. own.py [KERNEL...]"""
 
 import pathlib
 import sys

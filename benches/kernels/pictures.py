@@ -1,4 +1,4 @@
-"""The pictures of docs/kernels.md: each data set with each kernel in `high`, and Marschner and Lobb's signal beside what it is."""
+"""The pictures of docs/kernels.md: each data set with each kernel in `high`, and Marschner and Lobb's signal beside its reference."""
 
 import json
 import pathlib
@@ -11,7 +11,7 @@ from scenes import CONVERGED, ENGINE, KERNELS, ROOT, SKULL, VOLUMES, psnr, run
 
 IMAGES = ROOT / "docs/images"
 TILE = 320
-# Samples per axis of the signal that is shown, and of the one that stands for the signal itself, as floats.
+# Samples per axis of the displayed signal, and of the float volume that serves as the reference.
 SAMPLED, KNOWN = 41, 241
 
 
@@ -21,7 +21,7 @@ def render(scene, kernel, options, picture):
 
 
 def sheet(rows, labels, name):
-    """Rows of pictures under labels, pixel for pixel."""
+    """Composes labelled rows of pictures without scaling."""
     page = Image.new("RGB", (len(rows[0]) * TILE, len(rows) * TILE + 16))
     draw = ImageDraw.Draw(page)
     for column, label in enumerate(labels):
@@ -42,14 +42,14 @@ def magnified(scene, center, scale, zooms, name, picture):
 
 
 def signal_sampled(n):
-    """Marschner and Lobb's signal in bytes that are not rounded: n samples per axis, x fastest."""
+    """Marschner and Lobb's signal in units of bytes, not rounded: n samples per axis, x fastest."""
     z, y, x = numpy.meshgrid(*[numpy.linspace(-1, 1, n)] * 3, indexing="ij")
     rings = numpy.cos(12 * numpy.pi * numpy.cos(numpy.pi * numpy.hypot(x, y) / 2))
     return (255 / 2.5 * (1 - numpy.sin(numpy.pi * z / 2) + 0.25 * (1 + rings))).astype("<f4")
 
 
 def signal(work):
-    """The scene of tests/kernels/scene.rs. Known: so many samples under a B-spline that nothing is lost, cast in steps of 1/16."""
+    """The scene of tests/kernels/scene.rs. The reference has enough samples under a B-spline, ray cast in steps of 1/16."""
     opacities = [(0, 0), (40, 0), (70, 0.015), (100, 0), (0.45 * 255, 0), (0.55 * 255, 0.9), (255, 0.9)]
     colors = [0, 0.2, 0.4, 0.9, 100, 0.2, 0.6, 0.8, 128, 0.95, 0.7, 0.3, 255, 0.8, 0.3, 0.2]
     transfer = work / "rings.json"
@@ -82,7 +82,7 @@ def main():
         work = pathlib.Path(folder)
         signal(work)
         if not VOLUMES.is_dir():
-            raise SystemExit(f"{VOLUMES} is not there: set LAYERSPLAT_VOLUMES for the other pictures")
+            raise SystemExit(f"{VOLUMES} does not exist: set LAYERSPLAT_VOLUMES for the other pictures")
         magnified(SKULL, "152,150,148", 70, [1, 4], "kernels-skull.png", work / "a.png")
         magnified([*ENGINE, "--azimuth", 72, "--elevation", 20], "150,190,70", 120, [1, 4], "kernels-engine.png", work / "a.png")
 

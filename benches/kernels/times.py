@@ -1,7 +1,7 @@
-"""Times of every kernel beside the cubic's, which take turns: times.py [ROUNDS] [lit] [unlit] [prefilter] [WAY...]
+"""Times of every kernel compared with the cubic's, measured alternately: times.py [ROUNDS] [lit] [unlit] [prefilter] [WAY...]
 
-CPU time per frame, which other work on the machine disturbs less, and the fastest frame; of each the minimum of all rounds. Then what the
-prefilter of the B-spline takes: the first frame less one of the others, with the B-spline and with the cubic.
+CPU time per frame, which is less sensitive to other load, and the fastest frame; each is the minimum over all rounds. Then the cost of the
+B-spline's prefilter: the first frame minus a later one, with the B-spline and with the cubic.
 """
 
 import json

@@ -39,7 +39,7 @@ def render(binary, volume, options, picture):
 
 
 def sheet(rows, labels, path):
-    """Rows of pictures under labels, in 256 colours."""
+    """Composes labelled rows of pictures in 256 colours."""
     width, height = len(rows[0]) * TILE, len(rows) * TILE
     page = Image.new("RGB", (width, height + 14))
     draw = ImageDraw.Draw(page)
@@ -53,7 +53,7 @@ def sheet(rows, labels, path):
 
 
 def magnified(name, scene, scale, before, work):
-    """At 1, 4 and 10 times the scale: standard and high, before if that is at hand, and ray casting."""
+    """At 1, 4 and 10 times the scale: standard and high, an older build if given, and ray casting."""
     volume, options = VOLUMES / scene[0], scene[1:]
     columns = [(f"before: {q}", before, ["--quality", q]) for q in ("standard", "high")] if before else []
     columns += [(q, LAYERSPLAT, ["--quality", q]) for q in ("standard", "high")]
@@ -66,7 +66,7 @@ def magnified(name, scene, scale, before, work):
 
 
 def convergence(work):
-    """PSNR to the integral per pixel, by samples per layer, lit and not."""
+    """PSNR to the integral per pixel, by samples per layer, lit and unlit."""
     figure, axes = plt.subplots(figsize=(5.2, 3.4), constrained_layout=True)
     volumes = ["builtin:hydrogen@48", "builtin:marschner-lobb@48"]
     for volume, color in zip(volumes, ["#1f6f8b", "#b5651d"]):
@@ -104,7 +104,7 @@ def main():
         work = pathlib.Path(folder)
         convergence(work)
         if not VOLUMES.is_dir():
-            sys.exit(f"{VOLUMES} is not there: set LAYERSPLAT_VOLUMES for the other pictures")
+            sys.exit(f"{VOLUMES} does not exist: set LAYERSPLAT_VOLUMES for the other pictures")
         first_pictures(work)
         magnified("skull", SKULL, 70, before, work)
         magnified("engine", ENGINE, 120, before, work)

@@ -1,6 +1,6 @@
-"""Runs layersplat and its peers in turns on the same pictures, and writes the table of docs/performance.md.
+"""Runs layersplat and its peers alternately on the same pictures, and writes the table of docs/performance.md.
 
-First the pictures must agree: a table of two different pictures would say nothing.
+First the pictures must agree, since times of different pictures are not comparable.
 """
 
 import argparse
@@ -24,13 +24,12 @@ LAYERSPLAT = ROOT / "target/release/layersplat"
 VOLUMES = pathlib.Path(os.environ.get("LAYERSPLAT_VOLUMES", ROOT / "../shared/volumes"))
 SETS = ["fuel", "neghip", "lobster", "engine", "aneurism"]
 FRAME = 5  # of 25: azimuth 72
-# Least PSNR over RGB between layersplat's standard and a peer's unshaded picture. VTK interpolates trilinearly; VolPack
-# classifies before it interpolates, and its picture is as soft as its voxels. Both must also be nearer than our own
-# picture moved by SHIFT pixels.
+# Least PSNR over RGB between layersplat's standard and a peer's unshaded picture. VTK interpolates trilinearly; VolPack classifies before
+# interpolation, which makes its picture soft. Both must also be closer than layersplat's own picture shifted by SHIFT pixels.
 AGREE = {"vtk": 33.0, "volpack": 23.0}
 SHIFT = 4
 
-# Row of the table: what is compared, layersplat's options, the peer and its options, the ratio that is aimed at.
+# Rows of the table: title, layersplat's options, the peer and its options, and the target ratio.
 CASES = [
     ("`standard`, shaded : VTK, step 1", ["--quality", "standard"], "vtk", ["--step", "1", "--shaded"]),
     ("`standard`, unshaded : VTK, step 1", ["--quality", "standard", "--shading", "off"], "vtk", ["--step", "1"]),
@@ -42,7 +41,7 @@ CASES = [
 
 
 class DataSet:
-    """A volume, its transfer function, and both in the forms that the peers read."""
+    """A volume and its transfer function, also in the peers' formats."""
 
     def __init__(self, name, work):
         self.name = name
@@ -84,7 +83,7 @@ def bench(data, options, frames):
 
 
 def peer(which, data, options, frames, work, picture=None):
-    """One run of a peer; `picture` takes its frame FRAME as PNG."""
+    """One run of a peer; `picture` is the path of a PNG of its frame FRAME."""
     if which == "layersplat":
         return bench(data, options, frames)
     if which == "vtk":
@@ -105,7 +104,7 @@ def psnr(a, b):
 
 
 def agreement(data, frames, work):
-    """PSNR of the peers' unshaded pictures to layersplat's."""
+    """PSNR between the peers' unshaded pictures and layersplat's."""
     ours = work / f"{data.name}_layersplat.png"
     azimuth = 360 * FRAME / frames
     view = ["--azimuth", azimuth, "--elevation", 20, "--fit", "volume", "--shading", "off"]
@@ -128,7 +127,7 @@ def both(result):
 
 
 def measure(data, frames, rounds, work):
-    """For each case ((layersplat's ms, the peer's ms), (CPU ms of both)), medians over rounds in which all take turns."""
+    """For each case ((layersplat's ms, the peer's ms), (CPU ms of both)): medians over rounds that alternate between all programs."""
     times = [([], []) for _ in CASES]
     versions = {}
     for _ in range(rounds):

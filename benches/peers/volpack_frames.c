@@ -14,7 +14,7 @@ enum { SIDE = 512, MATERIALS = 3 };
 #define ELEVATION (20 * M_PI / 180)
 
 typedef struct {
-    short normal; /* the value, where nothing is shaded */
+    short normal; /* the value if nothing is shaded */
     unsigned char density, gradient;
 } Voxel;
 
@@ -50,7 +50,7 @@ static void *read_all(const char *path, size_t bytes) {
     return data;
 }
 
-/* One white light from the eye; per colour channel one material, so that any colour is a mixture. */
+/* One white light from the eye, and one material per colour channel, which mix to any colour. */
 static void shade_by_light(const float colors[256][3]) {
     static float shades[(VP_NORM_MAX + 1) * 3 * MATERIALS], weights[256 * MATERIALS];
     memcpy(weights, colors, sizeof weights);
@@ -116,7 +116,7 @@ int main(int count, char **arguments) {
         CHECK(vpSetLookupShader(context, 3, 1, 0, plain[0], sizeof plain, 0, NULL, 0));
     }
     CHECK(vpSetClassifierTable(context, 0, 1, opacities, sizeof opacities));
-    /* What an 8-bit picture cannot show is skipped. */
+    /* Skip opacities below the resolution of an 8-bit picture. */
     CHECK(vpSetd(context, VP_MIN_VOXEL_OPACITY, 0.004));
     CHECK(vpSetd(context, VP_MAX_RAY_OPACITY, 0.99));
     CHECK(vpClassifyVolume(context));

@@ -75,7 +75,7 @@ def main():
     window.SetOffScreenRendering(1)
     window.SetMultiSamples(0)
     window.SetSize(SIDE, SIDE)
-    # A still picture's rate: the mapper must not coarsen it.
+    # The update rate of a still picture, so that the mapper does not reduce quality.
     window.SetDesiredUpdateRate(1e-5)
     window.AddRenderer(renderer)
     renderer.AddVolume(volume)

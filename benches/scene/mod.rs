@@ -1,5 +1,5 @@
-//! What the benches render: built-in volumes, and the paper's data sets where they are at hand.
-#![allow(dead_code, reason = "each bench uses its own part")]
+//! Scenes of the benches: built-in volumes, and the paper's data sets if available.
+#![allow(dead_code, reason = "each bench uses a part only")]
 
 use layersplat::{Camera, Device, DeviceChoice, OpenOptions, Orbit, Renderer, TransferFunction, Viewport, Volume};
 use std::path::PathBuf;
@@ -17,13 +17,13 @@ pub struct Scene {
 impl Scene {
     pub fn built_in(name: &str) -> Self {
         let volume = Volume::open(name, &OpenOptions::default()).expect("a built-in volume");
-        // Not the automatic one: what is timed must not change with it.
+        // Not the automatic one, which may change and thereby the timings.
         let file = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/hydrogen.json");
         let transfer = TransferFunction::from_file(file.as_ref(), None).expect("a transfer function");
         Self { name: name.replace("builtin:", ""), volume, transfer }
     }
 
-    /// The data sets in `LAYERSPLAT_VOLUMES`, default ../shared/volumes, that have a transfer function beside them.
+    /// Data sets in `LAYERSPLAT_VOLUMES`, default ../shared/volumes, that have a transfer function.
     pub fn data_sets() -> Vec<Self> {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes");
         let folder = std::env::var_os("LAYERSPLAT_VOLUMES").map_or(folder.into(), PathBuf::from);
@@ -42,7 +42,7 @@ impl Scene {
         Renderer::new(&device(), &self.volume, &self.transfer).expect("a renderer")
     }
 
-    /// The view of docs/fidelity.md: oblique, every rotation fits.
+    /// The view of docs/fidelity.md: oblique, fits any orientation.
     pub fn camera(&self, azimuth: f64) -> Camera {
         let grid = self.volume.grid();
         Camera::fit_parallel(grid.centre(), grid.diagonal(), viewport(), Orbit { azimuth, elevation: 20.0, roll: 0.0 })

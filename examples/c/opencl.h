@@ -1,6 +1,6 @@
 /*
- * What own_opencl.c uses of OpenCL: CL/cl.h where it is installed (Debian: opencl-c-headers), else the same declarations,
- * so that the example compiles, and is tested, on machines that have the loader alone.
+ * The OpenCL declarations for own_opencl.c: CL/cl.h where it is installed (Debian: opencl-c-headers), otherwise a copy of
+ * those it uses. The example therefore also compiles, and is tested, on machines with only the OpenCL loader.
  */
 #ifndef EXAMPLE_OPENCL_H
 #define EXAMPLE_OPENCL_H

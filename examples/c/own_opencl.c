@@ -1,7 +1,8 @@
 /*
- * A program with an OpenCL of its own: its kernel fills a buffer with voxels, layersplat renders them where they are, into
- * another buffer, and the program reads the picture with its own queue. Events say what comes after what; the host waits
- * for nothing but the last read. own_opencl [PICTURE [PICTURE]]
+ * Renders voxels of an application's OpenCL buffer without copying them: own_opencl [PICTURE [PICTURE]]
+ *
+ * A kernel of the application fills a buffer with voxels. layersplat renders them into a second buffer, which the
+ * application reads with its own queue. Events order the commands; the host waits only for the final read.
  *
  * cc examples/c/own_opencl.c -Ibindings/c/include -Ltarget/debug -llayersplat_c -Wl,-rpath,target/debug \
  *    -l:libOpenCL.so.1 -lm -o own_opencl
@@ -39,7 +40,7 @@ static void check_cl(cl_int code, const char *what)
     }
 }
 
-/* What the program has of OpenCL. */
+/* The application's OpenCL objects. */
 struct host {
     cl_device_id id;
     cl_context context;
@@ -72,7 +73,7 @@ static struct host open_host(void)
     return host;
 }
 
-/* References to the context, the voxels and the picture. */
+/* Reference counts of the context, the voxels and the picture. */
 static void count_references(const struct host *host, cl_uint counts[3])
 {
     check_cl(clFinish(host->queue), "clFinish");
@@ -91,7 +92,7 @@ static void close_host(struct host host)
     clReleaseContext(host.context);
 }
 
-/* Enqueues the kernel that makes the voxels; the event is complete when they are there. */
+/* Enqueues the kernel that writes the voxels. Its event completes when they are written. */
 static cl_event fill(const struct host *host, float phase)
 {
     const size_t voxels = SIDE * SIDE * SIDE;
@@ -105,7 +106,7 @@ static cl_event fill(const struct host *host, float phase)
     return filled;
 }
 
-/* Gives a renderer buffers for what it writes besides the picture, which it retains. */
+/* Gives a renderer its intermediate buffers. It retains them, so they can be released here. */
 static void give_scratch(const struct host *host, layersplat_renderer *renderer, const layersplat_camera *camera,
                          const layersplat_picture *picture)
 {
@@ -122,7 +123,7 @@ static void give_scratch(const struct host *host, layersplat_renderer *renderer,
         clReleaseMemObject(buffers[n]);
 }
 
-/* Renders the voxels as they are after an event, and reads the picture after it. */
+/* Renders the voxels after `filled` has completed, and reads the picture. */
 static void draw(const struct host *host, layersplat_renderer *renderer, const layersplat_camera *camera,
                  const layersplat_picture *picture, cl_event filled, float *pixels)
 {
@@ -163,7 +164,7 @@ int main(int count, char **arguments)
     count_references(&host, before);
     check(layersplat_device_from_queue(host.context, host.id, host.queue, &device));
 
-    /* The first voxels, whose range is found on the device. */
+    /* The range of the first voxels is determined on the device. */
     filled = fill(&host, 0);
     voxels.memory = host.voxels;
     voxels.voxel_type = LAYERSPLAT_VOXEL_TYPE_FLOAT32;
@@ -181,7 +182,7 @@ int main(int count, char **arguments)
     give_scratch(&host, renderer, &camera, &picture);
     draw(&host, renderer, &camera, &picture, filled, pixels[0]);
 
-    /* Others in the same buffer. The renderer is told, and comes after the kernel that writes them. */
+    /* New voxels in the same buffer: the renderer must be notified, and waits for the kernel that writes them. */
     filled = fill(&host, 2);
     check(layersplat_renderer_volume_changed(renderer, 1, &filled, NULL));
     draw(&host, renderer, &camera, &picture, filled, pixels[1]);

@@ -1,5 +1,5 @@
 /*
- * A picture of a built-in volume, or of a file: plain [PICTURE [VOLUME [DEVICE]]]
+ * Renders a built-in volume or a volume file: plain [PICTURE [VOLUME [DEVICE]]]
  *
  * cc examples/c/plain.c -Ibindings/c/include -Ltarget/debug -llayersplat_c -Wl,-rpath,target/debug -o plain
  */

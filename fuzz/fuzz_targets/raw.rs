@@ -3,7 +3,7 @@
 use layersplat_fuzz::{File, raw_options};
 use std::sync::LazyLock;
 
-/// The name tells type and sizes, as far as no option does.
+/// The file name has the voxel type and the dimensions, which options override.
 static FILES: LazyLock<[File; 2]> =
     LazyLock::new(|| ["input_4x3x2_uint8.raw", "input_4x3x2_uint8.raw.gz"].map(|name| File::new(name, None)));
 

@@ -3,7 +3,7 @@
 use layersplat_fuzz::File;
 use std::sync::LazyLock;
 
-/// All formats are recognised by what is in them.
+/// Formats are detected from the contents.
 static FILE: LazyLock<File> = LazyLock::new(|| File::new("input", None));
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| FILE.transfer(bytes));

@@ -1,4 +1,4 @@
-//! What fuzz targets share: readers take paths, so every input becomes a file in memory.
+//! Shared by the fuzz targets. Readers take paths, so every input is written to a file in memory.
 
 use layersplat::transfer::FileFormat;
 use layersplat::volume::{Endian, OpenOptions, ScalarType, Volume};
@@ -10,14 +10,14 @@ mod store;
 
 pub use store::Store;
 
-/// Bytes that are never asked for at once: an input of 64 KiB stands for up to 128 MiB of voxels (2048 a byte, which is TIFF's), and
-/// these for twice as many where numbers become wider. libFuzzer itself only sees memory that was written.
+/// Limit of a single allocation, bytes. An input of 64 KiB expands to at most 128 MiB of voxels (2048 per byte, the ratio of TIFF), and
+/// to twice as many where the voxel type is widened. libFuzzer itself detects only memory that was written.
 const MOST: usize = 300 << 20;
 
-/// Ends the process where a piece of memory is asked for that no input may need.
+/// An allocator that aborts on allocations larger than any input requires.
 struct Watched;
 
-// SAFETY: all calls are handed on as they are.
+// SAFETY: all calls are forwarded unchanged to `System`.
 unsafe impl GlobalAlloc for Watched {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         check(layout.size());
@@ -45,20 +45,20 @@ static WATCHED: Watched = Watched;
 #[inline(never)]
 fn check(size: usize) {
     if size > MOST {
-        eprintln!("{size} bytes are asked for at once");
+        eprintln!("allocation of {size} bytes, more than {MOST}");
         std::process::abort();
     }
 }
 
-/// A file that inputs are written to, in a folder of its own.
+/// A file for the inputs, in a separate temporary folder.
 pub struct File {
     path: PathBuf,
 }
 
 impl File {
-    /// Beside it lie the fixtures of a format, which headers may name.
+    /// Copies the fixtures of `format` into the same folder, because headers may name them.
     pub fn new(name: &str, format: Option<&str>) -> Self {
-        // Left behind: a fuzzer ends without an end of its own.
+        // Not deleted: libFuzzer exits without running destructors.
         let folder = tempfile::tempdir().expect("a folder").keep();
         if let Some(format) = format {
             let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/formats/files").join(format);
@@ -83,7 +83,7 @@ impl File {
         opened(&self.path, options);
     }
 
-    /// Reads it as a transfer function, which is then written and read again in every format.
+    /// Reads it as a transfer function, then writes and reads that in every format.
     pub fn transfer(&self, bytes: &[u8]) {
         std::fs::write(&self.path, bytes).expect("a file in memory");
         let Ok(transfer) = TransferFunction::from_file(&self.path, None) else { return };
@@ -95,7 +95,7 @@ impl File {
     }
 }
 
-/// Opens what was written with options, and then its second frame and channel.
+/// Opens a file with options, and then its second frame and its second channel.
 fn opened(path: &Path, options: &OpenOptions) {
     let Ok(volume) = Volume::open(path, options) else { return };
     let count: usize = volume.grid().dims().iter().product();
@@ -109,7 +109,7 @@ fn opened(path: &Path, options: &OpenOptions) {
     }
 }
 
-/// What eight bytes choose of a raw file's options.
+/// Derives the options of a raw file from eight bytes.
 pub fn raw_options(choice: &[u8; 8]) -> OpenOptions {
     const TYPES: [ScalarType; 11] = [
         ScalarType::Uint8,

@@ -1,4 +1,4 @@
-//! A store of Zarr that inputs are written to: a header, a byte of 0, and a piece.
+//! A Zarr store for the inputs. An input is a header, a zero byte, and a chunk.
 
 use crate::opened;
 use layersplat::volume::OpenOptions;
@@ -6,13 +6,13 @@ use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Numbers that a header may declare, in all or in a piece: pieces that are missing are fill, so that a line may rightly stand for as
-/// many as there is memory.
+/// Maximum number of values in an array or a chunk. Missing chunks take the fill value, so that a short header could validly declare as
+/// many values as fit in memory.
 const MOST: u64 = 1 << 22;
-/// Where the input's piece lies, whatever the version and the separator; the fixtures' other pieces are missing.
+/// The input's chunk under the keys of both versions and both separators. The array has no other chunks.
 const PIECES: [&str; 4] = ["0.0.0", "0/0/0", "c/0/0/0", "c.0.0.0"];
 
-/// A folder that is an array or an image, with resolutions of a fixture below.
+/// A folder for an array or an image, with the resolutions of a fixture as subfolders.
 pub struct Store {
     folder: PathBuf,
 }
@@ -33,7 +33,7 @@ impl Store {
         Self { folder }
     }
 
-    /// Opens it as a volume; false where it declares more than is tried.
+    /// Opens it as a volume. Returns false if the header declares more than `MOST` values.
     pub fn volume(&self, bytes: &[u8]) -> bool {
         let (header, piece) = bytes.split_at(bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len()));
         let told: Option<Value> = serde_json::from_slice(header).ok();
@@ -61,7 +61,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Whether some list of numbers in it, sizes or others, has too large a product.
+/// Whether any list of positive integers in the header has a product above `MOST`.
 fn declares_too_much(told: &Value) -> bool {
     match told {
         Value::Array(all) => {

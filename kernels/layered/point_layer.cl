@@ -203,6 +203,25 @@ ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const Volume
     else                                                                                                               \
         WORK(columns.vectors, false)
 
+// The patches of some bands, from resampled voxel rows, of which the first is row `first`.
+ALWAYS_INLINE void mix_rows(const RowPlaces *rows, const realv *value, int first, int first_band, int last_band, int farthest, realv *patches) {
+    for (int band = first_band; band <= last_band; band++) {
+        realv field[PATCH_ROWS];
+#pragma unroll
+        for (int i = 0; i < PATCH_ROWS; i++) {
+            const int r = band * PATCH_ROWS + i;
+            // From the row before the one below on; only those that count are there.
+            const realv *v = value + (rows->below[r] - 1 - first);
+            const RowMix mix = mix_of(rows, r, farthest);
+            field[i] = MIXED_ROWS(mix, v, farthest);
+        }
+        regroup(field);
+#pragma unroll
+        for (int i = 0; i < PATCH_ROWS; i++)
+            patches[band * PATCH_ROWS + i] = field[i];
+    }
+}
+
 // Samples patches of sub-layer l: the bands from the first to the last that has an unknown one. `u`: the columns, `tile_v`: the rows of the
 // tile.
 static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, float centre_layer, int samples_per_layer,
@@ -215,25 +234,36 @@ static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *
     layer->sampled |= patches;
     const int first_band = LOWEST_OF(patches) / PATCH_ROWS, last_band = HIGHEST_OF(patches) / PATCH_ROWS;
     const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
-    const int first = min(one, other) + FIRST_TAP, last = max(one, other) + LAST_TAP + FARTHEST;
+    const int first = min(one, other) + FIRST_TAP, last = max(one, other) + LAST_TAP + layer->rows.farthest;
     const Columns columns = columns_under(view, samples_per_layer, l, u);
     realv value[ROWS];
 #define SAMPLE(vectors, inside) sample_rows(voxels, view, &columns, first, last, vectors, inside, value)
     ON_ROWS(SAMPLE, first, last, columns.k + FIRST_TAP, columns.k + LAST_TAP);
+#define MIX(farthest) mix_rows(&layer->rows, value, first, first_band, last_band, farthest, layer->at.field)
+    ON_STAGGERED(MIX, layer->rows.farthest);
+}
+
+// The gradients of some patches, from resampled voxel rows, of which the first is row `first`.
+ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int first, int first_band, int last_band, int patches, int farthest,
+                              realv gradients[][3]) {
     for (int band = first_band; band <= last_band; band++) {
-        realv field[PATCH_ROWS];
+        if (!(patches & FIRST_FEW(PATCH_ROWS) << band * PATCH_ROWS))
+            continue;
+        realv along_u[PATCH_ROWS], along_v[PATCH_ROWS], along_a[PATCH_ROWS];
 #pragma unroll
         for (int i = 0; i < PATCH_ROWS; i++) {
-            const int r = band * PATCH_ROWS + i;
-            // From the row before the one below on; only those that count are there.
-            const realv *v = value + (layer->rows.below[r] - 1 - first);
-            const RowMix mix = mix_of(&layer->rows, r);
-            field[i] = MIXED_ROWS(mix, v);
+            const int r = band * PATCH_ROWS + i, j = rows->below[r] - 1 - first;
+            const RowMix mix = mix_of(rows, r, farthest);
+            along_u[i] = MIXED_ROWS(mix, slopes->along_u + j, farthest);
+            along_v[i] = SLOPE_OF_ROWS(mix, slopes->value + j, farthest);
+            along_a[i] = MIXED_ROWS(mix, slopes->along_a + j, farthest);
         }
-        regroup(field);
+        regroup(along_u), regroup(along_v), regroup(along_a);
 #pragma unroll
-        for (int i = 0; i < PATCH_ROWS; i++)
-            layer->at.field[band * PATCH_ROWS + i] = field[i];
+        for (int i = 0; i < PATCH_ROWS; i++) {
+            realv *gradient = gradients[band * PATCH_ROWS + i];
+            gradient[0] = along_u[i], gradient[1] = along_v[i], gradient[2] = along_a[i];
+        }
     }
 }
 
@@ -246,7 +276,7 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
     layer->lit |= patches;
     const int first_band = LOWEST_OF(patches) / PATCH_ROWS, last_band = HIGHEST_OF(patches) / PATCH_ROWS;
     const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
-    const int first = min(one, other) - 1, last = max(one, other) + 2 + FARTHEST;
+    const int first = min(one, other) - 1, last = max(one, other) + 2 + layer->rows.farthest;
     const Columns columns = columns_under(view, samples_per_layer, layer->held, u);
     SlopeWeights weights;
     weights.u = slope_weights(columns.between);
@@ -259,25 +289,8 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
     ON_ROWS(DIFFERENTIATE, first, last, columns.k - 1, columns.k + 2);
     // All gradients before any light: shorter loops overlap better, 10 % on engine.
     realv gradients[TILE_ROWS][3];
-    for (int band = first_band; band <= last_band; band++) {
-        if (!(patches & FIRST_FEW(PATCH_ROWS) << band * PATCH_ROWS))
-            continue;
-        realv along_u[PATCH_ROWS], along_v[PATCH_ROWS], along_a[PATCH_ROWS];
-#pragma unroll
-        for (int i = 0; i < PATCH_ROWS; i++) {
-            const int r = band * PATCH_ROWS + i, j = layer->rows.below[r] - 1 - first;
-            const RowMix mix = mix_of(&layer->rows, r);
-            along_u[i] = MIXED_ROWS(mix, slopes.along_u + j);
-            along_v[i] = SLOPE_OF_ROWS(mix, slopes.value + j);
-            along_a[i] = MIXED_ROWS(mix, slopes.along_a + j);
-        }
-        regroup(along_u), regroup(along_v), regroup(along_a);
-#pragma unroll
-        for (int i = 0; i < PATCH_ROWS; i++) {
-            realv *gradient = gradients[band * PATCH_ROWS + i];
-            gradient[0] = along_u[i], gradient[1] = along_v[i], gradient[2] = along_a[i];
-        }
-    }
+#define MIX_SLOPES(farthest) mix_slopes(&layer->rows, &slopes, first, first_band, last_band, patches, farthest, gradients)
+    ON_STAGGERED(MIX_SLOPES, layer->rows.farthest);
     for (int left = patches; left; left &= left - 1) {
         const int n = LOWEST_OF(left);
         layer->at.lit[n] = lit_by(p, gradients[n][0], gradients[n][1], gradients[n][2]);

@@ -25,15 +25,14 @@ static inline Tile tile_of(const RayLatticeParams *p, int column, int row) {
     tile.rows = min(TILE_ROWS, p->height - row), tile.columns = min(VW, p->width - column);
     tile.bands = (tile.rows + PATCH_ROWS - 1) / PATCH_ROWS;
     crossings_of(p, 0, LANES + column, &tile.centre_u, &tile.shear_u);
-    tile.v.stagger = stagger_of_columns(p, LANES + column);
+    tile.v.stagger = stagger_of_columns(p, LANES + column), tile.v.farthest = p->farthest;
     for (int r = 0; r < PADDED_ROWS; r++) {
         const float2 crossing = crossing_of(p, 1, row + min(r, tile.rows - 1));
         tile.v.centre[r] = crossing.x, tile.v.shear[r] = crossing.y;
     }
     tile.beam = beam_of(p, column, row, tile.columns, tile.rows);
-#if FARTHEST
-    tile.beam.crossing.w += p->rays[5];
-#endif
+    if (p->farthest)
+        tile.beam.crossing.w += p->rays[5];
     return tile;
 }
 

@@ -19,7 +19,7 @@ static inline int patches_visible(__global const uchar *visible, const RayLattic
     const float2 ends = ends_of_blocks(shown, p->blocks_v), at = first_row(p, tile, depth), to = first_row(p, tile, to_depth);
     const float2 one = rows_between(ends, at.x, at.y), other = rows_between(ends, to.x, to.y);
     // A staggered column lies less than a row behind.
-    const int top = CLAMP(MIN(one.x, other.x) - (FARTHEST ? 1.0f : 0.0f), 0.0f, (float)TILE_ROWS);
+    const int top = CLAMP(MIN(one.x, other.x) - (p->farthest ? 1.0f : 0.0f), 0.0f, (float)TILE_ROWS);
     const int bottom = CLAMP(MAX(one.y, other.y), -1.0f, tile->rows - 1.0f);
     return FIRST_FEW(bottom / PATCH_ROWS * PATCH_ROWS + PATCH_ROWS) & ~FIRST_FEW(top / PATCH_ROWS * PATCH_ROWS);
 }

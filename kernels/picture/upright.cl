@@ -119,10 +119,12 @@ ALWAYS_INLINE float16 four_lines(__global const float4 *lattice, const Lines *l,
 #define SAMPLES(n) (float16)(a[(n) * l->to_sample], b[(n) * l->to_sample], c[(n) * l->to_sample], d[(n) * l->to_sample])
         return mixed_of_four(&w, SAMPLES(0), SAMPLES(1), SAMPLES(2), SAMPLES(3));
     }
-#define SAMPLES_OR_NOTHING(n)                                                                                                \
-    (float16)(sample_of(lattice, l, line, first.x + (n)), sample_of(lattice, l, line + 1, first.y + (n)),                    \
-              sample_of(lattice, l, line + 2, first.z + (n)), sample_of(lattice, l, line + 3, first.w + (n)))
-    return mixed_of_four(&w, SAMPLES_OR_NOTHING(0), SAMPLES_OR_NOTHING(1), SAMPLES_OR_NOTHING(2), SAMPLES_OR_NOTHING(3));
+    // At an edge one after the other: it is rare, and takes compilers as long as all the rest where it is unrolled.
+    float16 samples[4];
+    const int *below = (const int *)&first;
+    for (int n = 0; n < 16; n++)
+        ((float4 *)samples)[n] = sample_of(lattice, l, line + n % 4, below[n % 4] + n / 4);
+    return mixed_of_four(&w, samples[0], samples[1], samples[2], samples[3]);
 }
 
 // The lines below columns of pixels: counted from the block's first, and their weights.

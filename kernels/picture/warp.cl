@@ -87,10 +87,8 @@ ALWAYS_INLINE float4 warped(__global const float4 *lattice, const WarpParams *p,
                        : mix_edge(lattice, p->width, p->height, first, top, wu, wv);
 }
 
-// A pixel: the picture at its middle, or the mean over its whole square.
-ALWAYS_INLINE float4 pixel_at(__global const float4 *lattice, const WarpParams *p, int column, int row) {
-    if (p->filter == 1)
-        return warped(lattice, p, column + 0.5f, row + 0.5f);
+// A pixel: the mean of the picture at `filter` by `filter` places of its square; one is its middle.
+static inline float4 pixel_at(__global const float4 *lattice, const WarpParams *p, int column, int row) {
     const float step = 1.0f / p->filter;
     float4 sum = 0.0f;
     for (int j = 0; j < p->filter; j++)
@@ -130,76 +128,89 @@ static inline bool nothing_under(__global const float4 *lattice, __global const 
     return opacity == 0.0f;
 }
 
-// PRESENT: straight to the 8-bit picture. One pass over the frame's floats less: 0.5 ms of 2 at 512 x 512.
-#ifdef PRESENT
-#define PIXEL uchar4
-#define PUT(place, color) (place) = displayed(color, background)
-#define PUT_FOUR(place, colors) vstore16(displayed_four(colors, background), 0, (__global uchar *)(place))
-#else
-#define PIXEL float4
-// Means and shares of what is opaque add up to more than 1 by rounding.
-#define PUT(place, color) (place) = MIN((float4)(1.0f), (p.added ? (place) : (float4)(0.0f)) + p.share * (color))
-#define PUT_FOUR(place, colors)         \
-    {                                   \
-        PUT((place)[0], (colors).s0123); \
-        PUT((place)[1], (colors).s4567); \
-        PUT((place)[2], (colors).s89ab); \
-        PUT((place)[3], (colors).scdef); \
+// A pixel of a row to the frame of floats, or, `displayed`, straight to the 8-bit picture: one pass over the frame's floats less, 0.5 ms of 2 at
+// 512 x 512. One kernel for both: it takes compilers longer than any other but the lattice's.
+static inline void put_pixel(const WarpParams *p, float4 color, float4 background, __global uchar *picture, size_t at) {
+    if (p->displayed) {
+        ((__global uchar4 *)picture)[at] = displayed(color, background);
+    } else {
+        // Means and shares of what is opaque add up to more than 1 by rounding.
+        __global float4 *out = (__global float4 *)picture + at;
+        *out = MIN((float4)(1.0f), (p->added ? *out : (float4)(0.0f)) + p->share * color);
     }
-#endif
+}
+
+// And four.
+ALWAYS_INLINE void put_four(const WarpParams *p, float16 colors, float4 background, __global uchar *picture, size_t at) {
+    if (p->displayed) {
+        vstore16(displayed_four(colors, background), 0, picture + 4 * at);
+    } else {
+        __global Four *out = (__global Four *)((__global float4 *)picture + at);
+        *out = MIN((float16)(1.0f), (p->added ? *out : (float16)(0.0f)) + p->share * colors);
+    }
+}
 
 __kernel void warp(__global const float4 *lattice, __global const uint *active_samples, WarpParams p, float4 background,
-                   __global PIXEL *picture) {
+                   __global uchar *picture) {
     const int blocks = (p.columns + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS, block = get_global_id(0);
     if (block >= blocks * ((p.rows + BLOCK_ROWS - 1) / BLOCK_ROWS))
         return;
     const int left = block % blocks * BLOCK_COLUMNS, top = block / blocks * BLOCK_ROWS;
     const int right = min(left + BLOCK_COLUMNS, p.columns), bottom = min(top + BLOCK_ROWS, p.rows);
+    // Known where it is one, so that graphics processors have it in registers.
+    const int count = BLOCK_COLUMNS == 1 ? 1 : right - left;
     const float inset = 0.5f / p.filter;
     const bool nothing =
         nothing_under(lattice, active_samples, &p, left + inset, right - inset, top + inset, bottom - inset);
-#ifdef TAKES_LINES
-    if (p.upright && !p.for_each_pixel && !nothing) {
-        const Lines lines = lines_of(&p);
-        ColumnLines columns;
-        lines_below(&lines, left, p.on_pixels, &columns);
-        for (int line = top; line < bottom; line++) {
-            float16 pixels[FOURS_OF_PIXELS];
-            upright_row(lattice, &lines, &columns, p.on_pixels, line + 0.5f, pixels);
-            __global PIXEL *out = picture + (size_t)line * p.columns + left;
-            for (int i = 0; i < (right - left) / 4; i++)
-                PUT_FOUR(out + 4 * i, pixels[i]);
-            for (int i = (right - left) / 4 * 4; i < right - left; i++)
-                PUT(out[i], ((const float4 *)pixels)[i]);
-        }
+    if (nothing) {
+        // By itself: what it is displayed as is found once.
+        for (int line = top; line < bottom; line++)
+            for (int i = 0; i < count; i++)
+                put_pixel(&p, (float4)(0.0f), background, picture, (size_t)line * p.columns + left + i);
         return;
     }
+    const bool upright = p.upright && !p.for_each_pixel;
+    Lines lines;
+    if (upright)
+        lines = lines_of(&p);
+#ifdef TAKES_LINES
+    ColumnLines columns;
+    if (upright)
+        lines_below(&lines, left, p.on_pixels, &columns);
 #endif
     for (int line = top; line < bottom; line++) {
-        __global PIXEL *out = picture + (size_t)line * p.columns;
-        if (nothing) {
-            for (int i = left; i < right; i++)
-                PUT(out[i], (float4)(0.0f));
-        } else if (p.for_each_pixel) {
-            int i = left;
+        float16 row[(BLOCK_COLUMNS + 3) / 4];
+        float4 *pixels = (float4 *)row;
+        const size_t at = (size_t)line * p.columns + left;
+        if (p.for_each_pixel) {
+            for (int i = 0; i < count;) {
 #if BLOCK_COLUMNS % 16 == 0
-            for (; i + 16 <= right; i += 16) {
-                float16 fours[4];
-                sixteen_own_samples(lattice, &p, i + 0.5f, line + 0.5f, fours);
-#pragma unroll
-                for (int n = 0; n < 4; n++)
-                    PUT_FOUR(out + i + 4 * n, fours[n]);
-            }
+                if (i + 16 <= count) {
+                    sixteen_own_samples(lattice, &p, left + i + 0.5f, line + 0.5f, row + i / 4);
+                    i += 16;
+                    continue;
+                }
 #endif
-            for (; i < right; i++)
-                PUT(out[i], own_sample(lattice, &p, i + 0.5f, line + 0.5f));
-        } else if (p.upright) {
-            const Lines lines = lines_of(&p);
-            for (int i = left; i < right; i++)
-                PUT(out[i], upright_pixel(lattice, &lines, p.on_pixels, i + 0.5f, line + 0.5f));
+                pixels[i] = own_sample(lattice, &p, left + i + 0.5f, line + 0.5f);
+                i++;
+            }
+        } else if (upright) {
+#ifdef TAKES_LINES
+            upright_row(lattice, &lines, &columns, p.on_pixels, line + 0.5f, row);
+#else
+            for (int i = 0; i < count; i++)
+                pixels[i] = upright_pixel(lattice, &lines, p.on_pixels, left + i + 0.5f, line + 0.5f);
+#endif
         } else {
-            for (int i = left; i < right; i++)
-                PUT(out[i], pixel_at(lattice, &p, i, line));
+            for (int i = 0; i < count; i++)
+                pixels[i] = pixel_at(lattice, &p, left + i, line);
         }
+        int i = 0;
+#if BLOCK_COLUMNS % 4 == 0
+        for (; i + 4 <= count; i += 4)
+            put_four(&p, row[i / 4], background, picture, at + i);
+#endif
+        for (; i < count; i++)
+            put_pixel(&p, pixels[i], background, picture, at + i);
     }
 }

@@ -25,10 +25,12 @@ __kernel void preintegrated_table(__global const int4 *integrals, int first, int
         const float4 sum = convert_float4(integrals[first + hi] - integrals[first + lo]);
         const float mean = sum.w * unit / (hi - lo);
         const float part = mean * thickness / parts;
-        const float opacity = linear ? part : absorbed(part);
+        // A selection, not a branch: where a branch sets two values and only the next branch reads one of them, PoCL 6 aborts
+        // (docs/portability.md).
+        const float dimmed = absorbed(part), opacity = linear ? part : dimmed;
         if (sum.w > 0.0f)
             color += through * opacity * (float4)(sum.xyz / sum.w, 1.0f);
-        through *= 1.0f - (linear ? 0.0f : opacity);
+        through *= 1.0f - (linear ? 0.0f : dimmed);
         depth += mean / parts;
     }
     out[id] = color.w > 0.0f ? (float4)(color.xyz / color.w, depth) : (float4)(0.0f);

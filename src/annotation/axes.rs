@@ -1,23 +1,23 @@
-//! The world's axes, as arrows in a corner.
+//! World axes, drawn as arrows in a corner.
 
 use super::canvas::Canvas;
 use super::screen::Screen;
 use glam::{DVec2, DVec3};
 
-/// Length of an axis that lies in the screen, in pixels at a scale of 1.
+/// Length of an axis parallel to the screen, in pixels at scale 1.
 const LENGTH: f64 = 30.0;
-/// From the corner to where the axes meet.
+/// Distance of the origin from the corner, in pixels at scale 1.
 const MARGIN: f64 = 50.0;
-/// Shorter side of pictures in which they are smaller.
+/// Shorter side of a picture, in pixels at scale 1, below which the axes shrink.
 const SMALL: f64 = 160.0;
 const AXES: [(DVec3, &str, [u8; 3]); 3] =
     [(DVec3::X, "x", [232, 88, 80]), (DVec3::Y, "y", [96, 190, 90]), (DVec3::Z, "z", [88, 144, 240])];
-/// Least share of an axis' length, seen from its tip, for which it has an arrowhead.
+/// Least projected length of an axis with an arrowhead, relative to its length.
 const SHORT: f64 = 0.12;
 
 pub(super) fn draw(screen: &Screen, canvas: &mut Canvas) {
     let viewport = canvas.viewport();
-    // Of small pictures they take as much, at most.
+    // Small pictures get proportionally smaller axes.
     let scale = f64::from(canvas.scale()) * (f64::from(viewport.width.min(viewport.height)) / SMALL).min(1.0);
     let origin = DVec2::new(MARGIN * scale, f64::from(viewport.height) - MARGIN * scale);
     let basis = screen.basis();
@@ -25,7 +25,7 @@ pub(super) fn draw(screen: &Screen, canvas: &mut Canvas) {
         let seen = DVec2::new(axis.dot(basis.right), -axis.dot(basis.up));
         (seen, axis.dot(basis.forward), name, color)
     });
-    // Far ones first.
+    // Back to front.
     axes.sort_by(|a, b| b.1.total_cmp(&a.1));
     for (seen, _, name, color) in axes {
         let tip = origin + seen * LENGTH * scale;

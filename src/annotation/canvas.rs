@@ -1,4 +1,4 @@
-//! Lines, areas and letters with smooth edges, on transparent pixels.
+//! Antialiased lines, rectangles and text on transparent pixels.
 
 use crate::error::Error;
 use crate::image::text::blend;
@@ -7,7 +7,7 @@ use crate::memory;
 use crate::viewport::Viewport;
 use glam::DVec2;
 
-/// Straight-alpha RGBA8 pixels, and what is legible on them.
+/// Straight-alpha RGBA8 pixels, with colours that are legible on the background.
 pub(super) struct Canvas {
     pixels: Vec<u8>,
     viewport: Viewport,
@@ -15,25 +15,25 @@ pub(super) struct Canvas {
     halo: [u8; 3],
 }
 
-/// Pixels of a picture's shorter side from which on everything is drawn twice as large, and so on.
+/// Shorter side in pixels per unit of scale. At twice this size, everything is drawn twice as large.
 const SCALE: u32 = 480;
 const LIGHT: [u8; 3] = [236, 236, 236];
 const DARK: [u8; 3] = [24, 24, 24];
-/// Opacity of the rim around letters and lines, which keeps them legible where the volume is as bright as they are.
+/// Opacity of the halo around text and lines, which keeps them legible over bright volumes.
 const HALO: u8 = 150;
 
 impl Canvas {
     pub fn new(viewport: Viewport, background: Background) -> Result<Self, Error> {
         let light = match background {
             Background::Color([r, g, b]) => 0.299 * r + 0.587 * g + 0.114 * b > 0.5,
-            // What it will stand on nobody knows: the rim helps.
+            // The final background is unknown; the halo keeps everything legible.
             Background::Transparent => false,
         };
         let (ink, halo) = if light { (DARK, LIGHT) } else { (LIGHT, DARK) };
         Ok(Self { pixels: memory::zeroed("annotations", viewport.pixels() * 4)?, viewport, ink, halo })
     }
 
-    /// How many times larger than the least everything is.
+    /// Integer scale of all sizes, at least 1.
     pub fn scale(&self) -> u32 {
         let shorter = self.viewport.width.min(self.viewport.height);
         ((shorter + SCALE / 2) / SCALE).max(1)
@@ -43,7 +43,7 @@ impl Canvas {
         self.viewport
     }
 
-    /// The colour of lines and letters.
+    /// Colour of lines and text.
     pub fn ink(&self) -> [u8; 3] {
         self.ink
     }
@@ -54,14 +54,14 @@ impl Canvas {
         [r * a, g * a, b * a, a]
     }
 
-    /// A line, `width` pixels wide at its ends, of an opacity 0 … 1, with a rim.
+    /// Draws a line of `width` pixels with a halo. `opacity` is 0 … 1.
     pub fn line(&mut self, from: DVec2, to: DVec2, width: f64, color: [u8; 3], opacity: f64) {
         let rim = f64::from(self.scale());
         self.stroke([from, to], [width + 2.0 * rim; 2], self.halo, opacity * f64::from(HALO) / 255.0 * 0.6);
         self.stroke([from, to], [width; 2], color, opacity);
     }
 
-    /// A line whose width changes from one end to the other, without a rim. Covers pixels by how much of them lies within.
+    /// Draws a line without a halo. Its width changes linearly between its ends. Pixels are weighted by coverage.
     pub fn stroke(&mut self, ends: [DVec2; 2], widths: [f64; 2], color: [u8; 3], opacity: f64) {
         let [from, to] = ends;
         if !(from.is_finite() && to.is_finite()) {
@@ -78,13 +78,13 @@ impl Canvas {
                 let t = if length > 0.0 { ((point - from).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
                 let half = (widths[0] + (widths[1] - widths[0]) * t) / 2.0;
                 let covered = half + 0.5 - point.distance(from + along * t);
-                // Less than a pixel of width covers no more than that.
+                // A line thinner than a pixel covers at most its width.
                 self.cover(x, y, color, covered.clamp(0.0, (2.0 * half).min(1.0)) * opacity);
             }
         }
     }
 
-    /// A rectangle from corner to corner, whose edges may lie within pixels.
+    /// Fills a rectangle; its edges may lie within pixels.
     pub fn area(&mut self, from: DVec2, to: DVec2, color: [u8; 3], opacity: f64) {
         let (columns, rows) = (clipped(from.x, to.x, self.viewport.width), clipped(from.y, to.y, self.viewport.height));
         let share = |n: u32, lo: f64, hi: f64| (hi.min(f64::from(n) + 1.0) - lo.max(f64::from(n))).clamp(0.0, 1.0);
@@ -103,7 +103,7 @@ impl Canvas {
         }
     }
 
-    /// Letters with a rim, their upper left corner `at`.
+    /// Draws text with a halo; `at` is its upper left corner.
     pub fn text(&mut self, at: [f64; 2], text: &str) {
         self.text_in(at, text, self.ink);
     }
@@ -120,16 +120,16 @@ impl Canvas {
         draw_text(&mut self.pixels, size, at, text, [r, g, b, 255], scale);
     }
 
-    /// Size of letters.
+    /// Size of text in pixels.
     pub fn text_size(&self, text: &str) -> DVec2 {
         let [width, height] = text_size(text, self.scale());
         DVec2::new(width.into(), height.into())
     }
 }
 
-/// Pixels between two places, as far as there are any.
+/// Pixels between two coordinates, clipped to the canvas.
 fn clipped(lo: f64, hi: f64, size: u32) -> std::ops::Range<u32> {
-    // Casts saturate.
+    // Float-to-integer casts saturate.
     (lo.floor().max(0.0) as u32).min(size)..(hi.ceil().max(0.0) as u32).min(size)
 }
 
@@ -137,7 +137,7 @@ fn clipped(lo: f64, hi: f64, size: u32) -> std::ops::Range<u32> {
 mod tests {
     use super::*;
 
-    /// Of opacities rounded to 8 bits, per pixel that is covered in part.
+    /// Rounding of opacities to 8 bits, per partially covered pixel.
     const ROUNDING: f64 = 1.0 / 255.0;
 
     fn covered(canvas: &Canvas) -> f64 {
@@ -159,7 +159,7 @@ mod tests {
             let mut canvas = Canvas::new(Viewport::new(100, 100).unwrap(), Background::BLACK).unwrap();
             let half = DVec2::from_angle(angle) * 30.0;
             canvas.stroke([DVec2::splat(50.0) - half, DVec2::splat(50.0) + half], [width; 2], LIGHT, 1.0);
-            // Round ends cover about a width more; distance stands for covered area, to a few percent.
+            // Round caps add about one width. Distance approximates coverage to within a few percent.
             let found = covered(&canvas) / (60.0 * width);
             assert!((0.9..1.15).contains(&found), "{angle}, {width}: {found}");
         }

@@ -1,4 +1,4 @@
-//! The colour bar.
+//! Colour bar.
 
 use super::canvas::Canvas;
 use super::ticks::ticks;
@@ -6,23 +6,23 @@ use crate::settings::Blend;
 use crate::transfer::TransferFunction;
 use glam::DVec2;
 
-/// Share of the picture's height that the bar takes.
+/// Height of the bar as a fraction of the picture's height.
 const HEIGHT: f64 = 0.44;
-/// Widths, in pixels at a scale of 1: of the colours, of the most opaque place beside them, of the ticks, and free at the edge.
+/// Widths in pixels at scale 1: of the bar, of the opacity profile at its maximum, of the ticks, and of the margin.
 const BAR: f64 = 12.0;
 const PROFILE: f64 = 22.0;
 const TICK: f64 = 4.0;
 const MARGIN: f64 = 12.0;
 
-/// On the right, in the middle: values ascend. Where colours are composited they stand beside the opacities that are seen of them, relative
-/// to the largest one; the value of an iso-surface is marked.
+/// Draws the bar at the right edge; values ascend upwards. With compositing, a profile of the opacities is drawn beside the bar, relative
+/// to their maximum. An iso-value is marked by a line.
 pub(super) fn draw(transfer: &TransferFunction, blend: Blend, units: Option<&str>, canvas: &mut Canvas) {
     let (width, height) = (f64::from(canvas.viewport().width), f64::from(canvas.viewport().height));
     let scale = f64::from(canvas.scale());
     let (lo, hi) = transfer.range();
     let length = (height * HEIGHT).round();
     let letters = canvas.text_size("0");
-    // Labels two lines apart, at least.
+    // Labels are at least two and a half lines apart.
     let most = ((length / (letters.y * 2.5)) as usize).clamp(2, 6);
     let ticks = ticks(lo, hi, most);
     let widest = ticks.iter().map(|(_, label)| canvas.text_size(label).x).fold(0.0, f64::max);
@@ -34,7 +34,7 @@ pub(super) fn draw(transfer: &TransferFunction, blend: Blend, units: Option<&str
         let (y, at) = (top + f64::from(row), value(f64::from(row) + 0.5));
         let color = transfer.color(at).map(|c| (c * 255.0 + 0.5) as u8);
         canvas.area(DVec2::new(left, y), DVec2::new(right, y + 1.0), color, 1.0);
-        // Thin peaks between two rows are not lost.
+        // Take the maximum over each row, so that narrow peaks remain visible.
         let seen = transfer.largest_opacity(value(f64::from(row) + 1.0), value(f64::from(row)));
         if largest > 0.0 && blend == Blend::Composite {
             let reach = PROFILE * scale * seen / largest;
@@ -53,7 +53,7 @@ pub(super) fn draw(transfer: &TransferFunction, blend: Blend, units: Option<&str
     }
     for (at, label) in ticks {
         let y = if hi > lo { top + length * (hi - at) / (hi - lo) } else { top + length / 2.0 };
-        // On whole pixels: thin lines between two of them are blurred.
+        // Snap to whole pixels: a thin line between pixels would be blurred.
         let row = (y - scale / 2.0).round();
         canvas.area(DVec2::new(right, row), DVec2::new(right + TICK * scale, row + scale), ink, 1.0);
         canvas.text([right + (TICK + 3.0) * scale, y - letters.y / 2.0], &label);
@@ -65,7 +65,7 @@ pub(super) fn draw(transfer: &TransferFunction, blend: Blend, units: Option<&str
     }
 }
 
-/// A thin line around a rectangle.
+/// Draws a border around a rectangle.
 fn frame(canvas: &mut Canvas, from: DVec2, to: DVec2, width: f64) {
     let (ink, outside) = (canvas.ink(), DVec2::splat(width));
     let (lo, hi) = (from - outside, to + outside);

@@ -1,5 +1,6 @@
-//! What is drawn on finished pictures: colour bar, scale bar, bounding box and axes. On the host, over (and, of the box, under) a frame of
-//! premultiplied floats, so that it goes to every kind of file.
+//! Annotations of finished pictures: colour bar, scale bar, bounding box and axes.
+//!
+//! They are drawn on the host, over (and parts of the box under) a frame of premultiplied floats, so every file format supports them.
 
 mod axes;
 mod canvas;
@@ -21,7 +22,7 @@ use canvas::Canvas;
 use rayon::prelude::*;
 use screen::Screen;
 
-/// What is to be drawn.
+/// Annotations to draw.
 ///
 /// ```
 /// use layersplat::annotation::Annotations;
@@ -31,19 +32,19 @@ use screen::Screen;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Annotations {
-    /// A colour bar with the transfer function's colours, opacities and values; of parallel views, a scale bar too.
+    /// A colour bar with the colours, opacities and values of the transfer function; in parallel projections also a scale bar.
     pub legend: bool,
-    /// The box around the voxels: edges that face away from the eye behind the volume, the others before it.
+    /// The bounding box of the voxels. Edges of front faces are drawn over the volume, the other edges under it.
     pub bounding_box: bool,
-    /// The world's axes, in the lower left corner.
+    /// The world axes, in the lower left corner.
     pub axes: bool,
-    /// What data values are in, said above the colour bar.
+    /// Unit of the values, shown above the colour bar.
     pub units: Option<String>,
-    /// What world units are, said at the scale bar.
+    /// Unit of length, shown at the scale bar.
     pub length_units: Option<String>,
 }
 
-/// What a picture shows.
+/// The scene in a picture, as annotations need it.
 ///
 /// ```
 /// use layersplat::annotation::{Annotations, Shown};
@@ -61,34 +62,34 @@ pub struct Annotations {
 /// ```
 #[derive(Clone, Copy)]
 pub struct Shown<'a> {
-    /// From where.
+    /// Camera of the frame.
     pub camera: &'a Camera,
-    /// Of the volume.
+    /// Grid of the volume.
     pub grid: &'a Grid,
-    /// As what.
+    /// Transfer function, for the colour bar.
     pub transfer: &'a TransferFunction,
-    /// How values along rays become a colour: opacities beside the legend's colours are those of compositing, an iso-value is marked.
+    /// Blend mode. The colour bar shows opacities for compositing and marks an iso-value.
     pub blend: Blend,
-    /// What the picture will stand on: light lines and letters on dark ones, dark on light ones.
+    /// Background of the picture. Lines and text are light on dark backgrounds and dark on light ones.
     pub background: Background,
 }
 
 impl Annotations {
-    /// Whether nothing is to be drawn.
+    /// Whether no annotation is enabled.
     pub fn is_empty(&self) -> bool {
         !(self.legend || self.bounding_box || self.axes)
     }
 
-    /// The frame with them.
+    /// Draws the annotations on a frame.
     ///
     /// # Errors
-    /// Of a camera without a view, and where there is no memory for what is drawn.
+    /// If the camera is invalid, or memory is insufficient.
     pub fn drawn(&self, frame: Frame, shown: Shown) -> Result<Frame, Error> {
         if self.is_empty() {
             return Ok(frame);
         }
         let viewport = Viewport::new(frame.width(), frame.height())?;
-        // Two canvases, and the frame that they make.
+        // Two RGBA8 canvases and a float frame.
         memory::require("annotations", viewport.pixels() as u64 * (4 + 4 + 16))?;
         let screen = Screen::new(shown.camera, viewport)?;
         let [mut under, mut over] = [Canvas::new(viewport, shown.background)?, Canvas::new(viewport, shown.background)?];
@@ -106,7 +107,7 @@ impl Annotations {
     }
 }
 
-/// Draws a label into the upper left corner of a picture.
+/// Draws a label in the upper left corner of a picture.
 ///
 /// ```
 /// use layersplat::{Background, Frame, Viewport};
@@ -119,7 +120,7 @@ impl Annotations {
 /// ```
 ///
 /// # Errors
-/// Where there is no memory for it.
+/// If memory is insufficient.
 pub fn labelled(frame: Frame, label: &str, background: Background) -> Result<Frame, Error> {
     let viewport = Viewport::new(frame.width(), frame.height())?;
     let [under, mut over] = [Canvas::new(viewport, background)?, Canvas::new(viewport, background)?];
@@ -128,7 +129,7 @@ pub fn labelled(frame: Frame, label: &str, background: Background) -> Result<Fra
     Ok(composed(frame, viewport, &under, &over))
 }
 
-/// One over the frame over the other.
+/// Composites `over` on the frame on `under`.
 fn composed(frame: Frame, viewport: Viewport, under: &Canvas, over: &Canvas) -> Frame {
     let mut pixels = frame.into_pixels();
     pixels.par_iter_mut().enumerate().for_each(|(n, pixel)| {
@@ -137,7 +138,7 @@ fn composed(frame: Frame, viewport: Viewport, under: &Canvas, over: &Canvas) -> 
     Frame::new(viewport, pixels)
 }
 
-/// A premultiplied pixel over another. Where there is none, the other is untouched to the bit.
+/// Composites a premultiplied pixel over another. A transparent pixel leaves the other one bit-identical.
 fn on(above: [f32; 4], below: [f32; 4]) -> [f32; 4] {
     let through = 1.0 - above[3];
     std::array::from_fn(|i| above[i] + through * below[i])

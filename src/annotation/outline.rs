@@ -1,15 +1,15 @@
-//! The box around the voxels.
+//! Bounding box of the voxels.
 
 use super::canvas::Canvas;
 use super::screen::Screen;
 use crate::volume::Grid;
 use glam::DVec3;
 
-/// Opacity of the nearest and of the farthest edges: these fade with depth.
+/// Opacities of the nearest and the farthest edges; opacity decreases linearly with depth.
 const OPACITY: (f64, f64) = (0.95, 0.4);
 
-/// Draws the box's twelve edges: over the volume those of faces that the eye sees, under it the others. As the box is convex and the volume
-/// is in it, that is the right order for each of them as a whole.
+/// Draws the twelve edges: those of front faces over the volume, the others under it. The box is convex and encloses the volume, so this
+/// order is correct for whole edges.
 pub(super) fn draw(screen: &Screen, grid: &Grid, under: &mut Canvas, over: &mut Canvas) {
     let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0));
     let to_world = grid.index_to_world();

@@ -1,16 +1,16 @@
-//! A bar as long as a round number of world units.
+//! Scale bar with a round length in world units.
 
 use super::canvas::Canvas;
 use super::screen::Screen;
 use super::ticks::{round_up, written};
 use glam::DVec2;
 
-/// Share of the picture's width that the bar takes at most.
+/// Longest bar, as a fraction of the picture's width.
 const LONGEST: f64 = 0.22;
-/// From the picture's edges, in pixels at a scale of 1.
+/// Distance from the edges of the picture, in pixels at scale 1.
 const MARGIN: f64 = 16.0;
 
-/// In the lower right corner, where the scale is the same everywhere.
+/// Draws the bar in the lower right corner. Perspective views have no uniform scale and get no bar.
 pub(super) fn draw(screen: &Screen, units: Option<&str>, canvas: &mut Canvas) {
     let Some(per_unit) = screen.pixels_per_unit() else { return };
     let (width, height) = (f64::from(canvas.viewport().width), f64::from(canvas.viewport().height));
@@ -31,7 +31,7 @@ pub(super) fn draw(screen: &Screen, units: Option<&str>, canvas: &mut Canvas) {
     canvas.text([beside, left.y - 6.0 * scale - size.y], &label);
 }
 
-/// The largest of 1, 2 and 5 times a power of ten that is not above a number.
+/// Largest number of the form 1, 2 or 5 times a power of ten that does not exceed `number`.
 fn round_down(number: f64) -> f64 {
     let above = round_up(number);
     let power = 10f64.powf(above.log10().floor() - 1.0);

@@ -1,4 +1,4 @@
-//! Where world points are on the screen.
+//! Projection of world points to the screen.
 
 use crate::camera::{Basis, Camera, Projection};
 use crate::error::Error;
@@ -11,7 +11,7 @@ pub(super) struct Screen {
     viewport: Viewport,
 }
 
-/// Least depth of points before the eye, as a share of the distance to the focal point.
+/// Near plane of perspective views, as a fraction of the distance to the focal point.
 const NEAREST: f64 = 1e-3;
 
 impl Screen {
@@ -23,7 +23,7 @@ impl Screen {
         &self.basis
     }
 
-    /// Pixels per world unit, where that is the same everywhere.
+    /// Pixels per world unit, if that is uniform.
     pub fn pixels_per_unit(&self) -> Option<f64> {
         match self.camera.projection {
             Projection::Parallel { scale } => Some(f64::from(self.viewport.height) / 2.0 / scale),
@@ -31,7 +31,7 @@ impl Screen {
         }
     }
 
-    /// Whether the eye is on the side that a normal at a point shows to.
+    /// Whether a surface with this normal at a point faces the camera.
     pub fn faces(&self, point: DVec3, normal: DVec3) -> bool {
         match self.camera.projection {
             Projection::Parallel { .. } => normal.dot(self.basis.forward) < 0.0,
@@ -39,12 +39,12 @@ impl Screen {
         }
     }
 
-    /// Distance from the eye's plane.
+    /// Distance from the plane through the eye.
     pub fn depth(&self, point: DVec3) -> f64 {
         (point - self.camera.position).dot(self.basis.forward)
     }
 
-    /// A line in pixels, as far as it lies before the eye. Pixel (0, 0) is from (0, 0) to (1, 1).
+    /// Projects a line to pixel coordinates, clipped at the near plane. Pixel (0, 0) covers (0, 0) to (1, 1).
     pub fn line(&self, from: DVec3, to: DVec3) -> Option<[DVec2; 2]> {
         if let Projection::Parallel { .. } = self.camera.projection {
             return Some([self.pixel(from), self.pixel(to)]);
@@ -59,7 +59,7 @@ impl Screen {
         Some(ends.map(|end| self.pixel(end)))
     }
 
-    /// A point before the eye.
+    /// Projects a point in front of the eye.
     fn pixel(&self, point: DVec3) -> DVec2 {
         let from_middle = point - self.camera.focal_point;
         let (width, height) = (f64::from(self.viewport.width), f64::from(self.viewport.height));

@@ -23,7 +23,7 @@ fn drawn(annotations: &Annotations, fill: [f32; 4], projection: Projection) -> F
 
 const PARALLEL: Projection = Projection::Parallel { scale: 20.0 };
 
-/// Seen along z, half the height 20 units on 80 pixels: the box's sides lie 5 units (20 pixels) and 10 units (40) from the middle.
+/// Seen along z with a half height of 20 units on 80 pixels. The sides of the box lie 5 units (20 pixels) and 10 units (40) from the centre.
 #[test]
 fn the_box_is_where_the_voxels_are() {
     let bounding_box = Annotations { bounding_box: true, ..Annotations::default() };
@@ -36,13 +36,13 @@ fn the_box_is_where_the_voxels_are() {
         assert!(opaque(100, row), "{row}");
     }
     assert!(!opaque(90, 80) && !opaque(70, 80) && !opaque(100, 60) && !opaque(100, 30));
-    // Nearer things are larger in a perspective: the front of the box reaches beyond where it was, its back does not reach it.
+    // In a perspective, the front face is larger than in the parallel view and the back face smaller.
     let wide = drawn(&bounding_box, [0.0; 4], Projection::Perspective { field_of_view: 2.0 * 0.1f64.atan().to_degrees() });
     let columns: Vec<u32> = (0..200).filter(|&column| wide.pixel(column, 80)[3] > 0.4).collect();
     assert!(columns.iter().any(|c| (75..80).contains(c)) && columns.iter().any(|c| (80..84).contains(c)), "{columns:?}");
 }
 
-/// What is opaque hides the back edges; those before it are seen.
+/// An opaque volume hides the back edges; the front edges remain visible.
 #[test]
 fn the_volume_hides_what_is_behind_it() {
     let (grid, transfer, viewport) = scene();
@@ -53,16 +53,16 @@ fn the_volume_hides_what_is_behind_it() {
     let on = |fill| bounding_box.drawn(Frame::new(viewport, vec![fill; viewport.pixels()]), shown).unwrap();
     let count = |frame: &Frame, bare: [f32; 4]| frame.pixels().iter().filter(|&&pixel| pixel != bare).count();
     let (empty, opaque) = (count(&on([0.0; 4]), [0.0; 4]), count(&on([0.5, 0.5, 0.5, 1.0]), [0.5, 0.5, 0.5, 1.0]));
-    // Three edges of twelve are at the back.
+    // Three of the twelve edges are at the back.
     assert!(opaque > empty / 2 && opaque < empty * 9 / 10, "{opaque} of {empty}");
 }
 
-/// The bar's colours are those of the transfer function, its top the largest value.
+/// The bar has the colours of the transfer function, with the largest value at the top.
 #[test]
 fn the_legend_shows_the_colours() {
     let legend = Annotations { legend: true, ..Annotations::default() };
     let frame = drawn(&legend, [0.0; 4], PARALLEL);
-    // 160 · 0.44 rows, from the middle.
+    // 160 · 0.44 rows, centred vertically.
     let (top, bottom) = (80 - 35 + 2, 80 + 35 - 3);
     let is = |pixel: [f32; 4], red: bool| pixel[3] > 0.9 && (pixel[0] > 0.8) == red && (pixel[2] > 0.8) != red && pixel[1] < 0.1;
     let found = |row: u32, red: bool| (100..200).filter(|&column| is(frame.pixel(column, row), red)).count();
@@ -70,7 +70,7 @@ fn the_legend_shows_the_colours() {
     assert_eq!((found(top, true), found(bottom, false)), (0, 0));
 }
 
-/// Opacities stand beside it where they are seen; an iso-value is a line across it.
+/// Compositing shows opacities beside the bar; an iso-value is a line across it.
 #[test]
 fn the_legend_shows_what_the_blend_mode_shows() {
     let (grid, transfer, viewport) = scene();
@@ -79,7 +79,7 @@ fn the_legend_shows_what_the_blend_mode_shows() {
     let left = |blend| {
         let shown = Shown { camera: &camera, grid: &grid, transfer: &transfer, blend, background: Background::BLACK };
         let frame = legend.drawn(Frame::new(viewport, vec![[0.0; 4]; viewport.pixels()]), shown).unwrap();
-        // The first column in which each row shows anything.
+        // The leftmost drawn column of each row.
         let first = |row: u32| (100..200).find(|&column| frame.pixel(column, row)[3] > 0.5).unwrap_or(200);
         [47, 62, 80, 97].map(first)
     };
@@ -88,13 +88,13 @@ fn the_legend_shows_what_the_blend_mode_shows() {
     let bar = left(Blend::Maximum)[0];
     assert_eq!(left(Blend::Maximum), [bar; 4]);
     assert!(composited[0] < bar);
-    // At a quarter of the values: 160 · 0.44 / 4 rows below the middle.
+    // At a quarter of the range: 160 · 0.44 / 4 rows below the centre.
     let iso = left(Blend::Iso(25.0));
     assert!(iso[..3] == [bar; 3] && iso[3] < bar, "{iso:?}");
     assert_eq!(left(Blend::Iso(250.0)), [bar; 4]);
 }
 
-/// 20 units on 80 pixels; of 200 columns, 44 may be a bar: 11 units, of which 10 are round.
+/// 20 units span 80 pixels. At 44 of 200 columns the bar could be 11 units long; 10 is round.
 #[test]
 fn the_scale_bar_is_as_long_as_it_says() {
     let legend = Annotations { legend: true, ..Annotations::default() };
@@ -112,7 +112,7 @@ fn axes_point_where_they_should() {
     assert!(red(70, 110) && green(50, 90) && !red(30, 110) && !green(50, 130));
 }
 
-/// On an empty frame and elsewhere on a full one, pixels stay what they were to the bit.
+/// Pixels without annotations stay bit-identical, on an empty and on a filled frame.
 #[test]
 fn what_is_not_drawn_on_is_not_touched() {
     let all =
@@ -125,7 +125,7 @@ fn what_is_not_drawn_on_is_not_touched() {
     assert_eq!(drawn(&Annotations::default(), fill, PARALLEL).pixels(), vec![fill; 200 * 160]);
 }
 
-/// An eye in the box sees lines before it only; degenerate sizes draw nothing that fails.
+/// An eye inside the box sees the lines in front of it only. Degenerate sizes must not fail.
 #[test]
 fn odd_views_do_no_harm() {
     let (grid, transfer, _) = scene();

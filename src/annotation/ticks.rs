@@ -1,6 +1,6 @@
-//! Round numbers along a range.
+//! Round tick values of a range.
 
-/// Round numbers from `lo` to `hi`, at most `most` (2 or more) steps apart: multiples of 1, 2 or 5 times a power of ten, and as they are written.
+/// Tick values from `lo` to `hi` with at most `most` (2 or more) steps, and their labels. Steps are 1, 2 or 5 times a power of ten.
 pub(super) fn ticks(lo: f64, hi: f64, most: usize) -> Vec<(f64, String)> {
     let range = hi - lo;
     if !(range.is_finite() && range > 0.0) {
@@ -13,18 +13,18 @@ pub(super) fn ticks(lo: f64, hi: f64, most: usize) -> Vec<(f64, String)> {
     values.map(|value| (value.clamp(lo, hi), written(value, step))).collect()
 }
 
-/// The smallest of 1, 2 and 5 times a power of ten that is not below a number above 0.
+/// Smallest number of the form 1, 2 or 5 times a power of ten that is at least `number`, which must be positive.
 pub(super) fn round_up(number: f64) -> f64 {
     let power = 10f64.powf(number.log10().floor());
     let factors = [1.0, 2.0, 5.0, 10.0];
-    // A hair below counts as on it.
+    // Tolerate rounding errors.
     power * factors.into_iter().find(|factor| factor * power >= number * (1.0 - 1e-9)).unwrap_or(10.0)
 }
 
-/// A number with as many digits as multiples of a step need.
+/// Formats a number with the digits that multiples of `step` need.
 pub(super) fn written(value: f64, step: f64) -> String {
     let size = value.abs().max(step);
-    // Multiples of a step near 0 that came out as −0 or 1e−17.
+    // Multiples near 0 may come out as −0 or 1e−17.
     let value = if value.abs() < step * 1e-6 { 0.0 } else { value };
     if (1e-4..1e6).contains(&size) && step >= 1e-4 {
         let decimals = (-(step * (1.0 + 1e-9)).log10().floor()).clamp(0.0, 6.0) as usize;

@@ -1,10 +1,10 @@
-//! Smooth ways between cameras.
+//! Smooth camera paths.
 
 use super::{Camera, Orbit, Projection};
 use crate::error::Error;
 use glam::{DMat3, DQuat, DVec3};
 
-/// A camera at a time.
+/// A camera at a point in time.
 ///
 /// ```
 /// use layersplat::camera::Key;
@@ -15,16 +15,19 @@ use glam::{DMat3, DQuat, DVec3};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Key {
-    /// In seconds.
+    /// Time in seconds.
     pub time: f64,
-    /// The camera then.
+    /// Camera at that time.
     pub camera: Camera,
-    /// Where it stands, if it was made by [`Camera::orbit`] from that: between such keys it orbits, as many turns as there are degrees.
+    /// The orbit from which [`Camera::orbit`] made the camera, if any. Between such keys the angles are interpolated, so a path may include
+    /// full turns.
     pub orbit: Option<Orbit>,
 }
 
-/// A smooth way through cameras: position and direction change without a jerk, and nothing goes beyond its keys on the way. Distances, sizes
-/// and fields of view change by factors.
+/// A smooth path through key cameras.
+///
+/// Position and direction are continuously differentiable in time. Interpolation never overshoots the keys. Distances, sizes and fields
+/// of view are interpolated logarithmically.
 ///
 /// ```
 /// use layersplat::camera::{CameraPath, Key};
@@ -43,17 +46,21 @@ pub struct Key {
 #[derive(Clone, Debug)]
 pub struct CameraPath {
     times: Vec<f64>,
-    /// Of each key: focal point, logarithms of distance and size, and where it stands.
+    /// Interpolated parameters of each key: focal point, logarithms of distance and size, and orientation.
     numbers: Vec<[f64; NUMBERS]>,
     orbiting: bool,
     parallel: bool,
 }
 
-/// Three of the focal point, two logarithms, three angles or four of a quaternion.
+/// Three for the focal point, two logarithms, three angles or four of a quaternion.
 const NUMBERS: usize = 9;
 
 impl CameraPath {
-    /// A way through keys: at least one, their times finite and ascending, all parallel or all perspectives.
+    /// Creates a path through `keys`.
+    ///
+    /// # Errors
+    /// [`Error::Camera`] if there are no keys, their times are not finite and ascending, a camera is invalid, or parallel and perspective
+    /// projections are mixed.
     pub fn new(keys: Vec<Key>) -> Result<Self, Error> {
         let invalid = |problem| Err(Error::Camera { problem });
         let Some(first) = keys.first() else { return invalid("a path needs at least one key") };
@@ -63,13 +70,13 @@ impl CameraPath {
         let is_parallel = |key: &Key| matches!(key.camera.projection, Projection::Parallel { .. });
         let parallel = is_parallel(first);
         if keys.iter().any(|key| is_parallel(key) != parallel) {
-            return invalid("the keys of a path must be all parallel, or all perspectives");
+            return invalid("the keys of a path must be all parallel or all perspective");
         }
         let orbiting = keys.iter().all(|key| key.orbit.is_some());
         let mut numbers: Vec<[f64; NUMBERS]> = Vec::with_capacity(keys.len());
         for key in &keys {
             let mut found = numbers_of(key, orbiting)?;
-            // A quaternion and its opposite are the same turn: the one nearer to that of the key before.
+            // A quaternion and its negative are the same rotation: choose the one closer to the previous key.
             let opposite = |last: &[f64; NUMBERS]| (5..NUMBERS).map(|i| last[i] * found[i]).sum::<f64>() < 0.0;
             if !orbiting && numbers.last().is_some_and(opposite) {
                 found[5..].iter_mut().for_each(|n| *n = -*n);
@@ -79,12 +86,12 @@ impl CameraPath {
         Ok(Self { times: keys.iter().map(|key| key.time).collect(), numbers, orbiting, parallel })
     }
 
-    /// Times of the first and the last key.
+    /// Times of the first and the last key, in seconds.
     pub fn span(&self) -> (f64, f64) {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
-    /// The camera at a time; before the first and after the last key it stands still.
+    /// The camera at `time` in seconds; constant before the first and after the last key.
     pub fn at(&self, time: f64) -> Camera {
         let numbers: [f64; NUMBERS] = std::array::from_fn(|i| self.number(i, time));
         let [x, y, z, distance, size, stand @ ..] = numbers;
@@ -101,7 +108,7 @@ impl CameraPath {
         Camera { position: focal_point + axes.z_axis * distance, focal_point, view_up: axes.y_axis, projection }
     }
 
-    /// One of the numbers at a time: cubic between two keys, with the slopes at these.
+    /// One parameter at a time: a cubic Hermite spline.
     fn number(&self, i: usize, time: f64) -> f64 {
         let after = self.times.partition_point(|&t| t <= time);
         if after == 0 || after == self.times.len() {
@@ -116,8 +123,8 @@ impl CameraPath {
         from + (to - from) * eased + t * rest * (leaving * rest - arriving * t)
     }
 
-    /// The slope at a key: the harmonic mean of those before and after, weighted by time (Fritsch & Butland), 0 where these have
-    /// different signs. Neither overshoots.
+    /// Slope at a key: the time-weighted harmonic mean of the adjacent secants (Fritsch & Butland), or 0 if their signs differ. This
+    /// prevents overshoot.
     fn slope(&self, k: usize, i: usize) -> f64 {
         let secant = |k: usize| (self.numbers[k + 1][i] - self.numbers[k][i]) / self.step(k);
         match (k > 0, k + 1 < self.times.len()) {
@@ -161,7 +168,7 @@ fn numbers_of(key: &Key, orbiting: bool) -> Result<[f64; NUMBERS], Error> {
 mod tests {
     use super::*;
 
-    /// Of positions and directions, in f64, after a few dozen operations.
+    /// Rounding error of positions and directions after a few dozen operations in f64.
     const ROUNDING: f64 = 1e-9;
 
     fn key(time: f64, azimuth: f64, scale: f64) -> Key {
@@ -179,7 +186,7 @@ mod tests {
         scale
     }
 
-    /// How far apart what two cameras see is.
+    /// Distance between the views of two cameras.
     fn apart(a: Camera, b: Camera) -> f64 {
         let (p, q) = (a.basis().unwrap(), b.basis().unwrap());
         let turned = p.up.distance(q.up) + p.forward.distance(q.forward);
@@ -200,13 +207,13 @@ mod tests {
                 let scale = scale(path.at(f64::from(n) / 100.0));
                 assert!((1.0 - ROUNDING..=4.0 + ROUNDING).contains(&scale), "{n}: {scale}");
             }
-            // Between equal keys it stands still, as before the first and after the last.
+            // Constant between equal keys, before the first and after the last.
             assert!(apart(path.at(1.25), keys[1].camera) < ROUNDING);
             assert!(apart(path.at(-1.0), keys[0].camera) < ROUNDING && apart(path.at(9.0), keys[3].camera) < ROUNDING);
         }
     }
 
-    /// Of steps of a thousandth, none is much longer than the one before: no jerks, at keys neither.
+    /// At steps of 1/1000, no step is much longer than the previous one: no jumps in speed, at keys included.
     #[test]
     fn motion_is_smooth() {
         let keys = vec![key(0.0, 0.0, 1.0), key(1.0, 50.0, 2.0), key(3.0, 90.0, 2.5), key(4.0, 170.0, 1.0)];

@@ -1,4 +1,4 @@
-//! What there is to check: the kernels that draw a view, by the way they are chosen.
+//! Kernel families: the units of a device check.
 
 use crate::layers::Kernel;
 use crate::renderer::Plan;
@@ -6,10 +6,10 @@ use crate::settings::{Blend, Classification, Layered, Settings};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Kernels that draw a picture together, all that prepare it included.
+/// A family of kernels that render a picture together, including preparation.
 ///
-/// One of each program is checked: with bytes as voxels, and of the programs that are built anew for a kernel or a blend mode, those named
-/// here.
+/// The check covers each program once, with uint8 voxels. Of programs that are specialised for a kernel or a blend mode, it covers the
+/// variants named here.
 ///
 /// ```
 /// use layersplat::check::Family;
@@ -22,31 +22,31 @@ use std::fmt;
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Family {
-    /// Layers sampled at points, on a lattice: the default.
+    /// Point-sampled layers on a lattice: the default.
     PointLattice,
-    /// The same through the B-spline, with its prefilter.
+    /// Point-sampled layers on a lattice with the B-spline and its prefilter.
     Spline,
-    /// The same where values are gathered.
+    /// Point-sampled layers on a lattice with maximum, minimum or average.
     PointValues,
-    /// The same where an iso-surface is found.
+    /// Point-sampled layers on a lattice with an iso-surface.
     PointSurface,
-    /// Layers sampled at points, per pixel.
+    /// Point-sampled layers, per pixel.
     PointPixels,
-    /// Splatted layers on a lattice, in parallel views.
+    /// Splatted layers on a lattice, parallel projection.
     SplatLattice,
-    /// The same in perspectives.
+    /// Splatted layers on a lattice, perspective projection.
     SplatPerspective,
-    /// Splatted layers per pixel, with the footprints of the view.
+    /// Splatted layers per pixel, with exact footprints.
     SplatPixels,
-    /// The same with the paper's footprint set.
+    /// Splatted layers per pixel, with the paper's footprint set.
     FootprintSet,
     /// Ray casting.
     Raycast,
-    /// Ray casting with pre-integrated segments: layers where no lattice reaches.
+    /// Ray casting with pre-integrated segments, which replaces lattices that cannot cover a view.
     CastSegments,
-    /// Ray casting where values are gathered.
+    /// Ray casting with maximum, minimum or average.
     CastValues,
-    /// Ray casting where an iso-surface is found.
+    /// Ray casting with an iso-surface.
     CastSurface,
     /// Pre-integrated slicing.
     Slicing,
@@ -57,7 +57,7 @@ pub enum Family {
 }
 
 impl Family {
-    /// All of them.
+    /// All families.
     pub const ALL: [Family; 16] = [
         Family::PointLattice,
         Family::Spline,
@@ -77,7 +77,7 @@ impl Family {
         Family::ViewSheets,
     ];
 
-    /// Its name, as in reports.
+    /// Name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Family::PointLattice => "point-lattice",
@@ -99,7 +99,7 @@ impl Family {
         }
     }
 
-    /// What draws a view that is planned so; `parallel` if its rays are.
+    /// The family that renders a plan; `parallel`: whether the projection is parallel.
     pub fn of(plan: &Plan, settings: &Settings, parallel: bool) -> Self {
         match plan {
             Plan::Lattice(_, layered) | Plan::Shared(_, layered) => Self::on_lattice(layered, settings.blend, parallel),
@@ -143,6 +143,6 @@ mod tests {
         for family in Family::ALL {
             assert_eq!(serde_json::to_value(family).unwrap(), family.name());
         }
-        assert!(Family::ALL.is_sorted(), "figures.png has a row for each, in this order");
+        assert!(Family::ALL.is_sorted(), "figures.png has a row for each family, in this order");
     }
 }

@@ -1,25 +1,25 @@
-//! What the pictures are to be, stored, and how far drawn ones are from it.
+//! Expected pictures, and the comparison of rendered pictures with them.
 
 use super::Family;
 use super::pictures::{SIZE, VIEWS};
 use crate::image::{Background, Frame};
 use std::sync::LazyLock;
 
-/// Premultiplied RGBA in 16 bits: a row of pictures per family, a column per view. They are drawn by `truth.rs`, in `f64` on the host: what is
-/// true, not what some device once showed. `cargo test --lib figures -- --ignored` writes them.
+/// Premultiplied 16-bit RGBA: a row of pictures per family, a column per view. `truth.rs` computes them in `f64` on the host, independent
+/// of any device. `cargo test --lib figures -- --ignored` writes the file.
 const FILE: &[u8] = include_bytes!("figures.png");
 
-/// Largest difference of a channel that is taken for right: two steps of an 8-bit picture.
+/// Largest accepted difference of a channel: two 8-bit steps.
 ///
-/// Devices differ from the reference by what they approximate: tables of 4096 entries, footprints by quadrature, slicing's 256 values. Of
-/// these pictures that is half a step at most, on PoCL and Intel (the tests allow one); other floats have room beside it. A lattice warped a
-/// tenth of a pixel aside is off by five.
+/// Devices differ from the reference by approximations: tables of 4096 entries, footprints by quadrature, slicing's 256 values. For these
+/// pictures that is at most half a step on PoCL and Intel (the tests allow one); the rest is a margin for other floating-point
+/// implementations. A lattice warped by a tenth of a pixel is off by five steps.
 pub const TOLERANCE: f64 = 2.0 / 255.0;
 
-/// Half a step of 8 bits: what a displayed picture may differ more.
+/// Half an 8-bit step: additional tolerance of displayed pictures.
 const ROUNDING: f64 = 0.5 / 255.0;
 
-/// Behind displayed pictures: other than black and white in all channels.
+/// Background of displayed pictures, different from black and white in all channels.
 pub(super) const BACKGROUND: Background = Background::Color([0.2, 0.4, 0.8]);
 
 static SHEET: LazyLock<Vec<[f32; 4]>> = LazyLock::new(|| {
@@ -28,29 +28,29 @@ static SHEET: LazyLock<Vec<[f32; 4]>> = LazyLock::new(|| {
     assert_eq!(
         sheet.dimensions(),
         (columns() as u32, Family::ALL.len() as u32 * SIZE.height),
-        "figures.png is of other pictures"
+        "figures.png has an unexpected size"
     );
     sheet.pixels().map(|pixel| pixel.0.map(|c| f32::from(c) / f32::from(u16::MAX))).collect()
 });
 
-/// Pixels of a row of the sheet.
+/// Width of the sheet in pixels.
 fn columns() -> usize {
     VIEWS * SIZE.width as usize
 }
 
-/// The picture that view `n` of a family is to be.
+/// The expected picture of view `n` of a family.
 pub(super) fn expected(family: Family, n: usize) -> Frame {
     let (width, height) = (SIZE.width as usize, SIZE.height as usize);
     let row = |y: usize| (family as usize * height + y) * columns() + n * width;
     Frame::new(SIZE, (0..height).flat_map(|y| &SHEET[row(y)..][..width]).copied().collect())
 }
 
-/// Largest difference of any channel of any pixel; what is not a number differs by infinity.
+/// Largest difference of any channel of any pixel; infinite for NaN.
 pub(super) fn difference(found: &Frame, expected: &Frame) -> f64 {
     found.compare(expected).map_or(f64::INFINITY, |comparison| comparison.max_difference)
 }
 
-/// The same of a picture that is displayed over [`BACKGROUND`], less what its rounding explains.
+/// Largest difference of a picture displayed over [`BACKGROUND`], minus the error of rounding to 8 bits.
 pub(super) fn displayed_difference(found: &[u8], expected: &Frame) -> f64 {
     if found.len() != 4 * SIZE.pixels() {
         return f64::INFINITY;
@@ -67,7 +67,7 @@ mod tests {
     use image::{ImageBuffer, Rgba};
     use std::path::Path;
 
-    /// The lower bits say nothing of what is compared, and do not pack: 12 of 16 are kept.
+    /// The lowest bits are irrelevant to the comparison and do not compress: 12 of 16 are kept.
     const KEPT: u16 = !15;
 
     fn sheet() -> ImageBuffer<Rgba<u16>, Vec<u16>> {
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "writes src/check/figures.png, after a change of the pictures"]
+    #[ignore = "writes src/check/figures.png, needed after a change of the pictures"]
     fn write_figures() {
         sheet().save(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/check/figures.png")).unwrap();
     }
@@ -92,9 +92,9 @@ mod tests {
         let stored = image::load_from_memory(FILE).unwrap().into_rgba16();
         let new = sheet();
         assert_eq!(stored.dimensions(), new.dimensions());
-        // Another libm may round the last bit that is kept otherwise.
+        // Another libm may round the last kept bit differently.
         let far = stored.pixels().zip(new.pixels()).filter(|(a, b)| (0..4).any(|c| a.0[c].abs_diff(b.0[c]) > 16)).count();
-        assert_eq!(far, 0, "pixels differ: write the figures anew");
+        assert_eq!(far, 0, "pixels differ: write the figures again");
         for family in Family::ALL {
             for n in 0..VIEWS {
                 let frame = expected(family, n);
@@ -104,7 +104,7 @@ mod tests {
         }
     }
 
-    /// What a broken device may show is noticed in every picture.
+    /// Typical failures of broken devices are detected in every picture.
     #[test]
     fn wrong_pictures_differ() {
         let changed = |frame: &Frame, change: &dyn Fn(u32, u32) -> [f32; 4]| {
@@ -117,14 +117,14 @@ mod tests {
                 let what = format!("{family} {n}");
                 assert_eq!(difference(&right, &right), 0.0);
                 assert!(displayed_difference(&right.to_rgba8(BACKGROUND), &right) < 1e-6, "{what}");
-                // Black with alpha 1, as rusticl had it; nothing at all; no number.
+                // Black with alpha 1, as rusticl rendered; an empty picture; NaN.
                 assert!(changed(&right, &|_, _| [0.0, 0.0, 0.0, 1.0]) > 10.0 * TOLERANCE, "{what}");
                 assert!(changed(&right, &|_, _| [0.0; 4]) > 10.0 * TOLERANCE, "{what}");
                 assert_eq!(changed(&right, &|_, _| [f32::NAN; 4]), f64::INFINITY, "{what}");
-                // A pixel to the left, or up.
+                // Shifted by a pixel to the left, or up.
                 assert!(changed(&right, &|x, y| right.pixel((x + 1).min(SIZE.width - 1), y)) > 2.0 * TOLERANCE, "{what}");
                 assert!(changed(&right, &|x, y| right.pixel(x, (y + 1).min(SIZE.height - 1))) > 2.0 * TOLERANCE, "{what}");
-                // Three steps of 8 bits off in one channel of one pixel.
+                // Three 8-bit steps off in one channel of one pixel.
                 for channel in 0..4 {
                     let off = changed(&right, &|x, y| {
                         let mut pixel = right.pixel(x, y);

@@ -1,6 +1,6 @@
-//! Whether a device draws what it should: small pictures through every kernel family, beside stored figures.
+//! Device check: renders small pictures with every kernel family and compares them with stored ones.
 //!
-//! Compilers for OpenCL fail in many ways: they refuse, they crash, and some draw a wrong picture without a word. [`Device::check`] tells.
+//! OpenCL compilers fail in many ways: they reject kernels, crash, or silently produce wrong pictures. [`Device::check`] detects this.
 
 mod family;
 mod figures;
@@ -19,7 +19,7 @@ use crate::renderer::Renderer;
 use pictures::{Picture, SIZE};
 use serde::{Deserialize, Serialize};
 
-/// What a check found of one family.
+/// Result of the check of one family.
 ///
 /// ```
 /// use layersplat::check::Family;
@@ -32,38 +32,39 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Verdict {
-    /// What was checked.
+    /// Checked family.
     pub family: Family,
-    /// Largest difference of any channel, 0 … 1, from what is right; `None` where a picture is missing or has what is no number.
+    /// Largest difference of any channel from the expected picture, 0 … 1; `None` if a picture is missing or contains NaN.
     pub largest_difference: Option<f64>,
-    /// What is wrong, of a family that fails.
+    /// Description of the failure; `None` if the family passed.
     pub problem: Option<String>,
 }
 
 impl Verdict {
-    /// Of a family whose pictures differ so much.
+    /// Verdict for a family with this largest difference.
     fn of(family: Family, largest_difference: f64) -> Self {
         let [off, allowed] = [largest_difference, TOLERANCE].map(|d| d * 255.0);
         let problem = if off.is_finite() {
-            (off > allowed).then(|| format!("the picture is wrong: off by {off:.1} of 255 steps, where {allowed:.1} are allowed"))
+            (off > allowed)
+                .then(|| format!("the picture is wrong: off by {off:.1} of 255 steps, more than the allowed {allowed:.1}"))
         } else {
-            Some("the picture is wrong: it has what is no number".into())
+            Some("the picture is wrong: it contains NaN".into())
         };
         Self { family, largest_difference: Some(largest_difference).filter(|d| d.is_finite()), problem }
     }
 
-    /// Of a family that drew nothing.
+    /// Verdict for a family that could not be rendered.
     pub fn failed(family: Family, problem: impl Into<String>) -> Self {
         Self { family, largest_difference: None, problem: Some(problem.into()) }
     }
 
-    /// Whether it draws what it should.
+    /// Whether the family renders correctly.
     pub fn passed(&self) -> bool {
         self.problem.is_none()
     }
 }
 
-/// What a check found of a device.
+/// Result of the check of a device.
 ///
 /// ```
 /// use layersplat::check::{CheckReport, Family, Verdict};
@@ -85,7 +86,7 @@ pub struct CheckReport {
 }
 
 impl CheckReport {
-    /// Gathers verdicts on a device.
+    /// Collects verdicts on a device.
     pub fn new(device: &Device, verdicts: Vec<Verdict>) -> Self {
         Self { device: device.info().name.clone(), verdicts }
     }
@@ -95,10 +96,10 @@ impl CheckReport {
         self.verdicts.iter().all(Verdict::passed)
     }
 
-    /// Refuses a device that failed.
+    /// Returns an error for a device that failed.
     ///
     /// # Errors
-    /// [`Error::DeviceFailed`] names the families that failed, with what is wrong with each.
+    /// [`Error::DeviceFailed`], which names the families that failed and their problems.
     pub fn require(&self) -> Result<(), Error> {
         let failures = self.verdicts.iter().filter_map(|v| v.problem.as_ref().map(|problem| format!("{}: {problem}", v.family)));
         let failures: Vec<String> = failures.collect();
@@ -110,12 +111,13 @@ impl CheckReport {
 }
 
 impl Device {
-    /// Draws small pictures through every kernel family and compares them with what is right. A driver that crashes takes the process with
-    /// it; the command `layersplat devices --check` has a process of its own for that.
+    /// Renders small pictures with every kernel family and compares them with expected ones.
+    ///
+    /// A driver that crashes takes the process with it; the command `layersplat devices --check` runs the check in a separate process.
     ///
     /// # Errors
-    /// What says nothing about the device: no memory, or nowhere to put kernels. A device that does not build a program, does not run it or
-    /// draws a wrong picture is no error here: the report says so, and [`CheckReport::require`] makes it one.
+    /// If the check cannot run for reasons other than the device: lack of memory, or an unwritable kernel cache. Failed builds, failed kernels
+    /// and wrong pictures are not errors: the report contains them, and [`CheckReport::require`] converts them to an error.
     ///
     /// ```no_run
     /// # fn main() -> Result<(), layersplat::Error> {
@@ -129,10 +131,10 @@ impl Device {
         Ok(CheckReport::new(self, verdicts))
     }
 
-    /// The same of one family.
+    /// Checks one family.
     ///
     /// # Errors
-    /// As of [`check`](Self::check).
+    /// As [`check`](Self::check).
     pub fn check_family(&self, family: Family) -> Result<Verdict, Error> {
         match self.largest_difference(family) {
             Ok(largest) => Ok(Verdict::of(family, largest)),
@@ -141,7 +143,7 @@ impl Device {
         }
     }
 
-    /// Draws the family's pictures, as floats and displayed.
+    /// Renders the pictures of the family as floats and displayed, and returns the largest difference.
     fn largest_difference(&self, family: Family) -> Result<f64, Error> {
         let mut renderer = Renderer::new(self, &pictures::volume(), &pictures::transfer())?;
         let mut largest: f64 = 0.0;
@@ -162,10 +164,10 @@ mod tests {
     use super::*;
     use crate::device::{LatticeSchedule, Tuning};
 
-    /// Draws nothing: tests/embedding compares what it finds.
+    /// This kernel renders nothing; tests/embedding checks its result.
     const FINDS_A_RANGE: &str = "volume/value_range.cl";
 
-    /// Other families know no schedules.
+    /// Other families have no schedules.
     fn is_lattice(family: Family) -> bool {
         matches!(
             family,
@@ -178,13 +180,13 @@ mod tests {
         )
     }
 
-    /// No kernel that draws goes unchecked.
+    /// Every rendering kernel is checked.
     #[test]
     fn every_kernel_file_is_built() {
         let device =
             Device::open(&crate::DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
         assert!(!device.unbuilt_files().is_empty());
-        // Each kind of device has one of the schedules.
+        // Schedules differ between kinds of devices.
         for lattice_schedule in [LatticeSchedule::Tiles, LatticeSchedule::Samples] {
             let device = device.with_tuning(Tuning { lattice_schedule, ..*device.tuning() }).unwrap();
             for family in
@@ -197,6 +199,27 @@ mod tests {
         assert_eq!(device.unbuilt_files(), [FINDS_A_RANGE]);
     }
 
+    /// What a first picture waits for: one program prepares volumes, one draws lattices whether or not they are staggered and values lie beyond the
+    /// table, and one warps them, to floats and to bytes.
+    #[test]
+    fn a_first_picture_takes_three_programs() {
+        let device = Device::open(&crate::DeviceChoice::Default).unwrap();
+        let device = device.with_tuning(Tuning { lattice_schedule: LatticeSchedule::Tiles, ..*device.tuning() }).unwrap();
+        assert!(device.check_family(Family::PointLattice).unwrap().passed());
+        assert_eq!(device.programs(), 3);
+        let narrow = crate::TransferFunction::new("narrow", vec![(50.0, [1.0; 3])], vec![(50.0, 0.1), (60.0, 0.3)]).unwrap();
+        for transfer in [pictures::transfer(), narrow] {
+            let mut renderer = Renderer::new(&device, &pictures::volume(), &transfer).unwrap();
+            for family in [Family::PointLattice, Family::Spline, Family::PointValues] {
+                for Picture { camera, .. } in pictures::of(family) {
+                    let settings = pictures::of(Family::PointLattice)[0].settings;
+                    renderer.render_rgba8(&camera, SIZE, &settings, figures::BACKGROUND).unwrap();
+                }
+            }
+        }
+        assert_eq!(device.programs(), 3);
+    }
+
     #[test]
     fn verdicts_and_what_becomes_of_them() {
         let right = Verdict::of(Family::Spline, TOLERANCE);
@@ -206,7 +229,7 @@ mod tests {
         for wrong in [TOLERANCE * 1.01, 1.0, f64::INFINITY, f64::NAN] {
             let verdict = Verdict::of(Family::Slicing, wrong);
             assert!(!verdict.passed(), "{wrong}");
-            // What is infinite is no JSON.
+            // JSON cannot represent infinity.
             let text = serde_json::to_string(&verdict).unwrap();
             assert_eq!(serde_json::from_str::<Verdict>(&text).unwrap(), verdict);
             let message = report(vec![right.clone(), verdict]).require().unwrap_err().to_string();

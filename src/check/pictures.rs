@@ -1,4 +1,4 @@
-//! The pictures that are drawn to check a device.
+//! Scenes of the device check.
 
 use super::Family;
 use crate::camera::{Camera, Orbit, Projection};
@@ -9,24 +9,24 @@ use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume, Voxels};
 use glam::DVec3;
 
-/// Of all pictures.
+/// Size of all pictures.
 pub(super) const SIZE: Viewport = Viewport { width: 28, height: 22 };
-/// Pictures of a family.
+/// Number of pictures per family.
 pub(super) const VIEWS: usize = 2;
-/// Odd and even, none the same: 1848 voxels.
+/// Odd and even, all different: 1848 voxels.
 const DIMS: [usize; 3] = [14, 11, 12];
-/// Half the height of parallel views: a voxel covers two pixels.
+/// Half the height of parallel views: two pixels per voxel.
 const HALF_HEIGHT: f64 = 5.5;
-/// In the middle of both bumps.
+/// An iso-value half-way up both bumps.
 const ISO: f64 = 60.0;
 
-/// How one picture is drawn.
+/// Settings and camera of a picture.
 pub(super) struct Picture {
     pub settings: Settings,
     pub camera: Camera,
 }
 
-/// Two smooth bumps in empty space, of no symmetry and no steps: no pixel falls to either side of an edge.
+/// Two smooth bumps in empty space, without symmetry and without edges, so that no pixel depends on rounding at an edge.
 pub(super) fn volume() -> Volume<'static> {
     let bump = |p: DVec3, centre: DVec3, radius: f64| (1.0 - (p - centre).length_squared() / (radius * radius)).max(0.0).powi(2);
     let [x, y, z] = DIMS;
@@ -42,14 +42,14 @@ pub(super) fn volume() -> Volume<'static> {
     volume.and_then(|volume| volume.with_background(0.0)).expect("the volume is valid")
 }
 
-/// Other colours for small and large values, nothing of the background, no steps.
+/// Different colours for small and large values, a transparent background, no steps.
 pub(super) fn transfer() -> TransferFunction {
     let colors = vec![(0.0, [0.1, 0.2, 0.9]), (50.0, [0.2, 0.9, 0.3]), (127.0, [1.0, 0.6, 0.1])];
     let opacities = vec![(0.0, 0.0), (10.0, 0.0), (127.0, 0.4)];
     TransferFunction::new("the check's colours", colors, opacities).expect("the transfer function is valid")
 }
 
-/// What is drawn of a family: two views, of which the first looks along z and the second along x, whose voxels are transposed.
+/// The two views of a family. The first looks along z, the second along x, with transposed voxels.
 pub(super) fn of(family: Family) -> [Picture; VIEWS] {
     let [along_z, along_x] = [view(25.0, 15.0, ROLL), view(105.0, -20.0, ROLL)];
     let lit = settings(family);
@@ -57,19 +57,19 @@ pub(super) fn of(family: Family) -> [Picture; VIEWS] {
     let picture = |settings, camera| Picture { settings, camera };
     match family {
         Family::SplatPerspective => [picture(lit, perspective(along_z, 30.0)), picture(lit, perspective(along_x, 40.0))],
-        // From inside, no lattice reaches.
+        // From inside the volume, where no lattice covers the view.
         Family::CastSegments => [picture(lit, inside(along_z)), picture(unlit, inside(along_x))],
-        // The set's nearest footprint is the exact one where the view is straight.
+        // For views along an axis, the nearest footprint of the set is exact.
         Family::FootprintSet => [picture(lit, view(0.0, 0.0, ROLL)), picture(lit, view(90.0, 0.0, ROLL))],
-        // These are programs of their own where they are unlit, or splatted in a perspective.
+        // Separate programs exist for these unlit, or splatted in a perspective; keep to the lit parallel ones.
         Family::ViewSheets | Family::AxisSheets | Family::SplatLattice => [picture(lit, along_z), picture(lit, along_x)],
-        // A lattice with a sample for each pixel, and one that is interpolated.
+        // A lattice aligned with pixels, and an interpolated one.
         Family::PointLattice => [picture(lit, view(25.0, 15.0, 0.0)), picture(unlit, perspective(along_x, 30.0))],
         _ => [picture(lit, along_z), picture(unlit, perspective(along_x, 30.0))],
     }
 }
 
-/// The settings of a family, lit.
+/// Settings of a family, with shading.
 fn settings(family: Family) -> Settings {
     let points = |kernel, samples_per_layer| Layered {
         classification: Classification::Preintegrated { kernel, samples_per_layer },
@@ -84,7 +84,7 @@ fn settings(family: Family) -> Settings {
     };
     let (algorithm, blend): (Algorithm, Blend) = match family {
         Family::PointLattice => (points(Kernel::Cubic, 1).into(), Blend::Composite),
-        // In steps of 1/32, as the integral.
+        // 8 samples per layer in steps of 1/32, like the reference integral.
         Family::CastSegments => (points(Kernel::Cubic, 8).into(), Blend::Composite),
         Family::Spline => (points(Kernel::BSpline, 2).into(), Blend::Composite),
         Family::PointValues => (points(Kernel::Cubic, 1).into(), Blend::Maximum),
@@ -105,7 +105,7 @@ fn settings(family: Family) -> Settings {
     Settings { algorithm, blend, shading: Some(Shading::default()), early_termination: false, ..Settings::default() }
 }
 
-/// Of most views: no line of a lattice stands upright.
+/// Roll of most views: no lattice axis is aligned with pixels.
 const ROLL: f64 = 10.0;
 
 /// A parallel view of the whole volume.
@@ -115,14 +115,14 @@ fn view(azimuth: f64, elevation: f64, roll: f64) -> Camera {
     Camera::orbit(centre, 4.0 * HALF_HEIGHT, orbit, Projection::Parallel { scale: HALF_HEIGHT })
 }
 
-/// The same in a perspective of a vertical field of view, in degrees.
+/// Changes a view to a perspective with a vertical field of view in degrees.
 fn perspective(camera: Camera, field_of_view: f64) -> Camera {
     let distance = HALF_HEIGHT / (field_of_view / 2.0).to_radians().tan();
     let to_eye = (camera.position - camera.focal_point).normalize();
     Camera { position: camera.focal_point + to_eye * distance, projection: Projection::Perspective { field_of_view }, ..camera }
 }
 
-/// The same from within the volume.
+/// Moves a view inside the volume.
 fn inside(camera: Camera) -> Camera {
     let to_eye = (camera.position - camera.focal_point).normalize();
     Camera {

@@ -1,4 +1,4 @@
-//! Every kernel as a graphics processor's compiler is given it, for scripts/gpu-static, which asks compilers that need no such device.
+//! Writes every kernel as a GPU compiler receives it, for scripts/gpu-static, which runs offline compilers without a GPU.
 
 use super::pictures::{self, SIZE};
 use super::{Family, figures};
@@ -17,18 +17,18 @@ struct Program {
     #[serde(flatten)]
     started: Started,
     source: String,
-    /// Those that start it by default: of the qualities, on voxels of bytes or of two.
+    /// Qualities that start it by default, on uint8 or uint16 voxels.
     qualities: BTreeSet<&'static str>,
 }
 
 #[derive(Serialize)]
 struct Programs {
     kernels: Vec<Program>,
-    /// Kernels that nothing here starts.
+    /// Kernels that are not started here.
     others: BTreeSet<&'static str>,
 }
 
-/// A device that was asked for nothing so far, used as a graphics processor is.
+/// A fresh device, tuned as a GPU.
 fn device() -> Device {
     let device = Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
     device.with_tuning(Tuning::new(DeviceKind::Gpu, "", 1)).unwrap()
@@ -39,7 +39,8 @@ fn values() -> Vec<f64> {
     (0..volume.grid().dims().iter().product()).map(|n| volume.value(n)).collect()
 }
 
-/// The views of the default's family, with the settings of a quality, and one of so few voxels that layers are sampled more often.
+/// Renders the views of the default family with the settings of a quality, and a close view with so few voxels that layers are sampled
+/// more densely.
 fn draw(renderer: &mut Renderer, quality: Quality) {
     let cameras = pictures::of(Family::PointLattice).map(|picture| picture.camera);
     let near = Camera { projection: Projection::Parallel { scale: 1.2 }, ..cameras[0] };
@@ -49,7 +50,7 @@ fn draw(renderer: &mut Renderer, quality: Quality) {
     }
 }
 
-/// The check's colours, and others in which light is lost within a layer.
+/// The transfer function of the check, and one with strong attenuation within a layer.
 fn transfers() -> [TransferFunction; 2] {
     let colors = vec![(0.0, [0.0, 0.0, 1.0]), (127.0, [1.0, 0.0, 0.0])];
     let opacities = vec![(0.0, 0.0), (10.0, 0.99), (127.0, 0.99)];
@@ -68,7 +69,7 @@ fn started_by(quality: Quality) -> BTreeSet<Started> {
     device.started()
 }
 
-/// What a device is checked with, and floats that a caller has on it, which nobody has looked at.
+/// The programs of the device check, and those of float voxels in a caller's buffer whose range is unknown.
 fn started_by_check() -> BTreeSet<Started> {
     let device = device();
     device.check().unwrap();
@@ -83,7 +84,7 @@ fn started_by_check() -> BTreeSet<Started> {
 #[test]
 #[ignore = "writes the file $LAYERSPLAT_PROGRAMS for scripts/gpu-static"]
 fn write_programs() {
-    let path = std::env::var("LAYERSPLAT_PROGRAMS").expect("scripts/gpu-static says where to");
+    let path = std::env::var("LAYERSPLAT_PROGRAMS").expect("scripts/gpu-static sets it");
     let mut qualities: BTreeMap<Started, BTreeSet<&str>> =
         started_by_check().into_iter().map(|started| (started, BTreeSet::new())).collect();
     for (name, quality) in [("standard", Quality::Standard), ("high", Quality::High)] {

@@ -1,4 +1,4 @@
-//! What is true: the check's pictures in `f64` on the host, drawn by `reference` ray by ray; on a lattice, by its rays and their warp.
+//! Reference pictures of the check in `f64` on the host: `reference` evaluates each ray, or the rays of a lattice, which are then warped.
 
 use super::Family;
 use super::pictures::{Picture, SIZE, transfer, volume};
@@ -8,7 +8,7 @@ use crate::reference::{Integral, Layered, Marched, Sheets};
 use crate::renderer::Plan;
 use glam::{DVec3, DVec4};
 
-/// The true picture.
+/// Computes the reference picture.
 pub(super) fn drawn(family: Family, Picture { settings, camera }: &Picture) -> Frame {
     let (volume, transfer) = (&volume(), &transfer());
     let rays = Rays::new(camera, SIZE, volume.grid()).unwrap();
@@ -37,7 +37,7 @@ pub(super) fn drawn(family: Family, Picture { settings, camera }: &Picture) -> F
     .unwrap()
 }
 
-/// A lattice on the screen: the mean of `filter` by `filter` places of each pixel.
+/// Warps a lattice to the screen: the mean of `filter` × `filter` positions per pixel.
 fn warped(lattice: &Lattice, samples: &[DVec4], rays: &Rays, filter: usize) -> Frame {
     let from_screen = lattice.from_screen(rays);
     let places = |n: u32| (0..filter).map(move |i| f64::from(n) + (i as f64 + 0.5) / filter as f64);
@@ -59,14 +59,14 @@ fn warped(lattice: &Lattice, samples: &[DVec4], rays: &Rays, filter: usize) -> F
     Frame::new(SIZE, pixels.map(|(x, y)| pixel(x, y)).collect())
 }
 
-/// A sample; beyond the lattice all is transparent.
+/// A lattice sample; transparent outside the lattice.
 fn sample(lattice: &Lattice, samples: &[DVec4], i: i64, j: i64) -> DVec4 {
     let [width, height] = lattice.size.map(i64::from);
     let inside = (0..width).contains(&i) && (0..height).contains(&j);
     if inside { samples[(j * width + i) as usize] } else { DVec4::ZERO }
 }
 
-/// The lattice between its samples, by Catmull-Rom: within the range of the four around, colours within the opacity.
+/// Interpolates lattice samples by Catmull–Rom, clamped to the range of the four nearest samples; colours are clamped to the opacity.
 fn interpolated(lattice: &Lattice, samples: &[DVec4], column: f64, row: f64) -> DVec4 {
     let sample = |i: i64, j: i64| sample(lattice, samples, i, j);
     let (i, j) = (column.floor() as i64, row.floor() as i64);

@@ -10,7 +10,7 @@ use crate::camera::Orbit;
 use crate::device::StageTimes;
 use crate::error::Error;
 use crate::image::Background;
-use crate::renderer::LatticeReport;
+use crate::renderer::{LatticeReport, VolumeRenderer};
 use crate::settings::Quality;
 use cpu_time::ProcessTime;
 use serde::Serialize;
@@ -85,10 +85,11 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let view = |n: u32| cameras[n as usize];
 
     let started = Instant::now();
-    let mut renderer = Viewer::new(&scene)?;
-    renderer.announce(&view(0), options.size, &scene.settings)?;
+    let mut viewer = Viewer::new(&scene)?;
+    viewer.announce(&view(0), options.size, &scene.settings)?;
+    let streamed = viewer.is_streamed();
+    let renderer = viewer.renderer();
     renderer.render_rgba8(&view(0), options.size, &scene.settings, background)?;
-    let streamed = renderer.is_streamed();
     let first_ms = milliseconds(if streamed { scene.begun } else { started });
     // Layouts, min-max blocks and kernels of the other layer axes: the medians exclude them.
     for n in 0..frames.min(8) {
@@ -125,7 +126,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     processes.wait();
     let frames_per_s = f64::from(frames) / all.elapsed().as_secs_f64();
     bar.finish_and_clear();
-    let timed = |renderer: &mut Viewer, azimuth: f64| -> Result<f64, Error> {
+    let timed = |renderer: &mut dyn VolumeRenderer, azimuth: f64| -> Result<f64, Error> {
         let started = Instant::now();
         let turned = Orbit { azimuth, ..options.orbit(ELEVATION) };
         let camera = fitting.still(turned);
@@ -140,14 +141,14 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     for transfer in [&other, &scene.transfer].into_iter().cycle().take(CHANGES) {
         let started = Instant::now();
         renderer.set_transfer_function(transfer);
-        timed(&mut renderer, 0.0)?;
+        timed(renderer, 0.0)?;
         transfer_changes.push(milliseconds(started));
     }
     // Across the 45° line and back, once for all that the two layer axes need.
-    timed(&mut renderer, 50.0)?;
+    timed(renderer, 50.0)?;
     for _ in 0..CHANGES {
-        timed(&mut renderer, 40.0)?;
-        axis_changes.push(timed(&mut renderer, 50.0)?);
+        timed(renderer, 40.0)?;
+        axis_changes.push(timed(renderer, 50.0)?);
     }
     let mut per_stage = BTreeMap::new();
     for (stage, ms) in stages {
@@ -182,7 +183,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
             teams,
             frames_per_s,
             #[cfg(feature = "mpi")]
-            picture: renderer.shared_report().cloned(),
+            picture: viewer.shared_report().cloned(),
         }),
     };
     super::report(arguments.json, &bench, || text(&bench))?;

@@ -1,9 +1,11 @@
 //! What is told to someone whose picture shows nothing, or one colour only.
 
 use super::scene::Scene;
+use crate::camera::{Camera, Projection};
 use crate::image::Frame;
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
+use crate::volume::Grid;
 
 /// Opacity from which on a pixel hides what is behind it: a step of 8 bits below 1.
 const OPAQUE: f32 = 1.0 - 1.0 / 255.0;
@@ -13,7 +15,7 @@ const ONE_COLOUR: f32 = 2.0 / 255.0;
 const FAR_APART: f64 = 20.0;
 
 /// Why a picture is empty or a wall of one colour, and what to try; nothing where it is neither.
-pub(super) fn of_picture(frame: &Frame, scene: &Scene) -> Option<String> {
+pub(super) fn of_picture(frame: &Frame, camera: &Camera, scene: &Scene) -> Option<String> {
     let pixels = frame.pixels();
     let (mut least, mut most) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
     for pixel in pixels {
@@ -22,7 +24,7 @@ pub(super) fn of_picture(frame: &Frame, scene: &Scene) -> Option<String> {
         }
     }
     if most[3] * 255.0 < 0.5 {
-        return Some(empty(scene));
+        return Some(empty(scene, || tiny(camera, frame.height(), scene.volume.grid())));
     }
     let solid = least[3] >= OPAQUE && (0..4).all(|c| most[c] - least[c] < ONE_COLOUR);
     solid.then(|| {
@@ -35,8 +37,8 @@ pub(super) fn of_picture(frame: &Frame, scene: &Scene) -> Option<String> {
     })
 }
 
-/// Why nothing is visible.
-fn empty(scene: &Scene) -> String {
+/// Why nothing is visible. `tiny`: what to say if the view makes the volume too small to be seen.
+fn empty(scene: &Scene, tiny: impl FnOnce() -> Option<String>) -> String {
     let (lo, hi) = scene.volume.range();
     let (settings, transfer) = (&scene.settings, &scene.transfer);
     let cut = !settings.clipping.is_empty();
@@ -47,6 +49,7 @@ fn empty(scene: &Scene) -> String {
                 (lo + hi) / 2.0
             )
         }
+        Blend::Composite if lo == hi && transfer.largest_opacity(lo, hi) <= 0.0 => constant(scene, lo),
         Blend::Composite if transfer.largest_opacity(lo, hi) <= 0.0 => {
             let visible =
                 visible_values(transfer).map_or_else(|| "nowhere".into(), |(first, last)| format!("from {first} to {last}"));
@@ -56,12 +59,37 @@ fn empty(scene: &Scene) -> String {
             )
         }
         _ if cut => "the picture is empty: what is visible is cut away; try without --crop and --clip".into(),
-        Blend::Composite => format!(
-            "the picture is empty: there are values with opacity in the data ({lo} to {hi}), but the camera sees none of them, or too \
-             little; try --fit visible, or --transfer-range with fewer values"
-        ),
-        _ => "the picture is empty: the camera does not see the volume; try --fit volume".into(),
+        blend => tiny().unwrap_or_else(|| match blend {
+            Blend::Composite => format!(
+                "the picture is empty: there are values with opacity in the data ({lo} to {hi}), but the camera sees none of them, or too \
+                 little; try --fit visible, or --transfer-range with fewer values"
+            ),
+            _ => "the picture is empty: the camera does not see the volume; try --fit volume".into(),
+        }),
     }
+}
+
+/// What helps where a parallel view makes the whole volume smaller than a pixel.
+fn tiny(camera: &Camera, height: u32, grid: &Grid) -> Option<String> {
+    let Projection::Parallel { scale } = camera.projection else { return None };
+    let fits = grid.diagonal() / 2.0;
+    (fits * f64::from(height) < scale).then(|| {
+        format!(
+            "the picture is empty: at this scale the volume is smaller than a pixel; try --parallel-scale {fits:.3e}, or none"
+        )
+    })
+}
+
+/// What helps where all voxels have one value without opacity: no range of values can.
+fn constant(scene: &Scene, value: f64) -> String {
+    let remedy = match scene.volume.name().strip_prefix("builtin:") {
+        Some(name) => {
+            let name = name.split('@').next().unwrap_or(name);
+            format!("take more of them: builtin:{name}@64")
+        }
+        None => format!("check that it is the right file, frame and channel, or give {value} an opacity: --opacity {value}:0.5"),
+    };
+    format!("the picture is empty: all voxels have the value {value}, where the transfer function has no opacity; {remedy}")
 }
 
 /// The first and the last value with opacity.

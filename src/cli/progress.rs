@@ -18,6 +18,25 @@ pub(super) fn show_tasks() {
     progress::watch(move |what, done, total| shown.lock().unwrap_or_else(PoisonError::into_inner).update(what, done, total));
 }
 
+/// Builds of programs that take less are those of kernels that the driver has kept.
+const BUILT_ANEW: Duration = Duration::from_millis(300);
+
+/// Draws something; if programs are built for it that the driver has not kept, tells how long that took, whether or not standard error is a
+/// terminal. Drawing itself takes a hundredth of it.
+pub(super) fn tell_compiling<T>(draw: impl FnOnce() -> T) -> T {
+    let (begun, before) = (Instant::now(), progress::building());
+    let drawn = draw();
+    if progress::building() - before >= BUILT_ANEW {
+        say_compiled(begun.elapsed());
+    }
+    drawn
+}
+
+/// Says how long kernels were compiled, here or in a process of its own.
+pub(super) fn say_compiled(taken: Duration) {
+    eprintln!("compiling kernels, once per set of options: {:.0} s", taken.as_secs_f64().max(1.0));
+}
+
 /// A bar for steps that are known, pictures for instance.
 pub(super) fn steps(count: u32, what: &'static str) -> ProgressBar {
     ProgressBar::new(count.into()).with_style(style("{msg} {bar:40} {pos}/{len} {elapsed} (about {eta} left)")).with_message(what)

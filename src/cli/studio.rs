@@ -3,6 +3,7 @@
 use super::notice;
 use super::options::{CameraOptions, Fit};
 use super::parse;
+use super::progress;
 use super::scene::{Cameras, Scene};
 use super::viewer::Viewer;
 use crate::annotation::{Annotations, Shown};
@@ -80,17 +81,20 @@ impl<'a> Studio<'a> {
     }
 
     pub fn measure(&mut self, measuring: bool) {
-        self.viewer.measure(measuring);
+        self.viewer.renderer().measure(measuring);
     }
 
     /// A finished picture, without a background. If the first one shows nothing, that is explained on standard error. Of those that
     /// processes share, one of these has it.
     pub fn picture(&mut self, camera: &Camera, size: Viewport) -> Result<(Option<Frame>, FrameReport), Error> {
         let rendered = self.options.rendered(size)?;
-        let (frame, report) = self.viewer.render(camera, rendered, &self.scene.settings)?;
+        let (frame, report) = {
+            let Self { viewer, scene, .. } = self;
+            progress::tell_compiling(|| viewer.renderer().render(camera, rendered, &scene.settings))?
+        };
         let Some(frame) = frame else { return Ok((None, report)) };
         if !std::mem::replace(&mut self.looked, true)
-            && let Some(notice) = notice::of_picture(&frame, self.scene)
+            && let Some(notice) = notice::of_picture(&frame, camera, self.scene)
         {
             eprintln!("layersplat: {notice}");
         }

@@ -6,10 +6,9 @@ use crate::camera::Camera;
 #[cfg(feature = "mpi")]
 use crate::distributed::{self, DistributedReport};
 use crate::error::Error;
-use crate::image::{Background, Depths, Frame};
-use crate::renderer::{FrameReport, Renderer, StreamPlan, StreamedRenderer};
+use crate::image::Depths;
+use crate::renderer::{StreamPlan, VolumeRenderer, volume_renderer};
 use crate::settings::Settings;
-use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use clap::Args;
 use std::time::Duration;
@@ -27,13 +26,14 @@ pub(super) struct BoundOptions {
     pub time_limit: Option<Duration>,
 }
 
-/// A renderer of either kind.
+/// What renders a scene: this process, or several.
 pub(super) enum Viewer {
-    Whole(Box<Renderer>),
-    Streamed(Box<StreamedRenderer<'static>>),
-    /// With other processes, and what they last did.
+    Alone {
+        renderer: Box<dyn VolumeRenderer<'static> + Send>,
+        is_streamed: bool,
+    },
     #[cfg(feature = "mpi")]
-    Shared(Box<distributed::Renderer<'static>>, Option<DistributedReport>),
+    Shared(Box<distributed::Renderer<'static>>),
 }
 
 impl Viewer {
@@ -44,111 +44,59 @@ impl Viewer {
         if let Some(team) = scene.processes.team() {
             let mut renderer = distributed::Renderer::new(team, device, volume, transfer)?;
             renderer.limit(*longest);
-            return Ok(Self::Shared(Box::new(renderer), None));
+            return Ok(Self::Shared(Box::new(renderer)));
         }
-        let bytes = volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
-        if device.memory_budget().is_some() || bytes > device.largest_buffer_bytes() {
-            let mut renderer = StreamedRenderer::new(device, volume, transfer);
-            renderer.limit(*longest);
-            return Ok(Self::Streamed(Box::new(renderer)));
-        }
-        let mut renderer = Renderer::new(device, volume, transfer)?;
+        let mut renderer = volume_renderer(device, volume, transfer)?;
         renderer.limit(*longest);
-        Ok(Self::Whole(Box::new(renderer)))
+        let is_streamed = renderer.whole().is_none();
+        Ok(Self::Alone { renderer, is_streamed })
     }
 
-    /// How a view will be streamed, also told on standard error; `None` where it will not.
+    /// The renderer.
+    pub fn renderer(&mut self) -> &mut dyn VolumeRenderer<'static> {
+        match self {
+            Self::Alone { renderer, .. } => renderer.as_mut(),
+            #[cfg(feature = "mpi")]
+            Self::Shared(renderer) => renderer.as_mut(),
+        }
+    }
+
+    /// How a view will be streamed, also said on standard error; `None` where it will not.
     pub fn announce(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
-        let Self::Streamed(renderer) = self else { return Ok(None) };
-        let plan = renderer.plan(camera, viewport, settings)?;
-        match &plan {
-            Some(plan) => eprintln!("memory: {plan}"),
-            None => eprintln!("memory: this view needs the whole volume on the device, and that fits"),
-        }
-        Ok(plan)
-    }
-
-    /// Whether what does not fit is streamed.
-    pub fn is_streamed(&self) -> bool {
-        matches!(self, Self::Streamed(_))
-    }
-
-    pub fn measure(&mut self, measuring: bool) {
         match self {
-            Self::Whole(renderer) => renderer.measure(measuring),
-            Self::Streamed(renderer) => renderer.measure(measuring),
-            #[cfg(feature = "mpi")]
-            Self::Shared(..) => {}
-        }
-    }
-
-    pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
-        match self {
-            Self::Whole(renderer) => renderer.set_transfer_function(transfer),
-            Self::Streamed(renderer) => renderer.set_transfer_function(transfer),
-            #[cfg(feature = "mpi")]
-            Self::Shared(renderer, _) => renderer.set_transfer_function(transfer),
-        }
-    }
-
-    /// A picture; of those that processes share, one of these has it.
-    pub fn render(
-        &mut self,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<(Option<Frame>, FrameReport), Error> {
-        let (frame, report) = match self {
-            Self::Whole(renderer) => renderer.render(camera, viewport, settings)?,
-            Self::Streamed(renderer) => renderer.render(camera, viewport, settings)?,
-            #[cfg(feature = "mpi")]
-            Self::Shared(renderer, last) => {
-                let (frame, report) = renderer.render(camera, viewport, settings)?;
-                let told = FrameReport { lattice: Some(report.lattice), measured: None, general_program: false };
-                *last = Some(report);
-                return Ok((frame, told));
+            Self::Alone { renderer, is_streamed: true } => {
+                let plan = renderer.stream_plan(camera, viewport, settings)?;
+                match &plan {
+                    Some(plan) => eprintln!("memory: {plan}"),
+                    None => eprintln!("memory: this view needs the whole volume on the device, and that fits"),
+                }
+                Ok(plan)
             }
-        };
-        Ok((Some(frame), report))
+            _ => Ok(None),
+        }
+    }
+
+    /// Whether a volume that does not fit is streamed.
+    pub fn is_streamed(&self) -> bool {
+        matches!(self, Self::Alone { is_streamed: true, .. })
     }
 
     /// What processes did for the last picture, if several share the volume.
     #[cfg(feature = "mpi")]
     pub fn shared_report(&self) -> Option<&DistributedReport> {
-        let Self::Shared(_, last) = self else { return None };
-        last.as_ref()
+        let Self::Shared(renderer) = self else { return None };
+        renderer.last_report()
     }
 
     /// # Errors
     /// Where the volume is streamed or shared: rays need all of it.
     pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
-        match self {
-            Self::Whole(renderer) => renderer.depths(camera, viewport, settings),
-            Self::Streamed(_) => {
-                let problem = "depths need the whole volume on the device: leave --memory or --depth out".into();
-                Err(Error::Settings { field: "depth", problem })
-            }
+        let problem = match self {
+            Self::Alone { renderer, is_streamed: false } => return renderer.depths(camera, viewport, settings),
+            Self::Alone { .. } => "depths need the whole volume on the device: leave --memory or --depth out",
             #[cfg(feature = "mpi")]
-            Self::Shared(..) => {
-                let problem =
-                    "depths need the whole volume on one device: choose --ranks-per-picture 1, or leave --depth out".into();
-                Err(Error::Settings { field: "depth", problem })
-            }
-        }
-    }
-
-    pub fn render_rgba8(
-        &mut self,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-        background: Background,
-    ) -> Result<(Option<Vec<u8>>, FrameReport), Error> {
-        if let Self::Whole(renderer) = self {
-            let (picture, report) = renderer.render_rgba8(camera, viewport, settings, background)?;
-            return Ok((Some(picture), report));
-        }
-        let (frame, report) = self.render(camera, viewport, settings)?;
-        Ok((frame.map(|frame| frame.to_rgba8(background)), report))
+            Self::Shared(..) => "depths need the whole volume on one device: choose --ranks-per-picture 1, or leave --depth out",
+        };
+        Err(Error::Settings { field: "depth", problem: problem.into() })
     }
 }

@@ -29,6 +29,15 @@ impl Budget {
         Arc::new(Self { bytes, largest_buffer, taken: AtomicU64::new(0), peak: AtomicU64::new(0) })
     }
 
+    /// Refuses bytes for `what` that are more than what is left.
+    pub fn require(&self, what: &str, needed: u64) -> Result<(), Error> {
+        let taken = self.taken.load(Ordering::Relaxed);
+        if taken.checked_add(needed).is_some_and(|sum| sum <= self.bytes) {
+            return Ok(());
+        }
+        Err(Error::MemoryBudget { what: what.into(), needed, taken, budget: self.bytes })
+    }
+
     /// Takes bytes for `what`, unless they are more than what is left.
     pub fn take(self: &Arc<Self>, what: &str, bytes: u64) -> Result<Taken, Error> {
         let more = |taken: u64| taken.checked_add(bytes).filter(|&sum| sum <= self.bytes);

@@ -157,6 +157,11 @@ impl<T: Copy> Buffer<T> {
         Ok(())
     }
 
+    /// Whether the buffer was made here, and is no memory of the caller.
+    pub fn is_owned(&self) -> bool {
+        self.allocated.is_some()
+    }
+
     /// Number of values.
     pub fn len(&self) -> usize {
         self.len

@@ -1,11 +1,15 @@
 //! The folder in which PoCL keeps compiled kernels. Without one it has no device, or builds nothing.
 
+use crate::error::Error;
 use std::env;
 use std::ffi::OsString;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Names PoCL's folder.
 const VARIABLE: &str = "POCL_CACHE_DIR";
+/// Bytes that PoCL must be able to write: one picture takes between 1 and 3 MB of kernels, the files of its compiler included.
+const NEEDED: usize = 4 << 20;
 
 /// Gives PoCL a folder of its own below the system's temporary one, unless it can write its default or `POCL_CACHE_DIR` names
 /// another: in a container, HOME is often missing or another user's.
@@ -20,7 +24,8 @@ pub unsafe fn keep_compiled_kernels() {
         Some(_) => return,
         None => {}
     }
-    if is_writable(&folder()) {
+    // A full disk is no reason to move: kernels that are there already are still found.
+    if can_hold(&folder(), 0).is_ok() {
         return;
     }
     // Where there is no temporary folder either, PoCL's devices are missing, and the error says why.
@@ -35,9 +40,13 @@ pub(super) fn is_pocl(platform: &str) -> bool {
     platform.contains("Portable Computing Language")
 }
 
-/// The folder, if PoCL cannot write it.
-pub(super) fn unwritable_folder() -> Option<PathBuf> {
-    Some(folder()).filter(|folder| !is_writable(folder))
+/// Why kernels cannot be built on a platform, if it is PoCL and cannot write its folder. This writes there: ask after a failure.
+pub(crate) fn unusable_cache(platform: &str) -> Option<Error> {
+    if !is_pocl(platform) {
+        return None;
+    }
+    let folder = folder();
+    can_hold(&folder, NEEDED).err().map(|source| Error::KernelCache { folder, source })
 }
 
 /// Where PoCL keeps kernels, by its own rule.
@@ -53,11 +62,12 @@ fn folder() -> PathBuf {
     }
 }
 
-/// Whether files can be made in a folder, or where it would have to be made.
-fn is_writable(folder: &Path) -> bool {
+/// Whether a file of so many bytes can be made in a folder, or where it would have to be made.
+fn can_hold(folder: &Path, bytes: usize) -> io::Result<()> {
     let existing = folder.ancestors().find(|ancestor| ancestor.exists());
     // A file without a name: nothing is left behind, whatever happens.
-    tempfile::tempfile_in(existing.unwrap_or(Path::new("."))).is_ok()
+    let mut file = tempfile::tempfile_in(existing.unwrap_or(Path::new(".")))?;
+    file.write_all(&vec![0; bytes])
 }
 
 /// A folder that only this user can write, the same one every time.

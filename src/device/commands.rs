@@ -6,27 +6,35 @@ use opencl3::command_queue::CommandQueue;
 use opencl3::error_codes::ClError;
 use opencl3::event::{CL_COMPLETE, Event, retain_event};
 use opencl3::types::cl_event;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
 
 /// A queue, and the commands that one renderer puts into it, each after the one before. An out-of-order queue is told so by events.
 pub(super) struct Sequence {
     pub queue: Arc<CommandQueue>,
     pub in_order: bool,
+    /// No other sequence has it.
+    pub id: u64,
     state: Mutex<State>,
 }
 
+/// Ids of sequences.
+static NEXT_ID: AtomicU64 = AtomicU64::new(0);
+
 #[derive(Default)]
-struct State {
-    /// What the next command has to wait for.
-    wait: Vec<Event>,
-    /// The last command.
-    last: Option<Event>,
+pub(super) struct State {
+    /// Events that the next command waits for.
+    pub wait: Vec<Event>,
+    /// Events of the caller that the current frame waits for, itself or because a frame before it does.
+    pub awaited: Vec<Event>,
+    /// Number of the current frame.
+    pub frame: u64,
+    /// The last command, and the one before it.
+    pub last: Option<Event>,
+    before_last: Option<Event>,
     /// Those that were not over when they were last looked at. PoCL 3.1 lets go of an event that fails before it unlocks it: somebody
     /// else has to hold it.
     pending: Vec<Event>,
-    /// Whether some that are over have failed.
-    failed: bool,
 }
 
 /// Commands on their way from which on it is looked at whether they still are.
@@ -35,16 +43,9 @@ const MANY: usize = 256;
 impl State {
     /// Lets go of what is over.
     fn sweep(&mut self) {
-        let over = self.pending.extract_if(.., |event| status(event) <= CL_COMPLETE);
-        self.failed |= over.filter(|event| status(event) < CL_COMPLETE).count() > 0;
+        self.pending.retain(|event| status(event) > CL_COMPLETE);
+        self.before_last.take_if(|event| status(event) <= CL_COMPLETE);
     }
-}
-
-/// How long a frame may take, and when it began.
-#[derive(Clone, Copy)]
-pub(super) struct Limit {
-    pub began: Instant,
-    pub longest: Duration,
 }
 
 /// Another reference to an event.
@@ -55,16 +56,20 @@ pub(super) fn retained(event: &Event) -> Result<Event, ClError> {
 }
 
 /// `CL_COMPLETE`, more before that, and less of what failed.
-fn status(event: &Event) -> i32 {
+pub(super) fn status(event: &Event) -> i32 {
     event.command_execution_status().map_or_else(|e| e.0, |status| status.0)
 }
 
 impl Sequence {
     pub fn new(queue: CommandQueue, in_order: bool) -> Self {
-        Self { queue: Arc::new(queue), in_order, state: Mutex::default() }
+        Self::of_queue(Arc::new(queue), in_order)
     }
 
-    fn state(&self) -> std::sync::MutexGuard<'_, State> {
+    fn of_queue(queue: Arc<CommandQueue>, in_order: bool) -> Self {
+        Self { queue, in_order, id: NEXT_ID.fetch_add(1, Ordering::Relaxed), state: Mutex::default() }
+    }
+
+    pub fn state(&self) -> std::sync::MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -74,26 +79,25 @@ impl Device {
     /// in-order queue makes it wait for.
     pub(crate) fn with_own_sequence(&self) -> Self {
         let Sequence { queue, in_order, .. } = &*self.sequence;
-        let sequence = Sequence { queue: queue.clone(), in_order: *in_order, state: Mutex::default() };
+        let sequence = Sequence::of_queue(queue.clone(), *in_order);
         Self { sequence: Arc::new(sequence), ..self.clone() }
     }
 
-    /// A handle whose commands are refused once a frame that begins now has taken longer.
-    pub(crate) fn limited(self, longest: Option<Duration>) -> Self {
-        Self { limit: longest.map(|longest| Limit { began: Instant::now(), longest }), ..self }
-    }
-
-    /// Begins commands that come after `wait`, and after all before. Whether some of those are found now to have failed.
-    pub(crate) fn begin(&self, wait: &[&Event]) -> Result<bool, Error> {
-        let wait: Result<Vec<_>, _> = wait.iter().map(|event| retained(event)).collect();
+    /// Begins a frame, or other commands, that come after `wait` and after all before.
+    pub(crate) fn begin(&self, wait: &[&Event]) -> Result<(), Error> {
+        let again = || wait.iter().map(|event| retained(event)).collect::<Result<Vec<_>, _>>();
+        let [awaited, wait] = [again(), again()].map(|events| events.map_err(|e| self.error("clRetainEvent", e)));
         let mut state = self.sequence.state();
-        state.wait = wait.map_err(|e| self.error("clRetainEvent", e))?;
+        state.awaited.retain(|event| status(event) > CL_COMPLETE);
+        state.awaited.extend(awaited?);
+        state.wait = wait?;
+        state.frame += 1;
         state.sweep();
         // What failed is over: what comes after does not depend on it.
         if state.last.as_ref().is_some_and(|last| status(last) < CL_COMPLETE) {
-            state.last = None;
+            (state.last, state.before_last) = (None, None);
         }
-        Ok(std::mem::take(&mut state.failed))
+        Ok(())
     }
 
     /// Lets go of commands that are over, after one that was waited for.
@@ -132,7 +136,7 @@ impl Device {
         let event = enqueue(queue, &wait).map_err(|e| self.error(call, e))?;
         state.wait.clear();
         let again = || retained(&event).map_err(|e| self.error("clRetainEvent", e));
-        state.last = Some(again()?);
+        state.before_last = state.last.replace(again()?);
         state.pending.push(again()?);
         if state.pending.len() >= MANY && state.pending.len().is_power_of_two() {
             state.sweep();
@@ -155,10 +159,12 @@ impl Device {
         last.map_or(Ok(()), |last| last.wait().map_err(|e| self.error("clWaitForEvents", e)))
     }
 
-    /// Refuses what would begin when a frame has already taken too long. Kernels on their way cannot be called back: they are waited for.
-    pub(super) fn check_limit(&self, stage: &'static str) -> Result<(), Error> {
-        let Some(Limit { began, longest }) = self.limit else { return Ok(()) };
-        self.finish()?;
-        if began.elapsed() <= longest { Ok(()) } else { Err(Error::TooLong { stage, longest }) }
+    /// Waits for all commands but the last one.
+    pub(super) fn wait_for_all_but_last(&self) -> Result<(), Error> {
+        #[cfg(test)]
+        self.shared.programs.faults.at(super::Call::Command).map_err(|e| self.error("clWaitForEvents", e))?;
+        let before_last = self.sequence.state().before_last.as_ref().map(retained).transpose();
+        let before_last = before_last.map_err(|e| self.error("clRetainEvent", e))?;
+        before_last.map_or(Ok(()), |event| event.wait().map_err(|e| self.error("clWaitForEvents", e)))
     }
 }

@@ -1,7 +1,7 @@
 //! Contexts and queues of the caller's own.
 
 use super::commands::Sequence;
-use super::{Device, selection};
+use super::{Device, Tuning, selection};
 use crate::error::Error;
 use opencl3::command_queue::{
     CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, CL_QUEUE_PROFILING_ENABLE, CommandQueue, retain_command_queue,
@@ -79,7 +79,9 @@ impl Device {
         if other.context() != self.context() || other.id() != self.id() {
             return Err(Error::Memory { what: "the queue", problem: "is of another context or device".into() });
         }
-        Ok(Self { sequence: other.sequence, tuning: self.tuning, ..self.clone() })
+        // Whether events have times is a matter of the queue, all other values of the device.
+        let tuning = Tuning { event_times: other.tuning.event_times, ..self.tuning };
+        Ok(Self { sequence: other.sequence, tuning, ..self.clone() })
     }
 
     /// The context, for buffers that are rendered from or into. It lives as long as this device or a clone of it does.

@@ -15,8 +15,10 @@ mod general;
 mod handed_over;
 mod kind;
 pub(crate) mod launch;
+mod limits;
 mod loader;
 mod pinning;
+mod produced;
 mod program;
 mod rehearsal;
 mod scratch;
@@ -32,12 +34,18 @@ mod tuning;
 pub use ahead::ProgramBuilds;
 pub(crate) use buffer::Buffer;
 pub use cache::keep_compiled_kernels;
+#[cfg(feature = "cli")]
+pub(crate) use cache::unusable_cache;
 pub use compiler::compile_for_parent;
 pub use device_memory::{DeviceMemory, ImageFormat};
 #[cfg(test)]
 pub(crate) use faults::Call;
 pub use kind::DeviceKind;
+pub use limits::Cancel;
+pub(crate) use limits::Limits;
 pub use pinning::pin_cpu_threads;
+#[cfg(feature = "cli")]
+pub(crate) use program::compiler_options;
 pub use selection::{DeviceChoice, DeviceInfo};
 #[cfg(feature = "cli")]
 pub(crate) use sources::hash as kernel_sources_hash;
@@ -49,6 +57,7 @@ pub use stopwatch::StageTimes;
 pub use tuning::{LatticeSchedule, Tuning};
 
 pub(crate) use device_memory::MemoryKind;
+pub(crate) use produced::{Produced, Usability};
 pub(crate) use rehearsal::Rehearsal;
 pub(crate) use scratch::ScratchMemory;
 #[cfg(feature = "gl-interop")]
@@ -58,8 +67,9 @@ use crate::error::Error;
 use crate::memory;
 use ahead::Ahead;
 use budget::Budget;
-use commands::{Limit, Sequence};
+use commands::Sequence;
 use general::GeneralPrograms;
+use limits::Begun;
 use opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue};
 use opencl3::context::Context;
 use opencl3::device::Device as ClDevice;
@@ -90,8 +100,8 @@ pub struct Device {
     stopwatch: Option<Arc<Stopwatch>>,
     /// Of a frame whose scratch is the caller's.
     scratch: Option<Arc<ScratchMemory>>,
-    /// Of a frame that may only take so long.
-    limit: Option<Limit>,
+    /// Limits of the frame that this handle is for.
+    begun: Option<Begun>,
     /// Of a frame that is not drawn: which kernels it would start.
     rehearsal: Option<Arc<Rehearsal>>,
     /// Of a frame that may be drawn by general programs.
@@ -158,7 +168,7 @@ impl Device {
             budget: Budget::unlimited(),
             stopwatch: None,
             scratch: None,
-            limit: None,
+            begun: None,
             rehearsal: None,
             general_programs: None,
         }
@@ -190,6 +200,12 @@ impl Device {
     pub(crate) fn require(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
         let shared = self.info().kind == DeviceKind::Cpu;
         memory::require(what, if shared { on_device.saturating_add(on_host) } else { on_host })
+    }
+
+    /// Refuses what does not fit: beside what is there, bytes on the device in its budget, and bytes on the host.
+    pub(crate) fn require_room(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
+        self.budget.require(what, on_device)?;
+        self.require(what, on_device, on_host)
     }
 
     /// The tuning values in use.
@@ -228,7 +244,7 @@ impl Device {
     fn start(&self, stage: &'static str, kernel: &Kernel, items: usize, group: usize) -> Result<(), Error> {
         let started = Instant::now();
         let global = items.div_ceil(group) * group;
-        self.check_limit(stage)?;
+        self.check_limits(stage)?;
         let event = self.command(stage, |queue, wait| {
             // SAFETY: sizes live through the call, and the launchers have set every argument.
             unsafe { queue.enqueue_nd_range_kernel(kernel.get(), 1, std::ptr::null(), &global, &group, wait) }

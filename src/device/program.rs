@@ -10,10 +10,17 @@ use opencl3::kernel::Kernel;
 use opencl3::program::Program;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::Instant;
 
 /// Denormals cost 150 cycles each where specular powers and transmittances underflow; contraction lets a*b+c be one
 /// instruction. Neither is allowed to change what NaN and infinity mean.
 const OPTIONS: &str = "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable";
+
+/// Options that every kernel program is compiled with, whatever its own `-D` options are.
+#[cfg(feature = "cli")]
+pub(crate) fn compiler_options() -> &'static str {
+    OPTIONS
+}
 
 /// What a compiler is given of a program in a file.
 pub(super) fn source(file: &'static str) -> String {
@@ -118,7 +125,12 @@ impl Programs {
         let mut program =
             Program::create_from_source(&self.context, &text).map_err(|e| self.error("clCreateProgramWithSource", e))?;
         let ids = self.context.devices();
+        let started = Instant::now();
         let built = program.build(ids, &options);
+        let taken = started.elapsed();
+        tracing::debug!("built {file} in {:.0} ms: {options}", taken.as_secs_f64() * 1e3);
+        #[cfg(feature = "cli")]
+        crate::progress::add_building(taken);
         let log = program.get_build_log(ids[0]).unwrap_or_default();
         if let Err(e) = built {
             return Err(self.not_built(file, e, log));
@@ -133,13 +145,10 @@ impl Programs {
         Ok(program)
     }
 
-    /// Why a program was not built; PoCL's log does not tell that it had nowhere to put it.
+    /// Why a program was not built. PoCL's log does not say that it could not write the result.
     fn not_built(&self, program: &'static str, source: ClError, log: String) -> Error {
-        let folder = cache::unwritable_folder().filter(|_| cache::is_pocl(&self.info.platform));
-        match folder {
-            Some(folder) => Error::KernelCache { folder },
-            None => Error::Build { program, device: self.info.name.clone(), source, log },
-        }
+        let built = || Error::Build { program, device: self.info.name.clone(), source, log };
+        cache::unusable_cache(&self.info.platform).unwrap_or_else(built)
     }
 }
 

@@ -40,7 +40,7 @@ impl Device {
     /// that would have started.
     pub(crate) fn rehearsing(&self) -> (Self, Arc<Rehearsal>) {
         let rehearsal = Arc::new(Rehearsal::default());
-        (Self { rehearsal: Some(rehearsal.clone()), scratch: None, stopwatch: None, limit: None, ..self.clone() }, rehearsal)
+        (Self { rehearsal: Some(rehearsal.clone()), scratch: None, stopwatch: None, begun: None, ..self.clone() }, rehearsal)
     }
 
     /// Where launches are taken down instead.

@@ -27,7 +27,8 @@ pub enum DeviceChoice {
     /// The first GPU if there is one, else PoCL's CPU, else the first CPU, else the first device.
     #[default]
     Default,
-    /// An index into [`Device::list`](super::Device::list), or part of a device's or platform's name in any case.
+    /// An index into [`Device::list`](super::Device::list), or part of the name of a platform or a device, in any case: the first
+    /// platform that matches, else the first device. `pocl` is PoCL, whose platform is named Portable Computing Language.
     Named(String),
 }
 
@@ -77,7 +78,7 @@ pub(super) fn choose(choice: &DeviceChoice) -> Result<(ClDevice, DeviceInfo), Er
         DeviceChoice::Default => {
             devices.iter().map(|(_, info)| info).enumerate().min_by_key(|(_, info)| rank(info)).map_or(0, |(n, _)| n)
         }
-        DeviceChoice::Named(name) => find(name, &devices)?,
+        DeviceChoice::Named(name) => find(name, devices.iter().map(|(_, info)| info))?,
     };
     Ok(devices.swap_remove(position))
 }
@@ -93,18 +94,22 @@ fn rank(info: &DeviceInfo) -> u32 {
     }
 }
 
-fn find(name: &str, devices: &[(ClDevice, DeviceInfo)]) -> Result<usize, Error> {
+/// The position of the device with an index or a name.
+fn find<'a>(name: &str, devices: impl Iterator<Item = &'a DeviceInfo> + Clone) -> Result<usize, Error> {
     let wanted = name.to_lowercase();
-    let position =
-        |name: fn(&DeviceInfo) -> &str| devices.iter().position(|(_, info)| name(info).to_lowercase().contains(&wanted));
+    let platform = |info: &DeviceInfo| {
+        // PoCL's own short name is part of neither name.
+        info.platform.to_lowercase().contains(&wanted) || (wanted == "pocl" && cache::is_pocl(&info.platform))
+    };
+    let device = |info: &DeviceInfo| info.name.to_lowercase().contains(&wanted);
     let found = match name.parse::<usize>() {
-        Ok(index) => (index < devices.len()).then_some(index),
+        Ok(index) => (index < devices.clone().count()).then_some(index),
         Err(_) if wanted.is_empty() => None,
         // "intel" is Intel's runtime rather than PoCL on a processor of Intel's.
-        Err(_) => position(|info| &info.platform).or_else(|| position(|info| &info.name)),
+        Err(_) => devices.clone().position(platform).or_else(|| devices.clone().position(device)),
     };
     found.ok_or_else(|| {
-        let known = devices.iter().enumerate().map(|(index, (_, info))| format!("{index} ({})", info.name));
+        let known = devices.enumerate().map(|(index, info)| format!("{index} ({}, {})", info.name, info.platform));
         // The one that was meant may be there, but lack a library.
         let known = known.chain(loader::failures().into_iter().map(|f| format!("or repair {f}"))).collect::<Vec<_>>().join(", ");
         Error::UnknownName { what: "device", name: name.into(), known }
@@ -144,8 +149,8 @@ pub(super) fn all() -> Result<Vec<(ClDevice, DeviceInfo)>, Error> {
 
 /// Why there is no device, from what each platform answered.
 fn no_device(answers: &[(String, Result<usize, String>)]) -> Error {
-    if let Some(folder) = cache::unwritable_folder().filter(|_| answers.iter().any(|(name, _)| cache::is_pocl(name))) {
-        return Error::KernelCache { folder };
+    if let Some(error) = answers.iter().find_map(|(name, _)| cache::unusable_cache(name)) {
+        return error;
     }
     let said = |(name, answer): &(String, Result<usize, String>)| match answer {
         Ok(_) => format!("{name} has none"),
@@ -176,9 +181,8 @@ mod tests {
     use super::*;
     use opencl3::device::CL_DEVICE_TYPE_GPU;
 
-    #[test]
-    fn a_gpu_comes_before_pocl_and_pocl_before_other_processors() {
-        let device = |kind, platform: &str| DeviceInfo {
+    fn device(kind: DeviceKind, platform: &str) -> DeviceInfo {
+        DeviceInfo {
             index: Some(0),
             name: String::new(),
             kind,
@@ -189,7 +193,29 @@ mod tests {
             memory_bytes: 0,
             largest_buffer_bytes: 0,
             tuning: Tuning::new(kind, platform, 16),
-        };
+        }
+    }
+
+    #[test]
+    fn devices_are_found_by_index_platform_and_name() {
+        let named = |platform, name: &str| DeviceInfo { name: name.into(), ..device(DeviceKind::Cpu, platform) };
+        let devices = [
+            named("NVIDIA CUDA", "NVIDIA H100"),
+            named("Portable Computing Language", "cpu-skylake-Intel(R) Xeon(R)"),
+            named("Intel(R) OpenCL", "Intel(R) Xeon(R)"),
+        ];
+        let found = |name: &str| find(name, devices.iter()).ok();
+        for name in ["pocl", "PoCL", "portable", "1", "SKYLAKE"] {
+            assert_eq!(found(name), Some(1), "{name}");
+        }
+        assert_eq!((found("intel"), found("h100"), found("nvidia"), found("xeon")), (Some(2), Some(0), Some(0), Some(1)));
+        assert_eq!((found("3"), found(""), found("rusticl")), (None, None, None));
+        let refused = find("rusticl", devices.iter()).unwrap_err().to_string();
+        assert!(refused.contains("0 (NVIDIA H100, NVIDIA CUDA)") && refused.contains("Portable"), "{refused}");
+    }
+
+    #[test]
+    fn a_gpu_comes_before_pocl_and_pocl_before_other_processors() {
         let in_order = [
             device(DeviceKind::Gpu, "NVIDIA CUDA"),
             device(DeviceKind::Cpu, "Portable Computing Language"),

@@ -81,6 +81,7 @@ kernel_files!(
     "volume/min_max_blocks.cl",
     "volume/opacity_range.cl",
     "volume/prefilter.cl",
+    "volume/prepare.cl",
     "volume/prefilter_columns.cl",
     "volume/prefilter_rows.cl",
     "volume/shown_slabs.cl",

@@ -6,16 +6,16 @@ use super::group::Group;
 use super::report::{DistributedReport, Own};
 use super::{Brick, cut, work};
 use crate::camera::Camera;
-use crate::device::Device;
+use crate::device::{Cancel, Device};
 use crate::error::Error;
-use crate::image::Frame;
+use crate::image::{Depths, Frame};
 use crate::layers::Axis;
 use crate::memory;
-use crate::renderer::{DeviceVoxels, LatticeView, PartRenderer, Shares, UploadedVolume};
+use crate::renderer::{DeviceVoxels, FrameReport, LatticeView, PartRenderer, Shares, StreamPlan, UploadedVolume, VolumeRenderer};
 use crate::settings::{Blend, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{Description, Volume, VolumePart, VoxelBox};
+use crate::volume::{Description, Grid, Volume, VolumePart, VoxelBox};
 use opencl3::event::Event;
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -46,6 +46,8 @@ pub struct Renderer<'v> {
     balance: bool,
     keep: bool,
     longest: Option<Duration>,
+    cancel: Option<Cancel>,
+    last_report: Option<DistributedReport>,
 }
 
 /// Where the voxels of a process are.
@@ -122,6 +124,8 @@ impl<'v> Renderer<'v> {
             balance: true,
             keep: true,
             longest: None,
+            cancel: None,
+            last_report: None,
         }
     }
 
@@ -140,6 +144,17 @@ impl<'v> Renderer<'v> {
     /// How long a process may take for its layers of a lattice from now on, as [`Renderer::limit`](crate::Renderer::limit).
     pub fn limit(&mut self, longest: Option<Duration>) {
         self.longest = longest;
+    }
+
+    /// Lets another thread of this process cancel its layers of a lattice, as [`Renderer::set_cancel`](crate::Renderer::set_cancel): the
+    /// picture then fails in all processes.
+    pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
+        self.cancel = cancel;
+    }
+
+    /// What the processes did for the last picture.
+    pub fn last_report(&self) -> Option<&DistributedReport> {
+        self.last_report.as_ref()
     }
 
     /// What is known of the whole volume.
@@ -202,8 +217,11 @@ impl<'v> Renderer<'v> {
             let exchanged = self.hold(view, settings)?;
             own.exchanged.sent_bytes += exchanged.sent_bytes;
             own.exchanged.received_bytes += exchanged.received_bytes;
-            let longest = self.longest;
-            self.renderers().for_each(|renderer| renderer.limit(longest));
+            let (longest, cancel) = (self.longest, self.cancel.clone());
+            self.renderers().for_each(|renderer| {
+                renderer.limit(longest);
+                renderer.set_cancel(cancel.clone());
+            });
             let Self { group, composer, cuts, shares, .. } = self;
             let cut = cuts[view.axis().index()].as_mut().expect("it is held now");
             let (layers, started) = (cut.ranges[group.rank()].clone(), Instant::now());
@@ -225,6 +243,7 @@ impl<'v> Renderer<'v> {
         let frame = self.group.agree(frame)?;
         let axes = views.iter().map(|(view, _)| view.axis()).collect();
         let report = DistributedReport { lattice: first.report(), axes, ranks: own.gather(&self.group), composed, compose_ms };
+        self.last_report = Some(report.clone());
         Ok((frame, report))
     }
 
@@ -322,6 +341,49 @@ impl<'v> Renderer<'v> {
         if self.group.least(enough.into()) == 0 {
             self.cuts = [None, None, None];
         }
+    }
+}
+
+impl<'v> VolumeRenderer<'v> for Renderer<'v> {
+    fn set_transfer_function(&mut self, transfer: &TransferFunction) {
+        self.set_transfer_function(transfer);
+    }
+
+    fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
+        self.set_volume(volume)
+    }
+
+    fn grid(&self) -> &Grid {
+        self.description().grid()
+    }
+
+    fn measure(&mut self, _: bool) {}
+
+    fn limit(&mut self, longest: Option<Duration>) {
+        self.limit(longest);
+    }
+
+    fn set_cancel(&mut self, cancel: Option<Cancel>) {
+        self.set_cancel(cancel);
+    }
+
+    fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
+        LatticeView::all(self.description(), camera, viewport, settings).map(|_| None)
+    }
+
+    fn render(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(Option<Frame>, FrameReport), Error> {
+        let (frame, report) = self.render(camera, viewport, settings)?;
+        Ok((frame, FrameReport { lattice: Some(report.lattice), measured: None, general_program: false }))
+    }
+
+    fn depths(&mut self, _: &Camera, _: Viewport, _: &Settings) -> Result<Depths, Error> {
+        let problem = "depths need the whole volume on one device".into();
+        Err(Error::Settings { field: "depth", problem })
     }
 }
 

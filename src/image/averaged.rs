@@ -1,4 +1,4 @@
-//! Larger frames averaged down: supersampling.
+//! Downsampling of frames by averaging, for supersampling.
 
 use super::Frame;
 use crate::error::Error;
@@ -7,8 +7,7 @@ use crate::viewport::Viewport;
 use rayon::prelude::*;
 
 impl Frame {
-    /// The frame with every block of `n` × `n` pixels averaged into one. Pixels are premultiplied, so the mean of colour and opacity is
-    /// what the finer picture looks like from afar, on any background.
+    /// Averages blocks of `n` × `n` pixels. Pixels are premultiplied, so their mean is correct over any background.
     ///
     /// ```
     /// use layersplat::{Frame, Viewport};
@@ -19,7 +18,7 @@ impl Frame {
     /// ```
     ///
     /// # Errors
-    /// If `n` is 0 or does not divide width and height, and where there is no memory for the smaller frame.
+    /// If `n` is 0 or does not divide width and height, or memory is insufficient.
     pub fn averaged(&self, n: u32) -> Result<Frame, Error> {
         if n == 0 || !self.width().is_multiple_of(n) || !self.height().is_multiple_of(n) {
             let expected = "a whole number above 0 that divides the frame's width and height";
@@ -38,7 +37,7 @@ impl Frame {
     }
 }
 
-/// The mean of `count` pixels. The sum is taken in `f64`, always in the same order.
+/// Mean of `count` pixels, summed in `f64` in a fixed order.
 fn mean<'a>(pixels: impl Iterator<Item = &'a [f32; 4]>, count: usize) -> [f32; 4] {
     let mut sum = [0.0; 4];
     for pixel in pixels {
@@ -55,7 +54,7 @@ mod tests {
 
     #[test]
     fn blocks_are_averaged_by_hand() {
-        // Numbers whose sums are exact.
+        // Numbers with exact sums.
         let value = |x: u32, y: u32, channel: u32| (x * 7 + y * 31 + channel * 3) as f32 / 256.0;
         let viewport = Viewport::new(6, 9).unwrap();
         let place = |n: u32| (n % 6, n / 6);
@@ -65,7 +64,7 @@ mod tests {
         assert_eq!((coarse.width(), coarse.height()), (2, 3));
         for (row, column) in (0..3).flat_map(|row| [(row, 0), (row, 1)]) {
             for channel in 0..4 {
-                // Of something linear, the mean is the value in the middle.
+                // The mean of a linear function is its value at the centre.
                 let expected = value(3 * column + 1, 3 * row + 1, channel);
                 assert_eq!(coarse.pixel(column, row)[channel as usize], expected, "{row}, {column}, {channel}");
             }
@@ -80,7 +79,7 @@ mod tests {
     fn opacity_weighs_colours() {
         let pixels = vec![[1.0, 0.0, 0.0, 1.0], [0.0; 4], [0.0; 4], [0.0; 4]];
         let average = Frame::new(Viewport::new(2, 2).unwrap(), pixels).averaged(2).unwrap();
-        // A quarter of red, as red as before.
+        // Opacity becomes a quarter; the colour stays pure red.
         assert_eq!(average.to_rgba8(crate::Background::Transparent), [255, 0, 0, 64]);
     }
 }

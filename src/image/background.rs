@@ -1,8 +1,8 @@
-//! What a picture stands on.
+//! Background of pictures.
 
 use std::str::FromStr;
 
-/// What a picture stands on.
+/// Background of a picture.
 ///
 /// ```
 /// use layersplat::Background;
@@ -12,9 +12,9 @@ use std::str::FromStr;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Background {
-    /// An opaque colour: red, green, blue, 0 … 1.
+    /// An opaque colour: red, green, blue in 0 … 1.
     Color([f32; 3]),
-    /// Nothing: the picture keeps its alpha.
+    /// No background: the picture keeps its alpha channel.
     Transparent,
 }
 
@@ -26,7 +26,7 @@ impl Background {
 impl FromStr for Background {
     type Err = String;
 
-    /// `transparent`, `black`, `white`, `grey`, `#rrggbb` or `R,G,B` with numbers in 0 … 1.
+    /// Parses `transparent`, `black`, `white`, `grey`, `#rrggbb`, or `R,G,B` with numbers in 0 … 1.
     fn from_str(text: &str) -> Result<Self, String> {
         let color = match text {
             "transparent" => return Ok(Background::Transparent),
@@ -36,7 +36,7 @@ impl FromStr for Background {
             _ => hexadecimal(text).or_else(|| numbers(text)),
         };
         color.map(Background::Color).ok_or_else(|| {
-            format!("'{text}' is no colour: use transparent, black, white, grey, #rrggbb or R,G,B with numbers from 0 to 1")
+            format!("invalid colour '{text}': use transparent, black, white, grey, #rrggbb or R,G,B with numbers from 0 to 1")
         })
     }
 }

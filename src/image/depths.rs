@@ -1,4 +1,4 @@
-//! How far away is what a picture shows.
+//! Depth images.
 
 use super::{Background, Frame, ImageFormat, file};
 use crate::error::Error;
@@ -6,14 +6,15 @@ use crate::memory;
 use crate::viewport::Viewport;
 use std::path::Path;
 
-/// Per pixel, what stands between a frame with depths and its file: a background's picture, channels, and both encoded.
+/// Temporary bytes per pixel while writing: the picture over its background, all channels, and both encoded.
 const BYTES: u64 = 16 + 2 * (16 + 8);
 
-/// Depths of a picture's pixels: distances from the eye along the view's direction, in world units, row by row, row 0 on top; infinite where
-/// less than 1/256 of the light is stopped. In a perspective they are distances from the plane through the eye, as compositing programs
-/// and depth buffers have them, not along rays.
+/// Depths of the pixels of a picture, row by row, row 0 at the top.
 ///
-/// Made by [`Renderer::depths`](crate::Renderer::depths).
+/// Depths are distances from the plane through the eye along the view direction, in world units, as in depth buffers; in a perspective
+/// they are not distances along rays. They are infinite where less than 1/256 of the light is absorbed.
+///
+/// Computed by [`Renderer::depths`](crate::Renderer::depths).
 ///
 /// ```
 /// use layersplat::{Renderer, Settings};
@@ -36,34 +37,34 @@ pub struct Depths {
 }
 
 impl Depths {
-    /// Of `viewport.pixels()` depths each.
+    /// `first` and `mean` have `viewport.pixels()` depths each.
     pub(crate) fn new(viewport: Viewport, first: Vec<f32>, mean: Vec<f32>) -> Self {
         assert_eq!((first.len(), mean.len()), (viewport.pixels(), viewport.pixels()));
         Self { viewport, first, mean }
     }
 
-    /// Columns and rows.
+    /// Size of the picture.
     pub fn viewport(&self) -> Viewport {
         self.viewport
     }
 
-    /// Where something is seen first: where 1/256 of the light is stopped, or at the iso-surface.
+    /// Depth of the first visible surface: where the accumulated opacity reaches 1/256, or of the iso-surface.
     pub fn first(&self) -> &[f32] {
         &self.first
     }
 
-    /// The mean of all depths, each weighted by what it adds to the pixel's opacity; never less than the first.
+    /// Mean depth, weighted by the contribution to the pixel's opacity; at least the first depth.
     pub fn mean(&self) -> &[f32] {
         &self.mean
     }
 }
 
 impl Frame {
-    /// Writes an `.exr` file with depths beside the picture, whole or not at all: the channels `Z`, where something is seen first, and
-    /// `mean.Z`. Without a background, the picture stays bare.
+    /// Writes an `.exr` file with depth channels atomically: `Z` is the first visible depth, `mean.Z` the mean depth. Without a background,
+    /// the picture keeps its alpha.
     ///
     /// # Errors
-    /// Of other endings, depths of another size, and files that cannot be written.
+    /// If the extension is not `.exr`, the depths have another size, or the file cannot be written.
     pub fn save_with_depths(&self, path: impl AsRef<Path>, background: Option<Background>, depths: &Depths) -> Result<(), Error> {
         let path = path.as_ref();
         ImageFormat::with_depths(path)?;

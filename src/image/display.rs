@@ -1,17 +1,17 @@
-//! A finished pixel: over a background, and in 8 bits. The same rule as kernels/display.cl, to the bit.
+//! Conversion of pixels for display: over a background, to 8 bits. Bit-identical to kernels/display.cl.
 
 use super::Background;
 
-/// A pixel of less opacity shows nothing: quotients of denormals, which devices may take for 0, are kept out.
+/// Opacities below this count as 0, which avoids quotients of denormals: devices may flush those to 0.
 const LEAST_OPACITY: f32 = f32::from_bits((127 - 100) << 23);
 
-/// A premultiplied pixel over an opaque colour. What is multiplied and added is rounded once.
+/// Composites a premultiplied pixel over an opaque colour. The fused multiply-add rounds once.
 pub(super) fn over([r, g, b, a]: [f32; 4], color: [f32; 3]) -> [f32; 4] {
     let on = |c: f32, below: f32| (1.0 - a).mul_add(below, c);
     [on(r, color[0]), on(g, color[1]), on(b, color[2]), 1.0]
 }
 
-/// A premultiplied pixel in 8 bits, over an opaque colour or with straight alpha.
+/// Converts a premultiplied pixel to 8 bits, over an opaque colour or with straight alpha.
 pub(super) fn displayed(pixel: [f32; 4], background: Background) -> [u8; 4] {
     let [r, g, b, a] = pixel;
     match background {
@@ -21,9 +21,9 @@ pub(super) fn displayed(pixel: [f32; 4], background: Background) -> [u8; 4] {
     }
 }
 
-/// 0 … 1 to 0 … 255, halves up; what lies beyond to the nearest end, NaN to 0.
+/// Converts 0 … 1 to 0 … 255, rounding halves up. Values outside are clamped; NaN becomes 0.
 fn byte(c: f32) -> u8 {
-    // The cast truncates, and saturates.
+    // Float-to-integer casts truncate and saturate.
     c.mul_add(255.0, 0.5) as u8
 }
 
@@ -68,7 +68,7 @@ mod tests {
         assert_eq!(displayed(half, Background::BLACK), [77, 26, 0, 255]);
         assert_eq!(displayed(half, Background::Color([0.0, 0.4, 1.0])), [77, 77, 128, 255]);
         assert_eq!(displayed(half, Background::Transparent), [153, 51, 0, 128]);
-        // More colour than opacity, none of it, and nothing to speak of.
+        // More colour than opacity; no opacity; negligible opacity.
         assert_eq!(displayed([0.5, 0.25, 0.0, 0.25], Background::Transparent), [255, 255, 0, 64]);
         for nothing in [0.0, -0.5, f32::NAN, LEAST_OPACITY / 2.0] {
             assert_eq!(displayed([0.3, 0.3, 0.3, nothing], Background::Transparent), [0; 4], "{nothing}");

@@ -1,4 +1,4 @@
-//! Pictures to files, written whole or not at all.
+//! Atomic picture output.
 
 use super::{Background, Depths, Frame};
 use crate::error::Error;
@@ -11,7 +11,7 @@ use npyz::WriterBuilder;
 use std::io;
 use std::path::Path;
 
-/// File formats of pictures.
+/// Picture file formats.
 ///
 /// ```
 /// use layersplat::image::ImageFormat;
@@ -25,17 +25,20 @@ use std::path::Path;
 pub enum ImageFormat {
     /// 8-bit RGBA.
     Png,
-    /// 8-bit RGB, which knows no opacity: the picture stands on an opaque colour.
+    /// 8-bit RGB without transparency; the picture is composited over an opaque colour.
     Jpeg,
-    /// OpenEXR, 32-bit floats, red, green, blue and opacity, premultiplied. The numbers are the frame's own: what a `.png` shows as
-    /// n/255 is n/255 here too. Programs that take them for linear light show a brighter picture.
+    /// OpenEXR with premultiplied 32-bit float RGBA. Values are those of the frame: n/255 in a `.png` is n/255 here. Programs that interpret
+    /// them as linear light display a brighter picture.
     Exr,
-    /// NumPy array, float32, H×W×4, premultiplied.
+    /// NumPy array, float32, shape (height, width, 4), premultiplied.
     Npy,
 }
 
 impl ImageFormat {
-    /// The format that a file name's ending asks for.
+    /// The format of a file extension.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] if no format has it.
     pub fn of(path: &Path) -> Result<Self, Error> {
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("png") => Ok(ImageFormat::Png),
@@ -53,20 +56,26 @@ impl ImageFormat {
         }
     }
 
-    /// The format that a file name's ending asks for, which must have room for depths beside the picture: `.exr`.
+    /// The format of a file extension, which must support depths: `.exr`.
+    ///
+    /// # Errors
+    /// As [`ImageFormat::of`], and for formats without depths.
     pub fn with_depths(path: &Path) -> Result<Self, Error> {
         let format = Self::of(path)?;
         if format != ImageFormat::Exr {
-            let problem = format!("{} cannot hold depths: name an .exr file", path.display());
+            let problem = format!("{} cannot hold depths: use an .exr file", path.display());
             return Err(Error::Settings { field: "depth", problem });
         }
         Ok(format)
     }
 
-    /// Refuses a background that the format cannot hold: a transparent one in `.jpg`.
+    /// Rejects a background that the format does not support: a transparent one in JPEG.
+    ///
+    /// # Errors
+    /// [`Error::Settings`] for such a background.
     pub fn accept(self, background: Option<Background>) -> Result<(), Error> {
         if self == ImageFormat::Jpeg && background == Some(Background::Transparent) {
-            let problem = "JPEG knows no opacity: choose a colour, or write .png, .exr or .npy".into();
+            let problem = "JPEG does not support transparency: choose a colour, or write .png, .exr or .npy".into();
             return Err(Error::Settings { field: "background", problem });
         }
         Ok(())
@@ -81,10 +90,10 @@ pub(super) fn write_png(path: &Path, viewport: Viewport, rgba: &[u8]) -> Result<
     })
 }
 
-/// Of 100. Colours are not thinned out from 85 on or so; noise around edges is not seen.
+/// JPEG quality, up to 100. At 85 and above, chroma is not subsampled and ringing is invisible.
 const JPEG_QUALITY: u8 = 92;
 
-/// Of opaque pixels.
+/// Writes opaque RGBA8 pixels.
 pub(super) fn write_jpeg(path: &Path, viewport: Viewport, rgba: &[u8]) -> Result<(), Error> {
     let rgb: Vec<u8> = rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
     write_whole(path, |out| {
@@ -94,7 +103,7 @@ pub(super) fn write_jpeg(path: &Path, viewport: Viewport, rgba: &[u8]) -> Result
     })
 }
 
-/// The picture, and depths where they are given.
+/// Writes the picture, and depths if given.
 pub(super) fn write_exr(path: &Path, frame: &Frame, depths: Option<&Depths>) -> Result<(), Error> {
     let channel = |name: &str, numbers| AnyChannel::new(name, FlatSamples::F32(numbers));
     let color = |(i, name)| channel(name, frame.pixels().iter().map(|pixel| pixel[i]).collect());
@@ -102,7 +111,7 @@ pub(super) fn write_exr(path: &Path, frame: &Frame, depths: Option<&Depths>) -> 
     let depths = depths.into_iter().flat_map(|depths| [("Z", depths.first()), ("mean.Z", depths.mean())]);
     let channels = colors.chain(depths.map(|(name, numbers)| channel(name, numbers.to_vec()))).collect();
     let image = Image::from_channels((frame.width() as usize, frame.height() as usize), AnyChannels::sort(channels));
-    // The encoder goes back to the file's beginning, where it keeps a table.
+    // The encoder seeks back to write its offset table.
     let mut encoded = io::Cursor::new(Vec::new());
     image.write().to_buffered(&mut encoded).map_err(|e| Error::write(path, io::Error::other(e)))?;
     write_whole(path, |out| out.write_all(encoded.get_ref()))
@@ -151,10 +160,10 @@ mod tests {
         assert_eq!(read_image(&exr).unwrap(), frame());
         frame().save(&exr, Some(Background::Color([0.0, 0.0, 1.0]))).unwrap();
         assert_eq!(read_image(&exr).unwrap(), frame().over(Background::Color([0.0, 0.0, 1.0])));
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "temporary files stay behind");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "no temporary files may be left");
     }
 
-    /// Largest error of smooth colours in JPEG, of 1: coefficients of such blocks are rounded by a few steps of 255.
+    /// Largest error of smooth gradients in JPEG, relative to 1: coefficients are rounded by a few steps of 255.
     const JPEG_ERROR: f64 = 0.025;
 
     #[test]
@@ -171,7 +180,7 @@ mod tests {
         }
         std::fs::remove_file(&path).unwrap();
         let refused = smooth.save(&path, Some(Background::Transparent)).unwrap_err();
-        assert!(refused.to_string().contains("no opacity") && refused.fields() == ["background"], "{refused}");
+        assert!(refused.to_string().contains("not support transparency") && refused.fields() == ["background"], "{refused}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
@@ -182,7 +191,7 @@ mod tests {
             let path = folder.path().join(name);
             frame().save(&path, None).unwrap();
             let whole = std::fs::read(&path).unwrap();
-            // The last 12 bytes of a PNG are an empty closing chunk, which decoders may do without; so may they without a JPEG's last pixels.
+            // The last 12 bytes of a PNG are an empty end chunk, which decoders may ignore. They may also tolerate a few missing bytes in a JPEG.
             let needed = if name == "a.jpg" { header_of(&whole) } else { whole.len() - 12 };
             for length in 0..needed {
                 std::fs::write(&path, &whole[..length]).unwrap();

@@ -1,8 +1,8 @@
-//! How far two pictures differ.
+//! Comparison of pictures.
 
 use serde::Serialize;
 
-/// Differences of two pictures, in premultiplied values of 0 … 1.
+/// Differences of two pictures, in premultiplied values 0 … 1.
 ///
 /// ```
 /// use layersplat::{Frame, Viewport};
@@ -15,16 +15,16 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Comparison {
-    /// Peak signal-to-noise ratio over red, green and blue, in dB; `None` when these are identical.
+    /// Peak signal-to-noise ratio over red, green and blue in dB; `None` if they are identical.
     pub psnr: Option<f64>,
-    /// The same over red, green, blue and alpha.
+    /// Peak signal-to-noise ratio over red, green, blue and alpha in dB; `None` if they are identical.
     pub psnr_rgba: Option<f64>,
-    /// Largest difference of any of the four channels.
+    /// Largest absolute difference of any channel.
     pub max_difference: f64,
 }
 
 impl Comparison {
-    /// Compares pixels one by one. A value that is not a number differs by infinity.
+    /// Compares pixels of equally large pictures. NaN counts as an infinite difference.
     pub(super) fn new(a: &[[f32; 4]], b: &[[f32; 4]]) -> Self {
         let mut squares = [0.0; 4];
         let mut max_difference: f64 = 0.0;
@@ -38,7 +38,7 @@ impl Comparison {
         }
         let psnr = |channels: usize| {
             let mean = squares[..channels].iter().sum::<f64>() / (a.len() * channels) as f64;
-            // Plus 0: of pictures that differ by 1 everywhere it is 0, not −0.
+            // Adding 0 turns −0 into 0, for pictures that differ by 1 everywhere.
             (mean > 0.0).then(|| -10.0 * mean.log10() + 0.0)
         };
         Self { psnr: psnr(3), psnr_rgba: psnr(4), max_difference }

@@ -1,4 +1,4 @@
-//! Pictures: frames, files and how far two of them differ.
+//! Pictures: frames, picture files and comparison.
 
 mod animation;
 mod averaged;
@@ -25,7 +25,7 @@ use crate::viewport::Viewport;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// A picture: premultiplied red, green, blue and opacity, 0 … 1, row by row, row 0 on top.
+/// A picture: premultiplied RGBA in 0 … 1, row by row, row 0 at the top.
 ///
 /// ```
 /// use layersplat::{Background, Frame, Viewport};
@@ -41,41 +41,41 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A frame of `viewport.pixels()` pixels.
+    /// Creates a frame of `viewport.pixels()` pixels.
     ///
     /// # Panics
-    /// If their number is another.
+    /// If `pixels` has another length.
     pub fn new(viewport: Viewport, pixels: Vec<[f32; 4]>) -> Self {
         assert_eq!(pixels.len(), viewport.pixels());
         Self { viewport, pixels }
     }
 
-    /// Columns.
+    /// Number of columns.
     pub fn width(&self) -> u32 {
         self.viewport.width
     }
 
-    /// Rows.
+    /// Number of rows.
     pub fn height(&self) -> u32 {
         self.viewport.height
     }
 
-    /// The pixels, row by row.
+    /// Pixels, row by row.
     pub fn pixels(&self) -> &[[f32; 4]] {
         &self.pixels
     }
 
-    /// The pixels, row by row, for whom the frame is of no more use: they are not copied.
+    /// Consumes the frame and returns its pixels without a copy.
     pub fn into_pixels(self) -> Vec<[f32; 4]> {
         self.pixels
     }
 
-    /// The pixel in a column and a row.
+    /// Pixel at a column and a row.
     pub fn pixel(&self, column: u32, row: u32) -> [f32; 4] {
         self.pixels[row as usize * self.viewport.width as usize + column as usize]
     }
 
-    /// Puts the picture over an opaque colour; `Transparent` leaves it as it is.
+    /// Composites the picture over an opaque colour; `Transparent` leaves it unchanged.
     pub fn over(mut self, background: Background) -> Self {
         if let Background::Color(color) = background {
             for pixel in &mut self.pixels {
@@ -85,22 +85,22 @@ impl Frame {
         self
     }
 
-    /// 8-bit RGBA: over an opaque colour, or with straight alpha, halves rounded up. The same bytes as those of
+    /// Converts to 8-bit RGBA: over an opaque colour, or with straight alpha. Halves are rounded up. The bytes equal those of
     /// [`Renderer::render_rgba8`](crate::Renderer::render_rgba8).
     pub fn to_rgba8(&self, background: Background) -> Vec<u8> {
         self.pixels.iter().flat_map(|&pixel| display::displayed(pixel, background)).collect()
     }
 
-    /// Writes a `.png`, `.jpg` (8 bit), `.exr` or `.npy` (float32, H×W×4) file, whole or not at all. Without a background, `.exr`
-    /// and `.npy` keep the bare picture, and `.png` and `.jpg` stand on opaque black.
+    /// Writes a `.png`, `.jpg` (8 bits), `.exr` or `.npy` (float32, H×W×4) file atomically. Without a background, `.exr` and `.npy` keep
+    /// alpha, and `.png` and `.jpg` use opaque black.
     ///
     /// # Errors
-    /// Of endings, files that cannot be written, and `Transparent` for a `.jpg`, which knows no opacity.
+    /// If the extension is unknown, the file cannot be written, or the background is `Transparent` for a `.jpg`.
     pub fn save(&self, path: impl AsRef<Path>, background: Option<Background>) -> Result<(), Error> {
         let path = path.as_ref();
         let format = ImageFormat::of(path)?;
         format.accept(background)?;
-        // What stands between the frame and the file, per pixel; EXR is encoded before it is written.
+        // Temporary bytes per pixel; EXR is encoded in memory.
         let bytes = match format {
             ImageFormat::Png => 4,
             ImageFormat::Jpeg => 4 + 3,
@@ -117,7 +117,7 @@ impl Frame {
         }
     }
 
-    /// On an opaque colour if one is given, bare otherwise.
+    /// The picture over an opaque colour if given, else unchanged.
     fn standing_on(&self, background: Option<Background>) -> Cow<'_, Self> {
         match background {
             Some(background @ Background::Color(_)) => Cow::Owned(self.clone().over(background)),
@@ -125,7 +125,7 @@ impl Frame {
         }
     }
 
-    /// Differences from another frame of the same size; `None` if the sizes differ.
+    /// Compares with another frame; `None` if the sizes differ.
     pub fn compare(&self, other: &Frame) -> Option<Comparison> {
         (self.viewport == other.viewport).then(|| Comparison::new(&self.pixels, &other.pixels))
     }

@@ -1,4 +1,4 @@
-//! Pictures from files, as premultiplied floats.
+//! Reads pictures as premultiplied floats.
 
 use super::{Frame, ImageFormat};
 use crate::error::Error;
@@ -9,6 +9,9 @@ use std::io;
 use std::path::Path;
 
 /// Reads a `.png`, `.jpg`, `.exr` or `.npy` picture as premultiplied floats.
+///
+/// # Errors
+/// If the extension is unknown, or the file cannot be read, is damaged, too large, or has values that are not finite.
 pub fn read_image(path: &Path) -> Result<Frame, Error> {
     match ImageFormat::of(path)? {
         ImageFormat::Png => decoded(path, image::ImageFormat::Png),
@@ -18,7 +21,7 @@ pub fn read_image(path: &Path) -> Result<Frame, Error> {
     }
 }
 
-/// Bytes per pixel while a picture becomes floats: its own, at most a float per channel, as floats, and premultiplied.
+/// Bytes per pixel while decoding: as stored, at most a float per channel; as floats; and premultiplied.
 const DECODING: u64 = 16 + 16 + 16;
 
 fn decoded(path: &Path, format: image::ImageFormat) -> Result<Frame, Error> {
@@ -28,7 +31,7 @@ fn decoded(path: &Path, format: image::ImageFormat) -> Result<Frame, Error> {
     };
     let mut reader = ImageReader::open(path).map_err(|e| Error::read(path, e))?;
     reader.set_format(format);
-    // The numbers of a file are as little to be trusted as the machine is to have the memory.
+    // Limits for damaged or malicious headers.
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(memory::available());
     (limits.max_image_width, limits.max_image_height) = (Some(Viewport::MAX_SIDE), Some(Viewport::MAX_SIDE));
@@ -39,14 +42,14 @@ fn decoded(path: &Path, format: image::ImageFormat) -> Result<Frame, Error> {
     memory::require(&path.display().to_string(), viewport.pixels() as u64 * DECODING)?;
     let picture = DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgba32f();
     let premultiplied = |p: &image::Rgba<f32>| match format {
-        // As the format has it already.
+        // EXR is premultiplied already.
         image::ImageFormat::OpenExr => p.0,
         _ => [p[0] * p[3], p[1] * p[3], p[2] * p[3], p[3]],
     };
     finite(path, Frame::new(viewport, picture.pixels().map(premultiplied).collect()))
 }
 
-/// The size of the picture in a file.
+/// Checks the size of a picture.
 fn size_of(path: &Path, width: u32, height: u32) -> Result<Viewport, Error> {
     Viewport::new(width, height).map_err(|_| {
         let problem = format!("it has {width}x{height} pixels: expected 1 to {} per side", Viewport::MAX_SIDE);
@@ -67,12 +70,12 @@ fn read_npy(path: &Path) -> Result<Frame, Error> {
     let side = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
     let viewport = size_of(path, side(width), side(height))?;
     memory::require(&path.display().to_string(), viewport.pixels() as u64 * 16)?;
-    let numbers = array.into_vec::<f32>().map_err(|e| damaged(format!("{e}: it must hold float32")))?;
+    let numbers = array.into_vec::<f32>().map_err(|e| damaged(format!("{e}: expected float32")))?;
     let (pixels, _) = numbers.as_chunks::<4>();
     finite(path, Frame::new(viewport, pixels.to_vec()))
 }
 
-/// Refuses pictures with numbers that are none.
+/// Rejects pictures with non-finite numbers.
 fn finite(path: &Path, frame: Frame) -> Result<Frame, Error> {
     let lost = frame.pixels().iter().flatten().filter(|n| !n.is_finite()).count();
     if lost > 0 {

@@ -1,15 +1,16 @@
-//! Letters on pictures: 8 by 8 pixels each, or a whole multiple of that.
+//! Bitmap text, 8×8 pixels per character or an integer multiple.
 
 use font8x8::UnicodeFonts;
 
-/// Pixels along the side of a letter, at a scale of 1.
+/// Pixels along each side of a character at scale 1.
 const SIDE: u32 = 8;
-/// Rows between lines of letters.
+/// Empty rows between lines.
 const LEADING: u32 = 2;
 
-/// Draws a text with its upper left corner `at` (column, row) on rows of straight-alpha RGBA8 pixels, each letter 8·`scale` pixels wide and
-/// high, lines 10·`scale` apart. What lies beyond the picture is left out; letters that the font has not are boxes. Where the picture shows
-/// through `color`, what was there is mixed with it.
+/// Draws text on straight-alpha RGBA8 pixels, with its upper left corner `at` (column, row).
+///
+/// Characters are 8·`scale` pixels wide and high, lines 10·`scale` apart. Text is clipped to the picture. Characters missing from the
+/// font become boxes. A translucent `color` is blended with the picture.
 ///
 /// ```
 /// use layersplat::image::{draw_text, text_size};
@@ -21,7 +22,7 @@ const LEADING: u32 = 2;
 /// ```
 ///
 /// # Panics
-/// If there are not `size[0]`·`size[1]` pixels.
+/// If `pixels` does not have 4·`size[0]`·`size[1]` bytes.
 pub fn draw_text(pixels: &mut [u8], size: [u32; 2], at: [i32; 2], text: &str, color: [u8; 4], scale: u32) {
     assert_eq!(pixels.len(), size[0] as usize * size[1] as usize * 4);
     let scale = i64::from(scale);
@@ -37,7 +38,7 @@ pub fn draw_text(pixels: &mut [u8], size: [u32; 2], at: [i32; 2], text: &str, co
     }
 }
 
-/// Columns and rows that a text takes at a scale.
+/// Width and height of text in pixels.
 ///
 /// ```
 /// assert_eq!(layersplat::image::text_size("one\nthree", 2), [80, 36]);
@@ -48,16 +49,16 @@ pub fn text_size(text: &str, scale: u32) -> [u32; 2] {
     [letters * SIDE * scale, (lines * (SIDE + LEADING)).saturating_sub(LEADING) * scale]
 }
 
-/// Columns and rows of a letter's dots.
+/// Positions of the set pixels of a character.
 fn dots(letter: char) -> impl Iterator<Item = (u32, u32)> {
-    /// What stands for letters that the font has not.
+    /// Replacement of characters missing from the font.
     const BOX: [u8; 8] = [0x7f, 0x41, 0x41, 0x41, 0x41, 0x41, 0x7f, 0];
     let rows = font8x8::BASIC_FONTS.get(letter).or_else(|| font8x8::LATIN_FONTS.get(letter));
     let rows = rows.or_else(|| font8x8::GREEK_FONTS.get(letter)).unwrap_or(BOX);
     (0..SIDE).flat_map(move |y| (0..SIDE).filter(move |x| rows[y as usize] >> x & 1 == 1).map(move |x| (x, y)))
 }
 
-/// A square of pixels, as far as it is in the picture.
+/// Fills a square, clipped to the picture.
 fn fill(pixels: &mut [u8], size: [u32; 2], from: [i64; 2], side: i64, color: [u8; 4]) {
     let inside = |from: i64, size: u32| from.max(0)..(from + side).min(i64::from(size));
     for y in inside(from[1], size[1]) {
@@ -68,7 +69,7 @@ fn fill(pixels: &mut [u8], size: [u32; 2], from: [i64; 2], side: i64, color: [u8
     }
 }
 
-/// A colour over a pixel, both of straight alpha.
+/// Blends a straight-alpha colour over a straight-alpha pixel.
 pub(crate) fn blend(pixel: &mut [u8], color: [u8; 4]) {
     let (above, below) = (f32::from(color[3]) / 255.0, f32::from(pixel[3]) / 255.0);
     let alpha = above + below * (1.0 - above);
@@ -97,7 +98,7 @@ mod tests {
     #[test]
     fn a_letter_is_where_it_should_be() {
         let rows = drawn("L", [3, 1], 1);
-        // The stem of an L, its foot, and the row below letters that is left free.
+        // The stem of an L, its foot, and the empty last row.
         assert!(rows[0].chars().all(|c| c == '.') && rows[9].chars().all(|c| c == '.'), "{rows:#?}");
         assert!(rows[1..8].iter().all(|row| row.contains('#')) && rows[7].matches('#').count() > 4, "{rows:#?}");
         let twice = drawn("-", [0, -4], 2);

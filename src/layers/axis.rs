@@ -1,4 +1,4 @@
-//! The layer axis: the one most parallel to the view, in voxel units.
+//! Layer axis: the grid axis most parallel to the view, in voxel units.
 
 use glam::DVec3;
 use serde::Serialize;
@@ -21,31 +21,31 @@ pub enum Axis {
     Z,
 }
 
-/// Directions closer to 45° than this (relative) count as a tie: the lowest axis wins, whatever rounding says.
+/// Relative tolerance of ties at 45°, where the lowest axis wins. Absorbs rounding errors.
 const TIE: f64 = 1e-9;
 
-/// Components within this share of the largest take part in [`Axis::shares`]: 1.5° about 45°. Turning through it no picture
-/// changes by more than a step of 8 bits per 0.1°.
+/// Axes whose components are within this fraction of the largest take part in [`Axis::shares`]: within 1.5° of 45°. A rotation through
+/// this range changes no pixel by more than an 8-bit step per 0.1°.
 const NEARLY: f64 = 0.05;
 
 impl Axis {
-    /// All three, in order.
+    /// All axes, in order.
     pub const ALL: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 
-    /// 0, 1 or 2.
+    /// 0, 1 or 2 for x, y or z.
     pub fn index(self) -> usize {
         self as usize
     }
 
-    /// The 45° rule: argmax |d| of a direction in voxel units; on a tie the lowest index.
+    /// The 45° rule: argmax |d| of a direction in voxel units. On a tie the lowest axis wins.
     pub fn most_parallel(direction: DVec3) -> Axis {
         let d = direction.abs();
         let limit = d.max_element() * (1.0 - TIE);
         Axis::ALL.into_iter().find(|a| d[a.index()] >= limit).unwrap_or(Axis::X)
     }
 
-    /// How much each layer axis has to say in a direction in voxel units, most parallel first: one axis alone but for
-    /// directions within 1.5° of 45°, and shares that change smoothly there. They sum to 1.
+    /// Blend weights of the layer axes for a direction in voxel units, most parallel axis first. The weights sum to 1. Only directions within
+    /// 1.5° of 45° have more than one axis; there the weights change smoothly.
     pub fn shares(direction: DVec3) -> Vec<(Axis, f64)> {
         let first = Self::most_parallel(direction);
         let largest = direction.abs().max_element();
@@ -60,7 +60,7 @@ impl Axis {
         shares.into_iter().map(|(axis, share)| (axis, share / sum)).collect()
     }
 
-    /// This axis with the other two.
+    /// Local frame with this axis as the layer axis.
     pub fn frame(self) -> AxisFrame {
         match self {
             Axis::X => AxisFrame { u: 2, v: 1, a: 0 },
@@ -70,8 +70,9 @@ impl Axis {
     }
 }
 
-/// A layer axis `a` and the in-layer axes `u` and `v`, as indices into x, y, z. About y all is turned alike, as cameras turn: where y is
-/// in the layers and another axis beside it, y is v.
+/// Layer axis `a` and in-layer axes `u` and `v`, as indices into x, y, z.
+///
+/// Cameras orbit about y, so y is v whenever it is an in-layer axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisFrame {
     /// First in-layer axis.
@@ -88,20 +89,19 @@ impl AxisFrame {
         Axis::ALL[self.a]
     }
 
-    /// A vector (x, y, z) as (u, v, a).
+    /// Converts (x, y, z) to (u, v, a).
     pub fn local(self, p: DVec3) -> DVec3 {
         DVec3::new(p[self.u], p[self.v], p[self.a])
     }
 
-    /// A vector (u, v, a) as (x, y, z).
+    /// Converts (u, v, a) to (x, y, z).
     pub fn global(self, p: DVec3) -> DVec3 {
         let mut out = DVec3::ZERO;
         (out[self.u], out[self.v], out[self.a]) = (p.x, p.y, p.z);
         out
     }
 
-    /// The shear (s_u, s_v) of a direction: how far a ray moves in u and v from one layer to the next. Infinite or NaN
-    /// for a direction that lies in the layers.
+    /// Shear (s_u, s_v) of a direction: offset of a ray in u and v per layer. Infinite or NaN for directions parallel to the layers.
     pub fn shear(self, direction: DVec3) -> [f64; 2] {
         [direction[self.u] / direction[self.a], direction[self.v] / direction[self.a]]
     }

@@ -1,4 +1,4 @@
-//! The exact footprint of one voxel in its layer.
+//! Exact footprint of a voxel in its layer.
 
 use super::kernel_function::kernel_function;
 
@@ -11,11 +11,11 @@ const GAUSS_5: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_08),
 ];
 
-/// F(x, y) = ∫ f(x + s_u z) f(y + s_v z) f(z) dz over \[−1, 1\]: what a voxel of value 1 at the origin adds to the splat
-/// sum at (x, y) of its layer, for rays of shear (s_u, s_v). All in voxels.
+/// F(x, y) = ∫ f(x + s_u z) f(y + s_v z) f(z) dz over \[−1, 1\]: contribution of a voxel of value 1 at the origin to the splat sum at
+/// (x, y) of its layer, for rays of shear (s_u, s_v). All lengths are in voxels.
 ///
-/// The integrand is a polynomial of degree 9 between the points where one of its three factors has a knot, so
-/// five-point Gauss quadrature of each piece is exact. Support: |x| < 1+|s_u|, |y| < 1+|s_v|; Σ F over the voxels is 1.
+/// Between knots of the three factors, the integrand is a polynomial of degree 9, so five-point Gauss quadrature per piece is exact.
+/// Support: |x| < 1+|s_u|, |y| < 1+|s_v|. Σ F over all voxels is 1.
 pub fn footprint(x: f64, y: f64, s_u: f64, s_v: f64) -> f64 {
     let mut knots = vec![-1.0, 0.0, 1.0];
     for (p, s) in [(x, s_u), (y, s_v)] {

@@ -1,18 +1,18 @@
 //! Directions of the paper's set of 856 oriented footprint images (§3.2).
 //!
-//! Footprints depend on the shear only, so the set covers |s_u|, |s_v| ≤ 1: 28 rows of equal angle in v, of 31 columns
-//! of equal angle in u in the 16 middle rows and 30 in the 12 outer ones, where the arc is shorter. Every view is
-//! within 2.5° of its entry (tested below); a 29×29 grid over the shears leaves 2.7°.
+//! Footprints depend on the shear only, so the set covers |s_u|, |s_v| ≤ 1. It has 28 rows at equal angles in v. The 16 middle rows have
+//! 31 columns at equal angles in u; the 12 outer rows, where the arc is shorter, have 30. Every view is within 2.5° of its entry (tested
+//! below); a 29×29 grid over the shears would leave 2.7°.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
-/// Images in the set.
+/// Number of images in the set.
 pub const FOOTPRINT_SET_LEN: usize = 856;
-/// Texels per side of an image: 64² bytes each, 3,506,176 bytes in all.
+/// Texels per side of an image: 64² bytes per image, 3,506,176 bytes in total.
 pub const FOOTPRINT_SET_SIZE: usize = 64;
 
 const ROWS: usize = 28;
-/// Rows before the first and after the last that has 31 columns.
+/// Rows with 30 columns at either end.
 const OUTER_ROWS: usize = 6;
 const OUTER_COLUMNS: usize = 30;
 
@@ -33,13 +33,13 @@ fn cell_of(shear: f64, cells: usize) -> usize {
     (position.max(0.0) as usize).min(cells - 1)
 }
 
-/// Shear (s_u, s_v) that image `index` < 856 is made for.
+/// Shear (s_u, s_v) of image `index` < 856.
 pub fn set_direction(index: usize) -> [f64; 2] {
     let row = (0..ROWS).rfind(|&row| row_start(row) <= index).unwrap_or(0);
     [cell_centre(index - row_start(row), columns(row)), cell_centre(row, ROWS)]
 }
 
-/// Index of the image for a shear, |s_u|, |s_v| ≤ 1: the nearest row, then the nearest column in it.
+/// Index of the image for a shear with |s_u|, |s_v| ≤ 1: the nearest column of the nearest row.
 pub fn nearest_in_set(shear: [f64; 2]) -> usize {
     let row = cell_of(shear[1], ROWS);
     row_start(row) + cell_of(shear[0], columns(row))
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    /// Stated in the module's documentation.
+    /// As stated in the module documentation.
     const LARGEST_ANGLE_DEGREES: f64 = 2.5;
 
     #[test]
@@ -74,6 +74,10 @@ mod tests {
             }
         }
         assert!(largest.to_degrees() < LARGEST_ANGLE_DEGREES, "{}°", largest.to_degrees());
-        assert!(largest.to_degrees() > LARGEST_ANGLE_DEGREES - 0.2, "the stated angle is loose: {}°", largest.to_degrees());
+        assert!(
+            largest.to_degrees() > LARGEST_ANGLE_DEGREES - 0.2,
+            "the documented angle is too large: {}°",
+            largest.to_degrees()
+        );
     }
 }

@@ -1,34 +1,34 @@
-//! The sheet methods' kernel: c·e^{−2r²} of radius 2 (paper §3.1, Fig. 1), cut off at a cylinder along the view.
+//! Kernel of the sheet methods: c·e^{−2r²} of radius 2 (paper §3.1, Fig. 1), truncated at a cylinder along the view.
 //!
-//! Along the view it is cut into slabs, across it is the footprint; both parts integrate to 1. Its lattice sum is
-//! 1 ± 1.4 % per axis, ± 4.4 % in space.
+//! Slabs integrate it along the view; across the view it is the footprint. Both factors integrate to 1. Its lattice sum is 1 ± 1.4 % per
+//! axis, ± 4.4 % in three dimensions.
 
 use libm::erf;
 use std::f64::consts::{PI, SQRT_2};
 
-/// Where it is cut off, in voxels.
+/// Radius in voxels at which the kernel is truncated.
 pub const GAUSSIAN_RADIUS: f64 = 2.0;
 
-/// By how much sums over a lattice overshoot, with room for rounding: 4.4 % in space.
+/// Upper bound of the overshoot of lattice sums, 4.4 % in three dimensions, with a margin for rounding.
 pub const GAUSSIAN_OVERSHOOT: f64 = 0.05;
 
-/// Along one axis: c₁·e^{−2x²} for |x| < 2, else 0. `x` in voxels; the integral is 1.
+/// One-dimensional factor: c₁·e^{−2x²} for |x| < 2, else 0. `x` is in voxels; the integral is 1.
 pub fn gaussian(x: f64) -> f64 {
     if x.abs() < GAUSSIAN_RADIUS { (2.0 / PI).sqrt() / erf(SQRT_2 * GAUSSIAN_RADIUS) * (-2.0 * x * x).exp() } else { 0.0 }
 }
 
-/// ∫ of [`gaussian`] from −∞ to `x`.
+/// Integral of [`gaussian`] from −∞ to `x`.
 pub fn gaussian_integral(x: f64) -> f64 {
     let x = x.clamp(-GAUSSIAN_RADIUS, GAUSSIAN_RADIUS);
     0.5 + 0.5 * erf(SQRT_2 * x) / erf(SQRT_2 * GAUSSIAN_RADIUS)
 }
 
-/// The factor c₂ of the footprint c₂·e^{−2r²} for r < 2, whose integral over the disc is 1.
+/// Factor c₂ of the footprint c₂·e^{−2r²} for r < 2, so that its integral over the disc is 1.
 pub fn gaussian_footprint_factor() -> f64 {
     2.0 / PI / -(-2.0 * GAUSSIAN_RADIUS * GAUSSIAN_RADIUS).exp_m1()
 }
 
-/// Across the view: c₂·e^{−2r²}. `squared` is r² in voxels.
+/// Footprint c₂·e^{−2r²}. `squared` is r² in voxels.
 pub fn gaussian_footprint(squared: f64) -> f64 {
     if squared < GAUSSIAN_RADIUS * GAUSSIAN_RADIUS { gaussian_footprint_factor() * (-2.0 * squared).exp() } else { 0.0 }
 }

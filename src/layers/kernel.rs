@@ -1,4 +1,4 @@
-//! Kernels that reconstruct the field between voxels.
+//! Reconstruction kernels.
 
 use super::gaussian::gaussian;
 use super::kernel_function::kernel_function;
@@ -9,34 +9,34 @@ use serde::Serialize;
 /// ```
 /// use layersplat::Kernel;
 ///
-/// // The cubic weighs a voxel's own place with 1, and the next one with 0.
+/// // The cubic interpolates: its weight is 1 at the voxel itself and 0 at the next one.
 /// assert_eq!([0.0, 1.0].map(|distance| Kernel::Cubic.weight(distance)), [1.0, 0.0]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kernel {
-    /// 1 − |x|, radius 1; the field is continuous.
+    /// 1 − |x|, radius 1: C⁰.
     Linear,
-    /// The paper's cubic (Eq. 2), radius 1: smooth, but flat at every voxel.
+    /// The paper's cubic (Eq. 2), radius 1: C¹, with a zero gradient at every voxel.
     Cubic,
-    /// The cubic convolution of Keys (1981) with a = −½, radius 2, which Catmull & Rom (1974) found as a spline: the field meets every
-    /// voxel, with the slope between its neighbours.
+    /// Cubic convolution of Keys (1981) with a = −½, radius 2; the Catmull–Rom spline (1974). Interpolates voxels, with central
+    /// differences as slopes.
     CatmullRom,
-    /// The cubic B-spline, radius 2, on coefficients ([`prefilter`](fn@super::prefilter)) with which the field meets every voxel (Unser 1999):
-    /// twice differentiable.
+    /// Cubic B-spline, radius 2, applied to coefficients from [`prefilter`](fn@super::prefilter), so that it interpolates voxels (Unser
+    /// 1999): C².
     #[serde(rename = "bspline")]
     BSpline,
-    /// The sheet methods' Gaussian, radius 2.
+    /// The sheet methods' Gaussian, radius 2. Does not interpolate; its weights sum to about 1 only.
     Gaussian,
 }
 
 impl Kernel {
-    /// All of them.
+    /// All kernels.
     pub const ALL: [Kernel; 5] = [Kernel::Cubic, Kernel::Linear, Kernel::CatmullRom, Kernel::BSpline, Kernel::Gaussian];
-    /// Those that layers can be sampled with: their weights sum to one everywhere.
+    /// Kernels for sampling layers: their weights sum to one everywhere.
     pub const OF_LAYERS: [Kernel; 4] = [Kernel::Cubic, Kernel::Linear, Kernel::CatmullRom, Kernel::BSpline];
 
-    /// Its name on the command line.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Kernel::Linear => "linear",
@@ -47,7 +47,7 @@ impl Kernel {
         }
     }
 
-    /// Half the width of its support, in voxels.
+    /// Half the width of the support, in voxels.
     pub fn radius(self) -> i32 {
         match self {
             Kernel::Linear | Kernel::Cubic => 1,
@@ -55,7 +55,7 @@ impl Kernel {
         }
     }
 
-    /// Its value at a distance in voxels along one axis.
+    /// One-dimensional weight at a distance in voxels.
     pub fn weight(self, x: f64) -> f64 {
         let d = x.abs();
         match self {
@@ -70,8 +70,9 @@ impl Kernel {
         }
     }
 
-    /// What gradients weight voxels with along the axis of the difference: the kernel's own derivative where that is of use, else that
-    /// of central differences of the field over one voxel each way. (Eq. 2's own vanishes at every voxel, a linear one's jumps.)
+    /// One-dimensional derivative weight for gradients, at a distance in voxels. For Catmull–Rom and B-spline it is the derivative of the
+    /// kernel. The others use central differences of the field over ±1 voxel: the derivative of Eq. 2 vanishes at every voxel, and that
+    /// of the linear kernel is discontinuous.
     pub fn slope(self, x: f64) -> f64 {
         let d = x.abs();
         match self {
@@ -84,26 +85,26 @@ impl Kernel {
         }
     }
 
-    /// Whether [`slope`](Self::slope) is its own derivative.
+    /// Whether [`slope`](Self::slope) is the derivative of the kernel.
     pub fn has_own_slope(self) -> bool {
         matches!(self, Kernel::CatmullRom | Kernel::BSpline)
     }
 
-    /// How far sums of what it weights (of the B-spline, coefficients) can lie beyond the largest and below the smallest, as a share of the
-    /// distance between these: half of what the magnitudes of all weights sum to beyond one. The Gaussian's do not sum to one; see
+    /// Overshoot of the weighted sum beyond the range of its inputs (coefficients, for the B-spline), as a fraction of that range: half the
+    /// excess over one of the sum of absolute weights. Weights of the Gaussian do not sum to one; see
     /// [`GAUSSIAN_OVERSHOOT`](super::GAUSSIAN_OVERSHOOT).
     pub fn overshoot(self) -> f64 {
         match self {
-            // At most 1.25 per axis, in the middle between two voxels.
+            // At most 1.25 per axis, half-way between voxels.
             Kernel::CatmullRom => (1.25f64.powi(3) - 1.0) / 2.0,
             Kernel::Linear | Kernel::Cubic | Kernel::BSpline | Kernel::Gaussian => 0.0,
         }
     }
 
-    /// How far the field can lie beyond the largest and below the smallest voxel, as a share of the distance between these.
+    /// Overshoot of the field beyond the range of the voxels, as a fraction of that range.
     pub fn field_overshoot(self) -> f64 {
         match self {
-            // The weights of voxels in an interpolating cubic spline: at most 1.5491 per axis, in the middle between two.
+            // Absolute voxel weights of an interpolating cubic spline sum to at most 1.5491 per axis, half-way between voxels.
             Kernel::BSpline => (1.5491f64.powi(3) - 1.0) / 2.0,
             other => other.overshoot(),
         }
@@ -115,7 +116,7 @@ mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
 
-    /// Places between voxels.
+    /// Positions between voxels.
     fn places() -> impl Iterator<Item = f64> {
         (0..=100).map(|i| f64::from(i) / 100.0)
     }
@@ -142,7 +143,7 @@ mod tests {
         }
     }
 
-    /// Slopes of a ramp are one, whichever they are; of x² they are 2x where the kernel knows parabolas.
+    /// All kernels give slope 1 for a linear ramp. Kernels that reproduce parabolas give 2x for x².
     #[test]
     fn slopes_of_polynomials() {
         for kernel in Kernel::OF_LAYERS {

@@ -1,6 +1,6 @@
 //! The cubic interpolation kernel of the paper (Eq. 2) and its integral.
 
-/// f(x) = 1 − 3|x|² + 2|x|³ for |x| < 1, else 0 (paper, Eq. 2). `x` in voxels.
+/// f(x) = 1 − 3|x|² + 2|x|³ for |x| < 1, else 0 (paper, Eq. 2). `x` is in voxels.
 ///
 /// f(x) + f(1−x) = 1 on \[0, 1\], so the lattice sum Σ f(x−i) is one everywhere, and ∫f = 1.
 pub fn kernel_function(x: f64) -> f64 {

@@ -1,8 +1,7 @@
-//! The mathematics of layered volume splatting, in voxel units and `f64`. Nothing here knows OpenCL.
+//! Mathematics of layered volume splatting, in voxel units and `f64`. This module does not use OpenCL.
 //!
-//! *Voxel units*: voxel (i, j, k) sits at (i, j, k). The **layer axis** a is the one most parallel to the view; u and v
-//! are the other two, in ascending order. A ray crosses layer k at (u, v) and moves by its **shear** (s_u, s_v) =
-//! (d_u/d_a, d_v/d_a) from one layer to the next.
+//! *Voxel units*: voxel (i, j, k) lies at (i, j, k). The **layer axis** a is the axis most parallel to the view; u and v are the other two
+//! (see [`AxisFrame`]). A ray crosses layer k at (u, v). Its **shear** (s_u, s_v) = (d_u/d_a, d_v/d_a) is its offset per layer.
 
 mod axis;
 mod footprint;

@@ -1,14 +1,13 @@
-//! The coefficients of the interpolating cubic B-spline.
+//! Coefficients of the interpolating cubic B-spline.
 //!
-//! Along each axis they are the voxels, mirrored at the outer ones, under a filter whose response to a single 1 is √3 z^|k|, z = √3 − 2
-//! (Unser, Aldroubi & Eden 1993). It is cut off, so that a coefficient depends on voxels near it alone, and those of a part of a volume
-//! are those of the whole.
+//! The prefilter convolves the voxels along each axis, mirrored at the borders, with √3 z^|k|, z = √3 − 2 (Unser, Aldroubi & Eden 1993).
+//! It is truncated, so that a coefficient depends on nearby voxels only and parts of a volume get the coefficients of the whole.
 
-/// Taps to either side that are kept. A coefficient is off by at most 6.6e-6 of the largest voxel's distance from the mean, per axis:
-/// 2√3 |z|^11 / (1 − |z|) = 2.4e-6 are left out, and 1.4e-6 of all that is kept, whose magnitudes sum up to 3, make up for it.
+/// Filter taps on either side. The error of a coefficient is at most 6.6e-6 of the largest deviation of a voxel from the mean, per axis:
+/// truncation omits 2√3 |z|^11 / (1 − |z|) = 2.4e-6, and normalisation scales the rest, whose magnitudes sum to 3, by 1.4e-6.
 pub const PREFILTER_RADIUS: usize = 10;
 
-/// The filter, from its middle on: symmetric, its sum over both sides is one.
+/// Taps of the symmetric filter, from the centre outwards. The sum over both sides is one.
 pub fn prefilter() -> [f64; PREFILTER_RADIUS + 1] {
     let pole = 3f64.sqrt() - 2.0;
     let cut: [f64; PREFILTER_RADIUS + 1] = std::array::from_fn(|k| pole.powi(k as i32));
@@ -22,10 +21,10 @@ mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
 
-    /// What the documentation says.
+    /// As documented.
     const CUT_OFF: f64 = 6.6e-6;
 
-    /// The spline through a single 1: its coefficients are the filter, and it is 1 there and 0 at all other voxels.
+    /// Spline of a unit impulse: its coefficients are the filter; it is 1 at the impulse and 0 at all other voxels.
     #[test]
     fn the_spline_through_a_single_voxel() {
         let taps = prefilter();

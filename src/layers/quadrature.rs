@@ -2,17 +2,17 @@
 
 use super::kernel_function::kernel_function;
 
-/// A node z in \[−1, 1\] of the quadrature over the kernel's depth, with its weight: the weights sum to 1.
+/// A node z in \[−1, 1\] of the quadrature over the kernel's depth, and its weight. All weights sum to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussNode {
-    /// Position, in layers.
+    /// Position in layers.
     pub z: f64,
-    /// Weight times f(z), scaled so that all sum to 1.
+    /// Gauss weight times f(z), normalised.
     pub weight: f64,
 }
 
-/// Four Gauss nodes on each half of \[−1, 1\], weighted with f(z): F(x, y) ≈ Σ w f(x + s_u z) f(y + s_v z), whose
-/// lattice sum is exactly 1 because the weights sum to 1.
+/// Four Gauss nodes on each half of \[−1, 1\], weighted with f(z): F(x, y) ≈ Σ w f(x + s_u z) f(y + s_v z). The weights sum to 1, so the
+/// lattice sum is exactly 1.
 pub fn quadrature_nodes() -> [GaussNode; 8] {
     const HALF: [(f64, f64); 4] = [
         (-0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
@@ -36,7 +36,7 @@ mod tests {
     use crate::layers::footprint;
     use approx::assert_abs_diff_eq;
 
-    /// math.md states 0.25 % of the value range for eight nodes and |s| ≤ 1; single footprints are within this.
+    /// math.md states 0.25 % of the value range for eight nodes and |s| ≤ 1; single footprints stay within it, too.
     const QUADRATURE_ERROR: f64 = 0.0025;
 
     #[test]

@@ -1,4 +1,4 @@
-//! The rays of a viewport, in voxel units.
+//! Rays of a viewport, in voxel units.
 
 use super::axis::AxisFrame;
 use crate::camera::{Camera, Projection};
@@ -7,45 +7,54 @@ use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::{DMat3, DVec3};
 
-/// One ray: points `origin + t·direction` for `t > start`.
+/// A ray: points `origin + t·direction` for `t > start`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// A point of the ray, near the volume, in voxels.
+    /// A point on the ray near the volume, in voxels.
     pub origin: DVec3,
-    /// Direction, away from the eye, in voxels; of any length.
+    /// Direction away from the eye in voxels, not normalised.
     pub direction: DVec3,
-    /// Where the ray starts: −∞ in a parallel view, the eye in a perspective.
+    /// Start of the ray: −∞ in a parallel view, the eye in a perspective.
     pub start: f64,
 }
 
-/// The rays of all pixels. Origins and directions are affine in the pixel coordinates (x, y), pixel centres at half
-/// integers: `origin[0] + x·origin[1] + y·origin[2]`, and `direction` likewise.
+/// The rays of all pixels. Origins and directions are affine in the pixel coordinates (x, y), with pixel centres at half-integers:
+/// `origin[0] + x·origin[1] + y·origin[2]`, and `direction` likewise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rays {
-    /// Point of the ray on the plane of the volume's centre that is parallel to the screen (the eye, if that plane is
-    /// behind it), in voxels: small numbers, however far the eye is.
+    /// Point on the ray, in voxels, on the plane through the volume's centre parallel to the screen, or the eye if that plane is behind
+    /// it. This keeps coordinates small for distant eyes.
     pub origin: [DVec3; 3],
     /// Direction in voxels.
     pub direction: [DVec3; 3],
     /// See [`Ray::start`].
     pub start: f64,
-    /// Side of a pixel in world units: everywhere in a parallel view, per unit of depth in a perspective.
+    /// Side of a pixel in world units; per unit of depth in a perspective.
     pub pixel_size: f64,
-    /// From the volume to the eye, along the central ray, in the grid's own axes (world units, unit length).
+    /// Unit vector from the volume to the eye along the central ray, in grid axes (world scale).
     pub to_eye: DVec3,
-    /// World size of a voxel step.
+    /// Spacing of the grid in world units.
     pub spacing: DVec3,
 }
 
 impl Rays {
-    /// The rays of `camera` through the pixels of `viewport`, in the voxel units of `grid`.
+    /// The rays through points `[x, y]` pixels to the right and down.
+    pub fn moved(self, [x, y]: [f64; 2]) -> Self {
+        let moved = |[base, right, down]: [DVec3; 3]| [base + x * right + y * down, right, down];
+        Self { origin: moved(self.origin), direction: moved(self.direction), ..self }
+    }
+
+    /// Rays of `camera` through the pixels of `viewport`, in voxel units of `grid`.
+    ///
+    /// # Errors
+    /// If the camera is invalid.
     pub fn new(camera: &Camera, viewport: Viewport, grid: &Grid) -> Result<Self, Error> {
         let basis = camera.basis()?;
         let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
         let to_voxels = grid.world_to_voxel_linear();
         let depth = (grid.centre() - camera.position).dot(basis.forward);
         let eye = grid.world_to_voxel(camera.position);
-        // World vectors from the middle of the screen to pixel (0, 0), one pixel right, one pixel down.
+        // World vectors from the centre of the screen to its upper left corner, and one pixel to the right and down.
         let plane = |half_height: f64| {
             let pixel = 2.0 * half_height / h;
             let corner = basis.right * (-pixel * w / 2.0) + basis.up * half_height;
@@ -70,36 +79,34 @@ impl Rays {
         Ok(Self { origin, direction, start, pixel_size, to_eye, spacing: grid.spacing() })
     }
 
-    /// Whether all rays share one direction.
+    /// Whether all rays are parallel.
     pub fn is_parallel(&self) -> bool {
         self.start == f64::NEG_INFINITY
     }
 
-    /// The ray through pixel coordinates (x, y): (½, ½) is the centre of the first pixel.
+    /// Ray through pixel coordinates (x, y); (½, ½) is the centre of the first pixel.
     pub fn at(&self, x: f64, y: f64) -> Ray {
         let along = |p: &[DVec3; 3]| p[0] + p[1] * x + p[2] * y;
         Ray { origin: along(&self.origin), direction: along(&self.direction), start: self.start }
     }
 
-    /// The rays through the corners of a viewport: the outermost, since all are affine in the pixel coordinates.
+    /// Rays through the corners of the viewport. They bound all rays, which are affine in the pixel coordinates.
     pub fn corners(&self, viewport: Viewport) -> [Ray; 4] {
         let (w, h) = (f64::from(viewport.width), f64::from(viewport.height));
         [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(x, y)| self.at(x, y))
     }
 
-    /// Direction of the central ray, in voxels.
+    /// Direction of the central ray in voxels.
     pub fn central_direction(&self) -> DVec3 {
         -self.to_eye / self.spacing
     }
 
-    /// Voxels along the side of a pixel, in a layer, of the in-layer axis that has more: everywhere in a parallel view, at the
-    /// volume's centre in a perspective.
+    /// Voxels per pixel side along the in-layer axis of smaller spacing; in a perspective, at the volume's centre.
     pub fn voxels_per_pixel(&self, frame: AxisFrame) -> f64 {
         self.pixel_at_centre() / self.spacing[frame.u].min(self.spacing[frame.v])
     }
 
-    /// Pixels along a voxel step of one of the grid's axes, seen from the side: everywhere in a parallel view, at the volume's
-    /// centre in a perspective.
+    /// Pixels per voxel step along a grid axis that is parallel to the screen; in a perspective, at the volume's centre.
     pub fn pixels_along(&self, axis: usize) -> f64 {
         self.spacing[axis] / self.pixel_at_centre()
     }
@@ -118,12 +125,12 @@ impl Rays {
         })
     }
 
-    /// The eye of a perspective, in voxels.
+    /// Eye of a perspective, in voxels.
     pub fn eye(&self) -> Option<DVec3> {
         (!self.is_parallel()).then(|| self.origin[0] + self.direction[0] * self.start)
     }
 
-    /// Depth, world units along the central ray, of a point behind the eye; both as (u, v, a) of `frame`, in voxels.
+    /// Depth of `point` from `eye` in world units along the central ray. Both are (u, v, a) of `frame`, in voxels.
     pub(super) fn depth(&self, eye: DVec3, point: DVec3, frame: AxisFrame) -> f64 {
         -(frame.global(point - eye) * self.spacing).dot(self.to_eye)
     }

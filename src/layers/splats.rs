@@ -1,9 +1,8 @@
-//! How the sheet methods see voxels: where their splats lie on the screen and in depth, and how large they are there.
+//! Splats of the sheet methods: screen position, depth and size.
 //!
-//! The kernel is round in voxel units, and so is space here: sheets are at right angles to the central ray in voxel units,
-//! which for cubic voxels is at right angles to the view. Where flat voxels would let other rays run along such sheets, or
-//! meet them backwards, sheets are parallel to the screen instead. A splat is its kernel as seen along the central ray, in a
-//! perspective scaled by its depth.
+//! The kernel is isotropic in voxel units. Sheets are perpendicular to the central ray in voxel units; for cubic voxels, that is
+//! perpendicular to the view. If anisotropic voxels would make other rays run along such sheets or cross them backwards, sheets are parallel
+//! to the screen instead. A splat is the kernel seen along the central ray; in a perspective it is scaled by depth.
 
 use super::gaussian::{GAUSSIAN_RADIUS, gaussian_integral};
 use super::rays::Rays;
@@ -11,33 +10,33 @@ use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::{DMat3, DVec2, DVec3};
 
-/// Splats nearer to the eye's plane than this, in voxels, are left out: they would cover any screen.
+/// Splats closer to the eye's plane than this, in voxels, are omitted: they would cover the whole screen.
 const NEAREST_SPLAT: f64 = 1.0;
 
-/// Least cosine between rays and the normal of sheets, in voxel units.
+/// Least cosine between rays and the sheet normal, in voxel units.
 const STEEP: f64 = 0.5;
 
-/// The projection of voxels onto the screen.
+/// Projection of voxels to the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplatProjection {
-    /// With `offset`: a point p in voxels to (x·w, y·w, w), pixel coordinates times w; w = 1 in a parallel view.
+    /// Linear part of the projection of a point in voxels to (x·w, y·w, w), with pixel coordinates x and y. w is 1 in a parallel view.
     pub to_screen: DMat3,
-    /// See `to_screen`.
+    /// Translation of that projection.
     pub offset: DVec3,
-    /// Depth per voxel along x, y and z: depths are in voxels along the central ray.
+    /// Gradient of depth. Depths are in voxels along the central ray.
     pub along: DVec3,
-    /// The point whose depth is 0: the volume's centre, in voxels.
+    /// Point of depth 0: the volume's centre, in voxels.
     pub centre: DVec3,
-    /// Pixel offsets (dx, dy) to offsets across the view, in voxels for w = 1: (f₀·dx + f₁·dy, f₂·dy).
+    /// Coefficients that map pixel offsets (dx, dy) to voxel offsets across the view, for w = 1: (f₀·dx + f₁·dy, f₂·dy).
     pub footprint: [f64; 3],
-    /// Splats of less depth are left out; −∞ in a parallel view.
+    /// Least depth of splats; −∞ in a parallel view.
     pub nearest: f64,
-    /// And splats of less w; 0 in a parallel view.
+    /// Least w of splats; 0 in a parallel view.
     pub least_w: f64,
 }
 
 impl SplatProjection {
-    /// The projection of a view onto a volume.
+    /// Projection of a view of a volume.
     pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid) -> Self {
         let centre = DVec3::from_array(grid.dims().map(|n| (n as f64 - 1.0) / 2.0));
         let central = rays.central_direction().normalize();
@@ -63,18 +62,18 @@ impl SplatProjection {
         Self { to_screen, offset, along, centre, footprint, nearest: eye_depth + NEAREST_SPLAT, least_w }
     }
 
-    /// Pixel coordinates of a point in voxels, and w.
+    /// Pixel coordinates and w of a point in voxels.
     pub fn project(&self, p: DVec3) -> (DVec2, f64) {
         let h = self.to_screen * p + self.offset;
         (h.truncate() / h.z, h.z)
     }
 
-    /// Depth of a point, in voxels along the central ray from the volume's centre.
+    /// Depth of a point: distance from the volume's centre along the central ray, in voxels.
     pub fn depth(&self, p: DVec3) -> f64 {
         self.along.dot(p - self.centre)
     }
 
-    /// Squared distance across the view, in voxels, between a pixel and a splat at a pixel offset, of scale `w`.
+    /// Squared distance across the view, in voxels, for a pixel offset from a splat of scale `w`.
     pub fn squared_distance(&self, offset: DVec2, w: f64) -> f64 {
         let [f0, f1, f2] = self.footprint.map(|f| f * w);
         DVec2::new(f0 * offset.x + f1 * offset.y, f2 * offset.y).length_squared()
@@ -86,14 +85,14 @@ impl SplatProjection {
         DVec2::new(DVec2::new(1.0 / f0, f1 / (f0 * f2)).length(), 1.0 / f2) * GAUSSIAN_RADIUS
     }
 
-    /// Depth of the nearest sheet that is drawn: all splats that reach it are.
+    /// Least depth of sheets, so that every splat of a sheet is drawn.
     pub fn nearest_sheet(&self) -> f64 {
         self.nearest + GAUSSIAN_RADIUS
     }
 }
 
-/// Depth per voxel in a perspective: along the central ray, or where any ray, a corner's, meets such sheets too flatly, in planes
-/// parallel to the screen.
+/// Gradient of depth in a perspective: along the central ray, or perpendicular to the screen if a corner ray would meet the sheets too
+/// obliquely.
 fn normal_of_sheets(rays: &Rays, viewport: Viewport, central: DVec3) -> DVec3 {
     if rays.corners(viewport).iter().all(|ray| central.dot(ray.direction.normalize()) >= STEEP) {
         return central;
@@ -102,27 +101,26 @@ fn normal_of_sheets(rays: &Rays, viewport: Viewport, central: DVec3) -> DVec3 {
     facing / facing.dot(central)
 }
 
-/// The slabs into which sheets `distance` voxels apart cut a splat.
+/// Slabs into which sheets cut a splat.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplatSlabs {
-    /// Distance of sheets, in voxels.
+    /// Distance between sheets in voxels.
     pub distance: f64,
 }
 
 impl SplatSlabs {
-    /// Most sheets that a splat reaches.
+    /// Largest number of sheets that a splat covers.
     pub fn count(self) -> usize {
         (2.0 * GAUSSIAN_RADIUS / self.distance).ceil() as usize + 1
     }
 
-    /// The first sheet that a splat at a depth reaches, and how far beyond the first possible place it lies, 0 … 1.
-    /// Sheet s lies at s·distance.
+    /// First sheet that a splat at `depth` covers, and its distance from the first possible position, 0 … 1. Sheet s lies at s·distance.
     pub fn first(self, depth: f64) -> (i64, f64) {
         let from = (depth - GAUSSIAN_RADIUS) / self.distance - 0.5;
         (from.ceil() as i64, from.ceil() - from)
     }
 
-    /// Mean of the kernel over the slab of the n-th sheet reached, for a fraction from [`SplatSlabs::first`].
+    /// Mean of the kernel over the slab of the `n`-th covered sheet; `fraction` is that of [`SplatSlabs::first`].
     pub fn weight(self, n: usize, fraction: f64) -> f64 {
         let lo = (fraction + n as f64 - 1.0) * self.distance - GAUSSIAN_RADIUS;
         (gaussian_integral(lo + self.distance) - gaussian_integral(lo)) / self.distance
@@ -155,9 +153,9 @@ mod tests {
             let off = p - ray.origin;
             assert_abs_diff_eq!(off.cross(ray.direction.normalize()).length(), 0.0, epsilon = 1e-9);
             assert!(w > 0.0);
-            // Every ray meets the sheets in order.
+            // Every ray crosses the sheets in order.
             assert!(rays.corners(size).iter().all(|ray| projection.along.dot(ray.direction) > 0.0));
-            // A neighbouring pixel's ray crosses the splat's plane as far away as the footprint says.
+            // The ray of an adjacent pixel crosses the splat's plane at the distance that the footprint gives.
             if rays.is_parallel() {
                 let other = rays.at(pixel.x + 0.3, pixel.y - 0.8);
                 let t = projection.along.dot(p - other.origin) / projection.along.dot(other.direction);
@@ -175,7 +173,7 @@ mod tests {
                 let (first, fraction) = slabs.first(depth);
                 let total: f64 = (0..slabs.count()).map(|n| slabs.weight(n, fraction) * distance).sum();
                 assert_abs_diff_eq!(total, 1.0, epsilon = 1e-12);
-                // Sheets no thicker than a voxel keep the splat's place.
+                // Sheets up to a voxel thick preserve the splat's position.
                 let at = |n: usize| (first + n as i64) as f64 * distance;
                 let mean: f64 = (0..slabs.count()).map(|n| at(n) * slabs.weight(n, fraction) * distance).sum();
                 assert!(distance > 1.0 || (mean - depth).abs() < 0.01 * distance, "{distance} {depth}: {mean}");

@@ -1,30 +1,30 @@
-//! How a layer's samples are made from the splat sums of three layers: κ, and its refinement by sub-slabs.
+//! Layer samples from the splat sums of three layers: κ, and its refinement by sub-slabs.
 
 use super::kernel_function::kernel_integral;
 
-/// What is added for the part of the kernels that spills over from the neighbouring layers.
+/// Correction for the overlap of kernels with adjacent layers.
 ///
 /// ```
 /// use layersplat::Correction;
 /// use layersplat::settings::{Classification, Layered, Settings};
 ///
-/// // The paper's own way: splatted layers with the constant factors 3/32, 13/16, 3/32.
+/// // The paper's method: splatted layers with the constant factors 3/32, 13/16, 3/32.
 /// let classification = Classification::Post(Correction::Constant);
 /// let settings = Settings::from(Layered { classification, ..layersplat::Quality::Paper.layered() });
 /// assert!(settings.layered().is_some());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Correction {
-    /// Nothing: the splat sum of the layer alone (paper, Fig. 2 right).
+    /// No correction: the splat sum of the layer alone (paper, Fig. 2 right).
     None,
     /// The paper's constant κ = 3/32, 13/16, 3/32 (§3.2): one sample per layer.
     Constant,
-    /// The layer is cut into this many sub-slabs (1…16), each with its own weights: κ is the case of one.
+    /// This many sub-slabs per layer (1 … 16), each with its own weights. This project's own; κ is the case of one.
     SubLayers(u32),
 }
 
 impl Correction {
-    /// Most sub-slabs a layer may be cut into.
+    /// Largest number of sub-slabs per layer.
     pub const MAX_SUB_LAYERS: u32 = 16;
 
     /// Samples per layer.
@@ -36,42 +36,42 @@ impl Correction {
     }
 }
 
-/// One sample of a layer: weights of the splat sums met before, in and after the layer along the ray (they sum to 1),
-/// and its share of the thickness 1/N that the opacity table is made for (1, or ½ where the support ends inside it).
+/// A sample of a layer: weights of the splat sums of the previous, this and the next layer along the ray, which sum to 1, and its
+/// thickness. Thickness is relative to 1/N, for which the opacity table is made: 1, or ½ if the support ends inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SubSlab {
-    /// Weight of the layer that the ray met before.
+    /// Weight of the previous layer along the ray.
     pub before: f64,
-    /// Weight of the layer itself.
+    /// Weight of this layer.
     pub own: f64,
-    /// Weight of the layer that the ray meets next.
+    /// Weight of the next layer along the ray.
     pub after: f64,
-    /// Thickness as a share of 1/N layers.
+    /// Thickness relative to 1/N layers.
     pub share: f64,
 }
 
-/// The sub-slabs of inner layers and of the two outer ones, front to back.
+/// Sub-slabs of inner layers and of the two outer layers, front to back.
 ///
-/// The reconstructed field ends one voxel beyond the first and the last voxel, in the middle of layers −1 and n: of
-/// these only the inner half counts.
+/// The reconstructed field ends one voxel beyond the first and the last voxel, in the middle of layers −1 and n. Only the inner halves of
+/// these two layers count.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerSlabs {
     /// Layers 0 … n−1.
     pub inner: Vec<SubSlab>,
-    /// The outer layer that the ray meets first.
+    /// First outer layer along the ray.
     pub front: Vec<SubSlab>,
-    /// The outer layer that the ray meets last.
+    /// Last outer layer along the ray.
     pub back: Vec<SubSlab>,
 }
 
 impl LayerSlabs {
-    /// The slabs for a kind of correction.
+    /// Sub-slabs of a correction.
     pub fn new(correction: Correction) -> Self {
         Self { inner: slabs(correction, -0.5, 0.5), front: slabs(correction, 0.0, 0.5), back: slabs(correction, -0.5, 0.0) }
     }
 }
 
-/// Sub-slabs of one layer, clipped to `[lo, hi]`, in the order in which a ray towards +z meets them.
+/// Sub-slabs of one layer, clipped to `[lo, hi]`, in the order of a ray towards +z.
 fn slabs(correction: Correction, lo: f64, hi: f64) -> Vec<SubSlab> {
     let n = correction.samples_per_layer();
     let edge = |i: u32| f64::from(i) / f64::from(n) - 0.5;
@@ -126,7 +126,7 @@ mod tests {
             let before: f64 = slabs.inner.iter().map(|s| s.before * thickness(s)).sum();
             let after: f64 = slabs.inner.iter().map(|s| s.after * thickness(s)).sum();
             assert_abs_diff_eq!(own + before + after, 1.0, epsilon = 1e-12);
-            // Voxel layer 0 also shows in the outer layer in front of it, as much as in any inner one.
+            // Voxel layer 0 contributes to the outer layer in front of it as much as to an inner one.
             let outer: f64 = slabs.front.iter().map(|s| s.after * thickness(s)).sum();
             assert_abs_diff_eq!(outer, after, epsilon = 1e-12);
             let total: f64 = slabs.back.iter().map(thickness).sum();

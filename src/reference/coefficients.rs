@@ -1,6 +1,6 @@
-//! The coefficients of the interpolating cubic B-spline, exactly: where the device's filter ends after a few voxels, this does not.
+//! Exact coefficients of the interpolating cubic B-spline, without the truncation of the device's filter.
 
-/// Turns voxels, x fastest, into the coefficients with which the spline meets every voxel: along x, y and z.
+/// Converts voxels, x fastest, to the coefficients of the interpolating spline, along x, y and z.
 pub(super) fn interpolate(dims: [usize; 3], voxels: &mut [f64]) {
     let mut stride = 1;
     for n in dims {
@@ -14,14 +14,14 @@ pub(super) fn interpolate(dims: [usize; 3], voxels: &mut [f64]) {
     }
 }
 
-/// The same of one line: solves c₍ᵢ₋₁₎ + 4cᵢ + c₍ᵢ₊₁₎ = 6fᵢ, mirrored at the outer voxels, by eliminating from the first to the last and
-/// back. A single voxel is its own mirror image wherever one looks: it stays.
+/// Converts one line: solves c₍ᵢ₋₁₎ + 4cᵢ + c₍ᵢ₊₁₎ = 6fᵢ, mirrored at both ends, by forward elimination and back substitution. A line of
+/// one voxel is its own coefficient.
 fn interpolate_line(line: &mut [f64]) {
     let n = line.len();
     if n == 1 {
         return;
     }
-    // Of each row what stands beside a diagonal of 1, once the rows before are eliminated. The first has 2c₁, its mirror image with it.
+    // Superdiagonal of each row after elimination, with a unit diagonal. Mirroring doubles c₁ in the first row.
     let mut next = vec![0.5; n];
     line[0] *= 1.5;
     for i in 1..n {
@@ -34,7 +34,7 @@ fn interpolate_line(line: &mut [f64]) {
     }
 }
 
-/// The voxel that a place on a line of n has, mirrored at the outer ones as often as it takes.
+/// Index of a voxel on a line of n, mirrored at the ends as often as needed.
 pub(super) fn mirrored(i: i64, n: i64) -> i64 {
     let period = (2 * n - 2).max(1);
     let i = i.rem_euclid(period);
@@ -47,12 +47,12 @@ mod tests {
     use crate::layers::{Kernel, PREFILTER_RADIUS, prefilter};
     use approx::assert_abs_diff_eq;
 
-    /// Of numbers up to 1 from the mean: 2.4e-6 are left out ([`PREFILTER_RADIUS`]), and what makes up for their sum, 1.4e-6 of each tap,
-    /// adds thrice that, which is what the taps' magnitudes sum up to.
+    /// For deviations up to 1 from the mean: truncation omits 2.4e-6 ([`PREFILTER_RADIUS`]); normalisation scales each tap by 1.4e-6, which
+    /// adds three times that, the sum of the absolute taps.
     const CUT_OFF: f64 = 6.6e-6;
     const LENGTHS: [usize; 8] = [1, 2, 3, 4, 7, 12, 25, 60];
 
-    /// Numbers from −1 to 1 without a pattern.
+    /// Pseudo-random numbers from −1 to 1.
     fn line(n: usize) -> Vec<f64> {
         (0..n).map(|i| (i as f64 * 2.7 + 0.3 * (i * i % 7) as f64).sin()).collect()
     }
@@ -83,7 +83,7 @@ mod tests {
                 (0..n).map(|i| (spline(i as i64) - line[i]).abs()).fold(0.0, f64::max)
             };
             assert!(off(&coefficients) < 1e-13, "{n} voxels: {}", off(&coefficients));
-            assert!(n == 1 || off(&line) > 0.02, "{n} voxels are not their own coefficients: {}", off(&line));
+            assert!(n == 1 || off(&line) > 0.02, "{n} voxels must differ from their coefficients: {}", off(&line));
         }
     }
 
@@ -100,12 +100,12 @@ mod tests {
                 differences.fold(0.0, f64::max)
             };
             assert!(off(PREFILTER_RADIUS as i64) < CUT_OFF, "{n} voxels: {}", off(PREFILTER_RADIUS as i64));
-            // A few taps less are noticed.
+            // A filter that is a few taps shorter is detected.
             assert!(n == 1 || off(PREFILTER_RADIUS as i64 - 3) > CUT_OFF, "{n} voxels: {}", off(PREFILTER_RADIUS as i64 - 3));
         }
     }
 
-    /// Along all axes: a product of lines has the products of their coefficients.
+    /// Along all axes: the coefficients of a product of lines are the products of their coefficients.
     #[test]
     fn axes_are_filtered_one_by_one() {
         let dims = [5, 1, 4];

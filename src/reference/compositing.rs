@@ -1,11 +1,11 @@
-//! Pictures, and what a ray gathers for them.
+//! Pictures, and compositing along a ray.
 
 use crate::image::Frame;
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use rayon::prelude::*;
 
-/// The picture of a function from pixel coordinates, of pixels' centres, to premultiplied RGBA.
+/// Evaluates `rgba` (premultiplied) at the pixel centres.
 pub(super) fn picture(viewport: Viewport, rgba: impl Fn(f64, f64) -> [f64; 4] + Sync) -> Frame {
     let width = viewport.width as usize;
     let pixels = (0..viewport.pixels()).into_par_iter();
@@ -13,7 +13,7 @@ pub(super) fn picture(viewport: Viewport, rgba: impl Fn(f64, f64) -> [f64; 4] + 
     Frame::new(viewport, pixels.collect())
 }
 
-/// Opacity of an optical depth, or of α times length.
+/// Opacity of an optical depth; with linear extinction, of α times length.
 pub(super) fn opacity_of_depth(depth: f64, extinction: Extinction) -> f64 {
     match extinction {
         Extinction::Exponential => -(-depth).exp_m1(),
@@ -30,7 +30,7 @@ pub(super) fn opacity_over(transfer: &TransferFunction, value: f64, length: f64,
     opacity_of_depth(per_unit * length, extinction)
 }
 
-/// What a ray has gathered.
+/// Accumulated colour and transmittance of a ray.
 pub(super) struct Gathered {
     pub color: [f64; 3],
     pub transmittance: f64,
@@ -41,7 +41,7 @@ impl Gathered {
         Self { color: [0.0; 3], transmittance: 1.0 }
     }
 
-    /// Composites a colour of an opacity behind it.
+    /// Composites a colour behind the accumulated ones.
     pub fn add(&mut self, color: [f64; 3], opacity: f64) {
         for (sum, c) in self.color.iter_mut().zip(color) {
             *sum += self.transmittance * opacity * c;

@@ -1,4 +1,4 @@
-//! What a kernel makes of voxels, with the background around them.
+//! Reconstructed field of a kernel, with background outside the grid.
 
 use super::coefficients::{interpolate, mirrored};
 use super::interval::Interval;
@@ -8,27 +8,27 @@ use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use glam::DVec3;
 
-/// A volume's voxels, what surrounds them, and the kernel that reconstructs the field between.
+/// The voxels of a volume, the values outside, and the reconstruction kernel.
 pub(super) struct Field {
     kernel: Kernel,
     dims: [i64; 3],
     background: f64,
     gaussian_background: f64,
-    /// Of voxels and background, or of voxels alone where no background enters.
+    /// Range of voxels and background, or of the voxels alone if the background is excluded.
     range: (f64, f64),
-    /// Where a voxel is missing the nearest one stands for it, of a B-spline's coefficients the mirror image, and no background enters.
+    /// Whether missing voxels repeat the nearest one (mirrored, for B-spline coefficients), which excludes the background.
     edge_goes_on: bool,
-    /// What the kernel weights: the voxels, or the B-spline's coefficients.
+    /// Inputs of the kernel: voxels, or B-spline coefficients.
     voxels: Vec<f64>,
 }
 
 impl Field {
-    /// As a blend mode sees it.
+    /// The field as a blend mode sees it.
     pub fn new(volume: &Volume, transfer: &TransferFunction, blend: Blend, kernel: Kernel) -> Self {
         let gaussian_background = match blend {
             Blend::Composite => transfer.gaussian_background(volume.range().0, volume.background()),
             Blend::Iso(_) => volume.background(),
-            // What a Gaussian's sums, which are only near 1, miss of the value: of its distance from the smallest one.
+            // The weights of a Gaussian sum to about 1 only. Measure values from the smallest, to bound the error.
             _ => volume.range().0,
         };
         let mut voxels: Vec<f64> = (0..volume.grid().voxel_count()).map(|i| volume.value(i)).collect();
@@ -50,7 +50,7 @@ impl Field {
         }
     }
 
-    /// What reconstructs it.
+    /// Reconstruction kernel.
     pub fn kernel(&self) -> Kernel {
         self.kernel
     }
@@ -60,22 +60,22 @@ impl Field {
         self.dims
     }
 
-    /// Value of the voxels missing around the volume.
+    /// Value of voxels outside the grid.
     pub fn background(&self) -> f64 {
         self.background
     }
 
-    /// The same as the kernel takes it.
+    /// Value of missing voxels as the kernel sees it.
     pub fn missing(&self) -> f64 {
         if self.kernel == Kernel::Gaussian { self.gaussian_background } else { self.background }
     }
 
-    /// Any voxel (of a B-spline, coefficient), inside or around the volume.
+    /// Any voxel (for B-splines, coefficient), inside or outside the grid.
     pub fn voxel(&self, p: [i64; 3]) -> f64 {
         self.voxel_or(p, self.background)
     }
 
-    /// The same, or what it counts as where it is missing.
+    /// Any voxel, or `missing` outside the grid.
     pub fn voxel_or(&self, p: [i64; 3], missing: f64) -> f64 {
         let [x, y, z] = self.dims;
         let instead = |i: usize| match self.kernel {
@@ -90,20 +90,20 @@ impl Field {
         }
     }
 
-    /// The field that the kernel reconstructs, at a point in voxels: missing + Σ (ρ − missing) × weights. (Weights sum to 1 but for the
-    /// Gaussian's.)
+    /// Value of the reconstructed field at a point in voxels: missing + Σ (ρ − missing) × weights. The weights sum to 1, except those of the
+    /// Gaussian.
     pub fn reconstructed(&self, p: DVec3) -> f64 {
         let [x, y, z] = p.to_array().map(|x| Taps::weights(self.kernel, x));
         self.missing() + self.sum([&x, &y, &z])
     }
 
-    /// What of it is classified: a Gaussian's sums overshoot the data's range, and are cut off there.
+    /// Value that is classified: sums of a Gaussian overshoot the range of the data and are clamped.
     pub fn classified(&self, p: DVec3) -> f64 {
         let value = self.reconstructed(p);
         if self.kernel == Kernel::Gaussian { self.within_range(value) } else { value }
     }
 
-    /// Its gradient, in voxel differences: the kernel's slope along the axis, its weights across.
+    /// Gradient per voxel: the kernel's slope along the axis, its weights across.
     pub fn gradient(&self, p: DVec3) -> DVec3 {
         let [x, y, z] = &p.to_array().map(|x| Taps::weights(self.kernel, x));
         let [along_x, along_y, along_z] = &p.to_array().map(|x| Taps::slopes(self.kernel, x));
@@ -126,12 +126,12 @@ impl Field {
         z.each().map(|(k, wz)| wz * y.each().map(|(j, wy)| wy * row(j, k)).sum::<f64>()).sum()
     }
 
-    /// A value without what kernels overshoot the data's range by.
+    /// Clamps a value to the range of the data.
     pub fn within_range(&self, value: f64) -> f64 {
         value.clamp(self.range.0, self.range.1)
     }
 
-    /// Where a ray before its eye is in the support of the field, [−r, n−1+r] per axis: beyond, there is nothing to be marched through.
+    /// Intersection of a ray with the support of the field, [−r, n−1+r] per axis.
     pub fn support(&self, ray: &Ray) -> Option<Interval> {
         let radius = DVec3::splat(f64::from(self.kernel.radius()));
         let last = DVec3::from_array(self.dims.map(|n| n as f64 - 1.0));
@@ -139,7 +139,7 @@ impl Field {
     }
 }
 
-/// What the voxels around a place are weighted with along one axis.
+/// Weights of the voxels around a position along one axis.
 struct Taps {
     first: i64,
     count: usize,
@@ -147,7 +147,7 @@ struct Taps {
 }
 
 impl Taps {
-    /// Of the Gaussian's slopes.
+    /// Largest number of taps, that of the Gaussian's slopes.
     const MOST: usize = 6;
 
     fn weights(kernel: Kernel, x: f64) -> Self {
@@ -156,7 +156,7 @@ impl Taps {
 
     fn slopes(kernel: Kernel, x: f64) -> Self {
         let radius = match kernel {
-            // Differences of weights a voxel to either side.
+            // Central differences of the weights reach one voxel further.
             Kernel::Linear | Kernel::Cubic | Kernel::Gaussian => kernel.radius() + 1,
             Kernel::CatmullRom | Kernel::BSpline => kernel.radius(),
         };
@@ -172,7 +172,7 @@ impl Taps {
         Self { first, count, taps }
     }
 
-    /// Each voxel with its tap.
+    /// Pairs of voxel index and tap.
     fn each(&self) -> impl Iterator<Item = (i64, f64)> + '_ {
         (self.first..).zip(self.taps[..self.count].iter().copied())
     }
@@ -185,13 +185,13 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     const ROUNDING: f64 = 1e-9;
-    /// What is left of the boundary in the coefficients of a parabola, so many voxels from it: |√3 − 2|¹⁰ of the largest.
+    /// Influence of the boundary on the coefficients of a parabola at this distance in voxels: |√3 − 2|¹⁰ of the largest.
     const FAR_FROM_BOUNDARIES: f64 = 10.0;
     const LEFT_OF_BOUNDARIES: f64 = 2e-3;
-    /// What another field differs by, at least.
+    /// Least difference to any other field.
     const NOTICED: f64 = 0.02;
 
-    /// A kernel's field through numbers at all places of a grid.
+    /// Field of a kernel through given voxels.
     fn field(dims: [usize; 3], blend: Blend, kernel: Kernel, number: impl Fn(DVec3) -> f64) -> Field {
         let [x, y, z] = dims;
         let place = |n: usize| DVec3::new((n % x) as f64, (n / x % y) as f64, (n / (x * y)) as f64);
@@ -200,7 +200,7 @@ mod tests {
         Field::new(&volume, &TransferFunction::automatic(&volume), blend, kernel)
     }
 
-    /// Without a pattern, in steps that floats have.
+    /// Pseudo-random voxels that f32 represents exactly.
     fn noise(p: DVec3) -> f64 {
         ((p.dot(DVec3::new(12.9, 78.2, 37.7)).sin() * 1024.0).round() / 16.0).clamp(-50.0, 50.0)
     }
@@ -210,12 +210,12 @@ mod tests {
         (0..x * y * z).map(move |n| DVec3::new((n % x) as f64, (n / x % y) as f64, (n / (x * y)) as f64))
     }
 
-    /// The largest difference between a field and what it is to be, at places at least so far inside.
+    /// Largest deviation of a field from the expected one at some positions.
     fn most_off(field: &Field, expected: impl Fn(DVec3) -> f64, places: impl Iterator<Item = DVec3>) -> f64 {
         places.map(|p| (field.reconstructed(p) - expected(p)).abs()).fold(0.0, f64::max)
     }
 
-    /// Inside there is no boundary but for a B-spline, whose background around is no mirror image.
+    /// All fields interpolate inner voxels; with a B-spline, the background affects voxels near the boundary, because it is not a mirror image.
     #[test]
     fn fields_meet_voxels() {
         let dims = [7, 6, 9];
@@ -236,11 +236,15 @@ mod tests {
                 assert!(most_off(&gathered, noise, voxels(gathered.dims())) < ROUNDING, "{kernel:?}, {dims:?}");
             }
             let composited = field(dims, Blend::Composite, Kernel::BSpline, noise);
-            assert!(most_off(&composited, noise, voxels(composited.dims())) > NOTICED, "what is around is no mirror, {dims:?}");
+            assert!(
+                most_off(&composited, noise, voxels(composited.dims())) > NOTICED,
+                "the background is not a mirror image, \
+                                                                                        {dims:?}"
+            );
         }
     }
 
-    /// Places between voxels, so far from the boundary of 26³.
+    /// Positions between voxels, at a distance from the boundary of 26³ voxels.
     fn places(margin: f64) -> impl Iterator<Item = DVec3> {
         let share = move |n: u32, by: f64| margin + (25.0 - 2.0 * margin) * (f64::from(n) * by).fract();
         (1..60).map(move |n| DVec3::new(share(n, 0.618), share(n, 0.414), share(n, 0.732)))
@@ -259,7 +263,7 @@ mod tests {
         let ramp = |p: DVec3| slope.dot(p) + 3.0;
         for kernel in Kernel::OF_LAYERS {
             let field = field([26; 3], Blend::Composite, kernel, ramp);
-            // The mirror image of a ramp has an edge, which the spline's coefficients remember.
+            // A mirrored ramp has a kink, which affects the spline's coefficients.
             let (margin, tolerance) =
                 if kernel == Kernel::BSpline { (FAR_FROM_BOUNDARIES, LEFT_OF_BOUNDARIES) } else { (3.0, ROUNDING) };
             assert_gradient(&field, |_| slope, margin, if kernel == Kernel::Cubic { f64::INFINITY } else { tolerance });
@@ -282,7 +286,7 @@ mod tests {
         assert!(most_off(&linear, parabola, places(FAR_FROM_BOUNDARIES)) > NOTICED);
     }
 
-    /// What the gradient is where it is no derivative: the field's difference over two voxels.
+    /// Other gradients are not derivatives: they are central differences of the field over two voxels.
     #[test]
     fn other_gradients_are_central_differences() {
         for kernel in [Kernel::Linear, Kernel::Cubic, Kernel::Gaussian] {
@@ -300,7 +304,7 @@ mod tests {
 
     #[test]
     fn only_what_overshoots_without_meaning_to_is_cut_off() {
-        // A step: Catmull-Rom overshoots it.
+        // Catmull-Rom overshoots at a step.
         let step = |p: DVec3| if p.x < 12.5 { 0.0 } else { 100.0 };
         let [catmull_rom, gaussian] = [Kernel::CatmullRom, Kernel::Gaussian].map(|k| field([26; 3], Blend::Composite, k, step));
         let behind = DVec3::new(13.5, 12.0, 12.0);

@@ -1,4 +1,4 @@
-//! The converged volume rendering integral: of the field that a kernel reconstructs, or of a function that is known everywhere.
+//! Converged volume rendering integral of a reconstructed field or of an analytic function.
 
 use super::compositing::{Gathered, picture};
 use super::field::Field;
@@ -18,13 +18,13 @@ use glam::DVec3;
 /// Steps per smallest spacing.
 const STEPS: f64 = 16.0;
 
-/// What is integrated.
+/// An integrand.
 pub(super) trait Continuous: Sync {
-    /// What is classified at a point in voxels.
+    /// Value to classify at a point in voxels.
     fn value(&self, p: DVec3) -> f64;
-    /// What it is lit by, in voxel differences.
+    /// Gradient for shading, per voxel.
     fn gradient(&self, p: DVec3) -> DVec3;
-    /// Where a ray before its eye meets anything.
+    /// Intersection of a ray with the support.
     fn extent(&self, ray: &Ray) -> Option<Interval>;
 }
 
@@ -42,49 +42,49 @@ impl Continuous for Field {
     }
 }
 
-/// Emission and absorption along rays (paper, Eq. 3), in steps of 1/16 of the smallest spacing, with the piecewise-linear transfer
-/// function itself; lit, if so, at every step by the gradient.
+/// Emission and absorption along rays (paper, Eq. 3), in steps of 1/16 of the smallest spacing, with the exact piecewise-linear transfer
+/// function. Shading, if enabled, is evaluated at every step.
 pub struct Integral<'a> {
     integrand: Box<dyn Continuous + 'a>,
     transfer: &'a TransferFunction,
     volume: &'a Volume<'a>,
     unit_distance: f64,
-    /// How it is lit. Default: not at all.
+    /// Shading. Default: none.
     pub shading: Option<Shading>,
-    /// What gradients leave of the extinction. Default: all.
+    /// Gradient opacity. Default: none.
     pub gradient_opacity: Option<GradientOpacity>,
-    /// What of it is shown. Default: all.
+    /// Clipping. Default: none.
     pub clipping: Clipping,
 }
 
 impl<'a> Integral<'a> {
-    /// The integral of the field that the paper's cubic reconstructs (Eq. 1 and 2), for opacities per `unit_distance` (world units; by
-    /// default the smallest spacing).
+    /// Integral of the field of the paper's cubic (Eq. 1 and 2). Opacities apply per `unit_distance` in world units, by default the smallest
+    /// spacing.
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, unit_distance: Option<f64>) -> Self {
         let unit_distance = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
         let integrand = Box::new(Field::new(volume, transfer, Blend::Composite, Kernel::Cubic));
         Self { integrand, transfer, volume, unit_distance, shading: None, gradient_opacity: None, clipping: Clipping::default() }
     }
 
-    /// The same of the field that another kernel reconstructs.
+    /// Uses another reconstruction kernel.
     pub fn with_kernel(self, kernel: Kernel) -> Self {
         let integrand = Box::new(Field::new(self.volume, self.transfer, Blend::Composite, kernel));
         Self { integrand, ..self }
     }
 
-    /// The same of a function of a place in voxels, of which the voxels are samples: its value, and its gradient in voxel differences.
-    /// It ends with the outer voxels.
+    /// Integrates an analytic function of a position in voxels instead, which the voxels sample. It returns value and gradient per voxel. Its
+    /// support ends at the outermost voxels.
     pub fn with_known(self, function: impl Fn(DVec3) -> (f64, DVec3) + Sync + 'a) -> Self {
         Self { integrand: Box::new(Known::new(self.volume.grid(), function)), ..self }
     }
 
-    /// The picture of a camera.
+    /// Renders the picture of a camera.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
         Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), rays.to_eye)))
     }
 
-    /// Premultiplied RGBA along one ray; `to_eye` is the central ray's direction back to the eye, in the grid's axes.
+    /// Premultiplied RGBA of one ray; `to_eye` is the reversed direction of the central ray, in grid axes.
     pub fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let region = Region::of_clipping(self.volume, &self.clipping);
         let extent = self.integrand.extent(ray).and_then(|extent| extent.and(region.of(ray)?));

@@ -1,4 +1,4 @@
-//! Where a ray counts: one interval, since all that cuts it is convex.
+//! Clipped part of a ray: a single interval, since all clip regions are convex.
 
 use crate::layers::Ray;
 use crate::settings::{Blend, Clipping};
@@ -6,14 +6,14 @@ use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use glam::DVec3;
 
-/// Parameters of a ray.
+/// A range of ray parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Interval {
     pub from: f64,
     pub to: f64,
 }
 
-/// What of a segment counts, as shares of the way from its front to its back: 0 ≤ from < to ≤ 1.
+/// The unclipped part of a segment, as fractions from its front to its back: 0 ≤ from < to ≤ 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Part {
     pub from: f64,
@@ -21,7 +21,7 @@ pub(super) struct Part {
 }
 
 impl Interval {
-    /// That of a ray in a box, not before its eye; `None` if it is outside, or only runs along a face.
+    /// Intersection of a ray with a box; `None` if the ray misses it or runs along a face.
     pub fn in_box(ray: &Ray, lowest: DVec3, highest: DVec3) -> Option<Self> {
         let (mut from, mut to) = (ray.start, f64::INFINITY);
         for i in 0..3 {
@@ -39,13 +39,13 @@ impl Interval {
         (from < to).then_some(Self { from, to })
     }
 
-    /// What two have in common.
+    /// Intersection of two intervals.
     pub fn and(self, other: Self) -> Option<Self> {
         let both = Self { from: self.from.max(other.from), to: self.to.min(other.to) };
         (both.from < both.to).then_some(both)
     }
 
-    /// The part of the segment between two parameters; `None` if there is none.
+    /// Intersection with the segment between two parameters, as a part of the segment.
     pub fn part_of(self, front: f64, back: f64) -> Option<Part> {
         let (from, to) = (self.from.max(front), self.to.min(back));
         let share = |t: f64| (t - front) / (back - front);
@@ -54,42 +54,43 @@ impl Interval {
 }
 
 impl Part {
-    /// Its share of the segment.
+    /// Fraction of the segment.
     pub fn length(self) -> f64 {
         self.to - self.from
     }
 
-    /// What of it lies between two places of the segment, as shares of the way between these.
+    /// Intersection with a range of the segment, as a part of that range.
     pub fn within(self, from: f64, to: f64) -> Option<Self> {
         let share = |t: f64| (t.clamp(from, to) - from) / (to - from);
         let part = Self { from: share(self.from), to: share(self.to) };
         (part.from < part.to).then_some(part)
     }
 
-    /// A place in it, 0 … 1, as one in the segment.
+    /// Converts a position in the part, 0 … 1, to a position in the segment.
     pub fn at(self, t: f64) -> f64 {
         self.from + t * (self.to - self.from)
     }
 
-    /// A number that changes evenly along the segment, at both ends of the part.
+    /// Values at both ends of the part, for a linear ramp over the segment.
     pub fn ends_of(self, [front, back]: [f64; 2]) -> [f64; 2] {
         [self.from, self.to].map(|t| front + t * (back - front))
     }
 }
 
-/// Closed half-spaces of which all must hold a point for it to count: (n, d) holds p, in voxels, if n·p + d ≥ 0.
+/// Intersection of closed half-spaces. (n, d) contains the point p, in voxels, if n·p + d ≥ 0.
 pub(super) struct Region {
     half_spaces: Vec<(DVec3, f64)>,
 }
 
 impl Region {
-    /// Of a field that ends `radius` beyond the outer voxels: what is among the voxels, for blend modes that gather values; what is in
-    /// the field, where a background that shows would go on for ever; and in any case what clipping leaves.
+    /// Clip region of a field that ends `radius` beyond the outermost voxels. Blend modes that reduce values are limited to the voxel
+    /// region. A visible background is limited to the support of the field, because it would otherwise be infinite. Clipping applies in any
+    /// case.
     pub fn new(volume: &Volume, transfer: &TransferFunction, blend: Blend, clipping: &Clipping, radius: f64) -> Self {
         let mut region = Self::of_clipping(volume, clipping);
         let last = DVec3::from_array(volume.grid().dims().map(|n| n as f64 - 1.0));
         if blend.gathers_values() {
-            // An axis of one voxel has no length among voxels: its layer has.
+            // An axis with a single voxel has no length between voxels; use the extent of its layer.
             let around = DVec3::from_array(last.to_array().map(|n| if n == 0.0 { 0.5 } else { 0.0 }));
             region.cut_to_box(-around, last + around);
         } else if blend == Blend::Composite && transfer.opacity(volume.background()) > 0.0 {
@@ -98,7 +99,7 @@ impl Region {
         region
     }
 
-    /// What clipping leaves of all space.
+    /// Clip region of the crop box and the clip planes only.
     pub fn of_clipping(volume: &Volume, clipping: &Clipping) -> Self {
         let mut region = Self { half_spaces: Vec::new() };
         if let Some(crop) = clipping.crop {
@@ -121,7 +122,7 @@ impl Region {
         }
     }
 
-    /// The interval of a ray before its eye; `None` if it has none.
+    /// Intersection with a ray, in front of its eye.
     pub fn of(&self, ray: &Ray) -> Option<Interval> {
         self.of_line(&Ray { start: f64::NEG_INFINITY, ..*ray }).and_then(|line| {
             let from = line.from.max(ray.start);
@@ -129,7 +130,7 @@ impl Region {
         })
     }
 
-    /// That of its whole line, behind the eye too.
+    /// Intersection with the whole line of a ray, also behind its eye.
     pub fn of_line(&self, ray: &Ray) -> Option<Interval> {
         let mut interval = Interval { from: f64::NEG_INFINITY, to: f64::INFINITY };
         for &(normal, d) in &self.half_spaces {

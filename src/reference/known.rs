@@ -1,4 +1,4 @@
-//! A function that is known everywhere, as a volume of which the voxels are samples.
+//! Analytic functions whose samples are voxels.
 
 use super::integral::Continuous;
 use super::interval::Interval;
@@ -6,15 +6,15 @@ use crate::layers::Ray;
 use crate::volume::Grid;
 use glam::DVec3;
 
-/// A function from a place in voxels to its value and its gradient in voxel differences.
+/// A function from a position in voxels to its value and its gradient per voxel.
 pub(super) struct Known<F> {
     function: F,
-    /// The outermost voxel.
+    /// Position of the last voxel.
     last: DVec3,
 }
 
 impl<F: Fn(DVec3) -> (f64, DVec3) + Sync> Known<F> {
-    /// Within a grid's outer voxels.
+    /// The support is the region between the outermost voxels of a grid.
     pub fn new(grid: &Grid, function: F) -> Self {
         Self { function, last: DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0)) }
     }

@@ -1,4 +1,4 @@
-//! Layered splatting from its definition.
+//! Layered splatting, evaluated from its definition.
 
 use super::blending::Values;
 use super::compositing::{Gathered, picture};
@@ -15,7 +15,7 @@ use crate::viewport::Viewport;
 use crate::volume::Volume;
 use glam::{DVec2, DVec3};
 
-/// The layered renderer in `f64`: every footprint integrated, no lattice, no table, no culling, no early termination.
+/// Layered renderer in `f64`: exact footprints, without lattice, table, culling and early ray termination.
 pub struct Layered<'a> {
     pub(super) field: Field,
     pub(super) volume: &'a Volume<'a>,
@@ -23,28 +23,28 @@ pub struct Layered<'a> {
     pub(super) settings: &'a Settings,
     pub(super) classification: Classification,
     region: Region,
-    /// Whether pre-integrated segments are cut into fine parts, each dimmed by those before it, as the kernels approach for opaque
-    /// transfer functions of several hues. Default: no.
+    /// Whether pre-integrated segments are subdivided, with attenuation between the parts. The kernels approximate this for opaque transfer
+    /// functions of several hues. Default: false.
     pub in_parts: bool,
 }
 
-/// A ray in the coordinates of its layer axis.
+/// A ray in the local frame of its layer axis.
 pub(super) struct Crossing {
     pub axis: Axis,
     pub origin: DVec3,
     pub shear: DVec2,
-    /// Layers per unit of the ray's parameter.
+    /// Layers per unit of the ray parameter.
     climb: f64,
-    /// Where it counts.
+    /// Unclipped part of the ray.
     interval: Interval,
 }
 
 impl<'a> Layered<'a> {
-    /// A renderer. Of the settings, those that decide where sums are evaluated and what is skipped are ignored.
+    /// Creates a renderer. Ignores settings for the evaluation of samples and for skipping.
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
         let classification = settings.layered().unwrap_or_default().classification;
         let kernel = match classification {
-            // Footprints are its integrals.
+            // Footprints are integrals of the cubic.
             Classification::Post(_) => Kernel::Cubic,
             Classification::Preintegrated { kernel, .. } => kernel,
         };
@@ -53,13 +53,13 @@ impl<'a> Layered<'a> {
         Self { field, volume, transfer, settings, classification, region, in_parts: false }
     }
 
-    /// The picture of a camera, all rays with one layer axis, or each with its own.
+    /// Renders the picture of a camera. All rays use the layer axis `axis`; with `None`, each ray uses its own.
     pub fn render(&self, camera: &Camera, viewport: Viewport, axis: Option<Axis>) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
         Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), axis, rays.to_eye)))
     }
 
-    /// Premultiplied RGBA along one ray; `to_eye` is the central ray's direction back to the eye, in the grid's axes.
+    /// Premultiplied RGBA of one ray; `to_eye` is the reversed direction of the central ray, in grid axes.
     pub fn composite(&self, ray: &Ray, axis: Option<Axis>, to_eye: DVec3) -> [f64; 4] {
         let axis = axis.unwrap_or_else(|| Axis::most_parallel(ray.direction));
         let frame = axis.frame();
@@ -87,7 +87,7 @@ impl<'a> Layered<'a> {
                 _ if n + 1 == order.len() => &slabs.back,
                 _ => &slabs.inner,
             };
-            // In layers from this one's plane, along the ray.
+            // Position relative to the layer's plane, in layers along the ray.
             let mut start = if n == 0 { 0.0 } else { -0.5 };
             let mut sums = None;
             for slab in samples_of_layer {
@@ -108,8 +108,8 @@ impl<'a> Layered<'a> {
         if self.settings.blend == Blend::Composite { gathered.rgba() } else { values.rgba(self.transfer, &self.field) }
     }
 
-    /// Composites a part of a sample of layer k, which has a share of a whole one's length.
-    #[expect(clippy::too_many_arguments, reason = "what a sample is made of")]
+    /// Composites a part of a sample of layer k; `share` is its thickness relative to a whole sample.
+    #[expect(clippy::too_many_arguments, reason = "all are properties of a sample")]
     fn composite_sample(
         &self,
         crossing: &Crossing,
@@ -133,7 +133,7 @@ impl<'a> Layered<'a> {
         gathered.add(color, opacity);
     }
 
-    /// Length of a sample, in unit distances.
+    /// Length of a sample in unit distances.
     pub(super) fn sample_length(&self, crossing: &Crossing) -> f64 {
         let spacing = self.volume.grid().spacing();
         let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
@@ -146,7 +146,7 @@ impl<'a> Layered<'a> {
         [frame.u, frame.v, frame.a].map(|i| self.field.dims()[i])
     }
 
-    /// S_k at (u, v): the sum of all footprints in layer k. Background beyond the layers.
+    /// S_k at (u, v): sum of all footprints in layer k, with background outside.
     fn splat_sum(&self, crossing: &Crossing, k: i64, p: DVec2) -> f64 {
         self.splat(crossing, k, p, |field, voxel| field.voxel(voxel))
     }
@@ -166,7 +166,7 @@ impl<'a> Layered<'a> {
         sum
     }
 
-    /// Gradient in voxel differences: splatted central differences.
+    /// Gradient per voxel: splatted central differences.
     fn gradient(&self, crossing: &Crossing, k: i64) -> DVec3 {
         let p = crossing.at(k as f64);
         DVec3::from_array(std::array::from_fn(|along| {
@@ -181,17 +181,17 @@ impl<'a> Layered<'a> {
 }
 
 impl Crossing {
-    /// Where the ray crosses layer k, or a plane between layers.
+    /// Crossing of the ray with layer k or, for fractional k, a plane between layers.
     pub(super) fn at(&self, k: f64) -> DVec2 {
         self.origin.truncate() + self.shear * (k - self.origin.z)
     }
 
-    /// The direction in which layers are met: 1 or -1.
+    /// Order of the layers along the ray: 1 or −1.
     pub fn step(&self) -> i64 {
         if self.climb > 0.0 { 1 } else { -1 }
     }
 
-    /// What counts of the way between two places on the layer axis.
+    /// Unclipped part of the segment between two positions on the layer axis.
     pub fn part_of(&self, front: f64, back: f64) -> Option<Part> {
         let parameter = |z: f64| (z - self.origin.z) / self.climb;
         self.interval.part_of(parameter(front), parameter(back))

@@ -1,4 +1,4 @@
-//! Ray casting and pre-integrated slicing from their definitions.
+//! Ray casting and pre-integrated slicing, evaluated from their definitions.
 
 use super::blending::{Values, crossing, opaque};
 use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
@@ -15,10 +15,10 @@ use crate::viewport::Viewport;
 use crate::volume::Volume;
 use glam::DVec3;
 
-/// Parts into which a slab of slicing is cut.
+/// Integration steps per slab of slicing.
 const PARTS: usize = 512;
 
-/// Both ways of marching along rays in `f64`: no table, no culling, no early termination.
+/// Ray casting and slicing in `f64`, without table, culling and early ray termination.
 pub struct Marched<'a> {
     field: Field,
     step: f64,
@@ -28,10 +28,10 @@ pub struct Marched<'a> {
 }
 
 impl<'a> Marched<'a> {
-    /// A renderer; the settings' algorithm is ray casting or slicing.
+    /// Creates a renderer for the algorithm of the settings.
     ///
     /// # Panics
-    /// With another algorithm.
+    /// If the algorithm is neither ray casting nor slicing.
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
         let (kernel, step) = match settings.algorithm {
             Algorithm::Raycast { kernel, step } => (kernel, step),
@@ -41,7 +41,7 @@ impl<'a> Marched<'a> {
         Self { field: Field::new(volume, transfer, settings.blend, kernel), step, volume, transfer, settings }
     }
 
-    /// The picture of a camera.
+    /// Renders the picture of a camera.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
         let slicing = matches!(self.settings.algorithm, Algorithm::Slicing { .. });
@@ -56,20 +56,20 @@ impl<'a> Marched<'a> {
         }))
     }
 
-    /// World size of a vector in voxels, in unit distances; and of the smallest spacing.
+    /// World length of a vector in voxels, and the smallest spacing; both in unit distances.
     fn lengths(&self, vector: DVec3) -> (f64, f64) {
         let spacing = self.volume.grid().spacing();
         let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
         ((vector * spacing).length() / unit, spacing.min_element() / unit)
     }
 
-    /// Casts a ray, each sample by itself.
+    /// Ray casting with classification after interpolation.
     fn cast(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let mut gathered = Gathered::new();
         let (per_parameter, smallest) = self.lengths(ray.direction);
         let dt = self.step * smallest;
         for slab in self.slabs(ray, dt / per_parameter) {
-            // In the middle of the whole step, whatever is cut from it.
+            // At the centre of the whole step, even if the step is clipped.
             let p = ray.origin + ray.direction * ((slab.front + slab.back) / 2.0);
             let value = self.field.classified(p);
             if self.transfer.opacity(value) > 0.0 {
@@ -86,7 +86,7 @@ impl<'a> Marched<'a> {
         gathered.rgba()
     }
 
-    /// Slices.
+    /// Pre-integrated slicing.
     fn slice(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let mut gathered = Gathered::new();
         let (per_parameter, smallest) = self.lengths(ray.direction);
@@ -105,11 +105,11 @@ impl<'a> Marched<'a> {
         gathered.rgba()
     }
 
-    /// Gathers values from plane to plane.
+    /// Reduces values from plane to plane.
     fn values(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let mut values = Values::new(self.settings.blend);
         for slab in self.slabs(ray, self.between_planes(ray, to_eye)) {
-            // The field itself at both ends: it bends where voxels end.
+            // Evaluate the field at the clipped ends, since it is not linear between planes.
             let ends = [slab.part.from, slab.part.to].map(|t| {
                 let t = slab.front + t * (slab.back - slab.front);
                 self.field.reconstructed(ray.origin + ray.direction * t)
@@ -119,7 +119,7 @@ impl<'a> Marched<'a> {
         values.rgba(self.transfer, &self.field)
     }
 
-    /// The first surface between two planes.
+    /// First iso-surface between two planes.
     fn surface(&self, ray: &Ray, iso: f64, to_eye: DVec3) -> [f64; 4] {
         for slab in self.slabs(ray, self.between_planes(ray, to_eye)) {
             let points = slab.points(ray);
@@ -137,14 +137,14 @@ impl<'a> Marched<'a> {
         [0.0; 4]
     }
 
-    /// Ray parameter from one plane across the view to the next.
+    /// Step of the ray parameter between planes perpendicular to the view.
     fn between_planes(&self, ray: &Ray, to_eye: DVec3) -> f64 {
         let spacing = self.volume.grid().spacing();
         self.step * spacing.min_element() / -(ray.direction * spacing).dot(to_eye)
     }
 
-    /// The slabs of a thickness in ray parameters that the ray meets in the field and that count, front to back; one of them begins at
-    /// the parameter 0.
+    /// Slabs of a thickness in ray parameters within the support of the field and the clip region, front to back. One of them starts at
+    /// parameter 0.
     fn slabs(&self, ray: &Ray, thickness: f64) -> impl Iterator<Item = Slab> {
         let support = self.field.support(ray);
         let (first, end) = support.map_or((0, 0), |s| ((s.from / thickness).floor() as i64, (s.to / thickness).ceil() as i64));
@@ -157,7 +157,7 @@ impl<'a> Marched<'a> {
     }
 }
 
-/// Between two parameters of a ray.
+/// A range of ray parameters, and its unclipped part.
 struct Slab {
     front: f64,
     back: f64,
@@ -165,13 +165,13 @@ struct Slab {
 }
 
 impl Slab {
-    /// Its ends, of the whole.
+    /// Both ends of the slab before clipping.
     fn points(&self, ray: &Ray) -> [DVec3; 2] {
         [self.front, self.back].map(|t| ray.origin + ray.direction * t)
     }
 }
 
-/// Mean extinction of a slab over which the value changes evenly, and its colour, for a slab of one thickness.
+/// Mean extinction and colour of a slab over which the value changes linearly; the colour is for a slab of `thickness`.
 fn slab_between(
     transfer: &TransferFunction,
     [from, to]: [f64; 2],

@@ -1,9 +1,9 @@
-//! The same pictures in plain, slow `f64` on the host, independent of the kernels: what the tests trust.
+//! Reference renderers in plain `f64` on the host, independent of the kernels, for tests.
 //!
-//! [`Layered`] evaluates layered splatting ray by ray from the definition: every footprint is integrated, no lattice, no
-//! table, no culling, no early termination; [`Marched`] and [`Sheets`] do the same for the other renderers. Where a ray counts
-//! is one interval for all, in all blend modes. [`Integral`] is the converged volume rendering integral of the field that
-//! the kernels reconstruct, which layered splatting approximates, or of the function itself that voxels sample.
+//! [`Layered`] evaluates layered splatting ray by ray from its definition, with exact footprints and without lattice, table, culling and
+//! early ray termination. [`Marched`] and [`Sheets`] do the same for the other algorithms. All of them clip rays to a single interval.
+//! [`Integral`] is the converged volume rendering integral of the reconstructed field, which layered splatting approximates, or of the
+//! analytic function that the voxels sample.
 
 mod blending;
 mod coefficients;

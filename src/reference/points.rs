@@ -1,4 +1,4 @@
-//! Point-sampled layers with pre-integrated classification, from their definition.
+//! Point-sampled layers with pre-integrated classification, evaluated from their definition.
 
 use super::blending::{Values, crossing, opaque, refined_crossing};
 use super::compositing::{Gathered, opacity_of_depth, opacity_over};
@@ -10,13 +10,13 @@ use crate::settings::Blend;
 use crate::transfer::{Extinction, TransferFunction};
 use glam::DVec3;
 
-/// Parts into which a segment is cut.
+/// Number of parts of a subdivided segment.
 const PARTS: usize = 512;
-/// Those of which the mean is taken: at a step of the transfer function it is off by 1/256 of the step at most, elsewhere by much less.
+/// Number of parts for mean values. At a step of the transfer function the error is at most 1/256 of the step; elsewhere much less.
 const MEAN_PARTS: usize = 128;
 
 impl Layered<'_> {
-    /// Premultiplied RGBA along one ray, sampled `samples_per_layer` times per layer.
+    /// Premultiplied RGBA of one ray with `samples_per_layer` samples per layer.
     pub(super) fn composite_points(&self, crossing: &Crossing, samples_per_layer: u32, to_eye: DVec3) -> [f64; 4] {
         let (mut gathered, mut values) = (Gathered::new(), Values::new(self.settings.blend));
         let segments = self.segments(crossing, samples_per_layer);
@@ -29,7 +29,7 @@ impl Layered<'_> {
                         return opaque(color);
                     }
                 }
-                // The field itself at both ends: it bends where voxels end.
+                // Evaluate the field at the clipped ends, since it is not linear between samples.
                 _ => {
                     let ends = [segment.part.from, segment.part.to].map(|t| self.field.reconstructed(segment.place(t)));
                     values.add(ends, segment.part.length());
@@ -39,18 +39,18 @@ impl Layered<'_> {
         if self.settings.blend.gathers_values() { values.rgba(self.transfer, &self.field) } else { gathered.rgba() }
     }
 
-    /// The segments that count, front to back.
+    /// Unclipped segments, front to back.
     fn segments<'a>(&'a self, crossing: &'a Crossing, samples_per_layer: u32) -> impl Iterator<Item = Segment> + 'a {
         let frame = crossing.axis.frame();
         let [.., layers] = self.local_dims(crossing.axis);
         let (samples, step) = (i64::from(samples_per_layer), crossing.step());
         let kernel = self.field.kernel();
-        // The field ends a radius before the first layer and behind the last.
+        // The field extends one kernel radius beyond the first and the last layer.
         let radius = i64::from(kernel.radius());
         let count = samples * (layers - 1 + 2 * radius);
         (0..count).filter_map(move |n| {
             let l = if step > 0 { n } else { count - n };
-            // Where the segment begins and ends, in layers.
+            // Start and end of the segment in layers.
             let [z0, z1] = [l, l + step].map(|l| l as f64 / samples as f64 - radius as f64);
             let part = crossing.part_of(z0, z1)?;
             let points = [z0, z1].map(|z| frame.global(crossing.at(z).extend(z)));
@@ -66,8 +66,8 @@ impl Layered<'_> {
         })
     }
 
-    /// Where gradients are the field's own and are looked at, a segment that shows becomes two: in the middle between its ends lies what a
-    /// cubic with their values and slopes has there.
+    /// Splits a visible segment in two if the kernel has analytic gradients and they are needed. The middle value is that of the cubic with the
+    /// values and slopes at both ends.
     fn halves(&self, segment: Segment, samples_per_layer: u32) -> Vec<Segment> {
         let lit_at_ends = match self.settings.blend {
             Blend::Composite => true,
@@ -96,7 +96,7 @@ impl Layered<'_> {
         halves.into_iter().flatten().collect()
     }
 
-    /// Whether values that show lie between two.
+    /// Whether visible values lie between two values.
     fn shows(&self, [one, other]: [f64; 2]) -> bool {
         if let Blend::Iso(iso) = self.settings.blend {
             return one.min(other) <= iso && iso <= one.max(other);
@@ -113,14 +113,14 @@ impl Layered<'_> {
         Some(gradients.map(|gradient| Lighting::of(&self.field, self.volume, look, gradient, to_eye)))
     }
 
-    /// A segment of one colour, lit where most of its light comes from.
+    /// Composites a segment of one colour, lit at the centroid of its visible light.
     fn composite_whole(&self, segment: &Segment, samples_per_layer: u32, to_eye: DVec3, gathered: &mut Gathered) {
         let extinction = self.settings.extinction;
         let Some(mean) = mean(self.transfer, segment, extinction) else { return };
         let depth = mean.attenuation * segment.length;
         let opacity = opacity_of_depth(depth, extinction);
         let (color, opacity) = self.lighting(segment, to_eye).map_or((mean.color, opacity), |ends| {
-            // Light comes from before the centroid, by as much as what lies behind is dimmed, if extinction is even.
+            // Attenuation within the segment moves the source of light in front of the centroid; exact for constant extinction.
             let dimmed = if depth > 1e-6 { 0.5 - 1.0 / depth + 1.0 / depth.exp_m1() } else { 0.0 };
             let source = mean.centroid - 4.0 * mean.centroid * (1.0 - mean.centroid) * dimmed;
             let lighting = self.along_curve(ends, segment.part.at(source), samples_per_layer);
@@ -130,7 +130,7 @@ impl Layered<'_> {
         gathered.add(color, opacity);
     }
 
-    /// A segment through the field itself, in parts.
+    /// Composites a segment in parts, through the reconstructed field.
     fn composite_parts(&self, segment: &Segment, to_eye: DVec3, gathered: &mut Gathered) {
         let lighting = self.lighting(segment, to_eye);
         for n in 0..PARTS {
@@ -145,7 +145,7 @@ impl Layered<'_> {
         }
     }
 
-    /// The colour of a surface where the segment crosses it, if it does in the part that counts.
+    /// Colour of an iso-surface, if the unclipped part of the segment crosses it.
     fn surface(&self, segment: &Segment, samples_per_layer: u32, iso: f64, to_eye: DVec3) -> Option<[f64; 3]> {
         let mut t = crossing(segment.values, iso)?;
         let refined = samples_per_layer > 1;
@@ -165,25 +165,25 @@ impl Layered<'_> {
         Some(lighting.map_or(color, |lighting| lighting.on(color)))
     }
 
-    /// Lighting between that of two ends: where these are a layer of the paper's cubic apart it stays near theirs, as the field does.
+    /// Interpolates lighting between two ends. Between layers of the paper's cubic it follows the curve of the field.
     fn along_curve(&self, [front, back]: [Lighting; 2], t: f64, samples_per_layer: u32) -> Lighting {
         let curve = lighting_curve(self.field.kernel(), samples_per_layer);
         front.mix(back, t + curve * (t * t * (3.0 - 2.0 * t) - t))
     }
 }
 
-/// From one sample of a ray to the next.
+/// A segment between two samples of a ray.
 struct Segment {
     points: [DVec3; 2],
-    /// There.
+    /// Values at both ends.
     values: [f64; 2],
-    /// What counts; the value changes evenly to its ends.
+    /// Unclipped part. The value changes linearly along the segment.
     part: Part,
-    /// Weights of the values at both ends of the part; what is left belongs to those between, evenly.
+    /// Weights of the values at both ends of the part. The remaining weight is distributed evenly over the values between.
     ends: [f64; 2],
-    /// Of the part, in unit distances.
+    /// Length of the part in unit distances.
     length: f64,
-    /// At both ends, where these are not those of the field.
+    /// Gradients at both ends, if they differ from those of the field.
     gradients: Option<[DVec3; 2]>,
 }
 
@@ -193,14 +193,15 @@ impl Segment {
     }
 }
 
-/// How much of what gradients lack in the middle lies along the way, for each voxel of it, squared: kernels/shared/lit_way.cl.
+/// Fraction of the gradient correction at the middle that is applied along the segment, per squared voxel: kernels/shared/lit_way.cl.
 const ALONG_THE_WAY: f64 = 0.8;
 
-/// Length of a gradient, in ranges of values, below which it says nothing of a normal.
+/// Magnitude of a gradient, relative to the range of values, below which it has no meaningful direction.
 const NO_NORMAL: f64 = 1e-3;
 
-/// The gradient in the middle of a way, of those at its ends: their mean, and what that lacks to be as steep as the cubic with values this far
-/// apart and their slopes; along both of them, and some of it along the way, which they may be across. `range` of values.
+/// Gradient in the middle of a segment. It is the mean of both ends, corrected to match the slope of the cubic through both values and
+/// slopes. The correction acts along both gradients and, in part, along the segment, to which they may be perpendicular. `range` is
+/// that of the values.
 fn gradient_in_the_middle([one, other]: [DVec3; 2], apart: f64, step: DVec3, range: f64) -> DVec3 {
     let mean = (one + other) / 2.0;
     let lacking = 1.5 * (apart - mean.dot(step));
@@ -209,14 +210,14 @@ fn gradient_in_the_middle([one, other]: [DVec3; 2], apart: f64, step: DVec3, ran
     mean + towards * (lacking / towards.dot(step))
 }
 
-/// Of a segment: attenuation per unit distance, the colour weighted with it, and where it lies on the way, 0 … 1.
+/// Mean attenuation per unit distance of a segment, its attenuation-weighted colour, and the centroid of attenuation, 0 … 1.
 struct Mean {
     attenuation: f64,
     color: [f64; 3],
     centroid: f64,
 }
 
-/// The mean of a segment; `None` if all of it is transparent.
+/// Mean of a segment; `None` if it is transparent.
 fn mean(transfer: &TransferFunction, segment: &Segment, extinction: Extinction) -> Option<Mean> {
     let ([from, to], ends) = (segment.part.ends_of(segment.values), segment.ends);
     let attenuation_at = |value: f64| match extinction {
@@ -237,7 +238,7 @@ fn mean(transfer: &TransferFunction, segment: &Segment, extinction: Extinction) 
             *c += weight * attenuation * own;
         }
     }
-    // The even part as a parabola with the same ends and the same mean.
+    // Model the evenly distributed part as a parabola with the same end values and the same mean.
     let [at_front, at_back] = [from, to].map(attenuation_at);
     let lumps = ends[0] * at_front + ends[1] * at_back;
     let moment = (sum - lumps) / 2.0 + (1.0 - ends[0] - ends[1]) * (at_back - at_front) / 12.0 + ends[1] * at_back;

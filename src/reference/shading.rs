@@ -1,4 +1,4 @@
-//! How a sample is lit, and what its gradient leaves of it.
+//! Shading and gradient opacity of a sample.
 
 use super::field::Field;
 use crate::settings::{GradientOpacity, Settings, Shading};
@@ -6,10 +6,10 @@ use crate::transfer::Extinction;
 use crate::volume::Volume;
 use glam::DVec3;
 
-/// Length of a gradient that is none.
+/// Least magnitude of a gradient.
 const LEAST_LENGTH: f64 = 1e-10;
 
-/// What gradients are looked at for.
+/// Settings that depend on gradients.
 #[derive(Clone, Copy)]
 pub(super) struct Look {
     pub shading: Option<Shading>,
@@ -22,7 +22,7 @@ impl Look {
         Self { shading: settings.shading, gradient_opacity: settings.gradient_opacity, extinction: settings.extinction }
     }
 
-    /// Colour and opacity of a sample with a gradient, in voxel differences; `to_eye` in the grid's axes.
+    /// Colour and opacity of a sample; the gradient is per voxel, `to_eye` in grid axes.
     pub fn at(
         self,
         volume: &Volume,
@@ -39,17 +39,17 @@ impl Look {
     }
 }
 
-/// What gradients are measured by: how far the largest value is from the smallest.
+/// Range of values, the unit of gradient magnitudes.
 pub(super) fn range_of_values(volume: &Volume) -> f64 {
     let (lo, hi) = volume.range();
     if hi > lo { hi - lo } else { 1.0 }
 }
 
-/// What light counts in a mixture, besides its weight, where gradients are the field's own: kernels/shared/lit_way.cl.
+/// Constant term of the interpolation weight of lighting, for kernels with analytic gradients: kernels/shared/lit_way.cl.
 const EVEN: f64 = 0.2;
 
-/// What a colour is multiplied by, and what highlight is added to it; what it counts in a mixture, the root of the gradient's length; and
-/// what is left of the extinction.
+/// Lighting of a sample: factor of its colour, added highlight, interpolation weight (the root of the gradient's magnitude), and factor of its
+/// extinction.
 #[derive(Clone, Copy)]
 pub(super) struct Lighting {
     factor: f64,
@@ -61,8 +61,7 @@ pub(super) struct Lighting {
 impl Lighting {
     const NONE: Self = Self { factor: 1.0, highlight: 0.0, weight: 1e-5, left: 1.0 };
 
-    /// Blinn-Phong with the fade for weak gradients (math.md, "Conventions"). `gradient` in voxel differences; `to_eye` in the
-    /// grid's axes.
+    /// Blinn–Phong lighting with the fade for weak gradients (math.md, "Conventions"). `gradient` is per voxel, `to_eye` in grid axes.
     pub fn new(volume: &Volume, look: Look, gradient: DVec3, to_eye: DVec3) -> Self {
         let grid = volume.grid();
         let left = look.gradient_opacity.map_or(1.0, |opacity| opacity.at((gradient / grid.spacing()).length()));
@@ -85,14 +84,14 @@ impl Lighting {
         Self { factor: 1.0 + fade * (factor - 1.0), highlight: fade * highlight, weight, left }
     }
 
-    /// The same, where gradients may be the field's own: what is mixed counts more evenly then.
+    /// Lighting for a field. With analytic gradients, interpolation weights are more even.
     pub fn of(field: &Field, volume: &Volume, look: Look, gradient: DVec3, to_eye: DVec3) -> Self {
         let lighting = Self::new(volume, look, gradient, to_eye);
         let even = if field.kernel().has_own_slope() { EVEN } else { 0.0 };
         Self { weight: even + lighting.weight, ..lighting }
     }
 
-    /// Between this and another.
+    /// Weighted interpolation with another sample.
     pub fn mix(self, other: Self, t: f64) -> Self {
         let even = t;
         let t = t * other.weight / ((1.0 - t) * self.weight + t * other.weight);
@@ -105,7 +104,7 @@ impl Lighting {
         }
     }
 
-    /// What is left of an opacity.
+    /// Applies gradient opacity to an opacity.
     pub fn thinned(self, opacity: f64, extinction: Extinction) -> f64 {
         match extinction {
             Extinction::Exponential => 1.0 - (1.0 - opacity).powf(self.left),
@@ -113,12 +112,12 @@ impl Lighting {
         }
     }
 
-    /// What is left of an extinction, or of an opacity per unit distance.
+    /// Factor of the extinction, or of the opacity per unit distance.
     pub fn left(self) -> f64 {
         self.left
     }
 
-    /// A colour in it.
+    /// Applies lighting to a colour.
     pub fn on(self, color: [f64; 3]) -> [f64; 3] {
         color.map(|c| (c * self.factor + self.highlight).min(1.0))
     }

@@ -1,4 +1,4 @@
-//! Both kinds of sheet-buffer splatting from their definitions.
+//! Both kinds of sheet-buffer splatting, evaluated from their definitions.
 
 use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
 use super::field::Field;
@@ -15,10 +15,10 @@ use crate::volume::Volume;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
-/// Extinction of an opaque voxel that is splatted.
+/// Extinction of an opaque splatted voxel.
 const OPAQUE: f64 = 16.0;
 
-/// Sheet-buffer splatting in `f64`: every voxel looks at every pixel; no lists, no tables, no early termination.
+/// Sheet-buffer splatting in `f64`: every voxel is tested against every pixel, without lists, tables and early ray termination.
 pub struct Sheets<'a> {
     field: Field,
     volume: &'a Volume<'a>,
@@ -26,27 +26,27 @@ pub struct Sheets<'a> {
     settings: &'a Settings,
 }
 
-/// A voxel on the screen.
+/// A projected voxel.
 struct Splat {
     pixel: DVec2,
     w: f64,
     depth: f64,
-    /// Along the layer axis, front to back.
+    /// Index along the layer axis, front to back.
     layer: i64,
     value: f64,
     gradient: DVec3,
 }
 
 impl<'a> Sheets<'a> {
-    /// A renderer; the settings' algorithm is one of the two.
+    /// Creates a renderer for the sheet-buffer algorithm of the settings.
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Self {
         Self { field: Field::new(volume, transfer, settings.blend, Kernel::Gaussian), volume, transfer, settings }
     }
 
-    /// The picture of a camera.
+    /// Renders the picture of a camera.
     ///
     /// # Panics
-    /// With another algorithm.
+    /// If the algorithm is not a sheet-buffer algorithm.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
         let projection = SplatProjection::new(&rays, viewport, self.volume.grid());
@@ -95,7 +95,7 @@ impl<'a> Sheets<'a> {
         splats
     }
 
-    /// The axis that axis-aligned sheets are along, in a view of a central direction.
+    /// Axis perpendicular to axis-aligned sheets, for a central view direction.
     fn layer_axis(&self, direction: DVec3) -> Axis {
         match self.settings.algorithm {
             Algorithm::AxisSheets { layer_axis: LayerAxis::Forced(axis) } => axis,
@@ -103,7 +103,7 @@ impl<'a> Sheets<'a> {
         }
     }
 
-    /// Length of a ray per voxel of depth, in unit distances.
+    /// Length of a ray in unit distances per voxel of depth.
     fn length_per_depth(&self, ray: &Ray, projection: &SplatProjection) -> f64 {
         let spacing = self.volume.grid().spacing();
         let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
@@ -118,7 +118,7 @@ impl<'a> Sheets<'a> {
         central: DVec3,
         to_eye: DVec3,
     ) -> [f64; 4] {
-        // Extinction times colour, and extinction.
+        // Sums of extinction times colour, and of extinction.
         let mut layers: BTreeMap<i64, [f64; 4]> = BTreeMap::new();
         for (splat, weight) in seen {
             let extinction = match self.settings.extinction {
@@ -141,7 +141,7 @@ impl<'a> Sheets<'a> {
         let parameter = |k: f64| (k - ray.origin[a]) / ray.direction[a];
         let mut gathered = Gathered::new();
         for (layer, [r, g, b, extinction]) in layers {
-            // A sheet stands for the space half-way to the next.
+            // A sheet represents the space half-way to its neighbours.
             let k = layer as f64 * central[a].signum();
             let [front, back] = [-0.5, 0.5].map(|half| parameter(k + half * ray.direction[a].signum()));
             let Some(part) = interval.and_then(|interval| interval.part_of(front, back)) else { continue };
@@ -160,7 +160,7 @@ impl<'a> Sheets<'a> {
         to_eye: DVec3,
     ) -> [f64; 4] {
         let slabs = SplatSlabs { distance };
-        // Difference from the background, and gradient.
+        // Sums of differences from the background, and of gradients.
         let mut sheets: BTreeMap<i64, (f64, DVec3)> = BTreeMap::new();
         let background = self.field.missing();
         let visible = self.transfer.opacity(background) > 0.0;
@@ -185,7 +185,7 @@ impl<'a> Sheets<'a> {
         let mut gathered = Gathered::new();
         for (sheet, (difference, gradient)) in sheets {
             let depth = sheet as f64 * distance;
-            // A sheet stands for the space half-way to the next.
+            // A sheet represents the space half-way to its neighbours.
             let [front, back] = [-0.5, 0.5].map(|half| parameter(depth + half * distance));
             let part = interval.and_then(|interval| interval.part_of(front, back));
             let Some(part) = part.filter(|_| depth >= projection.nearest_sheet()) else { continue };

@@ -1,11 +1,10 @@
 //! Frames that are enqueued and not waited for, into memory of the caller's own.
 
+use super::frame::{Frame, Mode, Output, Stage};
 use super::onto::{PictureFormat, PictureMemory};
-use super::picture::FLOATS;
+use super::picture::Finished;
 use super::plan::Plan;
-use super::scene::View;
-use super::tiles::Tiles;
-use super::{Drawn, Renderer};
+use super::{Planned, Renderer};
 use crate::camera::{Camera, Projection};
 use crate::device::{DeviceMemory, ScratchMemory};
 use crate::error::Error;
@@ -38,40 +37,41 @@ impl Renderer {
         onto: &PictureMemory,
         wait: &[&Event],
     ) -> Result<Event, Error> {
-        let device = self.device.with_scratch(self.scratch.clone());
-        onto.check(&device, viewport)?;
-        let (rays, settings) = self.seen(camera, viewport, settings)?;
-        let plan = Plan::new(&rays, viewport, self.prepared.grid(), &settings)?;
-        check_reads_nothing(&plan)?;
-        if let Some(scratch) = device.scratch() {
-            scratch.begin();
-        }
-        self.require_room(&device, &plan, viewport, matches!(onto.format(), PictureFormat::Rgba8(_)))?;
-        self.begin(wait)?;
-        let view = View { device: &device, rays: &rays, viewport, settings: &settings };
-        let (drawn, _) = self.draw(view, &plan)?;
-        self.deliver(view, &drawn, onto)?;
-        device.end()
+        onto.check(&self.engine.device, viewport)?;
+        let planned = self.planned(camera, viewport, settings)?;
+        check_reads_nothing(&planned.plan)?;
+        tracing::debug!("{}", planned.plan);
+        let (stage, direct) = self.stage_onto(&planned, onto)?;
+        let Planned { rays, viewport, settings, .. } = &planned;
+        let frame =
+            Frame { rays, viewport: *viewport, settings, stages: vec![stage], volume: None, into: direct.clone(), host_bytes: 0 };
+        let (event, _) = self.engine.run(&frame, Mode::Enqueued(wait), |device, finished| {
+            match (&direct, onto.format()) {
+                (Some(_), _) => {}
+                (None, PictureFormat::Floats) => onto.copy(device, finished.floats(), *viewport)?,
+                (None, PictureFormat::Rgba8(_)) => onto.copy(device, finished.rgba8(), *viewport)?,
+            }
+            device.end()
+        })?;
+        Ok(event)
     }
 
-    /// Brings what was drawn to where the caller wants it.
-    fn deliver(&mut self, view: View, drawn: &Drawn, onto: &PictureMemory) -> Result<(), Error> {
-        let View { device, viewport, .. } = view;
-        match onto.format() {
+    /// The steps of a frame into memory of the caller, and that memory where kernels can write it directly.
+    fn stage_onto<'a>(&self, planned: &'a Planned, onto: &PictureMemory) -> Result<(Stage<'a>, Option<Finished>), Error> {
+        let (device, viewport) = (&self.engine.device, planned.viewport);
+        let (output, direct) = match onto.format() {
+            // Several lattices add up to a picture, and the memory may be write-only; without a lattice nothing is warped.
+            PictureFormat::Floats if !matches!(planned.plan, Plan::Lattice(..)) => (Output::Floats, None),
             PictureFormat::Floats => {
-                let direct = onto.direct(device, viewport)?;
-                let floats = self.floats(view, drawn, direct.as_ref())?;
-                if direct.as_ref().is_some_and(|direct| std::ptr::eq(direct, floats)) {
-                    return Ok(());
-                }
-                onto.copy(device, floats, viewport)
+                (Output::Floats, onto.direct(device, viewport)?.map(|buffer| Finished::Floats(Arc::new(buffer))))
             }
             PictureFormat::Rgba8(background) => {
-                let direct = onto.direct(device, viewport)?;
-                let displayed = self.displayed(view, drawn, background, direct.as_ref())?;
-                if direct.is_some() { Ok(()) } else { onto.copy(device, displayed, viewport) }
+                (Output::Rgba8(background), onto.direct(device, viewport)?.map(|buffer| Finished::Rgba8(Arc::new(buffer))))
             }
-        }
+        };
+        let bound = direct.is_some();
+        let stage = self.engine.declaring(viewport, |declaring| Stage::of_plan(&planned.plan, output, bound, declaring));
+        Ok((stage, direct))
     }
 
     /// Makes what frames like this one need, from any side: kernels are built; layouts, blocks and tables are made. It waits until all of
@@ -87,8 +87,8 @@ impl Renderer {
 
     /// What a camera would see of the middle of the volume along each axis, in pixels as large as its own.
     fn cameras_along_axes(&self, camera: &Camera, viewport: Viewport) -> [Camera; 3] {
-        let centre = self.grid.centre();
-        let distance = camera.position.distance(camera.focal_point).max(self.grid.diagonal());
+        let centre = self.grid().centre();
+        let distance = camera.position.distance(camera.focal_point).max(self.grid().diagonal());
         let part = f64::from(PREPARING.height) / f64::from(viewport.height);
         let projection = match camera.projection {
             Projection::Parallel { scale } => Projection::Parallel { scale: scale * part },
@@ -109,17 +109,17 @@ impl Renderer {
     /// the B-spline's coefficients) is made again by the next frame that needs it, on the device and in the same buffers, after `wait`.
     /// Returns an event that is complete when `wait` is; frames wait for it by themselves.
     pub fn volume_changed(&mut self, wait: &[&Event]) -> Result<Event, Error> {
-        self.begin(wait)?;
-        self.prepared.voxels_changed();
-        self.device.end()
+        self.engine.device.begin(wait)?;
+        self.engine.field.voxels_changed();
+        self.engine.device.end()
     }
 
     /// Gives memory for what enqueued frames write: the lattice and, where that does not go straight into the caller's memory, the
     /// picture. A frame takes a buffer for each of the [sizes that it needs](Self::scratch_bytes); no buffers, and it makes its own
     /// again. They must not be given to another renderer whose frames may be drawn at the same time.
     pub fn set_scratch(&mut self, buffers: &[DeviceMemory]) -> Result<(), Error> {
-        let given = (!buffers.is_empty()).then(|| ScratchMemory::new(&self.device, buffers));
-        self.scratch = given.transpose()?.map(Arc::new);
+        let given = (!buffers.is_empty()).then(|| ScratchMemory::new(&self.engine.device, buffers));
+        self.engine.scratch = given.transpose()?.map(Arc::new);
         Ok(())
     }
 
@@ -132,34 +132,10 @@ impl Renderer {
         settings: &Settings,
         onto: &PictureMemory,
     ) -> Result<Vec<usize>, Error> {
-        let (rays, settings) = self.seen(camera, viewport, settings)?;
-        let plan = Plan::new(&rays, viewport, self.prepared.grid(), &settings)?;
-        check_reads_nothing(&plan)?;
-        let direct = onto.direct::<u8>(&self.device, viewport)?.is_some();
-        let tuning = self.device.tuning();
-        let pixels = viewport.pixels();
-        let targets = match &plan {
-            Plan::Lattice(lattice, layered) => {
-                vec![(lattice.samples(), Tiles::of_lattice(lattice, layered.classification, tuning))]
-            }
-            Plan::Shared(parts, layered) => {
-                parts.iter().map(|(l, _)| (l.samples(), Tiles::of_lattice(l, layered.classification, tuning))).collect()
-            }
-            Plan::Direct(..) => vec![(pixels, Tiles::of_pixels(viewport))],
-            _ => vec![(pixels, Tiles::of_screen(viewport, tuning))],
-        };
-        // A lattice goes where the one before was, unless it is larger.
-        let mut needed = Vec::new();
-        let [mut samples, mut counts] = [0; 2];
-        for (more, tiles) in targets {
-            needed.extend((more > samples).then_some(more * FLOATS as usize));
-            needed.extend((tiles.all_counts() > counts).then_some(tiles.all_counts() * size_of::<u32>()));
-            (samples, counts) = (samples.max(more), counts.max(tiles.all_counts()));
-        }
-        needed.extend(matches!(plan, Plan::Shared(..)).then_some(pixels * FLOATS as usize));
-        let drawn_as_it_is = onto.format() == PictureFormat::Floats && !matches!(plan, Plan::Lattice(..));
-        needed.extend((!direct && !drawn_as_it_is).then_some(pixels * onto.format().bytes()));
-        Ok(needed)
+        let planned = self.planned(camera, viewport, settings)?;
+        check_reads_nothing(&planned.plan)?;
+        let (stage, _) = self.stage_onto(&planned, onto)?;
+        Ok(stage.resources.of_arena().map(|resource| resource.bytes as usize).collect())
     }
 }
 

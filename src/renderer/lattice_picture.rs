@@ -1,9 +1,8 @@
 //! What layers are before the warp.
 
 use super::Renderer;
+use super::frame::Output;
 use super::plan::Plan;
-use super::range::LayerRange;
-use super::scene::View;
 use super::tiles::read_samples;
 use crate::camera::Camera;
 use crate::error::Error;
@@ -52,21 +51,18 @@ impl Renderer {
         viewport: Viewport,
         settings: &Settings,
     ) -> Result<Option<LatticePicture>, Error> {
-        let device = self.frame_device()?;
-        let (rays, settings) = self.seen(camera, viewport, settings)?;
-        let settings = &settings;
-        let (lattice, layered) = match Plan::new(&rays, viewport, self.prepared.grid(), settings)? {
-            Plan::Lattice(lattice, layered) => (lattice, layered),
-            Plan::Shared(mut parts, layered) => (parts.swap_remove(0).0, layered),
+        let mut planned = self.planned(camera, viewport, settings)?;
+        let lattice = match &planned.plan {
+            Plan::Lattice(lattice, _) => lattice.clone(),
+            Plan::Shared(parts, layered) => {
+                let (lattice, layered) = (parts[0].0.clone(), *layered);
+                planned.plan = Plan::Lattice(lattice.clone(), layered);
+                lattice
+            }
             _ => return Ok(None),
         };
-        self.draw_lattice(
-            View { device: &device, rays: &rays, viewport, settings },
-            &lattice,
-            layered,
-            &LayerRange::whole(&lattice),
-        )?;
-        let samples = read_samples(self.target.drawn(&device)?.0, &device, lattice.samples())?;
+        let (samples, _) =
+            self.run(&planned, Output::Samples, |device, finished| read_samples(finished.floats(), device, lattice.samples()))?;
         Ok(Some(LatticePicture { size: lattice.size, lattice, samples }))
     }
 }

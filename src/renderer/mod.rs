@@ -1,37 +1,39 @@
-//! Orchestrates a frame: what is kept between frames, what is planned, which kernels run in which order.
+//! Renders frames: what is kept on the device, what a frame is planned to do, and how it runs.
 
-mod cache;
+mod accumulation;
+mod classification;
 mod depths;
 mod enqueued;
 #[cfg(test)]
 mod faults;
-mod in_place;
+mod field;
+mod frame;
 mod lattice_picture;
 mod layered;
 mod onto;
 mod parts;
 mod picture;
 mod plan;
-mod prepared;
 mod range;
 mod rays;
 mod region;
 mod report;
 mod scene;
-mod scratch;
 mod screen;
 mod sheets;
+mod store;
 mod streamed;
 #[cfg(feature = "gl-interop")]
 mod texture;
 mod tiles;
-mod uploaded;
+mod volume_renderer;
 mod warm_up;
 mod world;
 
+pub use accumulation::Accumulation;
 #[cfg(feature = "cli")]
 pub(crate) use depths::marched;
-pub use in_place::DeviceVoxels;
+pub use field::{DeviceVoxels, UploadedVolume};
 pub use lattice_picture::LatticePicture;
 pub use onto::{PictureFormat, PictureMemory};
 pub use parts::{CompositedLayers, PartRenderer};
@@ -43,31 +45,22 @@ pub use report::{FrameReport, LatticeReport, Measured};
 pub use streamed::{StreamPlan, StreamedLattice, StreamedRenderer};
 #[cfg(feature = "gl-interop")]
 pub use texture::GlTexture;
-pub use uploaded::UploadedVolume;
+pub use volume_renderer::{VolumeRenderer, volume_renderer};
 pub use warm_up::ExpectedFrames;
 
 use crate::camera::Camera;
-use crate::device::launch::structs::Float4;
-use crate::device::{Buffer, Device, ScratchMemory};
+use crate::device::{Buffer, Cancel, Device};
 use crate::error::Error;
 use crate::image::{Background, Frame};
-use crate::layers::{Axis, Lattice, Rays};
-use crate::settings::{Classification, Layered, Settings};
+use crate::layers::Rays;
+use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
-use layered::{PointLayers, SplatLayers};
-use opencl3::event::Event;
-use picture::{FLOATS, OntoScreen, Picture, RGBA8, Share, read_displayed};
-use prepared::Prepared;
-use range::LayerRange;
-use rays::{Gathers, MarchedRays};
-use scene::View;
-use sheets::{AxisAlignedSheets, ImageAlignedSheets};
-use std::sync::Arc;
+use frame::{Engine, Mode, Output, Stage};
+use picture::{FLOATS, Finished, RGBA8, read_displayed};
 use std::time::Duration;
-use tiles::{Target, read_samples};
-use world::World;
+use tiles::read_samples;
 
 /// Renders one volume on one device.
 ///
@@ -89,35 +82,16 @@ use world::World;
 /// # Ok::<(), layersplat::Error>(())
 /// ```
 pub struct Renderer {
-    device: Device,
-    grid: Grid,
-    world: World,
-    prepared: Prepared,
-    measuring: bool,
-    /// Frames may be drawn by general programs while the best ones are being built.
-    general_programs: bool,
-    /// That a frame may take.
-    longest: Option<Duration>,
-    /// The caller's, for what frames write that are enqueued.
-    scratch: Option<Arc<ScratchMemory>>,
-    points: PointLayers,
-    splats: SplatLayers,
-    rays: MarchedRays,
-    axis_sheets: AxisAlignedSheets,
-    view_sheets: ImageAlignedSheets,
-    /// Where lattices are drawn, and pictures without one.
-    target: Target,
-    picture: Picture,
+    engine: Engine,
 }
 
-/// Where a frame is when it is drawn.
-enum Drawn {
-    /// In a lattice, still to be warped.
-    Lattice(Box<Lattice>),
-    /// On the screen, warped from several lattices.
-    Warped,
-    /// On the screen.
-    Screen,
+/// A view that is planned.
+struct Planned {
+    rays: Rays,
+    viewport: Viewport,
+    /// In the world of frames.
+    settings: Settings,
+    plan: Plan,
 }
 
 impl Renderer {
@@ -126,60 +100,53 @@ impl Renderer {
         Self::of(&UploadedVolume::new(device, volume)?, transfer)
     }
 
-    /// Renders a volume that is on a device already.
+    /// Renders a volume that is on a device already. Renderers of one uploaded volume share its voxels and what is made from these.
     ///
     /// # Errors
     /// Where only a part of it is: that is for a [`PartRenderer`].
     pub fn of(volume: &UploadedVolume, transfer: &TransferFunction) -> Result<Self, Error> {
-        if volume.is_whole() {
-            return Ok(Self::holding(volume, transfer));
-        }
-        let name = std::path::Path::new(volume.description().name());
-        Err(Error::volume(name, "only a part of it is on the device: render it with a PartRenderer"))
-    }
-
-    /// Renders what is held.
-    fn holding(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
-        let grid = volume.description().grid();
-        let world = World::of(grid);
-        Self {
-            device: volume.device.with_own_sequence(),
-            grid: grid.clone(),
-            world,
-            prepared: Prepared::new(volume, world.grid(grid), transfer),
-            measuring: false,
-            general_programs: false,
-            longest: None,
-            scratch: None,
-            points: PointLayers::default(),
-            splats: SplatLayers::default(),
-            rays: MarchedRays::default(),
-            axis_sheets: AxisAlignedSheets::default(),
-            view_sheets: ImageAlignedSheets::default(),
-            target: Target::default(),
-            picture: Picture::default(),
-        }
+        check_whole(volume)?;
+        Ok(Self { engine: Engine::new(volume, transfer) })
     }
 
     /// Takes another transfer function from the next frame on.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
-        self.prepared.set_transfer_function(transfer);
+        self.engine.set_transfer_function(transfer);
     }
 
     /// The transfer function in use.
     pub fn transfer_function(&self) -> &TransferFunction {
-        self.prepared.transfer_function()
+        self.engine.classification.transfer_function()
     }
 
-    /// Where the volume's voxels lie.
+    /// Takes another volume from the next frame on, of any size, type and range. Its voxels go into the buffer of the last one where they
+    /// fit and no other renderer uses that; where the type stays, no device program is built again.
+    ///
+    /// # Errors
+    /// A device without enough memory; the renderer then has its old volume or none that can be drawn, and takes another.
+    pub fn set_volume(&mut self, volume: &Volume) -> Result<(), Error> {
+        self.engine.replace_field(&volume.held())
+    }
+
+    /// Takes another volume that is on the device already from the next frame on: it may have been uploaded while frames of the last one
+    /// were drawn.
+    ///
+    /// # Errors
+    /// Where only a part of it is on the device, or where it is on a device of another context.
+    pub fn set_uploaded_volume(&mut self, volume: &UploadedVolume) -> Result<(), Error> {
+        check_whole(volume)?;
+        self.engine.set_field(volume)
+    }
+
+    /// Where the voxels lie in the world.
     pub fn grid(&self) -> &Grid {
-        &self.grid
+        self.engine.field.description().grid()
     }
 
     /// Whether the reports of frames say what these took, from the next one on. Without, a frame is read back once, and the queue is
     /// waited for only so long; but sheets, in either case, read how many splats they have.
     pub fn measure(&mut self, measuring: bool) {
-        self.measuring = measuring;
+        self.engine.measuring = measuring;
     }
 
     /// Whether frames may be drawn by more general programs from now on, where the best one is not built yet and a general one is
@@ -187,26 +154,31 @@ impl Renderer {
     /// are within 2e-3 per channel of its own, rounding mostly. [`FrameReport::general_program`] tells. Only layers that are sampled at points
     /// and composited on a lattice have general programs; frames that are [enqueued](Self::enqueue) are drawn by the best.
     pub fn use_general_programs(&mut self, allowed: bool) {
-        self.general_programs = allowed;
+        self.engine.general_programs = allowed;
     }
 
-    /// How long a frame may take from now on: a longer one is given up with [`Error::TooLong`], and the next one begins anew. That is
-    /// looked at before each kernel, which waits for the one before; a kernel on its way cannot be called back. Frames that are
-    /// [enqueued](Self::enqueue) are not limited.
+    /// Limits the time of a frame, from the next one on: a longer one ends with [`Error::TooLong`]. Time is looked at before each kernel;
+    /// a running kernel ends first. [Enqueued](Self::enqueue) frames have no limit.
     pub fn limit(&mut self, longest: Option<Duration>) {
-        self.longest = longest;
+        self.engine.limits.longest = longest;
+    }
+
+    /// Lets another thread cancel frames, from the next one on, or no longer (`None`). A cancelled frame ends before its next kernel with
+    /// [`Error::Cancelled`], and the next frame is drawn in full. [Enqueued](Self::enqueue) frames are not cancelled.
+    pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
+        self.engine.limits.cancel = cancel;
     }
 
     /// Renders a picture: premultiplied floats, without a background.
     pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
-        let device = self.frame_device()?;
-        let (rays, settings) = self.seen(camera, viewport, settings)?;
-        let view = View { device: &device, rays: &rays, viewport, settings: &settings };
-        let plan = Plan::new(&rays, viewport, self.prepared.grid(), &settings)?;
-        self.require_room(&device, &plan, viewport, false)?;
-        let (drawn, active_samples) = self.draw(view, &plan)?;
-        let pixels = read_samples(self.floats(view, &drawn, None)?, &device, viewport.pixels())?;
-        Ok((Frame::new(viewport, pixels), self.report(&device, &plan, active_samples)?))
+        self.render_planned(&self.planned(camera, viewport, settings)?)
+    }
+
+    fn render_planned(&mut self, planned: &Planned) -> Result<(Frame, FrameReport), Error> {
+        let viewport = planned.viewport;
+        let (pixels, report) =
+            self.run(planned, Output::Floats, |device, finished| read_samples(finished.floats(), device, viewport.pixels()))?;
+        Ok((Frame::new(viewport, pixels), report))
     }
 
     /// Renders a finished 8-bit RGBA picture, row by row, row 0 on top.
@@ -229,166 +201,51 @@ impl Renderer {
         background: Background,
         take: impl FnOnce(&Device, &Buffer<[u8; 4]>) -> Result<T, Error>,
     ) -> Result<(T, FrameReport), Error> {
-        let device = self.frame_device()?;
-        let (rays, settings) = self.seen(camera, viewport, settings)?;
-        let view = View { device: &device, rays: &rays, viewport, settings: &settings };
-        let plan = Plan::new(&rays, viewport, self.prepared.grid(), &settings)?;
-        self.require_room(&device, &plan, viewport, true)?;
-        let (drawn, active_samples) = self.draw(view, &plan)?;
-        let taken = take(&device, self.displayed(view, &drawn, background, None)?)?;
-        Ok((taken, self.report(&device, &plan, active_samples)?))
+        let planned = self.planned(camera, viewport, settings)?;
+        self.run(&planned, Output::Rgba8(background), |device, finished| take(device, finished.rgba8()))
     }
 
-    /// What was drawn as a frame of floats: warped `into` the caller's where it is still in a lattice.
-    fn floats<'a>(
-        &'a mut self,
-        view: View,
-        drawn: &Drawn,
-        into: Option<&'a Buffer<Float4>>,
-    ) -> Result<&'a Buffer<Float4>, Error> {
-        let View { device, rays, viewport, .. } = view;
-        match drawn {
-            Drawn::Lattice(lattice) => {
-                self.picture.warp(device, &mut self.target, OntoScreen { lattice, rays, viewport }, Share::WHOLE, into)
-            }
-            Drawn::Warped => self.picture.warped(device, viewport),
-            Drawn::Screen => Ok(self.target.drawn(device)?.0),
-        }
-    }
-
-    /// What was drawn as an 8-bit picture, `into` the caller's or its own.
-    fn displayed<'a>(
-        &'a mut self,
-        view: View,
-        drawn: &Drawn,
-        background: Background,
-        into: Option<&'a Buffer<[u8; 4]>>,
-    ) -> Result<&'a Buffer<[u8; 4]>, Error> {
-        let View { device, rays, viewport, .. } = view;
-        let Self { picture, target, .. } = self;
-        match drawn {
-            Drawn::Lattice(lattice) => {
-                picture.warp_displayed(device, target, OntoScreen { lattice, rays, viewport }, background, into)
-            }
-            Drawn::Warped => picture.present(device, None, viewport, background, into),
-            Drawn::Screen => picture.present(device, Some(target), viewport, background, into),
-        }
-    }
-
-    fn seen(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Rays, Settings), Error> {
-        self.world.seen(self.prepared.grid(), camera, viewport, settings)
-    }
-
-    /// Begins what comes after `wait`. What frames that failed were to make for later ones may not be there: it is made again.
-    fn begin(&mut self, wait: &[&Event]) -> Result<(), Error> {
-        if self.device.begin(wait)? {
-            self.prepared.forget();
-        }
-        Ok(())
-    }
-
-    /// The device as one frame uses it: what that leaves behind, if it fails, no other sees.
-    fn frame_device(&mut self) -> Result<Device, Error> {
-        self.begin(&[])?;
-        let device = if self.measuring { self.device.timed() } else { self.device.clone() };
-        Ok(device.limited(self.longest).with_general_programs(self.general_programs))
-    }
-
-    /// Refuses a picture that would not fit into memory, as floats or displayed, before anything of it is made.
-    fn require_room(&self, device: &Device, plan: &Plan, viewport: Viewport, displayed: bool) -> Result<(), Error> {
-        let pixels = viewport.pixels();
-        let [frame, rgba] = self.picture.missing(device, viewport);
-        let drawn = match plan {
-            Plan::Lattice(lattice, _) if displayed => self.target.missing(device, lattice.samples()),
-            Plan::Lattice(lattice, _) => self.target.missing(device, lattice.samples()) + frame,
-            Plan::Shared(parts, _) => {
-                parts.iter().map(|(lattice, _)| self.target.missing(device, lattice.samples())).max().unwrap_or(0) + frame
-            }
-            _ => self.target.missing(device, pixels),
-        };
-        let (on_device, on_host) = if displayed { (drawn + rgba, RGBA8) } else { (drawn, FLOATS) };
-        let what = format!("a picture of {}x{}", viewport.width, viewport.height);
-        self.device.require(&what, on_device, on_host * pixels as u64)
-    }
-
-    /// Draws what is planned; and the samples with opacity of lattices that are not in the target any more.
-    fn draw(&mut self, view: View, plan: &Plan) -> Result<(Drawn, u64), Error> {
+    /// Runs a planned frame that is waited for.
+    fn run<T>(
+        &mut self,
+        planned: &Planned,
+        output: Output,
+        deliver: impl FnOnce(&Device, &Finished) -> Result<T, Error>,
+    ) -> Result<(T, FrameReport), Error> {
+        let Planned { rays, viewport, settings, plan } = planned;
         tracing::debug!("{plan}");
-        let Self { prepared, target, .. } = self;
-        match *plan {
-            Plan::Lattice(ref lattice, layered) => {
-                self.draw_lattice(view, lattice, layered, &LayerRange::whole(lattice))?;
-                return Ok((Drawn::Lattice(Box::new(lattice.clone())), 0));
-            }
-            Plan::Shared(ref parts, layered) => return Ok((Drawn::Warped, self.draw_shared(view, parts, layered)?)),
-            Plan::Direct(axis, layered) => self.draw_pixels(view, axis, layered)?,
-            Plan::Raycast(kernel, step) => self.rays.cast(&mut view.of(prepared), kernel, step, Gathers::Colors, target)?,
-            Plan::CastValues(kernel, step) => {
-                self.rays.cast_values(&mut view.of(prepared), kernel, step, Gathers::Colors, target)?;
-            }
-            Plan::CastSegments(kernel, step) => self.rays.cast_segments(&mut view.of(prepared), kernel, step, target)?,
-            Plan::Slicing(step) => self.rays.slice(&mut view.of(prepared), step, target)?,
-            Plan::AxisSheets(axis) => self.axis_sheets.draw(&mut view.of(prepared), axis, target)?,
-            Plan::ViewSheets(distance) => self.view_sheets.draw(&mut view.of(prepared), distance, target)?,
-        }
-        Ok((Drawn::Screen, 0))
+        let stage = self.engine.declaring(*viewport, |declaring| Stage::of_plan(plan, output, false, declaring));
+        let per_pixel = if matches!(output, Output::Rgba8(_)) { RGBA8 } else { FLOATS };
+        let host_bytes = per_pixel * viewport.pixels() as u64;
+        let frame =
+            frame::Frame { rays, viewport: *viewport, settings, stages: vec![stage], volume: None, into: None, host_bytes };
+        let (delivered, statistics) = self.engine.run(&frame, Mode::Waited, deliver)?;
+        Ok((delivered, FrameReport::new(plan, statistics)))
     }
 
-    /// Draws lattices one after the other, each warped with its share; and the samples with opacity of all but the last.
-    fn draw_shared(&mut self, view: View, parts: &[(Lattice, f64)], layered: Layered) -> Result<u64, Error> {
-        let mut counted = 0;
-        for (n, (lattice, share)) in parts.iter().enumerate() {
-            if n > 0 && self.measuring {
-                counted += self.target.count_active(view.device)?;
-            }
-            self.draw_lattice(view, lattice, layered, &LayerRange::whole(lattice))?;
-            let onto = OntoScreen { lattice, rays: view.rays, viewport: view.viewport };
-            self.picture.warp(view.device, &mut self.target, onto, Share { share: *share, added: n > 0 }, None)?;
-        }
-        Ok(counted)
+    fn planned(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Planned, Error> {
+        let field = &self.engine.field;
+        let (rays, settings) = field.world().seen(field.grid(), camera, viewport, settings)?;
+        Planned::new(rays, viewport, settings, field.grid())
     }
+}
 
-    fn draw_lattice(&mut self, view: View, lattice: &Lattice, layered: Layered, range: &LayerRange) -> Result<(), Error> {
-        let Self { prepared, target, .. } = self;
-        let scene = &mut view.of(prepared);
-        match layered.classification {
-            Classification::Post(correction) => self.splats.draw_lattice(scene, lattice, correction, range, target),
-            Classification::Preintegrated { kernel, samples_per_layer } => {
-                self.points.draw_lattice(scene, lattice, (kernel, samples_per_layer), layered.evaluation, range, target)
-            }
-        }
+impl Planned {
+    /// `settings` and `grid` in the world of frames.
+    fn new(rays: Rays, viewport: Viewport, settings: Settings, grid: &Grid) -> Result<Self, Error> {
+        let plan = Plan::new(&rays, viewport, grid, &settings)?;
+        Ok(Self { rays, viewport, settings, plan })
     }
+}
 
-    fn draw_pixels(&mut self, view: View, axis: Option<Axis>, layered: Layered) -> Result<(), Error> {
-        let Self { prepared, target, .. } = self;
-        let scene = &mut view.of(prepared);
-        match layered.classification {
-            Classification::Post(correction) => self.splats.draw_pixels(scene, axis, correction, layered.footprints, target),
-            Classification::Preintegrated { kernel, samples_per_layer } => {
-                self.points.draw_pixels(scene, axis, (kernel, samples_per_layer), target)
-            }
-        }
+/// Refuses a part of a volume.
+fn check_whole(volume: &UploadedVolume) -> Result<(), Error> {
+    if volume.is_whole() {
+        return Ok(());
     }
-
-    /// Completes a frame's report; `active_samples` are those of lattices that are not in the target any more.
-    fn report(&mut self, device: &Device, plan: &Plan, active_samples: u64) -> Result<FrameReport, Error> {
-        let measured = if self.measuring {
-            let active_samples = active_samples + self.target.count_active(device)?;
-            Some(Measured { stages: device.stage_times()?, active_samples })
-        } else {
-            None
-        };
-        Ok(FrameReport::new(plan, measured, device.used_general_program()))
-    }
+    let name = std::path::Path::new(volume.description().name());
+    Err(Error::volume(name, "only a part of it is on the device: render it with a PartRenderer"))
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn renderers_go_from_thread_to_thread() {
-        fn movable<T: Send>() {}
-        movable::<Renderer>();
-    }
-}
+mod tests;

@@ -1,9 +1,9 @@
 //! From what was drawn to the finished picture.
 
-use super::scratch::Growing;
-use super::tiles::{Target, Tiles};
+use super::frame::{Resources, Slot};
+use super::tiles::{Drawn, Target, Tiles};
 use crate::device::launch::Launcher;
-use crate::device::launch::picture::{Present, PresentArguments, Warp, WarpArguments, WarpDisplayed, WarpDisplayedArguments};
+use crate::device::launch::picture::{Present, PresentArguments, Warp, WarpArguments, Warped};
 use crate::device::launch::structs::{Float4, WarpParams};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
@@ -12,18 +12,63 @@ use crate::layers::{Lattice, Rays};
 use crate::memory;
 use crate::viewport::Viewport;
 use glam::DMat3;
+use std::sync::Arc;
 
 /// Most places per pixel and axis that are averaged where it covers many voxels.
 const MOST_FILTERED: f64 = 16.0;
 
+/// The picture in floats, of lattices.
+pub(super) const FRAME: Slot<Float4> = Slot::new("the picture in floats");
+/// The displayed picture.
+const RGBA: Slot<[u8; 4]> = Slot::new("the picture of 8 bits");
+
 /// Warps lattices onto the screen, and presents pictures.
+#[derive(Default)]
 pub(super) struct Picture {
     warp: Launcher<Warp>,
-    warp_displayed: Launcher<WarpDisplayed>,
     present: Launcher<Present>,
-    /// In floats, of lattices.
-    frame: Growing<Float4>,
-    rgba: Growing<[u8; 4]>,
+}
+
+/// A frame's picture on the device.
+#[derive(Clone)]
+pub(super) enum Finished {
+    /// No step has drawn yet.
+    Nothing,
+    Floats(Arc<Buffer<Float4>>),
+    Rgba8(Arc<Buffer<[u8; 4]>>),
+}
+
+impl Finished {
+    /// The picture in floats, or the samples of a lattice.
+    pub fn floats(&self) -> &Arc<Buffer<Float4>> {
+        let Self::Floats(floats) = self else { unreachable!("the steps end in floats") };
+        floats
+    }
+
+    /// The picture of 8 bits.
+    pub fn rgba8(&self) -> &Arc<Buffer<[u8; 4]>> {
+        let Self::Rgba8(rgba8) = self else { unreachable!("the steps end in 8 bits") };
+        rgba8
+    }
+}
+
+/// Declares the picture in floats.
+pub(super) fn declare_floats(viewport: Viewport, resources: &mut Resources) {
+    resources.frame(&FRAME, viewport.pixels());
+}
+
+/// Declares the displayed picture.
+pub(super) fn declare_displayed(viewport: Viewport, resources: &mut Resources) {
+    resources.frame(&RGBA, viewport.pixels());
+}
+
+/// Lets the next picture go into a buffer of the caller.
+pub(super) fn bind(target: &mut Target, into: Finished) {
+    match into {
+        Finished::Floats(buffer) => target.arena.bind(&FRAME, buffer),
+        Finished::Rgba8(buffer) => target.arena.bind(&RGBA, buffer),
+        Finished::Nothing => {}
+    }
 }
 
 /// The share of a lattice in a frame.
@@ -62,6 +107,7 @@ impl OntoScreen<'_> {
             counts: tiles.counts as i32,
             share: share.share as f32,
             added: i32::from(share.added),
+            displayed: 0,
             upright: upright.map_or(0, |axis| axis as i32 + 1),
             on_pixels: i32::from(upright.is_some_and(|axis| lattice.aligned[axis])),
             for_each_pixel: i32::from(lattice.has_pixels_samples()),
@@ -84,101 +130,54 @@ fn upright_lines(from_screen: &DMat3, viewport: Viewport) -> Option<usize> {
     [0, 1].into_iter().find(upright)
 }
 
-/// Bytes of a pixel on the host: as floats, and displayed.
-pub(super) const FLOATS: u64 = size_of::<[f32; 4]>() as u64;
-pub(super) const RGBA8: u64 = size_of::<[u8; 4]>() as u64;
-
-impl Default for Picture {
-    fn default() -> Self {
-        Self {
-            warp: Launcher::default(),
-            warp_displayed: Launcher::default(),
-            present: Launcher::default(),
-            frame: Growing::of_frames(),
-            rgba: Growing::of_frames(),
-        }
-    }
-}
-
-/// What is drawn `into`, where that is given, and a picture's own buffer elsewhere.
-fn or_own<'a, T: Copy>(
-    into: Option<&'a Buffer<T>>,
-    own: &'a mut Growing<T>,
-    device: &Device,
-    viewport: Viewport,
-    what: &str,
-) -> Result<&'a Buffer<T>, Error> {
-    match into {
-        Some(into) => Ok(into),
-        None => Ok(own.at_least(device, viewport.pixels(), what)?),
-    }
-}
-
 impl Picture {
-    /// Bytes that the frame of floats, and the displayed one, still need.
-    pub fn missing(&self, device: &Device, viewport: Viewport) -> [u64; 2] {
-        [self.frame.missing(device, viewport.pixels()), self.rgba.missing(device, viewport.pixels())]
-    }
-
-    /// Warps a lattice into a frame of floats.
-    pub fn warp<'a>(
-        &'a mut self,
-        device: &Device,
-        from: &mut Target,
-        onto: OntoScreen,
-        share: Share,
-        into: Option<&'a Buffer<Float4>>,
-    ) -> Result<&'a Buffer<Float4>, Error> {
-        let (lattice, tiles, active_samples) = from.drawn(device)?;
-        let picture = or_own(into, &mut self.frame, device, onto.viewport, "the frame")?;
+    /// Warps a lattice into the picture in floats.
+    pub fn warp(&mut self, device: &Device, target: &Target, onto: OntoScreen, share: Share) -> Result<Finished, Error> {
+        let Drawn { samples: lattice, active_samples, tiles } = &target.drawn();
+        let picture = target.arena.get(&FRAME);
         let background = Float4([0.0; 4]);
-        let arguments = WarpArguments { lattice, active_samples, p: onto.params(tiles, share), background, picture };
+        let (p, warped) = (onto.params(*tiles, share), Warped::Frame(&picture));
+        let arguments = WarpArguments { lattice, active_samples, p, background, picture: warped };
         self.warp.launch(device, (), &arguments)?;
-        Ok(picture)
-    }
-
-    /// The frame of floats that lattices were warped into.
-    pub fn warped(&mut self, device: &Device, viewport: Viewport) -> Result<&Buffer<Float4>, Error> {
-        or_own(None, &mut self.frame, device, viewport, "the frame")
+        Ok(Finished::Floats(picture))
     }
 
     /// Warps a lattice straight into an 8-bit picture.
-    pub fn warp_displayed<'a>(
-        &'a mut self,
+    pub fn warp_displayed(
+        &mut self,
         device: &Device,
-        from: &mut Target,
+        target: &Target,
         onto: OntoScreen,
         background: Background,
-        into: Option<&'a Buffer<[u8; 4]>>,
-    ) -> Result<&'a Buffer<[u8; 4]>, Error> {
-        let (lattice, tiles, active_samples) = from.drawn(device)?;
-        let picture = or_own(into, &mut self.rgba, device, onto.viewport, "the picture")?;
-        let (p, background) = (onto.params(tiles, Share::WHOLE), for_kernels(background));
-        let arguments = WarpDisplayedArguments { lattice, active_samples, p, background, picture };
-        self.warp_displayed.launch(device, (), &arguments)?;
-        Ok(picture)
+    ) -> Result<Finished, Error> {
+        let Drawn { samples: lattice, active_samples, tiles } = &target.drawn();
+        let picture = target.arena.get(&RGBA);
+        let p = WarpParams { displayed: 1, ..onto.params(*tiles, Share::WHOLE) };
+        let (background, warped) = (for_kernels(background), Warped::Displayed(&picture));
+        let arguments = WarpArguments { lattice, active_samples, p, background, picture: warped };
+        self.warp.launch(device, (), &arguments)?;
+        Ok(Finished::Rgba8(picture))
     }
 
-    /// The 8-bit picture of the frame of floats, or of what was drawn on the screen.
-    pub fn present<'a>(
-        &'a mut self,
+    /// Makes an 8-bit picture of one in floats.
+    pub fn present(
+        &mut self,
         device: &Device,
-        drawn: Option<&mut Target>,
+        target: &Target,
+        frame: &Buffer<Float4>,
         viewport: Viewport,
         background: Background,
-        into: Option<&'a Buffer<[u8; 4]>>,
-    ) -> Result<&'a Buffer<[u8; 4]>, Error> {
-        let Self { present, frame, rgba, .. } = self;
-        let frame = match drawn {
-            Some(target) => target.drawn(device)?.0,
-            None => frame.at_least(device, viewport.pixels(), "the frame")?,
-        };
-        let rgba = or_own(into, rgba, device, viewport, "the picture")?;
+    ) -> Result<Finished, Error> {
+        let rgba = target.arena.get(&RGBA);
         let (pixels, background) = (viewport.pixels() as i32, for_kernels(background));
-        present.launch(device, (), &PresentArguments { frame, background, pixels, rgba })?;
-        Ok(rgba)
+        self.present.launch(device, (), &PresentArguments { frame, background, pixels, rgba: &rgba })?;
+        Ok(Finished::Rgba8(rgba))
     }
 }
+
+/// Bytes of a pixel on the host: as floats, and displayed.
+pub(super) const FLOATS: u64 = size_of::<[f32; 4]>() as u64;
+pub(super) const RGBA8: u64 = size_of::<[u8; 4]>() as u64;
 
 /// A displayed picture, on the host.
 pub(super) fn read_displayed(device: &Device, rgba: &Buffer<[u8; 4]>, viewport: Viewport) -> Result<Vec<u8>, Error> {
@@ -223,9 +222,13 @@ mod tests {
         let samples: Vec<_> = places.map(|place| color(place).map(|c| c as f32)).collect();
         let mut target = Target::holding(device, &samples, Tiles::of_points(lattice, device.tuning())).unwrap();
         let viewport = Viewport::new(SIZE[0], SIZE[1]).unwrap();
-        let mut picture = Picture::default();
+        let mut resources = Resources::default();
+        declare_floats(viewport, &mut resources);
+        target.arena.reserve(device, &resources).unwrap();
         let onto = OntoScreen { lattice, rays, viewport };
-        let warped = picture.warp(device, &mut target, onto, Share::WHOLE, None).unwrap();
+        let Finished::Floats(warped) = Picture::default().warp(device, &target, onto, Share::WHOLE).unwrap() else {
+            panic!("the picture is one of floats");
+        };
         let mut pixels = vec![Float4([0.0; 4]); viewport.pixels()];
         warped.read(device, &mut pixels).unwrap();
         let (mut largest, mut compared) = (0.0_f64, 0);

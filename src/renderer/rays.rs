@@ -1,10 +1,11 @@
 //! Frames by ray casting, with and without pre-integrated segments, and by slicing.
 
-use super::prepared::SLAB_VALUES;
+use super::classification::{SLAB_VALUES, TableSizes};
+use super::frame::{Declaring, Resources};
 use super::region::Region;
 use super::scene::Scene;
 use super::screen::screen_params;
-use super::tiles::{Target, Tiles};
+use super::tiles::{Drawn, Target, Tiles, declare_target};
 use crate::device::launch::rays::{
     CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, Raycast, RaycastArguments, Slicing, SlicingArguments,
 };
@@ -36,6 +37,28 @@ pub(super) struct MarchedRays {
     values: Launcher<CastValues>,
 }
 
+/// Declares what [`MarchedRays::cast`] and [`MarchedRays::cast_values`] need.
+pub(super) fn declare_casting(declaring: &Declaring, kernel: Kernel, resources: &mut Resources) {
+    declare_rays(declaring, resources);
+    declaring.visibility(AXIS, kernel, resources);
+}
+
+/// Declares what [`MarchedRays::slice`] needs.
+pub(super) fn declare_slicing(declaring: &Declaring, resources: &mut Resources) {
+    declare_segments(declaring, Kernel::Linear, resources);
+    resources.kept(("the table of slicing", None, None), [TableSizes::slicing()]);
+}
+
+/// Declares what [`MarchedRays::cast_segments`] needs.
+pub(super) fn declare_segments(declaring: &Declaring, kernel: Kernel, resources: &mut Resources) {
+    declare_casting(declaring, kernel, resources);
+    declaring.integrals(kernel, resources);
+}
+
+fn declare_rays(declaring: &Declaring, resources: &mut Resources) {
+    declare_target(declaring.viewport.pixels(), Tiles::of_screen(declaring.viewport, declaring.tuning), resources);
+}
+
 impl MarchedRays {
     /// Casts rays, each sample classified by itself.
     pub fn cast(
@@ -48,18 +71,18 @@ impl MarchedRays {
     ) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
-        let visible = scene.prepared.visible_blocks(device, AXIS, kernel, settings.extinction, settings.blend)?;
-        let table = scene.prepared.table(device, settings.extinction, kernel)?;
+        let visible = scene.visible_blocks(AXIS, kernel)?;
+        let table = scene.table(kernel)?;
         let layout = match kernel {
-            Kernel::Gaussian => scene.prepared.gaussian_layout(device, settings.extinction)?,
-            _ => scene.prepared.weighted(device, AXIS, kernel)?,
+            Kernel::Gaussian => scene.gaussian_layout()?,
+            _ => scene.weighted(AXIS, kernel)?,
         };
         let axes = scene.axes(1);
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
         let region = Region::marched(scene, kernel, step);
         let tiles = Tiles::of_screen(viewport, device.tuning());
-        let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
+        let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
         self.raycast.launch(
             device,
             (layout.voxels.kind(), kernel, Rendering { depths: gathers == Gathers::Depths, ..region.rendering }),
@@ -92,17 +115,17 @@ impl MarchedRays {
     ) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
-        let visible = scene.prepared.visible_blocks(device, AXIS, kernel, settings.extinction, settings.blend)?;
-        let table = scene.prepared.table(device, settings.extinction, kernel)?;
-        let mut layout = scene.prepared.weighted(device, AXIS, kernel)?;
-        layout.view.background = scene.prepared.background_of(settings.blend);
+        let visible = scene.visible_blocks(AXIS, kernel)?;
+        let table = scene.table(kernel)?;
+        let mut layout = scene.weighted(AXIS, kernel)?;
+        layout.view.background = scene.field.background_for(settings.blend);
         let axes = scene.axes(1);
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
         let region = Region::marched(scene, kernel, longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
-        let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
-        let useful = scene.prepared.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
+        let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
+        let useful = scene.field.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         self.values.launch(
             device,
             (layout.voxels.kind(), kernel, Rendering { depths: gathers == Gathers::Depths, ..region.rendering }),
@@ -124,18 +147,18 @@ impl MarchedRays {
     /// Slices.
     pub fn slice(&mut self, scene: &mut Scene, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
-        let Scene { device, settings, viewport, .. } = *scene;
+        let Scene { device, viewport, .. } = *scene;
         let axes = scene.axes(1);
         let thickness = step * axes.step.min_element();
-        let visible = scene.prepared.visible_blocks(device, AXIS, Kernel::Linear, settings.extinction, settings.blend)?;
-        let (integrals, slabs) = scene.prepared.slicing_table(device, settings.extinction, thickness)?;
-        let table = scene.prepared.table(device, settings.extinction, Kernel::Linear)?;
-        let layout = scene.prepared.layout(device, AXIS)?;
+        let visible = scene.visible_blocks(AXIS, Kernel::Linear)?;
+        let (integrals, slabs) = scene.slicing_table(thickness)?;
+        let table = scene.table(Kernel::Linear)?;
+        let layout = scene.layout(AXIS)?;
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
         let region = Region::marched(scene, Kernel::Linear, longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
-        let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
+        let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
         self.slicing.launch(
             device,
             (layout.voxels.kind(), integrals.needs.cut, region.rendering),
@@ -167,15 +190,15 @@ impl MarchedRays {
         let axes = scene.axes(1);
         let per_layer = (1.0 / step).round() as u32;
         let thinnest = step * axes.step.min_element();
-        let visible = scene.prepared.visible_blocks(device, AXIS, kernel, settings.extinction, settings.blend)?;
-        let integrals = scene.prepared.integrals(device, settings.extinction, kernel, thinnest, per_layer)?;
-        let layout = scene.prepared.weighted(device, AXIS, kernel)?;
+        let visible = scene.visible_blocks(AXIS, kernel)?;
+        let integrals = scene.integrals(kernel, thinnest, per_layer)?;
+        let layout = scene.weighted(AXIS, kernel)?;
         let mut sample = scene.sample(&axes, AXIS.frame());
         integrals.set(&mut sample, Kernel::Linear, 1);
         let segments = integrals.segments(settings.extinction, Kernel::Linear, 1);
         let region = Region::marched(scene, kernel, longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
-        let (frame, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
+        let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
         self.segments.launch(
             device,
             (layout.voxels.kind(), kernel, segments, region.rendering),
@@ -197,7 +220,7 @@ impl MarchedRays {
 
 /// Refuses what would take practically forever, or more steps than floats can count.
 fn check_steps(scene: &Scene, step: f64) -> Result<(), Error> {
-    let grid = scene.prepared.grid();
+    let grid = scene.field.grid();
     let steps = grid.diagonal() / (step * grid.spacing().min_element());
     if steps <= MOST_STEPS {
         return Ok(());
@@ -237,8 +260,8 @@ fn slab_params(scene: &Scene, step: f64, useful: [f32; 2], blocks: [i32; 2]) -> 
 
 /// Ray parameter from one plane to the next: the same for all rays.
 fn slab_parameter(scene: &Scene, step: f64) -> f64 {
-    let Scene { rays, ref prepared, .. } = *scene;
-    let spacing = prepared.grid().spacing();
+    let Scene { rays, field, .. } = *scene;
+    let spacing = field.grid().spacing();
     // World distance along the central ray per unit of the rays' parameter.
     let depth_per_parameter = -(rays.direction[0] * spacing).dot(rays.to_eye);
     step * spacing.min_element() / depth_per_parameter

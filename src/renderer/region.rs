@@ -45,11 +45,11 @@ impl Region {
 
     /// `beyond`: how far from the field steps can begin or end that reach into it.
     fn reached(scene: &Scene, kernel: Kernel, samples_per_layer: u32, beyond: f64) -> Self {
-        let Scene { prepared, settings, .. } = scene;
+        let Scene { field, settings, .. } = scene;
         let radius = f64::from(kernel.radius());
-        let last = DVec3::from_array(prepared.grid().dims().map(|n| n as f64 - 1.0));
+        let last = DVec3::from_array(field.grid().dims().map(|n| n as f64 - 1.0));
         let support = (DVec3::splat(-radius), last + radius);
-        let background_shows = settings.blend == Blend::Composite && prepared.background_visible();
+        let background_shows = settings.blend == Blend::Composite && scene.background_shows();
         let clipped = !settings.clipping.is_empty()
             || settings.blend != Blend::Composite
             || background_shows
@@ -64,7 +64,7 @@ impl Region {
         } else {
             support
         };
-        let blend = match prepared.blend_of_numbers(settings.blend) {
+        let blend = match field.blend_of_numbers(settings.blend) {
             Blend::Composite => BlendMode::Composite,
             Blend::Maximum => BlendMode::Maximum,
             Blend::Minimum => BlendMode::Minimum,
@@ -76,12 +76,12 @@ impl Region {
 
     /// What clipping leaves of a box.
     fn cropped(scene: &Scene, (mut lowest, mut highest): (DVec3, DVec3), rendering: Rendering) -> Self {
-        let Scene { prepared, settings, .. } = scene;
+        let Scene { field, settings, .. } = scene;
         if let Some(crop) = settings.clipping.crop {
             (lowest, highest) = (lowest.max(crop.lowest), highest.min(crop.highest));
         }
         let planes = if lowest.cmplt(highest).all() {
-            settings.clipping.planes.iter().flatten().map(|plane| in_voxels(plane, prepared.grid())).collect()
+            settings.clipping.planes.iter().flatten().map(|plane| in_voxels(plane, field.grid())).collect()
         } else {
             vec![NOTHING]
         };

@@ -85,8 +85,15 @@ pub struct LatticeReport {
     pub height: u32,
 }
 
+/// What a frame took, whatever was planned.
+#[derive(Default)]
+pub(super) struct Statistics {
+    pub measured: Option<Measured>,
+    pub general_program: bool,
+}
+
 impl FrameReport {
-    pub(super) fn new(plan: &Plan, measured: Option<Measured>, general_program: bool) -> Self {
+    pub(super) fn new(plan: &Plan, Statistics { measured, general_program }: Statistics) -> Self {
         let lattice = match plan {
             Plan::Lattice(lattice, _) => Some(lattice),
             Plan::Shared(parts, _) => Some(&parts[0].0),

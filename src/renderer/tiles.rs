@@ -1,6 +1,7 @@
 //! How lattices and screens are cut into tiles, and what these count.
 
-use super::scratch::Growing;
+use super::frame::{Arena, Resources, Slot};
+use super::picture::FRAME;
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, LatticeSchedule, Tuning};
 use crate::error::Error;
@@ -8,6 +9,7 @@ use crate::layers::{Lattice, Phases};
 use crate::memory;
 use crate::settings::Classification;
 use crate::viewport::Viewport;
+use std::sync::Arc;
 
 /// Tiles of samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,65 +87,68 @@ impl Tiles {
     }
 }
 
-/// Where a kernel draws: samples of RGBA, and its tiles' counts of those that have opacity.
+/// RGBA of a lattice's samples, or of the screen's pixels.
+const SAMPLES: Slot<Float4> = Slot::new("the samples of the picture");
+/// Samples with opacity, per tile.
+const SAMPLE_COUNTS: Slot<u32> = Slot::new("the sample counts");
+
+/// Declares a target of so many samples in tiles.
+pub(super) fn declare_target(samples: usize, tiles: Tiles, resources: &mut Resources) {
+    resources.frame(&SAMPLES, samples);
+    resources.frame(&SAMPLE_COUNTS, tiles.all_counts());
+}
+
+/// Where kernels draw: samples of RGBA, and the counts of those that have opacity; and the other buffers that frames write.
+#[derive(Default)]
 pub(super) struct Target {
-    samples: Growing<Float4>,
-    active_samples: Growing<u32>,
+    pub arena: Arena,
     tiles: Tiles,
 }
 
-impl Default for Target {
-    fn default() -> Self {
-        Self { samples: Growing::of_frames(), active_samples: Growing::of_frames(), tiles: Tiles::default() }
-    }
+/// Samples that were drawn, or are to be drawn.
+pub(super) struct Drawn {
+    pub samples: Arc<Buffer<Float4>>,
+    pub active_samples: Arc<Buffer<u32>>,
+    pub tiles: Tiles,
 }
 
 impl Target {
-    /// Room for so many samples in tiles. `what` they are is named if there is not enough memory.
-    pub fn prepare(
-        &mut self,
-        device: &Device,
-        samples: usize,
-        tiles: Tiles,
-        what: &str,
-    ) -> Result<(&Buffer<Float4>, &Buffer<u32>), Error> {
+    /// Begins to draw in tiles.
+    pub fn prepare(&mut self, tiles: Tiles) -> Drawn {
         self.tiles = tiles;
-        let active_samples = self.active_samples.at_least(device, tiles.all_counts(), "the sample counts")?;
-        Ok((self.samples.at_least(device, samples, what)?, active_samples))
-    }
-
-    /// Bytes that so many samples still need.
-    pub fn missing(&self, device: &Device, samples: usize) -> u64 {
-        self.samples.missing(device, samples)
+        self.drawn()
     }
 
     /// Puts samples where a kernel goes on drawing.
-    pub fn fill(&mut self, device: &Device, samples: &[[f32; 4]], what: &str) -> Result<(), Error> {
+    pub fn fill(&mut self, device: &Device, samples: &[[f32; 4]]) -> Result<(), Error> {
         let samples: Vec<Float4> = samples.iter().copied().map(Float4).collect();
-        self.samples.filled(device, &samples, what)?;
+        self.arena.fill(device, &SAMPLES, &samples)?;
         Ok(())
     }
 
-    /// What holds these samples, all of which count.
+    /// Holds these samples, all of which count.
     #[cfg(test)]
     pub fn holding(device: &Device, samples: &[[f32; 4]], tiles: Tiles) -> Result<Self, Error> {
         let mut target = Self { tiles, ..Self::default() };
-        target.fill(device, samples, "samples")?;
-        target.active_samples.filled(device, &vec![1; tiles.all_counts()], "counts")?;
+        target.fill(device, samples)?;
+        target.arena.fill(device, &SAMPLE_COUNTS, &vec![1; tiles.all_counts()])?;
         Ok(target)
     }
 
-    /// What was drawn, its tiles, and their counts.
-    pub fn drawn(&mut self, device: &Device) -> Result<(&Buffer<Float4>, Tiles, &Buffer<u32>), Error> {
-        let what = "an empty picture";
-        let active_samples = self.active_samples.at_least(device, 1, what)?;
-        Ok((self.samples.at_least(device, 1, what)?, self.tiles, active_samples))
+    /// What was drawn last.
+    pub fn drawn(&self) -> Drawn {
+        Drawn { samples: self.arena.get(&SAMPLES), active_samples: self.arena.get(&SAMPLE_COUNTS), tiles: self.tiles }
     }
 
-    /// Samples with opacity in what was drawn.
-    pub fn count_active(&mut self, device: &Device) -> Result<u64, Error> {
+    /// Drops all buffers but the picture in floats, into which several lattices are warped.
+    pub fn keep_picture(&mut self) {
+        self.arena.keep_only(&FRAME);
+    }
+
+    /// Number of samples with opacity in what was drawn last.
+    pub fn count_active(&self, device: &Device) -> Result<u64, Error> {
         let mut counts = vec![0; self.tiles.all_counts()];
-        self.active_samples.at_least(device, counts.len(), "the sample counts")?.read(device, &mut counts)?;
+        self.arena.get(&SAMPLE_COUNTS).read(device, &mut counts)?;
         Ok(counts.iter().map(|&c| u64::from(c)).sum())
     }
 }

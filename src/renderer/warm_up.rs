@@ -1,8 +1,8 @@
 //! Programs of frames to come, built in the background.
 
-use super::prepared::SegmentNeeds;
-use super::scene::View;
-use super::{Drawn, Plan, Renderer};
+use super::classification::SegmentNeeds;
+use super::frame::Output;
+use super::{Plan, Renderer};
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::launch::KernelRequest;
 use crate::device::{ProgramBuilds, Rehearsal};
@@ -134,31 +134,13 @@ impl Renderer {
         let more = if expected.any_transfer_function { any.as_slice() } else { &[] };
         let understudies: Vec<_> = [None].iter().chain(more).map(|&needs| self.understudy(needs)).collect();
         let expected = expected.clone();
-        self.device.build_ahead(move || kernels(understudies, &expected), on_ready)
+        self.engine.device.build_ahead(move || kernels(understudies, &expected), on_ready)
     }
 
     /// A renderer of the same volume for frames that are not drawn.
     fn understudy(&self, needs: Option<SegmentNeeds>) -> Understudy {
-        let device = self.device.with_own_sequence().with_general_programs(self.general_programs);
-        let (device, rehearsal) = device.rehearsing();
-        let renderer = Self {
-            device,
-            grid: self.grid.clone(),
-            world: self.world,
-            prepared: self.prepared.for_rehearsal(needs),
-            measuring: false,
-            general_programs: self.general_programs,
-            longest: None,
-            scratch: None,
-            points: Default::default(),
-            splats: Default::default(),
-            rays: Default::default(),
-            axis_sheets: Default::default(),
-            view_sheets: Default::default(),
-            target: Default::default(),
-            picture: Default::default(),
-        };
-        Understudy { renderer, rehearsal }
+        let (engine, rehearsal) = self.engine.for_rehearsal(needs);
+        Understudy { renderer: Self { engine }, rehearsal }
     }
 }
 
@@ -167,7 +149,7 @@ fn kernels(mut understudies: Vec<Understudy>, expected: &ExpectedFrames) -> Resu
     let (mut best, mut general) = (Vec::new(), Vec::new());
     let mut known = HashSet::new();
     for understudy in &mut understudies {
-        let cameras = expected.all_cameras(&understudy.renderer.grid);
+        let cameras = expected.all_cameras(&understudy.renderer.grid());
         for settings in &expected.settings {
             for camera in &cameras {
                 understudy.rehearse(camera, expected.viewport, settings)?;
@@ -186,19 +168,14 @@ impl Understudy {
     /// Goes through a frame, as floats and as an 8-bit picture.
     fn rehearse(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
         let renderer = &mut self.renderer;
-        let device = renderer.device.clone();
-        let (rays, settings) = renderer.seen(camera, viewport, settings)?;
-        let view = View { device: &device, rays: &rays, viewport, settings: &settings };
-        let plan = match Plan::new(&rays, viewport, renderer.prepared.grid(), &settings) {
+        let planned = match renderer.planned(camera, viewport, settings) {
             Err(Error::Settings { field: "layer_axis", .. }) => return Ok(()),
-            plan => plan?,
+            planned => planned?,
         };
-        let (drawn, _) = renderer.draw(view, &plan)?;
-        renderer.displayed(view, &drawn, Background::BLACK, None)?;
-        if let Drawn::Lattice(_) = drawn {
-            renderer.floats(view, &drawn, None)?;
-        }
-        Ok(())
+        let outputs = [Output::Rgba8(Background::BLACK), Output::Floats];
+        // Without a lattice, pictures of 8 bits take all that those in floats do.
+        let count = if matches!(planned.plan, Plan::Lattice(..)) { 2 } else { 1 };
+        outputs.into_iter().take(count).try_for_each(|output| renderer.run(&planned, output, |_, _| Ok(())).map(drop))
     }
 }
 
@@ -363,7 +340,7 @@ mod tests {
             understudy.rehearse(&camera, VIEWPORT, &settings).unwrap();
             let general = understudy.rehearsal.take().general;
             assert!(!general.is_empty());
-            renderer.device.build_ahead(move || Ok(general), |built| built.unwrap()).wait();
+            renderer.engine.device.build_ahead(move || Ok(general), |built| built.unwrap()).wait();
             let (meanwhile, report) = renderer.render(&camera, VIEWPORT, &settings).unwrap();
             assert!(report.general_program, "the best program is not built");
             let pairs = best.pixels().as_flattened().iter().zip(meanwhile.pixels().as_flattened());

@@ -51,7 +51,7 @@ impl World {
             && !SCALES.contains(&scale)
         {
             let expected = "between 1e-30 and 1e30 times the smallest spacing";
-            return Err(Error::OutOfRange { name: "scale", value: (scale * self.unit).to_string(), expected });
+            return Err(Error::OutOfRange { name: "scale", value: format!("{:e}", scale * self.unit), expected });
         }
         Ok((Rays::new(&seen, viewport, grid)?, self.settings(settings)))
     }

@@ -1,10 +1,10 @@
-//! Which renderer makes a picture.
+//! Rendering algorithms.
 
 use super::{LayerAxis, Layered};
 use crate::error::Error;
 use crate::layers::Kernel;
 
-/// Which renderer makes the picture. All but the first are what the paper compares with, in the same house.
+/// Rendering algorithm. All but layered splatting are implemented for the comparisons of the paper.
 ///
 /// ```
 /// use layersplat::Kernel;
@@ -15,31 +15,31 @@ use crate::layers::Kernel;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Algorithm {
-    /// Layered volume splatting.
+    /// Layered volume splatting (the paper).
     Layered(Layered),
-    /// Axis-aligned sheet-buffer splatting (Westover 1990): voxels are classified and shaded, then splatted with a Gaussian
-    /// of radius 2 into one sheet per slice.
+    /// Axis-aligned sheet-buffer splatting (Westover 1990): voxels are classified and shaded, then splatted with a Gaussian of radius 2 into
+    /// one sheet per slice.
     AxisSheets {
-        /// Which axis sheets are along. An error where the view is more than three voxels per layer away from a forced one.
+        /// Axis perpendicular to the sheets. A forced axis is an error if the view deviates from it by more than three voxels per layer.
         layer_axis: LayerAxis,
     },
-    /// Image-aligned sheet-buffer splatting (Mueller & Crawfis 1998; Neophytou & Mueller 2005): voxels are sorted along the
-    /// view in every frame and splatted with slabs of a Gaussian of radius 2; sheets are classified and shaded per pixel.
+    /// Image-aligned sheet-buffer splatting (Mueller & Crawfis 1998; Neophytou & Mueller 2005). Voxels are sorted along the view in every
+    /// frame and splatted with slabs of a Gaussian of radius 2. Sheets are classified and shaded per pixel.
     ViewSheets {
-        /// Distance of sheets, in voxels along the view ([`Algorithm::SHEET_DISTANCES`]).
+        /// Distance between sheets, in voxels along the view ([`Algorithm::SHEET_DISTANCES`]).
         sheet_distance: f64,
     },
-    /// Pre-integrated slicing (Engel et al. 2001): trilinear samples on planes at right angles to the view, a table over the
-    /// values in front of and behind each slab.
+    /// Pre-integrated slicing (Engel et al. 2001): trilinear samples on planes perpendicular to the view, and a table over the front and
+    /// back values of each slab.
     Slicing {
-        /// Distance of slices, in smallest spacings ([`Algorithm::STEPS`]).
+        /// Distance between slices, in smallest spacings ([`Algorithm::STEPS`]).
         step: f64,
     },
-    /// Ray casting, front to back, each sample classified after interpolation.
+    /// Front-to-back ray casting with classification after interpolation.
     Raycast {
-        /// The kernel that reconstructs the field.
+        /// Reconstruction kernel.
         kernel: Kernel,
-        /// Distance of samples, in smallest spacings ([`Algorithm::STEPS`]).
+        /// Distance between samples, in smallest spacings ([`Algorithm::STEPS`]).
         step: f64,
     },
 }
@@ -57,16 +57,16 @@ impl From<Layered> for Algorithm {
 }
 
 impl Algorithm {
-    /// The default distance of sheets.
+    /// Default distance between sheets, in voxels.
     pub const SHEET_DISTANCE: f64 = 1.0;
-    /// The default distance of slices.
+    /// Default distance between slices, in smallest spacings.
     pub const SLICE_DISTANCE: f64 = 1.0;
-    /// Distances of sheets that are accepted: each splat writes 4 / distance + 1 sheets.
+    /// Range of sheet distances in voxels: each splat contributes to 4 / distance + 1 sheets.
     pub const SHEET_DISTANCES: (f64, f64) = (0.125, 4.0);
-    /// Steps that are accepted.
+    /// Range of steps, in smallest spacings.
     pub const STEPS: (f64, f64) = (1e-3, 64.0);
 
-    /// The same along a layer axis; what has none stays as it is.
+    /// Sets the layer axis; has no effect on algorithms without one.
     pub fn along(self, layer_axis: LayerAxis) -> Self {
         match self {
             Algorithm::Layered(layered) => Layered { layer_axis, ..layered }.into(),
@@ -75,7 +75,7 @@ impl Algorithm {
         }
     }
 
-    /// Its name on the command line.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Algorithm::Layered(_) => "layered",
@@ -86,7 +86,7 @@ impl Algorithm {
         }
     }
 
-    /// Checks its number.
+    /// Checks parameter ranges.
     pub(super) fn check(self) -> Result<(), Error> {
         let (name, value, (from, to), expected) = match self {
             Algorithm::Layered(layered) => return layered.check(),

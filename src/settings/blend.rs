@@ -1,11 +1,11 @@
-//! What becomes of the values along a ray.
+//! Blend modes.
 
 use crate::error::Error;
 
-/// How the values along a ray make a pixel.
+/// Blend mode: combination of the values along a ray to a pixel.
 ///
-/// Maximum, minimum and average are taken among the voxels, on \[0, n − 1\] of each axis, where no background enters, and shown through
-/// the transfer function's colours, opaque, without its opacity.
+/// Maximum, minimum and average consider the voxel region \[0, n − 1\] of each axis only, without background. They are displayed in the
+/// colours of the transfer function, opaque; its opacities are ignored.
 ///
 /// ```
 /// use layersplat::settings::{Blend, Settings};
@@ -16,28 +16,30 @@ use crate::error::Error;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Blend {
-    /// Emission and absorption, front to back.
+    /// Front-to-back compositing of emission and absorption.
     #[default]
     Composite,
-    /// The largest value.
+    /// Maximum intensity projection.
     Maximum,
-    /// The smallest value.
+    /// Minimum intensity projection.
     Minimum,
-    /// The mean over the ray's length.
+    /// Mean over the length of the ray.
     Average,
-    /// The first surface where the field has this value, shaded, opaque, in the transfer function's colour there. Where a segment between
-    /// two samples crosses it; with several samples per layer, as in `high`, refined on the field itself. Where no lattice reaches and rays
-    /// are cast instead, these go in quarters of a spacing at most and are not refined.
+    /// First iso-surface of the field at this value, shaded and opaque, in the transfer function's colour.
+    ///
+    /// The surface is found where a segment between two samples crosses the value. With several samples per layer, as in `high`, it is
+    /// refined on the field. Ray casting, which replaces lattices that cannot cover a view, uses steps of at most a quarter of a spacing
+    /// without refinement.
     Iso(f64),
 }
 
 impl Blend {
-    /// Whether values are gathered along rays, and no background may enter.
+    /// Whether the mode reduces values along rays, excluding background.
     pub fn gathers_values(self) -> bool {
         matches!(self, Blend::Maximum | Blend::Minimum | Blend::Average)
     }
 
-    /// The same of numbers that are the smaller the larger values are.
+    /// The corresponding mode for stored numbers that decrease with increasing value.
     pub(crate) fn reversed(self) -> Self {
         match self {
             Blend::Maximum => Blend::Minimum,
@@ -46,7 +48,7 @@ impl Blend {
         }
     }
 
-    /// Its name.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Blend::Composite => "composite",
@@ -57,14 +59,12 @@ impl Blend {
         }
     }
 
-    /// Checks its number.
+    /// Checks the iso-value.
     pub(super) fn check(self) -> Result<(), Error> {
         match self {
-            Blend::Iso(value) if !value.is_finite() => Err(Error::OutOfRange {
-                name: "blend",
-                value: value.to_string(),
-                expected: "an iso-value that is a finite number",
-            }),
+            Blend::Iso(value) if !value.is_finite() => {
+                Err(Error::OutOfRange { name: "blend", value: value.to_string(), expected: "a finite iso-value" })
+            }
             _ => Ok(()),
         }
     }

@@ -1,9 +1,9 @@
-//! What of a volume is shown. The field stays what it is: clipping cuts rays, not data.
+//! Clipping. It affects rays only; the data stay unchanged.
 
 use crate::error::Error;
 use glam::DVec3;
 
-/// A box in voxel coordinates (voxel (i, j, k) sits at (i, j, k)): only what lies in it is shown.
+/// A box in voxel coordinates, where voxel (i, j, k) lies at (i, j, k). Only its interior is shown.
 ///
 /// ```
 /// use layersplat::glam::DVec3;
@@ -16,13 +16,13 @@ use glam::DVec3;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CropBox {
-    /// Its lowest corner.
+    /// Lowest corner.
     pub lowest: DVec3,
-    /// Its highest corner, above the lowest along every axis.
+    /// Highest corner; must exceed the lowest along every axis.
     pub highest: DVec3,
 }
 
-/// A plane in world coordinates: only what lies on the side that its normal points to is shown.
+/// A clip plane in world coordinates. Only the side that its normal points to is shown.
 ///
 /// ```
 /// use layersplat::glam::DVec3;
@@ -34,13 +34,13 @@ pub struct CropBox {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClipPlane {
-    /// A point of the plane.
+    /// A point on the plane.
     pub point: DVec3,
-    /// Its normal, of any length but 0.
+    /// Normal of any length above 0.
     pub normal: DVec3,
 }
 
-/// A crop box and up to six planes.
+/// A crop box and up to six clip planes.
 ///
 /// ```
 /// use layersplat::settings::Clipping;
@@ -49,35 +49,35 @@ pub struct ClipPlane {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clipping {
-    /// Only what lies in this box is shown; all if there is none.
+    /// Crop box; `None` shows everything.
     pub crop: Option<CropBox>,
-    /// And before all of these planes.
+    /// Clip planes. Their half-spaces intersect.
     pub planes: [Option<ClipPlane>; Clipping::MAX_PLANES],
 }
 
 impl Clipping {
-    /// Most planes.
+    /// Largest number of clip planes.
     pub const MAX_PLANES: usize = 6;
 
-    /// With these planes, of which the first [`Clipping::MAX_PLANES`] count.
+    /// Sets the clip planes. Only the first [`Clipping::MAX_PLANES`] are used.
     pub fn with_planes(mut self, planes: impl IntoIterator<Item = ClipPlane>) -> Self {
         let mut planes = planes.into_iter();
         self.planes = std::array::from_fn(|_| planes.next());
         self
     }
 
-    /// Whether nothing is cut off.
+    /// Whether nothing is clipped.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Checks every number.
+    /// Checks all values.
     pub(super) fn check(&self) -> Result<(), Error> {
         if let Some(CropBox { lowest, highest }) = self.crop
             && !lowest.cmplt(highest).all()
         {
             let value = format!("{lowest} to {highest}");
-            return Err(Error::OutOfRange { name: "clipping", value, expected: "a lower before a higher voxel along each axis" });
+            return Err(Error::OutOfRange { name: "clipping", value, expected: "lowest below highest along each axis" });
         }
         match self.planes.iter().flatten().find(|p| !p.point.is_finite() || p.normal.try_normalize().is_none()) {
             Some(p) => {

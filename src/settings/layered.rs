@@ -1,10 +1,10 @@
-//! How layers are sampled, classified and evaluated.
+//! Settings of layered rendering: sampling, classification and evaluation of layers.
 
 use super::Quality;
 use crate::error::Error;
 use crate::layers::{Axis, Correction, Density, Kernel, MAX_SAMPLES_PER_VOXEL};
 
-/// Which layer axis is taken.
+/// Selection of the layer axis.
 ///
 /// ```
 /// use layersplat::Axis;
@@ -16,14 +16,14 @@ use crate::layers::{Axis, Correction, Density, Kernel, MAX_SAMPLES_PER_VOXEL};
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LayerAxis {
-    /// The axis most parallel to the view, in voxel units (the 45° rule).
+    /// The axis most parallel to the view in voxel units (the 45° rule).
     #[default]
     Auto,
-    /// Always this one; an error where the view leans more than three voxels per layer from it.
+    /// A fixed axis. An error if the view deviates from it by more than three voxels per layer.
     Forced(Axis),
 }
 
-/// Where splat sums are evaluated.
+/// Evaluation of layer samples.
 ///
 /// ```
 /// use layersplat::Quality;
@@ -36,13 +36,13 @@ pub enum LayerAxis {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Evaluation {
-    /// On the sheared lattice; where none reaches, per pixel.
+    /// On the sheared lattice; per pixel where no lattice covers the view.
     Lattice(Density),
-    /// Per screen pixel.
+    /// Per screen pixel (the paper).
     Direct,
 }
 
-/// How samples become colour and opacity.
+/// Classification of samples.
 ///
 /// ```
 /// use layersplat::settings::Classification;
@@ -54,12 +54,12 @@ pub enum Evaluation {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Classification {
-    /// Each sample by itself, after interpolation (the paper): samples mix the splat sums of three layers.
+    /// Each sample after interpolation (the paper). Samples combine the splat sums of three layers.
     Post(Correction),
-    /// The segment between two samples, over all values between theirs. Layers are sampled where rays cross them, this many
-    /// times per layer (1 … [`Classification::MAX_POINTS`]).
+    /// The segment between two samples, over all values in between. Layers are sampled where rays cross them, `samples_per_layer` times
+    /// per layer (1 … [`Classification::MAX_POINTS`]).
     Preintegrated {
-        /// What reconstructs the field, one of [`Kernel::OF_LAYERS`].
+        /// Reconstruction kernel, one of [`Kernel::OF_LAYERS`].
         kernel: Kernel,
         /// Samples per layer.
         samples_per_layer: u32,
@@ -67,10 +67,10 @@ pub enum Classification {
 }
 
 impl Classification {
-    /// Most samples per layer of pre-integration.
+    /// Largest number of samples per layer with pre-integration.
     pub const MAX_POINTS: u32 = 8;
 
-    /// The same of another kernel's field; splats are the paper's cubic.
+    /// Sets the kernel of pre-integrated classification; splats always use the paper's cubic.
     pub fn with_kernel(self, kernel: Kernel) -> Self {
         match self {
             Classification::Post(_) => self,
@@ -89,7 +89,7 @@ impl Classification {
     }
 }
 
-/// Source of the footprints in [`Evaluation::Direct`].
+/// Source of the footprints for [`Evaluation::Direct`].
 ///
 /// ```
 /// use layersplat::settings::{Footprints, Layered, Settings};
@@ -100,14 +100,14 @@ impl Classification {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Footprints {
-    /// Computed for the view.
+    /// Computed for each view.
     #[default]
     Exact,
-    /// The nearest of the paper's 856 oriented images of 64² bytes.
+    /// The nearest of the paper's 856 oriented images of 64² bytes (§3.2).
     Set,
 }
 
-/// The choices of layered rendering.
+/// Settings of layered rendering.
 ///
 /// ```
 /// use layersplat::Density;
@@ -119,13 +119,13 @@ pub enum Footprints {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layered {
-    /// Which layer axis is taken. Default: the 45° rule.
+    /// Layer axis. Default: the 45° rule.
     pub layer_axis: LayerAxis,
-    /// Where splat sums are evaluated. Default: on a lattice about as fine as the screen.
+    /// Evaluation of samples. Default: on a lattice about as fine as the screen.
     pub evaluation: Evaluation,
-    /// How samples become colour and opacity. Default: pre-integrated.
+    /// Classification of samples. Default: pre-integrated.
     pub classification: Classification,
-    /// Footprints of the direct evaluation of splatted layers. Default: exact; the set is refused elsewhere.
+    /// Footprints for direct evaluation of splatted layers. Default: exact. The set is an error in other modes.
     pub footprints: Footprints,
 }
 
@@ -136,7 +136,7 @@ impl Default for Layered {
 }
 
 impl Layered {
-    /// Checks every number, and what goes together.
+    /// Checks ranges and combinations.
     pub(super) fn check(&self) -> Result<(), Error> {
         let refuse = |name, value: &dyn ToString, expected| Err(Error::OutOfRange { name, value: value.to_string(), expected });
         if let Evaluation::Lattice(Density::Fixed(m) | Density::AtLeast(m)) = self.evaluation
@@ -147,7 +147,7 @@ impl Layered {
         let samples = self.classification.samples_per_layer();
         let (most, expected) = match self.classification {
             Classification::Post(_) => (Correction::MAX_SUB_LAYERS, "1 to 16"),
-            Classification::Preintegrated { .. } => (Classification::MAX_POINTS, "1 to 8 where classification is pre-integrated"),
+            Classification::Preintegrated { .. } => (Classification::MAX_POINTS, "1 to 8 with pre-integrated classification"),
         };
         if !(1..=most).contains(&samples) {
             return refuse("samples_per_layer", &samples, expected);
@@ -155,15 +155,20 @@ impl Layered {
         if let Classification::Preintegrated { kernel, .. } = self.classification
             && !Kernel::OF_LAYERS.contains(&kernel)
         {
-            let problem = format!("layers are not sampled with the {} kernel, whose weights do not sum to one", kernel.name());
+            let problem = format!(
+                "layers cannot be sampled with the {} kernel, because its weights do not sum to one: choose \
+                                   another kernel",
+                kernel.name()
+            );
             return Err(Error::Settings { field: "kernel", problem });
         }
         if self.footprints == Footprints::Set && matches!(self.classification, Classification::Preintegrated { .. }) {
-            let problem = "the footprint set is for classification after interpolation: choose that, or exact footprints".into();
+            let problem =
+                "the footprint set requires classification after interpolation: choose that, or exact footprints".into();
             return Err(Error::Settings { field: "classification", problem });
         }
         if self.footprints == Footprints::Set && self.evaluation != Evaluation::Direct {
-            let problem = "the footprint set is for the direct evaluation: choose that, or exact footprints".into();
+            let problem = "the footprint set requires direct evaluation: choose that, or exact footprints".into();
             return Err(Error::Settings { field: "evaluation", problem });
         }
         Ok(())

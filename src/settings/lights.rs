@@ -1,22 +1,22 @@
-//! Where light comes from.
+//! Light sources.
 
 use crate::error::Error;
 use glam::DVec3;
 
-/// A white light, far away.
+/// A white directional light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Direction to it in world coordinates, of any length; `None`: it is at the camera, and goes along with it.
+    /// World direction towards the light, of any length above 0; `None` for a headlight at the camera.
     pub direction: Option<DVec3>,
-    /// What its diffuse light and its highlight are multiplied by, from 0 to 100.
+    /// Factor of its diffuse and specular light, 0 … 100.
     pub strength: f64,
 }
 
 impl Light {
-    /// Of strength 1.
+    /// A headlight of strength 1.
     pub const AT_CAMERA: Self = Self { direction: None, strength: 1.0 };
 
-    /// Of strength 1.
+    /// A light of strength 1 from a world direction.
     pub fn towards(direction: DVec3) -> Self {
         Self { direction: Some(direction), strength: 1.0 }
     }
@@ -33,7 +33,7 @@ impl Light {
     }
 }
 
-/// One to four lights, whose light adds up; of as many strengths. By default there is one at the camera.
+/// One to four lights whose contributions add up. Default: a headlight.
 ///
 /// ```
 /// use layersplat::glam::DVec3;
@@ -58,26 +58,29 @@ impl Default for Lights {
 }
 
 impl Lights {
-    /// How many there may be.
+    /// Largest number of lights.
     pub const MOST: usize = 4;
-    /// One, of strength 1.
+    /// A headlight of strength 1.
     pub const AT_CAMERA: Self = Self { count: 1, lights: [Light::AT_CAMERA; Self::MOST] };
 
-    /// One to four of them, each with a direction that is finite and not 0, and a strength from 0 to 100.
+    /// Creates a list of one to four lights.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for another number of lights, a direction that is 0 or not finite, or a strength outside 0 … 100.
     pub fn new(lights: &[Light]) -> Result<Self, Error> {
         if !(1..=Self::MOST).contains(&lights.len()) {
             return Err(Error::OutOfRange {
                 name: "light",
-                value: format!("{} of them", lights.len()),
+                value: format!("{} lights", lights.len()),
                 expected: "1 to 4 lights",
             });
         }
         lights.iter().try_for_each(Light::check)?;
-        // Those that are none are the default's.
+        // Unused entries are arbitrary, but must compare equal.
         Ok(Self { count: lights.len(), lights: std::array::from_fn(|i| lights.get(i).copied().unwrap_or(Light::AT_CAMERA)) })
     }
 
-    /// The lights, in their order.
+    /// The lights, in the given order.
     pub fn as_slice(&self) -> &[Light] {
         &self.lights[..self.count]
     }

@@ -1,4 +1,4 @@
-//! How a picture is made: what each way of rendering has of its own, and what all share.
+//! Render settings: common and algorithm-specific options.
 
 mod algorithm;
 mod blend;
@@ -21,36 +21,36 @@ pub use shading::Shading;
 use crate::error::Error;
 use crate::transfer::Extinction;
 
-/// Everything that decides how a picture is made, besides volume, transfer function and camera.
+/// All render settings besides volume, transfer function and camera.
 ///
 /// ```
 /// use layersplat::settings::{Blend, Settings};
 /// use layersplat::Quality;
 ///
-/// // The maximum along rays, in the finest quality.
+/// // Maximum intensity projection in the highest quality.
 /// let settings = Settings { blend: Blend::Maximum, ..Quality::High.settings() };
 /// assert!(settings.layered().is_some());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Which renderer, with its own choices. Default: layered.
+    /// Rendering algorithm and its options. Default: layered.
     pub algorithm: Algorithm,
-    /// What becomes of the values along a ray. Default: composited.
+    /// Blend mode. Default: compositing.
     pub blend: Blend,
-    /// What of the volume is shown. Default: all.
+    /// Clipping. Default: none.
     pub clipping: Clipping,
-    /// Default: exponential, which is exact for homogeneous segments at any spacing.
+    /// Attenuation model. Default: exponential, which is exact for homogeneous segments of any length.
     pub extinction: Extinction,
-    /// Default: on.
+    /// Shading; `None` disables it. Default: on.
     pub shading: Option<Shading>,
-    /// What gradients leave of the extinction. Default: all.
+    /// Gradient opacity. Default: none.
     pub gradient_opacity: Option<GradientOpacity>,
-    /// Whether tiles stop where less than 1/4096 of the light passes. Default: on; it costs less than half a step of an
+    /// Whether tiles stop when all their rays transmit less than 1/4096 of the light. Default: on. The error is below half a step of an
     /// 8-bit picture.
     pub early_termination: bool,
-    /// World distance that the opacities are for. Default: the smallest spacing.
+    /// World distance to which the opacities apply. Default: the smallest spacing.
     pub unit_distance: Option<f64>,
-    /// Whether layers that can show nothing are skipped. It never changes a bit of the picture; off only to prove it.
+    /// Whether invisible layers are skipped. Does not change any bit of the picture; disabling it serves verification only.
     pub culling: bool,
 }
 
@@ -61,7 +61,7 @@ impl Default for Settings {
 }
 
 impl From<Algorithm> for Settings {
-    /// The defaults of everything else.
+    /// The algorithm with default common settings.
     fn from(algorithm: Algorithm) -> Self {
         Self {
             algorithm,
@@ -78,17 +78,17 @@ impl From<Algorithm> for Settings {
 }
 
 impl From<Layered> for Settings {
-    /// The defaults of everything else.
+    /// Layered rendering with default common settings.
     fn from(layered: Layered) -> Self {
         Algorithm::Layered(layered).into()
     }
 }
 
 impl Settings {
-    /// Transmittance at which early termination stops: 72 dB below white.
+    /// Transmittance at which early ray termination stops: 72 dB below white.
     pub const OPAQUE: f64 = 1.0 / 4096.0;
 
-    /// The choices of layered rendering; `None` of other algorithms.
+    /// Options of layered rendering; `None` for other algorithms.
     pub fn layered(&self) -> Option<Layered> {
         match self.algorithm {
             Algorithm::Layered(layered) => Some(layered),
@@ -96,18 +96,18 @@ impl Settings {
         }
     }
 
-    /// Whether gradients are looked at where values are composited.
+    /// Whether compositing needs gradients.
     pub(crate) fn looks_at_gradients(&self) -> bool {
         self.shading.is_some() || self.gradient_opacity.is_some()
     }
 
-    /// Checks every number, and what goes together.
+    /// Checks ranges and combinations.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.algorithm.check()?;
         self.blend.check()?;
         self.check_blend()?;
         if self.gradient_opacity.is_some() && self.blend != Blend::Composite {
-            let problem = "only the blend mode composite has opacities along rays: leave it out".into();
+            let problem = "only the blend mode composite supports gradient opacity: omit it".into();
             return Err(Error::Settings { field: "gradient_opacity", problem });
         }
         self.clipping.check()?;
@@ -120,15 +120,15 @@ impl Settings {
         }
     }
 
-    /// Refuses blend modes that an algorithm cannot have.
+    /// Rejects blend modes that the algorithm does not support.
     fn check_blend(&self) -> Result<(), Error> {
         let problem = match (self.blend, self.algorithm) {
             (Blend::Composite, _) => return Ok(()),
             (_, Algorithm::AxisSheets { .. } | Algorithm::ViewSheets { .. }) => {
-                "sheets mix voxels with the background around them: only the blend mode composite has a meaning there"
+                "sheets mix voxels with the surrounding background: only the blend mode composite is supported"
             }
             (Blend::Iso(_), Algorithm::Layered(Layered { classification: Classification::Post(_), .. })) => {
-                "splatted layers have no values between samples that could cross an iso-value: choose pre-integrated classification"
+                "splatted layers have no values between samples, which iso-surfaces require: choose pre-integrated classification"
             }
             _ => return Ok(()),
         };

@@ -1,14 +1,14 @@
-//! Bundles of settings.
+//! Quality presets.
 
 use super::{Classification, Evaluation, Footprints, LayerAxis, Layered, Settings};
 use crate::layers::{Correction, Density, Kernel};
 use serde::Serialize;
 use std::str::FromStr;
 
-/// Bundles of settings.
+/// Quality presets.
 ///
-/// `draft`, `standard` and `high` are pre-integrated: nearer to the integral than splat sums with sub-layers, in a third
-/// of the time (docs/fidelity.md, docs/performance.md).
+/// `draft`, `standard` and `high` are pre-integrated: closer to the integral than splat sums with sub-layers, in a third of the time
+/// (docs/fidelity.md, docs/performance.md).
 ///
 /// ```
 /// use layersplat::{Quality, Settings};
@@ -21,17 +21,17 @@ use std::str::FromStr;
 pub enum Quality {
     /// One sample per voxel and layer: the fastest.
     Draft,
-    /// [`Density::Relaxed`], one sample per layer: what is best for the time.
+    /// [`Density::Relaxed`], one sample per layer: the best compromise of quality and time.
     #[default]
     Standard,
-    /// [`Density::Fine`], two samples per layer, of the interpolating B-spline: 3 to 6 dB nearer to what was sampled (docs/kernels.md).
+    /// [`Density::Fine`], two samples per layer, interpolating B-spline: 3 to 6 dB closer to the original signal (docs/kernels.md).
     High,
-    /// The paper to the letter: per pixel, its footprint set, constant κ.
+    /// Exactly the paper's method: per pixel, with its footprint set and constant κ.
     Paper,
 }
 
 impl Quality {
-    /// Classification after interpolation, with the correction that is best for the time of this bundle.
+    /// Classification after interpolation, with the best correction for the rendering time of this preset.
     pub fn splatted(self) -> Classification {
         Classification::Post(match self {
             Quality::Draft | Quality::Paper => Correction::Constant,
@@ -40,12 +40,12 @@ impl Quality {
         })
     }
 
-    /// The settings of the bundle: layered rendering.
+    /// Settings of the preset, with layered rendering.
     pub fn settings(self) -> Settings {
         self.layered().into()
     }
 
-    /// The choices of layered rendering in the bundle.
+    /// Options of layered rendering of the preset.
     pub fn layered(self) -> Layered {
         let lattice = |density, kernel, samples_per_layer| {
             (Evaluation::Lattice(density), Footprints::Exact, Classification::Preintegrated { kernel, samples_per_layer })

@@ -1,10 +1,12 @@
-//! How what is seen is lit.
+//! Shading.
 
 use super::lights::Lights;
 use crate::error::Error;
 
-/// Blinn-Phong with white lights, two-sided, from the gradient of the splat sums. A colour is multiplied by ambient + diffuse × the sum over
-/// the lights of strength × |n · l|; highlights add up like that; what is seen ends at 1.
+/// Two-sided Blinn–Phong shading with white lights, from the gradient of the reconstructed field.
+///
+/// Colours are multiplied by ambient + diffuse × Σ strength × |n · l| over the lights. Specular highlights add up likewise. The result is
+/// clamped to 1.
 ///
 /// ```
 /// use layersplat::glam::DVec3;
@@ -18,15 +20,15 @@ use crate::error::Error;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shading {
-    /// Share of the colour that needs no light.
+    /// Ambient factor, 0 … 100.
     pub ambient: f64,
-    /// Share that depends on the angles to the lights.
+    /// Diffuse factor, 0 … 100.
     pub diffuse: f64,
-    /// Strength of the white highlights.
+    /// Specular factor of the white highlights, 0 … 100.
     pub specular: f64,
-    /// Its exponent, > 0.
+    /// Specular exponent, > 0 and ≤ 10000.
     pub power: f64,
-    /// Default: one at the camera.
+    /// Lights. Default: a headlight at the camera.
     pub lights: Lights,
 }
 
@@ -37,7 +39,7 @@ impl Default for Shading {
 }
 
 impl Shading {
-    /// Checks every number.
+    /// Checks all ranges.
     pub(super) fn check(&self) -> Result<(), Error> {
         let good = [self.ambient, self.diffuse, self.specular].iter().all(|c| (0.0..=100.0).contains(c));
         if good && self.power > 0.0 && self.power <= 1e4 {

@@ -1,31 +1,33 @@
-//! A first transfer function, from histogram and gradients: one material a class of values, noise and air left out, each with a colour
-//! of its own and as opaque as lets the next be seen.
+//! Automatic transfer function, derived from a volume's histogram and gradients.
+//!
+//! The value range is divided into classes, one per material. Air and noise (the lowest class) are transparent. Each other class
+//! has a distinct colour and an opacity low enough to keep the next class visible.
 
 use super::TransferFunction;
 use super::sources::visible_range;
 use crate::volume::{HISTOGRAM_BINS, Statistics, Volume};
 
-/// Classes of values that are told apart; the lowest, air and noise, is not shown.
+/// Number of value classes. The lowest one (air and noise) is transparent.
 const CLASSES: usize = 4;
-/// Counts count by this power: materials that are rare, as bone and vessels are, must have a say beside millions of voxels of air.
+/// Exponent applied to the histogram counts, so that rare materials (bone, vessels) weigh against millions of air voxels.
 const DAMPING: f64 = 0.4;
-/// Optical depth aimed at on the way through each shown class, from the outermost to the innermost, were its voxels spread
-/// evenly over the volume.
+/// Target optical depth of a ray through each visible class, outermost first, if the voxels of the class were spread evenly over the
+/// volume.
 const DEPTHS: [f64; CLASSES - 1] = [0.7, 2.0, 6.0];
-/// Opacities that are allowed, in the same order.
+/// Minimum and maximum opacity of each visible class, outermost first.
 const LIMITS: [(f64, f64); CLASSES - 1] = [(0.006, 0.25), (0.02, 0.6), (0.08, 0.9)];
-/// Colour where a class begins and where it ends.
+/// Colours at the start and the end of each visible class.
 const COLORS: [[[f64; 3]; 2]; CLASSES - 1] = [
     [[0.25, 0.45, 0.85], [0.35, 0.70, 0.95]],
     [[0.95, 0.55, 0.25], [1.00, 0.80, 0.40]],
     [[1.00, 0.93, 0.80], [1.00, 1.00, 1.00]],
 ];
-/// Half the width over which opacity rises at a threshold, as a share of the narrower class beside it.
+/// Half the width of an opacity ramp at a threshold, as a fraction of the narrower adjacent class.
 const RAMP: f64 = 0.12;
-/// About how many voxels are asked for their neighbours.
+/// Approximate number of voxels whose neighbours are sampled.
 const ASKED: usize = 2_000_000;
 
-/// Where materials begin: thresholds between the classes, ascending.
+/// Ascending thresholds between the classes.
 type Thresholds = [f64; CLASSES - 1];
 
 pub(super) fn from_statistics(statistics: &Statistics, volume: &Volume) -> TransferFunction {
@@ -34,7 +36,7 @@ pub(super) fn from_statistics(statistics: &Statistics, volume: &Volume) -> Trans
     if statistics.min >= statistics.max {
         let color = COLORS[1];
         let points = vec![(lo, color[0]), (hi, color[1])];
-        // What is thin must be seen too, and through what is thick.
+        // A thin volume must stay visible and a thick one translucent.
         let thickness = volume.grid().dims().into_iter().min().unwrap_or(1) as f64;
         let opacity = (1.0 - (-DEPTHS[1] / thickness).exp()).clamp(0.1, 0.9);
         return TransferFunction::new(name, points, vec![(lo, 0.0), ((lo + hi) / 2.0, 0.0), (hi, opacity)]).expect("ascending");
@@ -49,7 +51,7 @@ pub(super) fn from_statistics(statistics: &Statistics, volume: &Volume) -> Trans
         let half = RAMP * before.min(to - from);
         let own = opacity_for(statistics, from, to, volume, class).max(opacity);
         opacities.extend([(from - half, opacity), (from + half, own)]);
-        // The outermost material keeps its colour from its surface on.
+        // The outermost class starts with its colour, without a ramp from the class below.
         let begins = if class == 0 { from - half } else { from + half };
         if class > 0 {
             colors.push((from - half, COLORS[class - 1][1]));
@@ -62,7 +64,7 @@ pub(super) fn from_statistics(statistics: &Statistics, volume: &Volume) -> Trans
     TransferFunction::new(name, colors, opacities).expect("ascending by construction")
 }
 
-/// Thresholds that divide the damped histogram into classes of the least variance (Otsu 1979).
+/// Thresholds that minimise the within-class variance of the damped histogram (Otsu 1979).
 fn classes(statistics: &Statistics) -> Thresholds {
     let weights: Vec<f64> = smoothed(&statistics.histogram).iter().map(|n| n.powf(DAMPING)).collect();
     // Running sums of weight, and of weight times bin.
@@ -71,7 +73,7 @@ fn classes(statistics: &Statistics) -> Thresholds {
         let (weight, moment) = sums[bin];
         sums.push((weight + w, moment + w * bin as f64));
     }
-    // The larger the squared mean of a class times its weight, the smaller the variance within.
+    // Maximising weight · mean² of the classes minimises their within-class variance.
     let between = |from: usize, to: usize| {
         let (weight, moment) = (sums[to].0 - sums[from].0, sums[to].1 - sums[from].1);
         if weight > 0.0 { moment * moment / weight } else { 0.0 }
@@ -93,7 +95,7 @@ fn classes(statistics: &Statistics) -> Thresholds {
         best.1
     };
     let mut best = best_with(1..bins - 2);
-    // What fills most of the volume is around what is of interest: it goes with the noise.
+    // The most frequent class surrounds the object of interest, so it counts as background.
     let most = (0..bins).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
     if (best[0]..best[1]).contains(&most) && best[1] < bins - 2 {
         best = best_with(best[1]..best[1] + 1);
@@ -101,15 +103,15 @@ fn classes(statistics: &Statistics) -> Thresholds {
     best.map(|bin| statistics.min + (statistics.max - statistics.min) * bin as f64 / bins as f64)
 }
 
-/// A histogram of half the bins: each the sum of two, mixed with its neighbours.
+/// The histogram at half the resolution, smoothed with a (1, 2, 1) / 4 filter.
 fn smoothed(histogram: &[u64]) -> Vec<f64> {
     let pairs: Vec<f64> = histogram.chunks(2).map(|pair| pair.iter().sum::<u64>() as f64).collect();
     let at = |i: usize, d: isize| pairs[(i as isize + d).clamp(0, pairs.len() as isize - 1) as usize];
     (0..pairs.len()).map(|i| 0.25 * at(i, -1) + 0.5 * at(i, 0) + 0.25 * at(i, 1)).collect()
 }
 
-/// The same thresholds, moved to where surfaces are: to the mean of the values half-way through the edges that cross them, each
-/// weighted with the square of its height. By at most a third of the way to the next threshold.
+/// Moves the thresholds to material boundaries. Each becomes the mean mid-edge value of the voxel pairs that cross it, weighted by
+/// the squared difference of the pair. A threshold moves by at most a third of the distance to its neighbour.
 fn sharpened(thresholds: Thresholds, statistics: &Statistics, volume: &Volume) -> Thresholds {
     let mut sums = volume.look(|value| edges(thresholds, volume, value));
     volume.add_all(sums.as_flattened_mut());
@@ -123,7 +125,7 @@ fn sharpened(thresholds: Thresholds, statistics: &Statistics, volume: &Volume) -
     })
 }
 
-/// Weights, and weights times values, of the edges that cross each threshold.
+/// For each threshold: the sum of edge weights, and the sum of weights times mid-edge values.
 fn edges(thresholds: Thresholds, volume: &Volume, value: &dyn Fn(usize) -> f64) -> [[f64; 2]; CLASSES - 1] {
     let dims = volume.grid().dims();
     let count = volume.grid().voxel_count();
@@ -153,7 +155,7 @@ fn edges(thresholds: Thresholds, volume: &Volume, value: &dyn Fn(usize) -> f64) 
     sums
 }
 
-/// Opacity of a class from one value to another, in its place.
+/// Opacity per unit distance of the class of values from `from` to `to`.
 fn opacity_for(statistics: &Statistics, from: f64, to: f64, volume: &Volume, class: usize) -> f64 {
     let count = volume.grid().voxel_count() as f64;
     let width = (statistics.max - statistics.min) / HISTOGRAM_BINS as f64;
@@ -197,7 +199,7 @@ mod tests {
         assert!(automatic(vec![5.0; 8]).opacity(5.0) > 0.0);
     }
 
-    /// Balls in balls: air with noise, a soft, a hard and a very hard material.
+    /// Nested balls: noisy air, then a soft, a hard and a very hard material.
     #[test]
     fn materials_have_colours_of_their_own_and_noise_none() {
         let n = 48;
@@ -209,7 +211,7 @@ mod tests {
         let grid = Grid::new([n; 3], DVec3::ONE).unwrap();
         let values = (0..n * n * n).map(|i| value(i) as f32).collect();
         let transfer = TransferFunction::automatic(&Volume::new("balls", grid, Voxels::Float32(values)).unwrap());
-        assert_eq!(transfer.opacity(12.0), 0.0, "noise is left out");
+        assert_eq!(transfer.opacity(12.0), 0.0, "noise must be transparent");
         let materials = [306.0, 606.0, 906.0];
         let opacities = materials.map(|v| transfer.opacity(v));
         assert!(opacities[0] > 0.0 && opacities[0] < opacities[1] && opacities[1] < opacities[2], "{opacities:?}");

@@ -1,27 +1,27 @@
-//! Built-in transfer functions, over 0 … 1.
+//! Built-in transfer functions, over values 0 … 1.
 
 use super::{ControlPoint, TransferFunction, maps};
 use crate::error::Error;
 
 const NAMES: [&str; 4] = ["grey", "fire", "viridis", "cool-warm"];
 
-/// What turns a map round, behind its name.
+/// Suffix of a reversed colour map.
 const REVERSED: &str = "_r";
 
-/// Names of this crate's own, and of colour maps; any may end in `_r`.
+/// Names of the transfer functions defined here and of the colour maps. Each also accepts the suffix `_r`.
 pub(super) fn names() -> impl Iterator<Item = &'static str> {
     NAMES.into_iter().chain(maps::names())
 }
 
-/// All names, for messages.
+/// All names, for error messages.
 pub(super) fn listed() -> String {
-    format!("{}, or one of these with {REVERSED} behind it, which turns it round", names().collect::<Vec<_>>().join(", "))
+    format!("{} (append {REVERSED} to reverse)", names().collect::<Vec<_>>().join(", "))
 }
 
-/// Opacity rises slowly from a tenth of the range on, so that what is faint does not hide what is inside.
+/// Opacity rises slowly above a tenth of the range, so that faint regions do not hide the interior.
 const OPACITY: [(f64, f64); 4] = [(0.0, 0.0), (0.1, 0.0), (0.5, 0.05), (1.0, 0.5)];
 
-/// The built-in transfer function of that name, over 0 … 1.
+/// The built-in transfer function `name`, over values 0 … 1.
 pub(super) fn named(name: &str) -> Option<TransferFunction> {
     let colors = match name.strip_suffix(REVERSED) {
         Some(forward) => turned_round(colors(forward)?),
@@ -38,7 +38,7 @@ fn turned_round(colors: Vec<ControlPoint<[f64; 3]>>) -> Vec<ControlPoint<[f64; 3
     colors.into_iter().rev().map(|(value, color)| (1.0 - value, color)).collect()
 }
 
-/// Colours over 0 … 1.
+/// Control points of the colours of `name`, over values 0 … 1.
 fn colors(name: &str) -> Option<Vec<ControlPoint<[f64; 3]>>> {
     let points: &[ControlPoint<[f64; 3]>] = match name {
         "grey" => &[(0.0, [0.0; 3]), (1.0, [1.0; 3])],

@@ -1,16 +1,18 @@
-//! How much of a segment's colour depends on the light that is lost inside it.
+//! How strongly the colour of a segment depends on attenuation within the segment.
 
 use super::table::TransferTable;
 
-/// Values between which segments are looked at.
+/// Number of values sampled; segments between all pairs of them are evaluated.
 const VALUES: usize = 13;
-/// Parts of such a segment.
+/// Integration steps per segment.
 const PARTS: usize = 64;
 
 impl TransferTable {
-    /// The largest difference, 0 … 1 in any channel, between the premultiplied colour of a segment of `length` unit distances over
-    /// which the value changes evenly, and the mean of its colours weighted by extinction alone: near 0 for a
-    /// transfer function that is of one hue or nowhere deep.
+    /// Upper bound of the error of ignoring attenuation within a segment of `length` unit distances, over which the value changes
+    /// linearly.
+    ///
+    /// The error is the largest difference in any channel, 0 … 1, between the premultiplied colour of the segment and its
+    /// extinction-weighted mean colour at the same opacity. It is near 0 for transfer functions of one hue or of low extinction.
     pub fn dimming(&self, length: f64) -> f64 {
         let last = self.entries.len() - 1;
         let at = |n: usize| (n * last) as f64 / (VALUES - 1) as f64;

@@ -1,20 +1,21 @@
-//! A transfer function integrated over its values, for pre-integrated classification.
+//! Integrals of a transfer function over its values, for pre-integrated classification.
 
 use super::table::TransferTable;
 
-/// Optical depth of the thinnest segment of an opaque value: e^−16 is below what any picture shows, and small enough to
-/// leave the unit fine for what is thin.
+/// Optical depth of the thinnest segment at which extinction is clamped. e^−16 is below what any picture resolves. A small limit
+/// keeps the unit of the table fine enough for low extinction.
 const OPAQUE_DEPTH: f64 = 16.0;
-/// Optical depth of the thinnest segment that one unit may stand for, where a table is long enough to be made shorter.
+/// Largest optical depth of the thinnest segment that one unit may represent, if the table is long enough to be shortened.
 const FINE_UNIT: f64 = 4e-5;
-/// Shortest table made so.
+/// Shortest table that shortening may produce.
 const MIN_CELLS: usize = 4096;
-/// Room for rounding, in nodes.
+/// Margin for rounding, in nodes.
 const SLACK: f64 = 0.02;
 
-/// Running integrals of extinction times colour, and of extinction, over the values of a [`TransferTable`], in whole
-/// numbers of one unit: differences of nodes are exact, however far from the first node. Entry i lies in the middle
-/// between nodes i and i+1.
+/// Running integrals of extinction times colour, and of extinction, over the values of a [`TransferTable`].
+///
+/// The integrals are integers in multiples of one unit, so differences of nodes are exact at any distance from the first node.
+/// Entry i of the [`TransferTable`] lies half-way between nodes i and i+1.
 ///
 /// ```
 /// use layersplat::TransferFunction;
@@ -27,41 +28,43 @@ const SLACK: f64 = 0.02;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntegralTable {
-    /// r, g, b, extinction: integrals from the first node, in units times node distances. One more than entries.
+    /// Integrals of r, g, b times extinction and of extinction from the first node, in units times node distances. One node more than
+    /// table entries.
     pub nodes: Vec<[i32; 4]>,
-    /// The same four at each node, in units: of the entries beside it the one that attenuates less.
+    /// The four integrands at each node, in units: those of the adjacent entry with the lower extinction.
     pub at_nodes: Vec<[f32; 4]>,
     /// Value of the first node.
     pub first: f64,
     /// Nodes per unit of value; 0 for a single value.
     pub per_value: f64,
-    /// Extinction (or α, by the table's kind) of one unit.
+    /// Extinction of one unit, per unit distance (or α, according to [`Extinction`](super::Extinction)).
     pub unit: f64,
 }
 
-/// Cells into which [`IntegralTable::extinction_cells`] cuts the visible values.
+/// Number of cells into which [`IntegralTable::extinction_cells`] divides the visible values.
 pub const EXTINCTION_CELLS: usize = 32;
 
-/// Extinctions over the visible values, taken to change evenly in each of [`EXTINCTION_CELLS`]: so many fit into the registers of a
-/// processor. They tell from where the light of a segment comes, to which finer ones matter little: pictures lose 0.01 dB, or half a decibel
-/// where opacity is a tent that falls between the borders of two cells.
+/// Extinction over the visible values, linear within each of [`EXTINCTION_CELLS`] cells.
+///
+/// 32 cells fit into the registers of a processor. They locate the light within a segment, which needs no finer cells: pictures
+/// lose 0.01 dB, or half a decibel where a triangular opacity peak falls between two cell borders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExtinctionCells {
-    /// Value where the first cell begins.
+    /// Value at the start of the first cell.
     pub first: f64,
-    /// Cells per unit of value; 0 where nothing is visible, or a single value.
+    /// Cells per unit of value; 0 if nothing is visible or only a single value is.
     pub per_value: f64,
-    /// In units of the table, where cells begin.
+    /// Extinction at the start of each cell, in units of the table.
     pub at: [f32; EXTINCTION_CELLS],
-    /// And by how much more there is where they end.
+    /// Difference of the extinction from the start to the end of each cell, in units of the table.
     pub to_next: [f32; EXTINCTION_CELLS],
 }
 
 impl TransferTable {
-    /// The integrals of this table by the midpoint rule: the mean between two neighbouring nodes is the entry between them.
-    /// Extinctions are cut off where a segment of `thinnest` unit distances is opaque.
+    /// Integrates this table by the midpoint rule: each entry is the mean between its two nodes. Extinction is clamped where a segment
+    /// of `thinnest` unit distances is opaque.
     ///
-    /// Long tables with much that is opaque are made shorter: their unit would be too coarse for what is thin.
+    /// Long tables with many opaque entries are shortened. Otherwise the unit would be too coarse for low extinction.
     pub fn integrals(&self, thinnest: f64) -> IntegralTable {
         let mut per_value = self.per_value;
         let mut entries: Vec<[f64; 4]> = self.entries.iter().map(|&e| attenuated(e, OPAQUE_DEPTH / thinnest)).collect();
@@ -87,25 +90,25 @@ impl TransferTable {
     }
 }
 
-/// Extinction times colour, and extinction, of an entry, up to a limit.
+/// Extinction times colour, and extinction, of an entry. Extinction is clamped to `limit`.
 fn attenuated([r, g, b, w]: [f32; 4], limit: f64) -> [f64; 4] {
     let w = f64::from(w).min(limit);
     [f64::from(r) * w, f64::from(g) * w, f64::from(b) * w, w]
 }
 
 impl IntegralTable {
-    /// Whether all values of a range lie between the first and the last node.
+    /// Whether a range of values lies between the first and the last node.
     pub fn spans(&self, (lo, hi): (f64, f64)) -> bool {
         let last = self.first + (self.nodes.len() - 1) as f64 / self.per_value;
         self.per_value == 0.0 || (self.first <= lo && hi <= last)
     }
 
-    /// The nodes between which lies all opacity, with room for rounding; an empty range if there is none.
+    /// First and last node of the visible values, with a margin for rounding; an empty range if nothing is visible.
     pub fn visible_nodes(&self) -> [f64; 2] {
         let last_cell = self.nodes.len() - 2;
         let visible = |pair: &[[i32; 4]]| pair[1][3] > pair[0][3];
         let ends = self.nodes.windows(2).position(visible).zip(self.nodes.windows(2).rposition(visible));
-        // Values beyond the table count as its first and its last entry.
+        // Values outside the table take its first or last entry.
         ends.map_or([f64::INFINITY, f64::NEG_INFINITY], |(first, last)| {
             let from = if first == 0 { f64::NEG_INFINITY } else { first as f64 - SLACK };
             let to = if last == last_cell { f64::INFINITY } else { last as f64 + 1.0 + SLACK };
@@ -113,7 +116,7 @@ impl IntegralTable {
         })
     }
 
-    /// Extinctions by cells.
+    /// Piecewise-linear approximation of the extinction.
     pub fn extinction_cells(&self) -> ExtinctionCells {
         let last = (self.nodes.len() - 1) as f64;
         let [from, to] = self.visible_nodes().map(|node| node.clamp(0.0, last));
@@ -127,9 +130,9 @@ impl IntegralTable {
         }
     }
 
-    /// The values between which lies all opacity.
+    /// First and last visible value; an empty range if nothing is visible.
     pub fn visible_values(&self) -> [f64; 2] {
-        // A single value lies at the first node: all or nothing is visible.
+        // A table of a single value has it at the first node, so all or nothing is visible.
         let value = |node: f64| if node.is_finite() { self.first + node / self.per_value } else { node };
         self.visible_nodes().map(value)
     }
@@ -141,7 +144,7 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    /// Half a unit of the sums on either side of a difference, relative to what the tests compare.
+    /// Half a unit on either side of a difference of sums, relative to the compared values.
     const ROUNDING: f64 = 1e-4;
 
     fn table(opacities: Vec<(f64, f64)>) -> TransferTable {
@@ -187,7 +190,7 @@ mod tests {
         for value in 40..=100 {
             let value = f64::from(value);
             let expected = if value < 60.0 { 0.025 * (value - 40.0) } else { 0.0125 * (100.0 - value) };
-            // The tip lies within a cell.
+            // The peak lies within a cell.
             let tolerance = if (value - 60.0).abs() < 2.0 { 0.02 } else { 2e-3 };
             assert!((near(value) - expected).abs() < tolerance, "{value}: {} for {expected}", near(value));
         }
@@ -239,7 +242,7 @@ mod tests {
 
     #[test]
     fn what_is_invisible_at_the_first_value_stays_so() {
-        // Volumes are full of their smallest value: it must not pick up what is just above.
+        // Many voxels hold the smallest value: it must not take opacity from values just above it.
         let integrals = table(vec![(0.0, 0.0), (100.0, 0.5)]).integrals(1.0);
         assert_eq!(integrals.nodes[0], integrals.nodes[1]);
         assert!(integrals.visible_values()[0] > 0.0);

@@ -1,9 +1,9 @@
-//! Colour maps by the names that plotting libraries give them.
+//! Colour maps, by the names that plotting libraries use.
 
 use super::ControlPoint;
 use colorous::Gradient;
 
-/// Perceptually uniform ones first, then others that grow from dark to bright or from one hue to another, then diverging ones.
+/// Perceptually uniform maps first, then other sequential maps, then diverging maps.
 const MAPS: [(&str, Gradient); 34] = [
     ("inferno", colorous::INFERNO),
     ("magma", colorous::MAGMA),
@@ -41,7 +41,7 @@ const MAPS: [(&str, Gradient); 34] = [
     ("rdylgn", colorous::RED_YELLOW_GREEN),
 ];
 
-/// Entries that a map has, or is taken to have, and each how many of them is a control point. 3 divides 255, so that both ends are.
+/// Entries sampled per map, and the stride between control points. 3 divides 255, so both ends are control points.
 const ENTRIES: usize = 256;
 const EVERY: usize = 3;
 
@@ -49,7 +49,7 @@ pub(super) fn names() -> impl Iterator<Item = &'static str> {
     MAPS.iter().map(|(name, _)| *name)
 }
 
-/// Colours over 0 … 1 of the map called so, in capitals or not.
+/// Colours of a map over 0 … 1; the case of the name is ignored.
 pub(super) fn colors(name: &str) -> Option<Vec<ControlPoint<[f64; 3]>>> {
     let gradient = MAPS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?.1;
     let point = |entry: usize| {
@@ -64,8 +64,8 @@ mod tests {
     use super::*;
     use crate::transfer::interpolate;
 
-    /// Control points are rounded to 8 bits, by half a step, and so is what they are compared with; lines between leave the curve by as
-    /// much again.
+    /// Half an 8-bit step for the rounded control points and half for the expected values, and as much again for the distance between
+    /// lines and curve.
     const ROUNDED: f64 = 2.0 / 255.0;
 
     #[test]
@@ -84,7 +84,7 @@ mod tests {
         }
     }
 
-    /// First, middle and last colours as matplotlib 3.10 has them.
+    /// First, middle and last colours, from matplotlib 3.10.
     #[test]
     fn names_are_those_of_other_libraries() {
         for (name, first, last) in [

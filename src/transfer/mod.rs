@@ -1,4 +1,4 @@
-//! Transfer functions: colour and opacity of a data value, piecewise linear.
+//! Transfer functions: piecewise-linear colour and opacity of a data value.
 
 mod automatic;
 mod builtin;
@@ -20,11 +20,11 @@ pub use value::Value;
 use crate::error::Error;
 use crate::volume::{Rescale, Volume};
 
-/// A control point: a data value and what it maps to.
+/// A control point: a data value and its colour or opacity.
 pub type ControlPoint<T> = (f64, T);
 
-/// Colour and opacity of a data value, each piecewise linear between its control points and constant beyond them. Two
-/// points at one value make a step; at the value itself the later one counts.
+/// Colour and opacity of a data value. Both are piecewise linear between control points and constant beyond them. Two points at the
+/// same value make a step; the value itself takes the later one.
 ///
 /// ```
 /// use layersplat::TransferFunction;
@@ -43,8 +43,11 @@ pub struct TransferFunction {
 }
 
 impl TransferFunction {
-    /// A transfer function from control points: values finite and ascending, colours and opacities in 0 … 1, at least
-    /// one point each. Opacity α is per unit distance; the extinction is τ = −ln(1−α).
+    /// Creates a transfer function from control points. `colors` are RGB in 0 … 1. `opacities` are 0 … 1 per unit distance: an opacity
+    /// α corresponds to the extinction τ = −ln(1−α).
+    ///
+    /// # Errors
+    /// [`Error::Transfer`] if either list is empty, values are not finite or not ascending, or entries lie outside 0 … 1.
     pub fn new(
         name: impl Into<String>,
         colors: Vec<ControlPoint<[f64; 3]>>,
@@ -69,7 +72,10 @@ impl TransferFunction {
         Ok(Self { name, colors, opacities })
     }
 
-    /// The same function with its range of values mapped linearly onto `lo … hi`.
+    /// Maps the range of control points linearly onto `lo … hi`.
+    ///
+    /// # Errors
+    /// If `lo` is not below `hi`, or all control points have the same value.
     pub fn stretched(&self, lo: f64, hi: f64) -> Result<Self, Error> {
         if !(lo.is_finite() && hi.is_finite() && lo < hi) {
             let value = format!("{lo},{hi}");
@@ -80,7 +86,7 @@ impl TransferFunction {
             let problem = "has a single value and cannot be stretched onto a range".into();
             return Err(Error::Transfer { name: self.name.clone(), problem });
         }
-        // The weighted sum hits both ends exactly.
+        // The weighted sum reproduces both ends exactly.
         let map = |x: f64| {
             let t = (x - from) / (to - from);
             lo * (1.0 - t) + hi * t
@@ -92,13 +98,13 @@ impl TransferFunction {
         })
     }
 
-    /// The same function of stored numbers instead of their values.
+    /// The transfer function of stored voxel values, before `rescale`.
     pub(crate) fn of_stored(&self, rescale: Rescale) -> Self {
         fn mapped<T: Copy>(points: &[ControlPoint<T>], rescale: Rescale) -> Vec<ControlPoint<T>> {
             let mut points: Vec<ControlPoint<T>> = points.iter().map(|&(x, y)| (rescale.stored(x), y)).collect();
             if rescale.slope() < 0.0 {
                 points.reverse();
-                // At a step the upper value's side counts, which now comes first.
+                // At a step the upper value's side counts. Reversal puts it first, so move the other side up.
                 for i in 1..points.len() {
                     if points[i].0 == points[i - 1].0 {
                         points[i].0 = points[i].0.next_up();
@@ -113,7 +119,10 @@ impl TransferFunction {
         Self { name: self.name.clone(), colors: mapped(&self.colors, rescale), opacities: mapped(&self.opacities, rescale) }
     }
 
-    /// The same function with its opacities multiplied by a factor, 0 … 1.
+    /// Multiplies all opacities by `factor`, 0 … 1.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] if `factor` lies outside 0 … 1.
     pub fn faded(&self, factor: f64) -> Result<Self, Error> {
         if !(0.0..=1.0).contains(&factor) {
             return Err(Error::OutOfRange { name: "opacity factor", value: factor.to_string(), expected: "0 to 1" });
@@ -122,22 +131,22 @@ impl TransferFunction {
         Ok(Self { opacities, ..self.clone() })
     }
 
-    /// Colours by value, ascending.
+    /// Control points of the colours, ascending by value.
     pub fn colors(&self) -> &[ControlPoint<[f64; 3]>] {
         &self.colors
     }
 
-    /// Opacities per unit distance by value, ascending.
+    /// Control points of the opacities per unit distance, ascending by value.
     pub fn opacities(&self) -> &[ControlPoint<f64>] {
         &self.opacities
     }
 
-    /// Its name.
+    /// Name of the transfer function, or path of its file.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// First and last value of a control point.
+    /// Smallest and largest value of all control points.
     pub fn range(&self) -> (f64, f64) {
         let (colors, opacities) = (&self.colors, &self.opacities);
         let last = colors[colors.len() - 1].0.max(opacities[opacities.len() - 1].0);
@@ -155,7 +164,7 @@ impl TransferFunction {
         between.fold(self.opacity(lo).max(self.opacity(hi)), f64::max)
     }
 
-    /// Colour (red, green, blue) at a value, 0 … 1.
+    /// Colour (RGB, 0 … 1) at a value.
     pub fn color(&self, value: f64) -> [f64; 3] {
         interpolate(&self.colors, value, |a, b, t| std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t))
     }
@@ -165,13 +174,15 @@ impl TransferFunction {
         -(-self.opacity(value)).ln_1p()
     }
 
-    /// What a Gaussian, whose lattice sum is only near 1, takes missing voxels for, since it errs by 4 % of the distance from it: the
-    /// smallest value where that is invisible, else the background.
+    /// Value of missing voxels for Gaussian kernels: the smallest valid value if it is transparent, else the background.
+    ///
+    /// Weights of a Gaussian sum to about 1 only. The error is up to 4 % of the difference between a value and this one, so a
+    /// transparent value hides it.
     pub fn gaussian_background(&self, smallest: f64, background: f64) -> f64 {
         if self.opacity(smallest) > 0.0 { background } else { smallest }
     }
 
-    /// The *effective splats* of the paper: voxels whose own value has an opacity above 0.
+    /// Number of *effective splats* (the paper's term): voxels whose value has an opacity above 0.
     pub fn effective_splats(&self, volume: &Volume) -> u64 {
         let background = volume.background();
         let visible = |count: &mut u64, value: Option<f64>| *count += u64::from(self.opacity(value.unwrap_or(background)) > 0.0);
@@ -198,7 +209,7 @@ fn interpolate<T: Copy>(points: &[ControlPoint<T>], value: f64, mix: impl Fn(T, 
     }
 }
 
-/// What a function comes to from below: at a step, the first of its points there.
+/// Left-hand limit of the function: at a step, the first of its points there.
 fn approached<T: Copy>(points: &[ControlPoint<T>], value: f64, mix: impl Fn(T, T, f64) -> T) -> T {
     match points.iter().find(|point| point.0 == value) {
         Some(&(_, first)) => first,
@@ -257,7 +268,7 @@ mod tests {
             TransferFunction::new("t", vec![(0.0, [0.0; 3]), (9.0, [1.0; 3])], vec![(0.0, 0.2), (6.0, 0.3), (6.0, 0.8)]).unwrap();
         for rescale in [(2.0, 0.0), (2.0, -4.0), (-2.0, 0.0), (-0.5, 1.0)].map(|(m, b)| Rescale::new(m, b).unwrap()) {
             let stored = step.of_stored(rescale);
-            // At the step itself, too.
+            // Including the step itself.
             for value in [-1.0, 0.0, 3.5, 5.99, 6.0, 6.01, 9.0, 11.0] {
                 assert_abs_diff_eq!(stored.opacity(rescale.stored(value)), step.opacity(value), epsilon = 1e-12);
                 assert_abs_diff_eq!(stored.color(rescale.stored(value))[0], step.color(value)[0], epsilon = 1e-12);

@@ -1,10 +1,13 @@
-//! Opacities that are given beside colours: points, a window, tents.
+//! Opacity functions from points, a window or triangular peaks.
 
 use super::{ControlPoint, TransferFunction, approached, interpolate};
 use crate::error::Error;
 
 impl TransferFunction {
-    /// The same colours with other opacities: values finite and ascending, opacities per unit distance from 0 to 1, at least one point.
+    /// Replaces the opacities. Values must be finite and ascending, opacities in 0 … 1 per unit distance.
+    ///
+    /// # Errors
+    /// [`Error::Transfer`] if `opacities` is empty or violates these conditions.
     ///
     /// ```
     /// use layersplat::TransferFunction;
@@ -19,8 +22,11 @@ impl TransferFunction {
         Self::new(self.name.clone(), self.colors.clone(), opacities)
     }
 
-    /// The same colours over a window, as radiologists give it: what lies `width` / 2 below `level` has the first colour and no opacity,
-    /// what lies as far above it the last colour and is opaque, and both rise evenly between. `width` must be above 0.
+    /// Applies a window level and width (CT). Colours span the window. Opacity rises linearly from 0 at `level - width / 2` to 1 at
+    /// `level + width / 2`.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] if `width` is not above 0 or either number is not finite.
     ///
     /// ```
     /// use layersplat::TransferFunction;
@@ -40,7 +46,7 @@ impl TransferFunction {
         }
         let (first, last) = (self.colors[0], self.colors[self.colors.len() - 1]);
         let colors = if first.0 < last.0 {
-            // Without the opacities, whose values may lie beyond the colours'.
+            // Without the opacities: their values may lie outside the range of the colours.
             self.with_opacities(vec![(first.0, 0.0), (last.0, 1.0)])?.stretched(lo, hi)?.colors
         } else {
             vec![(lo, first.1), (hi, last.1)]
@@ -48,8 +54,11 @@ impl TransferFunction {
         Self::new(self.name.clone(), colors, vec![(lo, 0.0), (hi, 1.0)])
     }
 
-    /// The same function with a tent of opacity over it: 0 at `width` / 2 on either side of `value`, `opacity` there, even between.
-    /// Where it was more opaque it stays so. `width` must be above 0, `opacity` from 0 to 1.
+    /// Adds a triangular opacity peak: `opacity` at `value`, falling linearly to 0 at `value ± width / 2`. The larger of the peak and
+    /// the previous opacity is used.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] if `width` is not above 0, `opacity` lies outside 0 … 1, or a number is not finite.
     ///
     /// ```
     /// use layersplat::TransferFunction;
@@ -72,7 +81,7 @@ impl TransferFunction {
     }
 }
 
-/// The larger of two piecewise-linear functions, which is one too: with points where either has one, and where they cross.
+/// Maximum of two piecewise-linear functions: piecewise linear, with points at those of both functions and at their crossings.
 fn larger(a: &[ControlPoint<f64>], b: &[ControlPoint<f64>]) -> Vec<ControlPoint<f64>> {
     let mut values: Vec<f64> = a.iter().chain(b).map(|p| p.0).collect();
     values.sort_by(f64::total_cmp);
@@ -92,7 +101,7 @@ fn larger(a: &[ControlPoint<f64>], b: &[ControlPoint<f64>]) -> Vec<ControlPoint<
     points
 }
 
-/// Where two lines cross between two values, at which both are known; nowhere at the ends.
+/// Crossing of two lines between two values, each given as (value, a, b); `None` if they cross at an end or not at all.
 fn crossing(from: (f64, f64, f64), to: (f64, f64, f64)) -> Option<ControlPoint<f64>> {
     let (first, last) = (from.1 - from.2, to.1 - to.2);
     let share = (first * last < 0.0).then(|| first / (first - last))?;
@@ -116,7 +125,7 @@ mod tests {
         TransferFunction::new("t", vec![(10.0, [0.0, 0.5, 1.0]), (20.0, [1.0, 0.5, 0.0])], opacities).unwrap()
     }
 
-    /// Rounding of a few sums and products of numbers up to 1.
+    /// Rounding error of a few sums and products of numbers up to 1.
     const ROUNDING: f64 = 1e-12;
 
     #[test]

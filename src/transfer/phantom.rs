@@ -1,12 +1,12 @@
-//! What shows the inside of the Shepp–Logan phantom: a histogram tells nothing of what is small and wanted.
+//! Transfer function of the built-in Shepp–Logan phantom. A histogram cannot find its small features.
 
 use super::TransferFunction;
 use crate::volume::Volume;
 
-/// Voxels along an axis that the opacities are for: of finer volumes, more of them are passed.
+/// Voxels along an axis to which [`OPACITIES`] apply; finer volumes get lower opacities per voxel.
 const VOXELS: f64 = 64.0;
-/// Densities of 0 … 255: surfaces of the empty ventricles, brain at 51, tumours at 77, and the skull, which hardly shows. The skull's own
-/// surfaces pass through all of them: what is opaque must be so for few values.
+/// Opacities of densities 0 … 255: surfaces of the empty ventricles, brain at 51, tumours at 77, and a faint skull. The values at
+/// the skull's surfaces pass through the whole range, so opaque ranges must be narrow.
 const OPACITIES: [(f64, f64); 12] = [
     (0.0, 0.0),
     (5.0, 0.0),
@@ -31,13 +31,13 @@ const COLORS: [(f64, [f64; 3]); 7] = [
     (255.0, [1.0, 0.97, 0.9]),
 ];
 
-/// That of the built-in phantom; none of other volumes.
+/// The phantom's transfer function; `None` for other volumes.
 pub(super) fn transfer(volume: &Volume) -> Option<TransferFunction> {
     if volume.name().split('@').next() != Some("builtin:shepp-logan") {
         return None;
     }
     let longest = volume.grid().dims().into_iter().max().unwrap_or(1) as f64;
-    // As opaque along as much of the head.
+    // The same optical depth along the head at any resolution.
     let opacity = |alpha: f64| -((-alpha).ln_1p() * VOXELS / longest).exp_m1();
     let opacities = OPACITIES.iter().map(|&(value, alpha)| (value, opacity(alpha))).collect();
     TransferFunction::new("shepp-logan", COLORS.to_vec(), opacities).ok()

@@ -1,4 +1,4 @@
-//! Where transfer functions come from: files, names, histograms.
+//! Transfer functions from files, built-in names and histograms.
 
 use super::{TransferFunction, automatic, builtin, format, phantom};
 use crate::error::Error;
@@ -6,28 +6,32 @@ use crate::volume::Volume;
 use std::path::Path;
 
 impl TransferFunction {
-    /// The name of those that are made from a volume's histogram.
+    /// Name of transfer functions made by [`TransferFunction::automatic`].
     pub const AUTOMATIC: &str = "automatic";
 
-    /// Reads a file, recognised by what is in it: a ParaView preset (of several the first, or the one called `preset`), a volume property
-    /// of 3D Slicer (`.vp`, `.vp.json`), or lines of value,r,g,b,a (CSV). Curved functions and other colour spaces than RGB become
-    /// straight pieces, nowhere off by more than 0.001; in `Lab/CIEDE2000`, ParaView's own are as rough as 1/32.
+    /// Reads a transfer function file; its content determines the format.
     ///
+    /// Formats: ParaView preset (the one called `preset`, or the first), 3D Slicer volume property (`.vp`, `.vp.json`), or CSV lines of
+    /// value,r,g,b,a. Curves and colour spaces other than RGB become linear pieces with an error of at most 0.001. The paths of
+    /// `Lab/CIEDE2000` are as coarse as ParaView's own, with steps of 1/32.
     /// # Errors
-    /// If it cannot be read or is none of these; if values are not ascending, or anything is not from 0 to 1 that should be; if it is
-    /// larger than 16 MiB, or has more than 65536 control points.
+    /// If the file cannot be read or has another format, values are not ascending, colours or opacities lie outside 0 … 1, the file is
+    /// larger than 16 MiB, or it has more than 65536 control points.
     pub fn from_file(path: &Path, preset: Option<&str>) -> Result<Self, Error> {
         format::read(path, preset)
     }
 
-    /// A built-in transfer function, one of [`TransferFunction::names`] or one of these with `_r` behind it, which turns its colours
-    /// round, stretched onto the volume's range of values. Its opacity rises slowly from a tenth of the range on, to a half.
+    /// A built-in transfer function: one of [`TransferFunction::names`], or one with `_r` appended, which reverses its colours. It is
+    /// stretched over the volume's range of values. Its opacity is 0 up to a tenth of the range and then rises slowly to a half.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] if the name does not exist.
     pub fn builtin(name: &str, volume: &Volume) -> Result<Self, Error> {
         let (lo, hi) = visible_range(volume);
         builtin::named(name).ok_or_else(|| builtin::unknown(name))?.stretched(lo, hi)
     }
 
-    /// Names of the built-in transfer functions: this crate's own, and colour maps that other programs know by these names.
+    /// Names of the built-in transfer functions: those defined by this crate, and colour maps of plotting libraries.
     ///
     /// ```
     /// use layersplat::TransferFunction;
@@ -38,13 +42,16 @@ impl TransferFunction {
         builtin::names()
     }
 
-    /// A sensible first transfer function, from the volume's histogram; of the built-in Shepp–Logan phantom, one that shows what is in the
-    /// head.
+    /// Derives a transfer function from the volume's histogram and gradients. The built-in Shepp–Logan phantom has a fixed one, which
+    /// shows the interior of the head.
     pub fn automatic(volume: &Volume) -> Self {
         phantom::transfer(volume).unwrap_or_else(|| automatic::from_statistics(&volume.statistics(), volume))
     }
 
-    /// A built-in name, `FILE` or `FILE#PRESET`.
+    /// Opens a built-in transfer function by name, a file, or a preset of a file as `FILE#PRESET`.
+    ///
+    /// # Errors
+    /// As [`TransferFunction::from_file`] and [`TransferFunction::builtin`].
     pub fn open(source: impl AsRef<Path>, volume: &Volume) -> Result<Self, Error> {
         let path = source.as_ref();
         if let Some(name) = path.to_str().filter(|name| builtin::named(name).is_some()) {
@@ -58,15 +65,15 @@ impl TransferFunction {
             None if path.extension().is_none() && path.components().count() == 1 => Err(Error::UnknownName {
                 what: "transfer function",
                 name: path.display().to_string(),
-                known: format!("{}; or a file", builtin::listed()),
+                known: format!("{}, or a file", builtin::listed()),
             }),
             None => Self::from_file(path, None),
         }
     }
 }
 
-/// The range onto which functions without values of their own are stretched: the data's; where all voxels are alike, with the
-/// background's; where that is the same too, from 0 to a value above it, so that it shows.
+/// Range of values over which built-in functions are stretched: the range of the data. If all voxels are equal, it includes the
+/// background. If that is equal too, it spans 0 and a value above it, so that the volume is visible.
 pub(super) fn visible_range(volume: &Volume) -> (f64, f64) {
     let (lo, hi) = volume.range();
     if lo < hi {
@@ -75,7 +82,7 @@ pub(super) fn visible_range(volume: &Volume) -> (f64, f64) {
     match volume.field_range() {
         (lo, hi) if lo < hi => (lo, hi),
         (lo, _) if lo > 0.0 => (0.0, lo),
-        // Or up to 0, where 1 more is too little to be another number.
+        // If adding 1 is lost to rounding, end the range at 0 instead.
         (lo, _) => (lo, if lo + 1.0 > lo { lo + 1.0 } else { 0.0 }),
     }
 }

@@ -1,8 +1,8 @@
-//! A transfer function sampled for the device.
+//! Lookup table of a transfer function, for the device.
 
 use super::TransferFunction;
 
-/// How opacity becomes attenuation over a distance.
+/// Attenuation over a distance, as a function of opacity.
 ///
 /// ```
 /// use layersplat::Settings;
@@ -13,23 +13,23 @@ use super::TransferFunction;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extinction {
-    /// e^{−τΔt}, τ = −ln(1−α): exact for a homogeneous segment of any length (paper §3.3).
+    /// Transmittance e^{−τΔt} with τ = −ln(1−α): exact for a homogeneous segment of any length (paper §3.3).
     Exponential,
-    /// 1 − min(1, αΔt): the first two terms of its series, as α blending does (the paper's comparison).
+    /// Transmittance 1 − min(1, αΔt): the first two terms of its series, equal to α blending (the paper's comparison).
     Linear,
 }
 
-/// Entries per smallest distance between control points: the steepest segment is resolved to 3 %.
+/// Entries per smallest distance between control points; resolves the steepest segment to 3 %.
 const ENTRIES_PER_GAP: f64 = 32.0;
-/// At least 4096 entries (64 KiB), sixteen per value of 8-bit data: the nearest entry is then near enough for the
-/// fidelity figures.
+/// At least 4096 entries (64 KiB), sixteen per value of 8-bit data. The error of the nearest entry then stays within the fidelity
+/// limits of the tests.
 const MIN_ENTRIES: usize = 4096;
 const MAX_ENTRIES: usize = 1 << 16;
 /// Stands for an infinite extinction: e^{−1e30·Δt} is 0 for any Δt that can occur, and 1e30·Δt never overflows.
 const OPAQUE: f64 = 1e30;
 
-/// Evenly spaced samples of a transfer function over the values that can occur. Values beyond the first and the last
-/// entry take these entries.
+/// Evenly spaced samples of a transfer function over the values that can occur. Values outside the table take its first or last
+/// entry.
 ///
 /// ```
 /// use layersplat::TransferFunction;
@@ -43,7 +43,7 @@ const OPAQUE: f64 = 1e30;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferTable {
-    /// r, g, b and, by the kind of extinction, τ or α per unit distance.
+    /// r, g, b, and τ or α per unit distance, according to the kind of [`Extinction`].
     pub entries: Vec<[f32; 4]>,
     /// Value of the first entry.
     pub first: f64,
@@ -52,20 +52,15 @@ pub struct TransferTable {
 }
 
 impl TransferTable {
-    /// Samples `transfer` where its own control points and `field_range`, the range of interpolated values, overlap.
+    /// Samples `transfer` over the intersection of its control points and `field_range`, the range of interpolated values.
     pub fn new(transfer: &TransferFunction, field_range: (f64, f64), extinction: Extinction) -> Self {
-        let (from, to) = transfer.range();
-        // All points at one value: a step there, or a constant.
-        let (from, to) = if from < to { (from, to) } else { field_range };
-        let lo = from.clamp(field_range.0, field_range.1);
-        let hi = to.clamp(field_range.0, field_range.1);
-        let wanted = transfer.smallest_gap().map_or(0.0, |gap| ENTRIES_PER_GAP * (hi - lo) / gap);
-        let count = (wanted.min(MAX_ENTRIES as f64) as usize).next_power_of_two().clamp(MIN_ENTRIES, MAX_ENTRIES);
-        // One entry before the first point, so that a step there does not reach what lies below it.
+        let (lo, hi) = sampled_range(transfer, field_range);
+        let count = Self::entry_count(transfer, field_range);
+        // One entry before the first point, so that a step there does not affect lower values.
         let below = usize::from(field_range.0 < lo);
         let step = (hi - lo) / (count - 1 - below) as f64;
         let lo = lo - below as f64 * step;
-        // Where floats cannot tell the values of a range, what lies beyond it still has its first or its last entry.
+        // If the range is too narrow for f32, values outside it must still map to the first or last entry.
         let per_value = if step > 0.0 { (1.0 / step).min(f64::from(f32::MAX) / count as f64) } else { 0.0 };
         let entries = (0..count)
             .map(|i| {
@@ -81,15 +76,21 @@ impl TransferTable {
         Self { entries, first: lo, per_value }
     }
 
-    /// First and last entry with opacity; `[1, 0]` if there is none.
+    /// Number of entries of the table.
+    pub(crate) fn entry_count(transfer: &TransferFunction, field_range: (f64, f64)) -> usize {
+        let (lo, hi) = sampled_range(transfer, field_range);
+        let wanted = transfer.smallest_gap().map_or(0.0, |gap| ENTRIES_PER_GAP * (hi - lo) / gap);
+        (wanted.min(MAX_ENTRIES as f64) as usize).next_power_of_two().clamp(MIN_ENTRIES, MAX_ENTRIES)
+    }
+
+    /// First and last entry with an opacity above 0; `[1, 0]` if all entries are transparent.
     pub fn visible_entries(&self) -> [i32; 2] {
         let visible = |entry: &[f32; 4]| entry[3] > 0.0;
         let ends = self.entries.iter().position(visible).zip(self.entries.iter().rposition(visible));
         ends.map_or([1, 0], |(first, last)| [first as i32, last as i32])
     }
 
-    /// For each entry, how many before it are visible; one more at the end: entries a … b hold something visible if
-    /// `count[b+1] > count[a]`.
+    /// Prefix sums of visible entries, one more than entries: some entry in a … b is visible if `count[b+1] > count[a]`.
     pub fn visible_before(&self) -> Vec<u32> {
         let mut count = 0;
         let mut before = Vec::with_capacity(self.entries.len() + 1);
@@ -100,6 +101,14 @@ impl TransferTable {
         }));
         before
     }
+}
+
+/// Intersection of the range of the control points and the range of interpolated values.
+fn sampled_range(transfer: &TransferFunction, field_range: (f64, f64)) -> (f64, f64) {
+    let (from, to) = transfer.range();
+    // All points are at one value: a step or a constant.
+    let (from, to) = if from < to { (from, to) } else { field_range };
+    (from.clamp(field_range.0, field_range.1), to.clamp(field_range.0, field_range.1))
 }
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
-//! Values that are given as numbers, or as percentiles of a volume's voxels.
+//! Data values given as numbers or as percentiles of a volume's voxels.
 
 use crate::error::Error;
 use crate::volume::{HISTOGRAM_BINS, Statistics, Volume};
 use std::cell::OnceCell;
 use std::str::FromStr;
 
-/// A data value: a number, or `p0` … `p100`, what so many percent of a volume's voxels do not exceed.
+/// A data value: a number, or a percentile `p0` … `p100` of a volume's voxels.
 ///
 /// ```
 /// use layersplat::{OpenOptions, Volume};
@@ -20,15 +20,15 @@ use std::str::FromStr;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
-    /// The value itself, finite.
+    /// A finite value.
     Number(f64),
-    /// Percent of the voxels, 0 … 100; 0 stands for the smallest value.
+    /// Percentile of the voxel values, 0 … 100. 0 is the smallest value.
     Percentile(f64),
 }
 
 impl Value {
-    /// What finds values among a volume's voxels, with a pass over them for the first percentile, and up to three for each that falls
-    /// where many voxels are alike.
+    /// Returns a function that resolves values for `volume`. The first percentile takes a pass over the voxels. Each percentile in a
+    /// crowded histogram bin takes up to three more.
     pub fn finder<'a>(volume: &'a Volume<'_>) -> impl Fn(Value) -> f64 + 'a {
         let statistics = OnceCell::new();
         move |value| match value {
@@ -38,9 +38,9 @@ impl Value {
     }
 }
 
-/// Share of the voxels in a bin up to which the bin is fine enough.
+/// Largest share of the voxels in a bin that needs no refinement.
 const FEW: f64 = 0.005;
-/// Passes at most for finer bins, each 256 times as fine: data with a few voxels a million times as large as the others need them.
+/// Maximum number of refinements, each with 256 times finer bins. Data with a few outliers a million times as large need all three.
 const PASSES: usize = 3;
 
 fn percentile(volume: &Volume, statistics: &Statistics, percent: f64) -> f64 {
@@ -60,7 +60,7 @@ fn percentile(volume: &Volume, statistics: &Statistics, percent: f64) -> f64 {
         let (bin, width) = (reached.unwrap_or(HISTOGRAM_BINS - 1), (hi - lo) / HISTOGRAM_BINS as f64);
         let few = counts.bins[bin] as f64 <= FEW * count;
         (lo, hi) = (lo + width * bin as f64, if bin + 1 == HISTOGRAM_BINS { hi } else { lo + width * (bin + 1) as f64 });
-        // Bytes have bins of their own from the start.
+        // Each 8-bit value has its own bin in the first histogram.
         if few || pass == PASSES || volume.voxel_type().bytes() == 1 || lo + (hi - lo) / 2.0 >= hi {
             break;
         }
@@ -69,7 +69,7 @@ fn percentile(volume: &Volume, statistics: &Statistics, percent: f64) -> f64 {
     hi
 }
 
-/// Voxels below a range, and in each of its bins.
+/// Number of voxels below a range, and in each of its bins.
 struct Counts {
     below: u64,
     bins: Vec<u64>,
@@ -101,7 +101,10 @@ fn counted(volume: &Volume, lo: f64, hi: f64) -> Counts {
 impl FromStr for Value {
     type Err = Error;
 
-    /// A finite number, or `pN` with N from 0 to 100.
+    /// Parses a finite number, or `pN` with N in 0 … 100.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for any other text.
     fn from_str(text: &str) -> Result<Self, Error> {
         let text = text.trim();
         let value = match text.strip_prefix(['p', 'P']) {
@@ -136,7 +139,7 @@ mod tests {
         }
     }
 
-    /// Bytes have a bin each: what is found is what sorting finds, to a bin.
+    /// Each 8-bit value has its own bin, so the result equals that of sorting, up to a bin.
     #[test]
     fn percentiles_are_those_of_the_sorted_voxels() {
         let mut voxels: Vec<u8> = (0..4000u32).map(|i| (i * i / 63_000) as u8).collect();
@@ -152,7 +155,7 @@ mod tests {
         assert_eq!((find(Value::Percentile(0.0)), find(Value::Percentile(100.0))), (0.0, 255.0));
     }
 
-    /// Where one voxel is a million times as large as all others, and where most are alike.
+    /// One voxel a million times as large as the others, and a volume of mostly equal voxels.
     #[test]
     fn percentiles_do_not_mind_what_is_far_away() {
         let grid = || Grid::new([100, 100, 1], DVec3::ONE).unwrap();

@@ -1,4 +1,4 @@
-//! Built-in closed-form volumes, sampled at any size.
+//! Built-in volumes: closed-form densities, sampled on grids of any size.
 
 mod phantom;
 mod surfaces;
@@ -14,20 +14,23 @@ use std::ops::Range;
 use std::sync::Arc;
 
 const NAMES: &str = "marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot or cube";
-/// Largest built-in volume: 2048³ voxels.
+/// Largest size of a built-in volume, equal to 2048³ voxels.
 const MAX_VOXELS: usize = 1 << 33;
-/// Voxels up to which a volume is kept; those of larger ones are made whenever they are looked at.
+/// Volumes of up to this many voxels are stored; voxels of larger ones are computed on access.
 const MOST_KEPT: usize = 1 << 28;
 
-/// The volume `NAME`, `NAME@N` or `NAME@XxYxZ`, 64³ by default, as uint8: densities in empty space, so the background is 0. Only the
-/// spacing of `options` counts. Those of more than 2^28 voxels are never in memory as a whole.
+/// Opens the built-in volume `NAME`, `NAME@N` or `NAME@XxYxZ`, by default with 64³ voxels. Voxels are uint8 densities and the
+/// background is 0. Of `options`, only the spacing applies. Volumes of more than 2^28 voxels are computed on access, not stored.
 ///
 /// * `marschner-lobb`: the test signal of Marschner & Lobb (1994), f_M = 6, α = 0.25, on \[−1, 1\]³.
-/// * `hydrogen`: the density of hydrogen's 3d_z² orbital, the square root of it so that both lobes and ring show.
-/// * `shepp-logan`: the head phantom's ellipsoids on \[−1, 1\]³ (Kak & Slaney 1988), in Toft's (1996) contrasts: skull 1, brain 0.2.
-/// * `gyroid`: sheets around sin x cos y + sin y cos z + sin z cos x = 0, two and a half periods per axis, in a ball.
-/// * `torus-knot`: a trefoil, the tube around a line that winds three times around a torus while it goes around twice.
-/// * `cube`: one value, 255, everywhere: a homogeneous cube that fills its grid.
+/// * `hydrogen`: density of hydrogen's 3d_z² orbital. Its square root is stored, so that both lobes and the ring are visible.
+/// * `shepp-logan`: ellipsoids of the head phantom on \[−1, 1\]³ (Kak & Slaney 1988), with Toft's (1996) contrasts: skull 1, brain 0.2.
+/// * `gyroid`: the surface sin x cos y + sin y cos z + sin z cos x = 0 with a thickness, two and a half periods per axis, in a ball.
+/// * `torus-knot`: a trefoil: a tube around a line that winds three times around a torus in two revolutions.
+/// * `cube`: the constant 255, a homogeneous cube.
+///
+/// # Errors
+/// If the name is unknown, the size is invalid, or `options` has fields that apply to files only.
 pub fn builtin_volume(source: &str, options: &OpenOptions) -> Result<Volume<'static>, Error> {
     let (name, grid, voxels) = sampled(source, options)?;
     let storage = if voxels.len() > MOST_KEPT {
@@ -38,7 +41,7 @@ pub fn builtin_volume(source: &str, options: &OpenOptions) -> Result<Volume<'sta
     Volume::new(name, grid, storage)?.with_background(0.0)
 }
 
-/// What makes the voxels of a built-in volume, with its name and its grid.
+/// Name, grid and voxel generator of a built-in volume.
 pub(super) fn sampled(source: &str, options: &OpenOptions) -> Result<(String, Grid, Arc<dyn Made>), Error> {
     let (name, size) = source.split_once('@').unwrap_or((source, "64"));
     let sampled: fn([usize; 3]) -> Arc<dyn Made> = match name {
@@ -62,7 +65,7 @@ pub(super) fn sampled(source: &str, options: &OpenOptions) -> Result<(String, Gr
         ("array", options.array.is_some()),
     ];
     if let Some(&(field, _)) = for_files.iter().find(|(_, given)| *given) {
-        let problem = format!("this is for files, {name} is built-in: leave it out; builtin:{name}@XxYxZ tells the size");
+        let problem = format!("applies to files only, and {name} is built-in: omit it; builtin:{name}@XxYxZ sets the size");
         return Err(Error::Settings { field, problem });
     }
     let dims = parse_size(size).ok_or_else(|| Error::OutOfRange {
@@ -73,7 +76,7 @@ pub(super) fn sampled(source: &str, options: &OpenOptions) -> Result<(String, Gr
     Ok((format!("builtin:{source}"), options.grid(dims)?, sampled(dims)))
 }
 
-/// The voxels of some layers along z, made on all cores.
+/// Voxels of a range of z layers, computed on all cores.
 pub(super) fn layers(name: &str, voxels: &dyn Made, [x, y, _]: [usize; 3], layers: &Range<usize>) -> Result<Vec<u8>, Error> {
     const PIECE: usize = 1 << 16;
     let first = x * y * layers.start;
@@ -93,17 +96,17 @@ fn parse_size(text: &str) -> Option<[usize; 3]> {
     (1..=MAX_VOXELS).contains(&count).then_some(dims)
 }
 
-/// Position of voxel `i` of `n` in \[−1, 1\]; a single voxel sits in the middle.
+/// Coordinate of voxel `i` of `n` in \[−1, 1\]; 0 if there is only one voxel.
 fn unit_coordinate(i: usize, n: usize) -> f64 {
     if n == 1 { 0.0 } else { 2.0 * i as f64 / (n as f64 - 1.0) - 1.0 }
 }
 
-/// Coordinates of the voxels of each axis.
+/// Coordinates of the voxels along each axis.
 fn coordinates(dims: [usize; 3]) -> [Vec<f64>; 3] {
     dims.map(|n| (0..n).map(|i| unit_coordinate(i, n)).collect())
 }
 
-/// Voxels (i, j, k) of densities 0 … 1.
+/// A generator of uint8 voxels from a density 0 … 1 at voxel (i, j, k).
 struct Sampled<D> {
     dims: [usize; 3],
     density: D,
@@ -136,7 +139,7 @@ impl<D: Fn(usize, usize, usize) -> f64 + Send + Sync> Made for Sampled<D> {
 fn marschner_lobb(dims: [usize; 3]) -> Arc<dyn Made> {
     const FREQUENCY: f64 = 6.0;
     const AMPLITUDE: f64 = 0.25;
-    /// Slices from which on the wave is kept for all of them, and columns up to which: it takes eight bytes per column.
+    /// Fewest slices for which the wave is precomputed, and most columns: it takes eight bytes per column.
     const MANY: usize = 8;
     const MOST_COLUMNS: usize = 1 << 24;
     let [x, y, z] = coordinates(dims);
@@ -154,8 +157,8 @@ fn marschner_lobb(dims: [usize; 3]) -> Arc<dyn Made> {
     })
 }
 
-/// ψ₃₂₀ ∝ r² e^{−r/3} (3cos²θ − 1), r in Bohr radii over \[−22, 22\]; |ψ| scaled to its largest value, that on the z
-/// axis at r = 6.
+/// ψ₃₂₀ ∝ r² e^{−r/3} (3cos²θ − 1) with r in Bohr radii over \[−22, 22\]. |ψ| is scaled by its maximum, which lies on the z axis at
+/// r = 6.
 fn hydrogen(dims: [usize; 3]) -> Arc<dyn Made> {
     const EXTENT: f64 = 22.0;
     let psi = |r: f64, angular: f64| angular * (-r / 3.0).exp();
@@ -189,7 +192,7 @@ mod tests {
         }
     }
 
-    /// Volumes that are made when they are looked at are those that are kept: as a whole, in rows from anywhere, in boxes.
+    /// Computed and stored volumes are equal: as a whole, in rows from any voxel, and in boxes.
     #[test]
     fn made_or_kept() {
         let dims = [31, 17, 20];
@@ -220,7 +223,7 @@ mod tests {
         }
     }
 
-    /// Every voxel from its definition, one by one: what is kept for many voxels, and how they are shared out, changes no byte.
+    /// Evaluates the definition at every voxel: precomputation and threads must not change a byte.
     #[test]
     fn closed_forms() {
         let marschner_lobb = |p: DVec3| {

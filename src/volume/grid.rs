@@ -1,9 +1,9 @@
-//! Where voxels lie in the world.
+//! Placement of voxels in the world.
 
 use crate::error::Error;
 use glam::{DAffine3, DMat3, DVec3};
 
-/// A regular grid. Voxel (i, j, k) sits at `origin + direction · (i·h_x, j·h_y, k·h_z)`.
+/// A regular grid. Voxel (i, j, k) lies at `origin + direction · (i·h_x, j·h_y, k·h_z)` in world units.
 ///
 /// ```
 /// use layersplat::glam::DVec3;
@@ -23,16 +23,23 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Most voxels a grid may have.
+    /// Largest number of voxels.
     pub const MAX_VOXELS: usize = 1 << 40;
 
-    /// A grid at the origin, aligned with the world's axes. Every dimension must be at least 1, spacing finite and > 0.
+    /// Axis-aligned grid at the origin. Every dimension must be at least 1. `spacing` is in world units.
+    ///
+    /// # Errors
+    /// If a dimension is 0, the number of voxels exceeds [`MAX_VOXELS`](Self::MAX_VOXELS), or the spacing lies outside 1e-30 … 1e30 or
+    /// is too anisotropic (more than 1e6).
     pub fn new(dims: [usize; 3], spacing: DVec3) -> Result<Self, Error> {
         Self::oriented(dims, spacing, DVec3::ZERO, DMat3::IDENTITY)
     }
 
-    /// A grid with an origin (the position of voxel 0,0,0) and a direction matrix, whose columns are the world
-    /// directions of the grid's axes: orthonormal, mirrored or not.
+    /// Grid with an origin (the world position of voxel 0,0,0) and a direction matrix. Its columns are the world directions of the grid
+    /// axes. They must be orthonormal; mirrored axes are allowed.
+    ///
+    /// # Errors
+    /// As [`Grid::new`], and if the origin is not finite or the directions are not orthonormal.
     pub fn oriented(dims: [usize; 3], spacing: DVec3, origin: DVec3, direction: DMat3) -> Result<Self, Error> {
         let count = dims.iter().try_fold(1usize, |n, &d| n.checked_mul(d)).unwrap_or(usize::MAX);
         if !(1..=Self::MAX_VOXELS).contains(&count) {
@@ -52,35 +59,37 @@ impl Grid {
         Ok(Self { dims, spacing, origin, direction })
     }
 
-    /// The place, along x, y, z, of voxel `index`, x fastest.
+    /// Position (i, j, k) of voxel `index`, x fastest.
     pub(crate) fn place(&self, index: usize) -> [usize; 3] {
         let [x, y, _] = self.dims;
         [index % x, index / x % y, index / x / y]
     }
 
-    /// The same grid in a world of which `unit` is one.
+    /// The same grid in world units of length `unit`.
     pub(crate) fn in_units_of(&self, unit: f64) -> Self {
         Self { spacing: self.spacing / unit, origin: self.origin / unit, ..*self }
     }
 
-    /// A grid whose voxel (i, j, k) sits at `index_to_world · (i, j, k)`: turned and mirrored in any way. Axes that are not at right
-    /// angles (a sheared grid) cannot be rendered yet and are an error, as are axes without a length.
+    /// Grid with voxel (i, j, k) at `index_to_world · (i, j, k)`. Rotations and mirrored axes are allowed.
+    ///
+    /// # Errors
+    /// As [`Grid::oriented`]: sheared grids and axes of length 0 cannot be rendered.
     pub fn from_affine(dims: [usize; 3], index_to_world: DAffine3) -> Result<Self, Error> {
         let axes = index_to_world.matrix3;
         let spacing = DVec3::new(axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length());
         if !spacing.is_finite() || spacing.min_element() == 0.0 {
-            let problem = format!("the transform from voxels to the world, {axes}, gives an axis the length 0, or none");
+            let problem = format!("the transform from voxels to the world, {axes}, has an axis of length 0 or a non-finite one");
             return Err(Error::Grid { problem });
         }
         Self::oriented(dims, spacing, index_to_world.translation, axes * DMat3::from_diagonal(1.0 / spacing))
     }
 
-    /// Voxels along x, y, z.
+    /// Number of voxels along x, y, z.
     pub fn dims(&self) -> [usize; 3] {
         self.dims
     }
 
-    /// World distance between neighbouring voxels along x, y, z.
+    /// World distance between adjacent voxels along x, y, z.
     pub fn spacing(&self) -> DVec3 {
         self.spacing
     }
@@ -95,42 +104,42 @@ impl Grid {
         self.direction
     }
 
-    /// Takes a place in voxels to the world.
+    /// Transform from voxel to world coordinates.
     pub fn index_to_world(&self) -> DAffine3 {
         DAffine3 { matrix3: self.direction * DMat3::from_diagonal(self.spacing), translation: self.origin }
     }
 
-    /// Number of voxels.
+    /// Total number of voxels.
     pub fn voxel_count(&self) -> usize {
         self.dims.iter().product()
     }
 
-    /// The volume's centre in voxels, (n−1)/2 per axis.
+    /// Centre of the volume in voxel coordinates, (n−1)/2 per axis.
     pub fn centre_in_voxels(&self) -> DVec3 {
         self.last_voxel() / 2.0
     }
 
-    /// The volume's centre in the world.
+    /// Centre of the volume in world coordinates.
     pub fn centre(&self) -> DVec3 {
         self.origin + self.direction * (self.centre_in_voxels() * self.spacing)
     }
 
-    /// Length of the diagonal of the extent, max(n−1, 1)·h per axis, in world units.
+    /// Length of the bounding box diagonal in world units; each side is max(n−1, 1)·h.
     pub fn diagonal(&self) -> f64 {
         (self.last_voxel().max(DVec3::ONE) * self.spacing).length()
     }
 
-    /// A world position in voxels.
+    /// Converts a world position to voxel coordinates.
     pub fn world_to_voxel(&self, position: DVec3) -> DVec3 {
         self.world_to_voxel_linear() * (position - self.origin)
     }
 
-    /// Takes world vectors to voxel units.
+    /// Linear part of the transform from world to voxel coordinates.
     pub fn world_to_voxel_linear(&self) -> DMat3 {
         DMat3::from_diagonal(1.0 / self.spacing) * self.world_to_grid_axes()
     }
 
-    /// Takes world vectors to the grid's axes, lengths kept.
+    /// Rotation from world axes to grid axes.
     pub fn world_to_grid_axes(&self) -> DMat3 {
         self.direction.transpose()
     }
@@ -140,15 +149,15 @@ impl Grid {
     }
 }
 
-/// How far lengths of directions may be from 1, and cosines between them from 0.
+/// Tolerance of the lengths of directions and of the cosines between them.
 const ORTHONORMAL: f64 = 1e-4;
 
-/// Refuses directions that are not of length 1 and at right angles, and says what they are.
+/// Rejects directions that are not orthonormal.
 fn check_directions(direction: DMat3) -> Result<(), Error> {
     let products = direction.transpose() * direction;
     let unit = (0..3).all(|i| (products.col(i)[i] - 1.0).abs() < ORTHONORMAL);
     if !unit {
-        return Err(Error::Grid { problem: format!("the directions of its axes, {direction}, must be of length 1") });
+        return Err(Error::Grid { problem: format!("the directions of its axes, {direction}, must have length 1") });
     }
     if direction.determinant().abs() < ORTHONORMAL {
         return Err(Error::Grid { problem: format!("its axes, {direction}, lie in one plane") });
@@ -158,7 +167,7 @@ fn check_directions(direction: DMat3) -> Result<(), Error> {
         if cosine.abs() >= ORTHONORMAL {
             let (axes, angle) = (["x", "y", "z"], cosine.acos().to_degrees());
             let problem = format!(
-                "it is sheared: its axes {} and {} are {angle:.3} degrees apart, and only right angles can be rendered: resample it",
+                "it is sheared: the angle between its axes {} and {} is {angle:.3} degrees: resample it onto orthogonal axes",
                 axes[i], axes[j]
             );
             return Err(Error::Grid { problem });
@@ -182,7 +191,7 @@ mod tests {
     #[test]
     fn a_transform_makes_the_grid_and_comes_back() {
         let turn = DMat3::from_rotation_z(0.3) * DMat3::from_rotation_x(-1.1);
-        // Mirrored, as an axis that is stored backwards.
+        // Mirrored, like an axis stored in reverse.
         let axes = DMat3::from_cols(turn.x_axis * -0.5, turn.y_axis * 2.0, turn.z_axis * 1.25);
         let affine = DAffine3::from_mat3_translation(axes, DVec3::new(3.0, -7.0, 11.0));
         let grid = Grid::from_affine([4, 5, 6], affine).unwrap();
@@ -200,17 +209,17 @@ mod tests {
     fn sheared_and_degenerate_transforms_are_named() {
         let problem = |axes: DMat3| {
             let affine = DAffine3::from_mat3_translation(axes, DVec3::ZERO);
-            Grid::from_affine([4; 3], affine).expect_err("no right angles").to_string()
+            Grid::from_affine([4; 3], affine).expect_err("a sheared grid").to_string()
         };
         // A gantry tilted by ten degrees.
         let tilt = 10f64.to_radians();
         let tilted = problem(DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(0.0, tilt.sin(), tilt.cos()) * 3.0));
-        assert!(tilted.contains("sheared") && tilted.contains("y and z are 80.000 degrees"), "{tilted}");
+        assert!(tilted.contains("sheared") && tilted.contains("y and z is 80.000 degrees"), "{tilted}");
         assert!(problem(DMat3::from_cols(DVec3::X, DVec3::X * 2.0, DVec3::Z)).contains("plane"));
         assert!(problem(DMat3::from_cols(DVec3::X, DVec3::ZERO, DVec3::Z)).contains("length 0"));
-        assert!(problem(DMat3::from_cols(DVec3::X, DVec3::NAN, DVec3::Z)).contains("or none"));
+        assert!(problem(DMat3::from_cols(DVec3::X, DVec3::NAN, DVec3::Z)).contains("non-finite"));
         assert!(Grid::oriented([2; 3], DVec3::ONE, DVec3::new(f64::INFINITY, 0.0, 0.0), DMat3::IDENTITY).is_err());
-        // Right to what float32 files can hold.
+        // Orthogonal within the precision of float32 files.
         let rounded = (DMat3::from_rotation_y(0.7) * 0.3).as_mat3().as_dmat3();
         assert!(Grid::from_affine([2; 3], DAffine3::from_mat3(rounded)).is_ok());
     }

@@ -1,4 +1,4 @@
-//! Volumes: where voxels lie and what they hold. Readers know nothing of rendering.
+//! Volumes: grids, voxels and file formats. This module does not depend on rendering.
 
 mod builtin;
 mod description;
@@ -42,8 +42,8 @@ use shared::Shared;
 use std::path::Path;
 use voxels::{is_valid, with_voxel_type};
 
-/// A scalar volume: its [`Description`] and its voxels, wherever they lie (`'a` is how long they are borrowed; owned, shared and mapped
-/// ones are `'static`). Cheap to clone: clones share the voxels.
+/// A scalar volume: a [`Description`] and voxels. `'a` is the lifetime of borrowed voxels; volumes with owned, shared or mapped voxels are
+/// `'static`. Clones share the voxels.
 ///
 /// ```
 /// use layersplat::volume::{Grid, Volume};
@@ -57,26 +57,26 @@ use voxels::{is_valid, with_voxel_type};
 #[derive(Clone, Debug)]
 pub struct Volume<'a> {
     description: Description,
-    /// Of the box that is held: all of them, unless others have the rest.
+    /// Voxels in memory: all of them, or those that this process holds of a distributed volume.
     voxels: Placed<'a>,
     invalid: usize,
     shared: Option<Shared>,
 }
 
 impl Volume<'static> {
-    /// Opens `builtin:NAME[@SIZE]`, a file, or slices that are a file each: a folder of numbered `.png` or `.tif` files, or a name with `%d`
-    /// in the place of their numbers.
+    /// Opens `builtin:NAME[@SIZE]`, a file, or one file per slice: a folder of numbered `.png` or `.tif` files, or a name with `%d` in
+    /// place of the number.
     ///
-    /// Files are NRRD, NIfTI-1 and -2, MetaImage, VTK image data (`.vti` with the feature `vtk`, and the older `.vtk`), NumPy arrays (`.npz`
-    /// with the feature `npz`), TIFF (with the feature `tiff`), PNG, VisIt's `.bov`, recognised by what they hold; and
-    /// `NAME_XxYxZ_TYPE.raw` or `.raw.gz`, with `options` for what the name does not tell, or tells wrongly. `options` also choose one of
-    /// several volumes, channels or arrays. World axes point to the right, to the front and up where a file says where it lies in a patient.
+    /// Formats recognised by content: NRRD, NIfTI-1 and -2, MetaImage, VTK image data (`.vti` with the feature `vtk`, legacy `.vtk`), NumPy
+    /// arrays (`.npz` with the feature `npz`), TIFF (feature `tiff`), PNG and VisIt's `.bov`. Raw files are named
+    /// `NAME_XxYxZ_TYPE.raw` or `.raw.gz`; `options` supplies what the name lacks, or overrides it. `options` also select one of
+    /// several volumes, channels or arrays. World axes are right, anterior, superior if a file specifies patient coordinates.
     ///
-    /// Files that hold voxels as they are get mapped, not read: they must not be cut short while the volume is in use. Others are read
-    /// where there is enough memory, or [as much as they may take](OpenOptions::memory).
+    /// Uncompressed voxels are memory-mapped, so the file must not be truncated while the volume is in use. Others are read into memory,
+    /// within [`OpenOptions::memory`].
     ///
     /// # Errors
-    /// Files that cannot be read, are none of these, are cut short or damaged, or whose grid is sheared; options that do not fit the file.
+    /// If the file cannot be read, has an unknown format, is truncated or damaged, or has a sheared grid; if `options` do not fit the file.
     pub fn open(source: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
         let source = source.as_ref();
         match source.to_str().and_then(|name| name.strip_prefix("builtin:")) {
@@ -85,8 +85,13 @@ impl Volume<'static> {
         }
     }
 
-    /// A volume of numbers that are no voxels of a device, x fastest. They are converted: less the smallest one, to the narrowest type
-    /// that holds all whole numbers, or to floats, with a warning where these cannot tell them apart. Values stay what they were.
+    /// Creates a volume from 32-bit integers, 64-bit integers or 64-bit floats, x fastest.
+    ///
+    /// The numbers are converted: the smallest becomes 0, and the type is the narrowest that holds all integers, else float32. A rescale
+    /// restores the values, up to the precision of float32. If float32 cannot distinguish them, a warning is logged.
+    ///
+    /// # Errors
+    /// [`Error::VoxelCount`] if `numbers` does not fill the grid.
     pub fn from_wide<T: Wide>(name: impl Into<String>, grid: Grid, numbers: &[T]) -> Result<Self, Error> {
         let name = name.into();
         let (expected, found) = (grid.voxel_count() as u64, numbers.len() as u64);
@@ -99,11 +104,14 @@ impl Volume<'static> {
 }
 
 impl<'a> Volume<'a> {
-    /// A volume from voxels in memory: a vector, a slice, an `Arc` of either, or any other [`Storage`]; x fastest unless it has strides.
-    /// `name` is shown in messages and reports. Stored numbers are values until [`with_rescale`](Self::with_rescale).
+    /// Creates a volume from voxels in memory: a vector, a slice, an `Arc` of either, or any other [`Storage`]; x fastest unless it has
+    /// strides. `name` appears in messages and reports. Stored numbers equal values until [`with_rescale`](Self::with_rescale).
     ///
-    /// Float voxels that are NaN, infinite or beyond ±1e30 are invalid: they count as the [background](Self::background).
-    /// How many there are is kept in [`invalid`](Self::invalid), and a warning is logged.
+    /// Float voxels that are NaN, infinite or beyond ±1e30 are invalid and take the [background](Self::background). Their number is
+    /// available as [`invalid`](Self::invalid), and a warning is logged.
+    ///
+    /// # Errors
+    /// If the voxels do not fill the grid, or their range is too narrow for 32-bit floats.
     pub fn new(name: impl Into<String>, grid: Grid, voxels: impl Into<Storage<'a>>) -> Result<Self, Error> {
         let (name, storage) = (name.into(), voxels.into());
         let voxel_type = storage.voxel_type();
@@ -112,15 +120,13 @@ impl<'a> Volume<'a> {
             return Err(Error::VoxelCount { name, dims: grid.dims(), expected, found });
         }
         let Some(voxels) = storage.placed(grid.dims()) else {
-            return Err(Error::volume(Path::new(&name), "its first byte and strides lead to voxels outside of its bytes"));
+            return Err(Error::volume(Path::new(&name), "its first byte and strides place voxels outside its bytes"));
         };
         let bytes = expected * voxel_type.bytes() as u64;
         tracing::info!("{name}: a first pass over {bytes} bytes, for the range of its values");
         let (range, invalid) = voxels.valid_range(Task::new(format!("looking at {name}"), bytes));
-        if invalid > 0 {
-            tracing::warn!("{name}: {invalid} voxels are NaN, infinite or beyond 1e30: they count as the background");
-        }
         let description = Description::new(name, grid, voxel_type, range.unwrap_or((0.0, 0.0)))?;
+        description.warn_of_values(invalid as u64);
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
         Ok(Self { description, voxels, invalid, shared: None })
     }
@@ -135,7 +141,7 @@ impl<'a> Volume<'a> {
         Self { description: self.description.with_rescale(rescale), ..self }
     }
 
-    /// What is known of it without its voxels.
+    /// Metadata of the volume.
     pub fn description(&self) -> &Description {
         &self.description
     }
@@ -145,12 +151,12 @@ impl<'a> Volume<'a> {
         self.description.name()
     }
 
-    /// Where the voxels lie.
+    /// Position of the voxels in the world.
     pub fn grid(&self) -> &Grid {
         self.description.grid()
     }
 
-    /// Type of the voxels as stored.
+    /// Type of the stored voxels.
     pub fn voxel_type(&self) -> VoxelType {
         self.description.voxel_type()
     }
@@ -170,19 +176,19 @@ impl<'a> Volume<'a> {
         self.description.field_range()
     }
 
-    /// How many voxels are invalid.
+    /// Number of invalid voxels.
     pub fn invalid(&self) -> usize {
         self.invalid
     }
 
-    /// Value of voxel `index`, x fastest: the background where it is invalid, or held by another process.
+    /// Value of voxel `index`, x fastest. Invalid voxels and voxels of other processes have the background value.
     pub fn value(&self, index: usize) -> f64 {
         let Some(index) = self.index_in_held(index) else { return self.background() };
         let stored = self.voxels.number(index);
         if is_valid(stored) { self.description.rescale.value(stored) } else { self.background() }
     }
 
-    /// Looks at many values, as [`value`](Self::value) gives them.
+    /// Passes `at` a fast version of [`value`](Self::value), for access to many voxels.
     pub(crate) fn look<R>(&self, at: impl FnOnce(&(dyn Fn(usize) -> f64 + Sync)) -> R) -> R {
         let (rescale, background) = (self.description.rescale, self.background());
         with_voxel_type!(self.voxel_type(), T => match self.voxels.as_values::<T>().filter(|_| self.shared.is_none()) {
@@ -194,8 +200,8 @@ impl<'a> Volume<'a> {
         })
     }
 
-    /// Smallest and largest value at each x of the rows `from` to `to` (y, z) inclusive, invalid ones being background.
-    /// Of what is not held here, no value: from ∞ to −∞.
+    /// Smallest and largest value at each x of the rows `from` to `to` (y, z), inclusive. Invalid voxels have the background value. Voxels
+    /// of other processes are ignored; a column without voxels has the range ∞ … −∞.
     pub(crate) fn column_ranges(&self, from: [usize; 2], to: [usize; 2]) -> Vec<(f64, f64)> {
         let held = self.held_box();
         let mut all = vec![(f64::INFINITY, f64::NEG_INFINITY); self.grid().dims()[0]];
@@ -209,8 +215,8 @@ impl<'a> Volume<'a> {
         all
     }
 
-    /// Gives every voxel's value, `None` where it is invalid, to sums of blocks of voxels, on all cores. The sums are in the blocks'
-    /// order, which depends on the number of voxels alone. Of a shared volume only those that are this process's own.
+    /// Reduces blocks of voxel values in parallel; invalid voxels are `None`. Returns one result per block, in order. The blocks depend on
+    /// the number of voxels only, so results are reproducible. Of a distributed volume, covers the voxels owned by this process.
     pub(crate) fn sum_blocks<R: Send + Default>(&self, add: impl Fn(&mut R, Option<f64>) + Sync) -> Vec<R> {
         let rescale = self.description.rescale;
         let Some(voxels) = self.own_voxels() else { return Vec::new() };
@@ -224,10 +230,10 @@ impl<'a> Volume<'a> {
         }))
     }
 
-    /// The voxels of a box, `first` the lowest of `dims`. They stay where they are.
+    /// The voxels of a box of `dims` voxels from `first` on, without copying.
     ///
     /// # Errors
-    /// A box that is empty, reaches out of the volume, or that other processes have.
+    /// If the box is empty, extends beyond the volume, or contains voxels of other processes.
     pub fn part(&self, first: [usize; 3], dims: [usize; 3]) -> Result<VolumePart<'a>, Error> {
         let voxels = self.voxels_of(VoxelBox { first, dims })?;
         Ok(VolumePart { description: self.description.clone(), first, voxels })

@@ -1,4 +1,4 @@
-//! Parts of volumes, and voxels that a device is to hold.
+//! Parts of volumes, and voxels to be uploaded to a device.
 
 use super::placed::Placed;
 #[cfg(feature = "mpi")]
@@ -8,7 +8,7 @@ use super::{Description, VoxelType};
 use crate::error::Error;
 use std::path::Path;
 
-/// A box of voxels of a volume, where not all of them are at hand. Everything else is known of the whole volume.
+/// A box of voxels of a volume, with the metadata of the whole volume.
 ///
 /// ```
 /// use layersplat::{OpenOptions, Volume};
@@ -26,10 +26,10 @@ pub struct VolumePart<'a> {
 }
 
 impl<'a> VolumePart<'a> {
-    /// The voxels of the box from voxel `first` on, of `dims` voxels along x, y, z, of the volume that is described.
+    /// The box of `dims` voxels from `first` on, of the described volume.
     ///
     /// # Errors
-    /// A box that is empty or reaches out of the volume, and voxels of another type or number.
+    /// If the box is empty or extends beyond the volume, or the voxels have another type or number.
     pub fn new(
         description: Description,
         first: [usize; 3],
@@ -49,16 +49,16 @@ impl<'a> VolumePart<'a> {
         }
         match storage.placed(dims) {
             Some(voxels) => Ok(Self { description, first, voxels }),
-            None => Err(Error::volume(name, "a part's first byte and strides lead to voxels outside of its bytes")),
+            None => Err(Error::volume(name, "a part's first byte and strides place voxels outside its bytes")),
         }
     }
 
-    /// What is known of the whole volume.
+    /// Metadata of the whole volume.
     pub fn description(&self) -> &Description {
         &self.description
     }
 
-    /// The voxels of a box of the volume that are in this one, if all of them are.
+    /// The voxels of a box inside this one.
     #[cfg(feature = "mpi")]
     pub(crate) fn part(&self, wanted: VoxelBox) -> Result<Self, Error> {
         let held = VoxelBox { first: self.first, dims: self.voxels.dims() };
@@ -69,30 +69,30 @@ impl<'a> VolumePart<'a> {
     }
 
     pub(crate) fn held(&self) -> Held<'_> {
-        // Whether any are invalid is not worth another look at all of them.
+        // Replace invalid floats without a scan for them, which would be another pass over all voxels.
         let floats = self.description.voxel_type() == VoxelType::Float32;
         let instead = floats.then(|| self.description.stored().background);
         Held { description: &self.description, first: self.first, voxels: &self.voxels, instead }
     }
 }
 
-/// Whether a box is one of a volume's.
+/// Rejects boxes that are empty or extend beyond the volume.
 pub(super) fn check(description: &Description, first: [usize; 3], dims: [usize; 3]) -> Result<(), Error> {
     let all = description.grid().dims();
     if (0..3).all(|i| dims[i] > 0 && first[i].checked_add(dims[i]).is_some_and(|end| end <= all[i])) {
         return Ok(());
     }
-    let problem = format!("{dims:?} voxels from {first:?} on are no part of its {all:?}");
+    let problem = format!("a box of {dims:?} voxels from {first:?} on is empty or extends beyond its {all:?} voxels");
     Err(Error::volume(Path::new(description.name()), problem))
 }
 
-/// Voxels that a device is to hold: of a volume or of a part.
+/// Voxels to be uploaded to a device, of a volume or a part.
 pub(crate) struct Held<'v> {
     pub description: &'v Description,
-    /// The lowest voxel.
+    /// First voxel of the box.
     pub first: [usize; 3],
     pub(super) voxels: &'v Placed<'v>,
-    /// What stands for invalid voxels; `None` if there are none.
+    /// Replacement of invalid voxels; `None` if there are none.
     pub(super) instead: Option<f64>,
 }
 
@@ -102,8 +102,8 @@ impl Held<'_> {
         self.voxels.dims()
     }
 
-    /// Calls `visit` with all stored voxels as a device wants them (x fastest, without gaps, this machine's byte order, the background
-    /// in place of invalid ones), in pieces and in order, and the byte at which each piece begins.
+    /// Calls `visit` with consecutive pieces of all voxels in device layout, and the byte offset of each piece. Device layout is x fastest,
+    /// without gaps, in native byte order, with the background in place of invalid voxels.
     pub fn for_each_piece<E>(&self, visit: impl FnMut(usize, &[u8]) -> Result<(), E>) -> Result<(), E> {
         self.voxels.for_each_piece(self.instead, visit)
     }

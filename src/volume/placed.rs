@@ -1,4 +1,4 @@
-//! Storage with a place for every voxel of a grid.
+//! Storage of all voxels of a grid.
 
 use super::storage::Storage;
 use super::voxels::{Number, Voxel, VoxelType, is_valid, with_voxel_type};
@@ -7,24 +7,24 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-/// Voxels that are looked at together by one core, and copied together.
+/// Voxels per block, the unit of parallel work and of copies.
 const BLOCK: usize = 1 << 18;
-/// Blocks per core that are gathered before they are copied.
+/// Blocks per core that are gathered before they are passed on.
 const PER_THREAD: usize = 4;
 
-/// Storage that holds every voxel of a grid. Voxels are counted x fastest, then y, then z, however they lie.
+/// Storage that contains every voxel of a grid. Indices count x fastest, then y, then z, regardless of the layout.
 #[derive(Clone, Debug)]
 pub(super) struct Placed<'a> {
     storage: Storage<'a>,
     dims: [usize; 3],
     strides: [isize; 3],
-    /// Whether voxels follow each other without gaps.
+    /// Whether voxels are consecutive, without gaps.
     dense: bool,
     swapped: bool,
 }
 
 impl<'a> Placed<'a> {
-    /// Voxels `strides` bytes apart, all of which `storage` has; `swapped`: in the other byte order.
+    /// Voxels with strides in bytes, all inside `storage`. `swapped`: whether the byte order is not native.
     pub fn new(storage: Storage<'a>, dims: [usize; 3], strides: [isize; 3], swapped: bool) -> Self {
         let [x, y, _] = dims.map(|n| n as isize);
         let size = storage.voxel_type().bytes() as isize;
@@ -54,7 +54,7 @@ impl Placed<'_> {
         self.dims.iter().product()
     }
 
-    /// The number in voxel `index`.
+    /// The stored number of voxel `index`.
     pub fn number(&self, index: usize) -> f64 {
         let at = if self.dense { self.storage.first() + index * self.storage.voxel_type().bytes() } else { self.byte(index) };
         with_voxel_type!(self.storage.voxel_type(), T => self.read::<T>(at).into())
@@ -73,7 +73,7 @@ impl Placed<'_> {
         if self.swapped { number.swapped() } else { number }
     }
 
-    /// All voxels as they lie, if they are as a device wants them: without gaps, in this machine's byte order.
+    /// All voxels as bytes, if they are stored in device layout: without gaps, in native byte order.
     pub fn as_bytes(&self) -> Option<&[u8]> {
         let as_wanted = self.dense && !self.swapped;
         let first = self.storage.first();
@@ -81,12 +81,12 @@ impl Placed<'_> {
         Some(&bytes[first..first + self.len() * self.storage.voxel_type().bytes()])
     }
 
-    /// All voxels as values of their type, if they lie as such.
+    /// All voxels as values, if they are stored in device layout and aligned.
     pub fn as_values<T: Voxel>(&self) -> Option<&[T]> {
         self.as_bytes().and_then(|bytes| bytemuck::try_cast_slice(bytes).ok())
     }
 
-    /// Voxels `range` one after the other: rows at once where their voxels lie side by side.
+    /// Copies voxels `range`. Consecutive voxels of a row are copied at once.
     fn gathered<T: Voxel>(&self, range: Range<usize>) -> Vec<T> {
         let mut values = vec![T::zeroed(); range.len()];
         let side_by_side = self.strides[0] == size_of::<T>() as isize;
@@ -111,7 +111,7 @@ impl Placed<'_> {
         values
     }
 
-    /// Calls `visit` with blocks of voxels on all cores; what it returns, in their order.
+    /// Maps blocks of voxels in parallel. Returns the results in order.
     pub fn map_blocks<T: Voxel, R: Send>(&self, visit: impl Fn(&[T]) -> R + Sync) -> Vec<R> {
         if let Some(values) = self.as_values::<T>() {
             return values.par_chunks(BLOCK).map(&visit).collect();
@@ -120,7 +120,7 @@ impl Placed<'_> {
         blocks.map(|n| visit(&self.gathered(n * BLOCK..((n + 1) * BLOCK).min(self.len())))).collect()
     }
 
-    /// Smallest and largest valid number, if there is one, and how many voxels are invalid. The task's steps are bytes.
+    /// Range of the valid voxels, if any, and number of invalid ones. The task counts bytes.
     pub fn valid_range(&self, task: Task) -> (Option<(f64, f64)>, usize) {
         fn block<T: Voxel>(values: &[T]) -> (Option<(f64, f64)>, usize) {
             let valid = |v: &T| T::TYPE != VoxelType::Float32 || is_valid(v.value());
@@ -139,7 +139,7 @@ impl Placed<'_> {
         blocks.into_iter().fold((None, 0), |(range, invalid), (more, also)| (union(range, more), invalid + also))
     }
 
-    /// Smallest and largest number at each x of the rows `from` to `to` (y, z) inclusive, `instead` standing for invalid ones.
+    /// Smallest and largest number at each x of the rows `from` to `to` (y, z), inclusive. `instead` replaces invalid numbers.
     pub fn column_ranges(&self, from: [usize; 2], to: [usize; 2], instead: f64) -> Vec<(f64, f64)> {
         fn widen<T: Voxel>(ranges: &mut [(T, T)], row: &[T], instead: T) {
             for ((lo, hi), &number) in ranges.iter_mut().zip(row) {
@@ -172,8 +172,8 @@ impl Placed<'_> {
         })
     }
 
-    /// Calls `visit` with all voxels as a device wants them, in pieces and in order, `instead` in place of invalid ones (`None`: there
-    /// are none), and the byte at which each piece begins.
+    /// Calls `visit` with consecutive pieces of all voxels in device layout, and the byte offset of each piece. `instead` replaces invalid
+    /// voxels; `None` keeps them.
     pub fn for_each_piece<E>(&self, instead: Option<f64>, mut visit: impl FnMut(usize, &[u8]) -> Result<(), E>) -> Result<(), E> {
         if let (Some(bytes), None) = (self.as_bytes(), instead) {
             return visit(0, bytes);

@@ -1,8 +1,8 @@
-//! How stored numbers become values.
+//! Linear mapping from stored numbers to values.
 
 use crate::error::Error;
 
-/// value = slope · stored + intercept. Voxels stay as they are stored, also on the device: what they are seen through is mapped.
+/// value = slope · stored + intercept. Voxels keep their stored type, also on the device. The transfer function is mapped instead.
 ///
 /// ```
 /// use layersplat::volume::Rescale;
@@ -25,7 +25,10 @@ impl Default for Rescale {
 }
 
 impl Rescale {
-    /// A slope from 1e-30 to 1e30, negative or positive, and an intercept of up to ±1e30.
+    /// Creates a mapping. The slope is ±1e-30 … ±1e30, the intercept at most ±1e30.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for other numbers.
     pub fn new(slope: f64, intercept: f64) -> Result<Self, Error> {
         if (1e-30..=1e30).contains(&slope.abs()) && intercept.abs() <= 1e30 {
             return Ok(Self { slope, intercept });
@@ -34,27 +37,27 @@ impl Rescale {
         Err(Error::OutOfRange { name: "rescale slope and intercept", value: format!("{slope}, {intercept}"), expected })
     }
 
-    /// What a stored number is multiplied by.
+    /// Factor of stored numbers.
     pub fn slope(self) -> f64 {
         self.slope
     }
 
-    /// The value of a stored 0.
+    /// Value of a stored 0.
     pub fn intercept(self) -> f64 {
         self.intercept
     }
 
-    /// The value of a stored number.
+    /// Value of a stored number.
     pub fn value(self, stored: f64) -> f64 {
         self.slope * stored + self.intercept
     }
 
-    /// The number that would be stored for a value.
+    /// Stored number of a value, not rounded.
     pub fn stored(self, value: f64) -> f64 {
         (value - self.intercept) / self.slope
     }
 
-    /// Both ends of a range of stored numbers as values, in order.
+    /// Maps a range of stored numbers to an ascending range of values.
     pub(super) fn range(self, (lo, hi): (f64, f64)) -> (f64, f64) {
         let (a, b) = (self.value(lo), self.value(hi));
         (a.min(b), a.max(b))

@@ -1,7 +1,7 @@
-//! Voxels that memory is not to hold, in a temporary file that is mapped.
+//! Voxels in a memory-mapped temporary file, for volumes larger than the memory limit.
 //!
-//! Who streams looks at voxels several times, in parts along any axis. What is packed is unpacked from its first byte on, slices in files of
-//! their own are decoded whole: that is done once, and what comes of it is kept where any part of it can be looked at.
+//! Streaming reads the voxels several times, in parts along any axis. Compressed data and slice files only decode sequentially or as a
+//! whole. Decoding them once into a file provides random access.
 
 use crate::error::Error;
 use crate::files::temporary_failed;
@@ -9,14 +9,14 @@ use memmap2::Mmap;
 use std::fs::File;
 use std::io::Write;
 
-/// A temporary file without a name: it is gone when nobody has it open, however the process ends.
+/// A temporary file without a name. The system deletes it when it is closed, even if the process is killed.
 pub(super) struct Spool(File);
 
 impl Spool {
-    /// For so many bytes of what `name` holds. They are not set aside: a disk that is full is noticed when they are written.
+    /// Creates a file for `bytes` bytes. Space is not reserved; a full disk is detected on writing.
     pub fn new(name: &str, bytes: u64) -> Result<Self, Error> {
         let folder = std::env::temp_dir();
-        tracing::info!("{name}: {bytes} bytes of voxels go to a temporary file in {}, which is mapped", folder.display());
+        tracing::info!("{name}: writing {bytes} bytes of voxels to a temporary file in {}, which is mapped", folder.display());
         Ok(Self(tempfile::tempfile().map_err(temporary_failed)?))
     }
 
@@ -28,9 +28,9 @@ impl Spool {
         self.0
     }
 
-    /// All that was put there, of which there must be something.
+    /// Maps the file, which must not be empty.
     pub fn mapped(self) -> Result<Mmap, Error> {
-        // SAFETY: nobody else can reach the file, and nobody here writes to it from now on.
+        // SAFETY: no other process can open the file, and nothing writes to it from now on.
         unsafe { Mmap::map(&self.0) }.map_err(temporary_failed)
     }
 }

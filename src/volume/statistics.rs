@@ -1,8 +1,8 @@
-//! What a volume's values are like.
+//! Statistics of a volume's values.
 
 use super::Volume;
 
-/// Bins of a [`Statistics::histogram`].
+/// Number of bins of [`Statistics::histogram`].
 pub const HISTOGRAM_BINS: usize = 256;
 
 /// Range, mean and histogram of a volume's valid voxels.
@@ -22,11 +22,11 @@ pub struct Statistics {
     pub max: f64,
     /// Mean value.
     pub mean: f64,
-    /// Voxels per bin: [`HISTOGRAM_BINS`] equal bins from `min` to `max`; a constant volume fills the first.
+    /// Number of voxels per bin: [`HISTOGRAM_BINS`] equal bins from `min` to `max`. A constant volume fills the first bin.
     pub histogram: Vec<u64>,
 }
 
-/// Of a block of voxels.
+/// Sums over a block of voxels.
 struct Sums {
     sum: f64,
     histogram: Vec<u64>,
@@ -59,7 +59,7 @@ impl Statistics {
         Self { min, max, mean: total.sum / count as f64, histogram: total.histogram }
     }
 
-    /// Smallest value that a share `quantile` (0 … 1) of the voxels does not exceed, to a bin's width.
+    /// Smallest value that a fraction `quantile` (0 … 1) of the voxels does not exceed, to within a bin's width.
     pub fn quantile(&self, quantile: f64) -> f64 {
         let wanted = quantile * self.histogram.iter().sum::<u64>() as f64;
         let mut below = 0.0;
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn eight_bit_values_have_a_bin_each() {
-        // Several blocks of voxels.
+        // More voxels than a block has.
         let values: Vec<u8> = (0..=255).flat_map(|v| std::iter::repeat_n(v, 2000 + usize::from(v) % 3)).collect();
         let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64;
         let expected: Vec<u64> = (0..256).map(|v| 2000 + v % 3).collect();

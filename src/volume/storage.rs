@@ -1,4 +1,4 @@
-//! Voxels wherever they lie.
+//! Voxel storage: owned, borrowed, shared, mapped or computed.
 
 use super::placed::Placed;
 use super::voxels::{Endian, Voxel, VoxelType, Voxels};
@@ -6,18 +6,18 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// Voxels of one type that are owned, borrowed, shared or mapped: x fastest, then y, then z without gaps, unless strides say otherwise.
-/// Cheap to clone: clones share the voxels.
+/// Voxels of one type that are owned, borrowed, shared or mapped. They are stored x fastest, then y, then z, without gaps, unless strides
+/// specify another layout. Clones share the voxels.
 ///
-/// Made from a vector, a slice, an `Arc` of either, [`Voxels`], or by [`Storage::shared`] and [`Storage::from_bytes`] from anything that
-/// can show a slice, as a mapped file or a foreign array.
+/// Converts from a vector, a slice, an `Arc` of either, or [`Voxels`]. [`Storage::shared`] and [`Storage::from_bytes`] accept any type
+/// that dereferences to a slice, such as a mapped file or a foreign array.
 ///
 /// ```
 /// use layersplat::glam::DVec3;
 /// use layersplat::volume::{Grid, Storage, Volume};
 /// use std::sync::Arc;
 ///
-/// // A box in the middle of a larger array that others hold, without a copy.
+/// // A box inside a larger shared array, without a copy.
 /// let array: Arc<Vec<f32>> = Arc::new((0..1000).map(|n| n as f32).collect());
 /// let storage = Storage::from(array).with_first(222 * 4).with_strides([4, 40, 400]);
 /// let volume = Volume::new("inner", Grid::new([6; 3], DVec3::ONE)?, storage)?;
@@ -31,27 +31,27 @@ pub struct Storage<'a> {
     endian: Endian,
     /// Byte of the first voxel.
     first: usize,
-    /// Bytes from a voxel to its neighbours along x, y, z.
+    /// Strides in bytes along x, y, z.
     strides: Option<[isize; 3]>,
 }
 
-/// Who has the bytes.
+/// Source of the bytes.
 #[derive(Clone)]
 enum Owner<'a> {
     Held(Arc<dyn AsRef<[u8]> + Send + Sync + 'a>),
     Made(Arc<dyn Made>),
 }
 
-/// Bytes of voxels that nobody holds: they are made whenever they are looked at, x fastest, then y, then z.
+/// A generator of voxel bytes, which are computed on access: x fastest, then y, then z.
 pub(super) trait Made: Send + Sync {
-    /// How many bytes there are.
+    /// Number of bytes.
     fn len(&self) -> usize;
 
-    /// Makes those from byte `first` on.
+    /// Computes the bytes from byte `first` on.
     fn make(&self, first: usize, bytes: &mut [u8]);
 }
 
-/// Shows values as bytes.
+/// A view of values as bytes.
 struct Bytes<T, O>(O, PhantomData<fn() -> T>);
 
 impl<T: Voxel, O: AsRef<[T]>> AsRef<[u8]> for Bytes<T, O> {
@@ -61,34 +61,34 @@ impl<T: Voxel, O: AsRef<[T]>> AsRef<[u8]> for Bytes<T, O> {
 }
 
 impl<'a> Storage<'a> {
-    /// Voxels that something owns and lends.
+    /// Voxels of an owner that lends them as a slice.
     pub fn shared<T: Voxel>(owner: impl AsRef<[T]> + Send + Sync + 'a) -> Self {
         Self::from_bytes(Bytes(owner, PhantomData), T::TYPE)
     }
 
-    /// Voxels in bytes, which need not be aligned; in this machine's order.
+    /// Voxels in bytes, possibly unaligned, in native byte order.
     pub fn from_bytes(owner: impl AsRef<[u8]> + Send + Sync + 'a, voxel_type: VoxelType) -> Self {
         let owner = Owner::Held(Arc::new(owner));
         Self { owner, voxel_type, endian: Endian::NATIVE, first: 0, strides: None }
     }
 
-    /// Voxels that are made when they are looked at.
+    /// Voxels that are computed on access.
     pub(super) fn made(owner: Arc<dyn Made>, voxel_type: VoxelType) -> Self {
         Self { owner: Owner::Made(owner), voxel_type, endian: Endian::NATIVE, first: 0, strides: None }
     }
 
-    /// The same bytes in another order.
+    /// Sets the byte order.
     pub fn with_endian(self, endian: Endian) -> Self {
         Self { endian, ..self }
     }
 
-    /// The same bytes with the first voxel at byte `first`, after a header for instance.
+    /// Sets the byte offset of the first voxel, for example after a header.
     pub fn with_first(self, first: usize) -> Self {
         Self { first, ..self }
     }
 
-    /// The same bytes with voxels `strides` bytes apart along x, y, z: of any order, with gaps, backwards (then
-    /// [`first`](Self::with_first) is that of voxel (0, 0, 0) all the same).
+    /// Sets the strides in bytes along x, y, z: any axis order, gaps, or negative for reversed axes.
+    /// [`first`](Self::with_first) is always the offset of voxel (0, 0, 0).
     pub fn with_strides(self, strides: [isize; 3]) -> Self {
         Self { strides: Some(strides), ..self }
     }
@@ -98,7 +98,7 @@ impl<'a> Storage<'a> {
         self.voxel_type
     }
 
-    /// All bytes, where somebody holds them.
+    /// All bytes, unless they are computed.
     pub(super) fn bytes(&self) -> Option<&[u8]> {
         match &self.owner {
             Owner::Held(owner) => Some((**owner).as_ref()),
@@ -106,7 +106,7 @@ impl<'a> Storage<'a> {
         }
     }
 
-    /// Copies, or makes, the bytes from byte `at` on.
+    /// Copies or computes the bytes from byte `at` on.
     pub(super) fn copy(&self, at: usize, bytes: &mut [u8]) {
         match &self.owner {
             Owner::Held(owner) => bytes.copy_from_slice(&(**owner).as_ref()[at..at + bytes.len()]),
@@ -121,7 +121,7 @@ impl<'a> Storage<'a> {
         }
     }
 
-    /// The same with the first voxel so many bytes farther on.
+    /// Moves the first voxel by `bytes`.
     pub(super) fn moved(&self, bytes: isize) -> Self {
         Self { first: self.first.wrapping_add_signed(bytes), ..self.clone() }
     }
@@ -131,13 +131,13 @@ impl<'a> Storage<'a> {
         self.first
     }
 
-    /// How many voxels there are, as far as storage without strides can tell.
+    /// Number of voxels, if there are no strides.
     pub(super) fn count(&self) -> Option<u64> {
         let bytes = self.len().saturating_sub(self.first);
         self.strides.is_none().then(|| bytes as u64 / self.voxel_type.bytes() as u64)
     }
 
-    /// The voxels of a grid of `dims`; nothing if not all of its places are in the bytes.
+    /// The voxels of a grid of `dims`; `None` if some lie outside the bytes.
     pub(super) fn placed(self, dims: [usize; 3]) -> Option<Placed<'a>> {
         let size = self.voxel_type.bytes();
         let along = |i: usize| dims[..i].iter().try_fold(size as isize, |step, &n| step.checked_mul(isize::try_from(n).ok()?));
@@ -176,7 +176,7 @@ impl<T: Voxel> From<Arc<Vec<T>>> for Storage<'static> {
     }
 }
 
-/// Shows what an `Arc` of a vector holds.
+/// Borrows the elements of a shared vector.
 struct Owned<T>(Arc<Vec<T>>);
 
 impl<T> AsRef<[T]> for Owned<T> {

@@ -1,4 +1,4 @@
-//! A process's part of a volume that several share, before they have looked at it together.
+//! A process's part of a distributed volume, before the processes exchange its range.
 
 use super::placed::Placed;
 use super::shared::{Shared, Together, VoxelBox, within};
@@ -10,23 +10,23 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Which layers along z a process reads of a volume.
+/// The z layers that a process reads.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Layers {
-    /// Those that no other process has as its own.
+    /// Layers that this process owns.
     pub own: Range<usize>,
-    /// These and some around them.
+    /// The owned layers and some around them.
     pub held: Range<usize>,
 }
 
 impl Layers {
-    /// The same as boxes of a grid: held, own.
+    /// The held and the owned box of a grid.
     fn boxes(&self, dims: [usize; 3]) -> [VoxelBox; 2] {
         [&self.held, &self.own].map(|layers| VoxelBox::layers(dims, 2, layers))
     }
 }
 
-/// This process's part of a volume whose values nobody has looked at yet.
+/// This process's part of a volume whose range is not known yet.
 pub(crate) struct Unseen<'a> {
     name: String,
     grid: Grid,
@@ -37,19 +37,19 @@ pub(crate) struct Unseen<'a> {
     voxels: Found<'a>,
 }
 
-/// What was read.
+/// The data read.
 enum Found<'a> {
     Voxels(Placed<'a>),
-    /// Numbers that are no voxels of a device, x fastest: what they become depends on the range of all.
+    /// Numbers of a type without device support, x fastest. Their conversion depends on the range of all processes.
     Wide(Box<dyn AsRef<[u8]>>, ScalarType, Endian),
 }
 
 impl Unseen<'static> {
-    /// Some layers of a file or built-in volume as [`Volume::open`] takes them, without a look at any other: those that `choose` takes of
-    /// a volume of so many voxels along x, y, z.
+    /// Opens layers of a file or built-in volume, as [`Volume::open`] does, without reading others. `choose` selects the layers, given the
+    /// dimensions of the volume.
     ///
     /// # Errors
-    /// As [`Volume::open`], and files of which no part can be read without all before it.
+    /// As [`Volume::open`], and if the file does not support random access.
     pub fn open(source: &Path, options: &OpenOptions, choose: &dyn Fn([usize; 3]) -> Layers) -> Result<Self, Error> {
         match source.to_str().and_then(|name| name.strip_prefix("builtin:")) {
             Some(name) => {
@@ -63,7 +63,7 @@ impl Unseen<'static> {
         }
     }
 
-    /// Layers of numbers that are no voxels of a device.
+    /// Layers of numbers of a type without device support.
     pub fn wide(
         name: String,
         grid: Grid,
@@ -77,7 +77,7 @@ impl Unseen<'static> {
         Self { name, grid, rescale: Rescale::default(), background: None, held, own, voxels }
     }
 
-    /// Layers of voxels as they are placed in a file.
+    /// Layers of voxels, as stored in a file.
     pub fn layers(name: String, grid: Grid, layers: &Layers, storage: Storage<'static>) -> Result<Self, Error> {
         let [held, own] = layers.boxes(grid.dims());
         Self::new(name, grid, held, own, storage)
@@ -85,10 +85,10 @@ impl Unseen<'static> {
 }
 
 impl<'a> Unseen<'a> {
-    /// The voxels of `held`, of which others have those that are not in `own`, too.
+    /// The voxels of `held`; this process owns those in `own`.
     ///
     /// # Errors
-    /// Boxes that are empty, outside of each other or of the grid, and storage of another number of voxels.
+    /// If a box is empty or `own`, `held` and the grid are not nested, or the storage has another number of voxels.
     pub fn new(
         name: impl Into<String>,
         grid: Grid,
@@ -100,14 +100,14 @@ impl<'a> Unseen<'a> {
         let wrong = |problem: String| Error::volume(Path::new(&name), problem);
         if !VoxelBox::whole(grid.dims()).holds(&held) || !held.holds(&own) || held.count() == 0 {
             let dims = grid.dims();
-            return Err(wrong(format!("of its {dims:?} voxels {held:?} cannot be held, and {own:?} of these be its own")));
+            return Err(wrong(format!("invalid boxes for its {dims:?} voxels: held {held:?}, owned {own:?}")));
         }
         let expected = held.count() as u64;
         if let Some(found) = storage.count().filter(|&found| found != expected) {
             return Err(Error::VoxelCount { name, dims: held.dims, expected, found });
         }
         let Some(voxels) = storage.placed(held.dims) else {
-            return Err(wrong("its first byte and strides lead to voxels outside of its bytes".into()));
+            return Err(wrong("its first byte and strides place voxels outside its bytes".into()));
         };
         Ok(Self { name, grid, rescale: Rescale::default(), background: None, held, own, voxels: Found::Voxels(voxels) })
     }
@@ -116,7 +116,7 @@ impl<'a> Unseen<'a> {
         Self { rescale, ..self }
     }
 
-    /// Bytes of the voxels that it holds, as they were stored.
+    /// Bytes of the held voxels, as stored.
     pub fn bytes(&self) -> u64 {
         let size = match &self.voxels {
             Found::Voxels(voxels) => voxels.voxel_type().bytes(),
@@ -125,12 +125,12 @@ impl<'a> Unseen<'a> {
         (self.held.count() * size) as u64
     }
 
-    /// Layers along z of the whole volume.
+    /// Number of z layers of the whole volume.
     pub fn layers_of_all(&self) -> usize {
         self.grid.dims()[2]
     }
 
-    /// Makes wide numbers voxels, by the range of those of all processes: all come here.
+    /// Collective: converts numbers without device support to voxels, by the range over all processes.
     pub fn converted(self, together: &dyn Together) -> Result<Self, Error> {
         let Found::Wide(bytes, scalar, endian) = &self.voxels else { return Ok(self) };
         let numbers = Numbers { bytes: (**bytes).as_ref(), scalar: *scalar, endian: *endian };
@@ -141,19 +141,19 @@ impl<'a> Unseen<'a> {
         Ok(Self { background, rescale, ..Self::new(name, grid, held, own, storage)? })
     }
 
-    /// The volume, once all processes have come here: the range of its values is that of all of them. Wide numbers were
-    /// [converted](Self::converted) before.
+    /// Collective: creates the volume with the range over all processes. Numbers must be [converted](Self::converted) before.
     pub fn shared(self, together: Arc<dyn Together>, read_bytes: u64) -> Result<Volume<'a>, Error> {
         let Self { name, grid, rescale, background, held, own, voxels } = self;
         let Found::Voxels(voxels) = voxels else { unreachable!("wide numbers are converted first") };
         let bytes = (own.count() * voxels.voxel_type().bytes()) as u64;
-        let task = Task::new(format!("looking at {name}"), bytes);
+        let task = Task::new(format!("scanning {name}"), bytes);
         let (range, invalid) = within(&voxels, &held, &own).map_or((None, 0), |own| own.valid_range(task));
         let range = common_range(range, &*together).unwrap_or((0.0, 0.0));
         let mut all = [invalid as u64];
         together.count(&mut all);
         let [invalid] = all;
         let description = Description::new(name, grid, voxels.voxel_type(), range)?;
+        description.warn_of_values(invalid);
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
         let shared = Some(Shared { held, own, read_bytes, together });
         let volume = Volume { description, voxels, invalid: invalid as usize, shared }.with_rescale(rescale);
@@ -164,7 +164,7 @@ impl<'a> Unseen<'a> {
     }
 }
 
-/// The range of the numbers of all processes, if there are any.
+/// Range of the numbers of all processes, if there are any.
 fn common_range(own: Option<(f64, f64)>, together: &dyn Together) -> Option<(f64, f64)> {
     let (lo, hi) = own.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
     let all = together.gather(&[lo, hi]);

@@ -1,18 +1,18 @@
-//! Types of voxels and of the numbers in files, and voxels in vectors.
+//! Types of voxels and of numbers in files.
 
 use bytemuck::Pod;
 use std::fmt;
 use std::str::FromStr;
 
-/// Beyond this magnitude a float voxel counts as invalid: sums of a few voxels must not overflow.
+/// Float voxels of larger magnitude are invalid, so that sums of several voxels cannot overflow.
 pub(super) const LARGEST_MAGNITUDE: f64 = 1e30;
 
-/// Whether a number can be a voxel's: neither NaN nor infinite, and small enough that sums of a few do not overflow.
+/// Whether a voxel is valid: finite, and small enough that sums of several voxels do not overflow.
 pub(super) fn is_valid(number: f64) -> bool {
     number.abs() <= LARGEST_MAGNITUDE
 }
 
-/// Type of a voxel in memory and on the device.
+/// Type of voxels in memory and on the device.
 ///
 /// ```
 /// use layersplat::volume::VoxelType;
@@ -46,13 +46,13 @@ impl fmt::Display for VoxelType {
     }
 }
 
-/// Type of a number in a file. Those that are no [`VoxelType`] are converted on reading.
+/// Type of numbers in files. Types that are not a [`VoxelType`] are converted on reading.
 ///
 /// ```
 /// use layersplat::volume::{ScalarType, VoxelType};
 ///
 /// assert_eq!("float64".parse(), Ok(ScalarType::Float64));
-/// // What no kernel reads becomes floats.
+/// // Types without device support become floats.
 /// assert_eq!((ScalarType::Float64.voxel_type(), ScalarType::Uint8.voxel_type()), (None, Some(VoxelType::Uint8)));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -106,7 +106,7 @@ impl ScalarType {
         }
     }
 
-    /// The same as a type of voxels, if it is one.
+    /// The corresponding voxel type, if the device supports it.
     pub fn voxel_type(self) -> Option<VoxelType> {
         match self {
             ScalarType::Uint8 => Some(VoxelType::Uint8),
@@ -169,11 +169,11 @@ pub enum Endian {
 }
 
 impl Endian {
-    /// The order of this machine.
+    /// Byte order of this machine.
     pub const NATIVE: Endian = if cfg!(target_endian = "big") { Endian::Big } else { Endian::Little };
 }
 
-/// A number that can be a voxel: `u8`, `i8`, `u16`, `i16` or `f32`.
+/// A voxel type: `u8`, `i8`, `u16`, `i16` or `f32`. Sealed.
 ///
 /// ```
 /// use layersplat::volume::{Storage, Voxel};
@@ -184,7 +184,7 @@ impl Endian {
 /// assert_eq!(lent(&[1i16, 2]).voxel_type().bytes(), 2);
 /// ```
 pub trait Voxel: Number {
-    /// Its type.
+    /// The corresponding [`VoxelType`].
     const TYPE: VoxelType;
 }
 
@@ -204,19 +204,19 @@ impl Voxel for f32 {
     const TYPE: VoxelType = VoxelType::Float32;
 }
 
-/// A number that is no voxel and can be converted to one: `u32`, `i32`, `u64`, `i64` or `f64`.
+/// A number type that is converted to voxels: `u32`, `i32`, `u64`, `i64` or `f64`. Sealed.
 ///
 /// ```
 /// use layersplat::glam::DVec3;
 /// use layersplat::volume::{Grid, Volume};
 ///
 /// let volume = Volume::from_wide("temperature", Grid::new([2, 2, 1], DVec3::ONE)?, &[273.15f64, 280.0, 290.0, 300.0])?;
-/// // As floats hold them.
+/// // Rounded to floats.
 /// assert!((volume.range().1 - 300.0).abs() < 1e-5);
 /// # Ok::<(), layersplat::Error>(())
 /// ```
 pub trait Wide: Number {
-    /// Its type.
+    /// The corresponding [`ScalarType`].
     const TYPE: ScalarType;
 }
 
@@ -238,13 +238,13 @@ impl Wide for f64 {
 
 pub(super) use number::Number;
 mod number {
-    /// A plain number in a file or in memory. Not public: nobody else can make a type a voxel.
+    /// A plain number in a file or in memory. Private, so that other crates cannot implement [`super::Voxel`] or [`super::Wide`].
     pub trait Number: super::Pod + PartialOrd + Send + Sync {
-        /// As a 64-bit float: exactly, but whole numbers beyond 2^53.
+        /// Conversion to a 64-bit float, exact except for integers beyond 2^53.
         fn value(self) -> f64;
-        /// With its bytes in the other order.
+        /// Reversal of the byte order.
         fn swapped(self) -> Self;
-        /// The nearest number of this type.
+        /// Nearest number of this type.
         fn nearest(value: f64) -> Self;
     }
 
@@ -284,7 +284,7 @@ mod number {
     }
 }
 
-/// Runs `$body` with `$Type` standing for the Rust type of a [`VoxelType`].
+/// Evaluates `$body` with `$Type` as the Rust type of a [`VoxelType`].
 macro_rules! with_voxel_type {
     ($voxel_type:expr, $Type:ident => $body:expr) => {
         match $voxel_type {
@@ -313,7 +313,7 @@ macro_rules! with_voxel_type {
 }
 pub(super) use with_voxel_type;
 
-/// Voxels in a vector of any of their types, x fastest, then y, then z.
+/// A vector of voxels of any type, x fastest, then y, then z.
 ///
 /// ```
 /// use layersplat::glam::DVec3;

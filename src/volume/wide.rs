@@ -1,5 +1,6 @@
-//! Numbers that are no voxels of a device, integers of more than 16 bits and floats of 16 and 64: converted on reading, the smallest one to 0, so that
-//! voxels are as fine as the data's own range, wherever that lies.
+//! Conversion of number types without device support: 32- and 64-bit integers, 16- and 64-bit floats.
+//!
+//! The smallest number becomes 0. The precision of the voxels is therefore relative to the range of the data, not to their magnitude.
 
 use super::spool::Spool;
 use super::voxels::{Endian, Number, ScalarType, Voxel, is_valid};
@@ -9,20 +10,20 @@ use crate::memory;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 
-/// Numbers that one core looks at together.
+/// Numbers per unit of parallel work.
 const BLOCK: usize = 1 << 16;
-/// Numbers that are converted before they are written to a file.
+/// Numbers converted at a time before they are written to a temporary file.
 const PIECE: usize = 1 << 22;
-/// Numbers of which it is looked at where most of them lie.
+/// Number of samples used to estimate the bulk of the distribution.
 const ASKED: usize = 1 << 16;
-/// Shares of numbers that are below and above where most of them lie.
+/// Fraction of the numbers excluded from the bulk at either end.
 const ODD_SHARE: f64 = 0.05;
-/// Steps that voxels must have where most of them lie: those of 8 bits.
+/// Least number of distinguishable values in the bulk that needs no warning: 8 bits.
 const STEPS: f64 = 256.0;
-/// Whole numbers up to here are floats.
+/// Largest integer up to which float32 represents all integers.
 const WHOLE_FLOATS: f64 = 16_777_216.0;
 
-/// Numbers as they lie in a file or in memory.
+/// Numbers in a file or in memory.
 #[derive(Clone, Copy)]
 pub(super) struct Numbers<'a> {
     pub bytes: &'a [u8],
@@ -35,7 +36,7 @@ impl Numbers<'_> {
         self.bytes.len() / self.scalar.bytes()
     }
 
-    /// Number `index`; NaN where it is invalid.
+    /// Number `index`; NaN if it is invalid.
     pub fn get(self, index: usize) -> f64 {
         fn number<T: Number>(numbers: Numbers, index: usize) -> f64 {
             let at = index * size_of::<T>();
@@ -62,13 +63,13 @@ impl Numbers<'_> {
     pub fn range(self) -> Option<(f64, f64)> {
         let empty = (f64::INFINITY, f64::NEG_INFINITY);
         let within = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
-        // `min` and `max` leave NaN out.
+        // `min` and `max` ignore NaN.
         let of = |range, i| within(range, (self.get(i), self.get(i)));
         let range = (0..self.len()).into_par_iter().with_min_len(BLOCK).fold(|| empty, of).reduce(|| empty, within);
         (range.0 <= range.1).then_some(range)
     }
 
-    /// All numbers less `smallest`, as voxels; in a file where they are more than `most` bytes.
+    /// Voxels of all numbers minus `smallest`, in a temporary file if they exceed `most` bytes.
     fn less<T: Voxel + Zeroable>(self, name: &str, smallest: f64, most: Option<u64>) -> Result<Storage<'static>, Error> {
         let convert = |first: usize, voxels: &mut [T]| {
             voxels.par_chunks_mut(BLOCK).enumerate().for_each(|(block, voxels)| {
@@ -93,7 +94,7 @@ impl Numbers<'_> {
         Ok(Storage::from_bytes(spool.mapped()?, T::TYPE))
     }
 
-    /// Where most numbers lie, judged by some of them.
+    /// Range of the bulk of the numbers, estimated from a sample.
     fn bulk(self) -> Option<(f64, f64)> {
         let every = self.len().div_ceil(ASKED);
         let mut some: Vec<f64> = (0..self.len()).step_by(every).map(|i| self.get(i)).filter(|n| !n.is_nan()).collect();
@@ -103,7 +104,7 @@ impl Numbers<'_> {
     }
 }
 
-/// A volume of such numbers; `rescale` is what makes them values, `most` how many bytes of memory its voxels may take.
+/// Converts numbers to a volume. `rescale` maps the numbers to values; `most` is the memory limit of the voxels in bytes.
 pub(super) fn volume(
     name: String,
     grid: Grid,
@@ -117,7 +118,7 @@ pub(super) fn volume(
     Ok(Volume::new(name, grid, storage)?.with_rescale(rescale))
 }
 
-/// Voxels of such numbers, less the smallest of the range of all.
+/// Converts numbers to voxels: the number minus the smallest of the range.
 pub(super) fn storage(
     name: &str,
     numbers: Numbers,
@@ -134,7 +135,7 @@ pub(super) fn storage(
         if whole && width > WHOLE_FLOATS {
             let step = (width / WHOLE_FLOATS).log2().ceil().exp2();
             tracing::warn!(
-                "{name}: voxels from {smallest} to {largest} become floats: their values are off by up to {}",
+                "{name}: converting voxels from {smallest} to {largest} to floats, with rounding errors of up to {}",
                 step / 2.0
             );
         }
@@ -143,15 +144,15 @@ pub(super) fn storage(
     }
 }
 
-/// Warns where a few numbers far from the rest make the range so wide that floats cannot tell the rest apart.
+/// Warns if outliers widen the range so much that float32 cannot distinguish the other values.
 fn warn_if_coarse(name: &str, numbers: Numbers, smallest: f64) {
     let Some((lo, hi)) = numbers.bulk() else { return };
     let far = (hi - smallest) as f32;
     let steps = (hi - lo) / f64::from(far.next_up() - far);
     if lo < hi && steps < STEPS {
         tracing::warn!(
-            "{name}: most voxels lie from {lo} to {hi}, but the smallest is {smallest}: floats that hold both tell only {steps:.0} \
-             values apart there; replace what is far from the rest"
+            "{name}: most voxels lie between {lo} and {hi}, but the smallest is {smallest}: floats distinguish only {steps:.0} \
+             values in that range; replace the outliers"
         );
     }
 }

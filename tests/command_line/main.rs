@@ -1,4 +1,4 @@
-//! The command: what it prints and what it writes.
+//! The command: output and written files.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -121,7 +121,7 @@ fn info_rotate_devices_and_bench() {
     assert_eq!(keys(&bench["lattice"]), ["height", "samples_per_voxel", "width"]);
 }
 
-/// What is visible fits by default, in every shape of picture and both projections; the old framing is there.
+/// The default framing fits the visible part, for all picture shapes and both projections. `--fit volume` restores the old framing.
 #[test]
 fn pictures_fit_what_is_visible() {
     let folder = tempfile::tempdir().unwrap();
@@ -173,7 +173,7 @@ fn the_first_picture_is_neither_black_nor_solid() {
     }
 }
 
-/// What shells and `man` are told, made from the options that there are.
+/// Shell completions and manual pages are generated from the options.
 #[test]
 fn completions_and_manual_pages() {
     let folder = tempfile::tempdir().unwrap();
@@ -190,7 +190,7 @@ fn completions_and_manual_pages() {
     assert!(page.contains("azimuth") && page.contains("Examples"));
 }
 
-/// Every command shows how it is used, and --verbose tells what is done.
+/// Every command has examples in its help. --verbose reports progress.
 #[test]
 fn help_has_examples() {
     let folder = tempfile::tempdir().unwrap();
@@ -219,10 +219,10 @@ fn help_has_examples() {
         let arguments = [&["info", "builtin:cube@8"][..], more].concat();
         String::from_utf8(layersplat(f, &arguments).stderr).unwrap()
     };
-    assert!(!said(&[]).contains("first pass") && said(&["-v"]).contains("first pass"));
+    assert!(!said(&[]).contains("range of its values") && said(&["-v"]).contains("range of its values"));
 }
 
-/// Who gets a black or a solid picture is told why, and what to try; who gets a good one is not.
+/// Empty and uniform pictures are explained with a remedy; others are not.
 #[test]
 fn pictures_of_nothing_are_explained() {
     let folder = tempfile::tempdir().unwrap();
@@ -242,7 +242,23 @@ fn pictures_of_nothing_are_explained() {
         ("--blend maximum --parallel-scale 1 --center 900,900,900", "--fit volume"),
         ("--blend maximum --parallel-scale 0.01 --transfer grey --transfer-range 5000,6000", "one colour"),
         ("--spacing 1,1,50", "50 times"),
+        ("--parallel-scale 1e9", "smaller than a pixel; try --parallel-scale 1.299e1"),
     ] {
         assert!(said(more).contains(reason), "{more}: {}", said(more));
+    }
+    // A range of values cannot help where there is one value.
+    std::fs::write(f.join("flat_4x4x4_uint8.raw"), [0; 64]).unwrap();
+    for (volume, remedy) in [("builtin:hydrogen@1", "builtin:hydrogen@64"), ("flat_4x4x4_uint8.raw", "--opacity 0:0.5")] {
+        let render = |more: &[&str]| {
+            let done = layersplat(f, &[&["render", volume, "--size", "24x24"], more].concat());
+            (done.status.success(), String::from_utf8(done.stderr).unwrap())
+        };
+        let (_, said) = render(&[]);
+        assert!(said.contains("all voxels have the value") && said.contains(remedy), "{volume}: {said}");
+        assert!(!said.contains("--transfer-range"), "{volume}: {said}");
+        if let Some(opacity) = remedy.strip_prefix("--opacity ") {
+            let (drawn, said) = render(&["--opacity", opacity]);
+            assert!(drawn && !said.contains("empty"), "{said}");
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! How the command refuses, and that it does not panic.
+//! Errors of the command; it must never panic.
 
 use super::common::Random;
 use super::common::command::*;
@@ -22,6 +22,8 @@ fn bad_command_lines_exit_with_2() {
         ("--perspective 30 --distance -1", "above 0"),
         ("--distance 4", "--perspective"),
         ("--perspective 30 --parallel-scale 2", "cannot be used"),
+        ("--parallel-scale 1e300", "scale is 1e300: expected between 1e-30 and 1e30"),
+        ("--parallel-scale 1e-300", "scale is 1e-300: expected between 1e-30 and 1e30"),
         ("--spacing 1,0,1", "spacing"),
         ("--spacing 1,NaN,1", "spacing"),
         ("--spacing -1,1,1", "spacing"),
@@ -115,7 +117,7 @@ fn bad_files_exit_with_1_and_say_why() {
         ("huge_100000x100000x100_uint8.raw.gz", &["1000000000000"]),
         ("plain_4x4x4_uint8.raw.gz", &["plain_4x4x4"]),
         ("picture.txt", &[".raw"]),
-        ("folder_4x4x4_uint8.raw", &["folder without", "slices"]),
+        ("folder_4x4x4_uint8.raw", &["folder holds no", "slices"]),
         ("/dev/null", &["regular"]),
     ] {
         refused(f, &["render", volume, "-o", "a.png"], 1, words);
@@ -128,7 +130,7 @@ fn bad_files_exit_with_1_and_say_why() {
     if let Ok(full) = full {
         let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
         let status = command.args(["info", "builtin:cube@4", "--json"]).stdout(full).output().unwrap().status;
-        assert_eq!(status.code(), Some(1), "a report that is lost must not look like success");
+        assert_eq!(status.code(), Some(1), "a lost report must not look like success");
     }
     refused(f, &["render", "builtin:cube@4", "-o", "nowhere/a.png"], 1, &["nowhere/a.png"]);
     refused(f, &["render", "builtin:cube@4", "-o", "folder_4x4x4_uint8.raw/../missing/b.npy"], 1, &["cannot write"]);

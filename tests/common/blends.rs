@@ -1,23 +1,23 @@
-//! Everything that has blend modes and clipping, and volumes to show it.
+//! Algorithms with blend modes and clipping, and volumes for them.
 
 use super::reference::Pair;
 use super::*;
 use layersplat::layers::{Density, Ray};
 use layersplat::settings::{Blend, ClipPlane, Clipping, CropBox, Evaluation};
 
-/// Eight quadrature nodes stand for the footprint integral of a splat sum in a perspective: up to 0.25 % of the value range, of which
-/// colours make 0.5 % per cent.
+/// Eight quadrature nodes approximate the footprint integral of a splat sum in a perspective: up to 0.25 % of the value range, which
+/// changes colours by 0.5 % per cent.
 pub const QUADRATURE_TOLERANCE: f64 = 1.5e-2;
-/// Refined surfaces are found in three steps of false position: within 0.01 of a segment's length, and lit there.
+/// Refined surfaces are found in three steps of false position, within 0.01 of a segment, and lit there.
 pub const REFINED_TOLERANCE: f64 = 1e-2;
 
-/// Between most voxels of the outer shell and those of the middle.
+/// Between most voxels of the outer shell and those of the centre.
 pub const ISO: f64 = 120.0;
 pub const BLENDS: [Blend; 4] = [Blend::Maximum, Blend::Minimum, Blend::Average, Blend::Iso(ISO)];
 pub const VALUES: [Blend; 3] = [Blend::Maximum, Blend::Minimum, Blend::Average];
 pub const REFINED: Classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 2 };
 
-/// Everything that has blend modes.
+/// All algorithms with blend modes.
 pub fn algorithms() -> Vec<Algorithm> {
     let mut all = Vec::new();
     for classification in [SPLATTED, POINTS, REFINED] {
@@ -56,22 +56,22 @@ pub fn tolerance(settings: &Settings, parallel: bool) -> f64 {
     }
 }
 
-/// Whether an algorithm has a blend mode.
+/// Whether an algorithm supports a blend mode.
 pub fn has(algorithm: Algorithm, blend: Blend) -> bool {
     !(is_splatted(algorithm) && matches!(blend, Blend::Iso(_)))
 }
 
-/// A bump in noise, of an odd size, flat voxels, in space far below it.
+/// A bump in noise: odd dimensions, flat voxels, a background far below.
 pub fn bump() -> Volume<'static> {
     random_volume([11, 8, 13], DVec3::new(1.0, 0.7, 1.3), 21).with_background(-40.0).unwrap()
 }
 
-/// A block and a bump in a large empty corner: some tiles have nothing that culling leaves.
+/// A block and a bump in a corner of a large empty volume: culling leaves some tiles empty.
 pub fn mostly_empty() -> Volume<'static> {
     empty_but_for_a_corner(|value| value)
 }
 
-/// The same with values turned round: what is culled of minima there is of maxima here.
+/// The volume of [`mostly_empty`] with negated values: culling of maxima here corresponds to that of minima there.
 pub fn mostly_full() -> Volume<'static> {
     empty_but_for_a_corner(|value| 255 - value)
 }
@@ -92,7 +92,7 @@ fn empty_but_for_a_corner(turned: fn(u8) -> u8) -> Volume<'static> {
     volume(dims, DVec3::new(1.0, 1.1, 0.9), Voxels::Uint8((0..dims.iter().product()).map(|n| turned(value(n))).collect()))
 }
 
-/// Asserts that every algorithm draws every blend mode that it has as the reference does, cut so: in a parallel view and in another.
+/// Asserts that every algorithm and blend mode matches the reference under clipping, in a parallel view and in another one.
 #[track_caller]
 pub fn assert_every_blend(volume: &Volume, views: [Camera; 2], size: Viewport, clipping: Clipping) {
     for algorithm in algorithms() {
@@ -106,7 +106,7 @@ pub fn assert_every_blend(volume: &Volume, views: [Camera; 2], size: Viewport, c
     }
 }
 
-/// Everything that composites.
+/// All algorithms that composite.
 pub fn compositing() -> Vec<Algorithm> {
     algorithms().into_iter().filter(|a| matches!(a, Algorithm::Layered(_))).chain(OTHERS).collect()
 }
@@ -120,7 +120,7 @@ pub fn plane(point: [f64; 3], normal: [f64; 3]) -> ClipPlane {
     ClipPlane { point: point.into(), normal: normal.into() }
 }
 
-/// A crop box and two leaning planes through [`bump`], none of them at whole or half voxels.
+/// A crop box and two oblique planes through [`bump`], none of them at integer or half-integer coordinates.
 pub fn cuts() -> Clipping {
     let planes = [plane([3.1, 2.2, 12.0], [1.0, 0.4, -0.6]), plane([6.3, 4.0, 9.0], [-0.3, -2.0, 0.7])];
     crop([1.3, 0.8, 2.37], [8.71, 20.0, 11.2]).with_planes(planes)
@@ -134,13 +134,13 @@ pub fn composited(algorithm: Algorithm, clipping: Clipping) -> Settings {
     Settings { early_termination: false, ..clipped(algorithm, Blend::Composite, clipping) }
 }
 
-/// Slicing looks up the nearest of 256 values in front and behind.
+/// Slicing looks up the nearest of 256 front and back values.
 pub fn tolerance_of(settings: &Settings, parallel: bool) -> f64 {
     let slicing = matches!(settings.algorithm, Algorithm::Slicing { .. }) && settings.blend == Blend::Composite;
     if slicing { 6e-3 } else { tolerance(settings, parallel) }
 }
 
-/// Where a ray enters a box, not before its eye, and where it leaves it; behind where it enters if it does at all.
+/// Entry of a ray into a box, in front of its eye, and exit; entry exceeds exit if the ray misses the box.
 pub fn span_in(ray: &Ray, lowest: [f64; 3], highest: [f64; 3]) -> (f64, f64) {
     let (mut enter, mut leave) = (ray.start, f64::INFINITY);
     for i in (0..3).filter(|&i| ray.direction[i].abs() > 1e-9) {

@@ -30,14 +30,14 @@ pub fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Runs a command that must fail: with this exit code, a message that holds every word, nothing on standard output, no
-/// panic, and no file more than before.
+/// Runs a command that must fail: with this exit code, a message that contains every word, empty standard output, no panic and no new
+/// files.
 #[track_caller]
 pub fn refused(folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
     refused_of(|| layersplat(folder, arguments), folder, arguments, code, words);
 }
 
-/// The same with only so much address space.
+/// As [`refused`], with limited address space.
 #[cfg(unix)]
 #[track_caller]
 pub fn refused_within(bytes: u64, folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
@@ -59,5 +59,5 @@ fn refused_of(run: impl FnOnce() -> Output, folder: &Path, arguments: &[&str], c
     for word in words {
         assert!(message.contains(word), "{arguments:?} does not say '{word}': {message}");
     }
-    assert_eq!(names(folder), before, "{arguments:?} left something behind");
+    assert_eq!(names(folder), before, "{arguments:?} must not leave files behind");
 }

@@ -1,5 +1,5 @@
-//! What the tests share: the device, volumes, transfer functions, views and comparisons.
-#![allow(dead_code, reason = "each test crate uses its own part")]
+//! Shared test helpers: device, volumes, transfer functions, views and comparisons.
+#![allow(dead_code, reason = "each test crate uses a part only")]
 
 pub mod blends;
 #[cfg(feature = "cli")]
@@ -22,11 +22,11 @@ use std::sync::LazyLock;
 pub const SPLATTED: Classification = Classification::Post(Correction::SubLayers(2));
 /// Point-sampled layers, pre-integrated.
 pub const POINTS: Classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 1 };
-/// Each way that layers are sampled and classified.
+/// All combinations of sampling and classification of layers.
 pub const CLASSIFICATIONS: [Classification; 3] =
     [SPLATTED, POINTS, Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 2 }];
 
-/// The renderers that the paper compares with.
+/// The comparison algorithms of the paper.
 pub const OTHERS: [Algorithm; 7] = [
     Algorithm::AxisSheets { layer_axis: LayerAxis::Auto },
     Algorithm::ViewSheets { sheet_distance: 1.0 },
@@ -37,10 +37,10 @@ pub const OTHERS: [Algorithm; 7] = [
     Algorithm::Raycast { kernel: Kernel::Gaussian, step: 0.6 },
 ];
 
-/// Ray casting in steps of 1/16: the integral on the device.
+/// Ray casting in steps of 1/16: the converged integral on the device.
 pub const CONVERGED: Algorithm = converged(Kernel::Cubic);
 
-/// The same of any kernel.
+/// Ray casting in steps of 1/16 with any kernel.
 pub const fn converged(kernel: Kernel) -> Algorithm {
     Algorithm::Raycast { kernel, step: 0.0625 }
 }
@@ -50,7 +50,7 @@ pub fn one_light(direction: DVec3) -> Lights {
     Lights::new(&[Light::towards(direction)]).unwrap()
 }
 
-/// What reconstructs the field: splats and sheets are held against the paper's cubic.
+/// Reconstruction kernel; splats and sheets are compared with the paper's cubic.
 pub fn kernel_of(settings: &Settings) -> Kernel {
     match settings.algorithm {
         Algorithm::Layered(Layered { classification: Classification::Preintegrated { kernel, .. }, .. })
@@ -59,31 +59,31 @@ pub fn kernel_of(settings: &Settings) -> Kernel {
     }
 }
 
-/// A quality with another kernel than its own.
+/// A quality with another kernel.
 pub fn with_kernel(quality: Quality, kernel: Kernel) -> Layered {
     let own = quality.layered();
     let samples_per_layer = own.classification.samples_per_layer();
     Layered { classification: Classification::Preintegrated { kernel, samples_per_layer }, ..own }
 }
 
-/// Per sample the table's nearest entry is off by half an entry of 4096, the highlight's logarithms by 1e-4; tens of
-/// samples add up. One step of an 8-bit picture is 4e-3.
+/// Errors per sample: half an entry of 4096 in the table, and 1e-4 in the highlight's logarithm. Tens of samples add up. An 8-bit step is
+/// 4e-3.
 pub const DEVICE_TOLERANCE: f64 = 2e-3;
 
-/// The device under test: `LAYERSPLAT_DEVICE`, or the default. One for all tests of a program, which run in threads of their own: kernels
-/// are built once.
+/// Device under test: `LAYERSPLAT_DEVICE`, or the default. All tests of a program, which run in parallel threads, share it, so that
+/// kernels are built once.
 pub fn device() -> Device {
     static DEVICE: LazyLock<Device> = LazyLock::new(own_device);
     DEVICE.clone()
 }
 
-/// The same device opened anew, for a test that minds what others have done with it.
+/// Opens the device again, for tests that depend on its state.
 pub fn own_device() -> Device {
     let choice = std::env::var("LAYERSPLAT_DEVICE").map_or(DeviceChoice::Default, DeviceChoice::Named);
     Device::open(&choice).expect("the tests need an OpenCL device: scripts/test installs PoCL")
 }
 
-/// A small generator (SplitMix64): the same numbers everywhere.
+/// A small generator (SplitMix64) with the same numbers on every platform.
 pub struct Random(pub u64);
 
 impl Random {
@@ -101,7 +101,7 @@ impl Random {
     }
 }
 
-/// Random bytes, smooth enough to have surfaces: noise plus a bump in the middle.
+/// Random bytes with surfaces: noise plus a bump in the centre.
 pub fn random_bytes(dims: [usize; 3], seed: u64) -> Vec<u8> {
     let mut random = Random(seed);
     let mut values = Vec::new();
@@ -116,7 +116,7 @@ pub fn random_bytes(dims: [usize; 3], seed: u64) -> Vec<u8> {
     values
 }
 
-/// The choices of layered rendering in settings of it.
+/// Layered options of settings.
 pub fn layered(settings: Settings) -> Layered {
     settings.layered().expect("settings of layered rendering")
 }
@@ -125,7 +125,7 @@ pub fn volume(dims: [usize; 3], spacing: DVec3, voxels: Voxels) -> Volume<'stati
     Volume::new("test", Grid::new(dims, spacing).unwrap(), voxels).unwrap()
 }
 
-/// Random bytes in empty space.
+/// Random bytes with a background of 0.
 pub fn random_volume(dims: [usize; 3], spacing: DVec3, seed: u64) -> Volume<'static> {
     volume(dims, spacing, Voxels::Uint8(random_bytes(dims, seed))).with_background(0.0).unwrap()
 }
@@ -148,18 +148,18 @@ pub fn unshaded() -> Settings {
     Settings { shading: None, early_termination: false, ..Settings::default() }
 }
 
-/// Homogeneous, in empty space.
+/// A homogeneous volume with a background of 0.
 pub fn cube(dims: [usize; 3], spacing: DVec3) -> Volume<'static> {
     volume(dims, spacing, Voxels::Uint8(vec![200; dims.iter().product()])).with_background(0.0).unwrap()
 }
 
-/// Colours and opacities without steps, for bytes: invisible below 20.
+/// Colours and opacities without steps, for bytes; values below 20 are invisible.
 pub fn smooth_transfer() -> TransferFunction {
     let colors = vec![(0.0, [0.1, 0.2, 0.9]), (90.0, [0.2, 0.9, 0.3]), (255.0, [1.0, 0.6, 0.1])];
     TransferFunction::new("smooth", colors, vec![(0.0, 0.0), (20.0, 0.0), (120.0, 0.15), (255.0, 0.5)]).unwrap()
 }
 
-/// A block of 255 in 0, opaque and of two hues: segments into it are deep, and dim themselves.
+/// A block of 255 in 0, opaque and of two hues: segments into it attenuate their own light.
 pub fn block_of_hues() -> (Volume<'static>, TransferFunction) {
     let inside = |i: usize| (5..15).contains(&i);
     let block = |i: usize| if inside(i % 20) && inside(i / 20 % 20) && inside(i / 400) { 255 } else { 0 };
@@ -169,13 +169,13 @@ pub fn block_of_hues() -> (Volume<'static>, TransferFunction) {
     (volume, hues)
 }
 
-/// White, with opacity `alpha` from `threshold` on and none below.
+/// White, with opacity `alpha` at and above `threshold`, transparent below.
 pub fn step_transfer(threshold: f64, alpha: f64) -> TransferFunction {
     let opacities = vec![(0.0, 0.0), (threshold, 0.0), (threshold, alpha), (2.0 * threshold, alpha)];
     TransferFunction::new("step", vec![(0.0, [1.0; 3])], opacities).unwrap()
 }
 
-/// α = 1 − e^{−cρ}, whose τ is linear in the value, by 512 control points.
+/// α = 1 − e^{−cρ}, whose τ is linear in the value, with 512 control points.
 pub fn linear_extinction(c: f64) -> TransferFunction {
     let opacities = (0..=512).map(|i| f64::from(i) * 255.0 / 512.0).map(|v| (v, 1.0 - (-c * v).exp())).collect();
     TransferFunction::new("linear", vec![(0.0, [1.0; 3])], opacities).unwrap()
@@ -185,13 +185,13 @@ pub fn viewport(width: u32, height: u32) -> Viewport {
     Viewport::new(width, height).unwrap()
 }
 
-/// A parallel view in which every rotation fits.
+/// A parallel view that fits the volume in any orientation.
 pub fn parallel(volume: &Volume, size: Viewport, azimuth: f64, elevation: f64) -> Camera {
     let orbit = Orbit { azimuth, elevation, roll: 0.0 };
     Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), size, orbit)
 }
 
-/// A perspective in which every rotation fits.
+/// A perspective view that fits the volume in any orientation.
 pub fn perspective(volume: &Volume, azimuth: f64, elevation: f64, field_of_view: f64) -> Camera {
     let orbit = Orbit { azimuth, elevation, roll: 0.0 };
     let square = viewport(1, 1);
@@ -206,7 +206,7 @@ pub fn render(volume: &Volume, transfer: &TransferFunction, camera: &Camera, siz
     Renderer::new(&device(), volume, transfer).unwrap().render(camera, size, settings).unwrap().0
 }
 
-/// The layer axis that the direct plan of a view has: one, or `None` for each ray's own.
+/// Layer axis of the direct plan of a view; `None` if each ray has its own.
 pub fn direct_axis(volume: &Volume, camera: &Camera, size: Viewport, settings: &Settings) -> Option<layersplat::layers::Axis> {
     let rays = layersplat::layers::Rays::new(camera, size, volume.grid()).unwrap();
     let direct = Settings { algorithm: Layered { evaluation: Evaluation::Direct, ..layered(*settings) }.into(), ..*settings };
@@ -220,7 +220,7 @@ pub fn compare(a: &Frame, b: &Frame) -> Comparison {
     a.compare(b).expect("pictures of one size")
 }
 
-/// Asserts that no channel, alpha included, differs by more than `tolerance`, and that there is something to see.
+/// Asserts that no channel, alpha included, differs by more than `tolerance`, and that the picture is not empty.
 #[track_caller]
 pub fn assert_close(what: &str, a: &Frame, b: &Frame, tolerance: f64) {
     let difference = compare(a, b).max_difference;
@@ -232,7 +232,7 @@ pub fn largest_opacity(frame: &Frame) -> f32 {
     frame.pixels().iter().map(|p| p[3]).fold(0.0, f32::max)
 }
 
-/// The frame moved by half a pixel to the right: what a comparison must notice.
+/// Shifts a frame by half a pixel to the right, which comparisons must detect.
 pub fn shifted_by_half_a_pixel(frame: &Frame) -> Frame {
     let (w, h) = (frame.width(), frame.height());
     let pixels = (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| {
@@ -242,8 +242,8 @@ pub fn shifted_by_half_a_pixel(frame: &Frame) -> Frame {
     Frame::new(viewport(w, h), pixels.collect())
 }
 
-/// Where real volumes and their transfer functions are. Tests that need them carry
-/// `cfg_attr(not(real_volumes), ignore)`: build.rs sets `real_volumes` where the folder is.
+/// Folder of real volumes and their transfer functions. Tests that need them carry `cfg_attr(not(real_volumes), ignore)`: build.rs sets
+/// `real_volumes` if the folder exists.
 fn real_volumes() -> PathBuf {
     let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes");
     std::env::var_os("LAYERSPLAT_VOLUMES").map_or(default.into(), PathBuf::from)
@@ -261,7 +261,7 @@ pub fn real(file: &str, spacing: Option<DVec3>, transfer: Option<&str>) -> (Volu
     (volume, transfer)
 }
 
-/// A real 8-bit data set with its transfer function, `../transfer/NAME.json` beside the volumes' folder.
+/// A real 8-bit data set with its transfer function, `../transfer/NAME.json` relative to the volumes' folder.
 pub fn data_set(name: &str) -> (Volume<'static>, TransferFunction) {
     let folder = real_volumes();
     let is_it = |file: &str| file.starts_with(&format!("{name}_")) && file.contains("uint8");
@@ -274,12 +274,12 @@ pub fn data_set(name: &str) -> (Volume<'static>, TransferFunction) {
     (volume, transfer)
 }
 
-/// The skull, whose voxels are farther apart along one axis.
+/// The skull data set, which has a larger spacing along one axis.
 pub fn skull() -> (Volume<'static>, TransferFunction) {
     real("cranium_ct_256x256x108_int16.raw.gz", Some(DVec3::new(0.957, 0.957, 1.5)), Some("cranium_ct_int16.json"))
 }
 
-/// How many pixels differ by more than a tolerance.
+/// Number of pixels that differ by more than a tolerance.
 pub fn pixels_apart(a: &Frame, b: &Frame, tolerance: f64) -> usize {
     let apart = |(p, q): &(&[f32; 4], &[f32; 4])| p.iter().zip(*q).any(|(p, q)| f64::from((p - q).abs()) > tolerance);
     a.pixels().iter().zip(b.pixels()).filter(apart).count()

@@ -1,4 +1,4 @@
-//! Culling: it never changes a bit of a picture, and it saves work.
+//! Culling: it never changes a bit of a picture, and saves work.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -12,11 +12,10 @@ use layersplat::settings::{Algorithm, Blend, Classification, Evaluation, LayerAx
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Frame, Renderer, Settings, TransferFunction, Volume};
 
-/// A splat that no voxel within three of it makes visible can still weigh a thousandth in a sample that others do.
+/// A splat whose neighbourhood of three voxels is invisible may still contribute a thousandth to a visible sample.
 const SPLATS_LEFT_OUT: f64 = 1e-3;
 
-/// A mostly empty volume of 0 and 255, seen where only values between are visible: interpolated values between two
-/// invisible voxels.
+/// A mostly empty volume of 0 and 255; only interpolated values between two invisible voxels are visible.
 fn between() -> (Volume<'static>, TransferFunction) {
     let dims = [70, 41, 53];
     let mut random = Random(5);
@@ -30,7 +29,7 @@ fn between() -> (Volume<'static>, TransferFunction) {
     (volume(dims, DVec3::ONE, Voxels::Uint8(bytes)), transfer)
 }
 
-/// A thick ball of 255 in 0, of which a narrow band of values between shows: invisible voxels inside and out.
+/// A thick ball of 255 in 0; a narrow band of values between is visible, the voxels inside and outside are not.
 fn shell() -> (Volume<'static>, TransferFunction) {
     let n = 40;
     let inside = |i: usize| {
@@ -70,12 +69,11 @@ fn culling_never_changes_a_bit() {
                 for settings in evaluations() {
                     let [culled, whole] = culled_and_whole(&mut renderer, &camera, &settings);
                     let name = settings.algorithm.name();
-                    // What sheets leave out may weigh a little; everything else is exact.
+                    // Omitted splats of sheets have a small weight; everything else is exact.
                     let limit = if name == "view-sheets" { SPLATS_LEFT_OUT } else { 0.0 };
                     let difference = compare(&culled, &whole).max_difference;
                     assert!(difference <= limit, "{azimuth}, {elevation}, {name}: {difference}");
-                    // What is visible only between voxels, classification before splatting does not see, and single samples
-                    // jump over.
+                    // Classification before splatting cannot show values between voxels, and single samples may skip them.
                     let sees_all = name != "axis-sheets" && !(name == "layered" && layered(settings).classification == SPLATTED);
                     let seen = largest_opacity(&culled) > 0.01 || !sees_all;
                     assert!(seen, "{azimuth}, {elevation}, {name}, {:?}: the picture is empty", camera.projection);
@@ -85,7 +83,7 @@ fn culling_never_changes_a_bit() {
     }
 }
 
-/// A flat volume far from zero with one higher voxel, and edges of opacity just above the flat value.
+/// A constant volume far from zero with one larger voxel, and steps of opacity just above the constant.
 #[test]
 fn culling_survives_rounding_and_the_footprint_set() {
     use layersplat::settings::Footprints;
@@ -123,7 +121,7 @@ fn culling_survives_rounding_and_the_footprint_set() {
     assert!(seen > 0.1);
 }
 
-/// Renders with and without culling, to the bit; returns how many pixels show something.
+/// Compares rendering with and without culling bit for bit; returns the number of visible pixels.
 #[track_caller]
 fn assert_culled_right(what: &str, volume: &Volume, transfer: &TransferFunction, camera: &Camera, settings: Settings) -> usize {
     let mut renderer = Renderer::new(&device(), volume, transfer).unwrap();
@@ -132,7 +130,7 @@ fn assert_culled_right(what: &str, volume: &Volume, transfer: &TransferFunction,
     whole.pixels().iter().filter(|p| p[3] > 0.01).count()
 }
 
-/// Forced axes, from which rays lean up to three voxels per layer and reach over blocks to the sides.
+/// Forced axes: rays move up to three voxels per layer and cross blocks sideways.
 #[test]
 fn culling_sees_where_leaning_rays_reach() {
     let faint =
@@ -152,12 +150,12 @@ fn culling_sees_where_leaning_rays_reach() {
     }
 }
 
-/// A Gaussian reaches two voxels far, and its sums are up to 4.4 % beside the values that they are of.
+/// A Gaussian has a radius of two voxels, and its sums deviate by up to 4.4 %.
 #[test]
 fn culling_knows_the_gaussians_reach_and_error() {
     let n = 24;
     let opacities = |points: &[(f64, f64)]| TransferFunction::new("band", vec![(0.0, [1.0, 0.8, 0.6])], points.to_vec()).unwrap();
-    // One voxel is beyond all others: tables end with the largest value.
+    // One voxel exceeds all others, because tables end at the largest value.
     let with_peak = |mut values: Vec<u8>| {
         values[n * n + n + 1] = 255;
         volume([n; 3], DVec3::ONE, Voxels::Uint8(values))
@@ -173,7 +171,7 @@ fn culling_knows_the_gaussians_reach_and_error() {
     };
     let above = || opacities(&[(0.0, 0.0), (100.5, 0.0), (102.0, 0.3), (104.0, 0.0), (255.0, 0.0)]);
     let below = || opacities(&[(0.0, 0.0), (98.0, 0.0), (98.5, 0.3), (99.5, 0.0), (255.0, 0.0)]);
-    // Where only the largest sums are, and the smallest.
+    // Visible only near the largest sums, and near the smallest.
     let far_above = || opacities(&[(0.0, 0.0), (103.2, 0.0), (103.6, 0.5), (105.0, 0.0), (255.0, 0.0)]);
     let far_below = || opacities(&[(0.0, 0.0), (95.0, 0.0), (96.4, 0.5), (96.8, 0.0), (255.0, 0.0)]);
     let faint = || opacities(&[(0.0, 0.0), (1e-3, 1e-3), (0.1, 0.2), (255.0, 0.5)]);
@@ -193,13 +191,13 @@ fn culling_knows_the_gaussians_reach_and_error() {
             for shading in [Settings::default().shading, None] {
                 let settings = Settings { shading, early_termination: false, ..algorithm.into() };
                 let seen = assert_culled_right(what, &volume, &transfer, &camera, settings);
-                assert!(seen > 100, "{what}: {seen} pixels show anything");
+                assert!(seen > 100, "{what}: {seen} visible pixels");
             }
         }
     }
 }
 
-/// The ways that a kernel draws: once per layer on a lattice, twice, per pixel, and along rays.
+/// Algorithms with a kernel: one and two samples per layer on a lattice, per pixel, and ray casting.
 fn ways_of(kernel: Kernel) -> [Algorithm; 4] {
     let points = |evaluation, samples_per_layer| {
         let classification = Classification::Preintegrated { kernel, samples_per_layer };
@@ -209,7 +207,7 @@ fn ways_of(kernel: Kernel) -> [Algorithm; 4] {
     [points(lattice, 1), points(lattice, 2), points(Evaluation::Direct, 1), Algorithm::Raycast { kernel, step: 0.5 }]
 }
 
-/// Transfer functions of bytes up to 100 that show nothing but what overshoots them: all voxels are transparent.
+/// Transfer functions, for bytes up to 100, that show overshoot only: all voxels are transparent.
 fn beyond() -> [TransferFunction; 2] {
     let show =
         |opacities: &[(f64, f64)]| TransferFunction::new("beyond", vec![(0.0, [1.0, 0.8, 0.6])], opacities.to_vec()).unwrap();
@@ -226,31 +224,31 @@ fn block_with_a_hole() -> Volume<'static> {
     volume(dims, DVec3::new(1.0, 0.9, 1.2), Voxels::Uint8((0..dims.iter().product()).map(value).collect()))
 }
 
-/// A view for each layer axis.
+/// A view per layer axis.
 fn views_of_axes(volume: &Volume) -> [Camera; 3] {
     let size = viewport(64, 64);
     [parallel(volume, size, 30.0, 20.0), perspective(volume, 80.0, 12.0, 30.0), parallel(volume, size, 20.0, 70.0)]
 }
 
-/// What lies beyond all voxels, of kernels that overshoot: culling by the voxels' own limits would leave nothing.
+/// Overshoot beyond all voxels: culling by the range of the voxels would remove it.
 #[test]
 fn culling_sees_what_overshoots() {
     let volume = block_with_a_hole();
     for transfer in beyond() {
-        assert!((0..=100).all(|v| transfer.opacity(f64::from(v)) == 0.0), "voxels are to be transparent");
+        assert!((0..=100).all(|v| transfer.opacity(f64::from(v)) == 0.0), "voxels must be transparent");
         for algorithm in [Kernel::CatmullRom, Kernel::BSpline].into_iter().flat_map(ways_of) {
             for (n, camera) in views_of_axes(&volume).into_iter().enumerate() {
                 for shading in [Settings::default().shading, None] {
                     let settings = Settings { shading, early_termination: false, ..algorithm.into() };
                     let seen = assert_culled_right("beyond", &volume, &transfer, &camera, settings);
-                    assert!(seen > 30, "view {n}, {settings:?}: {seen} pixels show anything");
+                    assert!(seen > 30, "view {n}, {settings:?}: {seen} visible pixels");
                 }
             }
         }
     }
 }
 
-/// Kernels with what is gathered, of which there is something everywhere or nothing but in a corner.
+/// Blend modes that reduce values, for each kernel, with visible values everywhere or only in a corner.
 #[test]
 fn culling_knows_what_kernels_reach() {
     let faint =
@@ -262,7 +260,7 @@ fn culling_knows_what_kernels_reach() {
             let [once, twice, direct, cast] = ways_of(kernel);
             let composited =
                 [(once, Blend::Composite), (twice, Blend::Composite), (direct, Blend::Composite), (cast, Blend::Composite)];
-            // Each blend with one way or another of each kernel that reaches two voxels far: programs take long to build.
+            // Combine each blend mode with one of the algorithms per kernel of radius two, because programs take long to build.
             let gathered = match kernel {
                 Kernel::CatmullRom => vec![(once, Blend::Iso(60.0)), (direct, Blend::Maximum)],
                 Kernel::BSpline => {
@@ -274,16 +272,16 @@ fn culling_knows_what_kernels_reach() {
                 for transfer in [&transfer, &faint] {
                     let settings = Settings { blend, early_termination: false, ..algorithm.into() };
                     let seen = assert_culled_right("reach", &volume, transfer, &views[(n + m) % 3], settings);
-                    assert!(seen > 30 || blend == Blend::Minimum, "{settings:?}: {seen} pixels show anything");
+                    assert!(seen > 30 || blend == Blend::Minimum, "{settings:?}: {seen} visible pixels");
                 }
             }
         }
     }
 }
 
-/// How many times longer the whole takes, at least, where a small block is to be seen: 11 to 40 times are measured.
+/// Least speed-up for a small visible block; measured 11 to 40.
 const LEAST_GAIN: f64 = 4.0;
-/// The shortest of so many frames counts: other programs lengthen some.
+/// The shortest of this many frames counts, because other processes delay some.
 const TRIES: usize = 3;
 
 #[test]
@@ -294,7 +292,7 @@ fn culling_saves_work() {
     let volume = volume([n; 3], DVec3::ONE, Voxels::Uint8(values));
     let size = viewport(96, 96);
     let camera = parallel(&volume, size, 30.0, 20.0);
-    // Sheets splat what is visible alone, culled or not.
+    // Sheets splat visible voxels only, with and without culling.
     for settings in evaluations().into_iter().filter(|s| !s.algorithm.name().ends_with("sheets")) {
         let mut renderer = Renderer::new(&device(), &volume, &step_transfer(100.0, 0.3)).unwrap();
         renderer.measure(true);
@@ -305,7 +303,7 @@ fn culling_saves_work() {
                 assert!(measured.active_samples > 0, "{settings:?}: the picture is empty");
                 measured.stages.iter().map(|(_, ms)| ms).sum::<f64>()
             };
-            // The first also prepares.
+            // The first frame includes preparation.
             std::iter::repeat_with(frame).take(TRIES + 1).skip(1).fold(f64::INFINITY, f64::min)
         };
         let (culled, whole) = (milliseconds(true), milliseconds(false));

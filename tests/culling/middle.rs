@@ -1,4 +1,4 @@
-//! What lies in the middle between two lit samples.
+//! Interpolated values half-way between two lit samples.
 
 use super::assert_culled_right;
 use super::common::*;
@@ -8,8 +8,8 @@ use layersplat::settings::{Classification, Evaluation, LayerAxis, Layered};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Orbit, Projection, TransferFunction, Volume};
 
-/// Values that show nothing but what lies in the middle between two samples of a leaning ray, where it is made of these and their slopes:
-/// a pattern of two values, each where it makes that the largest, far from something low that shows too.
+/// A volume of which only the values half-way between two samples of an oblique ray are visible. These are computed from the samples and
+/// their slopes. The pattern has two values, placed to maximise the middle value, far from a low visible value.
 fn leaning_pattern(kernel: Kernel, start: [f64; 2], lean: f64) -> Volume<'static> {
     const DIMS: [usize; 3] = [96, 24, 24];
     let step = DVec3::new(lean, lean, 1.0);
@@ -34,7 +34,7 @@ fn leaning_pattern(kernel: Kernel, start: [f64; 2], lean: f64) -> Volume<'static
         if kernel != Kernel::BSpline {
             return coefficient(p) as f32;
         }
-        // What the spline of such coefficients has at a voxel.
+        // Value at a voxel of the spline with these coefficients.
         let mut sum = 0.0;
         for m in 0..27 {
             let offset = [m % 3, m / 3 % 3, m / 9];
@@ -46,13 +46,13 @@ fn leaning_pattern(kernel: Kernel, start: [f64; 2], lean: f64) -> Volume<'static
     volume(DIMS, DVec3::ONE, Voxels::Float32((0..count).map(voxel).collect()))
 }
 
-/// Of the pattern: the middle of its two values, and how far they are from it.
+/// Centre of the two values of the pattern, and their distance from it.
 const LEANING: [f64; 2] = [0.5, 0.1];
 
-/// What is made of values and slopes can lie beyond what the kernel's weights allow for the values.
+/// Interpolation by values and slopes may exceed the bounds that the kernel's weights imply.
 #[test]
 fn culling_sees_the_middle_between_lit_samples() {
-    // What the pattern's largest sum is beyond its values, and less than the middle, which lies 0.04, 0.18 and 1.02 of their distance beyond.
+    // The last number is the overshoot of the pattern's largest sum, less than that of the middle value: 0.04, 0.18 and 1.02 of the difference.
     for (kernel, start, lean, beyond) in [
         (Kernel::BSpline, [0.5, 0.5], 1.0, 0.02),
         (Kernel::BSpline, [0.0, 0.0], 2.0, 0.08),
@@ -76,6 +76,6 @@ fn culling_sees_the_middle_between_lit_samples() {
             let camera = Camera::orbit(middle, 100.0, orbit, Projection::Parallel { scale: 1.0 });
             seen += assert_culled_right("middle", &volume, &transfer, &camera, layered.into());
         }
-        assert!(seen > 10, "{kernel:?}, {lean}: {seen} pixels show the middle");
+        assert!(seen > 10, "{kernel:?}, {lean}: {seen} pixels show the middle value");
     }
 }

@@ -1,4 +1,4 @@
-//! `layersplat` under mpirun: its pictures, and how it ends where a rank cannot go on.
+//! `layersplat` under mpirun: pictures, and termination if a rank fails.
 
 use crate::launch::mpirun;
 use std::path::Path;
@@ -6,12 +6,12 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 const LAYERSPLAT: &str = env!("CARGO_BIN_EXE_layersplat");
-/// Seconds after which a run counts as hanging: `timeout` ends it then, with 124.
+/// Seconds after which `timeout` ends a hanging run, with exit code 124.
 const HANGING: &str = "120";
-/// What is behind was not told that light ended in front of it, in a picture of 8 bits: a step.
+/// Parts behind an opaque front are not terminated: an error of an 8-bit step.
 const A_STEP: f32 = 1.5 / 255.0;
 
-/// `mpirun` in a folder, with an end; arguments as mpirun takes them.
+/// Runs `mpirun` in a folder with a time limit.
 fn run(folder: &Path, arguments: &[&str]) -> Output {
     let mpirun = mpirun();
     let mut command = Command::new("timeout");
@@ -67,7 +67,7 @@ fn a_picture_by_several_is_that_of_one() {
     }
 }
 
-/// Whatever one process can draw, a team of one can, too; the others have nothing to do.
+/// A team of one renders all views; the other ranks are idle.
 #[test]
 fn a_team_of_one_draws_what_processes_cannot_share() {
     let folder = tempfile::tempdir().unwrap();
@@ -125,7 +125,7 @@ fn files_of_cameras_are_dealt_out() {
     }
 }
 
-/// All ends, with the message of the rank that failed, and nothing is written.
+/// Asserts that all ranks end, with the message of the failed rank, and that nothing is written.
 fn assert_refused(done: &Output, folder: &Path, words: &[&str]) {
     let said = said(done);
     assert!(!done.status.success(), "{said}");
@@ -145,14 +145,14 @@ fn what_one_rank_cannot_do_ends_all() {
     });
     alone(path, &["convert", "builtin:gyroid@16", "there/a.nrrd"]);
     let render = ["render", "a.nrrd", "--size", "40x40", "-o", "out.png"];
-    // One finds no such file.
+    // One rank does not find the file.
     let first = [&["-n", "2", "-wdir", &there, LAYERSPLAT], &render[..]].concat();
     let second = [&[":", "-n", "1", "-wdir", &elsewhere, LAYERSPLAT], &render[..]].concat();
     assert_refused(&run(path, &[&first[..], &second].concat()), path, &["rank 2: cannot read a.nrrd"]);
-    // One has no device.
+    // One rank has no device.
     let no_device = [&[":", "-n", "1", "-wdir", &there, "env", "OCL_ICD_VENDORS=/nowhere", LAYERSPLAT], &render[..]].concat();
     assert_refused(&run(path, &[&first[..], &no_device].concat()), path, &["rank 2: ", "OpenCL"]);
-    // What fails on all.
+    // An error on all ranks.
     let packed = ["-n", "3", LAYERSPLAT, "render", "b_2x2x2_uint8.raw.gz", "-o", "out.png"];
     std::fs::write(path.join("b_2x2x2_uint8.raw.gz"), [0x1f, 0x8b]).unwrap();
     assert_refused(&run(path, &packed), path, &["layersplat convert"]);
@@ -161,7 +161,7 @@ fn what_one_rank_cannot_do_ends_all() {
     assert_refused(&done, path, &["only layers on a lattice", "--ranks-per-picture 1"]);
     assert_eq!(done.status.code(), Some(2));
     assert_refused(&run(path, &["-n", "2", LAYERSPLAT, "render", "-", "-o", "out.png"]), path, &["standard input"]);
-    // Refused before the first picture.
+    // Rejected before the first picture.
     let mut inside = ["-n", "2", LAYERSPLAT, "rotate", "builtin:gyroid@16", "--frames", "9", "-o", "frames"].to_vec();
     inside.extend(["--ranks-per-picture", "2", "--perspective", "60", "--elevation", "0"]);
     assert_refused(&run(path, &inside), path, &["processes cannot share this view"]);
@@ -175,7 +175,7 @@ fn what_one_rank_cannot_do_ends_all() {
     assert_refused(&run(path, &bad), path, &["--size"]);
 }
 
-/// One that may not have the memory: its part alone, of 406 MB, with what a process needs anyway, is more than its address space.
+/// A rank with too little memory: its part of 406 MB, plus the process itself, exceeds its address space.
 #[test]
 fn a_rank_without_memory_ends_all() {
     let folder = tempfile::tempdir().unwrap();
@@ -185,7 +185,7 @@ fn a_rank_without_memory_ends_all() {
     assert_refused(&done, folder.path(), &["rank 2: "]);
 }
 
-/// The processes that a process has started, and those that these have.
+/// All descendants of a process.
 fn descendants(of: u32) -> Vec<(u32, String)> {
     let mut found = Vec::new();
     let mut seek = vec![of];
@@ -220,7 +220,7 @@ fn a_rank_that_is_killed_ends_all() {
     let ranks = loop {
         let found: Vec<u32> =
             descendants(child.id()).into_iter().filter(|(_, name)| name == "layersplat").map(|(id, _)| id).collect();
-        // They are at work once the film is begun, under another name.
+        // The ranks are working once the film has a temporary file.
         let begun = std::fs::read_dir(folder.path()).unwrap().count() > 0;
         if found.len() == 3 && begun {
             break found;
@@ -231,7 +231,7 @@ fn a_rank_that_is_killed_ends_all() {
     let done = child.wait_with_output().unwrap();
     assert!(!done.status.success() && done.status.code() != Some(124), "{}", said(&done));
     assert!(!folder.path().join("film.gif").exists());
-    // None goes on alone.
+    // No rank continues alone.
     let left: Vec<u32> = ranks.into_iter().filter(|id| Path::new(&format!("/proc/{id}/comm")).exists()).collect();
     assert!(
         left.is_empty()

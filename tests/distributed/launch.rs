@@ -1,23 +1,23 @@
-//! Tests whose bodies run in several processes: a test starts this very program under `mpirun`, each rank of which runs one case.
+//! Tests that run in several processes: a test starts its own program under `mpirun`, and each rank runs one case.
 
 use layersplat::distributed::Group;
 use layersplat::distributed::mpi::{self, Threading, environment::Universe};
 use std::process::Command;
 
-/// The case that ranks are to run.
+/// Name of the case for the ranks.
 const CASE: &str = "LAYERSPLAT_TEST_CASE";
 
-/// `mpirun` as these tests take it: more ranks than cores, none bound to a core, as any user.
+/// `mpirun` for tests: more ranks than cores, not bound to cores, as any user.
 pub fn mpirun() -> Command {
     let mut command = Command::new("mpirun");
     command.args(["--oversubscribe", "--bind-to", "none"]);
     command.envs([("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")]);
-    // One thread each: there are more ranks than cores.
+    // One thread per rank, because there are more ranks than cores.
     command.envs([("POCL_MAX_PTHREAD_COUNT", "1"), ("RAYON_NUM_THREADS", "1")]);
     command
 }
 
-/// Runs a case on so many ranks; all must end well.
+/// Runs a case on a number of ranks; all must succeed.
 pub fn on_ranks(ranks: usize, case: &str) {
     let program = std::env::current_exe().expect("this program");
     let done = mpirun()
@@ -29,11 +29,11 @@ pub fn on_ranks(ranks: usize, case: &str) {
         .expect("mpirun, of the package openmpi-bin, which scripts/mpi installs");
     let said = [done.stdout, done.stderr].map(|said| String::from_utf8_lossy(&said).into_owned()).concat();
     assert!(done.status.success(), "{case} on {ranks} ranks: {said}");
-    // A rank that found no such case would end well, too.
+    // Ranks that do not find the case would succeed, too.
     assert_eq!(said.matches("ran the case").count(), ranks, "{case} on {ranks} ranks: {said}");
 }
 
-/// Runs a case as a rank. What fails on one ends all.
+/// Runs a case as a rank. A failure of one rank ends all.
 pub fn as_a_rank(run: impl FnOnce(&str, &Group)) {
     let case = std::env::var(CASE).expect("started by another test");
     let (universe, _): (Universe, Threading) = mpi::initialize_with_threading(Threading::Serialized).expect("MPI once");

@@ -1,4 +1,4 @@
-//! Volumes that several processes render together: the pictures of one, and what goes wrong on one rank ends on all.
+//! Volumes rendered by several processes: the pictures of a single process, and termination of all if one fails.
 
 #[cfg(feature = "cli")]
 mod command;
@@ -10,7 +10,7 @@ mod volumes;
 
 use launch::on_ranks;
 
-/// Numbers of ranks: alone, even, odd, and more than divide the layers.
+/// Numbers of ranks: one, even, odd, and not a divisor of the layers.
 const RANKS: [usize; 4] = [1, 2, 3, 5];
 
 #[test]

@@ -1,4 +1,4 @@
-//! What ranks draw together, beside what one process draws alone.
+//! Pictures of several ranks compared with those of one process.
 
 use crate::common::*;
 use glam::DVec3;
@@ -12,19 +12,19 @@ use layersplat::settings::{Blend, Classification, Layered};
 use layersplat::volume::{Description, VoxelBox, VoxelType};
 use layersplat::{Camera, Device, Frame, Quality, Settings, TransferFunction, Viewport, Volume};
 
-/// Neither a multiple of any number of ranks, nor alike.
+/// Not multiples of any number of ranks, and all different.
 const DIMS: [usize; 3] = [23, 19, 26];
 /// Rounding of `over` in another order.
 const REASSOCIATED: f64 = 2e-6;
-/// What is behind was not told that light ended in front of it.
+/// Parts behind an opaque front are not terminated.
 const TERMINATED: f64 = Settings::OPAQUE + REASSOCIATED;
 
-/// All voxels, which every rank has for the comparison, and those of a rank's own.
+/// All voxels, which every rank has for comparison.
 fn whole() -> Volume<'static> {
     random_volume(DIMS, DVec3::new(1.0, 1.2, 0.8), 5)
 }
 
-/// What a rank has: a slab along z without ghosts, or, of boxes, one that another rank's axis is cut along, with some ghosts.
+/// Brick of a rank: a slab along z without ghosts, or a box that another rank's axis divides, with some ghosts.
 fn brick(group: &Group, axis: usize, ghosts: usize) -> Brick {
     let (rank, size) = (group.rank(), group.size());
     let (mut own, mut held) = (VoxelBox::whole(DIMS), VoxelBox::whole(DIMS));
@@ -48,7 +48,7 @@ fn shared(group: &Group, axis: usize, ghosts: usize) -> Volume<'static> {
     group.volume("shared", whole().grid().clone(), brick, voxels).unwrap().with_background(0.0).unwrap()
 }
 
-/// Views of all axes from both sides, in both projections, and one that several axes share.
+/// Views along all axes from both sides, in both projections, and one blended from several axes.
 fn views(volume: &Volume, size: Viewport) -> Vec<Camera> {
     let turns = [(80.0, 12.0), (-70.0, -20.0), (15.0, 72.0), (20.0, -15.0), (170.0, 8.0), (45.0, 0.0)];
     let parallel = turns.iter().map(|&(azimuth, elevation)| parallel(volume, size, azimuth, elevation));
@@ -87,7 +87,7 @@ pub fn are_those_of_one_process(group: &Group) {
             }
         }
     }
-    // Where nothing stays that the next lattice does not need, several of a picture are drawn all the same.
+    // Several lattices of a picture are rendered correctly even if the cache holds nothing for the next one.
     let mut forgetful = Renderer::new(group, &device, &shared(group, 2, ghosts), &transfer).unwrap();
     forgetful.keep(false);
     let settings = Settings { early_termination: false, ..Settings::default() };
@@ -97,7 +97,7 @@ pub fn are_those_of_one_process(group: &Group) {
             assert_close("forgetful", &frame, &expected, if group.size() == 1 { 0.0 } else { REASSOCIATED });
         }
     }
-    // A comparison that a small change of the view passes would tell nothing.
+    // The comparison must detect a small change of the view.
     let settings = Settings { early_termination: false, ..Settings::default() };
     let mut together = Renderer::new(group, &device, &shared(group, 2, ghosts), &transfer).unwrap();
     let turned = parallel(&volume, size, 20.05, -15.0);
@@ -119,7 +119,7 @@ pub fn in_every_blend_mode(group: &Group) {
             let settings = Settings { blend, early_termination: false, ..Settings::default() };
             let Some((frame, _)) = drawn(&mut together, &camera, size, &settings) else { continue };
             let (expected, _) = alone.render(&camera, size, &settings).unwrap();
-            // Means are sums of some 25 layers in another order, looked up in a table of colours.
+            // Means are sums of about 25 layers in another order, looked up in a colour table.
             let tolerance = if blend == Blend::Average { 1e-4 } else { REASSOCIATED };
             assert_close(&format!("{blend:?} of {group:?}"), &frame, &expected, tolerance);
         }
@@ -137,7 +137,7 @@ pub fn are_the_same_again(group: &Group) {
     }
 }
 
-/// Another transfer function, another kernel that needs more layers, another volume.
+/// A new transfer function, a kernel that needs more layers, and a new volume.
 pub fn follow_changes(group: &Group) {
     let (volume, size, transfer) = (whole(), viewport(48, 40), smooth_transfer());
     let device = device();
@@ -155,7 +155,7 @@ pub fn follow_changes(group: &Group) {
             assert_close(&format!("{settings:?} of {group:?}"), &frame, &expected, REASSOCIATED);
         }
     }
-    // Nothing is sent where nothing has changed, and bricks that may not be moved for balance are not.
+    // Nothing is sent without a change, and bricks that must not be moved for balance stay.
     if let Some((_, report)) = drawn(&mut together, &camera, size, &plain) {
         assert!(report.ranks.iter().all(|rank| rank.exchanged.received_bytes == 0), "{report:?}");
     }
@@ -173,21 +173,21 @@ pub fn follow_changes(group: &Group) {
         let received: u64 = report.ranks.iter().map(|rank| rank.exchanged.received_bytes).sum();
         assert_eq!(received > 0, balance && group.size() > 1, "{report:?}");
         let layers: Vec<usize> = report.ranks.iter().map(|rank| rank.layers).collect();
-        // All that shows lies in the first six layers.
+        // All visible values lie in the first six layers.
         assert_eq!(layers.iter().all(|&n| n.abs_diff(DIMS[2] / group.size()) <= 1), !balance || group.size() == 1, "{layers:?}");
     }
 }
 
-/// Devices that have no buffer for all layers of a rank.
+/// Devices without a buffer for all layers of a rank.
 pub fn in_several_buffers(group: &Group) {
-    // Of 64 layers of 4096 voxels 35 have room beside those around them; the tables of a picture have it, too.
+    // Of 64 layers of 4096 voxels, 35 and those around them fit; the tables of a picture fit, too.
     let little = device().with_largest_buffer(160_000);
     let (size, transfer, options) = (viewport(20, 16), smooth_transfer(), layersplat::OpenOptions::default());
     let volume = Volume::open("builtin:gyroid@64", &options).unwrap();
     let shared = group.open("builtin:gyroid@64", &options).unwrap();
     let mut alone = layersplat::Renderer::new(&device(), &volume, &transfer).unwrap();
     let mut together = Renderer::new(group, &little, &shared, &transfer).unwrap();
-    assert!(layersplat::Renderer::new(&little, &volume, &transfer).is_err(), "it would have room for all");
+    assert!(layersplat::Renderer::new(&little, &volume, &transfer).is_err(), "the volume must not fit into one buffer");
     for settings in [Quality::Standard.settings(), splatted()] {
         let settings = Settings { early_termination: false, ..settings };
         for camera in views(&volume, size).iter().take(6) {
@@ -198,7 +198,7 @@ pub fn in_several_buffers(group: &Group) {
     }
 }
 
-/// Voxels in buffers of the ranks' own, which change.
+/// Voxels in the ranks' own buffers, which change.
 pub fn of_bricks_on_devices(group: &Group) {
     let (volume, size, transfer) = (whole(), viewport(48, 40), smooth_transfer());
     let context = Context::from_device(&device().id().into()).unwrap();
@@ -206,11 +206,11 @@ pub fn of_bricks_on_devices(group: &Group) {
     let device = Device::of_queue(&queue).unwrap();
     let brick = brick(group, 2, 2);
     let VoxelBox { first, dims } = brick.held;
-    // Of a range that stays what it is when they are inverted.
+    // The range is invariant under inversion.
     let mut all_bytes = random_bytes(DIMS, 5);
     (all_bytes[0], all_bytes[1]) = (0, 255);
     let mut voxels = all_bytes[DIMS[0] * DIMS[1] * first[2]..][..brick.held.count()].to_vec();
-    // SAFETY: as many bytes as there are voxels.
+    // SAFETY: the buffer has as many bytes as there are voxels.
     let mut buffer = unsafe {
         let flags = CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR;
         Buffer::<u8>::create(&context, flags, voxels.len(), voxels.as_mut_ptr().cast()).unwrap()
@@ -230,13 +230,13 @@ pub fn of_bricks_on_devices(group: &Group) {
     }
     let inverted = |bytes: Vec<u8>| bytes.into_iter().map(|byte| 255 - byte).collect::<Vec<u8>>();
     voxels = inverted(voxels);
-    // SAFETY: as many bytes as there are voxels, which stay until they are written.
+    // SAFETY: the buffer has as many bytes as there are voxels, which live until they are written.
     unsafe { queue.enqueue_write_buffer(&mut buffer, 1, 0, &voxels, &[]).unwrap() };
     together.volume_changed(&[]).unwrap();
     if let Some((frame, _)) = drawn(&mut together, &camera, size, &settings) {
         assert_close("changed on devices", &frame, &expected(inverted(all_bytes)), REASSOCIATED);
     }
-    // Along x a rank lacks most of its layers.
+    // Along x, a rank lacks most of its layers.
     let across = together.render(&parallel(&volume, size, 85.0, 5.0), size, &settings).map(drop);
     if group.size() == 1 {
         across.unwrap();

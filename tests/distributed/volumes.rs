@@ -1,4 +1,4 @@
-//! What ranks find out about a volume together, and how they read it.
+//! Reading of distributed volumes, and collective statistics.
 
 use crate::common::*;
 use glam::DVec3;
@@ -9,7 +9,7 @@ use layersplat::volume::{Grid, VoxelBox, convert};
 use layersplat::{Error, OpenOptions, Orbit, Settings, TransferFunction, Volume};
 use std::path::{Path, PathBuf};
 
-/// A folder that all ranks know, and rank 0 makes.
+/// A folder that rank 0 creates and all ranks use.
 struct Folder(PathBuf, bool);
 
 impl Folder {
@@ -113,7 +113,7 @@ pub fn are_refused_on_all(group: &Group) {
         other => panic!("{other:?}"),
     };
     let open = |name: &str| group.open(folder.0.join(name), &OpenOptions::default()).map(drop);
-    // Packed files would be read by all.
+    // All ranks would have to read compressed files.
     if group.leads() {
         let volume = Volume::open("builtin:hydrogen@12", &OpenOptions::default()).unwrap();
         volume.save(folder.0.join("a_12x12x12_uint8.raw")).unwrap();
@@ -130,12 +130,12 @@ pub fn are_refused_on_all(group: &Group) {
     assert!(first == 0 && message.contains("layersplat convert"), "{message}");
     assert!(rank(open("short_12x12x12_uint8.raw")).1.contains("900"));
     assert!(rank(open("none.nrrd")).1.contains("none.nrrd"));
-    // The last rank alone looks for another file.
+    // Only the last rank looks for another file.
     let last = group.size() - 1;
     let name = if group.rank() == last { "missing.raw" } else { "a_12x12x12_uint8.raw" };
     let (failed, message) = rank(open(name));
     assert!(failed == last && message.contains("missing.raw"), "{failed}: {message}");
-    // Bricks that are two ranks' own, or nobody's.
+    // Bricks owned by two ranks or by none.
     let grid = Grid::new([4, 4, 8], DVec3::ONE).unwrap();
     let all = VoxelBox::whole([4, 4, 8]);
     let transfer = smooth_transfer();
@@ -147,16 +147,16 @@ pub fn are_refused_on_all(group: &Group) {
     let volume = group.volume("half", grid.clone(), Brick { own: half, held: half }, vec![1u8; 8]).unwrap();
     assert!(rank(Renderer::new(group, &device(), &volume, &transfer).map(drop)).1.contains("each must be somebody's own"));
     assert!(
-        rank(group.volume("outside", grid, Brick { own: all, held: half }, vec![1u8; 8]).map(drop)).1.contains("cannot be held")
+        rank(group.volume("outside", grid, Brick { own: all, held: half }, vec![1u8; 8]).map(drop)).1.contains("invalid boxes")
     );
-    // A view without a lattice, and then one with.
+    // A view without a lattice, then one with a lattice.
     let volume = group.open("builtin:hydrogen@40", &OpenOptions::default()).unwrap();
     let mut renderer = Renderer::new(group, &device(), &volume, &transfer).unwrap();
     let (size, camera) = (viewport(24, 24), parallel(&volume, viewport(24, 24), 10.0, 10.0));
     let cast = layersplat::settings::Algorithm::Slicing { step: 0.5 }.into();
     assert!(rank(renderer.render(&camera, size, &cast).map(drop)).1.contains("only layers on a lattice"));
     assert!(renderer.render(&camera, size, &Settings::default()).unwrap().0.is_some() == group.leads());
-    // Who opens a part cannot render it alone.
+    // Another renderer cannot render a part alone.
     if group.size() > 1 {
         let refused = layersplat::Renderer::new(&device(), &volume, &transfer).map(drop).unwrap_err().to_string();
         assert!(refused.contains("only a part"), "{refused}");

@@ -1,4 +1,4 @@
-//! Enqueued frames: the bits of rendered ones, in any memory, after what they are told to wait for.
+//! Enqueued frames: bit-identical to rendered ones, in any memory, after their wait events.
 
 use crate::common::{CONVERGED, POINTS, SPLATTED, layered, perspective};
 use crate::handles::image;
@@ -12,7 +12,7 @@ use opencl3::event::{CL_COMPLETE, Event};
 use opencl3::memory::{CL_FLOAT, CL_RGBA, CL_UNORM_INT8, ClMem, cl_image_format};
 use opencl3::types::CL_BLOCKING;
 
-/// Each way that pictures come about: a lattice of either classification, several that share a picture, per pixel, rays.
+/// All render paths: lattices of either classification, blended lattices, per pixel, ray casting.
 fn ways() -> Vec<Settings> {
     let settings = Settings::default();
     let of = |classification, evaluation| Settings {
@@ -60,7 +60,7 @@ fn enqueued_frames_have_the_bits_of_rendered_ones() {
     }
 }
 
-/// Rows with gaps, a first pixel anywhere; what lies around them stays.
+/// Rows with gaps and any first pixel; bytes outside the picture stay unchanged.
 #[test]
 fn pictures_go_where_they_are_wanted() {
     const ROW: usize = 4 * 45;
@@ -70,7 +70,7 @@ fn pictures_go_where_they_are_wanted() {
     let mut renderer = renderer(&host.device(), &volume, &transfer);
     let background = Background::Color([0.3; 3]);
     let (expected, _) = renderer.render_rgba8(&camera, SIZE, &settings, background).unwrap();
-    // Without gaps, with a first pixel in the middle of a row, and so far in a row that the first of the picture goes on in the next.
+    // Without gaps; starting within a row; and starting so late in a row that the first row continues in the next.
     for (first, pitch) in [(4, ROW + 12), (20, ROW), (ROW, ROW), (ROW + 4, ROW + 12), (5 * ROW + 8, ROW + 4)] {
         let bytes = first + pitch * SIZE.height as usize;
         let picture = host.filled(&vec![UNTOUCHED; bytes]);
@@ -100,7 +100,7 @@ fn pictures_go_into_images() {
         let event = renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).unwrap();
         let mut bytes = vec![0u8; format.bytes() * SIZE.pixels()];
         let (origin, region) = ([0, 0, 0], [columns, rows, 1]);
-        // SAFETY: the read blocks, and there are as many bytes.
+        // SAFETY: the read blocks, and the buffer has as many bytes.
         let read = unsafe {
             let wait = [event.get()];
             opencl3::command_queue::enqueue_read_image(
@@ -125,12 +125,12 @@ fn pictures_go_into_images() {
     assert_eq!(bytes, renderer.render_rgba8(&camera, SIZE, &settings, background).unwrap().0);
 }
 
-/// What a frame waits for is not there yet: the call returns all the same, and the picture comes when it is.
+/// The wait event is not complete yet: the call returns immediately, and the picture follows when it completes.
 #[test]
 fn a_frame_is_enqueued_and_not_waited_for() {
     let (volume, transfer, camera) = scene();
     for host in hosts() {
-        // Other frames of the host's go through another queue meanwhile.
+        // The host uses another queue meanwhile.
         let own_queue = host.another_queue(0);
         for settings in ways() {
             let mut renderer = renderer(&host.device(), &volume, &transfer);
@@ -146,9 +146,9 @@ fn a_frame_is_enqueued_and_not_waited_for() {
             let events = [&first, &second, &changed, &third];
             assert!(events.iter().all(|event| event.command_execution_status().unwrap().0 != CL_COMPLETE), "{settings:?}");
             let mut now = vec![0f32; 4 * SIZE.pixels()];
-            // SAFETY: the read blocks, and there are as many values.
+            // SAFETY: the read blocks, and the buffer has as many values.
             unsafe { own_queue.enqueue_read_buffer(&picture, CL_BLOCKING, 0, &mut now, &[]) }.unwrap();
-            assert!(now.iter().all(|&x| x == -1.0), "the picture is not begun before what it waits for is over");
+            assert!(now.iter().all(|&x| x == -1.0), "the picture must not start before its wait event");
             keep(&promise);
             third.wait().unwrap();
             assert!(events.iter().all(|event| event.command_execution_status().unwrap().0 == CL_COMPLETE));
@@ -175,14 +175,14 @@ fn what_reads_back_is_refused() {
     );
 }
 
-/// What a frame waits for fails: so does the frame, and the next one does not.
+/// A failed wait event fails its frame, but not the next one.
 #[test]
 fn a_failed_wait_fails_one_frame() {
     let (volume, transfer, camera) = scene();
     for host in hosts() {
         let settings = Settings::default();
         let expected = crate::common::render(&volume, &transfer, &camera, SIZE, &settings);
-        // The first frame, which makes what others find.
+        // The first frame fills the caches.
         let mut renderer = renderer(&host.device(), &volume, &transfer);
         let picture = host.room::<f32>(4 * SIZE.pixels());
         let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), PictureFormat::Floats);
@@ -196,7 +196,7 @@ fn a_failed_wait_fails_one_frame() {
     }
 }
 
-/// Threads with a renderer each, on one device: on one queue, and on one each.
+/// One renderer per thread on one device: with a common queue, and with one queue each.
 #[test]
 fn renderers_on_several_threads() {
     let (volume, transfer, _) = scene();
@@ -225,7 +225,7 @@ fn renderers_on_several_threads() {
     }
 }
 
-/// Ray casting with every kernel was built by one renderer: others of the device find it built.
+/// One renderer builds ray casting with every kernel; others of the device reuse the programs.
 #[test]
 fn programs_are_shared_by_the_renderers_of_a_device() {
     let (volume, transfer, camera) = scene();
@@ -237,4 +237,22 @@ fn programs_are_shared_by_the_renderers_of_a_device() {
     assert!(built > 0);
     renderer(&device.clone(), &volume, &transfer).render(&camera, SIZE, &settings).unwrap();
     assert_eq!(programs(&device), built);
+}
+
+/// A queue without profiling has no event times: stages then have those of the clock.
+#[test]
+fn stages_have_times_on_queues_without_profiling() {
+    let (volume, transfer, camera) = scene();
+    let own = layersplat::Device::open(&layersplat::DeviceChoice::Default).unwrap();
+    // SAFETY: the context is alive as long as the device.
+    let context = unsafe { opencl3::context::context::retain_context(own.context()) }
+        .map(|()| opencl3::context::Context::new(own.context(), &[own.id()]))
+        .unwrap();
+    #[allow(deprecated)] // The replacement needs OpenCL 2.0.
+    let queue = opencl3::command_queue::CommandQueue::create_default(&context, 0).unwrap();
+    let mut renderer = layersplat::Renderer::new(&own.with_queue(&queue).unwrap(), &volume, &transfer).unwrap();
+    renderer.measure(true);
+    let (_, report) = renderer.render(&camera, SIZE, &Settings::default()).unwrap();
+    let stages = report.measured.unwrap().stages;
+    assert!(!stages.is_empty() && stages.iter().all(|&(_, ms)| ms > 0.0), "{stages:?}");
 }

@@ -1,4 +1,4 @@
-//! What is handed over is retained as long as it is used, and released then.
+//! OpenCL objects of the caller are retained while they are used, and released afterwards.
 
 use crate::host::{Host, OUT_OF_ORDER, SIZE, hosts, renderer, scene};
 use layersplat::device::DeviceMemory;
@@ -8,7 +8,7 @@ use layersplat::{Device, Renderer, Settings};
 use opencl3::memory::{CL_FLOAT, CL_MEM_OBJECT_IMAGE2D, CL_RGBA, CL_UNORM_INT16, cl_image_desc, cl_image_format};
 use opencl3::memory::{CL_MEM_READ_ONLY, CL_MEM_READ_WRITE, CL_MEM_WRITE_ONLY, ClMem, Image};
 
-/// References to a context and to a queue.
+/// Reference counts of a context and of a queue.
 fn references(host: &Host) -> [u32; 2] {
     [host.context.reference_count().unwrap(), host.queue.reference_count().unwrap()]
 }
@@ -25,7 +25,7 @@ fn reference_counts_are_as_before_when_all_is_dropped() {
         let mut after = Vec::new();
         for _ in 0..3 {
             let device = host.device();
-            assert!(references(&host).iter().zip(before).all(|(now, before)| *now > before), "what is used is retained");
+            assert!(references(&host).iter().zip(before).all(|(now, before)| *now > before), "objects in use must be retained");
             renderer(&device, &volume, &transfer).render(&camera, SIZE, &Settings::default()).unwrap();
             let memory = DeviceMemory::of_buffer(&voxels).unwrap();
             let placed = DeviceVoxels::new(&memory, VoxelType::Uint8);
@@ -41,13 +41,13 @@ fn reference_counts_are_as_before_when_all_is_dropped() {
             after.push(references(&host));
             assert_eq!(of_memory(), memory_before);
         }
-        // PoCL keeps events of a queue for the next ones, and they count: once, however often the queue is used.
+        // PoCL keeps events of a queue for reuse, which count as one reference in total.
         assert!(after[0][1] <= before[1] + 1, "{after:?}");
         assert!(after.iter().all(|&[context, queue]| context == before[0] && queue == after[0][1]), "{before:?}, {after:?}");
     }
 }
 
-/// The renderer outlives every handle that its maker had.
+/// The renderer remains usable after its creator has dropped all handles.
 #[test]
 fn what_was_handed_over_lives_as_long_as_it_is_used() {
     let (volume, transfer, camera) = scene();
@@ -64,7 +64,7 @@ fn raw_handles_must_belong_together() {
     let (host, other) = (Host::new(0), Host::new(0));
     let device = host.device();
     let of = |context, device, queue| {
-        // SAFETY: all are alive.
+        // SAFETY: all handles are valid.
         unsafe { Device::from_handles(context, device, queue) }.map(|_| ()).map_err(|e| e.to_string())
     };
     assert_eq!(of(host.context.get(), device.id(), host.queue.get()), Ok(()));
@@ -84,7 +84,7 @@ fn memory_that_cannot_be_used_is_refused_with_the_reason() {
     let mut renderer = renderer(&device, &volume, &transfer);
     let bytes = 16 * SIZE.pixels();
     let buffer = |host: &Host, flags| {
-        // SAFETY: no host pointer is given.
+        // SAFETY: no host pointer is passed.
         unsafe { opencl3::memory::Buffer::<u8>::create(&host.context, flags, bytes, std::ptr::null_mut()) }.unwrap()
     };
     let mut refused = |onto: &PictureMemory| {
@@ -116,7 +116,7 @@ fn memory_that_cannot_be_used_is_refused_with_the_reason() {
     assert!(describe(DeviceVoxels::new(&own, VoxelType::Uint8).with_pitches(1 << 40, 1 << 60)).contains("end at"));
 }
 
-/// An image of the host's.
+/// An image of the host.
 pub fn image(host: &Host, format: cl_image_format, width: usize, height: usize) -> Image {
     let description = cl_image_desc {
         image_type: CL_MEM_OBJECT_IMAGE2D,
@@ -130,6 +130,6 @@ pub fn image(host: &Host, format: cl_image_format, width: usize, height: usize) 
         num_samples: 0,
         buffer: std::ptr::null_mut(),
     };
-    // SAFETY: no host pointer is given.
+    // SAFETY: no host pointer is passed.
     unsafe { Image::create(&host.context, CL_MEM_READ_WRITE, &format, &description, std::ptr::null_mut()) }.unwrap()
 }

@@ -1,4 +1,4 @@
-//! A program with an OpenCL of its own, which layersplat is a guest of.
+//! A host program with its own OpenCL context.
 
 use crate::common::{self, random_volume, smooth_transfer};
 use glam::DVec3;
@@ -20,13 +20,13 @@ pub struct Host {
     pub queue: CommandQueue,
 }
 
-/// In order and out of order.
+/// Hosts with an in-order and with an out-of-order queue.
 pub fn hosts() -> [Host; 2] {
     [Host::new(0), Host::new(OUT_OF_ORDER)]
 }
 
 impl Host {
-    /// On the device under test, with a queue of some properties.
+    /// A host on the device under test, with a queue of some properties.
     pub fn new(properties: cl_command_queue_properties) -> Self {
         let context = Context::from_device(&ClDevice::new(common::device().id())).unwrap();
         let queue = new_queue(&context, properties);
@@ -51,25 +51,25 @@ impl Host {
 
     /// An uninitialised buffer.
     pub fn room<T>(&self, len: usize) -> Buffer<T> {
-        // SAFETY: no host pointer is given.
+        // SAFETY: no host pointer is passed.
         unsafe { Buffer::create(&self.context, CL_MEM_READ_WRITE, len, std::ptr::null_mut()) }.unwrap()
     }
 
-    /// What a buffer holds when some events are over.
+    /// Content of a buffer after some events.
     pub fn read<T: Copy + Default>(&self, buffer: &Buffer<T>, len: usize, after: &[&Event]) -> Vec<T> {
         let mut values = vec![T::default(); len];
         let after: Vec<_> = after.iter().map(|event| event.get()).collect();
-        // SAFETY: the read blocks, and there are as many values.
+        // SAFETY: the read blocks, and the buffer has as many values.
         unsafe { self.queue.enqueue_read_buffer(buffer, CL_BLOCKING, 0, &mut values, &after) }.unwrap();
         values
     }
 
-    /// An event that is complete when the test says so.
+    /// An event that the test completes.
     pub fn promise(&self) -> Event {
         Event::new(create_user_event(self.context.get()).unwrap())
     }
 
-    /// A picture of floats, by the caller's buffer.
+    /// A float picture, through the caller's buffer.
     pub fn floats(&self, renderer: &mut Renderer, camera: &Camera, settings: &Settings) -> Frame {
         let picture = self.room::<f32>(4 * SIZE.pixels());
         let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), PictureFormat::Floats);
@@ -79,7 +79,7 @@ impl Host {
 }
 
 pub fn new_queue(context: &Context, properties: cl_command_queue_properties) -> CommandQueue {
-    #[allow(deprecated)] // The replacement needs OpenCL 2.0.
+    #[allow(deprecated)] // The replacement requires OpenCL 2.0.
     CommandQueue::create_default(context, properties).unwrap()
 }
 
@@ -91,7 +91,7 @@ pub fn frame(floats: &[f32]) -> Frame {
     Frame::new(SIZE, floats.as_chunks::<4>().0.to_vec())
 }
 
-/// A volume, how it is seen, and a renderer of it on a device.
+/// A volume, its view, and its transfer function.
 pub fn scene() -> (Volume<'static>, TransferFunction, Camera) {
     let volume = random_volume([21, 18, 24], DVec3::new(1.0, 0.8, 1.1), 5);
     let camera = common::parallel(&volume, SIZE, 25.0, 15.0);

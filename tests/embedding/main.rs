@@ -1,4 +1,4 @@
-//! At home in other people's programs: contexts, queues, buffers and events of a caller's own.
+//! Embedding: contexts, queues, buffers and events of the caller.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -7,4 +7,6 @@ mod frames;
 mod handles;
 mod host;
 mod scratch;
+#[path = "../gl/told.rs"]
+mod told;
 mod volumes;

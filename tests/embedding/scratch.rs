@@ -1,4 +1,4 @@
-//! The memory that frames write can be the caller's.
+//! Caller-provided scratch memory.
 
 use crate::common::{POINTS, SPLATTED, layered, perspective};
 use crate::host::{Host, SIZE, renderer, scene};
@@ -26,8 +26,11 @@ fn a_frame_needs_as_much_as_it_says() {
         of(POINTS, Evaluation::Direct),
         Algorithm::Slicing { step: 0.8 }.into(),
     ];
+    // Beside the volume: the lattice is empty.
+    let beside = glam::DVec3::new(1e4, 0.0, 0.0);
+    let off_screen = Camera { position: camera.position + beside, focal_point: camera.focal_point + beside, ..camera };
     for settings in ways {
-        for camera in [camera, shared, perspective(&volume, 80.0, 10.0, 30.0)] {
+        for camera in [camera, shared, perspective(&volume, 80.0, 10.0, 30.0), off_screen] {
             let (floats, _) = renderer.render(&camera, SIZE, &settings).unwrap();
             let floats: Vec<u8> = floats.pixels().iter().flatten().flat_map(|c| c.to_ne_bytes()).collect();
             let (bytes, _) = renderer.render_rgba8(&camera, SIZE, &settings, Background::Transparent).unwrap();
@@ -50,8 +53,8 @@ fn a_frame_needs_as_much_as_it_says() {
                         let rows = found.chunks(pitch).map(|row| &row[..pitch - gap]);
                         assert!(rows.eq(expected.chunks(pitch - gap)), "{settings:?}");
                     }
-                    // Tables of splatted layers are the renderer's own, made anew for every frame.
-                    assert!(device.allocated_bytes() <= own, "pictures and lattices are the caller's");
+                    // Tables of splatted layers belong to the renderer, and are computed for every frame.
+                    assert!(device.allocated_bytes() <= own, "pictures and lattices must be in the caller's memory");
                     *sizes.iter_mut().max().unwrap() -= 16;
                     give(&mut renderer, &sizes);
                     let error = renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).map(|_| ()).unwrap_err().to_string();

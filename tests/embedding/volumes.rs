@@ -1,4 +1,4 @@
-//! Volumes in buffers of the caller's own.
+//! Volumes in the caller's buffers.
 
 use crate::common::{assert_close, device, layered, perspective, smooth_transfer, volume as volume_of};
 use crate::host::{Host, SIZE, hosts};
@@ -9,10 +9,11 @@ use layersplat::renderer::{DeviceVoxels, UploadedVolume};
 use layersplat::settings::{Algorithm, Blend, Classification, Layered};
 use layersplat::volume::{Description, VoxelType, Voxels};
 use layersplat::{Camera, Frame, Renderer, Settings, TransferFunction, Volume};
+use std::sync::Barrier;
 
 const DIMS: [usize; 3] = [19, 14, 16];
 const SPACING: DVec3 = DVec3::new(1.0, 1.2, 0.9);
-/// Unused bytes before the first voxel, in voxels; and behind each row and each layer.
+/// Unused voxels before the first one; below, gaps after each row and each layer.
 const FIRST: usize = 5;
 const ROW_GAP: usize = 3;
 const LAYER_GAP: usize = 7;
@@ -38,7 +39,7 @@ fn ways() -> Vec<Settings> {
     ]
 }
 
-/// Voxels with gaps, in which something else lies.
+/// Copies voxels to a layout with gaps, filled with another value.
 fn spread<T: Copy>(voxels: &[T], gap: T) -> Vec<T> {
     let [x, y, _] = DIMS;
     let mut all = vec![gap; FIRST];
@@ -57,7 +58,7 @@ fn pitches(voxel: usize) -> (usize, usize) {
     (row * voxel, (row * DIMS[1] + LAYER_GAP) * voxel)
 }
 
-/// A picture from every side, in every way.
+/// Pictures from all sides, with all render paths.
 fn pictures(renderer: &mut Renderer, volume: &Volume) -> Vec<Frame> {
     let mut frames = Vec::new();
     for settings in ways() {
@@ -86,7 +87,7 @@ fn in_place<T: Copy>(
     Renderer::of(&UploadedVolume::in_place(&host.device(), &description, &placed).unwrap(), transfer).unwrap()
 }
 
-/// The range is only a promise there, so integrals go on beyond it: a sum in another order.
+/// The declared range is not verified, so integrals extend beyond it: a sum in another order.
 const GOES_ON: f64 = 2e-6;
 
 #[test]
@@ -119,7 +120,7 @@ fn volumes_in_place_look_as_uploaded_ones() {
 fn changed_voxels_are_seen() {
     let transfer = smooth_transfer();
     let [before, after] = [3, 4].map(values);
-    // Much of it is empty afterwards, and something shows where nothing did.
+    // Much of the new volume is empty, and some empty parts become visible.
     let after: Vec<u8> = after.iter().enumerate().map(|(n, &v)| if n % (19 * 14) < 100 { 0 } else { v / 2 + 40 }).collect();
     let [old, new] = [&before, &after].map(|v| volume_of(DIMS, SPACING, Voxels::Uint8(v.clone())));
     let description = Description::new("changing", old.grid().clone(), VoxelType::Uint8, (0.0, 255.0)).unwrap();
@@ -142,7 +143,7 @@ fn changed_voxels_are_seen() {
         let volume = UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();
         let mut renderer = Renderer::of(&volume, &transfer).unwrap();
         assert!(pictures(&mut renderer, &old) == expected[0]);
-        // SAFETY: the write does not block, and `after` lives to its end.
+        // SAFETY: the write does not block, and `after` lives until it completes.
         let written = unsafe { host.queue.enqueue_write_buffer(&mut buffer, 0, 0, &after, &[]) }.unwrap();
         let allocated = host.device().allocated_bytes();
         renderer.volume_changed(&[&written]).unwrap();
@@ -152,7 +153,7 @@ fn changed_voxels_are_seen() {
     }
 }
 
-/// A renderer of floats in place, whose range is said to be 60 to 180.
+/// A renderer of floats in place, with a declared range of 60 to 180.
 fn promised(host: &Host, floats: &[f32]) -> (Renderer, Volume<'static>) {
     let within = floats.iter().map(|v| v.clamp(60.0, 180.0)).collect();
     let volume = volume_of(DIMS, SPACING, Voxels::Float32(within)).with_background(60.0).unwrap();
@@ -164,7 +165,7 @@ fn promised(host: &Host, floats: &[f32]) -> (Renderer, Volume<'static>) {
     (Renderer::of(&there, &transfer).unwrap(), volume)
 }
 
-/// Who said a range keeps it or not: what lies beyond shows as its ends do.
+/// Values outside the declared range are rendered like its ends.
 #[test]
 fn values_beyond_the_promised_range_show_as_its_ends() {
     let host = Host::new(0);
@@ -174,7 +175,7 @@ fn values_beyond_the_promised_range_show_as_its_ends() {
     for (beyond, end) in [(500.0, 180.0), (-300.0, 60.0)] {
         let [(mut beyond, volume), (mut end, _)] = [beyond, end].map(ends);
         for camera in cameras(&volume) {
-            // Edges go on where values are gathered: the field is the same everywhere.
+            // Modes that reduce values repeat edge voxels: the field is constant.
             let [beyond, end] = [&mut beyond, &mut end].map(|renderer| renderer.render(&camera, SIZE, &maximum).unwrap().0);
             assert!(end.pixels().iter().any(|p| p[3] > 0.04));
             assert!(beyond == end);
@@ -186,5 +187,43 @@ fn values_beyond_the_promised_range_show_as_its_ends() {
         let (frame, _) = renderer.render(&camera, SIZE, &unlit).unwrap();
         assert!(frame.pixels().iter().flatten().all(|x| x.is_finite() && (0.0..=1.0 + 1e-5).contains(x)));
         assert!(frame.pixels().iter().any(|p| p[3] > 0.05));
+    }
+}
+
+/// Two renderers of one field, each in its own thread, draw at the same time what each draws alone: they share the voxels, and what is
+/// prepared from them when the first frame needs it.
+#[test]
+fn two_threads_render_one_field() {
+    const ROUNDS: usize = 2;
+    let volume = volume_of(DIMS, SPACING, Voxels::Uint8(values(3)));
+    let transfers = [smooth_transfer(), smooth_transfer().faded(0.4).unwrap()];
+    let frames: Vec<(Settings, Camera)> =
+        ways().into_iter().flat_map(|settings| cameras(&volume).into_iter().map(move |camera| (settings, camera))).collect();
+    let draw =
+        |renderer: &mut Renderer, (settings, camera): &(Settings, Camera)| renderer.render(camera, SIZE, settings).unwrap().0;
+    let alone = transfers.each_ref().map(|transfer| {
+        let mut renderer = Renderer::new(&device(), &volume, transfer).unwrap();
+        frames.iter().map(|frame| draw(&mut renderer, frame)).collect::<Vec<Frame>>()
+    });
+    assert!(alone[0].iter().zip(&alone[1]).all(|(a, b)| a != b), "the picture of the other renderer must be noticed");
+    for round in 0..ROUNDS {
+        // First both prepare the same at the same time, then each what the other has not begun.
+        let first = [0, round * frames.len() / ROUNDS];
+        let field = UploadedVolume::new(&device(), &volume).unwrap();
+        let start = Barrier::new(2);
+        std::thread::scope(|scope| {
+            for n in 0..2 {
+                let (field, start, frames, draw) = (field.clone(), &start, &frames, &draw);
+                let (transfer, expected) = (&transfers[n], &alone[n]);
+                scope.spawn(move || {
+                    let mut renderer = Renderer::of(&field, transfer).unwrap();
+                    start.wait();
+                    for frame in (0..frames.len()).map(|i| (first[n] + i) % frames.len()) {
+                        let found = draw(&mut renderer, &frames[frame]);
+                        assert!(found == expected[frame], "round {round}, renderer {n}: {:?}", frames[frame]);
+                    }
+                });
+            }
+        });
     }
 }

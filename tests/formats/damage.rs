@@ -1,5 +1,4 @@
-//! Files that are cut short, or of which bits are flipped, give a volume or an error, and take no more memory than their bytes could
-//! stand for.
+//! Truncated files and flipped bits give a volume or an error, and never allocate more memory than the file could hold.
 
 use crate::files::{all, folder};
 use layersplat::volume::Volume;
@@ -8,17 +7,17 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Lengths that a file is cut to, and bits of it that are flipped.
+/// Number of truncations and of bit flips per file.
 const DAMAGES: usize = 40;
-/// Bytes that a damaged file of a few thousand may take at once: packed bytes stand for up to 1032.
+/// Largest allocation for a damaged file of a few thousand bytes: compression ratios are at most 1032.
 const MOST: usize = 24 << 20;
 
-/// Remembers the largest piece of memory that was asked for.
+/// Records the largest allocation.
 struct Watched;
 
 static LARGEST: AtomicUsize = AtomicUsize::new(0);
 
-// SAFETY: all calls are handed on as they are.
+// SAFETY: all calls are forwarded unchanged.
 unsafe impl GlobalAlloc for Watched {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
@@ -43,7 +42,7 @@ unsafe impl GlobalAlloc for Watched {
 #[global_allocator]
 static WATCHED: Watched = Watched;
 
-/// All files of a folder, below another.
+/// Copies a folder with its subfolders.
 pub fn copied(from: &Path, to: &Path) {
     std::fs::create_dir_all(to).unwrap();
     for entry in std::fs::read_dir(from).unwrap() {
@@ -57,7 +56,7 @@ pub fn copied(from: &Path, to: &Path) {
     }
 }
 
-/// The files that hold what is opened, of several the first and the last: a pattern's own, or all below a folder.
+/// Files to damage; of several, the first and the last: those of a pattern, or all below a folder.
 fn targets(path: &Path) -> Vec<PathBuf> {
     if !path.is_dir() {
         return vec![path.to_str().unwrap().replace("%d", "8").into()];
@@ -73,12 +72,12 @@ fn targets(path: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Opens a file in every damaged form. How many of them were refused.
+/// Opens a file in all damaged forms; returns the number of errors.
 fn damaged(path: &Path, options: &layersplat::OpenOptions) -> usize {
     targets(path).iter().map(|target| damaged_at(path, target, options)).sum()
 }
 
-/// The same with damage to one of its files.
+/// Opens a path with all kinds of damage to one of its files.
 fn damaged_at(path: &Path, target: &Path, options: &layersplat::OpenOptions) -> usize {
     let whole = std::fs::read(target).unwrap();
     let mut refused = 0;
@@ -93,7 +92,7 @@ fn damaged_at(path: &Path, target: &Path, options: &layersplat::OpenOptions) -> 
     for length in (0..whole.len()).step_by(step) {
         try_it(&whole[..length], &|| format!("cut to {length}"));
     }
-    // Bits by a linear congruence, so that a failure comes back.
+    // Pseudo-random bits from a linear congruential generator, for reproducible failures.
     let mut state = 12345u64;
     for _ in 0..DAMAGES {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -106,7 +105,7 @@ fn damaged_at(path: &Path, target: &Path, options: &layersplat::OpenOptions) -> 
     refused
 }
 
-/// One test, for what it measures is the process's.
+/// A single test, because it measures allocations of the process.
 #[test]
 fn damaged_files_are_refused_or_read() {
     let temporary = tempfile::tempdir().unwrap();
@@ -115,12 +114,12 @@ fn damaged_files_are_refused_or_read() {
     for expected in all() {
         if seen.insert(expected.file.clone()) {
             let refused = damaged(&temporary.path().join(&expected.file), &expected.options);
-            assert!(refused > 0, "{}: nothing that is done to it is noticed", expected.file);
+            assert!(refused > 0, "{}: no damage was detected", expected.file);
         }
     }
 }
 
-/// Nothing of a file can be left out but what comes behind its voxels.
+/// Truncation is detected everywhere except after the voxels.
 #[test]
 fn files_cut_short_within_their_voxels_are_refused() {
     let temporary = tempfile::tempdir().unwrap();
@@ -132,7 +131,7 @@ fn files_cut_short_within_their_voxels_are_refused() {
             std::fs::write(&path, &whole[..length]).unwrap();
             for memory in [None, Some(0)] {
                 let opened = Volume::open(&path, &layersplat::OpenOptions { memory, ..Default::default() });
-                // The checksum behind packed voxels is not looked at where these end.
+                // The checksum after compressed voxels is not verified.
                 assert!(opened.is_err(), "{file} at {length} of {}", whole.len());
             }
         }

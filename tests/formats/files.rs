@@ -1,18 +1,18 @@
-//! Every file of files/expected.json.
+//! All files of files/expected.json.
 
 use layersplat::glam::{DAffine3, DVec3};
 use layersplat::volume::{Level, OpenOptions, Volume};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// Places are of files that hold them as 32-bit floats, up to 30 from the origin.
+/// Positions are stored as 32-bit floats, up to 30 from the origin.
 const PLACE: f64 = 1e-5;
 
 pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/files")
 }
 
-/// A file, the options that it is opened with, and what the one who wrote it says of it.
+/// A file, its options, and the content that its writer declares.
 pub struct Expected {
     pub file: String,
     pub options: OpenOptions,
@@ -48,7 +48,7 @@ impl Expected {
         }
     }
 
-    /// What is wrong with a volume.
+    /// Differences of a volume from the declared content.
     pub fn differences(&self, volume: &Volume) -> Vec<String> {
         let mut wrong = Vec::new();
         if volume.grid().dims() != self.dims {
@@ -72,7 +72,7 @@ impl Expected {
     }
 }
 
-/// All that the features of this build can read.
+/// All files that this build supports.
 pub fn all() -> Vec<Expected> {
     let text = std::fs::read_to_string(folder().join("expected.json")).unwrap();
     let entries: Vec<Value> = serde_json::from_str(&text).unwrap();
@@ -86,14 +86,14 @@ pub fn all() -> Vec<Expected> {
     entries.iter().map(Expected::new).filter(|expected| readable(&expected.file)).collect()
 }
 
-/// Opens all files of a folder; panics with all that is wrong.
+/// Opens all files of a folder; panics with all differences.
 #[track_caller]
 fn check(format: &str) {
     let of_format: Vec<Expected> = all().into_iter().filter(|expected| expected.file.starts_with(format)).collect();
-    assert!(!of_format.is_empty(), "there are no files of {format}");
+    assert!(!of_format.is_empty(), "no files of {format}");
     let mut wrong = Vec::new();
     for expected in of_format {
-        // In memory, and, where it cannot be mapped, in a temporary file.
+        // In memory; and in a temporary file if it cannot be mapped.
         for memory in [None, Some(0)] {
             let options = OpenOptions { memory, ..expected.options.clone() };
             let differences = match Volume::open(folder().join(&expected.file), &options) {

@@ -1,7 +1,8 @@
-//! Files that others wrote (the scripts in make) hold what they say, and what is damaged is refused.
+//! Files of other programs (scripts in make) are read correctly; damaged files are rejected.
 
 mod damage;
 mod files;
+mod nrrd_axes;
 mod refused;
 #[cfg(feature = "npz")]
 mod refused_archives;

@@ -1,19 +1,19 @@
-//! Files with something wrong in them: named, with what is wrong.
+//! Invalid files: errors name the file and the problem.
 
 use crate::files::folder;
 use layersplat::volume::{OpenOptions, Volume};
 use layersplat::{Error, glam::DVec3};
 use std::path::Path;
 
-/// A file, what is replaced in it by what, and a word of the message.
+/// A file, the bytes to replace, their replacement, and an expected part of the message.
 type Case<'a> = (&'a str, &'a [u8], &'a [u8], &'a str);
 
 const TEXT: &[Case] = &[
     ("nrrd/raw.nrrd", b"dimension: 3", b"dimension: 0", "dimension"),
     ("nrrd/raw.nrrd", b"dimension: 3", b"dimension: 4", "sizes"),
-    ("nrrd/raw.nrrd", b"sizes: 5 4 3", b"sizes: 5 0 3", "no voxels"),
+    ("nrrd/raw.nrrd", b"sizes: 5 4 3", b"sizes: 5 0 3", "empty"),
     ("nrrd/raw.nrrd", b"sizes: 5 4 3", b"sizes: 5 4 4", "truncated"),
-    ("nrrd/raw.nrrd", b"sizes: 5 4 3", b"sizes: 999999999 999999999 999999999", "more than any"),
+    ("nrrd/raw.nrrd", b"sizes: 5 4 3", b"sizes: 999999999 999999999 999999999", "too large"),
     ("nrrd/raw.nrrd", b"type: int16", b"type: block", "block"),
     ("nrrd/raw.nrrd", b"encoding: raw", b"encoding: bzip2", "bzip2"),
     ("nrrd/raw.nrrd", b"endian: little", b"endian: middle", "endian"),
@@ -21,8 +21,10 @@ const TEXT: &[Case] = &[
     ("nrrd/lps.nrrd", b"space directions: (", b"space directions: (9", "sheared"),
     ("nrrd/detached_raw.nhdr", b"detached_raw.raw", b"missing.raw", "missing.raw"),
     ("nrrd/numbered.nhdr", b"8 10 1", b"8 11 1", "names 4"),
-    ("nrrd/numbered.nhdr", b"%02d", b"%02x", "names no files"),
+    ("nrrd/numbered.nhdr", b"%02d", b"%02x", "file name pattern"),
     ("nrrd/ascii.nrrd", b"-3000", b"-3oo0", "-3oo0"),
+    ("nrrd/itk_times.nrrd", b"(0,0,2,0)", b"(0,0,2,1)", "mix space with a fourth dimension: save a volume per time"),
+    ("nrrd/itk_times.nrrd", b"(0,0,2,0)", b"(0,0,2,0,0)", "a vector of 1 to 4"),
     ("metaimage/plain.mha", b"DimSize = 5 4 3", b"DimSize = 5 4 -3", "DimSize"),
     ("metaimage/plain.mha", b"DimSize = 5 4 3", b"DimSize = 5 4 9", "truncated"),
     ("metaimage/plain.mha", b"NDims = 3", b"NDims = 0", "NDims"),
@@ -34,11 +36,12 @@ const TEXT: &[Case] = &[
     ("vtk/legacy_30.vtk", b"STRUCTURED_POINTS", b"POLYDATA", "POLYDATA"),
     ("vtk/legacy_30.vtk", b"DIMENSIONS 5 4 3", b"DIMENSIONS 5 4 0", "DIMENSIONS"),
     ("vtk/legacy_30.vtk", b"unsigned_char", b"bit", "bit"),
-    ("vtk/legacy_30.vtk", b"POINT_DATA 60", b"POINT_DATA 70", "early"),
+    ("vtk/legacy_30.vtk", b"POINT_DATA 60", b"POINT_DATA 70", "lacks"),
     ("vtk/legacy_42_binary_int16.vtk", b"POINT_DATA 60", b"POINT_DATA 6000000000", "beyond its end"),
-    ("numpy/int16.npy", b"<i2", b"<c8", "<c8"),
+    ("numpy/int16.npy", b"<i2", b"<c8", "<c8: complex numbers"),
+    ("numpy/int16.npy", b"'<i2'", b"'>c16'", ">c16: complex numbers"),
     ("numpy/int16.npy", b"(3, 4, 5)", b"(3, 4, 9)", "truncated"),
-    ("numpy/int16.npy", b"(3, 4, 5)", b"()       ", "no voxels"),
+    ("numpy/int16.npy", b"(3, 4, 5)", b"()       ", "empty"),
     ("bov/values.bov", b"values.bin", b"missing.bin", "missing.bin"),
     ("bov/values.bov", b"FLOAT", b"COMPLEX", "COMPLEX"),
     ("bov/values.bov", b"5 4 3", b"5 4", "DATA_SIZE"),
@@ -54,16 +57,16 @@ const XML: &[Case] = &[
     ("vtk/binary_plain.vti", b"eAAAA", b"eAAAB", "base64"),
     ("vtk/binary_plain.vti", b"eAAAA", b"*AAAA", "base64"),
     ("vtk/binary_zlib.vti", b"vtkZLibDataCompressor", b"vtkLZMADataCompressor", "LZMA"),
-    ("vtk/appended_zlib.vti", b"offset=\"0\"", b"offset=\"99999999999\"", "ends too early"),
-    ("vtk/appended_plain.vti", b"Piece Extent=\"0 4 0 3 0 2\"", b"Piece Extent=\"0 4 0 3 0 9\"", "should have"),
-    ("vtk/ascii_plain.vti", b"</Piece>", b"</Piece><Piece Extent=\"0 4 0 3 2 4\"></Piece>", "has no array values"),
-    ("vtk/pieces.vti", b"Extent=\"2 4 0 1 0 2\"", b"Extent=\"2 4 0 1 0 1\"", "leave parts of the image out"),
+    ("vtk/appended_zlib.vti", b"offset=\"0\"", b"offset=\"99999999999\"", "truncated"),
+    ("vtk/appended_plain.vti", b"Piece Extent=\"0 4 0 3 0 2\"", b"Piece Extent=\"0 4 0 3 0 9\"", "expected"),
+    ("vtk/ascii_plain.vti", b"</Piece>", b"</Piece><Piece Extent=\"0 4 0 3 2 4\"></Piece>", "lacks the array values"),
+    ("vtk/pieces.vti", b"Extent=\"2 4 0 1 0 2\"", b"Extent=\"2 4 0 1 0 1\"", "do not cover the image"),
     ("vtk/pieces.vti", b"Extent=\"2 4 0 1 0 2\"", b"Extent=\"2 4 0 1 0 9\"", "it is damaged"),
     ("vtk/pieces.vti", b"Extent=\"0 2 0 3 0 2\"", b"Extent=\"0 2 0 3 0 999999999\"", "it is damaged"),
-    ("vtk/pieces.vti", b"Extent=\"2 4 1 3 0 2\"", b"Extent=\"900000002 900000004 1 3 0 2\"", "leave parts of the image out"),
+    ("vtk/pieces.vti", b"Extent=\"2 4 1 3 0 2\"", b"Extent=\"900000002 900000004 1 3 0 2\"", "do not cover the image"),
 ];
 
-/// All files of the folder of a case, one of them changed.
+/// Copies the folder of a case and changes one file.
 pub fn changed(file: &str, change: impl FnOnce(&mut Vec<u8>)) -> (tempfile::TempDir, std::path::PathBuf) {
     let temporary = tempfile::tempdir().unwrap();
     let source = folder().join(file);
@@ -115,11 +118,13 @@ fn wrong_xml_is_named() {
 
 #[test]
 fn wrong_bytes_are_named() {
-    let cases: [(&str, usize, &[u8], &str); 8] = [
+    let cases: [(&str, usize, &[u8], &str); 10] = [
         ("nifti/little_1.nii", 40, &[0], "axes"),
-        ("nifti/little_1.nii", 42, &[0, 0], "no voxels"),
+        ("nifti/little_1.nii", 42, &[0, 0], "empty"),
         ("nifti/little_1.nii", 42, &[255, 127], "truncated"),
-        ("nifti/little_1.nii", 70, &[32], "datatype is 32"),
+        ("nifti/little_1.nii", 70, &[32], "datatype is 32: complex numbers"),
+        ("nifti/little_1.nii", 70, &[0, 7], "datatype is 1792: complex numbers"),
+        ("nifti/little_1.nii", 70, &[0, 8], "datatype is 2048: complex numbers"),
         ("nifti/little_1.nii", 280, &[0, 0, 0x80, 0x40], "sheared"),
         ("nifti/little_2.nii", 175, &[0x80], "vox_offset"),
         ("nifti/pair_1.hdr", 70, &[1, 0], "datatype is 1"),
@@ -159,9 +164,9 @@ fn choices_that_there_are_not_name_their_field() {
 #[cfg(feature = "dicom")]
 fn series_that_are_no_volumes_say_why() {
     let cases = [
-        ("tilted", "a tilt of 17.74 degrees"),
-        ("gap", "2.5 to 5 apart"),
-        ("overview", "several directions"),
+        ("tilted", "tilt of 17.74 degrees"),
+        ("gap", "2.5 to 5"),
+        ("overview", "different directions"),
         ("unequal", "1 to 2"),
         ("sizes", "alike"),
         ("jpeg2000.dcm", "JPEG 2000"),
@@ -170,7 +175,7 @@ fn series_that_are_no_volumes_say_why() {
     for (name, word) in cases {
         refused(&folder().join("dicom/refused").join(name), name, word);
     }
-    // What is wrong with the distances does not matter to one who gives them.
+    // A given spacing overrides invalid distances.
     for name in ["tilted", "gap"] {
         let options = OpenOptions { spacing: Some(DVec3::ONE), ..OpenOptions::default() };
         assert_eq!(Volume::open(folder().join("dicom/refused").join(name), &options).unwrap().grid().spacing(), DVec3::ONE);
@@ -189,22 +194,22 @@ fn several_series_are_named() {
     }
 }
 
-/// A store, and in which of its files what is replaced by what, and a word of the message.
+/// A store, one of its files, the bytes to replace, their replacement, and an expected part of the message.
 #[cfg(feature = "zarr")]
 type StoreCase<'a> = (&'a str, &'a str, &'a [u8], &'a [u8], &'a str);
 
 #[cfg(feature = "zarr")]
 const STORES: &[StoreCase] = &[
-    ("plain.zarr", ".zarray", b"\"<i2\"", b"\"<c8\"", "<c8"),
+    ("plain.zarr", ".zarray", b"\"<i2\"", b"\"<c8\"", "<c8\": complex numbers"),
     ("plain.zarr", ".zarray", b"\"zarr_format\": 2", b"\"zarr_format\": 4", "zarr_format"),
     ("plain.zarr", ".zarray", b"\"shape\": [\n    3", b"\"shape\": [\n    0", "shape"),
     ("plain.zarr", ".zarray", b"\"shape\": [\n    3", b"\"shape\": [\n    99999999999999999", "2^40"),
     ("plain.zarr", ".zarray", b"\"shape\": [\n    3,", b"\"shape\": [\n    3, 9,", "axes"),
     ("plain.zarr", ".zarray", b"\"chunks\": [\n    2", b"\"chunks\": [\n    3", "expected 120"),
     ("plain.zarr", ".zarray", b"\"filters\": null", b"\"filters\": [{\"id\": \"delta\"}]", "delta"),
-    ("lz4_alone.zarr", ".zarray", b"\"id\"", b"\"id\"", "lz4, which is not read"),
+    ("lz4_alone.zarr", ".zarray", b"\"id\"", b"\"id\"", "lz4, which is not supported"),
     ("3_plain.zarr", "zarr.json", b"\"regular\"", b"\"crooked\"", "crooked"),
-    ("3_plain.zarr", "zarr.json", b"\"int16\"", b"\"complex64\"", "complex64"),
+    ("3_plain.zarr", "zarr.json", b"\"int16\"", b"\"complex64\"", "complex64\": complex numbers"),
     ("3_zstd.zarr", "zarr.json", b"\"zstd\"", b"\"pack\"", "pack, which is not read"),
     ("ome_moved.zarr", ".zattrs", b"\"coarse\"", b"\"../../\"", "no array in it"),
     ("ome_moved.zarr", ".zattrs", b"\"translation\"", b"\"rotation\"", "scale and translation"),
@@ -227,7 +232,7 @@ fn wrong_stores_are_named() {
     }
 }
 
-/// A piece that stands for more than it should, and one of which the checksum is wrong.
+/// A chunk that decompresses to more than its size, and one with a wrong checksum.
 #[cfg(feature = "zarr")]
 #[test]
 fn pieces_that_lie_are_refused() {
@@ -235,7 +240,7 @@ fn pieces_that_lie_are_refused() {
     let mut large = Vec::new();
     flate2::read::GzEncoder::new(&[0; 1 << 20][..], flate2::Compression::best()).read_to_end(&mut large).unwrap();
     for (store, piece, bytes, word) in
-        [("gzip.zarr", "0.0.0", Some(large), "more than its"), ("3_checked.zarr", "c/0/0/0", None, "checksum")]
+        [("gzip.zarr", "0.0.0", Some(large), "more than"), ("3_checked.zarr", "c/0/0/0", None, "checksum")]
     {
         let temporary = tempfile::tempdir().unwrap();
         let path = temporary.path().join(store);
@@ -261,7 +266,7 @@ fn resolutions_are_chosen_by_number_or_by_pixels() {
     for (pixels, dims) in [(1, [2, 2, 3]), (4, [2, 2, 3]), (5, [5, 4, 3]), (1000, [5, 4, 3])] {
         assert_eq!(opened(Level::Pixels(pixels)).unwrap().grid().dims(), dims, "{pixels}");
     }
-    // 5×4×3 voxels of a byte or two, and 2×2×3.
+    // 5×4×3 voxels of one or two bytes, and 2×2×3.
     for (bytes, dims) in [(1, [2, 2, 3]), (59, [2, 2, 3]), (120, [5, 4, 3])] {
         assert_eq!(opened(Level::Bytes(bytes)).unwrap().grid().dims(), dims, "{bytes}");
     }
@@ -269,6 +274,16 @@ fn resolutions_are_chosen_by_number_or_by_pixels() {
     Volume::open(folder().join("zarr/plain.zarr"), &one).unwrap();
     let message = opened(Level::Number(2)).unwrap_err().to_string();
     assert!(message.contains("levels are 0 to 1"), "{message}");
+}
+
+#[cfg(feature = "hdf5")]
+#[test]
+fn complex_datasets_are_named() {
+    let path = folder().join("hdf5/refused/complex.h5");
+    refused(&path, "the only dataset", "complex.h5: it has complex numbers, and a voxel has one number: save their magnitude");
+    let options = OpenOptions { array: Some("k_space".into()), ..OpenOptions::default() };
+    let message = Volume::open(&path, &options).unwrap_err().to_string();
+    assert!(message.contains("the numbers of '/k_space' are complex numbers"), "{message}");
 }
 
 #[test]
@@ -286,7 +301,7 @@ fn several_datasets_are_named() {
     }
 }
 
-/// What a feature that is off would read is named, with the feature.
+/// Formats of disabled features are recognised, and the error names the feature.
 #[test]
 fn what_this_build_does_not_read_is_named() {
     let cases = [
@@ -299,13 +314,13 @@ fn what_this_build_does_not_read_is_named() {
             if built {
                 Volume::open(folder().join(name), &OpenOptions::default()).unwrap();
             } else {
-                refused(&folder().join(name), name, &format!("with the feature {feature} does"));
+                refused(&folder().join(name), name, &format!("needs a build with the feature {feature}"));
             }
         }
     }
 }
 
-/// A sheared file can be looked at all the same, with a spacing.
+/// A spacing makes sheared files readable.
 #[test]
 fn a_spacing_that_is_given_wins() {
     let spacing = DVec3::new(1.0, 2.0, 3.0);

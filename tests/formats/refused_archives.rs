@@ -1,11 +1,11 @@
-//! Archives of arrays with something wrong in them.
+//! Invalid archives of arrays.
 
 use crate::refused::{changed, refused};
 use std::io::Write;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// An array's header in a member of that name, and `behind` it.
+/// An archive with an array header in a member called `name`, followed by `behind`.
 fn archive(name: &str, header: &str, behind: &[u8], method: CompressionMethod) -> (tempfile::TempDir, std::path::PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("archive.npz");
@@ -27,7 +27,7 @@ fn wrong_arrays_are_named() {
     let cases = [
         ("first.npy", of_shape("|O", "(2, 2, 2)"), "|O"),
         ("first.npy", of_shape("<i2", "(2, 2, 9)"), "truncated or damaged"),
-        ("first.npy", large.clone(), "are 100000000128 bytes"),
+        ("first.npy", large.clone(), "100000000128 bytes"),
         ("first.npy", of_shape("|u1", "(18446744073709551615, 2, 2)"), "archive.npz"),
         ("first.npy", "no dictionary".into(), "archive.npz"),
         ("first.txt", of_shape("|u1", "(2, 2, 2)"), "no arrays"),
@@ -40,7 +40,7 @@ fn wrong_arrays_are_named() {
     }
 }
 
-/// What is packed stands for a thousand times its size, and twice as much is declared.
+/// Data that decompress by a factor of a thousand, while twice as much is declared.
 #[test]
 fn bombs_are_refused() {
     let (_folder, path) = archive("a.npy", &of_shape("|u1", "(4, 1024, 2048)"), &[0; 4 << 20], CompressionMethod::Deflated);
@@ -49,7 +49,7 @@ fn bombs_are_refused() {
 
 #[test]
 fn archives_that_cannot_be_unpacked_are_refused() {
-    /// Sets two bytes in the headers of all members: at one place where they begin, at another in the directory.
+    /// Sets a byte in the local headers of all members, and one in the central directory.
     fn set(bytes: &mut [u8], [local, central]: [usize; 2], value: u8) {
         for at in 0..bytes.len() - 4 {
             match &bytes[at..at + 4] {
@@ -65,6 +65,6 @@ fn archives_that_cannot_be_unpacked_are_refused() {
     refused(&path, "packed otherwise", "write it with savez_compressed");
     for length in [10, 60, 300] {
         let (_temporary, path) = changed("numpy/packed.npz", |bytes| bytes.truncate(bytes.len() - length));
-        refused(&path, "cut short", "no whole archive");
+        refused(&path, "cut short", "the archive is truncated");
     }
 }

@@ -1,11 +1,11 @@
-//! Slices in pictures, one of them wrong.
+//! Slice files, one of them invalid.
 
 use crate::refused::refused;
 use layersplat::volume::{OpenOptions, Volume};
 use png::{BitDepth, ColorType};
 use std::path::Path;
 
-/// A picture of `width` x 4, with bytes that repeat.
+/// A picture of `width` × 4 pixels with repeating bytes.
 fn png(width: u32, color: ColorType, depth: BitDepth) -> Vec<u8> {
     let mut picture = Vec::new();
     let mut encoder = png::Encoder::new(&mut picture, width, 4);
@@ -21,7 +21,7 @@ fn grey() -> Vec<u8> {
     png(5, ColorType::Grayscale, BitDepth::Eight)
 }
 
-/// Three grey slices of bytes, of which the second is another.
+/// Three 8-bit grey slices; the second one is replaced.
 fn with_second(slice: &[u8]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (n, slice) in [&grey(), slice, &grey()].into_iter().enumerate() {
@@ -30,7 +30,7 @@ fn with_second(slice: &[u8]) -> tempfile::TempDir {
     folder
 }
 
-/// Sizes in the header of a picture, whose checksum is right.
+/// Changes the declared size of a picture, with a valid checksum.
 fn declared(mut picture: Vec<u8>, width: u32, height: u32) -> Vec<u8> {
     picture[16..20].copy_from_slice(&width.to_be_bytes());
     picture[20..24].copy_from_slice(&height.to_be_bytes());
@@ -43,10 +43,10 @@ fn declared(mut picture: Vec<u8>, width: u32, height: u32) -> Vec<u8> {
 #[test]
 fn slices_that_differ_are_named() {
     let cases = [
-        (png(6, ColorType::Grayscale, BitDepth::Eight), "slice_1.png: it is 6x4 pixels of uint8, and"),
-        (png(5, ColorType::Grayscale, BitDepth::Sixteen), "slice_1.png: it is 5x4 pixels of uint16, and"),
-        (png(5, ColorType::Rgb, BitDepth::Eight), "slice_1.png: it is 5x4 pixels of uint8 with 3 channels, and"),
-        (declared(grey(), 5, 60_000), "slice_1.png: it is 5x60000 pixels"),
+        (png(6, ColorType::Grayscale, BitDepth::Eight), "slice_1.png: it has 6x4 pixels of uint8, but"),
+        (png(5, ColorType::Grayscale, BitDepth::Sixteen), "slice_1.png: it has 5x4 pixels of uint16, but"),
+        (png(5, ColorType::Rgb, BitDepth::Eight), "slice_1.png: it has 5x4 pixels of uint8 with 3 channels, but"),
+        (declared(grey(), 5, 60_000), "slice_1.png: it has 5x60000 pixels"),
     ];
     for (slice, words) in cases {
         let folder = with_second(&slice);
@@ -69,10 +69,10 @@ fn damaged_slices_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let bomb = folder.path().join("bomb.png");
     std::fs::write(&bomb, declared(grey(), 60_000, 60_000)).unwrap();
-    refused(&bomb, "more pixels than can be packed in it", "60000x60000x1 voxels of uint8, as it says, are 3600000000 bytes");
+    refused(&bomb, "more pixels than its compressed data can hold", "60000x60000x1 voxels of uint8, 3600000000 bytes");
 }
 
-/// Masks are pictures of single bits.
+/// Masks are one-bit pictures.
 #[test]
 fn bits_are_black_and_white() {
     let folder = tempfile::tempdir().unwrap();
@@ -89,7 +89,7 @@ mod tiffs {
     use super::*;
     use crate::refused::changed;
 
-    /// Where a tag of a page is: files of tifffile's are little-endian.
+    /// Offset of a tag of a page; tifffile writes little-endian files.
     fn entry(bytes: &[u8], page: usize, tag: u16) -> usize {
         let int16 = |at: usize| u16::from_le_bytes(bytes[at..at + 2].try_into().unwrap());
         let int32 = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
@@ -98,10 +98,10 @@ mod tiffs {
         (0..entries(directory)).map(|n| directory + 2 + 12 * n).find(|&at| int16(at) == tag).unwrap()
     }
 
-    /// A page, a tag, and what it is to be.
+    /// A page, a tag, and its new value.
     type Value = (usize, u16, u32);
 
-    /// Gives tags of pages other values.
+    /// Changes tags of pages.
     fn with(bytes: &mut [u8], values: &[Value]) {
         for &(page, tag, value) in values {
             let at = entry(bytes, page, tag);
@@ -123,12 +123,12 @@ mod tiffs {
             ("uint8.tif", &[(0, BITS, 1)], "its samples have 1 bits (format 1): expected 8, 16, 32 or 64; convert it"),
             ("uint8.tif", &[(0, WIDTH, 0)], "its pages cannot be read"),
             ("uint8.tif", &[(0, SAMPLES, 0)], "its pages cannot be read"),
-            ("uint8.tif", &[(0, COMPRESSION, 50_000)], "its pages are packed by Zstandard: save them"),
-            ("uint8.tif", &[(1, WIDTH, 6)], "page 1 is 6x4 pixels of uint8, and page 0 is 5x4 pixels of uint8"),
-            ("uint8.tif", &[(1, HEIGHT, 3)], "page 1 is 5x3 pixels"),
-            ("uint16.tif", &[(2, BITS, 8)], "page 2 is 5x4 pixels of uint8, and page 0 is 5x4 pixels of uint16"),
+            ("uint8.tif", &[(0, COMPRESSION, 50_000)], "its pages are compressed with Zstandard: save them"),
+            ("uint8.tif", &[(1, WIDTH, 6)], "page 1 has 6x4 pixels of uint8, but page 0 has 5x4 pixels of uint8"),
+            ("uint8.tif", &[(1, HEIGHT, 3)], "page 1 has 5x3 pixels"),
+            ("uint16.tif", &[(2, BITS, 8)], "page 2 has 5x4 pixels of uint8, but page 0 has 5x4 pixels of uint16"),
             ("rgb.tif", &[(1, SAMPLES, 1)], "its pages cannot be read"),
-            ("zlib.tif", &huge, "60000x60000x3 voxels of uint16, as it says, are 21600000000 bytes"),
+            ("zlib.tif", &huge, "60000x60000x3 voxels of uint16, 21600000000 bytes"),
         ];
         for (file, values, words) in cases {
             let (_temporary, path) = changed(&format!("tiff/{file}"), |bytes| with(bytes, values));
@@ -143,7 +143,7 @@ mod tiffs {
                 let at = entry(bytes, 0, tag);
                 bytes[at + 4..at + 8].copy_from_slice(&0x0f00_0000u32.to_le_bytes());
             });
-            refused(&path, file, &format!("tag {tag} of its first page has 251658240 numbers"));
+            refused(&path, file, &format!("tag {tag} of its first page declares 251658240 numbers"));
         }
         for (file, words) in [
             ("uint8.tif", "its pages cannot be read"),
@@ -154,14 +154,70 @@ mod tiffs {
             refused(&path, file, words);
         }
         let (_temporary, path) = changed("tiff/slice_9.tif", |bytes| with(bytes, &[(0, WIDTH, 4)]));
-        refused(&path.with_file_name("slice_%d.tif"), "a slice of another size", "slice_9.tif: it is 4x4 pixels");
+        refused(&path.with_file_name("slice_%d.tif"), "a slice of another size", "slice_9.tif: it has 4x4 pixels");
+    }
+
+    /// A page of its file in which SGI's ImageDepth says how many slices it has.
+    #[test]
+    fn pages_of_several_slices_are_refused() {
+        let deep = |slices: u16| {
+            changed("tiff/uint8.tif", |bytes| {
+                // In the place of the software's name, the last tag.
+                let at = entry(bytes, 0, 305);
+                bytes[at..at + 2].copy_from_slice(&32997u16.to_le_bytes());
+                bytes[at + 2..at + 12].copy_from_slice(&[3, 0, 1, 0, 0, 0, slices as u8, 0, 0, 0]);
+            })
+        };
+        let (_temporary, path) = deep(3);
+        refused(&path, "a page of 3 slices", "its pages have 3 slices each (ImageDepth): save one page per slice");
+        let (_temporary, path) = deep(1);
+        assert!(Volume::open(&path, &OpenOptions::default()).is_ok());
+    }
+
+    /// The photometric interpretation is about display: values are those that are stored, whatever it says.
+    #[test]
+    fn white_is_zero_leaves_values_as_they_are() {
+        // Tag 262 of one short number, which becomes 0: of classic TIFF in both byte orders, and of BigTIFF.
+        let tags: [(&[u8], usize); 3] = [
+            (&[6, 1, 3, 0, 1, 0, 0, 0, 1, 0], 8),
+            (&[1, 6, 0, 3, 0, 0, 0, 1, 0, 1], 9),
+            (&[6, 1, 3, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0], 12),
+        ];
+        for file in "uint8 int8 uint16 int16 uint32 float16 float32 float64 big_endian bigtiff zlib strips tiled".split(' ') {
+            let file = format!("tiff/{file}.tif");
+            let mut pages = 0;
+            let (_temporary, path) = changed(&file, |bytes| {
+                for (tag, value) in tags {
+                    let found: Vec<usize> = (0..bytes.len() - tag.len()).filter(|&at| bytes[at..].starts_with(tag)).collect();
+                    pages += found.len();
+                    found.into_iter().for_each(|at| bytes[at + value] = 0);
+                }
+            });
+            assert!(pages > 1, "{file}: {pages} pages");
+            let open = |path: &Path| Volume::open(path, &OpenOptions::default()).unwrap_or_else(|e| panic!("{file}: {e}"));
+            let (found, expected) = (open(&path), open(&crate::files::folder().join(&file)));
+            let wrong = (0..expected.grid().voxel_count()).find(|&n| found.value(n) != expected.value(n));
+            assert_eq!(wrong, None, "{file}");
+        }
+    }
+
+    #[test]
+    fn complex_samples_are_named() {
+        for format in [5, 6] {
+            let (_temporary, path) = changed("tiff/float64.tif", |bytes| with(bytes, &[(0, 339, format)]));
+            refused(
+                &path,
+                "complex samples",
+                "its samples are complex numbers, and a voxel has one number: save their magnitude",
+            );
+        }
     }
 
     /// Slides and confocal stacks have small pictures of their pages between them.
     #[test]
     fn previews_are_no_slices() {
         let (_temporary, path) = changed("tiff/uint8.tif", |bytes| {
-            // In the place of the resolution's unit.
+            // Replaces the tag of the resolution unit.
             let at = entry(bytes, 1, 296);
             bytes[at..at + 2].copy_from_slice(&254u16.to_le_bytes());
             with(bytes, &[(1, 254, 1)]);
@@ -175,6 +231,6 @@ mod tiffs {
 fn folders_without_slices_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let message = |path: &Path| Volume::open(path, &OpenOptions::default()).unwrap_err().to_string();
-    assert!(message(folder.path()).contains("without numbered"));
-    assert!(message(&folder.path().join("s%d.png")).contains("no files with a number"));
+    assert!(message(folder.path()).contains("no numbered"));
+    assert!(message(&folder.path().join("s%d.png")).contains("no files match"));
 }

@@ -1,20 +1,20 @@
-//! What is written is read again, bit for bit.
+//! Written files are read back bit for bit.
 
 use crate::files::{all, folder};
 use layersplat::glam::{DMat3, DVec3};
 use layersplat::volume::{Grid, OpenOptions, Volume, convert};
 use std::path::Path;
 
-/// Endings of formats that say where voxels lie.
+/// Extensions of formats that store the placement of the grid.
 const PLACED: [&str; 4] = ["nrrd", "nii", "nii.gz", "vti"];
-/// NIfTI-1 holds places as 32-bit floats.
+/// NIfTI-1 stores positions as 32-bit floats.
 const PLACE: f64 = 1e-5;
 
 fn opened(path: &Path) -> Volume<'static> {
     Volume::open(path, &OpenOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Every fixture through every format that can hold it: the same values at the same places as in the original.
+/// Every test file through every format that supports it: same values at the same positions.
 #[test]
 fn all_files_through_all_formats() {
     let temporary = tempfile::tempdir().unwrap();
@@ -28,7 +28,7 @@ fn all_files_through_all_formats() {
             let written = match convert(folder().join(&expected.file), &expected.options, &target) {
                 Ok(written) => written,
                 Err(e) if expected.file.contains("float16") => {
-                    assert!(e.to_string().contains("no float16"), "{e}");
+                    assert!(e.to_string().contains("float16"), "{e}");
                     continue;
                 }
                 Err(e) => panic!("{} to {ending}: {e}", expected.file),
@@ -49,16 +49,16 @@ fn all_files_through_all_formats() {
         }
     }
     assert!(count > 500, "{count}");
-    assert_eq!(std::fs::read_dir(temporary.path()).unwrap().count(), 0, "files stay behind");
+    assert_eq!(std::fs::read_dir(temporary.path()).unwrap().count(), 0, "no files may be left behind");
 }
 
-/// The bytes of voxels in files are those of the original, of every type.
+/// Voxel bytes and types are preserved, for every type.
 #[test]
 fn voxels_keep_their_bits_and_their_type() {
     let temporary = tempfile::tempdir().unwrap();
     for name in ["uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64", "float32", "float64"] {
         let size: usize = name.trim_start_matches(char::is_alphabetic).parse::<usize>().unwrap() / 8;
-        // Any bits but those that are no numbers.
+        // Any bits except NaN and infinity.
         let bytes: Vec<u8> = (0..24 * size).map(|i| if i % size == size - 1 { 64 } else { (i * 37 % 251) as u8 }).collect();
         let raw = temporary.path().join(format!("a_4x3x2_{name}.raw"));
         std::fs::write(&raw, &bytes).unwrap();
@@ -101,7 +101,8 @@ fn volumes_in_memory_are_written_with_their_place() {
 fn what_cannot_be_written_leaves_nothing() {
     let temporary = tempfile::tempdir().unwrap();
     let to = |name: &str| convert("builtin:cube@4", &OpenOptions::default(), temporary.path().join(name));
-    for (name, word) in [("a.tif", ".nrrd"), ("a_4x4x3_uint8.raw", "4x4x4"), ("missing/a.nrrd", "no folder"), ("a", ".raw")] {
+    for (name, word) in [("a.tif", ".nrrd"), ("a_4x4x3_uint8.raw", "4x4x4"), ("missing/a.nrrd", "does not exist"), ("a", ".raw")]
+    {
         let message = to(name).unwrap_err().to_string();
         assert!(message.contains(word), "{message}");
     }

@@ -1,4 +1,4 @@
-//! A program with an OpenGL of its own.
+//! A program with its own OpenGL context.
 
 use crate::common::{self, random_volume, smooth_transfer};
 use glam::DVec3;
@@ -14,10 +14,10 @@ use layersplat::{Background, Camera, Device, Renderer, Settings, TransferFunctio
 use std::ffi::{CStr, c_void};
 use std::num::NonZeroU32;
 
-/// Rows of 45 pixels end off any alignment but 4 bytes.
+/// Rows of 45 pixels have a 4-byte alignment only.
 pub const SIZE: Viewport = Viewport { width: 45, height: 38 };
 
-/// A context that is current in the thread that made it.
+/// A context that is current in its creating thread.
 pub struct OpenGl {
     pub functions: GlFunctions,
     pub gl: glow::Context,
@@ -28,10 +28,10 @@ pub struct OpenGl {
 type Loader = dyn Fn(&CStr) -> *const c_void;
 
 impl OpenGl {
-    /// EGL's, without a surface.
+    /// An EGL context without a surface.
     pub fn new() -> Self {
         let device = EglDevice::query_devices().expect("EGL: scripts/gl installs Mesa's").next().expect("a device of EGL's");
-        // SAFETY: no handle is given.
+        // SAFETY: no handle is passed.
         let display = unsafe { Display::with_device(&device, None) }.unwrap();
         let template = ConfigTemplateBuilder::new().with_surface_type(ConfigSurfaceTypes::empty()).build();
         // SAFETY: the template names no window.
@@ -48,7 +48,7 @@ impl OpenGl {
         Self::of(Box::new(move |name| display.get_proc_address(name)), Box::new(make_current))
     }
 
-    /// Of a loader of the context that is current.
+    /// A context by its function loader; it must be current.
     pub fn of(loader: Box<Loader>, make_current: Box<dyn Fn(bool)>) -> Self {
         // SAFETY: the context is current.
         let gl = unsafe { glow::Context::from_loader_function_cstr(&loader) };
@@ -57,24 +57,24 @@ impl OpenGl {
         Self { functions, gl, loader, make_current }
     }
 
-    /// What is loaded now.
+    /// Loads the OpenGL functions.
     pub fn load(&self) -> Result<GlFunctions, GlError> {
         // SAFETY: the loader is that of the context.
         unsafe { GlFunctions::load(&self.loader) }
     }
 
-    /// Makes it current, or none.
+    /// Makes the context current, or no context.
     pub fn make_current(&self, current: bool) {
         (self.make_current)(current);
     }
 
-    /// Names what draws.
+    /// Name of the renderer.
     pub fn name(&self) -> String {
         // SAFETY: the context is current.
         unsafe { self.gl.get_parameter_string(glow::RENDERER) }
     }
 
-    /// A texture of some storage, bound to nothing.
+    /// A texture with some storage, not bound.
     pub fn texture(&self, target: u32, format: u32, size: Viewport) -> NonZeroU32 {
         let [width, height] = [size.width, size.height].map(|n| n as i32);
         // SAFETY: the context is current.
@@ -82,7 +82,7 @@ impl OpenGl {
             let texture = self.gl.create_texture().unwrap();
             self.gl.bind_texture(target, Some(texture));
             self.gl.tex_parameter_i32(target, glow::TEXTURE_MIN_FILTER, glow::LINEAR as i32);
-            // Version 3.3 has no glTexStorage2D.
+            // OpenGL 3.3 has no glTexStorage2D.
             let kind = if format == glow::RGBA8 { glow::UNSIGNED_BYTE } else { glow::FLOAT };
             let faces = if target == glow::TEXTURE_CUBE_MAP { 0..6 } else { 0..1 };
             for face in faces {
@@ -104,16 +104,16 @@ impl OpenGl {
         }
     }
 
-    /// One that pictures go to.
+    /// A texture for pictures.
     pub fn picture(&self, size: Viewport) -> NonZeroU32 {
         self.texture(glow::TEXTURE_2D, glow::RGBA8, size)
     }
 
-    /// What a texture holds, row by row.
+    /// Content of a texture, row by row.
     pub fn read(&self, texture: NonZeroU32, size: Viewport) -> Vec<u8> {
         let [width, height] = [size.width, size.height].map(|n| n as i32);
         let mut pixels = vec![0; 4 * size.pixels()];
-        // SAFETY: the context is current, and there are as many pixels.
+        // SAFETY: the context is current, and the buffer has as many pixels.
         unsafe {
             let frame = self.gl.create_framebuffer().unwrap();
             self.gl.bind_framebuffer(glow::FRAMEBUFFER, Some(frame));
@@ -130,7 +130,7 @@ impl OpenGl {
     }
 }
 
-/// A volume on a device, and how it is seen.
+/// A volume on a device, and its view.
 pub fn scene(device: &Device) -> (Renderer, Camera) {
     let volume: Volume = random_volume([21, 18, 24], DVec3::new(1.0, 0.8, 1.1), 5);
     let camera = common::parallel(&volume, SIZE, 25.0, 15.0);
@@ -138,7 +138,7 @@ pub fn scene(device: &Device) -> (Renderer, Camera) {
     (Renderer::new(device, &volume, &transfer).unwrap(), camera)
 }
 
-/// Pictures in a texture are `render_rgba8`'s, bit for bit: also of sheets, which read back how many splats they have.
+/// Asserts that textures receive the bits of `render_rgba8`, also with sheets, which read back their number of splats.
 pub fn assert_same_bits(opengl: &OpenGl, device: &Device, renderer: &mut Renderer, camera: &Camera, shared: bool) {
     let name = opengl.picture(SIZE);
     let texture = GlTexture::new(device, &opengl.functions, name).unwrap();
@@ -147,7 +147,7 @@ pub fn assert_same_bits(opengl: &OpenGl, device: &Device, renderer: &mut Rendere
         for background in [Background::Transparent, Background::Color([0.2, 0.5, 1.0])] {
             let (expected, _) = renderer.render_rgba8(camera, SIZE, &settings, background).unwrap();
             assert!(expected.chunks(4).any(|pixel| pixel[3] > 100) && expected.chunks(4).any(|pixel| pixel != &expected[..4]));
-            assert!(opengl.read(name, SIZE) != expected, "the picture before is another one");
+            assert!(opengl.read(name, SIZE) != expected, "the previous picture must differ");
             renderer.render_into_texture(camera, &settings, background, &texture).unwrap();
             assert!(opengl.read(name, SIZE) == expected, "{settings:?} {background:?}");
         }

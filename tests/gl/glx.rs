@@ -1,4 +1,4 @@
-//! OpenGL by GLX, where an X server is: scripts/gl starts Xvfb.
+//! OpenGL via GLX, on an X server: scripts/gl starts Xvfb.
 
 use crate::common;
 use crate::context::{OpenGl, assert_same_bits, scene};
@@ -12,11 +12,11 @@ const GLX_RGBA_TYPE: c_int = 0x8014;
 const DRAWABLE_TYPE: [c_int; 3] = [0x8010, 4, 0];
 const PBUFFER_SIZE: [c_int; 5] = [0x8041, 8, 0x8040, 8, 0];
 
-/// A context that draws on a small pbuffer, current in this thread. What it is made of is kept until the process ends.
+/// A context with a small pbuffer, current in this thread. Its objects live until the process ends.
 pub fn opengl() -> OpenGl {
     let library = |name| &*Box::leak(Box::new(Library::open(name).expect("scripts/gl installs it")));
     let (x11, glx) = (library("libX11.so.6"), library("libGL.so.1"));
-    // SAFETY: the types are those of Xlib.h and glx.h; what is handed over is what was returned, and is never destroyed.
+    // SAFETY: the types are those of Xlib.h and glx.h; the arguments are returned handles, which are never destroyed.
     unsafe {
         let open: unsafe extern "C" fn(*const c_char) -> Handle = x11.symbol("XOpenDisplay").unwrap();
         let choose: unsafe extern "C" fn(Handle, c_int, *const c_int, *mut c_int) -> *mut Handle =
@@ -42,7 +42,7 @@ pub fn opengl() -> OpenGl {
     }
 }
 
-/// ocl-interop finds it: it is as good a context as EGL's.
+/// ocl-interop detects GLX contexts.
 #[test]
 #[ignore = "needs an X server: scripts/gl starts Xvfb"]
 fn a_context_of_glx_is_found() {
@@ -56,7 +56,7 @@ fn a_context_of_glx_is_found() {
     assert!(Device::open_with_gl(&DeviceChoice::Default).is_err());
 }
 
-/// Why layersplat asks EGL itself: ocl-interop takes a context of EGL's for none. If this fails, it has learnt, and may be asked alone.
+/// ocl-interop does not detect EGL contexts, so layersplat queries EGL itself. If this test fails, ocl-interop has gained support.
 #[test]
 fn ocl_interop_finds_no_context_of_egl() {
     let _opengl = OpenGl::new();
@@ -65,7 +65,7 @@ fn ocl_interop_finds_no_context_of_egl() {
     Device::open_with_gl(&DeviceChoice::Default).unwrap();
 }
 
-/// ocl-interop is linked with OpenCL, too; nothing is called of it there, so programs start without, and say what to install.
+/// ocl-interop links OpenCL. Programs still start without it and say what to install.
 #[test]
 fn opencl_is_loaded_at_run_time() {
     let output =

@@ -1,4 +1,4 @@
-//! Pictures that go through the host.
+//! Pictures that are copied through the host.
 
 use crate::common;
 use crate::context::{OpenGl, SIZE, assert_same_bits, scene};
@@ -15,7 +15,7 @@ fn pictures_have_the_bits_of_rendered_ones() {
     assert_same_bits(&opengl, &device, &mut renderer, &camera, false);
 }
 
-/// Whatever is bound, and however the caller's own pixels lie.
+/// OpenGL state is preserved, with any bindings and pixel store parameters of the caller.
 #[test]
 fn state_is_as_before() {
     let (opengl, device) = (OpenGl::new(), common::device());
@@ -52,7 +52,7 @@ fn state_is_as_before() {
 #[test]
 fn that_pictures_go_through_the_host_is_said_once() {
     let opengl = OpenGl::new();
-    // One of its own: of the others' it may have been said already.
+    // A separate device, because warnings are logged once per device.
     let device = common::own_device();
     let name = opengl.picture(SIZE);
     let (mut renderer, camera) = scene(&device);

@@ -1,4 +1,4 @@
-//! Pictures in textures of OpenGL's, without a screen: EGL without a surface, on llvmpipe or whatever draws there.
+//! Pictures in OpenGL textures, without a screen: EGL without a surface, on llvmpipe or any other renderer.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! What pictures cannot go to, and what is said of it.
+//! Unsuitable textures and contexts, and their errors.
 
 use crate::common;
 use crate::context::{OpenGl, SIZE, scene};
@@ -11,7 +11,7 @@ use std::num::NonZeroU32;
 fn refused(opengl: &OpenGl, device: &Device, name: NonZeroU32) -> Error {
     let error = GlTexture::new(device, &opengl.functions, name).map(|_| ()).unwrap_err();
     // SAFETY: the context is current.
-    assert_eq!(unsafe { opengl.gl.get_error() }, glow::NO_ERROR, "a refusal leaves no error to the caller");
+    assert_eq!(unsafe { opengl.gl.get_error() }, glow::NO_ERROR, "a rejected texture must not leave an OpenGL error");
     error
 }
 

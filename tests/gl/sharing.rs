@@ -1,5 +1,5 @@
-//! Pictures that go into textures on the device. `scripts/gl` runs these where a device offers `cl_khr_gl_sharing`, and says NOT RUN
-//! elsewhere; it also runs them on a stand-in (stand_in.c).
+//! Pictures rendered into shared textures. `scripts/gl` runs these tests if a device supports `cl_khr_gl_sharing`, and prints NOT RUN
+//! otherwise; it also runs them with a stand-in (stand_in.c).
 
 use crate::common;
 use crate::context::{OpenGl, SIZE, assert_same_bits, scene};
@@ -12,12 +12,12 @@ use opencl3::command_queue::{CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, CommandQueu
 fn sharing_device() -> Device {
     let choice = std::env::var("LAYERSPLAT_DEVICE").map_or(DeviceChoice::Default, DeviceChoice::Named);
     let device = Device::open_with_gl(&choice).unwrap();
-    // scripts/gl looks for these words.
+    // scripts/gl searches for this message.
     assert!(device.shares_gl(), "no device shares with OpenGL: {} does not", device.info().name);
     device
 }
 
-/// Everywhere: either it shares, or it is a device like any other.
+/// A device opens with any current context, with or without sharing.
 #[test]
 fn a_device_is_opened_with_any_current_context() {
     let _opengl = OpenGl::new();
@@ -36,7 +36,7 @@ fn pictures_have_the_bits_of_rendered_ones() {
     assert_eq!(warnings(|| assert_same_bits(&opengl, &device, &mut renderer, &camera, true)), [""; 0]);
 }
 
-/// Of EGL, which is asked by layersplat, and GLX, which ocl-interop asks.
+/// EGL contexts, detected by layersplat, and GLX contexts, detected by ocl-interop.
 #[test]
 #[ignore = "needs a device that shares with OpenGL: scripts/gl"]
 fn pictures_have_the_bits_of_rendered_ones_in_glx() {
@@ -47,13 +47,13 @@ fn pictures_have_the_bits_of_rendered_ones_in_glx() {
     assert_same_bits(&opengl, &device, &mut renderer, &camera, true);
 }
 
-/// A caller's own queue, out of order, in a context that the caller made to share.
+/// A caller's out-of-order queue, in a context that the caller created for sharing.
 #[test]
 #[ignore = "needs a device that shares with OpenGL: scripts/gl"]
 fn pictures_have_the_bits_of_rendered_ones_in_a_callers_queue() {
     let opengl = OpenGl::new();
     let callers = sharing_device();
-    // SAFETY: context and device live as long as `callers`, and the queue is handed over as its own.
+    // SAFETY: context and device outlive `callers`, and the queue belongs to them.
     let device = unsafe {
         let queue = create_command_queue(callers.context(), callers.id(), CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE).unwrap();
         Device::of_queue(&CommandQueue::new(queue, 1)).unwrap()
@@ -63,7 +63,7 @@ fn pictures_have_the_bits_of_rendered_ones_in_a_callers_queue() {
     assert_same_bits(&opengl, &device, &mut renderer, &camera, true);
 }
 
-/// A texture is memory of its context: another device's renderer says so, and the texture is as before.
+/// A texture belongs to its context: a renderer of another device rejects it without changing it.
 #[test]
 #[ignore = "needs a device that shares with OpenGL: scripts/gl"]
 fn a_texture_of_another_device_is_refused() {

@@ -1,8 +1,8 @@
-/* A layer over an OpenCL implementation (OPENCL_LAYERS) that stands in for a driver with cl_khr_gl_sharing: it offers the extension, is as
- * strict as the specification about who owns a texture when, and brings what is released into the texture through the host. So the calls
- * of the sharing path are tested where no device shares; how fast that is, and whether a driver keeps to the rules, is not.
+/* An OpenCL layer (OPENCL_LAYERS) that emulates cl_khr_gl_sharing on an implementation without it. It reports the extension, enforces the
+ * ownership rules of the specification, and copies released images into their textures through the host. The sharing path can thus be
+ * tested without a device that supports sharing. The layer tests neither its speed nor the conformance of a driver.
  *
- * For one thread: scripts/gl runs the tests one after the other. */
+ * Not thread-safe: scripts/gl runs the tests sequentially. */
 #define CL_TARGET_OPENCL_VERSION 300
 #include <CL/cl_gl.h>
 #include <CL/cl_layer.h>
@@ -32,7 +32,7 @@ static void *of_egl(const char *name) {
     return function;
 }
 
-/* libGL has the functions of OpenGL and of GLX; where a context is EGL's, its functions are the same (libglvnd). */
+/* libGL has the functions of OpenGL and GLX. With libglvnd, they also apply to EGL contexts. */
 static void *of_gl(const char *name) {
     void *gl = dlopen("libGL.so.1", RTLD_NOW);
     void *function = gl ? dlsym(gl, name) : NULL;
@@ -44,7 +44,7 @@ static cl_context_properties asked(void *function) {
     return (cl_context_properties)((void *(*)(void))function)();
 }
 
-/* Whether a context and its display are those that are current: EGL's or GLX's, as the display's kind says. */
+/* Whether a context and its EGL or GLX display are current. */
 static int is_current(cl_context_properties context, cl_context_properties egl, cl_context_properties glx) {
     if (!context || !egl == !glx) return 0;
     return egl ? context == asked(of_egl("eglGetCurrentContext")) && egl == asked(of_egl("eglGetCurrentDisplay"))
@@ -93,7 +93,7 @@ static cl_context CL_API_CALL create_context(const cl_context_properties *given,
     }
     cl_context made = below->clCreateContext(kept ? rest : NULL, count, devices, notify, data, code);
     struct shared *before = shared(made);
-    if (before) before->context = NULL; /* An address that is used again. */
+    if (before) before->context = NULL; /* The address was reused. */
     for (int n = 0; made && gl; n++) {
         if (n == MOST) abort();
         if (contexts[n].context) continue;
@@ -113,7 +113,7 @@ static cl_int CL_API_CALL get_context_info(cl_context context, cl_context_info w
     return CL_SUCCESS;
 }
 
-/* The platform's first device draws whatever is current. */
+/* Reports the platform's first device for every current context. */
 static cl_int CL_API_CALL get_gl_context_info(const cl_context_properties *given, cl_gl_context_info what, size_t size, void *value,
                                               size_t *needed) {
     cl_platform_id platform = NULL;
@@ -157,7 +157,7 @@ static cl_mem CL_API_CALL create_from_texture(cl_context context, cl_mem_flags f
     return made;
 }
 
-/* A texture is OpenGL's when it is acquired, and OpenCL's when it is released. */
+/* Textures must belong to OpenGL before they are acquired, and to OpenCL before they are released. */
 static cl_int check_owned(cl_uint count, const cl_mem *memory, int acquired) {
     for (cl_uint n = 0; n < count; n++) {
         struct texture *texture = shared_texture(memory[n]);

@@ -1,4 +1,4 @@
-//! How long pictures take to be in a texture: the figures of docs/gl.md.
+//! Time for a picture to reach a texture: the figures of docs/gl.md.
 
 use crate::context::OpenGl;
 use layersplat::renderer::GlTexture;
@@ -29,7 +29,7 @@ fn pictures_in_textures_and_in_host_memory() {
         let texture = GlTexture::new(&device, &opengl.functions, opengl.picture(viewport)).unwrap();
         let camera = |azimuth| Camera::fit_parallel(centre, size, viewport, Orbit { azimuth, elevation: 20.0, roll: 0.0 });
         let [mut host, mut onto] = [f64::INFINITY; 2];
-        // In turn: whatever else the machine does is the same to both, and the fastest of each is least disturbed.
+        // Alternate, so that other load affects both equally; the fastest of each is disturbed least.
         for azimuth in (0..FRAMES).map(|n| 20.0 + n as f64) {
             let camera = camera(azimuth);
             host = host.min(time(|| {

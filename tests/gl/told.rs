@@ -1,4 +1,4 @@
-//! What the library tells by `tracing`.
+//! Capture of `tracing` messages.
 
 use std::fmt::Debug;
 use std::sync::{Arc, Mutex};
@@ -35,7 +35,7 @@ impl Subscriber for Listener {
     fn exit(&self, _: &Id) {}
 }
 
-/// The warnings while something is done in this thread.
+/// Warnings that a function logs in this thread.
 pub fn warnings(done: impl FnOnce()) -> Vec<String> {
     let listener = Listener::default();
     tracing::subscriber::with_default(listener.clone(), done);

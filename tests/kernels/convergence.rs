@@ -1,4 +1,4 @@
-//! Each kernel against its own integral, lit at every step.
+//! Convergence of each kernel to its own integral, lit at every step.
 
 use crate::common::*;
 use layersplat::layers::Kernel;
@@ -6,19 +6,19 @@ use layersplat::reference::Integral;
 use layersplat::settings::{Classification, Evaluation, Layered, Shading};
 use layersplat::{Frame, Settings, Volume};
 
-/// PSNR with eight samples per layer, 1 dB below what is measured.
+/// PSNR with eight samples per layer, 1 dB below the measured one.
 const LEAST_APPROACHED: [(Kernel, f64); 4] =
     [(Kernel::Cubic, 83.5), (Kernel::Linear, 83.3), (Kernel::CatmullRom, 86.6), (Kernel::BSpline, 84.5)];
-/// From here on, in dB, a sample more may lose: what is left are bends of the field that samples meet or miss, and the truth's own steps.
+/// From this PSNR on, in dB, more samples may be worse: the rest are bends of the field between samples, and the steps of the integral.
 const NEAR: f64 = 80.0;
-/// What another kernel's integral is farther away, at least, in dB.
+/// Least difference to another kernel's integral in dB.
 const TOLD_APART: f64 = 6.0;
 
 fn psnr(a: &Frame, b: &Frame) -> f64 {
     compare(a, b).psnr.unwrap_or(f64::INFINITY)
 }
 
-/// Per pixel, the integral is approached with every sample more.
+/// Per pixel, more samples approach the integral.
 #[test]
 fn more_samples_per_layer_approach_the_kernels_own_integral() {
     let volume = Volume::open("builtin:hydrogen@40", &layersplat::OpenOptions::default()).unwrap();

@@ -1,4 +1,4 @@
-//! The device against the f64 reference, for every kernel but the paper's cubic, which the other tests draw.
+//! The device against the f64 reference, for all kernels except the paper's cubic, which other tests cover.
 
 use crate::common::blends::*;
 use crate::common::reference::{Pair, RIM_SHARE};
@@ -10,11 +10,11 @@ use layersplat::volume::Voxels;
 use layersplat::{Camera, Orbit, Projection, Quality, Settings, TransferFunction, Volume};
 
 const KERNELS: [Kernel; 3] = [Kernel::Linear, Kernel::CatmullRom, Kernel::BSpline];
-/// Those that reach two voxels far.
+/// Kernels of radius two.
 const SMOOTH: [Kernel; 2] = [Kernel::CatmullRom, Kernel::BSpline];
-/// Where a segment bends much, as through noise under kernels that overshoot, steps of false position stop short of the surface, or
-/// find another one: a share of the rays.
-const REFINED_SHARE: f64 = 2e-2;
+/// Where the background shows, it is lit by what the smooth kernels leave of the surface there: gradients so weak that the light fades in with
+/// them, a thousand times as steeply. Measured on PoCL: 3.1e-3.
+const FOG_TOLERANCE: f64 = 5e-3;
 const LATTICE: Evaluation = Evaluation::Lattice(Density::Fixed(2));
 
 fn points(kernel: Kernel, evaluation: Evaluation, samples_per_layer: u32) -> Algorithm {
@@ -26,7 +26,7 @@ fn cast(kernel: Kernel) -> Algorithm {
     Algorithm::Raycast { kernel, step: 0.6 }
 }
 
-/// On a lattice and per pixel, one and two samples per layer, and along rays.
+/// On a lattice and per pixel, with one and two samples per layer, and ray casting.
 fn each_way(kernel: Kernel) -> [Algorithm; 5] {
     let direct = Evaluation::Direct;
     [points(kernel, LATTICE, 1), points(kernel, LATTICE, 2), points(kernel, direct, 1), points(kernel, direct, 2), cast(kernel)]
@@ -36,18 +36,15 @@ fn composited_whole(algorithm: Algorithm) -> Settings {
     composited(algorithm, Clipping::default())
 }
 
-/// Asserts that device and reference draw the same, with no more than that: what is shown may be small.
+/// Asserts that device and reference agree; the visible part may be small.
 #[track_caller]
 fn assert_alike(what: &str, volume: &Volume, transfer: &TransferFunction, camera: &Camera, settings: &Settings) {
     let pair = Pair::of(volume, transfer, camera, viewport(24, 20), settings);
     let seen = pair.expected.iter().map(|p| p[3]).fold(0.0, f64::max);
     assert!(seen > 0.02, "{what}, {settings:?}: the picture is empty");
-    let (share, tolerance) = (pair.differing(tolerance(settings, true)), tolerance(settings, true));
-    assert!(
-        share <= RIM_SHARE,
-        "{what}, {settings:?}: {share} of the rays off by more than {tolerance}, up to {}",
-        pair.largest()
-    );
+    let is_fog = transfer.opacity(volume.background()) > 0.0;
+    let tolerance = if is_fog { FOG_TOLERANCE } else { tolerance(settings, true) };
+    pair.assert_allowed(&format!("{what}, {settings:?}"), tolerance);
 }
 
 #[test]
@@ -68,12 +65,12 @@ fn composited_lit_and_unlit_in_both_projections() {
     }
 }
 
-/// Of each of some kernels: once per layer on a lattice, twice per pixel, and along rays.
+/// For each kernel: one sample per layer on a lattice, two per pixel, and ray casting.
 fn three_ways<const N: usize>(kernels: [Kernel; N]) -> impl Iterator<Item = Algorithm> {
     kernels.into_iter().flat_map(|k| [points(k, LATTICE, 1), points(k, Evaluation::Direct, 2), cast(k)])
 }
 
-/// Rays of the other two axes; a background that shows as far as the field goes; a volume that is cut.
+/// Rays along the other two axes; a visible background throughout the support; clipping.
 #[test]
 fn every_layer_axis_visible_backgrounds_and_clipping() {
     let volume = bump();
@@ -90,8 +87,7 @@ fn every_layer_axis_visible_backgrounds_and_clipping() {
     }
 }
 
-/// Nothing shows but what no voxel has, above and below all of them: control points beyond the data's range are looked up there, in
-/// colours of their own.
+/// Only values above or below all voxels are visible, in separate colours: control points outside the range of the data must be looked up.
 #[test]
 fn control_points_beyond_the_data() {
     let block = |n: usize| if [n % 13, n / 13 % 12, n / 156].iter().all(|c| (3..8).contains(c)) { 200 } else { 20 };
@@ -110,14 +106,13 @@ fn control_points_beyond_the_data() {
         for algorithm in three_ways(SMOOTH) {
             assert_alike("beyond", &volume, transfer, &camera, &composited_whole(algorithm));
         }
-        // Kernels that do not overshoot show nothing of it.
+        // Kernels that do not overshoot show none of these values.
         let linear = render(&volume, transfer, &camera, viewport(24, 20), &composited_whole(points(Kernel::Linear, LATTICE, 1)));
         assert_eq!(largest_opacity(&linear), 0.0);
     }
 }
 
-/// What is flat stays flat: what lies within tells neither kernels nor their coefficients apart, and a surface at the volume's own value
-/// has no speckles.
+/// Constant fields reconstruct exactly: all kernels, and coefficients, give the same result. An iso-surface at the constant has no speckles.
 #[test]
 fn constant_volumes() {
     let volume = volume([9, 8, 10], DVec3::ONE, Voxels::Float32(vec![0.1; 720])).with_background(0.1).unwrap();
@@ -131,7 +126,7 @@ fn constant_volumes() {
             render(&volume, &transfer, &camera, size, &composited_whole(algorithm))
         });
         for picture in pictures {
-            // Within the rim of what is cut from nothing, every ray has the same value: colours are those of one hue, unlit.
+            // Inside the rim, every ray has the same value: colours are of one hue, unlit.
             for pixel in picture.pixels() {
                 let expected = [0.2, 0.5, 0.9].map(|c| c * pixel[3]);
                 assert!((0..3).all(|c| (pixel[c] - expected[c]).abs() < 1e-5), "{kernel:?}: {pixel:?}");
@@ -141,7 +136,7 @@ fn constant_volumes() {
     }
 }
 
-/// Ways and blends crossed with the smooth kernels, so that each meets each other: every combination takes seconds to compile.
+/// Algorithms and blend modes combined with the smooth kernels, so that each pair occurs once: every combination takes seconds to compile.
 fn gathering() -> Vec<(Algorithm, Blend)> {
     let (catmull_rom, bspline, direct) = (Kernel::CatmullRom, Kernel::BSpline, Evaluation::Direct);
     vec![
@@ -154,7 +149,7 @@ fn gathering() -> Vec<(Algorithm, Blend)> {
     ]
 }
 
-/// The same of surfaces, one of them refined.
+/// The same for iso-surfaces, one of them refined.
 fn surfaces() -> Vec<(Algorithm, Blend)> {
     let ways = [points(Kernel::BSpline, LATTICE, 1), points(Kernel::CatmullRom, Evaluation::Direct, 2), cast(Kernel::BSpline)];
     ways.map(|way| (way, Blend::Iso(ISO))).to_vec()
@@ -169,13 +164,7 @@ fn every_blend() {
         let whole = settings(algorithm, blend);
         for (n, camera) in views.iter().enumerate() {
             let pair = Pair::of(&volume, &smooth_transfer(), camera, size, &whole);
-            let tolerance = tolerance(&whole, n == 0);
-            if tolerance == REFINED_TOLERANCE {
-                let share = pair.differing(tolerance);
-                assert!(share <= REFINED_SHARE, "{whole:?}: {share} of the rays off, up to {}", pair.largest());
-            } else {
-                pair.assert_same(&format!("{whole:?}"), tolerance);
-            }
+            pair.assert_same(&format!("{whole:?}"), tolerance(&whole, n == 0));
         }
         if blend.gathers_values() {
             assert_alike("cut", &volume, &smooth_transfer(), &views[0], &clipped(algorithm, blend, cuts()));
@@ -183,7 +172,7 @@ fn every_blend() {
     }
 }
 
-/// Axes of one, two and three voxels: mirror images of mirror images.
+/// Axes of one, two and three voxels: multiple mirroring.
 #[test]
 fn tiny_volumes() {
     for (seed, dims) in [[1, 1, 1], [1, 7, 4], [6, 1, 5], [3, 2, 1], [2, 3, 3]].into_iter().enumerate() {
@@ -197,7 +186,7 @@ fn tiny_volumes() {
     }
 }
 
-/// Whole numbers of two bytes and real ones, some of them invalid: the background stands for these before anything is filtered.
+/// 16-bit integers and floats, some of them invalid: the background replaces these before filtering.
 #[test]
 fn voxels_of_two_bytes_and_of_floats() {
     let dims = [9, 10, 11];
@@ -215,7 +204,7 @@ fn voxels_of_two_bytes_and_of_floats() {
     }
 }
 
-/// Every kernel's picture is its own: against any other's, all these comparisons fail.
+/// Kernels are distinguishable: compared with any other kernel, all these comparisons fail.
 #[test]
 fn kernels_are_told_apart() {
     let volume = random_volume([17, 12, 14], DVec3::new(1.0, 0.8, 1.25), 31);
@@ -232,7 +221,7 @@ fn kernels_are_told_apart() {
     {
         for (n, kernel) in kernels.into_iter().enumerate() {
             assert!(differing(kernel, kernel, way) <= RIM_SHARE, "{kernel:?}");
-            // Every two of the four meet in one of the ways.
+            // Each pair of the four occurs once.
             for other in others.clone().map(|next| kernels[(n + next) % kernels.len()]) {
                 let share = differing(kernel, other, way);
                 assert!(share > 5.0 * RIM_SHARE, "{kernel:?} passes for {other:?}: {share} of the rays differ");
@@ -241,8 +230,8 @@ fn kernels_are_told_apart() {
     }
 }
 
-/// An eye within the volume, whose rays have no layer axis in common; exactly 45°, where two axes share the picture; one pixel, and few rows.
-/// Transparent, opaque, and in between: with PSNR to each kernel's own integral, some 3 dB below what is measured.
+/// Eyes inside the volume, whose rays have different layer axes; exactly 45°, where two axes are blended; one pixel, and few rows.
+/// Transparent, opaque, and in between. PSNR to each kernel's integral, about 3 dB below the measured one.
 #[test]
 fn odd_places() {
     let volume = random_volume([25, 24, 26], DVec3::ONE, 41);

@@ -1,5 +1,5 @@
-//! How near each kernel comes to what the voxels are samples of: Marschner and Lobb's signal, which is known everywhere, and data sets
-//! whose halves are shown beside the whole.
+//! Fidelity of each kernel to the sampled signal: Marschner and Lobb's analytic signal, and data sets whose half-resolution versions are
+//! compared with the originals.
 
 use crate::common::*;
 use crate::scene::{Scene, marschner_lobb, marschner_lobb_signal, whole_and_halved};
@@ -9,16 +9,16 @@ use layersplat::reference::Integral;
 use layersplat::settings::{Algorithm, Classification, Layered, Lights, Shading};
 use layersplat::{Frame, Quality};
 
-/// PSNR over RGB, in dB, of each of [`Kernel::OF_LAYERS`] in each of [`ways`].
+/// PSNR over RGB, in dB, of each of [`Kernel::OF_LAYERS`] for each of [`ways`].
 type Measured = [[f64; 4]; 4];
 
-/// Of a scene, unlit and lit.
+/// Measurements of a scene, unlit and lit.
 struct Reached {
     unlit: Measured,
     lit: Measured,
 }
 
-/// The sizes of Marschner and Lobb's signal; the last one's steps are those of the truth.
+/// Sizes of Marschner and Lobb's signal; the steps of the last one equal those of the analytic integral.
 const SIGNAL: [(usize, Reached); 3] = [
     (
         41,
@@ -58,20 +58,20 @@ const HALVED: [(&str, Reached); 2] = [
         },
     ),
 ];
-/// How much less a picture may have, as in fidelity.rs.
+/// Tolerance of PSNR, as in fidelity.rs.
 const MARGIN: f64 = 1.0;
 
-/// What Catmull-Rom and the B-spline gain over the paper's cubic, all lit in `high`, at least: on the signal, and on data sets, whose
-/// halves have lost what no kernel finds again: of colin27's, ray casting gains 1.9 and 2.2 dB, and `high` comes as near to these
-/// integrals as its lattice lets it.
+/// Least gain of Catmull-Rom and the B-spline over the paper's cubic, lit in `high`, on the signal. On data sets, half-resolution versions
+/// have lost detail that no kernel restores: on colin27, ray casting gains 1.9 and 2.2 dB, and `high` approaches these integrals as far
+/// as its lattice allows.
 const LEAST_GAIN: [(Kernel, f64); 2] = [(Kernel::CatmullRom, 3.6), (Kernel::BSpline, 6.0)];
 const LEAST_GAIN_OF_HALVES: [(Kernel, f64); 2] = [(Kernel::CatmullRom, 1.5), (Kernel::BSpline, 2.2)];
-/// How far `high` may be from its kernel's own integral of the halves, which no samples more would bring nearer to the whole.
+/// Largest distance of `high` from its kernel's own integral of the half-resolution volume, which more samples would not reduce.
 const NEAR_ITS_INTEGRAL: f64 = 0.5;
 
-/// The whole data set under its B-spline, on the device, and the host's integral of it: floats, and steps twice as long.
+/// PSNR of the integrals of device and host, for the full data set with its B-spline: rounding, and steps twice as long.
 const LEAST_TRUTH: f64 = 50.0;
-/// Every n-th pixel of it is looked at: a prime.
+/// Every n-th pixel is compared; a prime.
 const EVERY: usize = 211;
 const LIT: [Option<Shading>; 2] =
     [None, Some(Shading { ambient: 0.2, diffuse: 0.7, specular: 0.3, power: 20.0, lights: Lights::AT_CAMERA })];
@@ -80,7 +80,7 @@ fn psnr(a: &Frame, b: &Frame) -> f64 {
     compare(a, b).psnr.expect("not identical")
 }
 
-/// The qualities and ray casting, with a kernel.
+/// The presets and ray casting, with a kernel.
 fn ways(kernel: Kernel) -> [Algorithm; 4] {
     let layered = |quality: Quality| {
         let samples_per_layer = quality.layered().classification.samples_per_layer();
@@ -91,7 +91,7 @@ fn ways(kernel: Kernel) -> [Algorithm; 4] {
     [draft, standard, high, Algorithm::Raycast { kernel, step: 0.5 }]
 }
 
-/// Holds every kernel in every way against what was measured, and what the smooth ones gain against a least gain.
+/// Compares every kernel with its measured fidelity, and the gain of the smooth kernels with the least gain.
 fn assert_reached(scene: &Scene, truths: &[Frame; 2], reached: &Reached, least_gain: [(Kernel, f64); 2]) {
     let mut missed = Vec::new();
     for ((shading, truth), measured) in LIT.into_iter().zip(truths).zip([&reached.unlit, &reached.lit]) {
@@ -132,10 +132,10 @@ fn kernels_come_near_marschner_and_lobbs_signal() {
     }
 }
 
-/// The signal is what the volume samples, and its gradient what it differs by.
+/// The analytic signal is the one that the volume samples, and its gradient is its derivative.
 #[test]
 fn the_signal_is_that_of_the_volume() {
-    /// Of bytes.
+    /// Rounding to bytes.
     const ROUNDED: f64 = 0.5 + 1e-6;
     let n = 41;
     let scene = marschner_lobb(n);
@@ -151,7 +151,7 @@ fn the_signal_is_that_of_the_volume() {
         assert!((gradient - differences).length() < 1e-4, "{gradient} for {differences} at {place}");
     }
     let far = |n| marschner_lobb_signal(n, DVec3::new(7.3, 20.0, 31.0)).0;
-    assert!((far(n) - far(n + 1)).abs() > 1.0, "another size is another signal");
+    assert!((far(n) - far(n + 1)).abs() > 1.0, "another size must give another signal");
 }
 
 #[test]
@@ -173,7 +173,7 @@ fn halves_come_near_the_whole() {
     }
 }
 
-/// Lit, what `high` lacks of the whole is what the halves have lost: their integral on the host, lit at every step, lacks it too.
+/// With lighting, `high` lacks what the half-resolution volume has lost: the host's integral, lit at every step, lacks it, too.
 fn assert_no_nearer_on_the_host(halved: &Scene, truth: &Frame) {
     for kernel in [Kernel::Cubic, Kernel::CatmullRom, Kernel::BSpline] {
         let integral = psnr_on_the_host(&halved.integral(LIT[1]).with_kernel(kernel), halved, truth);
@@ -187,7 +187,7 @@ fn assert_no_nearer_on_the_host(halved: &Scene, truth: &Frame) {
     }
 }
 
-/// PSNR on every n-th pixel of a picture, of something that is computed for each.
+/// PSNR on every n-th pixel of a picture against a colour function.
 fn psnr_where(picture: &Frame, color: impl Fn(u32, u32) -> [f64; 3]) -> f64 {
     let (mut squares, mut count) = (0.0, 0.0);
     for i in (0..picture.pixels().len()).step_by(EVERY) {
@@ -199,7 +199,7 @@ fn psnr_where(picture: &Frame, color: impl Fn(u32, u32) -> [f64; 3]) -> f64 {
     -10.0 * (squares / count).log10()
 }
 
-/// Of an integral on the host.
+/// PSNR against an integral on the host.
 fn psnr_on_the_host(integral: &Integral, scene: &Scene, picture: &Frame) -> f64 {
     let rays = Rays::new(&scene.camera, scene.size, scene.volume.grid()).unwrap();
     psnr_where(picture, |x, y| {
@@ -208,7 +208,7 @@ fn psnr_on_the_host(integral: &Integral, scene: &Scene, picture: &Frame) -> f64 
     })
 }
 
-/// Of another picture.
+/// PSNR against another picture.
 fn psnr_of_some(found: &Frame, picture: &Frame) -> f64 {
     psnr_where(picture, |x, y| [0, 1, 2].map(|c| f64::from(found.pixel(x, y)[c])))
 }

@@ -1,5 +1,5 @@
-//! Every kernel that layers and rays can be sampled with: as the f64 reference has it, nearer to its own integral with every sample, and
-//! how near each comes to what the voxels are samples of: the tables in docs/kernels.md.
+//! All kernels for layers and rays: agreement with the f64 reference, convergence to their own integral, and fidelity to the sampled
+//! signal (the tables in docs/kernels.md).
 
 #[path = "../common/mod.rs"]
 mod common;

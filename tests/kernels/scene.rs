@@ -1,4 +1,4 @@
-//! What is shown to tell kernels apart: samples of something that is known in between.
+//! Scenes that distinguish kernels: samples of known signals.
 
 use crate::common::*;
 use glam::DVec3;
@@ -8,7 +8,7 @@ use layersplat::volume::{Grid, Voxels};
 use layersplat::{Camera, Frame, Orbit, Projection, Settings, TransferFunction, Viewport, Volume};
 use std::f64::consts::PI;
 
-/// A volume, how it is seen, and what of it: no boundary shows, where kernels weight what is not there.
+/// A volume, its view, and a crop box that hides boundaries, where kernels read missing voxels.
 pub struct Scene {
     pub name: String,
     pub volume: Volume<'static>,
@@ -20,12 +20,12 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// What it looks like.
+    /// Renders the scene.
     pub fn render(&self, algorithm: Algorithm, shading: Option<Shading>) -> Frame {
         self.render_from(&self.camera, algorithm, shading)
     }
 
-    /// The same with a camera half a voxel aside: what a comparison must notice.
+    /// Renders the scene with the camera shifted by half a voxel, which comparisons must detect.
     pub fn render_aside(&self, algorithm: Algorithm, shading: Option<Shading>) -> Frame {
         let aside = self.volume.grid().spacing() * DVec3::splat(0.5);
         let Camera { position, focal_point, .. } = self.camera;
@@ -39,7 +39,7 @@ impl Scene {
         render(&self.volume, &self.transfer, camera, self.size, &settings)
     }
 
-    /// The integral of it on the host.
+    /// Integral of the scene on the host.
     pub fn integral(&self, shading: Option<Shading>) -> Integral<'_> {
         let mut integral = Integral::new(&self.volume, &self.transfer, Some(self.unit_distance));
         (integral.shading, integral.clipping) = (shading, self.clipping);
@@ -47,14 +47,14 @@ impl Scene {
     }
 }
 
-/// What is shown of Marschner and Lobb's signal, per axis of −1 … 1: three voxels less than all of 41³, and so of all sizes the same.
+/// Visible part of Marschner and Lobb's signal per axis of −1 … 1: three voxels less than all of 41³, equal for all sizes.
 const SHOWN: f64 = 0.85;
 
-/// Marschner and Lobb's signal (1994), sampled n³ times and rounded to bytes. All sizes make the same picture, but for what is lost.
+/// Marschner and Lobb's signal (1994), sampled n³ times and rounded to bytes. All sizes give the same picture, except for lost detail.
 pub fn marschner_lobb(n: usize) -> Scene {
     let volume = Volume::open(format!("builtin:marschner-lobb@{n}"), &layersplat::OpenOptions::default()).unwrap();
     let half = (n as f64 - 1.0) / 2.0;
-    // Rings that are cut in the middle of their slope, behind a thin fog.
+    // Rings cut at the middle of their slope, behind thin fog.
     let opacities =
         vec![(0.0, 0.0), (40.0, 0.0), (70.0, 0.015), (100.0, 0.0), (0.45 * 255.0, 0.0), (0.55 * 255.0, 0.9), (255.0, 0.9)];
     let colors = vec![(0.0, [0.2, 0.4, 0.9]), (100.0, [0.2, 0.6, 0.8]), (128.0, [0.95, 0.7, 0.3]), (255.0, [0.8, 0.3, 0.2])];
@@ -70,7 +70,7 @@ pub fn marschner_lobb(n: usize) -> Scene {
     }
 }
 
-/// The signal at a place in voxels of n³ samples, in bytes that are not rounded, and its gradient.
+/// The signal at a position in voxels of n³ samples, in units of bytes, not rounded, and its gradient.
 pub fn marschner_lobb_signal(n: usize, p: DVec3) -> (f64, DVec3) {
     const FREQUENCY: f64 = 6.0;
     const AMPLITUDE: f64 = 0.25;
@@ -80,24 +80,24 @@ pub fn marschner_lobb_signal(n: usize, p: DVec3) -> (f64, DVec3) {
     let phase = 2.0 * PI * FREQUENCY * (PI * r / 2.0).cos();
     let value = 1.0 - (PI * q.z / 2.0).sin() + AMPLITUDE * (1.0 + phase.cos());
     let along_r = AMPLITUDE * phase.sin() * PI * PI * FREQUENCY * (PI * r / 2.0).sin();
-    // In the middle of the rings there is no direction, and no slope.
+    // At the centre of the rings the direction is undefined, and the slope 0.
     let outwards = if r > 0.0 { q.truncate() / r } else { q.truncate() };
     let slope = (along_r * outwards).extend(-PI / 2.0 * (PI * q.z / 2.0).cos());
     let bytes = 255.0 / (2.0 * (1.0 + AMPLITUDE));
     (bytes * value, bytes / half * slope)
 }
 
-/// A data set in full, and its halves: means of 2³ voxels, rounded to bytes, each in the middle of its eight. Both are seen the same way,
-/// cut by the same box.
+/// A full data set, and its half-resolution version: means of 2³ voxels, rounded to bytes, at the centres of their eight voxels. Both have
+/// the same view and crop box.
 pub fn whole_and_halved(name: &str) -> [Scene; 2] {
-    /// Of the halved voxels, that are not shown on every side.
+    /// Hidden margin on every side, in half-resolution voxels.
     const MARGIN: f64 = 4.0;
     let (volume, transfer) = data_set(name);
     let halves = halved(&volume);
     let size = viewport(256, 256);
     let last = DVec3::from_array(halves.grid().dims().map(|n| n as f64 - 1.0));
     let (lowest, highest) = (DVec3::splat(MARGIN), last - MARGIN);
-    // Halved voxel i lies at 2i + 0.5 of the whole.
+    // Half-resolution voxel i lies at 2i + 0.5 of the full volume.
     let of_the_whole = cropped(2.0 * lowest + 0.5, 2.0 * highest + 0.5);
     let orbit = Orbit { azimuth: 72.0, elevation: 20.0, roll: 0.0 };
     let grid = halves.grid();

@@ -1,5 +1,4 @@
-//! One renderer, whatever it drew before: each frame is that of a fresh one, bit for bit. What is kept from frame to frame must be
-//! kept by all that it depends on.
+//! A reused renderer: each frame is bit-identical to that of a fresh one. Cached data must be keyed by everything they depend on.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -14,7 +13,7 @@ use layersplat::volume::{Rescale, Voxels};
 use layersplat::{Axis, Background, Error, Frame, Renderer, Settings, TransferFunction, Volume};
 use scene::{ALGORITHMS, OTHER, Scene, TABLES};
 
-/// A renderer that lives on, and what it shows.
+/// A reused renderer and its state.
 struct Kept {
     volume: Volume<'static>,
     transfers: [TransferFunction; 3],
@@ -33,7 +32,7 @@ impl Kept {
         Self { volume, transfers, renderer, random: Random(seed), drawn: 0, seen: 0, refused: 0 }
     }
 
-    /// Draws a scene with the renderer that lives on and with a fresh one.
+    /// Renders a scene with the reused renderer and with a fresh one.
     fn step(&mut self, scene: &Scene) {
         let transfer = &self.transfers[scene.transfer];
         let (camera, size, settings) = (scene.camera(&self.volume), scene.size, &scene.settings);
@@ -43,7 +42,7 @@ impl Kept {
         self.renderer.measure(measuring[0]);
         fresh.measure(measuring[1]);
         let expected = fresh.render(&camera, size, settings);
-        // One picture in four is taken in another way.
+        // One frame in four uses another output path.
         let way = self.random.next() % 8;
         if let Ok((frame, _)) = &expected {
             self.drawn += 1;
@@ -54,14 +53,14 @@ impl Kept {
             (0, Ok((frame, report))) => {
                 let background = Background::Color([0.2, 0.5, 0.9]);
                 let (bytes, told) = self.renderer.render_rgba8(&camera, size, settings, background).expect("as the fresh one");
-                assert!(bytes == frame.to_rgba8(background), "{}: 8 bits of another picture", what());
+                assert!(bytes == frame.to_rgba8(background), "{}: the 8-bit picture differs", what());
                 same_reports(&what(), &told, &report);
             }
             (1, Ok(_)) => {
                 let kept = self.renderer.lattice_picture(&camera, size, settings).expect("as the fresh one");
                 let expected = fresh.lattice_picture(&camera, size, settings).unwrap();
                 let samples = |picture: Option<LatticePicture>| picture.map(|p| (p.size, p.samples));
-                assert!(samples(kept) == samples(expected), "{}: another lattice", what());
+                assert!(samples(kept) == samples(expected), "{}: the lattice differs", what());
             }
             (_, Ok((frame, report))) => {
                 let (found, told) = self.renderer.render(&camera, size, settings).expect("as the fresh one");
@@ -77,26 +76,26 @@ impl Kept {
     }
 }
 
-/// Times differ; what was counted does not, where both were asked.
+/// Times differ; counts must agree if both are measured.
 #[track_caller]
 fn same_reports(what: &str, a: &FrameReport, b: &FrameReport) {
     assert_eq!(a.lattice, b.lattice, "{what}");
     if let (Some(a), Some(b)) = (&a.measured, &b.measured) {
         assert_eq!(a.active_samples, b.active_samples, "{what}: samples");
         let stages = |measured: &Measured| -> Vec<&str> { measured.stages.iter().map(|&(stage, _)| stage).collect() };
-        // A fresh renderer has more to prepare, and `present` makes 8 bits; no stage of an earlier frame may be left over.
+        // A fresh renderer has more preparation stages, and `present` converts to 8 bits. Stages of earlier frames must not remain.
         let stray: Vec<&str> = stages(a).into_iter().filter(|stage| *stage != "present" && !stages(b).contains(stage)).collect();
         assert!(stray.is_empty(), "{what}: {stray:?}, not in {:?}", stages(b));
     }
 }
 
-/// Opaque from 200 on, in several hues: tables of segments then depend on how long these are.
+/// Opaque from 200 on, in several hues: the tables of segments then depend on their length.
 fn deep() -> TransferFunction {
     let colors = vec![(0.0, [0.9, 0.1, 0.2]), (128.0, [0.1, 0.9, 0.2]), (255.0, [0.2, 0.1, 0.9])];
     TransferFunction::new("deep", colors, vec![(0.0, 0.0), (60.0, 0.0), (100.0, 0.1), (200.0, 1.0)]).unwrap()
 }
 
-/// A few drops in empty space, so that most blocks can be left out.
+/// Isolated drops in empty space, so that most blocks are culled.
 fn drops_volume() -> Volume<'static> {
     let dims = [24, 21, 23];
     let mut random = Random(13);
@@ -113,25 +112,25 @@ fn bytes_volume() -> Volume<'static> {
     random_volume([17, 14, 12], DVec3::new(1.0, 1.3, 0.8), 11)
 }
 
-/// Stored with a slope below 0, so that larger values are smaller numbers, and far from 0.
+/// Stored with a negative slope, so that larger values are smaller numbers, and far from 0.
 fn reversed_volume() -> Volume<'static> {
     let numbers = random_bytes([13, 16, 11], 12).into_iter().map(|b| 3000 - 4 * i16::from(b)).collect();
     let volume = volume([13, 16, 11], DVec3::new(0.9, 0.7, 1.2), Voxels::Int16(numbers));
     volume.with_rescale(Rescale::new(-0.25, 750.0).unwrap()).with_background(0.0).unwrap()
 }
 
-/// Most frames must show something: some look past it.
+/// Most frames must not be empty; some look past the volume.
 fn shown(kept: &Kept, least: usize) {
     let Kept { drawn, seen, .. } = kept;
-    assert!(*seen >= least && *seen * 2 > *drawn, "{seen} of {drawn} frames show anything");
+    assert!(*seen >= least && *seen * 2 > *drawn, "{seen} of {drawn} frames are not empty");
 }
 
-/// Whatever is drawn, and whichever one thing is then changed that tables are made for.
+/// Each algorithm, followed by a change of each input of its tables.
 #[test]
 fn each_change_counts_in_each_algorithm() {
     let mut kept = Kept::new(drops_volume(), 21);
     let mut random = Random(22);
-    // The set of footprints depends on nothing that changes here.
+    // The footprint set does not depend on any of these inputs.
     let [algorithms @ .., _] = ALGORITHMS;
     for algorithm in algorithms {
         let mut scene = Scene { settings: algorithm.into(), ..Scene::default() };
@@ -148,7 +147,7 @@ fn each_change_counts_in_each_algorithm() {
     shown(&kept, ALGORITHMS.len() * TABLES.len() * 3 / 4);
 }
 
-/// Whatever is drawn after whatever else, of the same from the same side.
+/// Each algorithm after each other one, for the same scene.
 #[test]
 fn each_algorithm_after_each_other() {
     let volume = drops_volume();
@@ -159,7 +158,7 @@ fn each_algorithm_after_each_other() {
     let all: Vec<Settings> = ALGORITHMS.map(Settings::from).into();
     let fresh = || Renderer::new(&device(), &volume, &transfer).unwrap();
     let expected: Vec<Frame> = all.iter().map(|settings| draw(&mut fresh(), settings)).collect();
-    // Forwards and backwards, each has been after each other.
+    // In both orders, so that each follows each other one.
     for backwards in [false, true] {
         let mut kept = fresh();
         for n in 0..all.len() {
@@ -169,7 +168,7 @@ fn each_algorithm_after_each_other() {
     }
 }
 
-/// Segments of one length, once a whole layer and once half of one: whether light lost within a layer counts is asked of layers.
+/// Segments of equal length, once a whole layer and once half of one: attenuation within a segment is decided per layer.
 #[test]
 fn segments_of_one_length_from_layers_of_two() {
     let mut kept = Kept::new(bytes_volume(), 61);
@@ -179,7 +178,7 @@ fn segments_of_one_length_from_layers_of_two() {
         let settings = Layered { classification, ..own }.into();
         Scene { settings: Settings { unit_distance: Some(unit_distance), ..settings }, transfer: 2, ..Scene::default() }
     };
-    // Two lengths that are not twice one another apart, from thin to deep.
+    // Two lengths that are not a factor of two apart, from thin to deep.
     for n in 0..8 {
         let unit = 1.2 / 1.7f64.powi(n);
         kept.step(&per_layer(1, unit));
@@ -188,7 +187,7 @@ fn segments_of_one_length_from_layers_of_two() {
     shown(&kept, 12);
 }
 
-/// Several things change at once, in any order.
+/// Several changes at once, in any order.
 fn walk(volume: Volume<'static>, seed: u64) {
     let mut kept = Kept::new(volume, seed);
     let mut random = Random(seed + 1);
@@ -226,7 +225,7 @@ fn a_walk_through_rescaled_numbers() {
     walk(reversed_volume(), 41);
 }
 
-/// Each kind of refusal between two frames.
+/// Each kind of error between two frames.
 #[test]
 fn what_is_refused_leaves_nothing_behind() {
     let mut kept = Kept::new(bytes_volume(), 51);
@@ -236,16 +235,16 @@ fn what_is_refused_leaves_nothing_behind() {
         Settings { unit_distance: Some(0.0), ..default },
         Settings { blend: Blend::Iso(f64::NAN), ..default },
         Settings { blend: Blend::Maximum, algorithm: ALGORITHMS[5], ..default },
-        // Found out when the view is planned.
+        // Detected when the view is planned.
         Settings::from(Layered { layer_axis: axis, ..layered(default) }),
         Settings::from(layersplat::settings::Algorithm::AxisSheets { layer_axis: axis }),
     ];
-    // A third of them, of each kind: refusals are the same for all.
+    // A third of them, of each kind, because errors are independent of the algorithm.
     for algorithm in ALGORITHMS.into_iter().step_by(3) {
         let scene = Scene { settings: algorithm.into(), ..Scene::default() };
         kept.step(&scene);
         for settings in refusals {
-            // Along z: the x axis is out of reach.
+            // Along z, where the x axis is out of reach.
             let refused = kept.refused;
             kept.step(&Scene { settings, transfer: 1, orbit: [0.0, 3.0, 0.0], ..scene });
             assert_eq!(kept.refused, refused + 1, "{settings:?} is not refused");

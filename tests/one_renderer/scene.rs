@@ -1,4 +1,4 @@
-//! What a renderer may be asked for, and what may change about it.
+//! Possible scenes, and their changes.
 
 use crate::common::*;
 use glam::DVec3;
@@ -10,11 +10,11 @@ use layersplat::settings::{
 use layersplat::transfer::Extinction;
 use layersplat::{Axis, Camera, Correction, Orbit, Projection, Settings, Viewport, Volume};
 
-/// A picture but for its volume.
+/// All inputs of a picture except the volume.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
     pub settings: Settings,
-    /// Which transfer function.
+    /// Index of the transfer function.
     pub transfer: usize,
     /// Azimuth, elevation and roll in degrees.
     pub orbit: [f64; 3],
@@ -22,12 +22,12 @@ pub struct Scene {
     pub size: Viewport,
 }
 
-/// Where rays come from.
+/// Projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Eye {
-    /// Parallel, so many times nearer than what fits.
+    /// Parallel, with a magnification relative to the fitted view.
     Parallel(f64),
-    /// The field of view in degrees, and the distance from the centre in diagonals.
+    /// Field of view in degrees, and distance from the centre in diagonals.
     Perspective(f64, f64),
 }
 
@@ -67,7 +67,7 @@ const fn made(evaluation: Evaluation, classification: Classification, footprints
     Algorithm::Layered(Layered { layer_axis: LayerAxis::Auto, evaluation, classification, footprints })
 }
 
-/// Every way to draw. A fresh renderer takes half a second for the last one's set of footprints.
+/// All algorithms. A fresh renderer takes half a second to prepare the footprint set of the last one.
 pub const ALGORITHMS: [Algorithm; 17] = [
     points(Density::Relaxed, 1),
     points(Density::Fine, 2),
@@ -88,7 +88,7 @@ pub const ALGORITHMS: [Algorithm; 17] = [
     made(Evaluation::Direct, Classification::Post(Correction::Constant), Footprints::Set),
 ];
 
-/// One of several that is not what there is.
+/// A random choice that differs from the current one.
 fn other<T: Copy + PartialEq>(random: &mut Random, now: T, of: &[T]) -> T {
     let others: Vec<T> = of.iter().copied().filter(|one| *one != now).collect();
     others[random.next() as usize % others.len()]
@@ -139,13 +139,13 @@ fn other_crop(s: &mut Scene, r: &mut Random) {
     s.settings.clipping.crop = other(r, s.settings.clipping.crop, &[None, crop]);
 }
 
-/// What may change that tables and lists are made for, one after the other, beginning with nothing.
+/// Changes of inputs of tables and lists, the first of which changes nothing.
 pub const TABLES: [fn(&mut Scene, &mut Random); 12] = [
     |_, _| (),
     another_unit,
     other_transfer,
     another_unit,
-    // From near the x axis, and then from near the y axis: layers lie along others.
+    // From near the x axis to near the y axis: the layer axis changes.
     |s, r| s.orbit = [80.0 + 20.0 * r.unit(), 15.0, 360.0 * r.unit()],
     |s, r| s.orbit = [360.0 * r.unit(), 75.0, 0.0],
     other_blend,
@@ -156,7 +156,7 @@ pub const TABLES: [fn(&mut Scene, &mut Random); 12] = [
     other_extinction,
 ];
 
-/// And what else may.
+/// All other changes.
 pub const OTHER: [fn(&mut Scene, &mut Random); 11] = [
     other_gradient_opacity,
     |s, r| s.orbit = [360.0 * r.unit(), 180.0 * r.unit() - 90.0, 360.0 * r.unit()],

@@ -1,9 +1,9 @@
-//! Pictures, taken from where they are without the crate's own readers.
+//! Independent readers of pictures.
 
 use layersplat::Frame;
 use std::path::Path;
 
-/// Rows of premultiplied red, green, blue and opacity, the upper row first.
+/// Rows of premultiplied RGBA, top row first.
 pub struct Picture {
     /// Columns and rows.
     pub size: [u32; 2],
@@ -15,19 +15,19 @@ impl Picture {
         Self { size: [frame.width(), frame.height()], pixels: frame.pixels().iter().map(|p| p.map(f64::from)).collect() }
     }
 
-    /// 8 bits with straight alpha.
+    /// From 8-bit pixels with straight alpha.
     pub fn bytes(size: [u32; 2], bytes: &[u8]) -> Self {
         let straight = bytes.as_chunks::<4>().0.iter().map(|p| p.map(|byte| f64::from(byte) / 255.0));
         Self { size, pixels: straight.map(|[r, g, b, a]| [r * a, g * a, b * a, a]).collect() }
     }
 
-    /// As any viewer decodes it.
+    /// From a PNG file, by an independent decoder.
     pub fn png(path: &Path) -> Self {
         let picture = image::open(path).unwrap().into_rgba8();
         Self::bytes([picture.width(), picture.height()], picture.as_raw())
     }
 
-    /// By the format's description: 10 bytes, of which the last two are the length of a header in text, then numbers.
+    /// From an NPY file: 10 bytes, the last two of which are the length of a text header, then numbers.
     pub fn npy(bytes: &[u8]) -> Self {
         assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
         let end = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
@@ -41,29 +41,29 @@ impl Picture {
         Self { size: [width, height], pixels: numbers.as_chunks().0.to_vec() }
     }
 
-    /// Column, row and opacity of each pixel; its middle is at half integers.
+    /// Column, row and opacity of each pixel; pixel centres are half-integers.
     fn opacities(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
         let width = self.size[0] as usize;
         self.pixels.iter().enumerate().map(move |(n, p)| ([(n % width) as f64 + 0.5, (n / width) as f64 + 0.5], p[3]))
     }
 
-    /// The mean place of all opacity.
+    /// Opacity-weighted mean position.
     pub fn middle(&self) -> [f64; 2] {
         let sums = self.opacities().fold([0.0; 3], |s, ([x, y], a)| [s[0] + x * a, s[1] + y * a, s[2] + a]);
         [sums[0] / sums[2], sums[1] / sums[2]]
     }
 
-    /// The largest opacity.
+    /// Largest opacity.
     pub fn most(&self) -> f64 {
         self.brightest()[3]
     }
 
-    /// The pixel of the largest opacity.
+    /// Pixel of the largest opacity.
     pub fn brightest(&self) -> [f64; 4] {
         self.pixels.iter().copied().fold([0.0; 4], |most, p| if p[3] > most[3] { p } else { most })
     }
 
-    /// First and last column and row, counted from 0, that are more opaque than this.
+    /// First and last column and row above an opacity, counted from 0.
     pub fn extent(&self, opacity: f64) -> [[f64; 2]; 2] {
         let nothing = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         let visible = self.opacities().filter(|&(_, a)| a > opacity);

@@ -1,5 +1,5 @@
-//! Where things stand in a picture, worked out here by plain trigonometry: neither the crate's cameras nor its rays are
-//! asked, since the reference shares these with what it judges.
+//! Positions in pictures by elementary trigonometry. The crate's cameras and rays are not used, because the reference shares them with the
+//! code under test.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -19,35 +19,35 @@ use layersplat::{
 };
 use trigonometry::View;
 
-/// How far, in pixels, the middle of a voxel's blot may be from where the voxel stands. Blots are point-symmetric but for
-/// pixels, lattice samples and table entries, which are finite.
+/// Largest distance of a voxel's blot from the expected position, in pixels. Blots are point-symmetric, except for the finite resolution of
+/// pixels, lattice samples and table entries.
 const OFF: f64 = 0.07;
-/// And in a perspective, whose nearer half of a blot is larger, and seen against the other at an angle.
+/// In a perspective, the nearer half of a blot is larger, and seen at another angle.
 const OFF_IN_PERSPECTIVE: f64 = 0.15;
-/// And where the blot is as wide as the voxel is far.
+/// For a blot as wide as its distance.
 const OFF_NEARBY: f64 = 0.3;
-/// How far a place that a mistake would give must be from the right one for the test to notice.
+/// Least distance of a mistaken position from the correct one, so that the test detects it.
 const TELLING: f64 = 1.0;
-/// Red, green and blue: no two are alike.
+/// Red, green and blue, all different.
 const COLOR: [f64; 3] = [0.875, 0.5, 0.125];
 
 const DIMS: [usize; 3] = [17, 14, 12];
 const SPACING: [f64; 3] = [0.8, 1.3, 1.0];
 const VOXEL: [usize; 3] = [13, 3, 8];
 
-/// Empty but for one voxel; the first index runs fastest.
+/// Empty except for one voxel; the first index is fastest.
 fn one_voxel(dims: [usize; 3], spacing: [f64; 3], [i, j, k]: [usize; 3]) -> Volume<'static> {
     let mut bytes = vec![0; dims.iter().product()];
     bytes[i + dims[0] * (j + dims[1] * k)] = 255;
     volume(dims, DVec3::from_array(spacing), Voxels::Uint8(bytes))
 }
 
-/// One colour for all values, more opaque the higher these are.
+/// One colour for all values; opacity increases with the value.
 fn colored() -> TransferFunction {
     TransferFunction::new("colored", vec![(0.0, COLOR)], vec![(0.0, 0.0), (10.0, 0.0), (255.0, 0.9)]).unwrap()
 }
 
-/// Every way to draw, unlit, so that all of a blot has one colour.
+/// All algorithms, unlit, so that a blot has one colour.
 fn ways() -> Vec<Settings> {
     let post = Classification::Post(Correction::SubLayers(2));
     let points = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 1 };
@@ -59,7 +59,7 @@ fn ways() -> Vec<Settings> {
     ways.map(|settings| Settings { shading: None, ..settings }).collect()
 }
 
-/// A picture's size, what it looks at and from where, and how.
+/// Size, centre, orbit and projection of each picture.
 fn views() -> Vec<View> {
     let middle = [6.4, 8.45, 5.5];
     let beside = [7.2, 7.1, 6.6];
@@ -107,12 +107,12 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// What `assert_at` asserts: the middle of what can be seen, and its colour.
+/// Asserts position and colour of the visible blot.
 #[track_caller]
 fn assert_at(what: &str, picture: &Picture, expected: [f64; 2], allowed: f64) {
     let found = picture.middle();
     assert!(distance(found, expected) < allowed, "{what}: at {found:.3?}, not at {expected:.3?}");
-    assert!(picture.most() > 0.1, "{what}: hardly to be seen");
+    assert!(picture.most() > 0.1, "{what}: barely visible");
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn a_voxel_is_where_trigonometry_puts_it() {
     }
 }
 
-/// From inside, and at angles where no lattice reaches, rays are cast instead.
+/// From inside, and at angles without a lattice, ray casting is used.
 #[test]
 fn a_voxel_is_there_too_when_seen_from_inside() {
     let (volume, transfer) = (one_voxel(DIMS, SPACING, VOXEL), colored());
@@ -144,25 +144,25 @@ fn a_voxel_is_there_too_when_seen_from_inside() {
     }
 }
 
-/// The same in words, from fixed sides: what is right, above and near.
+/// Fixed sides in words: right, above and near.
 #[test]
 fn sides_are_as_one_would_say() {
     let transfer = colored();
     let dims = [11; 3];
-    // A voxel three to one side of the middle, the view, and where that is in the picture: right, up.
+    // A voxel three to one side of the centre, the view, and its position in the picture: right, up.
     for (voxel, orbit, right, up) in [
-        // From +z: x is to the right, y is up.
+        // From +z: x points right, y up.
         ([8, 5, 5], [0.0, 0.0, 0.0], 3.0, 0.0),
         ([5, 8, 5], [0.0, 0.0, 0.0], 0.0, 3.0),
-        // From +x: z is to the left.
+        // From +x: z points left.
         ([5, 5, 8], [90.0, 0.0, 0.0], -3.0, 0.0),
         ([5, 8, 5], [90.0, 0.0, 0.0], 0.0, 3.0),
-        // From behind: x is to the left.
+        // From behind: x points left.
         ([8, 5, 5], [180.0, 0.0, 0.0], -3.0, 0.0),
-        // From above: z, towards the viewer before, is down.
+        // From above: z, which pointed to the viewer, points down.
         ([5, 5, 8], [0.0, 90.0, 0.0], 0.0, -3.0),
         ([8, 5, 5], [0.0, 90.0, 0.0], 3.0, 0.0),
-        // A camera that rolls by 90°, as vtkCamera::Roll does, has x for its up.
+        // A roll by 90°, as of vtkCamera::Roll, makes x point up.
         ([8, 5, 5], [0.0, 0.0, 90.0], 0.0, 3.0),
         ([5, 8, 5], [0.0, 0.0, 90.0], -3.0, 0.0),
     ] {
@@ -177,13 +177,13 @@ fn sides_are_as_one_would_say() {
     }
 }
 
-/// Cameras that are not made by an orbit: only the part of view-up at right angles to the view counts.
+/// Cameras without an orbit: only the component of view-up perpendicular to the view matters.
 #[test]
 fn a_camera_may_be_put_anywhere() {
     let (volume, transfer) = (one_voxel([11; 3], [1.0; 3], [8, 7, 5]), colored());
     let projection = Projection::Parallel { scale: 5.5 };
     let (position, focal_point) = (DVec3::new(5.0, 5.0, -20.0), DVec3::splat(5.0));
-    // From −z, with +x for up: to the right is then up × (from the focal point to the eye) = x × −z = y.
+    // From −z with +x up, right is up × (from the focal point to the eye) = x × −z = y.
     let camera = Camera { position, focal_point, view_up: DVec3::new(2.0, 0.0, 7.0), projection };
     let frame = render(&volume, &transfer, &camera, viewport(66, 44), &ways()[1]);
     assert_at("x up", &Picture::of(&frame), [33.0 + 4.0 * 2.0, 22.0 - 4.0 * 3.0], OFF);
@@ -193,7 +193,7 @@ fn a_camera_may_be_put_anywhere() {
     assert_at("x up, perspective", &Picture::of(&frame), [33.0 + 2.0 * pixels, 22.0 - 3.0 * pixels], OFF_IN_PERSPECTIVE);
 }
 
-/// A frame in memory, its 8-bit picture from the device, and both files, decoded without the crate's help.
+/// A frame in memory, its 8-bit picture from the device, and both files, decoded independently.
 #[test]
 fn files_show_it_there_in_its_colour() {
     let (volume, transfer) = (one_voxel(DIMS, SPACING, VOXEL), colored());

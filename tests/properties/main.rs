@@ -1,6 +1,6 @@
-//! Whatever is asked for: a picture that is one, the same each time, or a refusal that says what is wrong.
+//! Property tests: any request gives a valid, reproducible picture, or an error that names the problem.
 //!
-//! The cases are the same in every run; PROPTEST_CASES asks for more of them, PROPTEST_RNG_SEED for others.
+//! The cases are the same in every run; PROPTEST_CASES increases their number, PROPTEST_RNG_SEED changes them.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -12,11 +12,11 @@ use proptest::test_runner::{Config, RngSeed, TestRunner};
 use scenes::{Shot, shot, ways};
 use std::cell::RefCell;
 
-/// Of a colour above its opacity: half a unit of a float, a few tens of times.
+/// Excess of a colour over its opacity: half an ulp of f32, a few tens of times.
 const ROUNDING: f32 = 1e-5;
-/// Of black: what is left of lit colours whose integrals are 0 within rounding.
+/// Negative colours: lit colours whose integrals are 0 within rounding.
 const BELOW_BLACK: f32 = -1e-7;
-/// Pictures of each way that must not be refused, of all: else there is little to see.
+/// At least one of this many pictures of each algorithm must succeed, or little is tested.
 const LEAST_SHARE: usize = 2;
 
 fn runner(cases: u32) -> TestRunner {
@@ -26,7 +26,7 @@ fn runner(cases: u32) -> TestRunner {
     TestRunner::new(Config { cases, rng_seed: seed, failure_persistence: None, max_shrink_iters: 100, ..own })
 }
 
-/// Whether there is a picture.
+/// Returns whether there is a picture.
 fn check(shot: &Shot) -> Result<bool, TestCaseError> {
     let (volume, transfer) = (shot.volume(), shot.transfer());
     let mut renderer = Renderer::new(&common::device(), &volume, &transfer).map_err(|e| TestCaseError::fail(e.to_string()))?;
@@ -44,11 +44,11 @@ fn check(shot: &Shot) -> Result<bool, TestCaseError> {
     }
     let again = frame().map_err(|e| TestCaseError::fail(e.to_string()))?;
     let bits = |frame: &layersplat::Frame| frame.pixels().iter().flatten().map(|c| c.to_bits()).collect::<Vec<_>>();
-    prop_assert!(bits(&first) == bits(&again), "the second picture has other bits");
+    prop_assert!(bits(&first) == bits(&again), "the second picture has different bits");
     let displayed = renderer.render_rgba8(&shot.camera, shot.viewport, &shot.settings, Background::Transparent);
     let (displayed, _) = displayed.map_err(|e| TestCaseError::fail(e.to_string()))?;
     let steps = displayed.iter().zip(first.to_rgba8(Background::Transparent)).map(|(&a, b)| a.abs_diff(b)).max();
-    prop_assert!(steps <= Some(1), "in 8 bits it is another picture, by {steps:?}");
+    prop_assert!(steps <= Some(1), "the 8-bit picture differs by {steps:?}");
     Ok(true)
 }
 
@@ -69,7 +69,7 @@ fn pictures_are_pictures() {
     }
 }
 
-/// A camera that is no number anywhere is refused, and says so.
+/// Cameras with non-finite numbers are rejected with a message.
 #[test]
 fn cameras_that_are_no_numbers_are_refused() {
     let odd = prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(f64::NEG_INFINITY)];

@@ -1,4 +1,4 @@
-//! Anything that can be asked for: volumes, transfer functions, cameras, sizes and settings.
+//! Arbitrary inputs: volumes, transfer functions, cameras, sizes and settings.
 
 use crate::common::Random;
 use glam::{DMat3, DQuat, DVec3, EulerRot};
@@ -12,7 +12,7 @@ use layersplat::volume::{Grid, Voxels};
 use layersplat::{Camera, Orbit, Projection, Settings, TransferFunction, Viewport, Volume};
 use proptest::prelude::*;
 
-/// A picture.
+/// All inputs of a picture.
 #[derive(Clone, Debug)]
 pub struct Shot {
     pub way: usize,
@@ -37,7 +37,7 @@ impl Shot {
     }
 }
 
-/// Each algorithm with one kernel, one blend mode and lit or not: what programs are built for. All else varies.
+/// Each algorithm with one kernel, one blend mode, lit or unlit: the variants that programs are built for. Everything else varies.
 pub fn ways() -> Vec<Settings> {
     let points = |kernel, samples_per_layer| Layered {
         classification: Classification::Preintegrated { kernel, samples_per_layer },
@@ -62,7 +62,7 @@ pub fn ways() -> Vec<Settings> {
     ]
 }
 
-/// 0, 1, or anything between.
+/// 0, 1, or any number between.
 fn share() -> impl Strategy<Value = f64> + Clone {
     prop_oneof![1 => Just(0.0), 1 => Just(1.0), 4 => 0.0..=1.0f64]
 }
@@ -72,7 +72,7 @@ fn dims() -> impl Strategy<Value = [usize; 3]> {
     prop::array::uniform3(axis())
 }
 
-/// Spacings up to a thousand times each other, of a world of any size; turned and mirrored.
+/// Anisotropy up to a factor of a thousand, any world scale; rotated and mirrored.
 fn grid() -> impl Strategy<Value = Grid> {
     let spacing = (prop::array::uniform3(prop_oneof![2 => Just(0.0), 3 => -1.0..1.0f64, 1 => -1.5..1.5f64]), -3.0..3.0f64);
     let turned = prop::array::uniform3(-180.0..180.0f64)
@@ -86,7 +86,7 @@ fn grid() -> impl Strategy<Value = Grid> {
     })
 }
 
-/// Noise, one value, or two.
+/// Noise, a constant, or two values.
 fn voxels(count: usize) -> impl Strategy<Value = Vec<u8>> {
     (any::<u64>(), prop_oneof![3 => Just(255u64), 1 => Just(0), 1 => Just(1)], any::<u8>()).prop_map(
         move |(seed, spread, least)| {
@@ -106,7 +106,7 @@ fn voxels(count: usize) -> impl Strategy<Value = Vec<u8>> {
     )
 }
 
-/// Values of control points, ascending, some of them twice: steps.
+/// Ascending values of control points, some repeated for steps.
 fn values() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec((prop_oneof![4 => -20.0..280.0f64, 1 => Just(128.0)], prop::bool::weighted(0.3)), 1..6).prop_map(
         |points| {
@@ -125,7 +125,7 @@ fn points<T: std::fmt::Debug + Clone>(of: impl Strategy<Value = T> + Clone) -> i
     })
 }
 
-/// Anywhere, exactly along an axis, and exactly between two.
+/// Any orientation, exactly along an axis, and exactly between two.
 fn orbit() -> impl Strategy<Value = Orbit> {
     let angle = || prop_oneof![3 => -180.0..180.0f64, 1 => (-4..=4).prop_map(|n| f64::from(n) * 45.0), 1 => Just(44.999)];
     (angle(), angle(), prop_oneof![1 => Just(0.0), 1 => -180.0..180.0f64]).prop_map(|(azimuth, elevation, roll)| Orbit {
@@ -135,7 +135,7 @@ fn orbit() -> impl Strategy<Value = Orbit> {
     })
 }
 
-/// Fitting, near, far, inside the volume, looking past it; in both projections.
+/// Fitted, near, far, inside the volume, looking past it; in both projections.
 fn camera(grid: Grid) -> impl Strategy<Value = Camera> {
     let sizes = prop_oneof![3 => Just(1.0), 1 => 0.01..1.0f64, 1 => 1.0..50.0f64];
     let distance = prop_oneof![3 => Just(2.0), 1 => 0.01..1.0f64, 1 => 2.0..2000.0f64];
@@ -149,7 +149,7 @@ fn camera(grid: Grid) -> impl Strategy<Value = Camera> {
             };
             let centre = grid.centre() + DVec3::from_array(aside) * grid.diagonal();
             let own = Camera::orbit(DVec3::ZERO, distance * grid.diagonal(), orbit, projection);
-            // Along the volume's own axes, however it is turned.
+            // Along the axes of the volume, in any rotation.
             let turned = |v: DVec3| grid.direction() * v;
             Camera { position: centre + turned(own.position), focal_point: centre, view_up: turned(own.view_up), projection }
         },

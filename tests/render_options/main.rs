@@ -1,5 +1,5 @@
-//! Every option of `layersplat render`: with it, the command's picture is the library's with the same settings, bit for
-//! bit, and not the one without it.
+//! Every option of `layersplat render`: the command's picture is bit-identical to that of the library with the same settings, and differs
+//! from the picture without the option.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -16,18 +16,18 @@ use std::path::Path;
 use std::sync::OnceLock;
 use tempfile::TempDir;
 
-/// Least largest difference that an option must make to its picture.
+/// Least effect of an option on its picture.
 const TELLING: f64 = 0.002;
-/// And whether opaque tiles stop: where 1/4096 passes.
+/// Least effect of early termination, at a transmittance of 1/4096.
 const TELLING_TERMINATION: f64 = 1e-6;
 
 const VOLUME: &str = "plain_14x12x10_uint8.raw";
 const WIDE_VOLUME: &str = "wide_14x12x10_uint16.raw";
-/// The same without its last slice.
+/// The same volume without its last slice.
 const SLICE_LESS: &str = "less_14x12x9_uint8.raw";
 /// Bytes of a slice.
 const HEADER: u64 = 14 * 12;
-/// First and last colour of a preset: red, green and blue are three numbers.
+/// First and last colour of a preset, with different channels.
 const SECOND: [[f64; 3]; 2] = [[1.0, 0.5, 0.0], [0.25, 0.75, 0.875]];
 
 /// The files that the table names, written once.
@@ -39,7 +39,7 @@ fn folder() -> &'static Path {
         let bytes = random_bytes([14, 12, 10], 7);
         write(VOLUME, &bytes);
         write(SLICE_LESS, &bytes[..bytes.len() - HEADER as usize]);
-        // The lower byte counts in the other byte order.
+        // The lower byte matters in the other byte order.
         let wide: Vec<u8> = bytes.iter().enumerate().flat_map(|(n, &b)| [(n * 37 % 251) as u8, b]).collect();
         write(WIDE_VOLUME, &wide);
         let [[r, g, b], [s, h, c]] = SECOND;
@@ -57,11 +57,11 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split_whitespace()
 }
 
-/// The command's picture.
+/// Picture of the command.
 fn rendered(scene: &Scene, arguments: &str) -> Frame {
     let output = tempfile::Builder::new().suffix(".npy").tempfile_in(folder()).unwrap();
     let mut all = vec!["render"];
-    // The default volume is the one that need not be named.
+    // The default volume need not be named.
     all.extend(Some(scene.source).filter(|&source| source != "builtin:hydrogen"));
     all.extend(["-o", output.path().to_str().unwrap()]);
     for (option, default) in [("--size", "36x28"), ("--transfer", "fire")] {
@@ -75,7 +75,7 @@ fn rendered(scene: &Scene, arguments: &str) -> Frame {
     read_image(output.path()).unwrap()
 }
 
-/// Asserts what the table says.
+/// Checks rows of the table.
 fn check(rows: &[Row]) {
     for Row { option, beside: (others, before), given: (given, change) } in rows {
         let mut scene = Scene::default();
@@ -83,7 +83,7 @@ fn check(rows: &[Row]) {
         let without = scene.frame(folder());
         change(&mut scene);
         let with = scene.frame(folder());
-        // A later --transfer would be refused, not taken instead of the first; of clip planes, lights and tents there may be several.
+        // A repeated --transfer would be rejected; clip planes, lights and peaks may be repeated.
         let several = ["--clip", "--light", "--tent"].contains(option);
         let others = if words(others).next() == Some(option) && !several { "" } else { others };
         let found = rendered(&scene, &format!("{others} {given}"));
@@ -104,20 +104,20 @@ fn volumes_transfer_functions_and_cameras() {
 #[test]
 fn qualities_and_algorithms() {
     let (half, others) = QUALITIES.split_at(QUALITIES.len() / 2);
-    // Two commands at a time: most of each one's time is its start.
+    // Two commands at a time, because startup dominates.
     std::thread::scope(|scope| {
         scope.spawn(|| check(half));
         check(others);
     });
 }
 
-/// A new option needs a row.
+/// A new option requires a row.
 #[test]
 fn the_table_has_every_option() {
     let help = String::from_utf8(layersplat(folder(), &["render", "--help"]).stdout).unwrap();
     let listed = help.lines().map(str::trim_start).filter(|line| line.starts_with('-'));
     let listed = listed.map(|line| words(line).find_map(|word| word.strip_prefix("--")).expect("a long name"));
-    // Dots stand behind those that may be given again.
+    // Dots mark options that may be repeated.
     let mut listed: Vec<String> = listed.map(|name| format!("--{}", name.trim_end_matches('.'))).collect();
     assert!(help.contains("[VOLUME]") && listed.len() > 30, "{help}");
     listed.push("VOLUME".into());
@@ -129,7 +129,7 @@ fn the_table_has_every_option() {
     assert_eq!(listed, rows);
 }
 
-/// Without any option: the automatic transfer function, on opaque black, under the default name.
+/// Without options: the automatic transfer function, on opaque black, with the default file name.
 #[test]
 fn the_default_picture() {
     let place = tempfile::tempdir().unwrap();
@@ -142,7 +142,7 @@ fn the_default_picture() {
     assert!(picture.as_raw()[..] == expected[..], "not the library's picture");
 }
 
-/// What a report says, and that asking for it changes no picture; nor does naming the device that is the default.
+/// Content of reports. Requesting a report, or naming the default device, does not change the picture.
 #[test]
 fn reports_and_devices() {
     let scene = Scene::default();
@@ -154,7 +154,7 @@ fn reports_and_devices() {
             json(folder(), &["render", VOLUME, "--size", "8x8", "-o", "d.npy", "--device", &info.index.unwrap().to_string()]);
         assert_eq!(report["device"].as_str(), Some(info.name.as_str()));
         assert_eq!((&report["output"], &report["width"]), (&"d.npy".into(), &8.into()));
-        // Part of a name, in other letters.
+        // Part of a name, in upper case.
         let part = info.name.to_uppercase();
         let named = Device::open(&DeviceChoice::Named(part.clone())).unwrap();
         let report = json(folder(), &["render", VOLUME, "--size", "8x8", "-o", "d.npy", "--device", &part]);
@@ -162,10 +162,10 @@ fn reports_and_devices() {
     }
 }
 
-/// What does not fit into memory is streamed, to the same picture; what it takes is told before, and reported.
+/// Volumes beyond the memory limit are streamed, with the same picture; memory use is announced and reported.
 #[test]
 fn memory() {
-    // Of its own: what is refused must leave nothing behind, and other tests write meanwhile.
+    // A separate folder, because other tests write files while this one checks for leftovers.
     let folder = tempfile::tempdir().unwrap();
     const SIGNAL: &str = "builtin:marschner-lobb@100";
     let frame = |name: &str, more: &[&str]| {
@@ -176,7 +176,7 @@ fn memory() {
     let (whole, plain, _) = frame("whole.npy", &[]);
     let (streamed, report, told) = frame("streamed.npy", &["--memory", "700KiB"]);
     assert!(streamed == whole && plain["stream"].is_null(), "{plain}");
-    // Samples between two parts can count for both.
+    // Samples between two parts may count for both.
     let active = [&report, &plain].map(|report| report["active_samples"].as_f64().unwrap());
     assert!((1.0..1.05).contains(&(active[0] / active[1])) && report["lattice"] == plain["lattice"], "{active:?}");
     let stream = &report["stream"];
@@ -195,7 +195,7 @@ fn memory() {
     refused(folder.path(), &rays, 2, &["whole volume", "--memory BYTES"]);
 }
 
-/// What takes longer than it may is given up, and leaves no file; what does not has the same bits, streamed, too.
+/// A render beyond the time limit is aborted without a file. Within the limit it is bit-identical, also when streamed.
 #[test]
 fn a_time_limit() {
     let plain = Scene::default().frame(folder());
@@ -208,7 +208,7 @@ fn a_time_limit() {
         move |code, said: &[&str]| refused(place, &words(&all).collect::<Vec<_>>(), code, said)
     };
     for more in ["", "--memory 64M"] {
-        late("1e-9", more)(1, &["given up", "longer than 1ns", "--time-limit SECONDS"]);
+        late("1e-9", more)(1, &["longer than its limit of 1ns", "--time-limit SECONDS"]);
     }
     for wrong in ["0", "-1", "soon", "1e300"] {
         late(wrong, "")(2, &["--time-limit", wrong]);

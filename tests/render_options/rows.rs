@@ -1,4 +1,4 @@
-//! The table: each option of `layersplat render`, and what it is to do.
+//! Table of the options of `layersplat render` and their effects.
 
 use crate::scene::{Scene, Transfer};
 use crate::{HEADER, SECOND, common::*};
@@ -12,13 +12,13 @@ use layersplat::transfer::Extinction;
 use layersplat::volume::{Endian, Grid, ScalarType};
 use layersplat::{Background, Correction, Density, Settings, TransferFunction, Volume};
 
-/// An option, with what it cannot be without.
+/// An option with its prerequisites.
 pub struct Row {
-    /// As it stands in the help.
+    /// Name as in the help.
     pub option: &'static str,
-    /// Other arguments, and what these do.
+    /// Other arguments, and their effect.
     pub beside: (&'static str, fn(&mut Scene)),
-    /// The option with its value, and what it does.
+    /// The option with its value, and its effect.
     pub given: (&'static str, fn(&mut Scene)),
 }
 
@@ -37,7 +37,7 @@ const fn beside(
     Row { option, beside: (others, before), given: (given, change) }
 }
 
-/// Which volume, through what, from where.
+/// Volume, transfer function and camera.
 pub const SCENES: &[Row] = &[
     row("VOLUME", "", |s| s.source = "builtin:marschner-lobb@12"),
     beside("", |s| s.source = "builtin:cube@64", "VOLUME", "", |s| s.source = "builtin:hydrogen"),
@@ -45,7 +45,7 @@ pub const SCENES: &[Row] = &[
     row("--type", "--type int8", |s| s.raw.voxel_type = Some(ScalarType::Int8)),
     row("--spacing", "--spacing 1,2.5,0.75", |s| s.raw.spacing = Some(DVec3::new(1.0, 2.5, 0.75))),
     beside("", |s| s.source = crate::WIDE_VOLUME, "--endian", "--endian big", |s| s.raw.endian = Some(Endian::Big)),
-    // A slice less, at the beginning instead of the end.
+    // Skips the first slice instead of the last.
     beside(
         "--dims 14x12x9",
         |s| s.source = crate::SLICE_LESS,
@@ -124,7 +124,7 @@ pub const SCENES: &[Row] = &[
     }),
 ];
 
-/// How it is drawn.
+/// Algorithm and quality.
 pub const QUALITIES: &[Row] = &[
     row("--algorithm", "--algorithm axis-sheets", |s| {
         s.settings.algorithm = Algorithm::AxisSheets { layer_axis: LayerAxis::Auto };
@@ -148,7 +148,7 @@ pub const QUALITIES: &[Row] = &[
     beside("--algorithm raycast", raycast, "--kernel", "--kernel bspline", |s| {
         s.settings.algorithm = Algorithm::Raycast { kernel: Kernel::BSpline, step: 0.5 };
     }),
-    // The name that the option had.
+    // Former name of the option.
     beside("--algorithm raycast", raycast, "--kernel", "--interpolation tricubic", |s| {
         s.settings.algorithm = Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 };
     }),
@@ -210,7 +210,7 @@ pub const QUALITIES: &[Row] = &[
         },
     ),
     row("--unit-distance", "--unit-distance 3", |s| s.settings.unit_distance = Some(3.0)),
-    // Ten units to a voxel's distance are opaque.
+    // Opacities apply to ten units per voxel.
     beside(
         "--unit-distance 0.1",
         |s| s.settings.unit_distance = Some(0.1),
@@ -222,7 +222,7 @@ pub const QUALITIES: &[Row] = &[
     row("--blend", "--blend minimum", |s| s.settings.blend = Blend::Minimum),
     row("--blend", "--blend average", |s| s.settings.blend = Blend::Average),
     row("--blend", "--blend iso --iso 130", |s| s.settings.blend = Blend::Iso(130.0)),
-    // An iso-surface has no value of its own: two are told apart.
+    // An iso-surface has no default value, so compare two values.
     beside(
         "--blend iso",
         |s| s.settings.blend = Blend::Iso(130.0),
@@ -250,12 +250,12 @@ pub const QUALITIES: &[Row] = &[
     ),
 ];
 
-/// Options that can change no picture, with the reason.
+/// Options that cannot change a picture, with the reason.
 pub const UNCHANGED: &[(&str, &str)] = &[
-    ("--device", "every device shows the same; that it is the one asked for is asserted by its own test"),
+    ("--device", "every device gives the same picture; a separate test asserts the selected device"),
     ("--device-unchecked", "says whether a device that draws wrongly is refused; tests/device_checks.rs has one"),
-    ("--memory", "streams what does not fit, to the same bits; a test of its own asserts that"),
-    ("--time-limit", "gives up what takes longer, and changes nothing else; a test of its own asserts that"),
+    ("--memory", "streams larger volumes, to the same bits; a separate test asserts that"),
+    ("--time-limit", "aborts slower renders, without other effects; a separate test asserts that"),
     ("--cameras", "is many pictures; tests/command_sequences.rs has some"),
     ("--frame", "chooses one of several volumes, which raw files have not; tests/command_volumes.rs has files that do"),
     ("--channel", "chooses one of several numbers per voxel; tests/command_volumes.rs"),
@@ -276,14 +276,14 @@ fn large_legend(s: &mut Scene) {
     (s.annotations.legend, s.size) = (true, viewport(120, 90));
 }
 
-/// Of the voxels of the default volume.
+/// Percentile of the default volume's voxels.
 fn percentile(percent: f64) -> f64 {
     let grid = Grid::new([14, 12, 10], DVec3::ONE).unwrap();
-    // Of bytes the histogram's are exact.
+    // Histograms of bytes are exact.
     Volume::new("t", grid, crate::random_bytes([14, 12, 10], 7)).unwrap().statistics().quantile(percent / 100.0)
 }
 
-/// A tent over a ramp.
+/// A triangular peak over a ramp.
 fn one_tent(transfer: TransferFunction) -> TransferFunction {
     transfer.with_opacities(vec![(200.0, 0.0), (255.0, 0.3)]).unwrap().with_tent(percentile(20.0), 10.0, 0.5).unwrap()
 }
@@ -304,7 +304,7 @@ fn raycast(s: &mut Scene) {
     s.settings.algorithm = Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 };
 }
 
-/// Two sub-layers: that of the default quality.
+/// Classification after interpolation, with the two sub-layers of the default quality.
 fn post(s: &mut Scene) {
     s.layered(|l| l.classification = SPLATTED);
 }
@@ -322,13 +322,13 @@ fn plane() -> ClipPlane {
     ClipPlane { point: DVec3::new(6.0, 5.0, 4.0), normal: DVec3::new(1.0, -2.0, -0.5) }
 }
 
-/// What the first preset of the file says.
+/// First preset of the file.
 fn first() -> TransferFunction {
     TransferFunction::new("first", vec![(0.0, [0.1, 0.9, 0.5]), (255.0, [0.7, 0.2, 1.0])], vec![(0.0, 0.0), (255.0, 0.4)])
         .unwrap()
 }
 
-/// And the second one.
+/// Second preset of the file.
 fn second() -> TransferFunction {
     let [from, to] = SECOND;
     TransferFunction::new("second", vec![(20.0, from), (200.0, to)], vec![(60.0, 0.0), (180.0, 0.8)]).unwrap()

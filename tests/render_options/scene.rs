@@ -1,4 +1,4 @@
-//! What `layersplat render` is to show, made with the library alone.
+//! Scenes of `layersplat render`, rendered with the library alone.
 
 use crate::common::*;
 use glam::DVec3;
@@ -10,19 +10,19 @@ use layersplat::{
 };
 use std::path::Path;
 
-/// Where the transfer function comes from.
+/// Source of the transfer function.
 #[derive(Clone, Copy)]
 pub enum Transfer {
-    /// From the histogram.
+    /// Derived from the histogram.
     Automatic,
-    /// One of the built-in ones, stretched onto a volume.
+    /// A built-in one, stretched over the volume's range.
     Named(&'static str),
-    /// Written down.
+    /// Defined in code.
     Made(fn() -> TransferFunction),
 }
 
-/// All that decides about a picture; `Scene::default()` is what the command's own defaults are to be, but for a small picture, a
-/// small volume and a transfer function that shows something of it.
+/// All inputs of a picture. `Scene::default()` has the command's defaults, except for a small picture, a small volume and a transfer function
+/// that shows part of it.
 #[derive(Clone)]
 pub struct Scene {
     /// A file, or `builtin:NAME`.
@@ -31,17 +31,17 @@ pub struct Scene {
     pub background_value: Option<f64>,
     pub transfer: Transfer,
     pub transfer_range: Option<(f64, f64)>,
-    /// What becomes of it then.
+    /// Modification of the transfer function.
     pub shaped: fn(TransferFunction) -> TransferFunction,
     pub orbit: Orbit,
-    /// Whether the whole volume fits, from all sides, instead of what is visible.
+    /// Whether the whole volume is framed, from any side, instead of its visible part.
     pub whole: bool,
     pub fixed: Fixed,
     pub field_of_view: Option<f64>,
     pub size: Viewport,
     pub settings: Settings,
     pub background: Option<Background>,
-    /// Rays along the side of a pixel.
+    /// Rays along each side of a pixel.
     pub samples: u32,
     pub annotations: Annotations,
 }
@@ -69,14 +69,14 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// Changes the choices of layered rendering.
+    /// Changes the options of layered rendering.
     pub fn layered(&mut self, change: impl FnOnce(&mut Layered)) {
         let mut own = layered(self.settings);
         change(&mut own);
         self.settings.algorithm = own.into();
     }
 
-    /// The picture; files are in a folder.
+    /// Renders the picture; `folder` contains the files.
     pub fn frame(&self, folder: &Path) -> Frame {
         let place = if self.source.starts_with("builtin:") { self.source.into() } else { folder.join(self.source) };
         let mut volume = Volume::open(place, &self.raw).unwrap();

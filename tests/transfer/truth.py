@@ -1,4 +1,4 @@
-"""What VTK makes of ParaView presets: writes vtk.json beside this file. Needs `pip install vtk` (9.7.2 made the file that is committed)."""
+"""Evaluates ParaView presets with VTK and writes vtk.json beside this file. Needs `pip install vtk`; the committed file was made with 9.7.2."""
 
 import json
 import pathlib
@@ -31,7 +31,7 @@ SAMPLES = 40
 
 
 def values(points):
-    """Evenly spread, off the control points, where steps have two sides, and beyond both ends."""
+    """Evenly spaced values, also beyond both ends. They avoid the control points, where steps are discontinuous."""
     first, last = points[0], points[-4]
     step = (last - first) / SAMPLES
     return [round(first - step + step * (i + 0.37), 6) for i in range(SAMPLES + 2)]

@@ -13,8 +13,8 @@
  * Ownership  Handles are made by the functions whose last argument is the address of one, which is set to null where
  *            they fail, and freed by the ..._free of their kind, in any order. OpenCL objects of the caller's are
  *            retained as long as they are used and released then; events that are returned are the caller's.
- * Threads    Devices, volumes and transfer functions may be used by several threads at a time, renderers by one. A
- *            handle is freed when no other call uses it.
+ * Threads    Devices, volumes, transfer functions and cancellations may be used by several threads at a time, renderers
+ *            by one. A handle is freed when no other call uses it.
  * Choices    Where an int32_t is "a layersplat_quality", say, the constants of that enum are accepted.
  * OpenCL     CL/cl.h is not needed, and goes together with this file in any order: struct _cl_mem * is a cl_mem.
  *            libOpenCL.so.1 is loaded when the first device is opened.
@@ -93,6 +93,10 @@ typedef enum layersplat_status {
    * Anything else.
    */
   LAYERSPLAT_STATUS_OTHER = 14,
+  /**
+   * A frame was cancelled by another thread.
+   */
+  LAYERSPLAT_STATUS_CANCELLED = 15,
 } layersplat_status;
 
 /**
@@ -252,6 +256,12 @@ typedef enum layersplat_pixel_format {
    */
   LAYERSPLAT_PIXEL_FORMAT_FLOATS = 1,
 } layersplat_pixel_format;
+
+/**
+ * Cancels frames from another thread. Any thread may use it, several at a time, also while a renderer that it was given to is in use; one
+ * may serve several renderers.
+ */
+typedef struct layersplat_cancel layersplat_cancel;
 
 /**
  * An OpenCL device with a context and a queue, and the kernels that were built for it. Any thread may use it, several at a time.
@@ -640,6 +650,33 @@ enum layersplat_status layersplat_camera_fit_visible(const struct layersplat_vol
                                                      struct layersplat_camera *camera);
 
 /**
+ * Not cancelled. To be freed by layersplat_cancel_free().
+ */
+enum layersplat_status layersplat_cancel_new(struct layersplat_cancel **cancel);
+
+/**
+ * Lets `cancel` end frames of a renderer, from the next one on; null: nothing does any more. Frames that are enqueued are not cancelled.
+ */
+enum layersplat_status layersplat_renderer_set_cancel(struct layersplat_renderer *renderer,
+                                                      const struct layersplat_cancel *cancel);
+
+/**
+ * Ends the frame in progress and all later ones, until layersplat_cancel_reset(): they return LAYERSPLAT_STATUS_CANCELLED and write no
+ * pixels. A frame ends before its next kernel; the one that is running is not stopped. It returns at once.
+ */
+enum layersplat_status layersplat_cancel_frames(const struct layersplat_cancel *cancel);
+
+/**
+ * Lets later frames be drawn again.
+ */
+enum layersplat_status layersplat_cancel_reset(const struct layersplat_cancel *cancel);
+
+/**
+ * Frees it. Renderers that it was given to go on, and nothing cancels them any more. Null is left alone.
+ */
+void layersplat_cancel_free(struct layersplat_cancel *cancel);
+
+/**
  * Opens a device with a context and a queue of its own. `name` is an index, or part of a device's or a platform's name in any case;
  * null takes the first GPU, or where there is none, the first CPU. To be freed by layersplat_device_free().
  */
@@ -842,8 +879,9 @@ enum layersplat_status layersplat_renderer_set_transfer(struct layersplat_render
                                                         const struct layersplat_transfer *transfer);
 
 /**
- * How many seconds a frame may take from now on; 0 is as long as it wants. A longer one is given up: LAYERSPLAT_STATUS_TOO_LONG. That is
- * looked at between kernels; one on its way cannot be called back. Frames that are enqueued are not limited.
+ * Longest time of a frame in seconds, from the next one on; 0: no limit. A longer frame returns LAYERSPLAT_STATUS_TOO_LONG before its next
+ * kernel; the one that is running is not stopped. Frames that are enqueued are not limited. Another thread ends a frame by
+ * layersplat_cancel_frames().
  */
 enum layersplat_status layersplat_renderer_limit(struct layersplat_renderer *renderer,
                                                  double seconds);

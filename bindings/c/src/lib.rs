@@ -8,6 +8,7 @@
 
 mod border;
 mod camera;
+mod cancel;
 mod choices;
 mod device;
 mod enqueued;
@@ -24,6 +25,7 @@ mod volume;
 
 pub use border::layersplat_last_error;
 pub use camera::*;
+pub use cancel::*;
 pub use choices::*;
 pub use device::*;
 pub use enqueued::*;

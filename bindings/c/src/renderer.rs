@@ -25,9 +25,10 @@ pub(crate) unsafe fn with<R>(
     match renderer.0.try_lock() {
         Ok(mut renderer) => act(&mut renderer),
         Err(TryLockError::WouldBlock) => Err(Failure::new(Status::Busy, "the renderer is in use by another thread")),
-        Err(TryLockError::Poisoned(_)) => {
-            Err(Failure::new(Status::Panic, "layersplat panicked in this renderer before: it cannot be used any more"))
-        }
+        Err(TryLockError::Poisoned(_)) => Err(Failure::new(
+            Status::Panic,
+            "layersplat panicked in this renderer before: it cannot be used any more, make another",
+        )),
     }
 }
 
@@ -66,8 +67,9 @@ pub unsafe extern "C" fn layersplat_renderer_set_transfer(renderer: *mut Rendere
     })
 }
 
-/// How many seconds a frame may take from now on; 0 is as long as it wants. A longer one is given up: LAYERSPLAT_STATUS_TOO_LONG. That is
-/// looked at between kernels; one on its way cannot be called back. Frames that are enqueued are not limited.
+/// Longest time of a frame in seconds, from the next one on; 0: no limit. A longer frame returns LAYERSPLAT_STATUS_TOO_LONG before its next
+/// kernel; the one that is running is not stopped. Frames that are enqueued are not limited. Another thread ends a frame by
+/// layersplat_cancel_frames().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_renderer_limit(renderer: *mut Renderer, seconds: f64) -> Status {
     guard(|| {

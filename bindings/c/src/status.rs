@@ -36,6 +36,8 @@ pub enum Status {
     Panic = 13,
     /// Anything else.
     Other = 14,
+    /// A frame was cancelled by another thread.
+    Cancelled = 15,
 }
 
 impl Status {
@@ -60,6 +62,7 @@ impl Status {
             Error::Build { .. } => Status::Build,
             Error::Memory { .. } => Status::Unsuitable,
             Error::TooLong { .. } => Status::TooLong,
+            Error::Cancelled { .. } => Status::Cancelled,
             Error::OpenCl { .. } => Status::Opencl,
             _ => Status::Other,
         }

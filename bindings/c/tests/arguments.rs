@@ -64,6 +64,10 @@ fn null_is_an_error_that_names_the_argument() {
             ("wait_list", layersplat_renderer_volume_changed(renders, 1, null(), null_mut())),
             ("event 0 of wait_list", layersplat_renderer_volume_changed(renders, 1, &null_mut(), null_mut())),
             ("picture", layersplat_renderer_scratch_sizes(renders, view, 9, 9, null(), null(), size.as_mut_ptr(), 9, &mut count)),
+            ("cancel", layersplat_cancel_new(null_mut())),
+            ("cancel", layersplat_cancel_frames(null())),
+            ("cancel", layersplat_cancel_reset(null())),
+            ("renderer", layersplat_renderer_set_cancel(null_mut(), null())),
             ("buffers", layersplat_renderer_set_scratch(renders, null(), 1)),
         ]
         .map(|(name, status)| (name, status))
@@ -78,6 +82,7 @@ fn null_is_an_error_that_names_the_argument() {
         layersplat_volume_free(null_mut());
         layersplat_transfer_free(null_mut());
         layersplat_renderer_free(null_mut());
+        layersplat_cancel_free(null_mut());
         assert!(layersplat_device_context(null()).is_null() && layersplat_device_queue(null()).is_null());
         assert!(layersplat_device_id(null()).is_null());
         assert!(!layersplat_device_context(scene.device).is_null() && !layersplat_device_queue(scene.device).is_null());

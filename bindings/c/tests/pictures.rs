@@ -11,6 +11,9 @@ use layersplat_c::*;
 use std::ffi::CString;
 use std::ptr::{null, null_mut};
 
+/// Frames until which another thread has surely run.
+const LONGEST_WAIT: usize = 100_000;
+
 /// The library's own renderer of the scene, and its view.
 fn library() -> (layersplat::Renderer, layersplat::Camera, Viewport) {
     let volume = layersplat::Volume::open(SOURCE, &OpenOptions::default()).unwrap();
@@ -169,6 +172,64 @@ fn a_frame_is_given_up_when_it_takes_too_long() {
         ok(layersplat_renderer_limit(scene.renderer, 0.0));
     }
     assert!(scene.floats(null()) == expected);
+}
+
+#[test]
+fn a_cancelled_frame_writes_no_pixels() {
+    let scene = Scene::new();
+    let expected = scene.floats(null());
+    let mut pixels = vec![7f32; FLOATS];
+    let pixels = pixels.as_mut_slice();
+    // SAFETY: all arguments are alive.
+    unsafe {
+        let cancel = made(|out| layersplat_cancel_new(out));
+        ok(layersplat_renderer_set_cancel(scene.renderer, cancel));
+        assert!(scene.floats(null()) == expected);
+        ok(layersplat_cancel_frames(cancel));
+        let pointer = pixels.as_mut_ptr();
+        let status = layersplat_render_floats(scene.renderer, &scene.camera, WIDTH, HEIGHT, null(), pointer, FLOATS);
+        assert!(refused(status, Status::Cancelled).contains("cancelled"));
+        assert!(pixels.iter().all(|&x| x == 7.0));
+        ok(layersplat_cancel_reset(cancel));
+        assert!(scene.floats(null()) == expected);
+        ok(layersplat_cancel_frames(cancel));
+        ok(layersplat_renderer_set_cancel(scene.renderer, null()));
+        layersplat_cancel_free(cancel);
+    }
+    assert!(scene.floats(null()) == expected, "it is not looked at any more");
+}
+
+/// A call of another thread while the renderer is in use, where any call on the renderer is refused as busy.
+#[test]
+fn another_thread_cancels_frames() {
+    struct Shared(*mut Cancel);
+    // SAFETY: as the header says of these handles.
+    unsafe impl Sync for Shared {}
+    let scene = Scene::new();
+    let expected = scene.floats(null());
+    // SAFETY: all arguments are alive.
+    let cancel = Shared(made(|out| unsafe { layersplat_cancel_new(out) }));
+    ok(unsafe { layersplat_renderer_set_cancel(scene.renderer, cancel.0) });
+    let began = std::sync::Barrier::new(2);
+    std::thread::scope(|scope| {
+        let (cancel, began) = (&cancel, &began);
+        scope.spawn(move || {
+            began.wait();
+            // SAFETY: it is alive.
+            ok(unsafe { layersplat_cancel_frames(cancel.0) });
+        });
+        began.wait();
+        let mut pixels = vec![0f32; FLOATS];
+        // Frames go on until the other thread's call.
+        let status = std::iter::repeat_with(|| unsafe {
+            layersplat_render_floats(scene.renderer, &scene.camera, WIDTH, HEIGHT, null(), pixels.as_mut_ptr(), FLOATS)
+        });
+        let ended = status.take(LONGEST_WAIT).find(|&status| status != Status::Ok);
+        assert_eq!(ended, Some(Status::Cancelled));
+    });
+    ok(unsafe { layersplat_cancel_reset(cancel.0) });
+    assert!(scene.floats(null()) == expected);
+    unsafe { layersplat_cancel_free(cancel.0) };
 }
 
 /// Points make what the library makes of them, and functions can be taken over by a renderer.

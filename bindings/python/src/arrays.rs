@@ -1,6 +1,11 @@
-//! numpy arrays as voxels: lent where their type is one of a device's, whatever their strides and byte order; converted otherwise.
+//! numpy arrays as voxels: read in place where their type is one of a device's, whatever their strides and byte order; converted
+//! otherwise.
+//!
+//! Arrays come from `layersplat._arrays.placed`, which returns only memory that nobody writes to: a copy of its own, `bytes`, or a file that
+//! is mapped for reading only. Rust slices of it are sound while other threads run.
 
-use crate::errors::{Failure, Result};
+use crate::errors::{Failure, Result, unknown};
+use crate::warned::warned;
 use layersplat::Volume;
 use layersplat::volume::{Endian, Grid, Storage, VoxelType};
 use numpy::{PyArrayDescrMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
@@ -17,16 +22,19 @@ struct Lent {
 
 impl AsRef<[u8]> for Lent {
     fn as_ref(&self) -> &[u8] {
-        // SAFETY: the array owns these bytes and lives as long as this. Who writes into it meanwhile sees old and new voxels mixed.
+        // SAFETY: the array keeps these bytes alive as long as this, and nobody writes to them (see the module).
         unsafe { std::slice::from_raw_parts(self.lowest as *const u8, self.bytes) }
     }
 }
+
+/// A volume, and what the library warned of.
+type Warned = (Volume<'static>, Vec<String>);
 
 /// A volume of an array of three axes, z, y, x.
 ///
 /// # Errors
 /// A type that `layersplat._arrays` should have converted, and what the library refuses.
-pub fn volume(array: &Bound<PyUntypedArray>, name: &str, grid: Grid) -> Result<Volume<'static>> {
+pub fn volume(array: &Bound<PyUntypedArray>, name: &str, grid: Grid) -> Result<Warned> {
     let py = array.py();
     let name = name.to_owned();
     let storage = match (array.dtype().kind(), array.dtype().itemsize()) {
@@ -38,10 +46,10 @@ pub fn volume(array: &Bound<PyUntypedArray>, name: &str, grid: Grid) -> Result<V
         (b'u', 4) => return wide::<u32>(array, name, grid),
         (b'i', 4) => return wide::<i32>(array, name, grid),
         (b'f', 8) => return wide::<f64>(array, name, grid),
-        _ => return Err(PyTypeError::new_err(format!("no voxels can be of type {}", array.dtype())).into()),
+        _ => return Err(unknown("type of voxels", &array.dtype().to_string(), "integers or floats")),
     };
     // Looks at all voxels for their range.
-    Ok(py.detach(|| Volume::new(name, grid, storage))?)
+    warned(py, || Ok(Volume::new(name, grid, storage)?))
 }
 
 /// Voxels where they are.
@@ -68,7 +76,7 @@ fn lent(array: &Bound<PyUntypedArray>, voxel_type: VoxelType) -> Storage<'static
 }
 
 /// Numbers that are no voxels of a device: `layersplat._arrays` has made them contiguous and of this machine's byte order.
-fn wide<T>(array: &Bound<PyUntypedArray>, name: String, grid: Grid) -> Result<Volume<'static>>
+fn wide<T>(array: &Bound<PyUntypedArray>, name: String, grid: Grid) -> Result<Warned>
 where
     T: layersplat::volume::Wide + numpy::Element,
 {
@@ -76,5 +84,5 @@ where
     let flat = array.call_method1("reshape", (-1,))?;
     let flat: PyReadonlyArray1<T> = flat.extract().map_err(Failure::Python)?;
     let numbers = flat.as_slice().map_err(|error| Failure::Python(PyTypeError::new_err(error.to_string())))?;
-    Ok(py.detach(|| Volume::from_wide(name, grid, numbers))?)
+    warned(py, || Ok(Volume::from_wide(name, grid, numbers)?))
 }

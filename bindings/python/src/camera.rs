@@ -1,7 +1,10 @@
 //! Cameras, and the outline that they fit.
 
+use crate::calls::detached;
 use crate::errors::{Result, conflict, out_of_range};
-use crate::names::Size;
+use crate::given::{Given, given};
+use crate::names::{Size, orbit};
+use crate::pickled::{Reduced, reduced};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
@@ -11,6 +14,7 @@ use layersplat::settings::{Blend, CropBox};
 use layersplat::volume::Grid;
 use layersplat::{Camera as Ours, Orbit, Projection, Settings as OurSettings, Viewport};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// Where a picture is seen from, in world coordinates (x, y, z).
 ///
@@ -77,14 +81,18 @@ pub fn around(grid: &Grid, viewport: Viewport, orbit: Orbit, zoom: f64, field_of
 #[pymethods]
 impl Camera {
     #[new]
-    #[pyo3(signature = (position, focal_point, view_up = [0.0, 1.0, 0.0], *, scale = None, field_of_view = None))]
+    #[pyo3(
+        signature = (position, focal_point, view_up = Given::Default([0.0, 1.0, 0.0]), *, scale = None, field_of_view = None),
+        text_signature = "(position, focal_point, view_up=(0.0, 1.0, 0.0), *, scale=None, field_of_view=None)"
+    )]
     fn new(
-        position: [f64; 3],
-        focal_point: [f64; 3],
-        view_up: [f64; 3],
-        scale: Option<f64>,
-        field_of_view: Option<f64>,
+        position: Given<[f64; 3]>,
+        focal_point: Given<[f64; 3]>,
+        view_up: Given<[f64; 3]>,
+        scale: Option<Given<f64>>,
+        field_of_view: Option<Given<f64>>,
     ) -> Result<Self> {
+        given!(position, focal_point, view_up, scale, field_of_view);
         let projection = projection(scale, field_of_view)?;
         let camera = Ours { position: position.into(), focal_point: focal_point.into(), view_up: view_up.into(), projection };
         camera.basis()?;
@@ -94,17 +102,24 @@ impl Camera {
     /// A camera at a distance from a centre, looking at it. azimuth: degrees about y, 0 looks along −z; elevation: above the xz plane; roll:
     /// about the view.
     #[staticmethod]
-    #[pyo3(signature = (centre, distance, *, azimuth = 0.0, elevation = 0.0, roll = 0.0, scale = None, field_of_view = None))]
+    #[pyo3(
+        signature = (
+            centre, distance, *, azimuth = Given::Default(0.0), elevation = Given::Default(0.0), roll = Given::Default(0.0), scale = None,
+            field_of_view = None,
+        ),
+        text_signature = "(centre, distance, *, azimuth=0.0, elevation=0.0, roll=0.0, scale=None, field_of_view=None)"
+    )]
     fn orbit(
-        centre: [f64; 3],
-        distance: f64,
-        azimuth: f64,
-        elevation: f64,
-        roll: f64,
-        scale: Option<f64>,
-        field_of_view: Option<f64>,
+        centre: Given<[f64; 3]>,
+        distance: Given<f64>,
+        azimuth: Given<f64>,
+        elevation: Given<f64>,
+        roll: Given<f64>,
+        scale: Option<Given<f64>>,
+        field_of_view: Option<Given<f64>>,
     ) -> Result<Self> {
-        let orbit = Orbit { azimuth, elevation, roll };
+        given!(centre, distance, azimuth, elevation, roll, scale, field_of_view);
+        let orbit = orbit(azimuth, elevation, roll)?;
         let camera = Ours::orbit(centre.into(), distance, orbit, projection(scale, field_of_view)?);
         camera.basis()?;
         Ok(Self(camera))
@@ -146,6 +161,20 @@ impl Camera {
         }
     }
 
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let arguments = PyDict::new(py);
+        arguments.set_item("position", self.position())?;
+        arguments.set_item("focal_point", self.focal_point())?;
+        arguments.set_item("view_up", self.view_up())?;
+        arguments.set_item("scale", self.scale())?;
+        arguments.set_item("field_of_view", self.field_of_view())?;
+        reduced::<Self>(py, arguments)
+    }
+
     fn __repr__(&self) -> String {
         let Ours { position, focal_point, .. } = self.0;
         format!("<layersplat.Camera at {position} looking at {focal_point}>")
@@ -162,24 +191,33 @@ impl Framing {
     /// lies in the crop box. It looks at all voxels.
     #[staticmethod]
     #[pyo3(signature = (volume, transfer, settings = None))]
-    fn of(py: Python, volume: &Volume, transfer: &TransferFunction, settings: Option<&Settings>) -> Self {
-        let settings = settings.map_or_else(OurSettings::default, |settings| *settings.ours());
-        let volume = volume.ours();
-        let framing = py.detach(|| match settings.blend {
-            Blend::Composite => OurFraming::visible(volume, transfer.ours(), settings.unit_distance),
-            Blend::Iso(value) => OurFraming::iso(volume, value),
-            _ => OurFraming::whole(volume),
-        });
-        Self(match settings.clipping.crop {
+    fn of(
+        py: Python,
+        volume: Given<Bound<Volume>>,
+        transfer: Given<Bound<TransferFunction>>,
+        settings: Option<Given<Bound<Settings>>>,
+    ) -> Result<Self> {
+        given!(volume, transfer, settings);
+        let settings = settings.map_or_else(OurSettings::default, |settings| *settings.get().ours());
+        let (volume, transfer) = (volume.get().ours(), transfer.get().ours());
+        let framing = detached(py, || {
+            Ok(match settings.blend {
+                Blend::Composite => OurFraming::visible(volume, transfer, settings.unit_distance),
+                Blend::Iso(value) => OurFraming::iso(volume, value),
+                _ => OurFraming::whole(volume),
+            })
+        })?;
+        Ok(Self(match settings.clipping.crop {
             Some(CropBox { lowest, highest }) => framing.cropped(volume.grid(), lowest, highest),
             None => framing,
-        })
+        }))
     }
 
     /// All voxels.
     #[staticmethod]
-    fn whole(volume: &Volume) -> Self {
-        Self(OurFraming::whole(volume.ours()))
+    fn whole(volume: Given<Bound<Volume>>) -> Result<Self> {
+        given!(volume);
+        Ok(Self(OurFraming::whole(volume.get().ours())))
     }
 
     /// World position (x, y, z) of its middle.
@@ -192,19 +230,29 @@ impl Framing {
     ///
     /// size: (width, height) in pixels, or one number of both. field_of_view: vertical, degrees, of a perspective. centre: a world point for
     /// the middle of the picture.
-    #[pyo3(signature = (size, *, azimuth = 0.0, elevation = 0.0, roll = 0.0, zoom = 1.0, field_of_view = None, centre = None))]
+    #[pyo3(
+        signature = (
+            size, *, azimuth = Given::Default(0.0), elevation = Given::Default(0.0), roll = Given::Default(0.0),
+            zoom = Given::Default(1.0), field_of_view = None, centre = None,
+        ),
+        text_signature = "($self, size, *, azimuth=0.0, elevation=0.0, roll=0.0, zoom=1.0, field_of_view=None, centre=None)"
+    )]
     #[allow(clippy::too_many_arguments)] // Each is named where it is given.
     fn camera(
         &self,
-        size: Size,
-        azimuth: f64,
-        elevation: f64,
-        roll: f64,
-        zoom: f64,
-        field_of_view: Option<f64>,
-        centre: Option<[f64; 3]>,
+        size: Given<Size>,
+        azimuth: Given<f64>,
+        elevation: Given<f64>,
+        roll: Given<f64>,
+        zoom: Given<f64>,
+        field_of_view: Option<Given<f64>>,
+        centre: Option<Given<[f64; 3]>>,
     ) -> Result<Camera> {
-        let (viewport, orbit) = (size.viewport()?, Orbit { azimuth, elevation, roll });
+        given!(size, azimuth, elevation, roll, zoom, field_of_view, centre);
+        let (viewport, orbit) = (size.viewport()?, orbit(azimuth, elevation, roll)?);
+        if let Some(centre) = centre.filter(|centre| !centre.iter().all(|x| x.is_finite())) {
+            return Err(out_of_range("centre", format!("{centre:?}"), "three finite numbers"));
+        }
         let fixed = Fixed { centre: centre.map(DVec3::from), ..Fixed::default() };
         let camera = match checked(field_of_view)? {
             None => self.0.parallel(orbit, viewport, fixed),

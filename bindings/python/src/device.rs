@@ -1,11 +1,14 @@
 //! Devices: opened by name, or a caller's context, device and queue.
 
+use crate::calls::detached;
 use crate::errors::{Result, conflict};
+use crate::given::{Given, accepted, either, given, refused};
 use crate::handles::{failed, handle};
 use layersplat::opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue, create_command_queue};
 use layersplat::opencl3::context::context::{CL_CONTEXT_DEVICES, get_context_info};
 use layersplat::opencl3::types::{cl_context, cl_device_id};
 use layersplat::{Device as Ours, DeviceChoice};
+use pyo3::Borrowed;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -30,10 +33,21 @@ impl Device {
 }
 
 /// What one device is called: its index, or part of its name.
-#[derive(FromPyObject)]
 enum Name {
     Index(usize),
     Part(String),
+}
+
+accepted! {
+    Name: "the index of a device, or part of its name";
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Name {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        either(object, Name::Index, Name::Part)
+    }
 }
 
 impl Name {
@@ -51,16 +65,18 @@ impl Device {
     #[pyo3(signature = (name = None, *, context = None, device = None, queue = None))]
     fn new(
         py: Python,
-        name: Option<Name>,
+        name: Option<Given<Name>>,
         context: Option<&Bound<PyAny>>,
         device: Option<&Bound<PyAny>>,
         queue: Option<&Bound<PyAny>>,
     ) -> Result<Self> {
+        given!(name);
+        prepare_loader(py)?;
         if name.is_some() && [context, device, queue].iter().any(Option::is_some) {
             return Err(conflict("device", "give either its name or what is there of it already: context, device and queue"));
         }
         match name {
-            Some(name) => Ok(Self(py.detach(|| Ours::open(&name.choice()))?)),
+            Some(name) => Ok(Self(detached(py, || Ok(Ours::open(&name.choice())?))?)),
             None => Ok(Self(of_handles(py, context, device, queue)?)),
         }
     }
@@ -68,6 +84,7 @@ impl Device {
     /// All devices, a dict of each: index, name, kind, platform, version, driver, compute_units, memory_bytes.
     #[staticmethod]
     fn list(py: Python<'_>) -> Result<Vec<Bound<'_, PyDict>>> {
+        prepare_loader(py)?;
         let described = |info: layersplat::device::DeviceInfo| -> PyResult<_> {
             let dict = PyDict::new(py);
             dict.set_item("index", info.index)?;
@@ -80,7 +97,7 @@ impl Device {
             dict.set_item("memory_bytes", info.memory_bytes)?;
             Ok(dict)
         };
-        Ok(py.detach(Ours::list)?.into_iter().map(described).collect::<PyResult<_>>()?)
+        Ok(detached(py, || Ok(Ours::list()?))?.into_iter().map(described).collect::<PyResult<_>>()?)
     }
 
     /// Its name.
@@ -124,21 +141,34 @@ impl Device {
     }
 }
 
+/// Sets what an OpenCL loader of another package needs, before one is opened.
+fn prepare_loader(py: Python) -> PyResult<()> {
+    py.import("layersplat._loader")?.call_method0("prepare")?;
+    Ok(())
+}
+
 /// The device that arguments of a renderer say: one of ours, its name, or what a caller has.
 pub fn of_arguments(device: Option<&Bound<PyAny>>, context: Option<&Bound<PyAny>>, queue: Option<&Bound<PyAny>>) -> Result<Ours> {
     let Some(given) = device else {
         return match context.or(queue) {
             None => default(),
-            Some(any) => of_handles(any.py(), context, None, queue),
+            Some(any) => {
+                prepare_loader(any.py())?;
+                of_handles(any.py(), context, None, queue)
+            }
         };
     };
     let py = given.py();
+    prepare_loader(py)?;
     let alone = context.is_none() && queue.is_none();
     if let Ok(ours) = given.cast::<Device>() {
         return if alone { Ok(ours.get().0.clone()) } else { Err(conflict("device", "it has a context and a queue already")) };
     }
     match given.extract::<Name>() {
-        Ok(name) if alone => Ok(py.detach(|| Ours::open(&name.choice()))?),
+        Ok(name) if alone => detached(py, || Ok(Ours::open(&name.choice())?)),
+        Err(error) if alone && !given.hasattr("int_ptr")? => {
+            Err(refused("device", given, error, "a layersplat.Device, the index of a device, or part of its name"))
+        }
         _ => of_handles(py, context, Some(given), queue),
     }
 }
@@ -158,12 +188,13 @@ fn of_handles(
     device: Option<&Bound<PyAny>>,
     queue: Option<&Bound<PyAny>>,
 ) -> Result<Ours> {
-    let [context, device, queue] = [context, device, queue].map(|object| object.map(handle).transpose());
-    let (context, device, queue) = (context?, device?, queue?);
+    let context = context.map(|object| handle("context", object)).transpose()?;
+    let device = device.map(|object| handle("device", object)).transpose()?;
+    let queue = queue.map(|object| handle("queue", object)).transpose()?;
     let Some(queue) = queue else {
         let Some(context) = context else {
             return match device {
-                None => Ok(py.detach(|| Ours::open(&DeviceChoice::Default))?),
+                None => detached(py, || Ok(Ours::open(&DeviceChoice::Default)?)),
                 Some(_) => Err(conflict("device", "a device alone has no memory: give a context with it, or a queue")),
             };
         };

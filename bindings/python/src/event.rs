@@ -1,7 +1,9 @@
 //! Events of frames.
 
+use crate::calls::{detached, handles_signals, interruptible};
 use crate::errors::Result;
-use crate::handles::{failed, retained};
+use crate::handles::{command_failed, failed, retained};
+use layersplat::Cancel;
 use layersplat::opencl3::event::{CL_COMPLETE, Event as ClEvent};
 use layersplat::opencl3::types::cl_event;
 use pyo3::prelude::*;
@@ -28,19 +30,24 @@ impl Event {
         self.raw() as usize
     }
 
-    /// Waits until it is complete, with the interpreter's lock released.
+    /// Waits until it is complete, with the interpreter's lock released. Ctrl-C ends the wait, and not the command.
     ///
     /// Raises DeviceError where what was enqueued, or what that waited for, has failed.
     fn wait(&self, py: Python) -> Result<()> {
         let event = retained(self.raw())?;
-        py.detach(|| event.wait()).map_err(|e| failed("clWaitForEvents", e.0))
+        let wait = move || event.wait().map_err(|e| failed("clWaitForEvents", e.0));
+        if handles_signals(py)? { interruptible(py, &Cancel::new(), wait) } else { detached(py, wait) }
     }
 
-    /// Whether it is complete.
+    /// Whether what was enqueued is complete; False while it waits or runs.
+    ///
+    /// Raises DeviceError, with OpenCL's status, where it has failed: it will never be complete.
     #[getter]
     fn is_complete(&self) -> Result<bool> {
-        let status = self.0.command_execution_status().map_err(|e| failed("clGetEventInfo", e.0))?;
-        Ok(status.0 == CL_COMPLETE)
+        match self.0.command_execution_status().map_err(|e| failed("clGetEventInfo", e.0))?.0 {
+            status if status < 0 => Err(command_failed(status)),
+            status => Ok(status == CL_COMPLETE),
+        }
     }
 
     /// The same event as one of pyopencl's, with a reference of its own.

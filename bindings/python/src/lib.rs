@@ -4,20 +4,27 @@
 //! with the interpreter's lock released.
 
 mod arrays;
+mod calls;
 mod camera;
 mod device;
 mod device_volume;
 mod errors;
 mod event;
+mod exclusive;
+mod given;
 mod handles;
 mod names;
+mod pickled;
 mod renderer;
 mod settings;
 mod transfer;
 mod volume;
+mod warned;
 
 #[pyo3::pymodule]
 mod _layersplat {
+    #[pymodule_export]
+    use super::calls::wait_for_interrupted_calls;
     #[pymodule_export]
     use super::camera::{Camera, Framing};
     #[pymodule_export]

@@ -1,16 +1,31 @@
 //! Sizes, backgrounds and types of voxels as Python says them.
 
 use crate::errors::{Result, out_of_range, unknown};
+use crate::given::{accepted, either};
+use layersplat::Orbit;
 use layersplat::renderer::PictureFormat;
 use layersplat::volume::{ScalarType, VoxelType};
 use layersplat::{Background, Viewport};
+use pyo3::Borrowed;
 use pyo3::prelude::*;
 
+accepted! {
+    Size: "(width, height) in pixels, or one whole number for both";
+    Over: "transparent, black, white, grey, #rrggbb or (red, green, blue), 0 to 1";
+}
+
 /// Size of a picture: (width, height) in pixels, or one number of both.
-#[derive(FromPyObject)]
 pub enum Size {
     Square(u32),
     Sides([u32; 2]),
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Size {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        either(object, Size::Square, Size::Sides)
+    }
 }
 
 impl Size {
@@ -24,10 +39,21 @@ impl Size {
 }
 
 /// A background: a name or `#rrggbb`, or (red, green, blue), 0 … 1.
-#[derive(FromPyObject)]
 pub enum Over {
     Named(String),
     Color([f32; 3]),
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Over {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        // Text has a length too, and is not a colour by its letters.
+        match object.extract() {
+            Ok(name) => Ok(Over::Named(name)),
+            Err(_) => object.extract().map(Over::Color),
+        }
+    }
 }
 
 impl Default for Over {
@@ -48,6 +74,17 @@ impl Over {
             Over::Color(color) if color.iter().all(|c| (0.0..=1.0).contains(c)) => Ok(Background::Color(*color)),
             Over::Color(color) => Err(out_of_range("background", format!("{color:?}"), "red, green and blue from 0 to 1")),
         }
+    }
+}
+
+/// Angles of a camera, degrees.
+///
+/// # Errors
+/// One that is infinite or not a number.
+pub fn orbit(azimuth: f64, elevation: f64, roll: f64) -> Result<Orbit> {
+    match [("azimuth", azimuth), ("elevation", elevation), ("roll", roll)].into_iter().find(|(_, angle)| !angle.is_finite()) {
+        Some((name, angle)) => Err(out_of_range(name, angle, "a finite number of degrees")),
+        None => Ok(Orbit { azimuth, elevation, roll }),
     }
 }
 

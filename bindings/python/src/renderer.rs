@@ -1,32 +1,39 @@
 //! Renderers.
 
+use crate::calls::detached;
 use crate::camera::{Camera, around};
 use crate::device::{Device, of_arguments};
 use crate::device_volume::DeviceVolume;
 use crate::errors::{Result, out_of_range};
 use crate::event::Event;
+use crate::exclusive::Exclusive;
+use crate::given::{Given, given};
 use crate::handles::{events, memory};
-use crate::names::{Over, Size, picture_format};
+use crate::names::{Over, Size, orbit, picture_format};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use layersplat::renderer::{PictureMemory, UploadedVolume};
-use layersplat::{Orbit, Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
+use layersplat::{Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// Renders one volume on one device; threads may share it.
 ///
 /// volume: a Volume, or anything that Volume() takes, which is uploaded; or a DeviceVolume or a pyopencl.array.Array (z, y, x), whose voxels
 /// stay where they are. transfer: a TransferFunction; by default, where the voxels were on the host, one from the histogram. device: a
-/// Device, its name or index; or a caller's context, device and queue, see Device.
+/// Device, its name or index; or a caller's context, device and queue, see Device. time_limit: longest time of a frame in seconds, None
+/// without a limit.
+///
+/// On Python's main thread, Ctrl-C ends render, render_float, depths and prepare: KeyboardInterrupt is raised at once. The device ends the
+/// kernel that it is running; the next call waits for that.
 #[pyclass(frozen, module = "layersplat")]
-pub struct Renderer(
-    // Taken with the interpreter's lock released, and nothing under it takes that one: neither waits for the other.
-    Mutex<Ours>,
-);
+pub struct Renderer {
+    shared: Arc<Exclusive>,
+    time_limit: Mutex<Option<Duration>>,
+}
 
 /// A picture's values as an array of (height, width, 4), without a copy.
 fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> PyResult<Bound<'_, PyArray3<T>>> {
@@ -37,30 +44,34 @@ fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> Py
 /// (height, width)
 type Depths<'py> = Bound<'py, PyArray2<f32>>;
 
-fn chosen(settings: Option<&Settings>) -> OurSettings {
-    settings.map_or_else(OurSettings::default, |settings| *settings.ours())
+fn chosen(settings: Option<Bound<Settings>>) -> OurSettings {
+    settings.map_or_else(OurSettings::default, |settings| *settings.get().ours())
 }
 
-impl Renderer {
-    fn ours(&self) -> MutexGuard<'_, Ours> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
+/// A time limit of so many seconds.
+fn longest(seconds: Option<f64>) -> Result<Option<Duration>> {
+    let refused = |_| out_of_range("time_limit", seconds.unwrap_or_default(), "seconds, at least 0, or None");
+    seconds.map(Duration::try_from_secs_f64).transpose().map_err(refused)
 }
 
 #[pymethods]
 impl Renderer {
     #[new]
-    #[pyo3(signature = (volume, transfer = None, *, device = None, context = None, queue = None))]
+    #[pyo3(signature = (volume, transfer = None, *, device = None, context = None, queue = None, time_limit = None))]
     fn new(
         volume: &Bound<PyAny>,
-        transfer: Option<&TransferFunction>,
+        transfer: Option<Given<Bound<TransferFunction>>>,
         device: Option<&Bound<PyAny>>,
         context: Option<&Bound<PyAny>>,
         queue: Option<&Bound<PyAny>>,
+        time_limit: Option<Given<f64>>,
     ) -> Result<Self> {
+        given!(transfer, time_limit);
+        let time_limit = longest(time_limit)?;
+        let transfer = transfer.as_ref().map(Bound::get);
         let py = volume.py();
         if let Ok(there) = volume.cast::<DeviceVolume>() {
-            return Self::of(there.get(), transfer, device, context, queue);
+            return Self::of(py, there.get(), transfer, device, context, queue, time_limit);
         }
         // An array of pyopencl's.
         if volume.hasattr("base_data")? {
@@ -71,7 +82,7 @@ impl Renderer {
             let device = Bound::new(py, Device::new_of(device))?;
             let there = py.import("layersplat._arrays")?.call_method1("on_device", (device, volume))?;
             let there = there.cast::<DeviceVolume>().map_err(PyErr::from)?;
-            return Self::of(there.get(), transfer, None, None, None);
+            return Self::of(py, there.get(), transfer, None, None, None, time_limit);
         }
         let made;
         let volume = match volume.cast::<Volume>() {
@@ -83,28 +94,31 @@ impl Renderer {
         };
         let device = of_arguments(device, context, queue)?;
         let transfer = transfer.map(|transfer| transfer.ours().clone());
-        let renderer = py.detach(|| {
+        let renderer = detached(py, || {
             let transfer = transfer.unwrap_or_else(|| Transfer::automatic(volume.ours()));
-            Ours::of(&UploadedVolume::new(&device, volume.ours())?, &transfer)
+            Ok(Ours::of(&UploadedVolume::new(&device, volume.ours())?, &transfer)?)
         })?;
-        Ok(Self(Mutex::new(renderer)))
+        Ok(Self::with_limit(renderer, None, time_limit))
     }
 
     /// A picture: (height, width, 4), uint8, over a background; straight alpha over transparent; row 0 on top.
     #[pyo3(
-        signature = (camera, size, settings = None, *, background = Over::default()),
+        signature = (camera, size, settings = None, *, background = Given::Default(Over::default())),
         text_signature = "($self, camera, size, settings=None, *, background='black')"
     )]
     fn render<'py>(
         &self,
         py: Python<'py>,
-        camera: &Camera,
-        size: Size,
-        settings: Option<&Settings>,
-        background: Over,
+        camera: Given<Bound<Camera>>,
+        size: Given<Size>,
+        settings: Option<Given<Bound<Settings>>>,
+        background: Given<Over>,
     ) -> Result<Bound<'py, PyArray3<u8>>> {
+        given!(camera, size, settings, background);
+        let camera = *camera.get().ours();
         let (viewport, settings, background) = (size.viewport()?, chosen(settings), background.background()?);
-        let (values, _) = py.detach(|| self.ours().render_rgba8(camera.ours(), viewport, &settings, background))?;
+        let (values, _) =
+            self.shared.interruptible(py, move |ours| ours.render_rgba8(&camera, viewport, &settings, background))?;
         Ok(picture(py, values, viewport)?)
     }
 
@@ -113,12 +127,14 @@ impl Renderer {
     fn render_float<'py>(
         &self,
         py: Python<'py>,
-        camera: &Camera,
-        size: Size,
-        settings: Option<&Settings>,
+        camera: Given<Bound<Camera>>,
+        size: Given<Size>,
+        settings: Option<Given<Bound<Settings>>>,
     ) -> Result<Bound<'py, PyArray3<f32>>> {
+        given!(camera, size, settings);
+        let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        let (frame, _) = py.detach(|| self.ours().render(camera.ours(), viewport, &settings))?;
+        let (frame, _) = self.shared.interruptible(py, move |ours| ours.render(&camera, viewport, &settings))?;
         Ok(picture(py, frame.into_pixels().into_flattened(), viewport)?)
     }
 
@@ -130,12 +146,14 @@ impl Renderer {
     fn depths<'py>(
         &self,
         py: Python<'py>,
-        camera: &Camera,
-        size: Size,
-        settings: Option<&Settings>,
+        camera: Given<Bound<Camera>>,
+        size: Given<Size>,
+        settings: Option<Given<Bound<Settings>>>,
     ) -> Result<(Depths<'py>, Depths<'py>)> {
+        given!(camera, size, settings);
+        let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        let depths = py.detach(|| self.ours().depths(camera.ours(), viewport, &settings))?;
+        let depths = self.shared.interruptible(py, move |ours| ours.depths(&camera, viewport, &settings))?;
         let shape = [viewport.height as usize, viewport.width as usize];
         let array = |numbers: &[f32]| numbers.to_pyarray(py).reshape(shape);
         Ok((array(depths.first())?, array(depths.mean())?))
@@ -149,7 +167,7 @@ impl Renderer {
     /// Raises InvalidValue of sheets, which have to wait, and where the picture does not fit. What was enqueued leaves the queue usable.
     #[pyo3(
         signature = (
-            camera, size, onto, settings = None, *, format = "rgba8", background = Over::default(), first = 0, row_pitch = None,
+            camera, size, onto, settings = None, *, format = Given::Default("rgba8".into()), background = Given::Default(Over::default()), first = Given::Default(0), row_pitch = None,
             wait_for = None,
         ),
         text_signature = "($self, camera, size, onto, settings=None, *, format='rgba8', background='black', first=0, row_pitch=None, \
@@ -159,49 +177,70 @@ impl Renderer {
     fn enqueue(
         &self,
         py: Python,
-        camera: &Camera,
-        size: Size,
+        camera: Given<Bound<Camera>>,
+        size: Given<Size>,
         onto: &Bound<PyAny>,
-        settings: Option<&Settings>,
-        format: &str,
-        background: Over,
-        first: usize,
-        row_pitch: Option<usize>,
-        wait_for: Option<Vec<Bound<PyAny>>>,
+        settings: Option<Given<Bound<Settings>>>,
+        format: Given<String>,
+        background: Given<Over>,
+        first: Given<usize>,
+        row_pitch: Option<Given<usize>>,
+        wait_for: Option<Given<Vec<Bound<PyAny>>>>,
     ) -> Result<Event> {
+        given!(camera, size, settings, format, background, first, row_pitch, wait_for);
+        let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        let mut onto = PictureMemory::new(&memory(onto)?, picture_format(format, &background)?).with_first(first);
+        let mut onto = PictureMemory::new(&memory("onto", onto)?, picture_format(&format, &background)?).with_first(first);
         if let Some(row_pitch) = row_pitch {
             onto = onto.with_row_pitch(row_pitch);
         }
         let wait = events(wait_for)?;
-        let event = py.detach(|| {
+        let event = self.shared.with(py, |ours| {
             let wait: Vec<_> = wait.iter().collect();
-            self.ours().enqueue(camera.ours(), viewport, &settings, &onto, &wait)
+            ours.enqueue(&camera, viewport, &settings, &onto, &wait)
         })?;
         Ok(Event::new(event))
     }
 
     /// Makes what pictures like this one need, from any side, and waits until it is there: kernels, tables, layouts.
     #[pyo3(signature = (camera, size, settings = None))]
-    fn prepare(&self, py: Python, camera: &Camera, size: Size, settings: Option<&Settings>) -> Result<()> {
+    fn prepare(
+        &self,
+        py: Python,
+        camera: Given<Bound<Camera>>,
+        size: Given<Size>,
+        settings: Option<Given<Bound<Settings>>>,
+    ) -> Result<()> {
+        given!(camera, size, settings);
+        let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
-        Ok(py.detach(|| self.ours().prepare(camera.ours(), viewport, &settings))?)
+        self.shared.interruptible(py, move |ours| ours.prepare(&camera, viewport, &settings))
     }
 
     /// The voxels, in memory of the caller's own, are other ones after wait_for. Returns an Event; frames wait for it by themselves.
     #[pyo3(signature = (wait_for = None))]
-    fn volume_changed(&self, py: Python, wait_for: Option<Vec<Bound<PyAny>>>) -> Result<Event> {
+    fn volume_changed(&self, py: Python, wait_for: Option<Given<Vec<Bound<PyAny>>>>) -> Result<Event> {
+        given!(wait_for);
         let wait = events(wait_for)?;
-        Ok(Event::new(py.detach(|| self.ours().volume_changed(&wait.iter().collect::<Vec<_>>()))?))
+        Ok(Event::new(self.shared.with(py, |ours| ours.volume_changed(&wait.iter().collect::<Vec<_>>()))?))
     }
 
-    /// How many seconds a picture may take: a longer one raises DeviceError. None: any. Pictures that are enqueued are not limited.
-    #[pyo3(signature = (seconds))]
-    fn limit(&self, py: Python, seconds: Option<f64>) -> Result<()> {
-        let refused = |_| out_of_range("limit", seconds.unwrap_or_default(), "seconds, at least 0, or None");
-        let longest = seconds.map(Duration::try_from_secs_f64).transpose().map_err(refused)?;
-        py.detach(|| self.ours().limit(longest));
+    /// Longest time of a frame in seconds; None: no limit. A longer frame raises TimedOut before its next kernel. It may be set, for the next
+    /// frame on. Enqueued frames are not limited.
+    #[getter]
+    fn time_limit(&self) -> Option<f64> {
+        self.time_limit.lock().unwrap_or_else(PoisonError::into_inner).map(|limit| limit.as_secs_f64())
+    }
+
+    #[setter]
+    fn set_time_limit(&self, py: Python, time_limit: Option<Given<f64>>) -> Result<()> {
+        given!(time_limit);
+        let longest = longest(time_limit)?;
+        self.shared.with(py, |ours| {
+            ours.limit(longest);
+            Ok(())
+        })?;
+        *self.time_limit.lock().unwrap_or_else(PoisonError::into_inner) = longest;
         Ok(())
     }
 
@@ -209,42 +248,66 @@ impl Renderer {
     ///
     /// size: (width, height) in pixels, or one number of both. azimuth, elevation, roll: degrees, see Camera.orbit. field_of_view: vertical,
     /// degrees, of a perspective.
-    #[pyo3(signature = (size, *, azimuth = 0.0, elevation = 0.0, roll = 0.0, zoom = 1.0, field_of_view = None))]
+    #[pyo3(
+        signature = (
+            size, *, azimuth = Given::Default(0.0), elevation = Given::Default(0.0), roll = Given::Default(0.0),
+            zoom = Given::Default(1.0), field_of_view = None,
+        ),
+        text_signature = "($self, size, *, azimuth=0.0, elevation=0.0, roll=0.0, zoom=1.0, field_of_view=None)"
+    )]
     #[allow(clippy::too_many_arguments)] // Each is named where it is given.
     fn camera(
         &self,
         py: Python,
-        size: Size,
-        azimuth: f64,
-        elevation: f64,
-        roll: f64,
-        zoom: f64,
-        field_of_view: Option<f64>,
+        size: Given<Size>,
+        azimuth: Given<f64>,
+        elevation: Given<f64>,
+        roll: Given<f64>,
+        zoom: Given<f64>,
+        field_of_view: Option<Given<f64>>,
     ) -> Result<Camera> {
-        let grid = py.detach(|| self.ours().grid().clone());
-        around(&grid, size.viewport()?, Orbit { azimuth, elevation, roll }, zoom, field_of_view)
+        given!(size, azimuth, elevation, roll, zoom, field_of_view);
+        let grid = self.shared.with(py, |ours| Ok(ours.grid().clone()))?;
+        around(&grid, size.viewport()?, orbit(azimuth, elevation, roll)?, zoom, field_of_view)
     }
 
     /// The transfer function; another one may be set.
     #[getter]
-    fn transfer(&self, py: Python) -> TransferFunction {
-        TransferFunction::new_of(py.detach(|| self.ours().transfer_function().clone()))
+    fn transfer(&self, py: Python) -> Result<TransferFunction> {
+        Ok(TransferFunction::new_of(self.shared.with(py, |ours| Ok(ours.transfer_function().clone()))?))
     }
 
     #[setter]
-    fn set_transfer(&self, py: Python, transfer: &TransferFunction) {
-        py.detach(|| self.ours().set_transfer_function(transfer.ours()));
+    fn set_transfer(&self, py: Python, transfer: Given<Bound<TransferFunction>>) -> Result<()> {
+        given!(transfer);
+        let transfer = transfer.get().ours();
+        self.shared.with(py, |ours| {
+            ours.set_transfer_function(transfer);
+            Ok(())
+        })
+    }
+
+    /// Panics in the middle of a call: for the test of what follows.
+    fn _panic(&self, py: Python) -> Result<()> {
+        self.shared.with(py, |_| panic!("in the middle"))
     }
 }
 
 impl Renderer {
+    fn with_limit(mut renderer: Ours, owner: Option<Py<PyAny>>, time_limit: Option<Duration>) -> Self {
+        renderer.limit(time_limit);
+        Self { shared: Arc::new(Exclusive::new(renderer, owner)), time_limit: Mutex::new(time_limit) }
+    }
+
     /// Of voxels that are on a device already: on that device, unless another of its queues is given.
     fn of(
+        py: Python,
         there: &DeviceVolume,
         transfer: Option<&TransferFunction>,
         device: Option<&Bound<PyAny>>,
         context: Option<&Bound<PyAny>>,
         queue: Option<&Bound<PyAny>>,
+        time_limit: Option<Duration>,
     ) -> Result<Self> {
         if device.is_some() || context.is_some() || queue.is_some() {
             let problem = "the volume is on a device already: that is the one that it was made with";
@@ -259,6 +322,7 @@ impl Renderer {
                 ));
             }
         };
-        Ok(Self(Mutex::new(Ours::of(there.ours(), &transfer)?)))
+        let renderer = detached(py, || Ok(Ours::of(there.ours(), &transfer)?))?;
+        Ok(Self::with_limit(renderer, Some(there.owner().clone_ref(py)), time_limit))
     }
 }

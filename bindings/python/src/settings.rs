@@ -1,11 +1,16 @@
 //! How pictures are made.
 
+mod arguments;
+
 use crate::errors::{Failure, Result, conflict, unknown};
+use crate::given::{Given, accepted, either, extracted, given, refused};
+use crate::pickled::{Reduced, reduced};
 use layersplat::settings::{
     Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, GradientOpacity, LayerAxis, Layered, Light,
     Lights, Shading,
 };
 use layersplat::{Axis, Density, Kernel, Quality, Settings as Ours, transfer::Extinction};
+use pyo3::Borrowed;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 
@@ -32,17 +37,39 @@ impl Settings {
 }
 
 /// A blend mode by its name, or the iso-value of a surface.
-#[derive(FromPyObject)]
 enum BlendName {
     Named(String),
     Iso((String, f64)),
 }
 
 /// On or off, or its numbers.
-#[derive(FromPyObject)]
 enum Lighting<'py> {
     Switch(bool),
     Of(BTreeMap<String, Bound<'py, PyAny>>),
+}
+
+accepted! {
+    BlendName: "composite, maximum, minimum, average or ('iso', value)";
+    Lighting<'py>: "True, False, or a dict of ambient, diffuse, specular, power and light";
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for BlendName {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        match object.extract() {
+            Ok(name) => Ok(BlendName::Named(name)),
+            Err(_) => object.extract().map(BlendName::Iso),
+        }
+    }
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Lighting<'py> {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        either(object, Lighting::Switch, Lighting::Of)
+    }
 }
 
 /// What of layered rendering, and of other algorithms, is chosen by itself.
@@ -59,35 +86,44 @@ struct Own<'a> {
 #[pymethods]
 impl Settings {
     #[new]
-    #[pyo3(signature = (
-        quality = None, *, algorithm = "layered", kernel = None, samples_per_layer = None, density = None, layer_axis = None,
-        step = None, sheet_distance = None, blend = None, shading = None, gradient_opacity = None, crop = None, planes = None, unit_distance = None,
-        extinction = "exponential", early_termination = true,
-    ))]
+    #[pyo3(
+        signature = (
+            quality = None, *, algorithm = Given::Default("layered".into()), kernel = None, samples_per_layer = None, density = None,
+            layer_axis = None, step = None, sheet_distance = None, blend = None, shading = None, gradient_opacity = None, crop = None,
+            planes = None, unit_distance = None, extinction = Given::Default("exponential".into()),
+            early_termination = Given::Default(true),
+        ),
+        text_signature = "(quality=None, *, algorithm='layered', kernel=None, samples_per_layer=None, density=None, layer_axis=None, \
+            step=None, sheet_distance=None, blend=None, shading=None, gradient_opacity=None, crop=None, planes=None, unit_distance=None, \
+            extinction='exponential', early_termination=True)"
+    )]
     #[allow(clippy::too_many_arguments)] // Each is a keyword.
     fn new(
-        quality: Option<&str>,
-        algorithm: &str,
-        kernel: Option<&str>,
-        samples_per_layer: Option<u32>,
-        density: Option<u32>,
-        layer_axis: Option<&str>,
-        step: Option<f64>,
-        sheet_distance: Option<f64>,
-        blend: Option<BlendName>,
-        shading: Option<Lighting<'_>>,
-        gradient_opacity: Option<Vec<(f64, f64)>>,
-        crop: Option<[[f64; 3]; 2]>,
-        planes: Option<Vec<[[f64; 3]; 2]>>,
-        unit_distance: Option<f64>,
-        extinction: &str,
-        early_termination: bool,
+        quality: Option<Given<String>>,
+        algorithm: Given<String>,
+        kernel: Option<Given<String>>,
+        samples_per_layer: Option<Given<u32>>,
+        density: Option<Given<u32>>,
+        layer_axis: Option<Given<String>>,
+        step: Option<Given<f64>>,
+        sheet_distance: Option<Given<f64>>,
+        blend: Option<Given<BlendName>>,
+        shading: Option<Given<Lighting<'_>>>,
+        gradient_opacity: Option<Given<Vec<(f64, f64)>>>,
+        crop: Option<Given<[[f64; 3]; 2]>>,
+        planes: Option<Given<Vec<[[f64; 3]; 2]>>>,
+        unit_distance: Option<Given<f64>>,
+        extinction: Given<String>,
+        early_termination: Given<bool>,
     ) -> Result<Self> {
+        given!(quality, algorithm, kernel, samples_per_layer, density, layer_axis, step, sheet_distance);
+        given!(blend, shading, gradient_opacity, crop, planes, unit_distance, extinction, early_termination);
+        let (quality, kernel, layer_axis) = (quality.as_deref(), kernel.as_deref(), layer_axis.as_deref());
         let own = Own { quality, kernel, samples_per_layer, density, layer_axis, step, sheet_distance };
         Ok(Self(Ours {
             blend: blend.map_or(Ok(Blend::Composite), |blend| blend.blend())?,
             clipping: clipping(crop, planes.unwrap_or_default())?,
-            extinction: match extinction {
+            extinction: match extinction.as_str() {
                 "exponential" => Extinction::Exponential,
                 "linear" => Extinction::Linear,
                 other => return Err(unknown("extinction", other, "exponential or linear")),
@@ -96,7 +132,7 @@ impl Settings {
             gradient_opacity: gradient_opacity.map(|points| GradientOpacity::new(&points)).transpose()?,
             early_termination,
             unit_distance,
-            ..own.algorithm(algorithm)?.into()
+            ..own.algorithm(&algorithm)?.into()
         }))
     }
 
@@ -104,8 +140,19 @@ impl Settings {
         self.0 == other.0
     }
 
-    fn __repr__(&self) -> String {
-        format!("<layersplat.{:?}>", self.0)
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced::<Self>(py, arguments::arguments(py, &self.0)?)
+    }
+
+    fn __repr__(&self, py: Python) -> PyResult<String> {
+        let default = arguments::arguments(py, &Ours::default())?;
+        let mut shown = Vec::new();
+        for (name, value) in arguments::arguments(py, &self.0)? {
+            if !default.get_item(&name)?.is_some_and(|usual| usual.eq(&value).unwrap_or(false)) {
+                shown.push(format!("{name}={}", value.repr()?));
+            }
+        }
+        Ok(format!("layersplat.Settings({})", shown.join(", ")))
     }
 }
 
@@ -136,10 +183,10 @@ impl Lighting<'_> {
         let mut shading = Shading::default();
         for (name, value) in numbers {
             match name.as_str() {
-                "ambient" => shading.ambient = value.extract()?,
-                "diffuse" => shading.diffuse = value.extract()?,
-                "specular" => shading.specular = value.extract()?,
-                "power" => shading.power = value.extract()?,
+                "ambient" => shading.ambient = extracted("shading['ambient']", &value)?,
+                "diffuse" => shading.diffuse = extracted("shading['diffuse']", &value)?,
+                "specular" => shading.specular = extracted("shading['specular']", &value)?,
+                "power" => shading.power = extracted("shading['power']", &value)?,
                 "light" => shading.lights = lights(&value)?,
                 other => return Err(unknown("shading", other, "ambient, diffuse, specular, power or light")),
             }
@@ -159,11 +206,13 @@ fn light(value: &Bound<'_, PyAny>) -> PyResult<Light> {
 
 /// One, or a list of them.
 fn lights(value: &Bound<'_, PyAny>) -> Result<Lights> {
-    let lights = match light(value) {
-        Ok(one) => vec![one],
-        Err(_) => value.extract::<Vec<Bound<'_, PyAny>>>()?.iter().map(light).collect::<PyResult<_>>()?,
+    let several = |error: PyErr| match value.extract::<Vec<Bound<'_, PyAny>>>() {
+        Ok(several) => several.iter().map(light).collect(),
+        Err(_) => Err(error),
     };
-    Ok(Lights::new(&lights)?)
+    let lights = light(value).map(|one| vec![one]).or_else(several);
+    let accepted = "a direction (x, y, z), None, (direction, strength), or a list of up to four of these";
+    Ok(Lights::new(&lights.map_err(|error| refused("shading['light']", value, error, accepted))?)?)
 }
 
 fn clipping(crop: Option<[[f64; 3]; 2]>, planes: Vec<[[f64; 3]; 2]>) -> Result<Clipping> {

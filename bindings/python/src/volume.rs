@@ -2,6 +2,8 @@
 
 use crate::arrays;
 use crate::errors::{Result, unknown};
+use crate::given::{Given, given};
+use crate::warned::{warn, warned};
 use layersplat::glam::{DAffine3, DMat3, DVec3};
 use layersplat::volume::{Endian, Grid, Level};
 use layersplat::{OpenOptions, Volume as Ours};
@@ -23,12 +25,14 @@ pub fn grid(shape: [usize; 3], [x, y, z, origin]: Affine) -> Result<Grid> {
 ///
 /// A volume of an array (z, y, x), or of an image of nibabel (x, y, z), SimpleITK, ITK or xarray.
 ///
-/// data: integers, floats or booleans. uint8, int8, uint16, int16 and float32 are not copied, whatever their strides and byte order:
-/// they must not change while the volume is in use. Wider types are converted. Floats that are NaN, infinite or beyond ±1e30, and what
+/// data: integers, floats or booleans, of any strides and byte order. The volume has a copy, so the array may change afterwards; memory that
+/// nobody can write is not copied: bytes (numpy.frombuffer), and files mapped for reading only (numpy.memmap and numpy.load with mode "r"), of
+/// uint8, int8, uint16, int16 or float32. Wider types are converted. Floats that are NaN, infinite or beyond ±1e30, and what
 /// is masked, count as background. spacing: distance of voxels in world units, above 0: one number, or one per axis in the order of
 /// the data's own axes; 1 by default, and of image objects their own. background: the value around the volume, and of voxels that have
 /// none; the smallest by default. name: shown in messages.
 ///
+/// Warns (DataWarning) of values that are NaN, infinite or beyond ±1e30, and of those that 32-bit floats cannot tell apart.
 /// Raises InvalidValue where data has not three axes, or is of another type, or its grid is sheared.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Volume(Ours<'static>);
@@ -48,13 +52,24 @@ impl Volume {
 impl Volume {
     #[new]
     #[pyo3(signature = (data, spacing = None, *, background = None, name = None))]
-    fn new(data: &Bound<PyAny>, spacing: Option<&Bound<PyAny>>, background: Option<f64>, name: Option<&str>) -> Result<Self> {
+    fn new(
+        data: &Bound<PyAny>,
+        spacing: Option<&Bound<PyAny>>,
+        background: Option<Given<f64>>,
+        name: Option<Given<String>>,
+    ) -> Result<Self> {
+        given!(background, name);
         let py = data.py();
         let placed = py.import("layersplat._arrays")?.call_method1("placed", (data, spacing))?;
-        let (array, affine): (Bound<PyUntypedArray>, Affine) = placed.extract()?;
+        let (array, affine, masked): (Bound<PyUntypedArray>, Affine, usize) = placed.extract()?;
         let shape = numpy::PyUntypedArrayMethods::shape(&array);
         let grid = grid([shape[0], shape[1], shape[2]], affine)?;
-        let volume = arrays::volume(&array, name.unwrap_or("array"), grid)?;
+        let (volume, mut warnings) = arrays::volume(&array, name.as_deref().unwrap_or("array"), grid)?;
+        if volume.invalid() == masked {
+            // Whoever masks voxels expects it.
+            warnings.retain(|text| !text.contains("count as the background"));
+        }
+        warn(py, warnings)?;
         Ok(Self(match background {
             Some(value) => volume.with_background(value)?,
             None => volume,
@@ -74,26 +89,27 @@ impl Volume {
     #[allow(clippy::too_many_arguments)] // Each is a field of a file whose name does not tell it, or a choice between what it holds.
     fn open(
         py: Python,
-        path: PathBuf,
-        dims: Option<[usize; 3]>,
-        voxel_type: Option<&str>,
-        spacing: Option<[f64; 3]>,
-        endian: Option<&str>,
-        header_bytes: Option<u64>,
-        background: Option<f64>,
-        frame: Option<usize>,
-        channel: Option<usize>,
-        array: Option<String>,
-        series: Option<String>,
-        level: Option<usize>,
+        path: Given<PathBuf>,
+        dims: Option<Given<[usize; 3]>>,
+        voxel_type: Option<Given<String>>,
+        spacing: Option<Given<[f64; 3]>>,
+        endian: Option<Given<String>>,
+        header_bytes: Option<Given<u64>>,
+        background: Option<Given<f64>>,
+        frame: Option<Given<usize>>,
+        channel: Option<Given<usize>>,
+        array: Option<Given<String>>,
+        series: Option<Given<String>>,
+        level: Option<Given<usize>>,
     ) -> Result<Self> {
-        let endian = match endian {
+        given!(path, dims, voxel_type, spacing, endian, header_bytes, background, frame, channel, array, series, level);
+        let endian = match endian.as_deref() {
             None => None,
             Some("little") => Some(Endian::Little),
             Some("big") => Some(Endian::Big),
             Some(other) => return Err(unknown("endian", other, "little or big")),
         };
-        let voxel_type = voxel_type.map(|name| {
+        let voxel_type = voxel_type.as_deref().map(|name| {
             let known = "uint8, int8, uint16, int16, uint32, int32, uint64, int64, float16, float32 or float64";
             name.parse().map_err(|_| unknown("voxel_type", name, known))
         });
@@ -101,7 +117,8 @@ impl Volume {
         let (spacing, level) = (spacing.map(DVec3::from), level.map(Level::Number));
         let options =
             OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level, memory: None };
-        let volume = py.detach(|| Ours::open(path, &options))?;
+        let (volume, warnings) = warned(py, || Ok(Ours::open(path, &options)?))?;
+        warn(py, warnings)?;
         Ok(Self(match background {
             Some(value) => volume.with_background(value)?,
             None => volume,

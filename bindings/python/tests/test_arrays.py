@@ -1,13 +1,16 @@
 """Arrays of any type, layout and byte order, without a copy where there need be none."""
 
 import gc
-import sys
+import pathlib
+import warnings
 import weakref
 
 import numpy as np
 import pytest
+import SimpleITK
 
 import layersplat
+from layersplat import _arrays
 
 
 @pytest.mark.parametrize("dtype", ["u1", "i2", "u2", "f4", ">i2", ">u2", ">f4", "f2", "i4", "u4", "f8", "i8", "u8", ">f8", ">i4", ">i8", "g"])
@@ -56,31 +59,83 @@ def test_a_broadcast_array(array, picture):
     assert np.array_equal(picture(np.broadcast_to(layer, array.shape)), picture(np.repeat(layer[None], len(array), 0)))
 
 
-@pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "f4", ">f4"])
-def test_voxels_are_not_copied(array, dtype):
-    values = (array // 2).astype(dtype)[:, ::-1, ::2]
-    references = sys.getrefcount(values)
-    volume = layersplat.Volume(values)
-    assert sys.getrefcount(values) > references, "the volume holds the array itself"
-    there = layersplat.Renderer(volume, layersplat.TransferFunction.builtin("fire", volume))
-    camera = there.camera(40)
-    before = there.render(camera, 40)
-    values[5:15, 5:15, 3:10] = 100
-    after = layersplat.Renderer(volume, there.transfer).render(camera, 40)
-    assert not np.array_equal(before, after), "what is written into the array is seen"
-    assert np.array_equal(there.render(camera, 40), before), "but not of what is on a device already"
+@pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "f4", ">f4", "i4", "f8"])
+def test_arrays_may_change_afterwards(array, dtype):
+    """A volume has its own voxels, of every type and layout: what is written later is not seen."""
+    for values in [(array // 2).astype(dtype), (array // 2).astype(dtype)[:, ::-1, ::2]]:
+        volume = layersplat.Volume(values)
+        there = layersplat.Renderer(volume, layersplat.TransferFunction.builtin("fire", volume))
+        camera = there.camera(40)
+        before = there.render(camera, 40)
+        values[5:15, 5:15, 3:10] = 100
+        assert np.array_equal(layersplat.Renderer(volume, there.transfer).render(camera, 40), before)
 
 
-def test_an_array_lives_as_long_as_its_volume(array, picture):
+def writable(array):
+    """Arrays that somebody can write to, whatever their own flags say."""
+    yield "plain", array.copy()
+    locked = array.copy()
+    locked.flags.writeable = False
+    yield "locked", locked
+    yield "read-only view", np.broadcast_to(array.copy(), array.shape)
+    yield "bytearray", np.frombuffer(bytearray(array.tobytes()), np.uint8).reshape(array.shape)
+    yield "strided", np.lib.stride_tricks.as_strided(array.copy(), writeable=False)
+    wide = array.astype(np.int32)
+    yield "wide", wide
+    yield "boolean", array > 100
+    yield "image", SimpleITK.GetImageFromArray(array)
+
+
+def test_no_memory_that_somebody_can_write_is_read(array):
+    for name, values in writable(array):
+        voxels, *_ = _arrays.placed(values, None)
+        shown = SimpleITK.GetArrayViewFromImage(values) if name == "image" else values
+        assert not np.shares_memory(voxels, shown), name
+
+
+def read_only(array, folder):
+    """Arrays that nobody can write to."""
+    constant = array.tobytes()
+    yield "bytes", np.frombuffer(constant, np.uint8).reshape(array.shape)
+    yield "view of bytes", np.frombuffer(memoryview(constant), np.uint8).reshape(array.shape)[::2, ::-1]
+    np.save(folder / "volume.npy", array)
+    yield "mapped file", np.load(folder / "volume.npy", mmap_mode="r")
+    yield "part of a mapped file", np.asarray(np.memmap(folder / "volume.npy", np.uint8, "r", 128, array.shape))[:, 3:]
+
+
+def test_memory_that_nobody_can_write_is_not_copied(array, picture, tmp_path):
+    for name, values in read_only(array, tmp_path):
+        voxels, *_ = _arrays.placed(values, None)
+        assert np.shares_memory(voxels, values), name
+        assert np.array_equal(picture(values), picture(np.array(values))), name
+
+
+def test_a_mapped_file_stays_open_as_long_as_its_volume(array, picture, tmp_path):
+    array.tofile(tmp_path / "volume.raw")
+    values = np.memmap(tmp_path / "volume.raw", np.uint8, "r", 0, array.shape)
+    mapped, volume = values.base, layersplat.Volume(values)
+    with pytest.raises(BufferError):
+        mapped.close()
+    del values
+    assert np.array_equal(picture(volume), picture(array))
+    del volume
+    gc.collect()
+    mapped.close()
+
+
+def test_a_volume_does_not_hold_an_array_that_it_copied(array):
     values = array.copy()
     alive, volume = weakref.ref(values), layersplat.Volume(values)
     del values
     gc.collect()
-    assert alive() is not None
-    assert np.array_equal(picture(volume), picture(array))
-    del volume
-    gc.collect()
-    assert alive() is None
+    assert alive() is None and volume.shape == array.shape
+
+
+def test_a_copy_without_memory_is_an_error():
+    """More bytes than there are addresses, by strides of 0."""
+    huge = np.broadcast_to(np.uint8(1), (10**6, 10**6, 10**6))
+    with pytest.raises(layersplat.OutOfMemory, match="1000000x1000000x1000000 of uint8"):
+        layersplat.Volume(huge)
 
 
 def test_pictures_are_not_copied(array):
@@ -154,3 +209,55 @@ def test_one_of_several_volumes_of_a_file(tmp_path):
     one = np.arange(125, dtype=np.uint8).reshape(5, 5, 5)
     np.save(frames, np.stack([one, one + 100]))
     assert [layersplat.Volume.open(frames, frame=frame).range for frame in (0, 1)] == [(0, 124), (100, 224)]
+
+
+def warnings_of(call):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        made = call()
+    return made, [str(warning.message) for warning in caught if warning.category is layersplat.DataWarning]
+
+
+def test_values_that_floats_cannot_hold_warn(tmp_path):
+    values = np.arange(125, dtype=np.float64).reshape(5, 5, 5)
+    values[2, 2] = [1e31, -1e31, 1e300, np.inf, np.nan]
+    np.save(tmp_path / "values.npy", values)
+    for make in [
+        lambda: layersplat.Volume(values),
+        lambda: layersplat.Volume(values.astype(np.float32)),
+        lambda: layersplat.Volume.open(tmp_path / "values.npy"),
+    ]:
+        with np.errstate(over="ignore"):
+            volume, messages = warnings_of(make)
+        assert volume.invalid == 5 and len(messages) == 1 and "5 voxels are NaN, infinite or beyond 1e30" in messages[0]
+    assert warnings_of(lambda: layersplat.Volume(np.clip(np.nan_to_num(values), -9, 200)))[1] == []
+
+
+def test_whole_numbers_that_floats_cannot_tell_apart_warn():
+    values = (np.arange(27, dtype=np.uint32) << 26).reshape(3, 3, 3)
+    _, messages = warnings_of(lambda: layersplat.Volume(values + 1))
+    assert any("become floats" in message for message in messages), messages
+
+
+def test_masked_voxels_do_not_warn(array):
+    masked = np.ma.masked_less(array, 9)
+    volume, messages = warnings_of(lambda: layersplat.Volume(masked))
+    assert volume.invalid == masked.mask.sum() > 0 and messages == []
+    holes = np.ma.masked_less(array.astype(np.float32), 9)
+    holes[0, 0, 0] = np.inf
+    volume, messages = warnings_of(lambda: layersplat.Volume(holes))
+    assert len(messages) == 1 and "count as the background" in messages[0]
+
+
+def test_a_warning_names_the_callers_line_once_and_can_be_an_error():
+    values = np.full((3, 3, 3), np.nan)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default")
+        for _ in range(3):
+            layersplat.Volume(values)
+            layersplat.volshow(values, cmap="fire", clim=(0, 1))
+    assert [pathlib.Path(warning.filename).name for warning in caught] == ["test_arrays.py"] * 2
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", layersplat.DataWarning)
+        with pytest.raises(layersplat.DataWarning, match="27 voxels"):
+            layersplat.Volume(values)

@@ -1,6 +1,7 @@
 """Exceptions, and that stubs tell the truth."""
 
 import ast
+import errno
 import inspect
 import pathlib
 
@@ -13,9 +14,116 @@ PLACE = {"azimuth": 0.0}
 
 
 def test_the_classes_are_pythons_own_too():
-    own = [layersplat.InvalidValue, layersplat.DeviceError, layersplat.OutOfMemory, layersplat.FileError]
-    for ours, pythons in zip(own, [ValueError, RuntimeError, MemoryError, OSError]):
+    for ours, pythons in [
+        (layersplat.InvalidValue, ValueError),
+        (layersplat.InvalidType, TypeError),
+        (layersplat.DeviceError, RuntimeError),
+        (layersplat.InternalError, RuntimeError),
+        (layersplat.OutOfMemory, MemoryError),
+        (layersplat.TimedOut, TimeoutError),
+        (layersplat.FileError, OSError),
+        (layersplat.FileNotFound, FileNotFoundError),
+        (layersplat.PermissionDenied, PermissionError),
+        (layersplat.InvalidFile, OSError),
+        (layersplat.InvalidFile, ValueError),
+    ]:
         assert issubclass(ours, pythons) and issubclass(ours, layersplat.Error)
+    errors = {name for name in layersplat.__all__ if isinstance(getattr(layersplat, name), type) and issubclass(getattr(layersplat, name), Exception)}
+    assert errors == {name for name in dir(layersplat._errors) if isinstance(getattr(layersplat._errors, name), type)}
+
+
+class Scene:
+    """What calls need besides the argument that is wrong."""
+
+    def __init__(self, array, transfer):
+        self.array, self.transfer, self.volume = array, transfer, layersplat.Volume(array)
+        self.renderer = layersplat.Renderer(self.volume, transfer)
+        self.camera = self.renderer.camera(10)
+
+
+@pytest.fixture
+def scene(array, transfer):
+    return Scene(array, transfer)
+
+
+WRONG_TYPES = [
+    (lambda s: s.renderer.render(None, 10), "camera", "camera is None: expected a layersplat.Camera"),
+    (lambda s: s.renderer.render(s.camera, "big"), "size", "size is 'big' (str): expected (width, height) in pixels, or one whole number"),
+    (lambda s: s.renderer.render(s.camera, 10.5), "size", "size is 10.5 (float): expected"),
+    (lambda s: s.renderer.render(s.camera, 10, "high"), "settings", "settings is 'high' (str): expected a layersplat.Settings"),
+    (lambda s: s.renderer.render(s.camera, 10, background=5), "background", "background is 5 (int): expected transparent, black"),
+    (lambda s: s.renderer.enqueue(s.camera, 10, s.array), "onto", "an object of pyopencl, or its int_ptr"),
+    (lambda s: s.renderer.enqueue(s.camera, 10, 1, wait_for=5), "wait_for", "wait_for is 5 (int): expected a list"),
+    (lambda s: s.renderer.camera(10, azimuth="x"), "azimuth", "azimuth is 'x' (str): expected a number"),
+    (lambda s: setattr(s.renderer, "transfer", 5), "transfer", "expected a layersplat.TransferFunction"),
+    (lambda s: layersplat.Renderer(s.array, s.transfer, device=1.5), "device", "device is 1.5 (float): expected a layersplat.Device, the index"),
+    (lambda s: layersplat.Renderer(s.array, s.transfer, queue="x"), "queue", "queue is 'x' (str): expected an object of pyopencl"),
+    (lambda s: layersplat.Device(1.5), "name", "the index of a device, or part of its name"),
+    (lambda s: layersplat.DeviceVolume(1, 2, (3, 3, 3), 4), "device", "device is 1 (int): expected a layersplat.Device"),
+    (lambda s: layersplat.DeviceVolume(layersplat.Device(), 1, (3, 3, 3), "foo"), "dtype", "dtype is 'foo' (str): expected a type of numpy's"),
+    (lambda s: layersplat.Camera("abc", (0, 0, 0), scale=1), "position", "position is 'abc' (str): expected three numbers, (x, y, z)"),
+    (lambda s: layersplat.Settings(kernel=5), "kernel", "kernel is 5 (int): expected a string"),
+    (lambda s: layersplat.Settings(blend=3), "blend", "blend is 3 (int): expected composite, maximum"),
+    (lambda s: layersplat.Settings(shading=3), "shading", "shading is 3 (int): expected True, False, or a dict of ambient"),
+    (lambda s: layersplat.Settings(shading={"power": "x"}), "shading", "shading['power'] is 'x' (str): expected a number"),
+    (lambda s: layersplat.Settings(planes=[1]), "planes", "planes is [1] (list): expected a list of (point, normal)"),
+    (lambda s: layersplat.TransferFunction([1], [2]), "colors", "colors is [1] (list): expected a list of (value, (red, green, blue))"),
+    (lambda s: layersplat.TransferFunction.builtin("fire", 5), "onto", "onto is 5 (int): expected a layersplat.Volume, or (lowest, highest)"),
+    (lambda s: layersplat.Framing.of(s.array, s.transfer), "volume", "expected a layersplat.Volume"),
+    (lambda s: layersplat.Volume.open(5), "path", "path is 5 (int): expected a path"),
+    (lambda s: layersplat.Volume(s.array, {}), "spacing", "spacing is {} (dict): expected one number, or three"),
+    (lambda s: layersplat.Volume(s.array, background="x"), "background", "background is 'x' (str): expected a number"),
+    (lambda s: layersplat.transfer_function(s.volume, 5), "cmap", "cmap is 5 (int): expected a name, a file"),
+    (lambda s: layersplat.transfer_function(s.volume, "fire", 5), "clim", "clim is 5 (int): expected two numbers"),
+    (lambda s: layersplat.transfer_function(s.volume, opacity={}), "opacity", "opacity is {} (dict): expected a number, linear"),
+    (lambda s: layersplat.volshow(s.array).save(5), "path", "path is 5 (int): expected a path"),
+]
+
+WRONG_COUNTS = [
+    (lambda s: s.renderer.render(s.camera, (10,)), "size", "size is (10,) (tuple): expected (width, height)"),
+    (lambda s: s.renderer.render(s.camera, -5), "size", "size is -5 (int): expected (width, height)"),
+    (lambda s: layersplat.Camera((0, 0), (0, 0, 0), scale=1), "position", "position is (0, 0) (tuple): expected three numbers"),
+    (lambda s: layersplat.Settings(density=-1), "density", "density is -1 (int): expected a whole number from 0 on"),
+    (lambda s: layersplat.Volume(s.array, "abc"), "spacing", "spacing is 'abc' (str): expected one number"),
+    (lambda s: layersplat.Volume([[1, 2], [3]]), "data", "data is [[1, 2], [3]] (list): expected an array (z, y, x)"),
+    (lambda s: layersplat.transfer_function(s.volume, "fire", (1, 2, 3)), "clim", "clim is (1, 2, 3) (tuple): expected two numbers"),
+]
+
+
+@pytest.mark.parametrize(
+    "call, field, words, error",
+    [(*case, layersplat.InvalidType) for case in WRONG_TYPES] + [(*case, layersplat.InvalidValue) for case in WRONG_COUNTS],
+)
+def test_messages_name_the_argument_its_value_and_what_is_accepted(scene, call, field, words, error):
+    with pytest.raises(error) as caught:
+        call(scene)
+    assert words in str(caught.value) and caught.value.fields == (field,)
+
+
+def test_exceptions_of_a_callers_own_code_pass(scene):
+    class Stubborn:
+        def __float__(self):
+            raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        scene.renderer.camera(10, azimuth=Stubborn())
+
+
+@pytest.mark.parametrize("angle", ["azimuth", "elevation", "roll"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_angles_that_are_not_finite(scene, angle, value):
+    framing = layersplat.Framing.of(scene.volume, scene.transfer)
+    for call in [
+        lambda: scene.renderer.camera(10, **{angle: value}),
+        lambda: framing.camera(10, **{angle: value}),
+        lambda: framing.camera(10, field_of_view=30, **{angle: value}),
+        lambda: layersplat.Camera.orbit((0, 0, 0), 9, scale=1, **{angle: value}),
+        lambda: layersplat.render(scene.volume, **{angle: value}),
+    ]:
+        with pytest.raises(layersplat.InvalidValue, match=f"{angle} is .*finite"):
+            call()
+    with pytest.raises(layersplat.InvalidValue, match="centre"):
+        framing.camera(10, centre=(0, value, 0))
 
 
 @pytest.mark.parametrize(
@@ -65,18 +173,60 @@ def test_pictures(array, transfer):
     assert renderer.render(camera, 10).shape == (10, 10, 4), "and it goes on"
 
 
-def test_limits_and_files(array, transfer, tmp_path):
-    renderer = layersplat.Renderer(array, transfer)
+def test_time_limits(array, transfer):
+    renderer = layersplat.Renderer(array, transfer, time_limit=0.0)
     camera = renderer.camera(64)
-    renderer.limit(0.0)
-    with pytest.raises(layersplat.DeviceError, match="given up"):
+    assert renderer.time_limit == 0.0
+    for call in [renderer.render, renderer.render_float, renderer.depths]:
+        with pytest.raises(layersplat.TimedOut, match="longer than its limit"):
+            call(camera, 64)
+    renderer.time_limit = None
+    assert renderer.time_limit is None and renderer.render(camera, 64).shape == (64, 64, 4)
+    renderer.time_limit = 0
+    with pytest.raises(TimeoutError):
         renderer.render(camera, 64)
-    renderer.limit(None)
-    renderer.render(camera, 64)
-    with pytest.raises(layersplat.InvalidValue, match="limit"):
-        renderer.limit(-1.0)
-    with pytest.raises(OSError, match="cannot read"):
-        layersplat.Volume.open(tmp_path / "missing_2x2x2_uint8.raw")
+    for wrong in [-1.0, np.nan, np.inf]:
+        with pytest.raises(layersplat.InvalidValue, match="time_limit is"):
+            renderer.time_limit = wrong
+        with pytest.raises(layersplat.InvalidValue, match="time_limit is"):
+            layersplat.Renderer(array, transfer, time_limit=wrong)
+    with pytest.raises(layersplat.InvalidType, match="time_limit is 'long'"):
+        renderer.time_limit = "long"
+    assert renderer.time_limit == 0.0
+
+
+def test_files(array, tmp_path):
+    missing = tmp_path / "missing_2x2x2_uint8.raw"
+    with pytest.raises(FileNotFoundError, match="^cannot read .*missing_2x2x2") as caught:
+        layersplat.Volume.open(missing)
+    assert isinstance(caught.value, layersplat.FileError)
+    assert pathlib.Path(caught.value.filename) == missing and caught.value.errno == errno.ENOENT
+    short = tmp_path / "short_9x9x9_uint8.raw"
+    short.write_bytes(b"text")
+    with pytest.raises(layersplat.InvalidFile, match="729 bytes") as caught:
+        layersplat.Volume.open(short)
+    assert isinstance(caught.value, OSError) and isinstance(caught.value, ValueError) and pathlib.Path(caught.value.filename) == short
+    with pytest.raises(FileNotFoundError, match="^cannot write") as caught:
+        layersplat.volshow(array, size=9).save(tmp_path / "missing" / "view.png")
+    assert isinstance(caught.value, layersplat.FileError) and caught.value.errno == errno.ENOENT
+
+
+def test_a_renderer_is_refused_after_a_panic(scene):
+    """As in C: what the panic left half changed is not used."""
+    with pytest.raises(layersplat.InternalError, match="layersplat panicked: in the middle"):
+        scene.renderer._panic()
+    calls = [
+        lambda: scene.renderer.render(scene.camera, 10),
+        lambda: scene.renderer.prepare(scene.camera, 10),
+        lambda: scene.renderer.camera(10),
+        lambda: scene.renderer.transfer,
+        lambda: setattr(scene.renderer, "transfer", scene.transfer),
+        lambda: setattr(scene.renderer, "time_limit", None),
+    ]
+    for call in calls:
+        with pytest.raises(layersplat.InternalError, match="panicked in this renderer before.*make another"):
+            call()
+    assert layersplat.Renderer(scene.volume, scene.transfer).render(scene.camera, 10).shape == (10, 10, 4), "another one works"
 
 
 def test_vectors_may_be_arrays(array, transfer):

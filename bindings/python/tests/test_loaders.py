@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -80,3 +81,43 @@ def test_layersplat_takes_another_loader():
         environment = {**os.environ, "OPENCL_DYLIB_PATH": theirs}
         run = subprocess.run([sys.executable, "-c", ONE], env=environment, capture_output=True, text=True, timeout=120, check=True)
         assert run.stdout.split() == ["1" if "pyopencl" in theirs else "2"]
+
+
+ALONE = """
+import os, sys
+import layersplat
+if len(sys.argv) > 1:
+    os.environ["OPENCL_DYLIB_PATH"] = sys.argv[1]
+print(len(layersplat.Device.list()), "pyopencl" in sys.modules, os.environ.get("PYOPENCL_HOME"))
+print(next(line.split()[-1] for line in open("/proc/self/maps") if "libOpenCL" in line))
+"""
+
+
+def alone(*arguments, **variables):
+    """What a process without pyopencl says."""
+    environment = {**os.environ, **variables}
+    environment.pop("PYOPENCL_HOME", None)
+    run = subprocess.run([sys.executable, "-c", ALONE, *arguments], env=environment, capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, (run.returncode, run.stderr)
+    return [line.split() for line in run.stdout.splitlines()]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what is loaded")
+def test_the_loader_of_pyopencls_wheel_works_without_pyopencl(tmp_path):
+    """It reads PYOPENCL_HOME without a look whether that is set."""
+    count, home = str(len(layersplat.Device.list())), str(pathlib.Path(cl.__file__).parent)
+    (theirs,) = [path for path in mapped("libOpenCL") if "pyopencl" in path]
+    expected = [[count, "False", home], [theirs]]
+    assert alone(OPENCL_DYLIB_PATH=theirs) == expected
+    assert alone(OPENCL_DYLIB_PATH=f"/nonexistent.so;{theirs}") == expected
+    assert alone(theirs) == expected, "set after the import"
+    copied = shutil.copy(theirs, tmp_path)
+    assert alone(OPENCL_DYLIB_PATH=copied) == [[count, "False", str(tmp_path)], [copied]]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what is loaded")
+def test_other_loaders_leave_the_environment_alone():
+    layersplat.Device.list()
+    (system,) = [path for path in mapped("libOpenCL") if "pyopencl" not in path]
+    for named in (system, "libOpenCL.so.1"):
+        assert alone(OPENCL_DYLIB_PATH=named)[0][1:] == ["False", "None"]

@@ -6,12 +6,14 @@ import time
 import numpy as np
 import pyopencl as cl
 import pyopencl.array
+import pyopencl.tools
 import pytest
 
 import layersplat
 from host import OUT_OF_ORDER, SIZE, Host
 
 PLACE = {"azimuth": 35.0, "elevation": -25.0}
+CL_OUT_OF_RESOURCES = -5
 
 
 @pytest.fixture(params=[0, OUT_OF_ORDER], ids=["in order", "out of order"])
@@ -96,6 +98,33 @@ def test_arrays_of_pyopencl_are_volumes(array, transfer, host):
         layersplat.Renderer(there)
 
 
+@pytest.mark.parametrize("given", ["array", "volume"])
+def test_a_memory_pool_cannot_give_voxels_to_others(array, transfer, host, given):
+    """A pool takes a buffer back when its Python object is gone, whoever has retained the cl_mem."""
+    pool = cl.tools.MemoryPool(cl.tools.ImmediateAllocator(host.queue))
+    there = pyopencl.array.to_device(host.queue, array, allocator=pool)
+    handle = there.base_data.int_ptr
+    if given == "array":
+        renderer = layersplat.Renderer(there, transfer)
+    else:
+        volume = layersplat.DeviceVolume(host.device(), there.base_data, array.shape, array.dtype)
+        renderer = layersplat.Renderer(volume, transfer)
+        del volume
+    camera = renderer.camera(SIZE, **PLACE)
+    expected = renderer.render(camera, SIZE)
+    del there
+    gc.collect()
+    other = pyopencl.array.to_device(host.queue, 255 - array, allocator=pool)
+    host.queue.finish()
+    assert other.base_data.int_ptr != handle
+    renderer.volume_changed()
+    assert np.array_equal(renderer.render(camera, SIZE), expected)
+    del renderer, other
+    gc.collect()
+    again = [pyopencl.array.to_device(host.queue, array, allocator=pool) for _ in range(2)]
+    assert handle in [one.base_data.int_ptr for one in again], "and it goes back to the pool with the renderer"
+
+
 def test_frames_are_enqueued_and_not_waited_for(array, transfer, host):
     renderer = layersplat.Renderer(array, transfer, queue=host.queue)
     camera = renderer.camera(SIZE, **PLACE)
@@ -123,9 +152,13 @@ def test_a_failed_promise_fails_the_frame_alone(array, transfer, host):
     renderer.prepare(camera, SIZE)
     buffer, promise = host.room((60, 72, 4), np.uint8), cl.UserEvent(host.context)
     event = renderer.enqueue(camera, SIZE, buffer, wait_for=[promise])
-    promise.set_status(-5)
+    assert not event.is_complete
+    promise.set_status(CL_OUT_OF_RESOURCES)
     with pytest.raises(layersplat.DeviceError, match="clWaitForEvents"):
         event.wait()
+    # A loop that waits for completion must end.
+    with pytest.raises(layersplat.DeviceError, match="enqueued command failed.*-[0-9]+"):
+        event.is_complete
     assert np.array_equal(host.read(buffer, np.uint8, renderer.enqueue(camera, SIZE, buffer)), renderer.render(camera, SIZE))
 
 

@@ -11,6 +11,7 @@ import pytest
 import layersplat
 
 BLOCKS = re.findall(r"```python\n(.*?)```", (pathlib.Path(__file__).parents[1] / "README.md").read_text(), re.S)
+POCL = "Portable Computing Language"
 
 
 def simulate(queue, voxels):
@@ -22,10 +23,18 @@ def simulate(queue, voxels):
 def test_examples(block, array, transfer, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PYOPENCL_CTX", "0")
-    # Of the device that a machine has, whatever it is called.
-    name = layersplat.Device().platform
+    platforms = {device["platform"] for device in layersplat.Device.list()}
+    if POCL not in platforms:
+        block = block.replace('device="pocl"', f"device={platforms.pop()!r}")
     known = {"layersplat": layersplat, "numpy": numpy, "cl": cl, "matplotlib": matplotlib, "simulate": simulate}
     known.update(array=array, image=array, transfer=transfer)
-    exec(block.replace('device="pocl"', f"device={name!r}"), known)
+    exec(block, known)
     pictures = [known[name] for name in ("picture", "floats", "host") if isinstance(known.get(name), numpy.ndarray)]
     assert pictures and all(picture.shape[2] == 4 and picture.max() > 0 for picture in pictures)
+
+
+def test_pocl_is_known_by_its_short_name(array, transfer):
+    if POCL not in {device["platform"] for device in layersplat.Device.list()}:
+        pytest.skip("there is no PoCL on this machine")
+    assert layersplat.Device("pocl").platform == layersplat.Device("PoCL").platform == POCL
+    assert layersplat.Renderer(array, transfer, device="pocl").render(layersplat.Camera((0, 0, 9), (0, 0, 0), scale=9), 9).shape == (9, 9, 4)

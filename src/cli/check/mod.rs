@@ -4,9 +4,10 @@ pub(super) mod child;
 mod verdicts;
 
 use super::options::DeviceOptions;
+use super::progress;
 use crate::camera::Camera;
 use crate::check::{CheckReport, Family, Verdict};
-use crate::device::{Device, DeviceInfo};
+use crate::device::{Device, DeviceInfo, unusable_cache};
 use crate::error::Error;
 use crate::layers::Rays;
 use crate::renderer::Plan;
@@ -16,8 +17,11 @@ use crate::volume::Grid;
 use child::Outcome;
 use indicatif::ProgressBar;
 use std::collections::BTreeSet;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use verdicts::Verdicts;
+
+/// A check that takes longer has compiled kernels.
+const WORTH_TELLING: Duration = Duration::from_secs(1);
 
 /// Families that draw these views. What cannot be drawn has none: the renderer says why.
 pub(super) fn families(cameras: &[Camera], size: Viewport, grid: &Grid, settings: &Settings) -> BTreeSet<Family> {
@@ -38,7 +42,14 @@ pub(super) fn require(device: &Device, families: &BTreeSet<Family>, options: &De
         families.iter().map(|&family| (family, kept.read(family))).partition(|(_, v)| v.is_some());
     let mut verdicts: Vec<Verdict> = known.into_iter().filter_map(|(_, verdict)| verdict).collect();
     let unknown: Vec<Family> = unknown.into_iter().map(|(family, _)| family).collect();
-    verdicts.extend(decided(checked(device.info(), &kept, &unknown)));
+    let outcomes = checked(device.info(), &kept, &unknown);
+    // The picture would fail for the same reason, and PoCL's compiler ends the process then.
+    if outcomes.iter().any(|outcome| matches!(outcome, Outcome::Undecided(..)))
+        && let Some(error) = unusable_cache(&device.info().platform)
+    {
+        return Err(error);
+    }
+    verdicts.extend(decided(outcomes));
     CheckReport::new(device, verdicts).require()
 }
 
@@ -59,13 +70,30 @@ fn checked(device: &DeviceInfo, kept: &Verdicts, families: &[Family]) -> Vec<Out
     let bar = ProgressBar::new_spinner();
     bar.enable_steady_tick(Duration::from_millis(200));
     let what = format!("checking {} (once for its driver and this version)", device.name);
+    let begun = Instant::now();
     let outcomes = child::check(device, families, |family| bar.set_message(format!("{what}: {family}")));
     bar.finish_and_clear();
+    // The pictures themselves take milliseconds.
+    if begun.elapsed() >= WORTH_TELLING {
+        progress::say_compiled(begun.elapsed());
+    }
+    let outcomes = without_room(outcomes, || unusable_cache(&device.platform));
     kept.keep(outcomes.iter().filter_map(|outcome| match outcome {
         Outcome::Decided(verdict) => Some(verdict),
         Outcome::Undecided(..) => None,
     }));
     outcomes
+}
+
+/// A family that fails while the kernel cache cannot be written says nothing about the device.
+fn without_room(outcomes: Vec<Outcome>, unusable: impl FnOnce() -> Option<Error>) -> Vec<Outcome> {
+    let failed = |outcome: &Outcome| matches!(outcome, Outcome::Decided(verdict) if !verdict.passed());
+    let Some(error) = outcomes.iter().any(failed).then(unusable).flatten() else { return outcomes };
+    let undecided = |outcome| match outcome {
+        Outcome::Decided(verdict) if !verdict.passed() => Outcome::Undecided(verdict.family, error.to_string()),
+        other => other,
+    };
+    outcomes.into_iter().map(undecided).collect()
 }
 
 /// The verdicts among outcomes. Where there is none, it is not the device that is at fault: what is, the picture itself will meet too.

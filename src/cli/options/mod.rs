@@ -106,7 +106,7 @@ impl CameraOptions {
 #[derive(Args)]
 #[command(next_help_heading = "Device")]
 pub(super) struct DeviceOptions {
-    /// Index or part of a name, see `layersplat devices` [default: a GPU if there is one, else the CPU]
+    /// Index, or part of the name of a device or platform (`pocl`: PoCL), see `layersplat devices` [default: a GPU if there is one, else the CPU]
     #[arg(long, env = "LAYERSPLAT_DEVICE")]
     pub device: Option<String>,
     /// Use the device whether or not it draws what it should: without a check, and in spite of one

@@ -13,9 +13,8 @@ pub(crate) struct MinMaxBlocks {
 }
 
 impl MinMaxBlocks {
-    /// Uninitialised ones for a volume of `dims` voxels along u, v, a.
-    pub fn new(device: &Device, dims: [usize; 3], voxel_type: VoxelType) -> Result<Self, Error> {
-        let numbers = BlockNumbers::of(dims);
+    /// Uninitialised blocks.
+    pub fn new(device: &Device, numbers: BlockNumbers, voxel_type: VoxelType) -> Result<Self, Error> {
         Ok(Self { limits: VoxelBuffer::new(device, numbers.limits(), voxel_type, "the min-max blocks")?, numbers })
     }
 }

@@ -3,7 +3,7 @@
 use super::structs::{
     Clipping, DirectParams, Float4, LayerOffset, RayLatticeParams, SampleParams, SplatLatticeParams, VolumeView,
 };
-use super::{Declared, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
+use super::{Declared, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, many, tiles};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
 
@@ -30,7 +30,7 @@ impl Segments {
 impl Defines {
     pub(super) fn with_segments(self, segments: Segments) -> Self {
         let Segments { cut, curved, dimmed, whole } = segments;
-        let options = [(cut, "TABLE_CUT"), (curved, "CURVED"), (dimmed, "DIMMED"), (whole, "WHOLE_LAYERS")];
+        let options = [(cut && self.is_scalar(), "TABLE_CUT"), (curved, "CURVED"), (dimmed, "DIMMED"), (whole, "WHOLE_LAYERS")];
         options.into_iter().fold(self, |defines, (condition, name)| defines.with_if(condition, name))
     }
 
@@ -66,22 +66,20 @@ kernel! {
 }
 
 impl Launch for PointLattice {
-    /// Last, how many voxel rows farther than their row staggered columns lie, at most: 1 or 2; 0 where they are not.
-    type Variant = (<PointSamples as Launch>::Variant, u32);
+    type Variant = (VoxelKind, Kernel, Segments, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, ((voxels, kernel, segments, rendering), farthest): Self::Variant) -> String {
+    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
         let defines = Defines::of_kind(voxels, tuning.vector_width).with_kernel(kernel);
-        let defines = defines.with_segments(segments).with_rendering(rendering).with("TILE_ROWS", tuning.point_tile_rows);
-        defines.with("FARTHEST", farthest).0
+        defines.with_segments(segments).with_rendering(rendering).with("TILE_ROWS", tuning.point_tile_rows).0
     }
 
     fn items(a: &PointLatticeArguments, _: &Tuning) -> usize {
         tiles(a.p.tiles)
     }
 
-    fn general((variant, farthest): Self::Variant) -> Option<Self::Variant> {
-        PointSamples::general(variant).map(|general| (general, farthest))
+    fn general(variant: Self::Variant) -> Option<Self::Variant> {
+        PointSamples::general(variant)
     }
 }
 
@@ -147,7 +145,7 @@ impl Launch for PointDirect {
     }
 
     fn items(a: &PointDirectArguments, _: &Tuning) -> usize {
-        a.width as usize * a.height as usize
+        many(a.width as usize * a.height as usize)
     }
 }
 
@@ -298,7 +296,7 @@ impl Launch for SplatDirect {
     }
 
     fn items(a: &SplatDirectArguments, _: &Tuning) -> usize {
-        a.width as usize * a.height as usize
+        many(a.width as usize * a.height as usize)
     }
 }
 

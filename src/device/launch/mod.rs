@@ -264,6 +264,12 @@ impl<T: ClType> Typed for &Buffer<T> {
     }
 }
 
+/// No fewer work-items than PoCL needs to build a kernel for many: for fewer than 65,536 it builds the same kernel again, so that the device's
+/// check would run another one than large volumes and pictures do. Those beyond `items` end at once.
+fn many(items: usize) -> usize {
+    items.max(1 << 16)
+}
+
 /// Tiles of a grid of them.
 fn tiles(counts: [i32; 2]) -> usize {
     counts.iter().map(|&n| n as usize).product()

@@ -1,39 +1,47 @@
 //! Kernels that finish a picture.
 
 use super::structs::{Float4, WarpParams};
-use super::{Defines, Items, Launch, kernel};
+use super::{Argument, Defines, Items, Launch, Typed, kernel, many};
 use crate::device::{Buffer, Tuning};
+use opencl3::kernel::Kernel as ClKernel;
+
+/// What a lattice is warped into: a frame of floats, or a picture in 8 bits.
+#[derive(Clone, Copy)]
+pub(crate) enum Warped<'a> {
+    Frame(&'a Buffer<Float4>),
+    Displayed(&'a Buffer<[u8; 4]>),
+}
+
+impl Argument for Warped<'_> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
+        match self {
+            Warped::Frame(frame) => frame.set(kernel, index),
+            Warped::Displayed(picture) => picture.set(kernel, index),
+        }
+    }
+}
+
+impl Typed for Warped<'_> {
+    const BYTES: usize = 0;
+
+    fn name() -> String {
+        "uchar*".into()
+    }
+}
 
 kernel! {
-    /// Brings a composited lattice onto the screen, as a frame of floats.
+    /// Brings a composited lattice onto the screen.
     Warp = "picture/warp.cl", warp, "warp";
     WarpArguments<'a> {
         lattice: &'a Buffer<Float4>,
         /// `params.counts` per tile.
         active_samples: &'a Buffer<u32>,
         p: WarpParams,
-        /// Of no use to floats.
+        /// Red, green, blue and 1, or four zeros for a transparent picture; of no use to floats.
         background: Float4,
-        picture: &'a Buffer<Float4>,
+        /// Of the kind that `p.displayed` says.
+        picture: Warped<'a>,
     }
-}
-
-kernel! {
-    /// The same as the 8-bit picture.
-    WarpDisplayed = "picture/warp.cl", warp, "warp";
-    WarpDisplayedArguments<'a> {
-        lattice: &'a Buffer<Float4>,
-        active_samples: &'a Buffer<u32>,
-        p: WarpParams,
-        /// Red, green, blue and 1, or four zeros for a transparent picture.
-        background: Float4,
-        picture: &'a Buffer<[u8; 4]>,
-    }
-}
-
-fn warp_defines(tuning: &Tuning) -> Defines {
-    let [columns, rows] = tuning.block;
-    Defines::new(tuning.vector_width).with("BLOCK_COLUMNS", columns).with("BLOCK_ROWS", rows)
 }
 
 fn blocks(p: &WarpParams, tuning: &Tuning) -> usize {
@@ -46,23 +54,11 @@ impl Launch for Warp {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, (): ()) -> String {
-        warp_defines(tuning).0
+        let [columns, rows] = tuning.block;
+        Defines::new(tuning.vector_width).with("BLOCK_COLUMNS", columns).with("BLOCK_ROWS", rows).0
     }
 
     fn items(a: &WarpArguments, tuning: &Tuning) -> usize {
-        blocks(&a.p, tuning)
-    }
-}
-
-impl Launch for WarpDisplayed {
-    type Variant = ();
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, (): ()) -> String {
-        warp_defines(tuning).with_if(true, "PRESENT").0
-    }
-
-    fn items(a: &WarpDisplayedArguments, tuning: &Tuning) -> usize {
         blocks(&a.p, tuning)
     }
 }
@@ -72,7 +68,7 @@ kernel! {
     Present = "picture/present.cl", present, "present";
     PresentArguments<'a> {
         frame: &'a Buffer<Float4>,
-        /// See [`WarpDisplayedArguments`].
+        /// See [`WarpArguments`].
         background: Float4,
         pixels: i32,
         rgba: &'a Buffer<[u8; 4]>,
@@ -88,7 +84,7 @@ impl Launch for Present {
     }
 
     fn items(a: &PresentArguments, _: &Tuning) -> usize {
-        a.pixels as usize
+        many(a.pixels as usize)
     }
 }
 

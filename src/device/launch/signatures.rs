@@ -44,7 +44,7 @@ fn launchers_are_their_kernels_signatures() {
     let others = [BlendMode::Maximum, BlendMode::Minimum, BlendMode::Average, BlendMode::Iso { refined: true }];
     for blend in others {
         let rendering = Rendering { blend, ..rendering };
-        compare::<layered::PointLattice>(d, ((voxels, Kernel::BSpline, segments, rendering), 2));
+        compare::<layered::PointLattice>(d, (voxels, Kernel::BSpline, segments, rendering));
         compare::<layered::PointSamples>(d, (voxels, Kernel::BSpline, segments, rendering));
         compare::<layered::PointDirect>(d, (voxels, Kernel::Linear, segments, rendering));
         compare::<rays::CastValues>(d, (voxels, Kernel::Linear, rendering));
@@ -53,15 +53,15 @@ fn launchers_are_their_kernels_signatures() {
     compare::<rays::Raycast>(d, (voxels, Kernel::Cubic, depths));
     compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, Rendering { blend: BlendMode::Iso { refined: false }, ..depths }));
     let compared = [
-        compare_and_idle::<volume::Transpose>(d, kind),
+        compare_and_idle::<volume::Transpose>(d, voxels),
         compare_and_idle::<volume::PrefilterRows>(d, voxels),
         compare_and_idle::<volume::PrefilterColumns>(d, ()),
         compare_and_idle::<volume::FillMinMaxBlocks>(d, voxels),
-        compare_and_idle::<volume::SlabVisibility>(d, kind),
-        compare_and_idle::<volume::ShownChunks>(d, ()),
-        compare_and_idle::<volume::ShownSlabs>(d, ()),
+        compare_and_idle::<volume::SlabVisibility>(d, voxels),
+        compare_and_idle::<volume::ShownChunks>(d, voxels),
+        compare_and_idle::<volume::ShownSlabs>(d, voxels),
         compare_and_idle::<volume::ValueRange>(d, kind),
-        compare_and_idle::<layered::PointLattice>(d, ((voxels, Kernel::CatmullRom, segments, rendering), 1)),
+        compare_and_idle::<layered::PointLattice>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
         compare_and_idle::<layered::PointSamples>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
         compare_and_idle::<layered::PointDirect>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare_and_idle::<layered::SplatLattice>(d, (voxels, rendering)),
@@ -86,7 +86,6 @@ fn launchers_are_their_kernels_signatures() {
         compare_and_idle::<sheets::AxisSheets>(d, rendering),
         compare_and_idle::<sheets::ViewSheets>(d, (5, true, rendering)),
         compare_and_idle::<picture::Warp>(d, ()),
-        compare_and_idle::<picture::WarpDisplayed>(d, ()),
         compare_and_idle::<picture::Present>(d, ()),
     ];
     assert_eq!(BTreeSet::from(compared), sources::kernel_names(), "every kernel is compared");

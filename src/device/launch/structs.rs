@@ -154,6 +154,8 @@ kernel_struct! {
         rays: [[f32; 4]; 2],
         /// Samples of column I lie so far behind their rows: first + I per_column, in 2^-32 of a row, whole rows left out.
         stagger as [first_stagger, stagger_per_column]: u32,
+        /// How many voxel rows farther than their row staggered columns lie, at most: 1 or 2; 0 where they are not.
+        farthest: i32,
     }
 }
 
@@ -207,6 +209,8 @@ kernel_struct! {
         share: f32,
         /// To what the frame holds of other lattices.
         added: i32,
+        /// The picture is the one in 8 bits, and no frame of floats.
+        displayed: i32,
     }
 }
 

@@ -1,14 +1,19 @@
 //! Kernels that prepare a volume: its layouts, its min-max blocks, and which of these can be seen.
 
 pub(crate) use super::blocks::{BlockNumbers, MinMaxBlocks};
-use super::{Defines, Floats, Items, Launch, VoxelBuffer, VoxelKind, kernel, structs::VolumeView};
+use super::{Defines, Floats, Items, Launch, VoxelBuffer, VoxelKind, kernel, many, structs::VolumeView};
 use crate::device::{Buffer, Tuning};
 use crate::layers::PREFILTER_RADIUS;
 use crate::volume::VoxelType;
 
+/// Of the program that prepares volumes of a kind.
+fn prepare_defines(tuning: &Tuning, voxels: VoxelKind) -> String {
+    Defines::of_values(voxels, tuning.vector_width).with("TRANSPOSED_ROWS", tuning.transposed_rows()).0
+}
+
 kernel! {
     /// Makes the layout of layer axis x.
-    Transpose = "volume/transpose.cl", transpose, "transpose";
+    Transpose = "volume/prepare.cl", transpose, "transpose";
     TransposeArguments<'a> {
         voxels: &'a VoxelBuffer,
         /// In voxels: where the first one lies, and from row to row and layer to layer.
@@ -24,11 +29,11 @@ kernel! {
 }
 
 impl Launch for Transpose {
-    type Variant = VoxelType;
+    type Variant = VoxelKind;
     const ITEMS: Items = Items::Pixels;
 
-    fn defines(tuning: &Tuning, voxel_type: VoxelType) -> String {
-        Defines::of_voxels(voxel_type, 1).with("TRANSPOSED_ROWS", tuning.transposed_rows()).0
+    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
+        prepare_defines(tuning, voxels)
     }
 
     fn items(a: &TransposeArguments, tuning: &Tuning) -> usize {
@@ -108,7 +113,7 @@ impl Launch for PrefilterColumns {
 
 kernel! {
     /// Fills [`MinMaxBlocks`].
-    FillMinMaxBlocks = "volume/min_max_blocks.cl", min_max_blocks, "min-max blocks";
+    FillMinMaxBlocks = "volume/prepare.cl", min_max_blocks, "min-max blocks";
     MinMaxArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
@@ -132,17 +137,17 @@ impl Launch for FillMinMaxBlocks {
     const ITEMS: Items = Items::Pixels;
 
     fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-        Defines::of_values(voxels, tuning.vector_width).0
+        prepare_defines(tuning, voxels)
     }
 
     fn items(a: &MinMaxArguments, _: &Tuning) -> usize {
-        a.blocks_u as usize * a.blocks_v as usize * a.view.dims[2] as usize
+        many(a.blocks_u as usize * a.blocks_v as usize * a.view.dims[2] as usize)
     }
 }
 
 kernel! {
     /// Finds the blocks of each slab that can show anything.
-    SlabVisibility = "volume/slab_visibility.cl", slab_visibility, "visibility";
+    SlabVisibility = "volume/prepare.cl", slab_visibility, "visibility";
     SlabVisibilityArguments<'a> {
         limits: &'a VoxelBuffer,
         blocks_u: i32,
@@ -173,21 +178,21 @@ kernel! {
 }
 
 impl Launch for SlabVisibility {
-    type Variant = VoxelType;
+    type Variant = VoxelKind;
     const ITEMS: Items = Items::Pixels;
 
-    fn defines(tuning: &Tuning, voxel_type: VoxelType) -> String {
-        Defines::of_voxels(voxel_type, tuning.vector_width).0
+    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
+        prepare_defines(tuning, voxels)
     }
 
     fn items(a: &SlabVisibilityArguments, _: &Tuning) -> usize {
-        a.visible.len()
+        many(a.visible.len())
     }
 }
 
 kernel! {
     /// Finds the chunks of slabs in which any block can show anything.
-    ShownChunks = "volume/shown_slabs.cl", shown_chunks, "visibility";
+    ShownChunks = "volume/prepare.cl", shown_chunks, "visibility";
     ShownChunksArguments<'a> {
         /// From [`SlabVisibility`].
         visible: &'a Buffer<u8>,
@@ -200,11 +205,12 @@ kernel! {
 }
 
 impl Launch for ShownChunks {
-    type Variant = ();
+    /// Of the volume whose slabs they are: it is prepared by the same program.
+    type Variant = VoxelKind;
     const ITEMS: Items = Items::Pixels;
 
-    fn defines(_: &Tuning, (): ()) -> String {
-        String::new()
+    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
+        prepare_defines(tuning, voxels)
     }
 
     fn items(a: &ShownChunksArguments, _: &Tuning) -> usize {
@@ -214,7 +220,7 @@ impl Launch for ShownChunks {
 
 kernel! {
     /// Finds the outermost slabs of these.
-    ShownSlabs = "volume/shown_slabs.cl", shown_slabs, "visibility";
+    ShownSlabs = "volume/prepare.cl", shown_slabs, "visibility";
     ShownSlabsArguments<'a> {
         shows: &'a Buffer<u8>,
         chunks: i32,
@@ -225,11 +231,11 @@ kernel! {
 }
 
 impl Launch for ShownSlabs {
-    type Variant = ();
+    type Variant = VoxelKind;
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(_: &Tuning, (): ()) -> String {
-        String::new()
+    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
+        prepare_defines(tuning, voxels)
     }
 
     fn items(_: &ShownSlabsArguments, _: &Tuning) -> usize {

@@ -31,12 +31,7 @@ impl VoxelBuffer {
         Ok(Self { bytes, voxel_type, unchecked: voxel_type == VoxelType::Float32 })
     }
 
-    /// A copy of voxels, the background in place of invalid ones.
-    pub fn upload(device: &Device, held: &Held) -> Result<Self, Error> {
-        Self::upload_with_room(device, held, held.dims().iter().product())
-    }
-
-    /// The same with room for so many voxels.
+    /// A copy of voxels, the background in place of invalid ones, in a buffer with room for so many.
     pub fn upload_with_room(device: &Device, held: &Held, room: usize) -> Result<Self, Error> {
         let description = held.description;
         let mut voxels = Self::new(device, room, description.voxel_type(), description.name())?;
@@ -55,6 +50,11 @@ impl VoxelBuffer {
         let mut voxels = Self::new(device, layers.len() * stride, VoxelType::Uint8, "a volume with gaps")?;
         layers.enumerate().try_for_each(|(n, layer)| voxels.bytes.write_at(device, n * stride, layer))?;
         Ok(voxels)
+    }
+
+    /// Whether the buffer was made here, and is no memory of the caller.
+    pub fn is_owned(&self) -> bool {
+        self.bytes.is_owned()
     }
 
     /// Their type.

@@ -1,4 +1,4 @@
-//! MP4, by `ffmpeg`.
+//! MP4 via `ffmpeg`.
 
 use crate::viewport::Viewport;
 use std::fs::File;
@@ -6,13 +6,13 @@ use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-/// What the codecs of MP4 take: even sides; a row or column of black is added where they are odd.
+/// MP4 codecs require even sizes: pad odd sizes by a black row or column.
 const EVEN: &str = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
 
-/// A running `ffmpeg`, which takes raw pixels.
+/// A running `ffmpeg` process that receives raw pixels.
 pub(super) struct Film {
     process: Child,
-    /// What it complains about.
+    /// Standard error of the process.
     messages: File,
 }
 
@@ -27,13 +27,14 @@ impl Film {
         #[cfg(unix)]
         {
             use std::os::unix::process::CommandExt;
-            // Ctrl-C is for us: its file is removed then, and its input ends.
+            // A new process group does not receive Ctrl-C. This process removes the file and closes the pipe instead.
             command.process_group(0);
         }
         let process = command.spawn().map_err(|e| match e.kind() {
             io::ErrorKind::NotFound => io::Error::new(
                 io::ErrorKind::NotFound,
-                "MP4 is made by ffmpeg, which is not on the PATH: install it (Debian, Ubuntu: apt install ffmpeg; Fedora: dnf install \
+                "writing MP4 needs ffmpeg, which is not on the PATH: install it (Debian, Ubuntu: apt install ffmpeg; Fedora: dnf \
+                 install \
                  ffmpeg-free; macOS: brew install ffmpeg), or write .gif or .apng",
             ),
             _ => io::Error::new(e.kind(), format!("ffmpeg does not start: {e}")),
@@ -41,11 +42,11 @@ impl Film {
         Ok(Self { process, messages })
     }
 
-    /// Rows of RGB.
+    /// Writes a frame of RGB rows.
     pub fn add(&mut self, rgb: &[u8]) -> io::Result<()> {
-        let input = self.process.stdin.as_mut().expect("it is piped");
+        let input = self.process.stdin.as_mut().expect("stdin is piped");
         let written = input.write_all(rgb);
-        // Where it went away, what it said tells more than the broken pipe.
+        // If ffmpeg has exited, its messages are more informative than the broken pipe.
         written.map_err(|e| if e.kind() == io::ErrorKind::BrokenPipe { self.ended() } else { e })
     }
 
@@ -54,7 +55,7 @@ impl Film {
         if self.process.wait()?.success() { Ok(()) } else { Err(self.ended()) }
     }
 
-    /// Why it ended before its time.
+    /// Error of a process that ended early, with its messages.
     fn ended(&mut self) -> io::Error {
         drop(self.process.stdin.take());
         let status = self.process.wait().map_or_else(|e| e.to_string(), |status| status.to_string());
@@ -70,7 +71,7 @@ impl Film {
 
 impl Drop for Film {
     fn drop(&mut self) {
-        // Of a film that was given up; one that has ended is not there to be killed.
+        // Ends the process of an abandoned animation; has no effect after a regular end.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }

@@ -5,14 +5,14 @@ use crate::viewport::Viewport;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 
-/// How coarsely a frame's colours are looked at when its 256 are chosen, 1 to 30: 10 takes a tenth of the time of 1, and looks the same.
+/// Sampling factor of colour quantisation, 1 to 30. 10 is ten times as fast as 1, without a visible difference.
 const SPEED: i32 = 10;
 
 pub(super) struct Writer {
     encoder: gif::Encoder<BufWriter<File>>,
     viewport: Viewport,
     rate: u32,
-    /// Frames so far.
+    /// Number of frames written.
     count: u64,
 }
 
@@ -24,11 +24,11 @@ impl Writer {
         Ok(Self { encoder, viewport, rate, count: 0 })
     }
 
-    /// Opaque pixels.
+    /// Writes a frame of opaque pixels.
     pub fn add(&mut self, mut rgba: Vec<u8>) -> io::Result<()> {
         let [width, height] = size(self.viewport);
         let mut frame = gif::Frame::from_rgba_speed(width, height, &mut rgba, SPEED);
-        // Hundredths of a second since the beginning, rounded: a delay is what is between two of them, so that the sum is right.
+        // Delays are differences of rounded start times in hundredths of a second, so that rounding errors do not accumulate.
         let since = |n: u64| (200 * n + u64::from(self.rate)) / (2 * u64::from(self.rate));
         frame.delay = (since(self.count + 1) - since(self.count)) as u16;
         self.count += 1;
@@ -41,6 +41,6 @@ impl Writer {
 }
 
 fn size(viewport: Viewport) -> [u16; 2] {
-    // At most Viewport::MAX_SIDE.
+    // Sides are at most Viewport::MAX_SIDE.
     [viewport.width as u16, viewport.height as u16]
 }

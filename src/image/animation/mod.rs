@@ -1,4 +1,4 @@
-//! Frames one after the other, in one file.
+//! Animations.
 
 mod film;
 mod gif;
@@ -12,7 +12,7 @@ use film::Film;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// File formats of moving pictures.
+/// Animation file formats.
 ///
 /// ```
 /// use layersplat::image::AnimationFormat;
@@ -24,21 +24,21 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum AnimationFormat {
-    /// Animated GIF: 256 colours per frame, chosen for it, without opacity; it begins again at its end.
+    /// Animated GIF: up to 256 colours per frame, opaque, looping.
     Gif,
-    /// Animated PNG: 8-bit RGB, or RGBA on a transparent background; it begins again at its end.
+    /// Animated PNG: 8-bit RGB, or RGBA with a transparent background, looping.
     Apng,
-    /// MP4, which `ffmpeg` makes, a program of its own.
+    /// MP4, encoded by the external program `ffmpeg`.
     Mp4,
 }
 
 impl AnimationFormat {
-    /// Frames per second that every format takes, and players keep to.
+    /// Largest frame rate in frames per second, supported by all formats but GIF and by common players.
     pub const MAX_RATE: u32 = 120;
-    /// Of a GIF, whose delays are hundredths of a second, and which players slow down if they are shorter than two of them.
+    /// Largest frame rate of a GIF. Delays are in hundredths of a second, and players slow down at delays below two of them.
     pub const MAX_GIF_RATE: u32 = 50;
 
-    /// The format that a file name's ending asks for: `.gif`, `.apng` or `.png`, `.mp4`.
+    /// The format of a file extension: `.gif`, `.apng` or `.png`, `.mp4`.
     pub fn of(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "gif" => Some(AnimationFormat::Gif),
@@ -57,15 +57,15 @@ impl AnimationFormat {
             return Err(Error::OutOfRange { name: "rate", value: rate.to_string(), expected });
         }
         if background == Background::Transparent && self != AnimationFormat::Apng {
-            let problem = "only animated PNG knows opacity: choose a colour, or write .apng".into();
+            let problem = "only animated PNG supports transparency: choose a colour, or write .apng".into();
             return Err(Error::Settings { field: "background", problem });
         }
         Ok(())
     }
 }
 
-/// A file of moving pictures, written frame by frame. It appears when it is [finished](Self::finish), whole; one that is dropped before
-/// leaves nothing.
+/// An animation file, written frame by frame. The file appears only when it is [finished](Self::finish). Dropping an unfinished animation
+/// leaves no file.
 ///
 /// ```
 /// use layersplat::image::Animation;
@@ -82,7 +82,7 @@ impl AnimationFormat {
 /// # Ok::<(), layersplat::Error>(())
 /// ```
 pub struct Animation {
-    // Before the file, so that it is dropped first: nothing writes what is removed then.
+    // Declared before the file, so that it is dropped first and does not write to a removed file.
     encoder: Encoder,
     unfinished: Unfinished,
     path: PathBuf,
@@ -98,11 +98,11 @@ enum Encoder {
 }
 
 impl Animation {
-    /// A file for so many `frames`, `rate` per second, in the format that its name's ending asks for.
+    /// Creates an animation of `frames` frames at `rate` frames per second. The file extension determines the format.
     ///
     /// # Errors
-    /// Of other endings, a rate that the format does not have, no frames at all, a `Transparent` background in a format without opacity,
-    /// places that cannot be written, and of `.mp4` where there is no `ffmpeg` on the `PATH`.
+    /// If the extension is unknown, the rate is out of range, `frames` is 0, the background is `Transparent` in a format without
+    /// transparency, the file cannot be written, or `ffmpeg` is missing for `.mp4`.
     pub fn create(path: &Path, viewport: Viewport, frames: u32, rate: u32, background: Background) -> Result<Self, Error> {
         let Some(format) = AnimationFormat::of(path) else {
             let name = path.display().to_string();
@@ -129,8 +129,11 @@ impl Animation {
 
     /// Adds the next frame.
     ///
+    /// # Errors
+    /// [`Error::Write`] if it cannot be written.
+    ///
     /// # Panics
-    /// If it is of another size, or one more than there were to be.
+    /// If the frame has another size, or more frames are added than announced.
     pub fn add(&mut self, frame: &Frame) -> Result<(), Error> {
         assert_eq!([frame.width(), frame.height()], [self.viewport.width, self.viewport.height]);
         self.missing = self.missing.checked_sub(1).expect("no more frames than were announced");
@@ -143,7 +146,10 @@ impl Animation {
         added.map_err(|e| Error::write(&self.path, e))
     }
 
-    /// Closes the file and gives it its name.
+    /// Completes the file and renames it to its final name.
+    ///
+    /// # Errors
+    /// [`Error::Write`] if it cannot be written.
     ///
     /// # Panics
     /// If frames are missing.
@@ -158,7 +164,7 @@ impl Animation {
     }
 }
 
-/// Opaque pixels without their opacity.
+/// Drops the alpha channel.
 fn rgb(rgba: &[u8]) -> Vec<u8> {
     rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
 }

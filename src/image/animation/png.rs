@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io;
 
 pub(super) struct Writer {
-    /// Not buffered: it writes a chunk at a time.
+    /// Unbuffered, since the writer writes whole chunks.
     writer: png::Writer<File>,
     opaque: bool,
 }
@@ -19,7 +19,7 @@ impl Writer {
         let mut encoder = Encoder::new(file, viewport.width, viewport.height);
         encoder.set_color(if opaque { ColorType::Rgb } else { ColorType::Rgba });
         encoder.set_depth(BitDepth::Eight);
-        // Again and again.
+        // 0 loops forever.
         encoder.set_animated(frames, 0).map_err(other)?;
         encoder.set_frame_delay(1, rate as u16).map_err(other)?;
         Ok(Self { writer: encoder.write_header().map_err(other)?, opaque })

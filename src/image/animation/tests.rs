@@ -3,7 +3,7 @@ use ::image::AnimationDecoder;
 use ::image::codecs::{gif::GifDecoder, png::PngDecoder};
 use std::io::BufReader;
 
-/// Few colours, other ones in every frame, opaque and not.
+/// Few colours, different in every frame, opaque and transparent.
 fn frame(n: u32) -> Frame {
     let pixel = |i: u32| {
         let a = [1.0, 0.4, 0.0][(i % 3) as usize];
@@ -29,7 +29,7 @@ fn written(name: &str, frames: u32, rate: u32, background: Background) -> (tempf
     (folder, path)
 }
 
-/// Frames as another reader finds them, and the time that they take, in milliseconds.
+/// Frames read by another decoder, and their total duration in milliseconds.
 fn decoded<'a>(decoder: impl AnimationDecoder<'a>) -> (Vec<Vec<u8>>, f64) {
     let frames = decoder.into_frames().collect_frames().unwrap();
     let time = |frame: &::image::Frame| {
@@ -49,7 +49,7 @@ fn gifs_come_back() {
     let background = Background::Color([1.0, 0.5, 0.0]);
     let (_folder, path) = written("a.gif", 7, 30, background);
     let (frames, time) = decoded(GifDecoder::new(BufReader::new(std::fs::File::open(path).unwrap())).unwrap());
-    // 35 colours are kept as they are. 7/30 s are 23.3 hundredths.
+    // 35 colours fit the palette exactly. 7/30 s is 23.3 hundredths.
     assert!(frames == expected(7, background));
     assert_eq!(time, 230.0);
 }

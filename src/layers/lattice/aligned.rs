@@ -1,25 +1,27 @@
-//! Samples on pixels: where a row or a column of the screen crosses all layers along an axis of the lattice, as it does wherever the view is
-//! not rolled about an axis of the volume, samples can lie on pixels along the other; and where that one is u, along both, if columns are
-//! staggered. There is nothing to interpolate then, and one sample per pixel is exact.
+//! Alignment of lattice samples with pixels.
+//!
+//! If a row or a column of pixels crosses all layers along one lattice axis, samples can coincide with pixels along the other. This holds
+//! for views that are not rolled about a volume axis. If that other axis is u, staggered columns align both axes. Aligned samples need no
+//! interpolation, so one sample per pixel is exact.
 
 use super::{Density, MAX_VOXELS_PER_POINT, Sampling};
 use crate::layers::{AxisFrame, Rays};
 use crate::viewport::Viewport;
 
-/// Pixels by which samples may leave theirs from one end of the viewport to the other.
+/// Largest drift of samples from their pixels across the viewport, in pixels.
 const MOST_DRIFT: f64 = 0.01;
-/// So many samples on pixels take the time of one elsewhere: nothing need be interpolated. And they are exact.
+/// Break-even factor: this many aligned samples cost as much as one unaligned sample, because they need no interpolation.
 const WORTH: f64 = 1.1;
 
-/// How samples lie along one axis of a lattice.
+/// Distribution of samples along one lattice axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spread {
     pub samples_per_voxel: f64,
-    /// A voxel coordinate at which a sample lies.
+    /// Voxel coordinate of one of the samples that coincide with pixels; `None` if unaligned.
     pub on_pixel: Option<f64>,
 }
 
-/// How samples lie along u and v of a parallel view. `crossing` tells where a place of the screen crosses the layer of the centre.
+/// Distribution of samples along u and v in a parallel view. `crossing` maps a screen position to its crossing of the centre layer.
 pub(super) fn spreads(
     rays: &Rays,
     viewport: Viewport,
@@ -31,7 +33,7 @@ pub(super) fn spreads(
     let pixels = [frame.u, frame.v].map(|axis| rays.pixels_along(axis));
     let free = pixels.map(|pixels| density.samples(pixels).max(1.0));
     let alone = free.map(|samples_per_voxel| Spread { samples_per_voxel, on_pixel: None });
-    // Where a pixel shows the mean of many voxels, it is these that number the samples.
+    // Minified pixels show the mean of many voxels, so the voxels determine the number of samples.
     let follows = matches!(sampling, Sampling::Points(_)) && rays.voxels_per_pixel(frame) <= 1.0;
     if !(follows && pixels.iter().all(|&pixels| density.follows_pixels(pixels))) {
         return alone;
@@ -42,7 +44,7 @@ pub(super) fn spreads(
     let on_pixels = |i: usize, pitch: f64| Spread { samples_per_voxel: 1.0 / pitch, on_pixel: Some(first[i]) };
     if let Some(side) = side[0] {
         let pitch = [steps[0][side], steps[1][1 - side]].map(f64::abs);
-        // Of columns on pixels the samples can lie on these too, staggered. Worth it unless they are many more than is asked for.
+        // Samples in aligned columns can be aligned, too, by staggering. That pays off unless it takes many more samples than requested.
         let worth = pitch[0] * free[0] * pitch[1] * free[1] * WORTH >= 1.0;
         if worth && pitch.iter().all(|&pitch| pitch <= MAX_VOXELS_PER_POINT) {
             return [0, 1].map(|i| on_pixels(i, pitch[i]));
@@ -62,7 +64,7 @@ pub(super) fn spreads(
     })
 }
 
-/// The side of the screen, 0 or 1, along which alone an axis changes, by so many voxels per pixel, if there is one.
+/// The screen axis (0 or 1) along which alone a coordinate changes by `step` voxels per pixel, if there is one.
 fn upright_side(step: [f64; 2], viewport: Viewport) -> Option<usize> {
     let sides = [viewport.width, viewport.height].map(f64::from);
     let along = usize::from(step[1].abs() > step[0].abs());
@@ -81,7 +83,7 @@ mod tests {
 
     const SIZE: (u32, u32) = (90, 70);
 
-    /// A lattice of a view in which a voxel is so many pixels large.
+    /// A lattice of a view with `pixels` pixels per voxel.
     fn lattice(orbit: Orbit, pixels: f64, density: Density) -> (Lattice, Rays) {
         let grid = Grid::new([40, 50, 60], DVec3::new(1.0, 1.1, 0.9)).unwrap();
         let viewport = Viewport::new(SIZE.0, SIZE.1).unwrap();

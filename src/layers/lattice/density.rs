@@ -1,26 +1,26 @@
-//! How dense the samples of a lattice are.
+//! Sample density of lattices.
 
-/// How dense samples are where voxels are smaller than pixels, about as large, and much larger.
+/// Sample density for voxels smaller than pixels, about as large, and much larger.
 struct Rule {
-    /// Samples per pixel, as long as these are no more than `per_voxel`. Hard edges need more than one.
+    /// Samples per pixel while `per_voxel` is not reached. Hard edges need more than one.
     per_pixel: f64,
-    /// Samples per voxel that are enough for what the kernel can show, until they are `pixels` apart.
+    /// Samples per voxel that suffice for the detail of the kernel, while they are at most `pixels` apart.
     per_voxel: f64,
-    /// Most pixels between samples.
+    /// Largest distance between samples in pixels.
     pixels: f64,
 }
 
-/// Aneurism, 1.16 pixels per voxel: 33.1 dB with 1 sample per voxel, 34.4 with 1 per pixel, 38.5 with 1.6. Neghip,
-/// 4.7 pixels: 51.7 dB with samples 2 pixels apart, 52.1 with 1.6.
+/// Measured: aneurism (1.16 pixels per voxel) 33.1 dB with 1 sample per voxel, 34.4 dB with 1 per pixel, 38.5 dB with 1.6. Neghip
+/// (4.7 pixels per voxel): 51.7 dB with samples 2 pixels apart, 52.1 dB with 1.6.
 const RELAXED: Rule = Rule { per_pixel: 1.6, per_voxel: 1.86, pixels: 2.0 };
 const FINE: Rule = Rule { per_pixel: 2.1, per_voxel: 2.35, pixels: 1.7 };
 
-/// Samples per pixel, as it is seen, that are as good as those along both axes where samples lie on pixels along the other: half of the
-/// error is gone. Lit, aneurism stays at 41 dB and goes from 45 to 46, engine from 47.5 to 48.9 and from 52.5 to 54.9.
+/// Samples per pixel along one axis if samples are aligned with pixels along the other, which removes half of the error. Measured with
+/// lighting: aneurism stays at 41 dB and improves from 45 to 46 dB, engine from 47.5 to 48.9 dB and from 52.5 to 54.9 dB.
 const RELAXED_BESIDE_PIXELS: f64 = 1.4;
 const FINE_BESIDE_PIXELS: f64 = 1.95;
 
-/// Samples per voxel of a lattice.
+/// Sample density of a lattice, in samples per voxel along either axis of a layer. This project's own; the paper samples per pixel.
 ///
 /// ```
 /// use layersplat::Density;
@@ -32,15 +32,15 @@ const FINE_BESIDE_PIXELS: f64 = 1.95;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Density {
-    /// Nowhere coarser than the screen, at least this many.
+    /// At least the density of the screen, and at least this many samples per voxel.
     AtLeast(u32),
-    /// Finer than the screen where voxels are small, coarser where they are large: up to 1.6 samples per pixel, up to 1.86
-    /// per voxel, at most 2 pixels apart. The kernel has no finer detail to show, and the warp interpolates. Where a view is not
-    /// rolled and voxels are 1 to 1.86 pixels large, or somewhat larger, samples lie on pixels instead: one for each, or along one axis.
+    /// Denser than the screen for small voxels, coarser for large ones: up to 1.6 samples per pixel, up to 1.86 per voxel, at most 2
+    /// pixels apart. The kernel has no finer detail, and the warp interpolates. In views that are not rolled, with voxels of 1 to about
+    /// 1.86 pixels, samples coincide with pixels instead along one or both axes.
     Relaxed,
-    /// The same with up to 2.1 samples per pixel, 2.35 per voxel, at most 1.7 pixels apart.
+    /// As [`Relaxed`](Self::Relaxed), with up to 2.1 samples per pixel, up to 2.35 per voxel, at most 1.7 pixels apart.
     Fine,
-    /// This many, 1 … 16.
+    /// Exactly this many samples per voxel, 1 … 16.
     Fixed(u32),
 }
 
@@ -51,7 +51,7 @@ impl Rule {
 }
 
 impl Density {
-    /// Samples per voxel where a voxel covers `pixels` pixels; in general not whole.
+    /// Samples per voxel for voxels of `pixels` pixels; generally not an integer.
     pub(super) fn samples(self, pixels: f64) -> f64 {
         match self {
             Density::AtLeast(m) => pixels.max(f64::from(m)),
@@ -61,7 +61,7 @@ impl Density {
         }
     }
 
-    /// Whether a sample for each pixel is as dense as this asks, where a voxel covers so many pixels: each pixel then has its own ray.
+    /// Whether one sample per pixel satisfies this density for voxels of `pixels` pixels.
     pub(super) fn follows_pixels(self, pixels: f64) -> bool {
         match self {
             Density::AtLeast(m) => pixels >= f64::from(m),
@@ -70,7 +70,7 @@ impl Density {
         }
     }
 
-    /// Samples per pixel that are enough along one axis where samples lie on pixels along the other; `None` where they never do.
+    /// Samples per pixel along one axis if the other is aligned with pixels; `None` if this density is never aligned.
     pub(super) fn beside_aligned(self) -> Option<f64> {
         match self {
             Density::Relaxed => Some(RELAXED_BESIDE_PIXELS),

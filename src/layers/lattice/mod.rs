@@ -1,4 +1,4 @@
-//! Lattices of rays: a ray keeps its column and row in all layers.
+//! Ray lattices: grids of rays with the same column and row in every layer.
 
 mod aligned;
 mod density;
@@ -19,24 +19,24 @@ use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::{DMat3, DVec3};
 
-/// Samples per voxel from which on no voxel is missed, wherever samples lie.
+/// Samples per voxel at or above which every voxel is sampled, regardless of the position of the samples.
 const ANCHOR_LIMIT: f64 = 1.5;
 
-/// Most voxels between neighbouring points in a layer: kernels/layered/point_lattice.cl looks at two vectors of voxels for one of samples.
-/// With the two voxels more on either side that gradients need, a row of samples spans no more.
+/// Largest distance between adjacent points in a layer, in voxels. kernels/layered/point_lattice.cl reads two vectors of voxels per vector
+/// of samples; that is the span of a row of samples plus two voxels on either side for gradients.
 const MAX_VOXELS_PER_POINT: f64 = 1.75;
 
-/// How the layers of a lattice are sampled.
+/// Sampling of the layers of a lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
-    /// By splatting their voxels: in a parallel view in phases.
+    /// Splatting of voxels; in phases in a parallel view.
     Splats,
-    /// At points, of a kernel's field.
+    /// Point sampling of a kernel's field.
     Points(Kernel),
 }
 
 impl Sampling {
-    /// How far the field reaches beyond the outer voxels.
+    /// Extent of the field beyond the outermost voxels.
     fn radius(self) -> f64 {
         match self {
             Sampling::Splats => 1.0,
@@ -45,58 +45,58 @@ impl Sampling {
     }
 }
 
-/// The rays of the columns (or rows) of a lattice along u (or v): both numbers of ray I are affine in I − middle, where `middle` is half
-/// of the last I.
+/// Rays of the columns (or rows) of a lattice along u (or v). Crossing and shear of ray I are affine in I − middle, where `middle` is half
+/// the last index.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AffineRays {
-    /// Voxel coordinate at which ray `middle` crosses the layer of the volume's centre, and the distance to that of the next.
+    /// Voxel coordinate at which ray `middle` crosses the centre layer, and step to the next ray.
     pub crossing: [f64; 2],
-    /// Shear of ray `middle`, and the difference to that of the next.
+    /// Shear of ray `middle`, and step to the next ray.
     pub shear: [f64; 2],
 }
 
-/// Where the rays of a lattice come from.
+/// Origin of the rays of a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Source {
-    /// One direction in voxels (x, y, z).
+    /// A common direction in voxels (x, y, z).
     Direction(DVec3),
-    /// An eye, (u, v, a).
+    /// An eye point (u, v, a).
     Eye(DVec3),
 }
 
-/// A lattice of rays: ray (I, J) crosses layer k at u = c_u(I) + (k − k_c) s_u(I), v = c_v(J) + (k − k_c) s_v(J), where k_c, in
-/// general half-integer, is the layer of the volume's centre.
+/// A lattice of rays. Ray (I, J) crosses layer k at u = c_u(I) + (k − k_c) s_u(I), v = c_v(J) + (k − k_c) s_v(J). k_c is the layer of
+/// the volume's centre, possibly a half-integer.
 ///
-/// In a parallel view all shears are one, samples are a share of a voxel apart, and those of columns may lie behind the rows' (`stagger`);
-/// in a perspective all rays meet in the eye.
+/// In a parallel view all rays have the same shear, and columns may be shifted by fractions of a row (`stagger`, this project's own). In a
+/// perspective all rays meet at the eye.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
     /// Layer axis and in-layer axes.
     pub frame: AxisFrame,
-    /// Voxels along u, v, a.
+    /// Number of voxels along u, v, a.
     pub dims: [usize; 3],
-    /// Samples along u and v.
+    /// Number of samples along u and v.
     pub size: [u32; 2],
     /// Samples per voxel along u and v; in a perspective, in the layer nearest to the eye.
     pub samples_per_voxel: [f64; 2],
-    /// +1 when rays run towards higher layers, else −1.
+    /// +1 if rays run towards higher layers, else −1.
     pub layer_step: i32,
-    /// k_c.
+    /// Layer of the volume's centre, k_c.
     pub centre_layer: f64,
-    /// The rays of the columns and of the rows.
+    /// Rays of the columns and of the rows.
     pub rays: [AffineRays; 2],
-    /// Of the splatted layers of a parallel view.
+    /// Phases of splatted layers in a parallel view.
     pub phases: Option<Phases>,
-    /// Whether samples lie on pixels along u and v, so that nothing is interpolated.
+    /// Whether samples coincide with pixels along u and v, so that the warp need not interpolate.
     pub aligned: [bool; 2],
-    /// By how much of a row the samples of columns lie behind, where they lie on pixels along both axes.
+    /// Shift of the columns in fractions of a row, if both axes are aligned with pixels.
     pub stagger: Stagger,
     source: Source,
 }
 
 impl Lattice {
-    /// The lattice of a layer axis for a view, cropped to what the viewport shows, or `None` where none reaches all rays or the volume
-    /// comes too close. In a perspective `density` holds for the layer nearest to the eye.
+    /// The lattice of a layer axis for a view, cropped to the viewport. `None` if no lattice covers all rays, or the volume is too close. In
+    /// a perspective, `density` applies to the layer nearest to the eye.
     pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, axis: Axis, density: Density, sampling: Sampling) -> Option<Self> {
         if rays.is_parallel() {
             parallel::lattice(rays, viewport, grid, axis, density, sampling)
@@ -105,8 +105,7 @@ impl Lattice {
         }
     }
 
-    /// Whether a lattice of this layer axis can reach all rays of a perspective: none has too large a shear, and the eye is before the
-    /// volume's layers.
+    /// Whether a lattice of this layer axis covers all rays of a perspective: no shear is too large, and the eye is in front of all layers.
     pub fn reaches_perspective(rays: &Rays, grid: &Grid, axis: Axis, sampling: Sampling) -> bool {
         perspective::reaches(rays, grid, axis, sampling)
     }
@@ -116,7 +115,7 @@ impl Lattice {
         matches!(self.source, Source::Direction(_))
     }
 
-    /// Whether each pixel has a sample of its own, so that nothing is interpolated.
+    /// Whether every pixel coincides with a sample, so that the warp need not interpolate.
     pub fn has_pixels_samples(&self) -> bool {
         self.aligned == [true; 2]
     }
@@ -126,7 +125,7 @@ impl Lattice {
         self.size[0] as usize * self.size[1] as usize
     }
 
-    /// Shear of the rays in the middle.
+    /// Shear of the central rays.
     pub fn shear(&self) -> [f64; 2] {
         self.rays.map(|r| r.shear[0])
     }
@@ -136,13 +135,13 @@ impl Lattice {
         index - (f64::from(self.size[i]) - 1.0) / 2.0
     }
 
-    /// Voxel coordinate at which the rays of column (`i` = 0) or row (1) `index` cross the layer of the centre, and their shear.
+    /// Crossing of column (`i` = 0) or row (1) `index` with the centre layer in voxels, and its shear.
     pub fn crossing(&self, i: usize, index: f64) -> [f64; 2] {
         let AffineRays { crossing, shear } = self.rays[i];
         [crossing, shear].map(|[middle, step]| middle + self.offset_of(i, index) * step)
     }
 
-    /// The ray of sample (I, J), in voxels (x, y, z).
+    /// Ray of sample (I, J), in voxels (x, y, z).
     pub fn ray(&self, column: u32, row: u32) -> Ray {
         let u = self.crossing(0, f64::from(column));
         let v = self.crossing(1, f64::from(row) + self.stagger.of(column));
@@ -156,8 +155,8 @@ impl Lattice {
         }
     }
 
-    /// Takes (x, y, 1) of the screen to (I, J, 1)·w of the lattice, sample centres at whole numbers, but for their `stagger`; w is 1 in a
-    /// parallel view, and has the sign of [`Self::forward`] for rays that reach the layers.
+    /// Matrix from (x, y, 1) on the screen to (I, J, 1)·w on the lattice, without the stagger; samples have integer coordinates. w is 1 in a
+    /// parallel view. In a perspective it has the sign of [`Self::forward`] for rays that reach the layers.
     pub fn from_screen(&self, rays: &Rays) -> DMat3 {
         match self.source {
             Source::Direction(_) => {
@@ -181,12 +180,12 @@ impl Lattice {
         }
     }
 
-    /// Sign of w in front of the eye.
+    /// Sign of w for points in front of the eye.
     pub fn forward(&self) -> f64 {
         if self.is_parallel() { 1.0 } else { f64::from(self.layer_step) }
     }
 
-    /// Where a ray of a parallel view crosses the layer of the centre.
+    /// Crossing of a ray of a parallel view with the centre layer.
     fn crossing_of(&self, ray: Ray) -> [f64; 2] {
         let origin = self.frame.local(ray.origin);
         [0, 1].map(|i| origin[i] + (self.centre_layer - origin.z) * self.rays[i].shear[0])

@@ -1,4 +1,4 @@
-//! The sheared lattice of a parallel view: samples move with the ray.
+//! Sheared lattice of a parallel view: the samples of each layer are shifted along the rays.
 
 use super::phases::{MAX_SAMPLES_PER_VOXEL, Phases};
 use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source, Stagger, aligned};
@@ -6,17 +6,17 @@ use crate::layers::{Axis, Rays};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 
-/// Largest |s| of a lattice: phases have stencils for 1; others go on where two axes share a picture (`Axis::shares`).
+/// Largest |s|. Phases have stencils for up to 1. Other lattices continue where two axes are blended (`Axis::shares`).
 const MAX_SHEAR_IN_PHASES: f64 = 1.0 + 1e-6;
 const MAX_SHEAR: f64 = 1.06;
-/// Samples around the viewport: the warp's filter reaches two, and one more keeps rounding away.
+/// Margin around the viewport in samples: two for the warp's filter, one for rounding.
 const MARGIN: f64 = 3.0;
-/// Floats cannot tell the samples of denser lattices apart.
+/// Denser samples are indistinguishable in f32.
 const MOST_POINTS_PER_VOXEL: f64 = (1 << 20) as f64;
-/// Samples per voxel this close above a whole number round down to it.
+/// Tolerance above an integer within which samples per voxel round down.
 const CEIL_SLACK: f64 = 1e-6;
 
-/// See [`Lattice::new`]. In phases there are whole samples per voxel, at most [`MAX_SAMPLES_PER_VOXEL`], and whole voxels.
+/// See [`Lattice::new`]. With phases, samples per voxel are integers up to [`MAX_SAMPLES_PER_VOXEL`], and cells are whole voxels.
 pub(super) fn lattice(
     rays: &Rays,
     viewport: Viewport,
@@ -83,15 +83,17 @@ pub(super) fn lattice(
     Some(lattice)
 }
 
-/// First cell, from the centre in voxels, and number of samples along u (`i` = 0) or v (1): whole cells, anchored symmetrically to the
-/// centre, where the volume's shadow along the rays and the viewport overlap. A cell is a sample, or in phases a voxel.
+/// First cell, in voxels from the centre, and number of samples along u (`i` = 0) or v (1).
+///
+/// The range is the intersection of the volume's shadow along the rays and the viewport, in whole cells placed symmetrically around the
+/// centre. A cell is a sample, or with phases a voxel.
 fn extent(lattice: &Lattice, rays: &Rays, viewport: Viewport, centre: [f64; 3], i: usize, sampling: Sampling) -> (f64, u32) {
     let m = lattice.samples_per_voxel[i];
     let s = lattice.rays[i].shear[0].abs();
     let per_cell = if sampling == Sampling::Splats { m } else { 1.0 };
     let cell = per_cell / m;
     let half_support = |voxels: usize| (voxels as f64 - 1.0) / 2.0 + sampling.radius();
-    // Staggered samples begin up to a row later.
+    // Staggered samples start up to a row later.
     let stagger = if i == 1 && lattice.has_pixels_samples() { 1.0 / m } else { 0.0 };
     let reach = half_support(lattice.dims[i]) + 2.0 * s + s * half_support(lattice.dims[2]) + stagger;
     let half = (reach / cell).ceil();
@@ -103,8 +105,8 @@ fn extent(lattice: &Lattice, rays: &Rays, viewport: Viewport, centre: [f64; 3], 
     ((first - half) * cell, ((last - first) * per_cell) as u32)
 }
 
-/// Where samples lie in their cells: symmetric to the centre, and so that about one per voxel lies on voxels, not between them,
-/// whether their number is even or odd.
+/// Position of the samples in their cells: symmetric to the centre. At about one sample per voxel, samples coincide with voxels, for odd
+/// and for even numbers of voxels.
 fn anchor(voxels: usize, samples_per_voxel: f64) -> f64 {
     let between = voxels % 2 == 1 && samples_per_voxel < ANCHOR_LIMIT;
     if between { 0.0 } else { 0.5 }

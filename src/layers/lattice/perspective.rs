@@ -1,4 +1,4 @@
-//! The lattice of a perspective: the shears of eye rays are evenly spaced.
+//! Lattice of a perspective view: shears of the rays are evenly spaced.
 
 use super::phases::MAX_SAMPLES_PER_VOXEL;
 use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, MAX_VOXELS_PER_POINT, Sampling, Source, Stagger};
@@ -7,18 +7,18 @@ use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::DVec3;
 
-/// Largest |s| of a ray that a lattice takes. A field of view of 30° needs 1.65 when the volume just fits.
+/// Largest |s| of a ray. A field of view of 30° needs 1.65 if the volume just fits.
 pub const MAX_LATTICE_SHEAR: f64 = 2.0;
-/// The eye must be at least this far, in layers, before the first layer.
+/// Least distance of the eye from the first layer, in layers.
 const MIN_EYE_DISTANCE: f64 = 1.0;
-/// Voxels between neighbouring samples in the farthest layer: kernels/layered/splat_perspective.cl has room for 7 per sample.
+/// Most voxels between adjacent samples in the farthest layer, limited by kernels/layered/splat_perspective.cl.
 const MAX_VOXELS_PER_SAMPLE: f64 = 7.0;
-/// Longest side of a lattice, in viewport sides: beyond it the near end of the volume is so close that the far end
+/// Longest side of a lattice, in viewport sides (see [`is_worth`]): beyond it the near end of the volume is so close that the far end
 /// would be sampled many times too densely, and pixels are fewer than samples.
 const MAX_SIDES: u32 = 4;
-/// Viewport sides that such a lattice may always have.
+/// Least viewport side assumed for this limit.
 const MIN_SIDE: u32 = 64;
-/// Samples around the viewport.
+/// Margin around the viewport in samples.
 const MARGIN: f64 = 3.0;
 
 /// See [`Lattice::reaches_perspective`].
@@ -26,7 +26,7 @@ pub(super) fn reaches(rays: &Rays, grid: &Grid, axis: Axis, sampling: Sampling) 
     EyeRays::new(rays, grid, axis, sampling).is_some()
 }
 
-/// See [`Lattice::new`]. Points are finer where neighbouring rays would be too far apart in the farthest layer.
+/// See [`Lattice::new`]. Points are denser if adjacent rays would be too far apart in the farthest layer.
 pub(super) fn lattice(
     rays: &Rays,
     viewport: Viewport,
@@ -52,10 +52,11 @@ pub(super) fn lattice(
         stagger: Stagger::default(),
         source: Source::Eye(eye),
     };
+    let mut follows_voxels = [false; 2];
     for i in 0..2 {
         let (mut lo, mut hi) = eye_rays.shear_bounds(i);
         let pixels = eye_rays.pixels_per_voxel(rays, grid.spacing()[[frame.u, frame.v][i]]);
-        // Where pixels cover several voxels their mean is shown: no voxel may be missed.
+        // Minified pixels show the mean of several voxels, so no voxel may be skipped.
         let least = if pixels < 1.0 { ANCHOR_LIMIT } else { 0.0 };
         let for_points = if sampling != Sampling::Splats { far / near / MAX_VOXELS_PER_POINT } else { 0.0 };
         let samples_per_voxel = density.samples(pixels).max(for_points).max(least);
@@ -65,36 +66,45 @@ pub(super) fn lattice(
             (lo, hi) = (lo.max(seen_lo - MARGIN * step), hi.min(seen_hi + MARGIN * step));
         }
         let samples = ((hi - lo) / step).ceil().max(0.0);
-        // Where pixels cover several voxels it is these that number the samples.
-        let sides =
-            if pixels < 1.0 { Viewport::MAX_SIDE } else { [viewport.width, viewport.height][i].max(MIN_SIDE) * MAX_SIDES };
         let too_far_apart = sampling == Sampling::Splats && far * step > MAX_VOXELS_PER_SAMPLE;
-        if samples > f64::from(sides) || samples_per_voxel > f64::from(MAX_SAMPLES_PER_VOXEL) || too_far_apart {
+        if samples_per_voxel > f64::from(MAX_SAMPLES_PER_VOXEL) || too_far_apart {
             return None;
         }
+        follows_voxels[i] = pixels < 1.0;
         lattice.size[i] = samples as u32;
         lattice.samples_per_voxel[i] = samples_per_voxel;
         let (middle, to_centre) = ((lo + hi) / 2.0, centre_layer - eye.z);
         lattice.rays[i] = AffineRays { crossing: [eye[i] + to_centre * middle, to_centre * step], shear: [middle, step] };
     }
-    Some(lattice)
+    is_worth(lattice.size, follows_voxels, viewport).then_some(lattice)
 }
 
-/// An eye before the layers of a volume.
+/// Whether a lattice of this size has few enough samples for a viewport. Its longer side is held to the viewport's longer side and its
+/// shorter to the shorter: either axis of a layer can lie along either side of the screen, and a volume is drawn like its copy with
+/// permuted axes. Where pixels cover several voxels, a side `follows_voxels`, and the viewport does not limit it.
+fn is_worth(size: [u32; 2], follows_voxels: [bool; 2], viewport: Viewport) -> bool {
+    let ascending = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+    let most = ascending([viewport.width, viewport.height].map(|side| side.max(MIN_SIDE) * MAX_SIDES));
+    let limited = ascending([0, 1].map(|i| if follows_voxels[i] { 0 } else { size[i] }));
+    let storable = (0..2).all(|i| !follows_voxels[i] || size[i] <= Viewport::MAX_SIDE);
+    storable && limited[0] <= most[0] && limited[1] <= most[1]
+}
+
+/// An eye in front of the layers of a volume.
 struct EyeRays {
     frame: AxisFrame,
-    /// Voxels along u, v, a.
+    /// Number of voxels along u, v, a.
     dims: [usize; 3],
-    /// (u, v, a).
+    /// Position of the eye, (u, v, a).
     eye: DVec3,
     centre_layer: f64,
     layer_step: i32,
-    /// How far the field reaches beyond the outer voxels.
+    /// Extent of the field beyond the outermost voxels.
     radius: f64,
 }
 
 impl EyeRays {
-    /// `None` where a lattice does not reach.
+    /// `None` if a lattice does not cover all rays.
     fn new(rays: &Rays, grid: &Grid, axis: Axis, sampling: Sampling) -> Option<Self> {
         let frame = axis.frame();
         let dims = [frame.u, frame.v, frame.a].map(|i| grid.dims()[i]);
@@ -111,7 +121,7 @@ impl EyeRays {
         (near >= MIN_EYE_DISTANCE && ahead && upright).then_some(eye_rays)
     }
 
-    /// Pixels that a voxel of the nearest layer would cover, by the shear per pixel at a corner of the volume.
+    /// Pixels per voxel in the nearest layer, from the largest shear per pixel at a corner of the volume.
     fn pixels_per_voxel(&self, rays: &Rays, spacing: f64) -> f64 {
         let (near, _) = self.layer_distances();
         let pixels = |c: &DVec3| {
@@ -121,20 +131,20 @@ impl EyeRays {
         self.support_corners().iter().map(pixels).fold(0.0, f64::max)
     }
 
-    /// Distances, in layers, from the eye to the nearest and the farthest layer of the support; the nearest is not
-    /// positive for an eye beside or inside.
+    /// Distances, in layers, from the eye to the nearest and the farthest layer of the support. The nearest is not positive if the eye is
+    /// beside or inside the layers.
     fn layer_distances(&self) -> (f64, f64) {
         let to = |k: f64| (k - self.eye.z) * f64::from(self.layer_step);
         let (a, b) = (to(-self.radius), to(self.dims[2] as f64 - 1.0 + self.radius));
         (a.min(b), a.max(b))
     }
 
-    /// Shears of the rays to the corners of the support.
+    /// Range of the shears of the rays to the corners of the support.
     fn shear_bounds(&self, i: usize) -> (f64, f64) {
         bounds(&self.support_corners().map(|c| (c[i] - self.eye[i]) / (c.z - self.eye.z)))
     }
 
-    /// The corners of the field's support, (u, v, a).
+    /// Corners of the field's support, (u, v, a).
     fn support_corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|c| {
             let (lowest, beyond) = (-self.radius, self.radius - 1.0);
@@ -142,7 +152,7 @@ impl EyeRays {
         })
     }
 
-    /// Shears of the rays through the viewport's corners, unless one of them runs away from the layers.
+    /// Shears of the rays through the viewport's corners; `None` if one of them points away from the layers.
     fn screen_shears(&self, rays: &Rays, viewport: Viewport) -> Option<[[f64; 2]; 4]> {
         let directions = rays.corners(viewport).map(|ray| ray.direction);
         let ahead = directions.iter().all(|d| d[self.frame.a] * f64::from(self.layer_step) > 0.0);
@@ -158,6 +168,7 @@ fn bounds(values: &[f64]) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::camera::{Camera, Orbit, Projection};
+    use crate::layers::Kernel;
 
     #[test]
     fn an_eye_inside_or_a_wide_angle_has_no_lattice() {
@@ -174,5 +185,36 @@ mod tests {
         assert!(at(45.0, 104.0, 30.0).is_some());
         assert!(at(0.0, 3.0, 30.0).is_none());
         assert!(at(45.0, 38.0, 90.0).is_none());
+    }
+
+    /// In a viewport much wider than high: the axes of the layers change places, the screen stays.
+    #[test]
+    fn permuted_axes_have_the_same_lattice() {
+        let viewport = Viewport::new(200, 40).unwrap();
+        let of = |dims: [usize; 3], position: DVec3, view_up: DVec3, axis: Axis| {
+            let grid = Grid::new(dims, DVec3::ONE).unwrap();
+            let (focal_point, projection) = (grid.centre(), Projection::Perspective { field_of_view: 30.0 });
+            let camera = Camera { position: focal_point + position, focal_point, view_up, projection };
+            let rays = Rays::new(&camera, viewport, &grid).unwrap();
+            let lattice = lattice(&rays, viewport, &grid, axis, Density::Fixed(16), Sampling::Points(Kernel::Cubic));
+            lattice.map(|lattice| lattice.size)
+        };
+        let [u, v] = of([30, 8, 14], DVec3::new(3.0, 60.0, 5.0), DVec3::Z, Axis::Y).expect("a lattice");
+        assert!(u > v && u > viewport.height * MAX_SIDES, "long enough to tell the sides apart: {u} x {v}");
+        assert_eq!(of([14, 30, 8], DVec3::new(5.0, 3.0, 60.0), DVec3::X, Axis::Z), Some([v, u]));
+    }
+
+    #[test]
+    fn sides_are_held_to_the_viewport_in_order_of_length() {
+        let viewport = Viewport::new(200, 100).unwrap();
+        let [long, short] = [200 * MAX_SIDES, 100 * MAX_SIDES];
+        let limited = [false; 2];
+        assert!(is_worth([long, short], limited, viewport) && is_worth([short, long], limited, viewport));
+        assert!(!is_worth([long + 1, short], limited, viewport) && !is_worth([short, long + 1], limited, viewport));
+        assert!(!is_worth([short + 1, short + 1], limited, viewport));
+        // A side that follows the voxels leaves the viewport's longer one to the other.
+        let most = Viewport::MAX_SIDE;
+        assert!(is_worth([most, long], [true, false], viewport) && is_worth([long, most], [false, true], viewport));
+        assert!(!is_worth([most + 1, 1], [true, false], viewport) && !is_worth([most, long + 1], [true, false], viewport));
     }
 }

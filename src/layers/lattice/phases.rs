@@ -1,30 +1,30 @@
-//! Lattices in phases: in a layer all samples of a phase have the same offset from the voxels.
+//! Phases: within a layer, all samples of a phase have the same offset from their voxels.
 
 use super::Lattice;
 
-/// Most samples per voxel and axis of a lattice in phases. Closer views are rendered per pixel.
+/// Largest number of samples per voxel and axis with phases. Closer views are rendered per pixel.
 pub const MAX_SAMPLES_PER_VOXEL: u32 = 16;
 
-/// Whole samples per voxel of a parallel view: I = i·m + p has the phase p.
+/// Integer samples per voxel of a parallel view. Sample I = i·m + p has phase p.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Phases {
     /// m along u and v.
     pub samples_per_voxel: [u32; 2],
-    /// Columns and rows of each phase.
+    /// Number of columns and rows per phase.
     pub columns: [u32; 2],
 }
 
-/// Where the samples of one phase sit in one layer: sample column i lies at `base + i + fraction` voxels.
+/// Offset of the samples of a phase in a layer: sample column i lies at `base + i + fraction` voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayerOffset {
-    /// Voxel below the sample of column 0.
+    /// Voxel at or below the sample of column 0.
     pub base: i32,
     /// Distance from that voxel, 0 … 1.
     pub fraction: f32,
 }
 
 impl Lattice {
-    /// Offsets along u (`i` = 0) or v (1) of each layer −1 … n and each of `phases`, layer by layer.
+    /// Offsets along u (`i` = 0) or v (1) for layers −1 … n and all `phases`, layer by layer.
     pub fn offsets(&self, phases: Phases, i: usize) -> Vec<LayerOffset> {
         let m = phases.samples_per_voxel[i];
         (-1..=self.dims[2] as i64)

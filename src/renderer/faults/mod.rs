@@ -22,30 +22,36 @@ struct Failing {
     arm: fn(&Device, u64),
     /// Whether it fails until it recovers.
     lasting: bool,
+    /// Whether a frame may go on all the same, by making room.
+    gives_way: bool,
     expected: fn(&Error) -> bool,
 }
 
 const ALLOCATIONS: Failing = Failing {
     arm: |device, n| device.fail(Call::Allocation, n, CL_MEM_OBJECT_ALLOCATION_FAILURE),
     lasting: false,
+    gives_way: true,
     expected: |error| matches!(error, Error::OutOfDeviceMemory { source, .. } if source.0 == CL_MEM_OBJECT_ALLOCATION_FAILURE),
 };
 
 const COMMANDS: Failing = Failing {
     arm: |device, n| device.fail(Call::Command, n, CL_OUT_OF_RESOURCES),
     lasting: false,
+    gives_way: false,
     expected: |error| matches!(error, Error::OpenCl { source, .. } if source.0 == CL_OUT_OF_RESOURCES),
 };
 
 const BUILDS: Failing = Failing {
     arm: |device, n| device.fail(Call::Build, n, CL_OUT_OF_RESOURCES),
     lasting: false,
+    gives_way: false,
     expected: |error| matches!(error, Error::Build { log, .. } if log.contains("told to fail")),
 };
 
 const LOSSES: Failing = Failing {
     arm: |device, n| device.lose(n, CL_DEVICE_NOT_AVAILABLE),
     lasting: true,
+    gives_way: false,
     expected: |error| {
         matches!(error, Error::OpenCl { source, .. } if source.0 == CL_DEVICE_NOT_AVAILABLE)
             || matches!(error, Error::Build { .. })
@@ -74,7 +80,13 @@ fn sweep(host: &Host, device: &Device, case: &Case, failing: &Failing) -> u64 {
         (failing.arm)(device, n);
         let (draw, error) = match (case.make)(device) {
             Ok(mut draw) => {
-                let error = draw().err();
+                let error = match draw() {
+                    Ok(picture) => {
+                        assert!(picture == expected, "{name}, call {n}: the picture is another");
+                        None
+                    }
+                    Err(error) => Some(error),
+                };
                 let lost = failing.lasting && error.is_some();
                 assert!(!lost || draw().is_err(), "{name}, call {n}: a lost device draws nothing");
                 (Some(draw), error)
@@ -85,8 +97,10 @@ fn sweep(host: &Host, device: &Device, case: &Case, failing: &Failing) -> u64 {
             assert!(error.is_none(), "{name}: {error:?}");
             return n;
         }
-        let error = error.unwrap_or_else(|| panic!("{name}: call {n} failed unnoticed"));
-        assert!((failing.expected)(&error), "{name}, call {n}: {error}");
+        match error {
+            Some(error) => assert!((failing.expected)(&error), "{name}, call {n}: {error}"),
+            None => assert!(failing.gives_way, "{name}: call {n} failed unnoticed"),
+        }
         let mut draw = draw.unwrap_or_else(made);
         assert!(drawn(&mut draw) == expected, "{name}, call {n}: the next picture is another");
         assert!(drawn(&mut draw) == expected, "{name}, call {n}: the one after the next is another");
@@ -187,7 +201,12 @@ fn what_a_failed_frame_was_to_make_is_not_kept() {
             let after = renderer.enqueue(&camera, size, &settings, &onto, &[]).unwrap();
             opencl3::event::set_user_event_status(promise.get(), -5).unwrap();
             assert!(failed.wait().is_err());
-            let _ = after.wait();
+            // Where commands follow one another by events, and so in PoCL, it fails, too; elsewhere it is right: it has made again what the
+            // first one was to make.
+            if after.wait().is_ok() {
+                let found = host.read(&picture, 16 * size.pixels(), &after);
+                assert!(found == bytemuck::cast_slice::<_, u8>(expected.pixels()), "{settings:?}");
+            }
             assert!(renderer.render(&camera, size, &settings).unwrap().0 == expected, "{settings:?}");
         }
     }

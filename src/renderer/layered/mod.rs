@@ -1,8 +1,9 @@
 //! Layered rendering: on a lattice, or per screen pixel.
 
+mod footprint_set;
 mod pixels;
-mod points;
-mod splats;
+pub(super) mod points;
+pub(super) mod splats;
 
 pub(super) use points::PointLayers;
 pub(super) use splats::SplatLayers;

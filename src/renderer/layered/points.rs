@@ -1,10 +1,11 @@
 //! Layers sampled at points, with pre-integrated segments between them.
 
-use super::super::prepared::{Integrals, Table};
+use super::super::classification::{Integrals, Table};
+use super::super::frame::{Declaring, Resources};
 use super::super::range::LayerRange;
 use super::super::region::Region;
 use super::super::scene::Scene;
-use super::super::tiles::{Target, Tiles};
+use super::super::tiles::{Drawn, Target, Tiles, declare_target};
 use super::pixels::{direct_params, layer_axes};
 use crate::device::LatticeSchedule;
 use crate::device::launch::Launcher;
@@ -37,10 +38,18 @@ fn magnified(samples_per_layer: u32, evaluation: Evaluation, pixels: f64) -> u32
     (samples_per_layer + more).min(Classification::MAX_POINTS)
 }
 
-/// How many voxel rows farther than their row the columns of a lattice lie, at most.
-fn farthest(lattice: &Lattice) -> u32 {
-    let staggered = lattice.stagger != Stagger::default();
-    if staggered { lattice.rays[1].crossing[1].ceil() as u32 } else { 0 }
+/// Declares what [`PointLayers::draw_lattice`] needs.
+pub(in crate::renderer) fn declare_lattice(declaring: &Declaring, lattice: &Lattice, kernel: Kernel, resources: &mut Resources) {
+    declare_target(lattice.samples(), Tiles::of_points(lattice, declaring.tuning), resources);
+    declaring.visibility(lattice.frame.layer_axis(), kernel, resources);
+    declaring.integrals(kernel, resources);
+}
+
+/// Declares what [`PointLayers::draw_pixels`] needs.
+pub(in crate::renderer) fn declare_pixels(declaring: &Declaring, axis: Option<Axis>, kernel: Kernel, resources: &mut Resources) {
+    declare_target(declaring.viewport.pixels(), Tiles::of_pixels(declaring.viewport), resources);
+    layer_axes(axis).into_iter().for_each(|axis| declaring.visibility(axis, kernel, resources));
+    declaring.integrals(kernel, resources);
 }
 
 impl PointLayers {
@@ -60,13 +69,13 @@ impl PointLayers {
         let per_layer = magnified(samples_per_layer, evaluation, scene.rays.pixels_along(frame.a));
         let axes = scene.axes(per_layer);
         let tiles = Tiles::of_points(lattice, device.tuning());
-        let (samples, active_samples) = target.prepare(device, lattice.samples(), tiles, "the lattice")?;
+        let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
         if lattice.samples() == 0 {
             return Ok(());
         }
-        let visible = scene.prepared.visible_blocks(device, axis, kernel, settings.extinction, settings.blend)?;
-        let integrals = scene.prepared.integrals(device, settings.extinction, kernel, axes.step.min_element(), per_layer)?;
-        let layout = scene.prepared.weighted(device, axis, kernel)?;
+        let visible = scene.visible_blocks(axis, kernel)?;
+        let integrals = scene.integrals(kernel, axes.step.min_element(), per_layer)?;
+        let layout = scene.weighted(axis, kernel)?;
         let mut sample = scene.sample(&axes, frame);
         let region = Region::new(scene, kernel, per_layer);
         let segments = segments(scene, &integrals, kernel, per_layer);
@@ -89,7 +98,7 @@ impl PointLayers {
             active_samples,
         };
         match device.tuning().lattice_schedule {
-            LatticeSchedule::Tiles => self.lattice.launch(device, (variant, farthest(lattice)), &arguments),
+            LatticeSchedule::Tiles => self.lattice.launch(device, variant, &arguments),
             LatticeSchedule::Samples => self.samples.launch(device, variant, &arguments),
         }
     }
@@ -102,21 +111,20 @@ impl PointLayers {
         (kernel, samples_per_layer): (Kernel, u32),
         target: &mut Target,
     ) -> Result<(), Error> {
-        let Scene { device, settings, viewport, .. } = *scene;
+        let Scene { device, viewport, .. } = *scene;
         let axes = scene.axes(samples_per_layer);
         let known = layer_axes(axis);
         let mut visible = Vec::new();
         for axis in known {
-            visible.push(scene.prepared.visible_blocks(device, axis, kernel, settings.extinction, settings.blend)?);
+            visible.push(scene.visible_blocks(axis, kernel)?);
         }
-        let integrals =
-            scene.prepared.integrals(device, settings.extinction, kernel, axes.step.min_element(), samples_per_layer)?;
+        let integrals = scene.integrals(kernel, axes.step.min_element(), samples_per_layer)?;
         let mut sample = scene.sample(&axes, Axis::Z.frame());
         let region = Region::new(scene, kernel, samples_per_layer);
         let segments = segments(scene, &integrals, kernel, samples_per_layer);
         let table = classified(scene, &integrals, (kernel, samples_per_layer), &mut sample)?;
-        let layout = scene.prepared.weighted(device, Axis::Z, kernel)?;
-        let (frame, active_samples) = target.prepare(device, viewport.pixels(), Tiles::of_pixels(viewport), "the frame")?;
+        let layout = scene.weighted(Axis::Z, kernel)?;
+        let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::of_pixels(viewport));
         self.direct.launch(
             device,
             (layout.voxels.kind(), kernel, segments, region.rendering),
@@ -155,16 +163,22 @@ fn classified(
     (kernel, per_layer): (Kernel, u32),
     sample: &mut SampleParams,
 ) -> Result<Arc<Table>, Error> {
-    let Scene { device, settings, .. } = *scene;
+    let settings = scene.settings;
     integrals.set(sample, kernel, per_layer);
-    let table = scene.prepared.table(device, settings.extinction, kernel)?;
+    let table = scene.table(kernel)?;
     if settings.blend != Blend::Composite {
         table.set(sample);
     }
-    if let Some(useful) = scene.prepared.useful_values(settings.blend) {
+    if let Some(useful) = scene.field.useful_values(settings.blend) {
         sample.shown = useful;
     }
     Ok(table)
+}
+
+/// How many voxel rows farther than their row the columns of a lattice lie, at most.
+fn farthest(lattice: &Lattice) -> i32 {
+    let staggered = lattice.stagger != Stagger::default();
+    if staggered { lattice.rays[1].crossing[1].ceil() as i32 } else { 0 }
 }
 
 /// A lattice as kernels see it, without what is a matter of points.
@@ -191,5 +205,6 @@ pub(super) fn lattice_params(
         raw: i32::from(range.raw),
         rays: [affine(0), affine(1)],
         stagger: [lattice.stagger.first, lattice.stagger.per_column],
+        farthest: farthest(lattice),
     }
 }

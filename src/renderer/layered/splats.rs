@@ -1,10 +1,11 @@
 //! Splatted layers, classified after interpolation: the paper's own way.
 
+use super::super::frame::{Declaring, Resources, Slot};
 use super::super::range::LayerRange;
 use super::super::region::Region;
 use super::super::scene::Scene;
-use super::super::scratch::Growing;
-use super::super::tiles::{Target, Tiles};
+use super::super::tiles::{Drawn, Target, Tiles, declare_target};
+use super::footprint_set::FootprintSet;
 use super::pixels::{direct_params, layer_axes};
 use super::points::lattice_params;
 use crate::device::LatticeSchedule;
@@ -16,7 +17,7 @@ use crate::device::launch::layered::{
 use crate::device::launch::structs::{Float4, LayerOffset, SampleParams, SplatLatticeParams};
 use crate::error::Error;
 use crate::layers::{Axis, Correction, Kernel, Lattice, LayerSlabs, Phases, SubSlab, quadrature_nodes};
-use crate::settings::Footprints;
+use crate::settings::{Classification, Footprints};
 use crate::transfer::Extinction;
 
 /// Draws splatted layers.
@@ -28,11 +29,57 @@ pub(in crate::renderer) struct SplatLayers {
     direct: Launcher<SplatDirect>,
     footprints: Launcher<kernels::Footprints>,
     opacity_table: Launcher<OpacityTable>,
-    offsets: [Growing<LayerOffset>; 2],
-    weights: Growing<f32>,
-    table: Growing<Float4>,
-    slabs: Growing<Float4>,
-    nodes: Growing<[f32; 2]>,
+    footprint_set: FootprintSet,
+}
+
+const OFFSETS: [Slot<LayerOffset>; 2] = [Slot::new("the lattice offsets along u"), Slot::new("the lattice offsets along v")];
+const WEIGHTS: Slot<f32> = Slot::new("the footprint weights");
+const OPACITY_TABLE: Slot<Float4> = Slot::new("the opacity table");
+const SUB_SLABS: Slot<Float4> = Slot::new("the sub-slabs");
+const NODES: Slot<[f32; 2]> = Slot::new("the quadrature nodes");
+
+/// Declares what [`SplatLayers::draw_lattice`] needs.
+pub(in crate::renderer) fn declare_lattice(
+    declaring: &Declaring,
+    lattice: &Lattice,
+    correction: Correction,
+    resources: &mut Resources,
+) {
+    let schedule = declaring.tuning.lattice_schedule;
+    let tiles = Tiles::of_lattice(lattice, Classification::Post(correction), declaring.tuning);
+    declare_target(lattice.samples(), tiles, resources);
+    declaring.visibility(lattice.frame.layer_axis(), Kernel::Cubic, resources);
+    declaring.table(Kernel::Cubic, resources);
+    resources.host(&SUB_SLABS, slab_count(correction));
+    match (schedule, lattice.phases) {
+        (LatticeSchedule::Samples, _) => {}
+        (LatticeSchedule::Tiles, None) => resources.host(&NODES, quadrature_nodes().len()),
+        (LatticeSchedule::Tiles, Some(Phases { samples_per_voxel, .. })) => {
+            let layers = lattice.dims[2] + 2;
+            let [m_u, m_v] = samples_per_voxel.map(|m| m as usize);
+            resources.frame(&WEIGHTS, layers * m_u * m_v * kernels::Footprints::WEIGHTS);
+            resources.frame(&OPACITY_TABLE, declaring.tables.entries(Kernel::Cubic));
+            OFFSETS.iter().zip([m_u, m_v]).for_each(|(slot, m)| resources.host(slot, layers * m));
+        }
+    }
+}
+
+/// Declares what [`SplatLayers::draw_pixels`] needs.
+pub(in crate::renderer) fn declare_pixels(
+    declaring: &Declaring,
+    axis: Option<Axis>,
+    correction: Correction,
+    footprints: Footprints,
+    resources: &mut Resources,
+) {
+    declare_target(declaring.viewport.pixels(), Tiles::of_pixels(declaring.viewport), resources);
+    layer_axes(axis).into_iter().for_each(|axis| declaring.visibility(axis, Kernel::Cubic, resources));
+    declaring.table(Kernel::Cubic, resources);
+    resources.host(&SUB_SLABS, slab_count(correction));
+    resources.frame(&NODES, 1);
+    if footprints == Footprints::Set {
+        resources.kept(("the footprint set", None, None), FootprintSet::buffers());
+    }
 }
 
 impl SplatLayers {
@@ -51,22 +98,6 @@ impl SplatLayers {
         }
     }
 
-    /// Bytes of the buffers of a frame besides layouts, blocks and the transfer table, which has so many entries.
-    pub fn scratch(lattice: &Lattice, correction: Correction, entries: usize, schedule: LatticeSchedule) -> Vec<usize> {
-        let LayerSlabs { inner, front, back } = LayerSlabs::new(correction);
-        let slabs = (inner.len() + front.len() + back.len()) * size_of::<Float4>();
-        if schedule == LatticeSchedule::Samples {
-            return vec![slabs];
-        }
-        let Some(Phases { samples_per_voxel: [m_u, m_v], .. }) = lattice.phases else {
-            return vec![slabs, quadrature_nodes().len() * size_of::<[f32; 2]>()];
-        };
-        let (layers, m_u, m_v) = (lattice.dims[2] + 2, m_u as usize, m_v as usize);
-        let weights = layers * m_u * m_v * kernels::Footprints::WEIGHTS * size_of::<f32>();
-        let offsets = [m_u, m_v].map(|m| layers * m * size_of::<LayerOffset>());
-        vec![slabs, weights, offsets[0], offsets[1], entries * size_of::<Float4>()]
-    }
-
     fn draw_phases(
         &mut self,
         scene: &mut Scene,
@@ -79,7 +110,7 @@ impl SplatLayers {
         let Scene { device, settings, .. } = *scene;
         let (frame, axis) = (lattice.frame, lattice.frame.layer_axis());
         let tiles = Tiles::of_phases(phases, device.tuning());
-        let (samples, active_samples) = target.prepare(device, lattice.samples(), tiles, "the lattice")?;
+        let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
         if lattice.samples() == 0 {
             return Ok(());
         }
@@ -90,11 +121,9 @@ impl SplatLayers {
             let offset = |o: &crate::layers::LayerOffset| LayerOffset { base: o.base, fraction: o.fraction };
             lattice.offsets(phases, i).iter().map(offset).collect()
         });
-        let [offsets_u, offsets_v] = &mut self.offsets;
-        let offsets_u = offsets_u.filled(device, &offsets[0], "the lattice offsets")?;
-        let offsets_v = offsets_v.filled(device, &offsets[1], "the lattice offsets")?;
-        let count = layers * per_voxel[0] as usize * per_voxel[1] as usize * kernels::Footprints::WEIGHTS;
-        let weights = self.weights.at_least(device, count, "the footprint weights")?;
+        let offsets_u = &target.arena.fill(device, &OFFSETS[0], &offsets[0])?;
+        let offsets_v = &target.arena.fill(device, &OFFSETS[1], &offsets[1])?;
+        let weights = &target.arena.get(&WEIGHTS);
         self.footprints.launch(
             device,
             (),
@@ -109,16 +138,17 @@ impl SplatLayers {
                 weights,
             },
         )?;
-        let base = scene.prepared.table(device, settings.extinction, Kernel::Cubic)?;
+        let base = scene.table(Kernel::Cubic)?;
         let axes = scene.axes(correction.samples_per_layer());
         let mut sample = scene.sample(&axes, frame);
         base.set(&mut sample);
         let region = Region::new(scene, Kernel::Cubic, 1);
-        let slabs = self.slabs.filled(device, &slab_table(correction, &mut sample), "the sub-slabs")?;
+        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(correction, &mut sample))?;
+        let opacity_table = target.arena.get(&OPACITY_TABLE);
         let table = if region.rendering.clipped {
             &base.entries
         } else {
-            let table = self.table.at_least(device, base.entries.len(), "the opacity table")?;
+            let table = &opacity_table;
             let arguments = OpacityTableArguments {
                 base: &base.entries,
                 dt: axes.sample_length(frame, lattice.shear()) as f32,
@@ -129,8 +159,8 @@ impl SplatLayers {
             self.opacity_table.launch(device, (), &arguments)?;
             table
         };
-        let visible = scene.prepared.visible_blocks(device, axis, Kernel::Cubic, settings.extinction, settings.blend)?;
-        let layout = scene.prepared.layout(device, axis)?;
+        let visible = scene.visible_blocks(axis, Kernel::Cubic)?;
+        let layout = scene.layout(axis)?;
         self.lattice.launch(
             device,
             (layout.voxels.kind(), region.rendering),
@@ -174,17 +204,17 @@ impl SplatLayers {
         let Scene { device, settings, .. } = *scene;
         let axis = lattice.frame.layer_axis();
         let tiles = Tiles::of_splats(lattice, device.tuning());
-        let (samples, active_samples) = target.prepare(device, lattice.samples(), tiles, "the lattice")?;
+        let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
         if lattice.samples() == 0 {
             return Ok(());
         }
-        let table = scene.prepared.table(device, settings.extinction, Kernel::Cubic)?;
+        let table = scene.table(Kernel::Cubic)?;
         let mut sample = scene.sample(&scene.axes(correction.samples_per_layer()), lattice.frame);
         table.set(&mut sample);
         let region = Region::new(scene, Kernel::Cubic, 1);
-        let slabs = self.slabs.filled(device, &slab_table(correction, &mut sample), "the sub-slabs")?;
-        let visible = scene.prepared.visible_blocks(device, axis, Kernel::Cubic, settings.extinction, settings.blend)?;
-        let layout = scene.prepared.layout(device, axis)?;
+        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(correction, &mut sample))?;
+        let visible = scene.visible_blocks(axis, Kernel::Cubic)?;
+        let layout = scene.layout(axis)?;
         let (voxels, view) = (&layout.voxels, layout.view);
         let p = lattice_params(lattice, range, tiles, visible.blocks, settings.culling);
         let variant = (voxels.kind(), region.rendering);
@@ -192,7 +222,7 @@ impl SplatLayers {
         match device.tuning().lattice_schedule {
             LatticeSchedule::Tiles => {
                 let nodes = quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]);
-                let nodes = self.nodes.filled(device, &nodes, "the quadrature")?;
+                let nodes = &target.arena.fill(device, &NODES, &nodes)?;
                 let lattice = samples;
                 let arguments = SplatPerspectiveArguments {
                     voxels,
@@ -227,25 +257,25 @@ impl SplatLayers {
         footprints: Footprints,
         target: &mut Target,
     ) -> Result<(), Error> {
-        let Scene { device, settings, viewport, .. } = *scene;
+        let Scene { device, viewport, .. } = *scene;
         let known = layer_axes(axis);
         let mut visible = Vec::new();
         for axis in known {
-            visible.push(scene.prepared.visible_blocks(device, axis, Kernel::Cubic, settings.extinction, settings.blend)?);
+            visible.push(scene.visible_blocks(axis, Kernel::Cubic)?);
         }
         let set = footprints == Footprints::Set;
-        let images = if set { Some(scene.prepared.footprint_images(device)?) } else { None };
+        let images = if set { Some(self.footprint_set.images(device)?) } else { None };
         // A kernel with exact footprints reads neither: any buffers do.
-        let no_shears = self.nodes.at_least(device, 1, "a placeholder")?;
+        let no_shears = target.arena.get(&NODES);
         let (images, shears) = images.as_ref().map_or((&visible[0].flags, &*no_shears), |set| (&set.images, &set.shears));
-        let table = scene.prepared.table(device, settings.extinction, Kernel::Cubic)?;
+        let table = scene.table(Kernel::Cubic)?;
         let axes = scene.axes(correction.samples_per_layer());
         let mut sample = scene.sample(&axes, Axis::Z.frame());
         table.set(&mut sample);
         let region = Region::new(scene, Kernel::Cubic, 1);
-        let slabs = self.slabs.filled(device, &slab_table(correction, &mut sample), "the sub-slabs")?;
-        let layout = scene.prepared.layout(device, Axis::Z)?;
-        let (frame, active_samples) = target.prepare(device, viewport.pixels(), Tiles::of_pixels(viewport), "the frame")?;
+        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(correction, &mut sample))?;
+        let layout = scene.layout(Axis::Z)?;
+        let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::of_pixels(viewport));
         self.direct.launch(
             device,
             (layout.voxels.kind(), set, region.rendering),
@@ -268,6 +298,12 @@ impl SplatLayers {
             },
         )
     }
+}
+
+/// How many sub-slabs the kernels read.
+fn slab_count(correction: Correction) -> usize {
+    let LayerSlabs { inner, front, back } = LayerSlabs::new(correction);
+    inner.len() + front.len() + back.len()
 }
 
 /// Sub-slabs as the kernels read them, inner, front and back ones after each other; sets how many there are.

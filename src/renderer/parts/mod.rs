@@ -2,25 +2,28 @@
 
 #[cfg(feature = "mpi")]
 mod ranks;
+#[cfg(feature = "mpi")]
 mod shares;
 mod view;
 
+#[cfg(feature = "mpi")]
 pub(crate) use shares::Shares;
 pub(crate) use view::{LatticeView, combined};
 
+use super::UploadedVolume;
+use super::frame::{Engine, Frame as Declared, Mode, Stage, Step};
+use super::picture::{Finished, Share};
 use super::range::LayerRange;
-use super::scene::View;
 use super::tiles::read_samples;
-use super::{Renderer, UploadedVolume};
 use crate::camera::Camera;
-use crate::device::Device;
+use crate::device::{Cancel, Device};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Axis, Kernel, PREFILTER_RADIUS};
 use crate::settings::{Classification, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{Description, VolumePart};
+use crate::volume::{VolumePart, VoxelBox};
 use std::ops::Range;
 use std::time::Duration;
 use view::refused;
@@ -55,7 +58,9 @@ use view::refused;
 /// assert_eq!(whole.layers(), 0..16);
 /// # Ok::<(), layersplat::Error>(())
 /// ```
-pub struct PartRenderer(Renderer, Description);
+pub struct PartRenderer {
+    engine: Engine,
+}
 
 /// Layers that were composited, front to back, as a later one can go on with: not yet a picture.
 ///
@@ -129,17 +134,22 @@ impl PartRenderer {
 
     /// Renders layers of a volume, or of a part of one, that is on a device already.
     pub fn of(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
-        Self(Renderer::holding(volume, transfer), volume.description().clone())
+        Self { engine: Engine::new(volume, transfer) }
     }
 
     /// Takes another transfer function from the next layers on.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
-        self.0.set_transfer_function(transfer);
+        self.engine.set_transfer_function(transfer);
     }
 
-    /// How long compositing or finishing may take from now on, as [`Renderer::limit`].
+    /// How long compositing or finishing may take from now on, as [`Renderer::limit`](crate::Renderer::limit).
     pub fn limit(&mut self, longest: Option<Duration>) {
-        self.0.limit(longest);
+        self.engine.limits.longest = longest;
+    }
+
+    /// Lets another thread cancel compositing or finishing, as [`Renderer::set_cancel`](crate::Renderer::set_cancel).
+    pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
+        self.engine.limits.cancel = cancel;
     }
 
     /// The layer axis of a view, and whether its rays meet layers in the order of their numbers.
@@ -179,15 +189,14 @@ impl PartRenderer {
 
     /// The picture of composited layers: premultiplied floats, without a background. Any part of the volume can make it.
     pub fn finish(&mut self, composited: &CompositedLayers) -> Result<Frame, Error> {
-        let mut shares = Shares::of(std::mem::take(&mut self.0.picture));
-        shares.add(self, &composited.view, 1.0, &composited.samples)?;
-        let frame = shares.frame(self, &composited.view);
-        self.0.picture = shares.into_picture();
-        frame
+        let view = &composited.view;
+        let read = |device: &Device, finished: &Finished| read_samples(finished.floats(), device, view.viewport.pixels());
+        let pixels = self.run(view, self.warped(view, &composited.samples, Share::WHOLE), None, read)?;
+        Ok(Frame::new(view.viewport, pixels))
     }
 
     fn view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<LatticeView, Error> {
-        let mut views = LatticeView::all(&self.1, camera, viewport, settings)?;
+        let mut views = LatticeView::all(self.engine.field.description(), camera, viewport, settings)?;
         match views.pop() {
             Some((view, _)) if views.is_empty() => Ok(view),
             last => {
@@ -203,8 +212,8 @@ impl PartRenderer {
             let expected = "a range of the volume's layers that is not empty";
             return Err(Error::OutOfRange { name: "layers", value: format!("{layers:?} of {all}"), expected });
         }
-        let (held, needed) = (self.0.prepared.held_layers(axis), Self::needed(layers, all, &view.settings));
-        if !self.0.prepared.holds_whole_layers(axis) || needed.start < held.start || needed.end > held.end {
+        let (held, needed) = (self.engine.field.held(), Self::needed(layers, all, &view.settings));
+        if !held.holds(&VoxelBox::layers(self.engine.field.grid().dims(), axis.index(), &needed)) {
             let problem =
                 format!("layers {layers:?} of axis {axis:?} need layers {needed:?} as a whole, which this part does not hold");
             return Err(refused(problem));
@@ -214,19 +223,31 @@ impl PartRenderer {
 
     /// The raw samples of layers behind those `before`, or behind nothing.
     fn samples(&mut self, view: &LatticeView, voxels: Range<usize>, before: Option<&[[f32; 4]]>) -> Result<Vec<[f32; 4]>, Error> {
-        self.draw(view, &LayerRange { voxels, continues: before.is_some(), raw: true }, before)?;
-        read_samples(self.0.target.drawn(&self.0.device)?.0, &self.0.device, view.lattice.samples())
+        let range = LayerRange { voxels, continues: before.is_some(), raw: true };
+        let layers = Step::Layers { lattice: &view.lattice, layered: view.layered, range };
+        let steps = before.map(Step::Continue).into_iter().chain([layers]).collect();
+        self.run(view, steps, None, |device, finished| read_samples(finished.floats(), device, view.lattice.samples()))
     }
 
-    /// Draws a range of layers onto samples.
-    fn draw(&mut self, view: &LatticeView, range: &LayerRange, onto: Option<&[[f32; 4]]>) -> Result<(), Error> {
-        let device = self.0.frame_device()?;
-        let LatticeView { lattice, rays, viewport, layered, settings, .. } = view;
-        if let Some(samples) = onto {
-            self.0.target.fill(&device, samples, "the lattice")?;
-        }
-        let seen = View { device: &device, rays, viewport: *viewport, settings };
-        self.0.draw_lattice(seen, lattice, *layered, range)
+    /// The steps that warp the raw samples of all layers of a view.
+    fn warped<'a>(&self, view: &'a LatticeView, samples: &'a [[f32; 4]], share: Share) -> Vec<Step<'a>> {
+        let LatticeView { lattice, layered, .. } = view;
+        let end = Step::Layers { lattice, layered: *layered, range: LayerRange::end() };
+        vec![Step::Continue(samples), end, Step::Warp { lattice, share }]
+    }
+
+    /// Runs steps of a view, of which the last one can write into a buffer that is given.
+    fn run<T>(
+        &mut self,
+        view: &LatticeView,
+        steps: Vec<Step>,
+        into: Option<Finished>,
+        deliver: impl FnOnce(&Device, &Finished) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let LatticeView { rays, viewport, settings, .. } = view;
+        let stage = self.engine.declaring(*viewport, |declaring| Stage::new(steps, into.is_some(), declaring));
+        let frame = Declared { rays, viewport: *viewport, settings, stages: vec![stage], volume: None, into, host_bytes: 0 };
+        Ok(self.engine.run(&frame, Mode::Waited, deliver)?.0)
     }
 }
 

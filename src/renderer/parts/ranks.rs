@@ -40,6 +40,8 @@ impl PartRenderer {
 
     /// The voxels have changed, where they are in memory of the caller's own.
     pub(crate) fn volume_changed(&mut self, wait: &[&Event]) -> Result<(), Error> {
-        self.0.volume_changed(wait).map(drop)
+        self.engine.device.begin(wait)?;
+        self.engine.field.voxels_changed();
+        self.engine.device.end().map(drop)
     }
 }

@@ -1,34 +1,25 @@
-//! Composited layers become pictures.
+//! A picture that several renderers warp lattices into.
 
-use super::super::picture::{OntoScreen, Picture, Share};
-use super::super::range::LayerRange;
+use super::super::picture::{Finished, Share};
 use super::super::tiles::read_samples;
 use super::PartRenderer;
 use super::view::LatticeView;
 use crate::error::Error;
 use crate::image::Frame;
 
-/// A picture that several lattices are warped into, each by a renderer that holds voxels for it.
+/// The picture of several lattices, each warped by a renderer that holds voxels for it.
 #[derive(Default)]
 pub(crate) struct Shares {
-    picture: Picture,
-    added: bool,
+    /// What the lattices so far add up to.
+    picture: Option<Finished>,
+    /// The buffer of the last picture, to be written again.
+    last: Option<(usize, Finished)>,
 }
 
 impl Shares {
-    /// In a picture's own buffer.
-    pub(super) fn of(picture: Picture) -> Self {
-        Self { picture, added: false }
-    }
-
-    pub(super) fn into_picture(self) -> Picture {
-        self.picture
-    }
-
     /// Begins another picture.
-    #[cfg(feature = "mpi")]
     pub fn begin(&mut self) {
-        self.added = false;
+        self.picture = None;
     }
 
     /// Warps the samples of all layers of a lattice, with its share of the picture.
@@ -39,18 +30,21 @@ impl Shares {
         share: f64,
         samples: &[[f32; 4]],
     ) -> Result<(), Error> {
-        renderer.draw(view, &LayerRange::end(), Some(samples))?;
-        let device = renderer.0.device.clone();
-        let onto = OntoScreen { lattice: &view.lattice, rays: &view.rays, viewport: view.viewport };
-        let share = Share { share, added: std::mem::replace(&mut self.added, true) };
-        self.picture.warp(&device, &mut renderer.0.target, onto, share, None)?;
+        let pixels = view.viewport.pixels();
+        let added = self.picture.is_some();
+        let again = self.last.take().filter(|(size, _)| *size == pixels).map(|(_, picture)| picture);
+        let into = self.picture.take().or(again);
+        let steps = renderer.warped(view, samples, Share { share, added });
+        let picture = renderer.run(view, steps, into, |_, finished| Ok(finished.clone()))?;
+        self.last = Some((pixels, picture.clone()));
+        self.picture = Some(picture);
         Ok(())
     }
 
     /// The picture of all: premultiplied floats, without a background.
     pub fn frame(&mut self, renderer: &PartRenderer, view: &LatticeView) -> Result<Frame, Error> {
-        let device = &renderer.0.device;
-        let warped = self.picture.warped(device, view.viewport)?;
-        Ok(Frame::new(view.viewport, read_samples(warped, device, view.viewport.pixels())?))
+        let device = &renderer.engine.device;
+        let picture = self.picture.as_ref().expect("a lattice was warped");
+        Ok(Frame::new(view.viewport, read_samples(picture.floats(), device, view.viewport.pixels())?))
     }
 }

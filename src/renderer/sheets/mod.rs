@@ -2,12 +2,12 @@
 
 mod order;
 
-use super::prepared::Splatted;
+use super::classification::Splatted;
+use super::frame::{Declaring, Resources, Slot};
 use super::region::Region;
 use super::scene::Scene;
 use super::screen::screen_params;
-use super::tiles::{Target, Tiles};
-use crate::device::Buffer;
+use super::tiles::{Drawn, Target, Tiles, declare_target};
 use crate::device::launch::Launcher;
 use crate::device::launch::sheets::{AxisSheets, AxisSheetsArguments, ViewSheets, ViewSheetsArguments};
 use crate::device::launch::structs::SplatParams;
@@ -29,32 +29,54 @@ pub(super) struct AxisAlignedSheets {
 pub(super) struct ImageAlignedSheets {
     kernel: Launcher<ViewSheets>,
     order: SplatOrder,
-    /// With the slabs that they are of.
-    slab_weights: Option<(SplatSlabs, Buffer<f32>)>,
+}
+
+/// Weights of the slabs of a splat.
+const SLAB_WEIGHTS: Slot<f32> = Slot::new("the slabs of a splat");
+
+/// Declares what [`AxisAlignedSheets`] need, but for the buffers whose sizes the device counts.
+pub(super) fn declare_axis_sheets(declaring: &Declaring, axis: Axis, resources: &mut Resources) {
+    declare_sheets(declaring, axis, resources);
+}
+
+/// Declares what [`ImageAlignedSheets`] need, but for the buffers whose sizes the device counts.
+pub(super) fn declare_view_sheets(declaring: &Declaring, distance: f64, resources: &mut Resources) {
+    declare_sheets(declaring, Axis::Z, resources);
+    resources.host(&SLAB_WEIGHTS, slab_weights(SplatSlabs { distance }).len());
+}
+
+fn declare_sheets(declaring: &Declaring, axis: Axis, resources: &mut Resources) {
+    declare_target(declaring.viewport.pixels(), Tiles::of_screen(declaring.viewport, declaring.tuning), resources);
+    declaring.layouts(axis, Kernel::Gaussian, resources);
+    declaring.table(Kernel::Gaussian, resources);
 }
 
 impl AxisAlignedSheets {
     pub fn draw(&mut self, scene: &mut Scene, axis: Axis, target: &mut Target) -> Result<(), Error> {
-        let Scene { device, rays, viewport, settings, .. } = *scene;
-        let splats = scene.prepared.axis_splats(device, axis, settings.extinction)?;
-        let table = scene.prepared.table(device, settings.extinction, Kernel::Gaussian)?;
+        let Scene { device, rays, viewport, .. } = *scene;
+        let splats = scene.axis_splats(axis)?;
+        let table = scene.table(Kernel::Gaussian)?;
         let frame = axis.frame();
         let axes = scene.axes(1);
         let mut sample = scene.sample(&axes, frame);
         table.set(&mut sample);
-        let projection = SplatProjection::new(rays, viewport, scene.prepared.grid());
-        let (background, _) = scene.prepared.background();
+        let projection = SplatProjection::new(rays, viewport, scene.field.grid());
+        let (background, _) = scene.field.background();
         let backwards = i32::from(rays.central_direction()[axis.index()] < 0.0);
         let params = SplatParams { backwards, ..splat_params(&projection, frame, background) };
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let splatted = Splatted::Visible;
-        let order = self.order.sort(device, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport })?;
+        let order = self.order.sort(
+            device,
+            &mut target.arena,
+            &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport },
+        )?;
         let region = Region::for_splats(scene);
-        let (picture, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
+        let Drawn { samples: picture, active_samples, .. } = &target.prepare(tiles);
         let arguments = AxisSheetsArguments {
-            sorted: order.sorted,
-            ends: order.ends,
-            lists: order.lists,
+            sorted: &order.sorted,
+            ends: &order.ends,
+            lists: &order.lists,
             chunks: device.tuning().splat_chunks as i32,
             s: screen_params(scene, &axes, frame, tiles),
             p: params,
@@ -73,32 +95,33 @@ impl ImageAlignedSheets {
         const AXIS: Axis = Axis::Z;
         let Scene { device, rays, viewport, settings, .. } = *scene;
         let splatted = if settings.culling { Splatted::InReach } else { Splatted::All };
-        let (splats, layout) = scene.prepared.view_splats(device, settings.extinction, splatted)?;
-        let table = scene.prepared.table(device, settings.extinction, Kernel::Gaussian)?;
+        let (splats, layout) = scene.view_splats(splatted)?;
+        let table = scene.table(Kernel::Gaussian)?;
         let slabs = SplatSlabs { distance };
-        let slab_weights = match &mut self.slab_weights {
-            Some((made_for, weights)) if *made_for == slabs => weights,
-            other => &mut other.insert((slabs, Buffer::from_slice(device, &slab_weights(slabs), "the slabs of a splat")?)).1,
-        };
+        let slab_weights = target.arena.fill(device, &SLAB_WEIGHTS, &slab_weights(slabs))?;
         let axes = scene.axes(1);
         let mut sample = scene.sample(&axes, AXIS.frame());
         table.set(&mut sample);
-        let projection = SplatProjection::new(rays, viewport, scene.prepared.grid());
+        let projection = SplatProjection::new(rays, viewport, scene.field.grid());
         let params = SplatParams {
             sheet_distance: distance as f32,
-            sheets: sheets(scene.prepared.grid(), &projection, distance),
+            sheets: sheets(scene.field.grid(), &projection, distance),
             ..splat_params(&projection, AXIS.frame(), layout.view.background)
         };
         let tiles = Tiles::of_screen(viewport, device.tuning());
-        let order = self.order.sort(device, &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport })?;
+        let order = self.order.sort(
+            device,
+            &mut target.arena,
+            &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport },
+        )?;
         let region = Region::new(scene, Kernel::Gaussian, 1);
-        let (picture, active_samples) = target.prepare(device, viewport.pixels(), tiles, "the frame")?;
+        let Drawn { samples: picture, active_samples, .. } = &target.prepare(tiles);
         let arguments = ViewSheetsArguments {
-            sorted: order.sorted,
-            ends: order.ends,
-            lists: order.lists,
+            sorted: &order.sorted,
+            ends: &order.ends,
+            lists: &order.lists,
             chunks: device.tuning().splat_chunks as i32,
-            slabs: slab_weights,
+            slabs: &slab_weights,
             table: &table.entries,
             s: screen_params(scene, &axes, AXIS.frame(), tiles),
             p: params,

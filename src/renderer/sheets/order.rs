@@ -1,7 +1,7 @@
 //! The order of splats in a frame.
 
-use super::super::prepared::{SplatList, Splatted, Table, read_total};
-use super::super::scratch::Growing;
+use super::super::classification::{SplatList, Splatted, Table, read_total};
+use super::super::frame::{Arena, Slot};
 use super::super::tiles::Tiles;
 use crate::device::launch::Launcher;
 use crate::device::launch::sheets::{
@@ -11,6 +11,7 @@ use crate::device::launch::structs::{SampleParams, Splat, SplatParams};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::viewport::Viewport;
+use std::sync::Arc;
 
 /// Projects, sorts and lists splats per tile.
 #[derive(Default)]
@@ -18,12 +19,14 @@ pub(super) struct SplatOrder {
     sorting: Launcher<SortedSplats>,
     tiling: Launcher<TiledSplats>,
     scan: Launcher<Scan>,
-    total: Growing<u64>,
-    sheet_counts: Growing<u32>,
-    sorted: Growing<Splat>,
-    tile_ends: Growing<u32>,
-    lists: Growing<u32>,
 }
+
+// All sizes but that of `TOTAL` are known only once the device has counted splats: frames cannot declare them.
+const TOTAL: Slot<u64> = Slot::new("the number of splats");
+const SHEET_COUNTS: Slot<u32> = Slot::new("the splats per sheet");
+const SORTED: Slot<Splat> = Slot::new("the sorted splats");
+const TILE_ENDS: Slot<u32> = Slot::new("the splats per tile");
+const LISTS: Slot<u32> = Slot::new("the lists of tiles");
 
 /// Splats to be sorted.
 pub(super) struct Unsorted<'a> {
@@ -36,16 +39,16 @@ pub(super) struct Unsorted<'a> {
 }
 
 /// Splats in their order, and the lists of each tile of the screen.
-pub(super) struct Sorted<'a> {
-    pub sorted: &'a Buffer<Splat>,
+pub(super) struct Sorted {
+    pub sorted: Arc<Buffer<Splat>>,
     /// Where the lists of tiles end, per chunk.
-    pub ends: &'a Buffer<u32>,
-    pub lists: &'a Buffer<u32>,
+    pub ends: Arc<Buffer<u32>>,
+    pub lists: Arc<Buffer<u32>>,
 }
 
 impl SplatOrder {
     /// Reads back how many splats and entries of lists there are, to make room for them.
-    pub fn sort(&mut self, device: &Device, from: &Unsorted) -> Result<Sorted<'_>, Error> {
+    pub fn sort(&mut self, device: &Device, arena: &mut Arena, from: &Unsorted) -> Result<Sorted, Error> {
         let Unsorted { splats, params, .. } = *from;
         let chunks = device.tuning().splat_chunks;
         let [width, height] = [from.viewport.width, from.viewport.height].map(|n| n as i32);
@@ -53,9 +56,9 @@ impl SplatOrder {
             Splatted::Visible => 1,
             Splatted::InReach | Splatted::All => (params.sheets[1] - params.sheets[0] + 1) as usize,
         };
-        let total = self.total.at_least(device, 1, "the number of splats")?;
-        let counts = self.sheet_counts.at_least(device, chunks * buckets, "the splats per sheet")?;
-        let sorted = self.sorted.at_least(device, splats.count, "the sorted splats")?;
+        let total = &arena.counted(device, &TOTAL, 1)?;
+        let counts = &arena.counted(device, &SHEET_COUNTS, chunks * buckets)?;
+        let sorted = arena.counted(device, &SORTED, splats.count)?;
         for pass in [Pass::Count, Pass::Fill] {
             let arguments = SortedSplatsArguments {
                 places: &splats.places,
@@ -70,7 +73,7 @@ impl SplatOrder {
                 buckets: buckets as i32,
                 fill: pass.fill(),
                 counts,
-                sorted,
+                sorted: &sorted,
             };
             self.sorting.launch(device, from.splatted == Splatted::Visible, &arguments)?;
             if pass == Pass::Count {
@@ -83,11 +86,12 @@ impl SplatOrder {
         let tiles = Tiles::of_lists(from.viewport, device.tuning());
         let [tiles_u, tiles_v] = tiles.for_kernels();
         let tiles = tiles.all_counts();
-        let ends = self.tile_ends.at_least(device, chunks * tiles, "the splats per tile")?;
+        let ends = arena.counted(device, &TILE_ENDS, chunks * tiles)?;
+        let mut entries = 1;
         for pass in [Pass::Count, Pass::Fill] {
-            let lists = self.lists.at_least(device, 1, "the lists of tiles")?;
+            let lists = &arena.counted(device, &LISTS, entries)?;
             let arguments = TiledSplatsArguments {
-                sorted,
+                sorted: &sorted,
                 count: count as i32,
                 p: params,
                 width,
@@ -96,17 +100,16 @@ impl SplatOrder {
                 tiles_v,
                 chunks: chunks as i32,
                 fill: pass.fill(),
-                counts: ends,
+                counts: &ends,
                 lists,
             };
             self.tiling.launch(device, (), &arguments)?;
             if pass == Pass::Count {
-                let scan = ScanArguments { counts: ends, chunks: chunks as i32, buckets: tiles as i32, total };
+                let scan = ScanArguments { counts: &ends, chunks: chunks as i32, buckets: tiles as i32, total };
                 self.scan.launch(device, (), &scan)?;
-                let entries = read_total(device, total, "the lists of splats per tile")?;
-                self.lists.at_least(device, entries, "the lists of tiles")?;
+                entries = read_total(device, total, "the lists of splats per tile")?;
             }
         }
-        Ok(Sorted { sorted, ends, lists: self.lists.at_least(device, 1, "the lists of tiles")? })
+        Ok(Sorted { sorted, ends, lists: arena.counted(device, &LISTS, entries)? })
     }
 }

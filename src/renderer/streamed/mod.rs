@@ -5,25 +5,26 @@ mod plan;
 
 pub use plan::{StreamPlan, StreamedLattice};
 
-use super::picture::{OntoScreen, Picture, Share};
+use super::classification::TableSizes;
+use super::frame::{Bytes, Engine, Frame as Declared, Mode, Stage, Step};
+use super::picture::{Finished, Share};
 use super::plan::Plan;
 use super::range::LayerRange;
-use super::report::{FrameReport, Measured};
-use super::scene::View;
+use super::report::FrameReport;
 use super::tiles::read_samples;
 use super::world::World;
 use super::{PartRenderer, Renderer, UploadedVolume};
 use crate::camera::Camera;
-use crate::device::{Device, DeviceKind};
+use crate::device::{Cancel, Device, DeviceKind, Limits};
 use crate::error::Error;
-use crate::image::Frame;
+use crate::image::{Depths, Frame};
 use crate::layers::{Lattice, Rays};
 use crate::memory;
 use crate::settings::{Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{Grid, Volume, VolumePart, VoxelBox};
-use needs::{Bytes, Needs, Room};
+use crate::volume::{Grid, Volume, VoxelBox};
+use needs::{Needs, Room};
 use plan::Parts;
 use std::ops::Range;
 use std::time::Duration;
@@ -66,8 +67,7 @@ pub struct StreamedRenderer<'v> {
     /// Bytes that these have on the device.
     own: u64,
     measuring: bool,
-    /// That a frame may take.
-    longest: Option<Duration>,
+    limits: Limits,
 }
 
 /// A view of which all lattices are known.
@@ -78,6 +78,13 @@ struct Streamed {
     layered: Layered,
     lattices: Vec<(Lattice, f64, Parts)>,
     told: StreamPlan,
+}
+
+impl Streamed {
+    /// Whether all voxels are on the device at once.
+    fn holds_all(&self) -> bool {
+        self.lattices.iter().all(|(.., parts)| parts.ranges.len() == 1)
+    }
 }
 
 impl<'v> StreamedRenderer<'v> {
@@ -94,7 +101,7 @@ impl<'v> StreamedRenderer<'v> {
             kept: None,
             own: 0,
             measuring: false,
-            longest: None,
+            limits: Limits::default(),
         }
     }
 
@@ -106,6 +113,18 @@ impl<'v> StreamedRenderer<'v> {
         }
     }
 
+    /// Takes another volume from the next frame on. Nothing is read yet.
+    pub fn set_volume(&mut self, volume: &Volume<'v>) {
+        self.world = World::of(volume.grid());
+        (self.grid, self.volume) = (self.world.grid(volume.grid()), volume.clone());
+        (self.whole, self.kept, self.own) = (None, None, 0);
+    }
+
+    /// Where the voxels lie in the world.
+    pub fn grid(&self) -> &Grid {
+        self.volume.grid()
+    }
+
     /// Whether the reports of frames say what these took, from the next one on.
     pub fn measure(&mut self, measuring: bool) {
         self.measuring = measuring;
@@ -114,7 +133,12 @@ impl<'v> StreamedRenderer<'v> {
     /// How long a frame may take from now on, as [`Renderer::limit`](super::Renderer::limit): reading and uploading parts counts, too,
     /// and that of a volume that is kept as a whole does not.
     pub fn limit(&mut self, longest: Option<Duration>) {
-        self.longest = longest;
+        self.limits.longest = longest;
+    }
+
+    /// Lets another thread cancel frames, as [`Renderer::set_cancel`](super::Renderer::set_cancel).
+    pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
+        self.limits.cancel = cancel;
     }
 
     /// How a view would be rendered, and what that would take; `None` where it needs the whole volume, and that fits.
@@ -141,12 +165,12 @@ impl<'v> StreamedRenderer<'v> {
         let streamed = self.streamed(plan, rays, viewport, seen)?;
         let others = self.others();
         let in_parts = match &streamed {
-            Ok(streamed) => streamed.lattices.iter().any(|(.., parts)| parts.ranges.len() > 1),
+            Ok(streamed) => !streamed.holds_all(),
             Err(whole) => self.require_whole(whole, viewport).map(|()| false)?,
         };
         // What is kept of frames before may leave too little room.
         let rendered = match if in_parts { None } else { Some(self.render_whole(camera, viewport, settings)) } {
-            Some(Err(Error::MemoryBudget { .. })) | None => {
+            Some(Err(Error::MemoryBudget { .. } | Error::OutOfDeviceMemory { .. })) | None => {
                 self.kept = None;
                 match &streamed {
                     Ok(streamed) => self.draw(streamed, viewport),
@@ -159,17 +183,46 @@ impl<'v> StreamedRenderer<'v> {
         rendered
     }
 
+    /// How far away is what a picture shows, as [`Renderer::depths`](super::Renderer::depths).
+    ///
+    /// # Errors
+    /// Where not all voxels fit on the device: rays need all of them.
+    pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
+        let others = self.others();
+        let found = self.whole_renderer().and_then(|mut renderer| {
+            let depths = renderer.depths(camera, viewport, settings);
+            self.kept = Some(renderer);
+            depths
+        });
+        self.own = self.device.taken_bytes().saturating_sub(others);
+        found.map_err(|error| match error {
+            Error::MemoryBudget { what, needed, taken, budget } => Error::MemoryBudget {
+                what: format!("a picture of depths, which needs the whole volume ({what}),"),
+                needed,
+                taken,
+                budget,
+            },
+            other => other,
+        })
+    }
+
     /// Renders with all voxels on the device, and keeps what was prepared for the next frame.
     fn render_whole(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+        let mut renderer = self.whole_renderer()?;
+        let rendered = renderer.render(camera, viewport, settings);
+        self.kept = Some(renderer);
+        rendered
+    }
+
+    /// A renderer of all voxels: the one that was kept, or a new one.
+    fn whole_renderer(&mut self) -> Result<Renderer, Error> {
         let mut renderer = match self.kept.take() {
             Some(kept) => kept,
             None => Renderer::of(&self.whole()?, &self.transfer)?,
         };
         renderer.measure(self.measuring);
-        renderer.limit(self.longest);
-        let rendered = renderer.render(camera, viewport, settings);
-        self.kept = Some(renderer);
-        rendered
+        renderer.engine.limits = self.limits.clone();
+        Ok(renderer)
     }
 
     /// The parts of a plan's lattices; the plan itself where it has none.
@@ -180,11 +233,9 @@ impl<'v> StreamedRenderer<'v> {
             _ => return Ok(Err(plan)),
         };
         let room = self.room();
+        let tables = TableSizes::new(&self.transfer, self.volume.description());
         let with_parts = lattices.into_iter().map(|(lattice, share)| {
-            let classification = layered.classification;
-            let tuning = self.device.tuning();
-            let (description, transfer) = (self.volume.description(), &self.transfer);
-            let needs = Needs::new(&lattice, classification, &settings, viewport, tuning, description, transfer);
+            let needs = Needs::new(&lattice, layered, viewport, self.device.tuning(), self.volume.description(), &tables);
             let parts = Parts::new(&self.device, &lattice, &settings, &needs, room)?;
             Ok((lattice, share, parts))
         });
@@ -207,53 +258,71 @@ impl<'v> StreamedRenderer<'v> {
     }
 
     fn draw(&mut self, streamed: &Streamed, viewport: Viewport) -> Result<(Frame, FrameReport), Error> {
-        let Streamed { plan, rays, settings, layered, lattices, told } = streamed;
+        let Streamed { plan, rays, settings, lattices, told, .. } = streamed;
         tracing::info!("{}: {told}", self.volume.name());
-        let device = self.device.with_own_sequence();
-        let device = if self.measuring { device.timed() } else { device }.limited(self.longest);
-        let view = View { device: &device, rays, viewport, settings };
-        let (mut picture, mut active_samples) = (Picture::default(), 0);
-        for (n, (lattice, share, parts)) in lattices.iter().enumerate() {
-            let mut renderer = self.holding(&device, lattice, settings, parts)?;
-            renderer.picture = picture;
-            for (m, layers) in parts.ranges.iter().enumerate() {
-                if m > 0 {
-                    let part = self.part(lattice, settings, layers)?;
-                    renderer.prepared.hold(&device, &part.held())?;
-                }
-                let range = LayerRange { voxels: layers.clone(), continues: m > 0, raw: m + 1 < parts.ranges.len() };
-                renderer.draw_lattice(view, lattice, *layered, &range)?;
-                if self.measuring {
-                    active_samples += renderer.target.count_active(&device)?;
-                }
-            }
-            let onto = OntoScreen { lattice, rays, viewport };
-            renderer.picture.warp(&device, &mut renderer.target, onto, Share { share: *share, added: n > 0 }, None)?;
-            picture = renderer.picture;
-        }
-        let frame = Frame::new(viewport, read_samples(picture.warped(&device, viewport)?, &device, viewport.pixels())?);
-        let measured = if self.measuring { Some(Measured { stages: device.stage_times()?, active_samples }) } else { None };
-        Ok((frame, FrameReport::new(plan, measured, false)))
+        let mut engine = self.first_engine(streamed)?;
+        (engine.measuring, engine.limits) = (self.measuring, self.limits.clone());
+        let stages =
+            lattices.iter().enumerate().map(|(n, streamed_lattice)| self.stage(&engine, streamed, n, streamed_lattice, viewport));
+        let frame = Declared {
+            rays,
+            viewport,
+            settings,
+            stages: stages.collect(),
+            volume: Some(&self.volume),
+            into: None,
+            host_bytes: 0,
+        };
+        let read = |device: &Device, finished: &Finished| read_samples(finished.floats(), device, viewport.pixels());
+        let (pixels, statistics) = engine.run(&frame, Mode::Waited, read)?;
+        Ok((Frame::new(viewport, pixels), FrameReport::new(plan, statistics)))
     }
 
-    /// A renderer with the first part of a lattice, and room for the others; or with all there is.
-    fn holding(&mut self, device: &Device, lattice: &Lattice, settings: &Settings, parts: &Parts) -> Result<Renderer, Error> {
-        if parts.ranges.len() == 1 {
-            return Renderer::of(&self.whole()?, &self.transfer);
-        }
-        // Its room is needed.
-        (self.kept, self.whole) = (None, None);
-        let part = self.part(lattice, settings, &parts.ranges[0])?;
+    /// The steps of a lattice, the `n`-th of its view: each part in turn, of which the very first is there already.
+    fn stage<'a>(
+        &self,
+        engine: &Engine,
+        streamed: &Streamed,
+        n: usize,
+        (lattice, share, parts): &'a (Lattice, f64, Parts),
+        viewport: Viewport,
+    ) -> Stage<'a> {
+        let Streamed { layered, settings, .. } = streamed;
         let [u, v, _] = lattice.dims;
-        let uploaded = UploadedVolume::part_with_room(device, &part, u * v * parts.held)?;
-        Ok(Renderer::holding(&uploaded, &self.transfer))
+        let mut steps = Vec::new();
+        let last = parts.ranges.len() - 1;
+        let holds_all = streamed.holds_all();
+        for (m, layers) in parts.ranges.iter().enumerate() {
+            if !holds_all && (n, m) != (0, 0) {
+                steps.push(Step::Hold { voxels: self.part_box(lattice, settings, layers), room: u * v * parts.held });
+            }
+            let range = LayerRange { voxels: layers.clone(), continues: m > 0, raw: m < last };
+            steps.push(Step::Layers { lattice, layered: *layered, range });
+        }
+        steps.push(Step::Warp { lattice, share: Share { share: *share, added: n > 0 } });
+        engine.declaring(viewport, |declaring| Stage::new(steps, false, declaring))
+    }
+
+    /// An engine with the first part of the first lattice, and room for the others; or with all voxels, where each lattice has one part.
+    fn first_engine(&mut self, streamed: &Streamed) -> Result<Engine, Error> {
+        if streamed.holds_all() {
+            return Ok(Engine::new(&self.whole()?, &self.transfer));
+        }
+        let Streamed { lattices, settings, .. } = streamed;
+        let (lattice, _, parts) = &lattices[0];
+        // Their room is needed.
+        (self.kept, self.whole) = (None, None);
+        let VoxelBox { first, dims } = self.part_box(lattice, settings, &parts.ranges[0]);
+        let part = self.volume.part(first, dims)?;
+        let [u, v, _] = lattice.dims;
+        let uploaded = UploadedVolume::with_room(&self.device, &part.held(), u * v * parts.held)?;
+        Ok(Engine::new(&uploaded, &self.transfer))
     }
 
     /// The voxels that some layers of a lattice need.
-    fn part(&self, lattice: &Lattice, settings: &Settings, layers: &Range<usize>) -> Result<VolumePart<'v>, Error> {
+    fn part_box(&self, lattice: &Lattice, settings: &Settings, layers: &Range<usize>) -> VoxelBox {
         let (a, dims) = (lattice.frame.a, self.grid.dims());
-        let VoxelBox { first, dims } = VoxelBox::layers(dims, a, &PartRenderer::needed(layers, dims[a], settings));
-        self.volume.part(first, dims)
+        VoxelBox::layers(dims, a, &PartRenderer::needed(layers, dims[a], settings))
     }
 
     /// All voxels on the device.
@@ -286,7 +355,7 @@ impl<'v> StreamedRenderer<'v> {
     fn require_whole(&self, plan: &Plan, viewport: Viewport) -> Result<(), Error> {
         let (voxels, picture) = (self.volume_bytes(), (viewport.pixels() * size_of::<[f32; 4]>()) as u64);
         let (needed, room) = (Bytes { sum: voxels + picture, largest: voxels.max(picture) }, self.room());
-        if needed.fit(room) {
+        if room.fits(needed) {
             return Ok(());
         }
         let what = format!("this view ({plan}), which needs the whole volume at once as only layers on a lattice do not,");

@@ -1,38 +1,15 @@
-//! What a lattice takes on the device, by how many layers are held there.
+//! What a lattice needs on the device, by how many layers are held there: as its frame would declare it.
 
-use super::super::layered::SplatLayers;
-use super::super::prepared::{integrals_bytes, table_bytes, table_entries};
-use super::super::tiles::Tiles;
+use super::super::classification::TableSizes;
+use super::super::field::FieldShape;
+use super::super::frame::{Bytes, Declaring, Stage, Step};
+use super::super::picture::Share;
+use super::super::range::LayerRange;
 use crate::device::Tuning;
-use crate::device::launch::structs::Float4;
-use crate::device::launch::volume::BlockNumbers;
-use crate::layers::{Axis, Kernel, Lattice, PREFILTER_RADIUS};
-use crate::settings::{Classification, Settings};
-use crate::transfer::TransferFunction;
+use crate::layers::Lattice;
+use crate::settings::Layered;
 use crate::viewport::Viewport;
-use crate::volume::{Description, VoxelType};
-
-/// Bytes of buffers.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Bytes {
-    /// Of all together.
-    pub sum: u64,
-    /// Of the largest one.
-    pub largest: u64,
-}
-
-impl Bytes {
-    fn and(self, buffers: &[usize]) -> Self {
-        // An empty buffer has a byte or more.
-        let buffers = buffers.iter().map(|&bytes| bytes.max(1) as u64);
-        buffers.fold(self, |all, bytes| Self { sum: all.sum + bytes, largest: all.largest.max(bytes) })
-    }
-
-    /// Whether a device has room for them.
-    pub fn fit(self, room: Room) -> bool {
-        self.sum <= room.free() && self.largest <= room.largest
-    }
-}
+use crate::volume::Description;
 
 /// What a device has room for.
 #[derive(Clone, Copy, Debug)]
@@ -50,77 +27,56 @@ impl Room {
     pub fn free(self) -> u64 {
         self.budget.saturating_sub(self.taken)
     }
+
+    /// Whether buffers fit.
+    pub fn fits(self, needed: Bytes) -> bool {
+        needed.sum <= self.free() && needed.largest <= self.largest
+    }
 }
 
-/// What a lattice needs.
-pub(super) struct Needs {
-    axis: Axis,
-    /// Voxels along u, v, a of the whole volume.
-    dims: [usize; 3],
-    voxel_type: VoxelType,
-    kernel: Kernel,
-    /// Whatever is held.
-    fixed: Bytes,
+/// A lattice that is drawn and warped.
+pub(super) struct Needs<'a> {
+    lattice: &'a Lattice,
+    layered: Layered,
+    viewport: Viewport,
+    tuning: &'a Tuning,
+    description: &'a Description,
+    tables: &'a TableSizes<'a>,
 }
 
-impl Needs {
-    /// Of a lattice that is drawn and warped with these settings.
+impl<'a> Needs<'a> {
     pub fn new(
-        lattice: &Lattice,
-        classification: Classification,
-        settings: &Settings,
+        lattice: &'a Lattice,
+        layered: Layered,
         viewport: Viewport,
-        tuning: &Tuning,
-        description: &Description,
-        transfer: &TransferFunction,
+        tuning: &'a Tuning,
+        description: &'a Description,
+        tables: &'a TableSizes<'a>,
     ) -> Self {
-        let numbers = transfer.of_stored(description.rescale());
-        let entries = |kernel| table_entries(&numbers, &description.stored(), settings.extinction, kernel);
-        let (kernel, own) = match classification {
-            Classification::Preintegrated { kernel, .. } => {
-                let entries = entries(kernel);
-                let taps = if kernel == Kernel::BSpline { (PREFILTER_RADIUS + 1) * size_of::<f32>() } else { 0 };
-                let own = [&table_bytes(entries)[..], &[integrals_bytes(entries), taps]].concat();
-                (kernel, own)
-            }
-            Classification::Post(correction) => {
-                let entries = entries(Kernel::Cubic);
-                let scratch = SplatLayers::scratch(lattice, correction, entries, tuning.lattice_schedule);
-                let own = [&table_bytes(entries)[..], &scratch].concat();
-                (Kernel::Cubic, own)
-            }
-        };
-        let (samples, frame) = (lattice.samples() * size_of::<Float4>(), viewport.pixels() * size_of::<Float4>());
-        let tiles = Tiles::of_lattice(lattice, classification, tuning);
-        let drawn = [samples, tiles.all_counts() * size_of::<u32>(), frame];
-        let fixed = Bytes::default().and(&own).and(&drawn);
-        let axis = lattice.frame.layer_axis();
-        Self { axis, dims: lattice.dims, voxel_type: description.voxel_type(), kernel, fixed }
+        Self { lattice, layered, viewport, tuning, description, tables }
     }
 
-    /// While so many layers are held.
+    /// Bytes while so many layers are held.
     pub fn holding(&self, layers: usize) -> Bytes {
-        let [u, v, _] = self.dims;
-        let (count, held) = (u * v * layers, [u, v, layers]);
-        let stored = count * self.voxel_type.bytes();
-        let coefficients = self.kernel == Kernel::BSpline;
-        let weighted = if coefficients { VoxelType::Float32.bytes() } else { self.voxel_type.bytes() };
-        // And which slabs show anything.
-        let mut buffers = vec![stored, 2 * size_of::<i32>()];
-        buffers.extend(coefficients.then_some(count * weighted));
-        buffers.extend((self.axis == Axis::X).then_some(count * weighted));
-        let (numbers, radius) = (BlockNumbers::of(held), self.kernel.radius());
-        buffers.extend([numbers.limits() * weighted, numbers.slab_bytes(radius), numbers.chunks(radius)]);
-        self.fixed.and(&buffers)
+        let Self { lattice, layered, viewport, tuning, description, tables } = *self;
+        let mut dims = description.grid().dims();
+        dims[lattice.frame.a] = layers;
+        let declaring = Declaring { shape: FieldShape::new(description, dims), tables, tuning, viewport };
+        let steps = vec![
+            Step::Layers { lattice, layered, range: LayerRange::whole(lattice) },
+            Step::Warp { lattice, share: Share::WHOLE },
+        ];
+        Stage::new(steps, false, &declaring).resources.bytes()
     }
 
-    /// Bytes of a layer's voxels.
+    /// Bytes of the voxels of a layer.
     pub fn layer(&self) -> u64 {
-        (self.dims[0] * self.dims[1] * self.voxel_type.bytes()) as u64
+        let [u, v, _] = self.lattice.dims;
+        (u * v * self.description.voxel_type().bytes()) as u64
     }
 
     /// Layers of the whole volume.
     pub fn layers(&self) -> usize {
-        self.dims[2]
+        self.lattice.dims[2]
     }
 }

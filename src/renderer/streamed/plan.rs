@@ -1,7 +1,8 @@
 //! How volumes are streamed: which layers are held together, what that takes, and how it is told.
 
 use super::super::PartRenderer;
-use super::needs::{Bytes, Needs, Room};
+use super::super::frame::Bytes;
+use super::needs::{Needs, Room};
 use crate::device::Device;
 use crate::error::Error;
 use crate::layers::{Axis, Lattice};
@@ -108,11 +109,11 @@ impl Parts {
         let (all, around) = (needs.layers(), PartRenderer::around(settings));
         let held = |layers: usize| (layers + 2 * around).min(all);
         let numbers: Vec<usize> = (1..=all).collect();
-        let most = numbers.partition_point(|&layers| needs.holding(held(layers)).fit(room));
+        let most = numbers.partition_point(|&layers| room.fits(needs.holding(held(layers))));
         if most == 0 {
             return Err(refused(device, "this view of the volume, a layer at a time,", needs.holding(held(1)), room));
         }
-        let parts = if needs.holding(all).fit(room) { 1 } else { all.div_ceil(most) };
+        let parts = if room.fits(needs.holding(all)) { 1 } else { all.div_ceil(most) };
         let mut ranges: Vec<_> = (0..parts).map(|n| n * all / parts..(n + 1) * all / parts).collect();
         if lattice.layer_step < 0 {
             ranges.reverse();

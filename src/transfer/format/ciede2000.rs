@@ -1,5 +1,6 @@
-//! Paths of colours along which CIEDE2000 differences are least, as ParaView's `Lab/CIEDE2000` has them (Zeyen et al. 2018): the shortest
-//! ones in a grid of colours, on which shares of the way are shares of the differences.
+//! Colour paths of least CIEDE2000 difference, for ParaView's colour space `Lab/CIEDE2000` (Zeyen et al. 2018).
+//!
+//! A path is a shortest path in a grid of RGB colours. Its parameter is the fraction of the accumulated colour difference.
 
 use super::color_space::{Triple, lab};
 use std::cmp::Reverse;
@@ -7,14 +8,14 @@ use std::collections::BinaryHeap;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-/// Steps of each channel in the grid, and colours on an edge of it.
+/// Grid steps per channel, and grid nodes per channel.
 const STEPS: usize = 16;
 const SIDE: usize = STEPS + 1;
 
-/// CIELAB of the grid's colours.
+/// CIELAB coordinates of the grid nodes.
 static LABS: LazyLock<Vec<Triple>> = LazyLock::new(|| (0..SIDE * SIDE * SIDE).map(|node| lab(color(node))).collect());
 
-/// Colours of straight pieces from one colour to another, with their shares of the way; the first one left out.
+/// Vertices of a piecewise-linear path from one colour to another, each with its parameter in (0, 1]. The start is omitted.
 pub(super) fn path(from: Triple, to: Triple) -> Vec<(f64, Triple)> {
     let nodes = shortest(nearest(from), nearest(to));
     let inner = nodes.iter().skip(1).take(nodes.len().saturating_sub(2)).map(|&node| color(node));
@@ -42,7 +43,7 @@ fn nearest(color: Triple) -> usize {
     r + SIDE * (g + SIDE * b)
 }
 
-/// The 26 nodes around one, or as many of them as there are.
+/// The up to 26 neighbours of a grid node.
 fn neighbours(node: usize) -> impl Iterator<Item = usize> {
     let own = coordinates(node);
     (0..27).filter(|&n| n != 13).filter_map(move |n| {
@@ -52,11 +53,11 @@ fn neighbours(node: usize) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Nodes from one to another along which differences sum up to the least (Dijkstra).
+/// Nodes of the path with the least sum of differences (Dijkstra).
 fn shortest(from: usize, to: usize) -> Vec<usize> {
     let mut found = vec![(f64::INFINITY, from); LABS.len()];
     found[from].0 = 0.0;
-    // Bits of numbers that are not negative are in their order.
+    // The bit patterns of non-negative floats sort like the floats.
     let mut open = BinaryHeap::from([Reverse((0u64, from))]);
     while let Some(Reverse((bits, node))) = open.pop() {
         let sum = f64::from_bits(bits);
@@ -113,7 +114,7 @@ fn difference(one: Triple, other: Triple) -> f64 {
 mod tests {
     use super::*;
 
-    /// Pairs of Sharma, Wu and Dalal's table, which is to four digits.
+    /// Pairs from the table of Sharma, Wu and Dalal, which has four digits.
     #[test]
     fn differences_are_the_published_ones() {
         for (one, other, expected) in [

@@ -1,30 +1,30 @@
-//! Colour spaces that ParaView mixes colours in. As it defines them, to its constants: another white or another way back into the
-//! gamut would show other colours.
+//! ParaView's colour spaces for interpolation. They use ParaView's constants: another white point or another gamut mapping would
+//! produce different colours.
 
 use std::f64::consts::PI;
 
 pub(super) type Triple = [f64; 3];
 
-/// What colours between two points are mixed in.
+/// Colour space in which colours between two control points are interpolated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum ColorSpace {
     Rgb,
-    /// Hue, saturation, value; hues the shorter way round, or only upwards and downwards from red to red.
+    /// Hue, saturation, value. Hues take the shorter arc, or never cross red.
     Hsv {
         shorter_way: bool,
     },
     /// CIELAB.
     Lab,
-    /// CIELAB, where there are too many points for paths of the least CIEDE2000 difference.
+    /// CIEDE2000 paths; CIELAB here, as a fallback for functions with too many points.
     Ciede2000,
-    /// Polar CIELAB through white, for two ends of different hues (Moreland 2009).
+    /// Diverging map in polar CIELAB, through white if the hues of both ends differ (Moreland 2009).
     Diverging,
-    /// The next point's colour.
+    /// Constant, with the colour of the next point.
     Step,
 }
 
 impl ColorSpace {
-    /// The colour at a share of the way from one to another.
+    /// The colour at fraction `share` between two colours.
     pub fn mixed(self, from: Triple, to: Triple, share: f64) -> Triple {
         match self {
             ColorSpace::Rgb => mix(from, to, share),
@@ -40,7 +40,7 @@ fn mix(from: Triple, to: Triple, share: f64) -> Triple {
     std::array::from_fn(|c| from[c] + (to[c] - from[c]) * share)
 }
 
-/// Hue, 0 … 1 from red to red, saturation and value; of grey the hue is 0.
+/// Hue (0 … 1, red at both ends), saturation and value. The hue of grey is 0.
 fn hsv([r, g, b]: Triple) -> Triple {
     let (most, least) = (r.max(g).max(b), r.min(g).min(b));
     let span = most - least;
@@ -58,7 +58,7 @@ fn hsv([r, g, b]: Triple) -> Triple {
 }
 
 fn rgb_of_hsv([hue, saturation, value]: Triple) -> Triple {
-    // Each channel is full for two sixths of the circle, and none for two.
+    // Each channel is at its maximum over two sixths of the circle and at its minimum over two others.
     let channel = |turned: f64| {
         let away = ((hue + turned) * 6.0).rem_euclid(6.0);
         let share = (2.0 - (away - 3.0).abs()).clamp(0.0, 1.0);
@@ -75,9 +75,9 @@ fn mixed_hues(mut from: Triple, mut to: Triple, shorter_way: bool, share: f64) -
     rgb_of_hsv(mix(from, to, share))
 }
 
-/// X, Y and Z of white.
+/// XYZ of the white point.
 const WHITE: Triple = [0.9505, 1.0, 1.089];
-/// sRGB's light to XYZ, and back, row by row.
+/// Linear sRGB to XYZ and the inverse, row-major.
 const TO_XYZ: [Triple; 3] = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
 const FROM_XYZ: [Triple; 3] = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]];
 
@@ -96,7 +96,7 @@ pub(super) fn lab(rgb: Triple) -> Triple {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// Back, into 0 … 1: what is too bright is dimmed as a whole, what is below 0 is cut off.
+/// CIELAB to sRGB in 0 … 1. Colours above 1 are scaled down in all channels; negative channels are clamped.
 fn rgb_of_lab([l, a, b]: Triple) -> Triple {
     let y = (l + 16.0) / 116.0;
     let roots = [y + a / 500.0, y, y - b / 200.0];
@@ -121,11 +121,11 @@ fn lab_of_polar([magnitude, saturation, hue]: Triple) -> Triple {
     [magnitude * saturation.cos(), magnitude * saturation.sin() * hue.cos(), magnitude * saturation.sin() * hue.sin()]
 }
 
-/// Angle from grey up to which a colour counts as grey, of no hue.
+/// Angle from the grey axis below which a colour counts as grey.
 const GREY: f64 = 0.05;
-/// Angle between hues above which there is white between them.
+/// Difference of hues above which white is inserted between them.
 const DISTINCT: f64 = 0.33 * PI;
-/// Least magnitude of that white.
+/// Least magnitude of the inserted white.
 const WHITEST: f64 = 88.0;
 
 fn diverging(mut from: Triple, mut to: Triple, mut share: f64) -> Triple {
@@ -146,8 +146,8 @@ fn diverging(mut from: Triple, mut to: Triple, mut share: f64) -> Triple {
     mix(from, to, share)
 }
 
-/// A hue for a grey of some magnitude, from which colours change evenly up to the one given: spun away from it, but not from purple
-/// into red.
+/// Hue for a grey of magnitude `grey`, so that colours change evenly towards the given one. The hue is rotated away from the given
+/// one, except from purple towards red.
 fn hue_of_grey([magnitude, saturation, hue]: Triple, grey: f64) -> f64 {
     if magnitude >= grey - 0.1 {
         return hue;
@@ -160,7 +160,7 @@ fn hue_of_grey([magnitude, saturation, hue]: Triple, grey: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The constants' own last digit: their matrices are inverse to 4 digits.
+    /// The constants have four digits, so their matrices are inverse to four digits only.
     const CONSTANTS: f64 = 5e-4;
 
     fn near(a: Triple, b: Triple, tolerance: f64) -> bool {
@@ -177,7 +177,7 @@ mod tests {
         }
     }
 
-    /// Of the sRGB primaries and grey under D65, as colour tables list them; these have more digits of the matrices.
+    /// sRGB primaries and grey under D65, from published colour tables, which use matrices with more digits.
     #[test]
     fn lab_of_known_colours() {
         for (rgb, expected) in [

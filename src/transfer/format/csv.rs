@@ -1,10 +1,10 @@
-//! Lines of value, red, green, blue and opacity, colours and opacities 0 … 1; a first line of names and lines after `#` are passed over.
+//! CSV lines of value, red, green, blue and opacity; colours and opacities in 0 … 1. A header line and lines after `#` are skipped.
 
 use super::{MAX_POINTS, bad};
 use crate::error::Error;
 use crate::transfer::{ControlPoint, TransferFunction, approached};
 
-/// What may stand between two numbers.
+/// Accepted separators between numbers.
 pub(super) const SEPARATORS: [char; 3] = [',', ';', '\t'];
 
 pub(super) fn parse(text: &str, file: &str) -> Result<TransferFunction, Error> {
@@ -31,7 +31,7 @@ fn shortened(line: &str) -> String {
     if begin.len() < line.len() { begin + "…" } else { begin }
 }
 
-/// A line wherever colour or opacity has a point, and two where either has a step.
+/// One line per control point of colour or opacity, and two where either has a step.
 pub(super) fn written(transfer: &TransferFunction) -> String {
     let (colors, opacities) = (&transfer.colors, &transfer.opacities);
     let mut values: Vec<f64> = colors.iter().map(|p| p.0).chain(opacities.iter().map(|p| p.0)).collect();

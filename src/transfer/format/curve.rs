@@ -1,40 +1,40 @@
-//! Curves between control points, as VTK has them, made of straight pieces.
+//! Approximates VTK's curves between control points by linear pieces.
 
 use super::MAX_POINTS;
 use crate::transfer::ControlPoint;
 
-/// How far, at the most, pieces are from the curve: in the colours' and the opacities' own scale, and a quarter of a step of 8 bits.
+/// Largest error of the approximation, in units of colour and opacity: a quarter of an 8-bit step.
 pub(super) const TOLERANCE: f64 = 1e-3;
-/// Halvings of a half of a curve: 4 pieces at least, 256 at the most, which follow the steepest curves to the tolerance.
+/// Subdivision levels of each half of a curve: 4 to 256 pieces, enough to follow the steepest curves within the tolerance.
 const HALVINGS: std::ops::Range<u32> = 2..8;
 
-/// A control point with the shape of the curve from it to the next one.
+/// A control point with the shape of the curve that follows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Node<const N: usize> {
     pub value: f64,
     pub y: [f64; N],
-    /// Share of the way to the next point at which the curve is half-way there, 0 … 1.
+    /// Fraction of the interval at which the curve reaches half its height, 0 … 1.
     pub midpoint: f64,
     /// 0: straight on both sides of the midpoint; 1: nearly a step there.
     pub sharpness: f64,
 }
 
 impl<const N: usize> Node<N> {
-    /// One that goes on straight.
+    /// A node followed by a straight line.
     pub fn straight(value: f64, y: [f64; N]) -> Self {
         Self { value, y, midpoint: 0.5, sharpness: 0.0 }
     }
 }
 
-/// What lies between two nodes.
+/// Interpolation between two nodes.
 pub(super) enum Mix<'a, const N: usize> {
     /// A line.
     Straight,
-    /// A curve of its own.
+    /// Any other curve: from, to, fraction.
     Curved(&'a dyn Fn([f64; N], [f64; N], f64) -> [f64; N]),
 }
 
-/// Control points whose lines are the nodes' curves; or what is wrong with the nodes.
+/// Control points of the piecewise-linear approximation, or a description of what is wrong with the nodes.
 pub(super) fn pieces<const N: usize>(nodes: &[Node<N>], mix: &Mix<N>) -> Result<Vec<ControlPoint<[f64; N]>>, String> {
     let unit = 0.0..=1.0;
     if let Some(node) = nodes.iter().find(|n| !unit.contains(&n.midpoint) || !unit.contains(&n.sharpness)) {
@@ -45,13 +45,13 @@ pub(super) fn pieces<const N: usize>(nodes: &[Node<N>], mix: &Mix<N>) -> Result<
     for pair in nodes.windows(2) {
         between(&pair[0], &pair[1], mix, &mut points);
         if points.len() > MAX_POINTS {
-            return Err(format!("has more than {MAX_POINTS} points, those that its curves take included: use fewer"));
+            return Err(format!("has more than {MAX_POINTS} points, including those that approximate its curves: use fewer"));
         }
     }
     Ok(points)
 }
 
-/// Adds what lies after one node, up to the next.
+/// Appends the control points after `from`, up to and including `to`.
 fn between<const N: usize>(from: &Node<N>, to: &Node<N>, mix: &Mix<N>, points: &mut Vec<ControlPoint<[f64; N]>>) {
     let (midpoint, sharpness) = bounded(from);
     let value = |share: f64| if share < 1.0 { from.value + (to.value - from.value) * share } else { to.value };
@@ -69,14 +69,14 @@ fn between<const N: usize>(from: &Node<N>, to: &Node<N>, mix: &Mix<N>, points: &
         for (begin, end) in [(0.0, midpoint), (midpoint, 1.0)] {
             halved(&at, (begin, at(begin)), (end, at(end)), 0, &mut |share, y| points.push((value(share), y)));
         }
-        // Colour spaces round on the way there and back.
+        // The round trip through a colour space loses digits; the end point must be exact.
         if let Some(last) = points.last_mut() {
             *last = (to.value, to.y);
         }
     }
 }
 
-/// Ends of straight pieces from one point of a curve to another.
+/// Pushes the ends of the linear pieces that approximate `curve` between two of its points.
 fn halved<const N: usize>(
     curve: &impl Fn(f64) -> [f64; N],
     from: (f64, [f64; N]),
@@ -98,16 +98,16 @@ fn halved<const N: usize>(
     }
 }
 
-/// Up to which sharpness a curve is straight.
+/// Sharpness below which a curve counts as straight.
 const STRAIGHT: f64 = 0.01;
 
-/// Midpoint, kept off both ends, and sharpness.
+/// Midpoint, kept away from both ends, and sharpness.
 fn bounded<const N: usize>(node: &Node<N>) -> (f64, f64) {
     (node.midpoint.clamp(1e-5, 1.0 - 1e-5), node.sharpness)
 }
 
-/// Share of the way between two control points' entries, at a share of the way between their values: `vtkPiecewiseFunction`'s curve.
-/// Each side of the midpoint is drawn towards its end by a power, and eased by a Hermite spline with flatter ends the sharper it is.
+/// Fraction of the height reached at fraction `share` of the interval: the curve of `vtkPiecewiseFunction`. A power law pulls each
+/// side of the midpoint towards its end. A Hermite spline then eases it, with flatter ends for higher sharpness.
 fn eased(share: f64, midpoint: f64, sharpness: f64) -> f64 {
     let even = if share < midpoint { 0.5 * share / midpoint } else { 0.5 + 0.5 * (share - midpoint) / (1.0 - midpoint) };
     if sharpness < STRAIGHT {
@@ -116,7 +116,7 @@ fn eased(share: f64, midpoint: f64, sharpness: f64) -> f64 {
     let power = 1.0 + 10.0 * sharpness;
     let t = if even < 0.5 { 0.5 * (2.0 * even).powf(power) } else { 1.0 - 0.5 * (2.0 - 2.0 * even).powf(power) };
     let (t2, t3) = (t * t, t * t * t);
-    // Slopes at both ends are alike.
+    // Both end slopes of the Hermite spline are 1 − sharpness.
     let eased = 3.0 * t2 - 2.0 * t3 + (1.0 - sharpness) * (2.0 * t3 - 3.0 * t2 + t);
     eased.clamp(0.0, 1.0)
 }
@@ -142,12 +142,12 @@ mod tests {
         assert_eq!((bent.len(), bent[1]), (3, (15.0, [0.5])));
     }
 
-    /// By hand: at sharpness 1 and half-way to the midpoint, t = 1/2·(1/2)^11 and the entry is 3t² − 2t³ of the way.
+    /// Derived by hand: at sharpness 1, half-way to the midpoint, t = 1/2·(1/2)^11 and the fraction is 3t² − 2t³.
     #[test]
     fn sharp_ones_have_the_closed_form() {
         let t = 0.5 * 0.5f64.powi(11);
         assert!((eased(0.375, 0.75, 1.0) - (3.0 * t * t - 2.0 * t * t * t)).abs() < 1e-15);
-        // A half sharp one: t = 1/2·(1/2)^6, and half of the slopes' part.
+        // At sharpness 0.5: t = 1/2·(1/2)^6, and half of the slope term.
         let t = 0.5 * 0.5f64.powi(6);
         let expected = 3.0 * t * t - 2.0 * t * t * t + 0.5 * (2.0 * t * t * t - 3.0 * t * t + t);
         assert!((eased(0.1, 0.2, 0.5) - expected).abs() < 1e-15 && (eased(0.6, 0.2, 0.5) - (1.0 - expected)).abs() < 1e-15);

@@ -1,4 +1,4 @@
-//! Files of transfer functions: recognised by what is in them, written by how their names end.
+//! Transfer function files. The content determines the format on reading, the file name on writing.
 
 mod ciede2000;
 mod color_space;
@@ -14,9 +14,9 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// A longer file is no transfer function.
+/// Largest file accepted.
 const MAX_BYTES: u64 = 16 << 20;
-/// Control points that a function may have: sixteen bits of values.
+/// Largest number of control points: one per 16-bit value.
 const MAX_POINTS: usize = 1 << 16;
 
 /// File formats of transfer functions.
@@ -34,16 +34,19 @@ const MAX_POINTS: usize = 1 << 16;
 pub enum FileFormat {
     /// A ParaView colour-map preset with opacities, `.json`.
     ParaView,
-    /// A volume property of 3D Slicer in lines of numbers, `.vp`. Slicer reads no more than 1023 bytes of a line.
+    /// 3D Slicer volume property as text, `.vp`. Slicer reads at most 1023 bytes of a line.
     SlicerText,
-    /// A volume property of 3D Slicer in JSON, `.vp.json`.
+    /// 3D Slicer volume property as JSON, `.vp.json`.
     SlicerJson,
     /// Lines of value, red, green, blue and opacity, `.csv`.
     Csv,
 }
 
 impl FileFormat {
-    /// The format that a file name's ending asks for.
+    /// The format of a file name's extension.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] if no format has that extension.
     pub fn of(path: &Path) -> Result<Self, Error> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         let endings = [
@@ -62,8 +65,8 @@ impl FileFormat {
 }
 
 impl TransferFunction {
-    /// What a file of that format holds for this function. All of them hold all of it but its name, which only ParaView's presets
-    /// have; in CSV, colours and opacities have their points at the same values.
+    /// Formats this function as the content of a file. Every format keeps all control points. Only ParaView presets keep the name.
+    /// CSV lists colours and opacities at the same values.
     ///
     /// ```
     /// use layersplat::TransferFunction;
@@ -83,16 +86,16 @@ impl TransferFunction {
     }
 }
 
-/// Reads a file of any format; of a ParaView file the first preset, or the one called `preset`.
+/// Reads a file of any format. Of a ParaView file, takes the preset called `preset`, or the first one.
 pub(super) fn read(path: &Path, preset: Option<&str>) -> Result<TransferFunction, Error> {
     let file = path.display().to_string();
     let mut bytes = Vec::new();
     let opened = File::open(path).map_err(|e| Error::read(path, e))?;
     opened.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|e| Error::read(path, e))?;
     if bytes.len() as u64 > MAX_BYTES {
-        return Err(bad(&file, format!("is larger than {} MiB, which no transfer function is", MAX_BYTES >> 20)));
+        return Err(bad(&file, format!("is larger than {} MiB, the limit for transfer functions", MAX_BYTES >> 20)));
     }
-    let text = String::from_utf8(bytes).map_err(|_| bad(&file, unrecognised("is no text")))?;
+    let text = String::from_utf8(bytes).map_err(|_| bad(&file, unrecognised("is not UTF-8 text")))?;
     parse(&text, &file, preset)
 }
 
@@ -105,20 +108,20 @@ fn parse(text: &str, file: &str, preset: Option<&str>) -> Result<TransferFunctio
         return paraview::parse(text, file, preset);
     }
     if let Some(preset) = preset {
-        return Err(bad(file, format!("holds one function and no preset '{preset}': leave its name out")));
+        return Err(bad(file, format!("has no preset '{preset}', because its format holds one function only: omit the preset")));
     }
     match first {
         "" => Err(bad(file, unrecognised("is empty"))),
         _ if is_json => slicer_json::parse(text, file),
         _ if first.starts_with('#') || first.contains(csv::SEPARATORS) => csv::parse(text, file),
         number if number.parse::<f64>().is_ok() => slicer_text::parse(text, file),
-        _ => Err(bad(file, unrecognised("begins with nothing that is known"))),
+        _ => Err(bad(file, unrecognised("has an unknown format"))),
     }
 }
 
 fn unrecognised(problem: &str) -> String {
     format!(
-        "{problem}: expected a ParaView preset (JSON), a volume property of 3D Slicer (.vp or .vp.json), or lines of value,r,g,b,a (CSV)"
+        "{problem}: expected a ParaView preset (JSON), a 3D Slicer volume property (.vp or .vp.json), or lines of value,r,g,b,a (CSV)"
     )
 }
 
@@ -137,7 +140,7 @@ mod tests {
         (FileFormat::Csv, "a.csv"),
     ];
 
-    /// Numbers that no decimal of a few digits is, a step in each function, and points at different values.
+    /// Numbers without a short decimal form, a step in each function, and points at different values.
     fn awkward() -> TransferFunction {
         let third = 1.0 / 3.0;
         let colors =
@@ -158,7 +161,7 @@ mod tests {
         }
     }
 
-    /// Points that a line of CSV adds lie on the line between their neighbours, as far as rounding lets them.
+    /// Points that CSV adds lie on the line between their neighbours, up to rounding.
     #[test]
     fn csv_has_the_same_function() {
         const ROUNDING: f64 = 1e-15;
@@ -171,7 +174,7 @@ mod tests {
         }
     }
 
-    /// Text cut anywhere gives an error, or all that its numbers say; a number that is cut may be another number.
+    /// Truncated text gives an error, or the function of the text that is left. A truncated number may be another number.
     #[test]
     fn truncated_text_never_panics_and_json_never_passes() {
         for (format, name) in FORMATS {
@@ -185,7 +188,7 @@ mod tests {
         }
     }
 
-    /// A byte that is another gives an error, or a function that can be used.
+    /// A changed byte gives an error or a valid function.
     #[test]
     fn flipped_bytes_never_panic() {
         for (format, name) in FORMATS {
@@ -207,10 +210,10 @@ mod tests {
         for (text, word) in [
             ("", "is empty"),
             (" \n\t\n", "is empty"),
-            ("hello", "begins with nothing"),
+            ("hello", "unknown format"),
             ("{", "is not JSON"),
             ("[1, 2]", "not a ParaView"),
-            ("<xml/>", "begins with nothing"),
+            ("<xml/>", "unknown format"),
         ] {
             let message = parse(text, "f.x", None).unwrap_err().to_string();
             assert!(message.contains("f.x") && message.contains(word), "{text}: {message}");
@@ -221,6 +224,6 @@ mod tests {
         File::create(&path).unwrap().set_len(MAX_BYTES + 1).unwrap();
         assert!(read(&path, None).unwrap_err().to_string().contains("larger than 16 MiB"));
         std::fs::write(&path, [0xff, 0xfe, 0x00]).unwrap();
-        assert!(read(&path, None).unwrap_err().to_string().contains("is no text"));
+        assert!(read(&path, None).unwrap_err().to_string().contains("not UTF-8"));
     }
 }

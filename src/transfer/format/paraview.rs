@@ -36,11 +36,11 @@ struct Preset {
 }
 
 impl Preset {
-    /// Parts of it that change what ParaView shows, and nothing here.
+    /// Warnings about properties that ParaView honours and this crate ignores.
     fn ignored(&self) -> Vec<String> {
         let scale = is_set(&self.log_scale).then(|| "UseLogScale is ignored: the scale is linear".into());
         let categories =
-            (!self.indexed_colors.is_empty()).then(|| "IndexedColors are ignored: values have the colours of RGBPoints".into());
+            (!self.indexed_colors.is_empty()).then(|| "IndexedColors are ignored: colours come from RGBPoints".into());
         [scale, categories].into_iter().flatten().collect()
     }
 
@@ -60,13 +60,13 @@ impl Preset {
         })
     }
 
-    /// Control points of colours.
+    /// Control points of the colours.
     fn colors(&self) -> Result<Vec<ControlPoint<[f64; 3]>>, String> {
         let Some(points) = &self.colors else {
-            return Err("has no RGBPoints: it is no colour map, or has categories alone".into());
+            return Err("has no RGBPoints: it is not a colour map, or holds categories only".into());
         };
         let nodes: Vec<_> = rows(points, "RGBPoints")?.iter().map(|&[x, r, g, b]| Node::straight(x, [r, g, b])).collect();
-        // Mixing is for colours; others are refused as they are.
+        // Mixing would clamp invalid colours; pass them on so that validation rejects them.
         let are_colors = nodes.iter().all(|node| node.y.iter().all(|c| (0.0..=1.0).contains(c)));
         match self.space()? {
             ColorSpace::Rgb => pieces(&nodes, &Mix::Straight),
@@ -77,14 +77,14 @@ impl Preset {
         }
     }
 
-    /// Control points of opacities.
+    /// Control points of the opacities.
     fn opacities(&self, colors: &[ControlPoint<[f64; 3]>]) -> Result<Vec<ControlPoint<f64>>, String> {
         let nodes = match &self.opacities {
             Some(points) => {
                 let rows = rows(points, "Points")?;
                 rows.iter().map(|&[value, y, midpoint, sharpness]| Node { value, y: [y], midpoint, sharpness }).collect()
             }
-            // ParaView's own default for a preset without opacities.
+            // ParaView's default for a preset without opacities.
             None => colors
                 .first()
                 .zip(colors.last())
@@ -95,12 +95,12 @@ impl Preset {
     }
 }
 
-/// Of a switch, which is a number or a truth value.
+/// Whether a switch is on; presets store it as a number or a boolean.
 fn is_set(switch: &Value) -> bool {
     !matches!(switch, Value::Null | Value::Bool(false)) && switch.as_f64() != Some(0.0)
 }
 
-/// Points of four numbers.
+/// Groups numbers into points of four.
 fn rows(points: &[f64], what: &str) -> Result<Vec<[f64; 4]>, String> {
     match points.as_chunks::<4>() {
         (rows, _) if rows.len() > MAX_POINTS => Err(format!("{what} holds more than {MAX_POINTS} points: use fewer")),
@@ -109,10 +109,11 @@ fn rows(points: &[f64], what: &str) -> Result<Vec<[f64; 4]>, String> {
     }
 }
 
-/// More points than these are near to each other, and CIELAB between them as good as a path, each of which takes milliseconds.
+/// Above this many points, CIELAB replaces CIEDE2000 paths. Neighbouring points are then so close that the difference is invisible,
+/// and each path takes milliseconds.
 const MAX_PATHS: usize = 300;
 
-/// Points of the paths between the nodes.
+/// Control points along the CIEDE2000 paths between the nodes.
 fn along_paths(nodes: &[Node<3>]) -> Vec<ControlPoint<[f64; 3]>> {
     let between = nodes.windows(2).flat_map(|pair| {
         let (from, to) = (pair[0].value, pair[1].value);
@@ -122,7 +123,7 @@ fn along_paths(nodes: &[Node<3>]) -> Vec<ControlPoint<[f64; 3]>> {
     nodes.first().map(|node| (node.value, node.y)).into_iter().chain(between).collect()
 }
 
-/// Each point's colour from above the point before it up to itself.
+/// A step function: each point's colour holds from above the previous point up to the point itself.
 fn stepped(nodes: &[Node<3>]) -> Vec<ControlPoint<[f64; 3]>> {
     let steps = nodes.windows(2).flat_map(|pair| {
         let above = pair[0].value.next_up();
@@ -131,7 +132,7 @@ fn stepped(nodes: &[Node<3>]) -> Vec<ControlPoint<[f64; 3]>> {
     steps.chain(nodes.last().map(|node| (node.value.next_up(), node.y))).collect()
 }
 
-/// `FILE#PRESET`.
+/// Splits `FILE#PRESET`.
 #[cfg(unix)]
 pub(in crate::transfer) fn file_and_preset(source: &Path) -> Option<(&Path, &str)> {
     use std::os::unix::ffi::OsStrExt;
@@ -141,14 +142,14 @@ pub(in crate::transfer) fn file_and_preset(source: &Path) -> Option<(&Path, &str
     Some((Path::new(std::ffi::OsStr::from_bytes(&bytes[..mark])), preset))
 }
 
-/// `FILE#PRESET`, of files whose names are Unicode.
+/// Splits `FILE#PRESET`, for Unicode file names.
 #[cfg(not(unix))]
 pub(in crate::transfer) fn file_and_preset(source: &Path) -> Option<(&Path, &str)> {
     let (file, preset) = source.to_str()?.rsplit_once('#')?;
     Some((Path::new(file), preset))
 }
 
-/// The first preset of a text, or the one called `name`.
+/// The preset called `name`, or the first one.
 pub(super) fn parse(text: &str, file: &str, name: Option<&str>) -> Result<TransferFunction, Error> {
     let parsed: File = serde_json::from_str(text).map_err(|e| match e.is_data() {
         true => bad(file, "is not a ParaView colour-map preset: an object, or a list of objects, with RGBPoints (numbers)"),
@@ -184,7 +185,7 @@ struct Written<'a> {
     points: Vec<f64>,
 }
 
-/// A list of one preset, as ParaView imports it.
+/// A list of one preset, which ParaView can import.
 pub(super) fn written(transfer: &TransferFunction) -> String {
     let preset = Written {
         name: transfer.name(),

@@ -1,4 +1,4 @@
-//! Volume properties of 3D Slicer in JSON (`.vp.json`).
+//! 3D Slicer volume properties as JSON (`.vp.json`).
 
 use super::curve::{Mix, Node, pieces};
 use super::{MAX_POINTS, bad};
@@ -39,7 +39,7 @@ struct Component {
     lighting: Option<Lighting>,
     #[serde(default)]
     disable_gradient_opacity: Option<bool>,
-    /// World distance that opacities are for.
+    /// World distance to which the opacities apply.
     #[serde(default)]
     scalar_opacity_unit_distance: Option<f64>,
     rgb_transfer_function: Function<Color>,
@@ -48,7 +48,7 @@ struct Component {
     gradient_opacity: Option<Function<Opacity>>,
 }
 
-/// As VTK lights by itself.
+/// VTK's default lighting.
 #[derive(Deserialize, Serialize)]
 #[serde(rename_all = "camelCase", default)]
 struct Lighting {
@@ -97,17 +97,17 @@ fn half() -> f64 {
 
 pub(super) fn parse(text: &str, file: &str) -> Result<TransferFunction, Error> {
     let parsed: File = serde_json::from_str(text).map_err(|e| match e.is_data() {
-        true => bad(file, format!("is no volume property of 3D Slicer as it should be: {e}")),
+        true => bad(file, format!("is not a valid 3D Slicer volume property: {e}")),
         false => bad(file, format!("is not JSON: {e}")),
     })?;
     let Some(component) = parsed.properties.first().and_then(|property| property.components.first()) else {
         return Err(bad(file, "holds no volume property with a component"));
     };
     if parsed.properties.len() > 1 || parsed.properties[0].components.len() > 1 {
-        tracing::warn!("{file} holds several volume properties or components: the first one is taken");
+        tracing::warn!("{file} holds several volume properties or components: using the first");
     }
     if let Some(distance) = component.scalar_opacity_unit_distance.filter(|&distance| distance != 1.0) {
-        tracing::warn!("{file}: its opacities are for a distance of {distance}: set the unit distance to that");
+        tracing::warn!("{file}: its opacities apply to a distance of {distance}: set the unit distance to {distance}");
     }
     if let Some(function) = component.gradient_opacity.as_ref().filter(|_| component.disable_gradient_opacity != Some(true)) {
         warn_of_gradients(file, function.points.iter().map(|point| point.y));
@@ -120,7 +120,7 @@ pub(super) fn parse(text: &str, file: &str) -> Result<TransferFunction, Error> {
     TransferFunction::new(file, drawn(colors, "colour by value", file)?, opacities)
 }
 
-/// Control points of nodes, which Slicer takes in any order.
+/// Control points of nodes; Slicer accepts nodes in any order.
 fn drawn<const N: usize>(mut nodes: Vec<Node<N>>, what: &str, file: &str) -> Result<Vec<(f64, [f64; N])>, Error> {
     if nodes.len() > MAX_POINTS {
         return Err(bad(file, format!("its {what} has more than {MAX_POINTS} points: use fewer")));
@@ -129,10 +129,10 @@ fn drawn<const N: usize>(mut nodes: Vec<Node<N>>, what: &str, file: &str) -> Res
     pieces(&nodes, &Mix::Straight).map_err(|problem| bad(file, format!("its {what}: {problem}")))
 }
 
-/// Says that opacity by gradient is left out, where it would make a difference.
+/// Warns that gradient opacity is ignored, if it would change the picture.
 pub(super) fn warn_of_gradients(file: &str, mut opacities: impl Iterator<Item = f64>) {
     if opacities.any(|opacity| opacity != 1.0) {
-        tracing::warn!("{file}: its opacity by gradient is ignored");
+        tracing::warn!("{file}: gradient opacity is ignored");
     }
 }
 

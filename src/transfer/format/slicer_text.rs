@@ -1,20 +1,20 @@
-//! Volume properties of 3D Slicer in lines of numbers (`.vp`): interpolation, shading, diffuse, ambient, specular, specular power, then
-//! opacity by value, opacity by gradient and colour by value, each as a count of numbers and the numbers.
+//! 3D Slicer volume properties as text (`.vp`). Nine lines: interpolation, shading, diffuse, ambient, specular, specular power,
+//! scalar opacity, gradient opacity and colour. Each of the last three is a count followed by that many numbers.
 
 use super::{MAX_POINTS, bad, slicer_json};
 use crate::error::Error;
 use crate::transfer::TransferFunction;
 
-/// Lines before the opacities.
+/// Lines before the scalar opacity.
 const LIGHTING_LINES: usize = 6;
-/// What Slicer reads of a line.
+/// Bytes of a line that Slicer reads.
 const SLICERS_LINE: usize = 1023;
 
 pub(super) fn parse(text: &str, file: &str) -> Result<TransferFunction, Error> {
     let mut lines = text.lines().map(str::trim).skip_while(|line| line.is_empty()).skip(LIGHTING_LINES);
     let mut list = |what: &str| match lines.next() {
         Some(line) => numbers(line).map_err(|problem| bad(file, format!("its {what} {problem}"))),
-        None => Err(bad(file, format!("ends before its {what}: a volume property of 3D Slicer has nine lines"))),
+        None => Err(bad(file, format!("ends before its {what}: a 3D Slicer volume property has nine lines"))),
     };
     let opacities = points::<2>(&list("opacity by value")?, "opacity by value", file)?;
     let by_gradient = points::<2>(&list("opacity by gradient")?, "opacity by gradient", file)?;
@@ -24,7 +24,7 @@ pub(super) fn parse(text: &str, file: &str) -> Result<TransferFunction, Error> {
     TransferFunction::new(file, colors, opacities.iter().map(|&[value, a]| (value, a)).collect())
 }
 
-/// The numbers of a line, which begins with their count.
+/// The numbers of a line, which starts with their count.
 fn numbers(line: &str) -> Result<Vec<f64>, String> {
     let mut words = line.split_ascii_whitespace();
     let count: Option<usize> = words.next().and_then(|count| count.parse().ok());
@@ -32,9 +32,9 @@ fn numbers(line: &str) -> Result<Vec<f64>, String> {
     match (count, numbers) {
         (Some(count), Some(numbers)) if numbers.len() == count => Ok(numbers),
         (Some(count), Some(numbers)) => {
-            Err(format!("should hold {count} numbers and holds {}{}", numbers.len(), of_long_line(line)))
+            Err(format!("should hold {count} numbers, but holds {}{}", numbers.len(), of_long_line(line)))
         }
-        _ => Err("is no list of numbers after their count".into()),
+        _ => Err("is not a count followed by numbers".into()),
     }
 }
 
@@ -59,11 +59,11 @@ pub(super) fn written(transfer: &TransferFunction) -> String {
     let colors = list(transfer.colors().iter().flat_map(|&(value, [r, g, b])| [value, r, g, b]).collect());
     if opacities.len().max(colors.len()) > SLICERS_LINE {
         tracing::warn!(
-            "3D Slicer reads no more than {SLICERS_LINE} bytes of a line, and this function has longer ones: write .vp.json"
+            "3D Slicer reads at most {SLICERS_LINE} bytes of a line, and this function has longer lines: write .vp.json"
         );
     }
     let by_gradient = list(vec![0.0, 1.0, 255.0, 1.0]);
-    // Linear, shaded, and lit as VTK does by itself.
+    // Linear interpolation, shaded, VTK's default lighting.
     format!("1\n1\n0.7\n0.1\n0.2\n10\n{opacities}\n{by_gradient}\n{colors}\n")
 }
 
@@ -84,15 +84,15 @@ mod tests {
     #[test]
     fn bad_ones_say_what_is_wrong() {
         for (from, to, word) in [
-            ("6 -100", "7 -100", "opacity by value should hold 7 numbers and holds 6"),
+            ("6 -100", "7 -100", "opacity by value should hold 7 numbers, but holds 6"),
             ("6 -100 0 50 0.5 300 1", "5 -100 0 50 0.5 300", "multiple of 2"),
-            ("300 1\n", "300 x\n", "no list of numbers"),
+            ("300 1\n", "300 x\n", "not a count followed by numbers"),
             ("300 1\n", "300 NaN\n", "from 0 to 1"),
             ("50 0.5", "-500 0.5", "sorted"),
             ("8 -100 0 0 0", "8 -100 0 0 2", "from 0 to 1"),
             ("4 0 1 255 1\n8 -100 0 0 0 300 1 0.5 0\n", "", "ends before its opacity by gradient"),
             ("8 -100 0 0 0 300 1 0.5 0", "0", "no points"),
-            ("6 -100", "-6 -100", "no list of numbers"),
+            ("6 -100", "-6 -100", "not a count followed by numbers"),
         ] {
             let text = SMALL.replace(from, to);
             assert_ne!(text, SMALL);

@@ -1,4 +1,4 @@
-//! VisIt's brick of values, `.bov`: a header beside a raw file.
+//! VisIt's brick of values, `.bov`: a header file and a raw file.
 
 use super::bytes::{Bytes, Gzip, Packed, Plain};
 use super::keyed::Keyed;
@@ -9,7 +9,7 @@ use crate::volume::{Endian, ScalarType};
 use glam::DVec3;
 use std::fs::File;
 
-/// The format.
+/// VisIt's brick of values.
 pub(super) struct Bov;
 
 impl Format for Bov {
@@ -31,7 +31,7 @@ impl Format for Bov {
         let endian = if big { Endian::Big } else { Endian::Little };
         let name = fields.need("DATA_FILE")?;
         if name.contains('%') {
-            return Err(fields.wrong(format!("its DATA_FILE, {name}, stands for several bricks: give one of one file")));
+            return Err(fields.wrong(format!("its DATA_FILE, {name}, names several bricks: use a header with a single file")));
         }
         let first = fields.number::<u64>("BYTE_OFFSET")?.unwrap_or(0);
         let voxels = numbered::beside(path, name);
@@ -58,7 +58,7 @@ fn scalar(fields: &Keyed) -> Result<ScalarType, Error> {
     }
 }
 
-/// A brick from one corner to the other: voxels are at nodes, the outermost on its faces, or in the middle of zones.
+/// Placement of the brick. Node-centred voxels lie on its faces, zone-centred ones half a spacing inside.
 fn place(fields: &Keyed, dims: [usize; 3]) -> Result<glam::DAffine3, Error> {
     let vector = |key: &str| {
         Ok::<_, Error>(fields.numbers::<f64>(&[key], 3)?.map(|numbers| DVec3::new(numbers[0], numbers[1], numbers[2])))

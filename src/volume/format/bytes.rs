@@ -1,4 +1,4 @@
-//! Where the bytes of a file's voxels are, and how they are got at.
+//! Access to the voxel data of files: plain, compressed or split over several files.
 
 use crate::error::Error;
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
@@ -6,30 +6,30 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-/// Bytes of voxels, from the first of the first voxel on, whatever else the file has.
+/// Voxel data from the first byte of the first voxel, regardless of other file contents.
 pub(super) trait Bytes {
-    /// The file that holds them as they are, and the byte at which they begin, if one does.
+    /// The file and the byte offset at which the data are stored uncompressed, if they are.
     fn in_place(&self) -> Option<(&File, u64)> {
         None
     }
 
-    /// Whether some can be read without most of those before them.
+    /// Whether random access is efficient, without reading most preceding data.
     #[cfg(feature = "mpi")]
     fn reads_anywhere(&self) -> bool {
         self.in_place().is_some()
     }
 
-    /// How many there can be at most, told without reading them: what a header declares is compared with it before anything is allocated.
+    /// Upper bound of the number of bytes, determined without reading them. Headers are checked against it before any allocation.
     fn most(&self) -> u64;
 
-    /// Fills `bytes` with those from byte `at` on, as far as there are any. Reading them in order takes one pass over the file.
+    /// Reads from byte `at` into `bytes` and returns the number of bytes read, fewer at the end. Sequential reads take one pass.
     fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<usize>;
 
-    /// Whether there are no more after byte `end`, up to which they have been read: packed ones are only then known to be whole.
+    /// Whether the data end at byte `end`, up to which they have been read. Reading to the end verifies the checksum of compressed data.
     fn ends_at(&mut self, end: u64) -> io::Result<bool>;
 }
 
-/// Those of a file, as they are.
+/// Uncompressed data in a file.
 pub(super) struct Plain {
     file: File,
     first: u64,
@@ -37,20 +37,20 @@ pub(super) struct Plain {
 }
 
 impl Plain {
-    /// From byte `first` on.
+    /// Data from byte `first` to the end of the file.
     pub fn new(file: File, first: u64) -> io::Result<Self> {
         let len = file.metadata()?.len().saturating_sub(first);
         Ok(Self { file, first, len })
     }
 
-    /// `len` bytes from byte `first` on, or fewer if the file ends before.
+    /// `len` bytes from byte `first`, or fewer if the file is shorter.
     #[cfg(feature = "npz")]
     pub fn part(file: File, first: u64, len: u64) -> io::Result<Self> {
         let all = Self::new(file, first)?;
         Ok(Self { len: all.len.min(len), ..all })
     }
 
-    /// The last `len` bytes, or all if there are fewer.
+    /// The last `len` bytes, or all if the file is shorter.
     pub fn last(file: File, len: u64) -> io::Result<Self> {
         let first = file.metadata()?.len().saturating_sub(len);
         Self::new(file, first)
@@ -76,16 +76,16 @@ impl Bytes for Plain {
     }
 }
 
-/// Bytes that are packed one after the other, and unpacked so.
+/// A stream compression method.
 pub(super) trait Packing {
-    /// Bytes that a packed byte can stand for.
+    /// Largest compression ratio.
     const LIMIT: u64;
     type Decoder: Read;
 
     fn unpack(packed: BufReader<File>) -> Self::Decoder;
 }
 
-/// One or more members of gzip.
+/// gzip, with one or more members.
 pub(super) struct Gzip;
 
 impl Packing for Gzip {
@@ -97,7 +97,7 @@ impl Packing for Gzip {
     }
 }
 
-/// Zlib's frame around the same.
+/// Deflate with zlib's header.
 pub(super) struct Zlib;
 
 impl Packing for Zlib {
@@ -109,7 +109,7 @@ impl Packing for Zlib {
     }
 }
 
-/// The same without any frame.
+/// Deflate without a header.
 #[cfg(feature = "npz")]
 pub(super) struct Deflate;
 
@@ -123,21 +123,21 @@ impl Packing for Deflate {
     }
 }
 
-/// Those of a packed file.
+/// Compressed data in a file.
 pub(super) struct Packed<P: Packing> {
     path: PathBuf,
-    /// Byte of the file at which what is packed begins.
+    /// Byte of the file at which the compressed data begin.
     start: u64,
-    /// Unpacked bytes before the first.
+    /// Uncompressed bytes before the first voxel.
     first: u64,
     most: u64,
     decoder: P::Decoder,
-    /// Bytes that were unpacked.
+    /// Number of bytes decompressed so far.
     position: u64,
 }
 
 impl<P: Packing> Packed<P> {
-    /// What is packed from byte `start` of a file on, and once unpacked from byte `first` on.
+    /// Data compressed from byte `start` of a file. The voxels begin at byte `first` of the decompressed data.
     pub fn new(path: &Path, start: u64, first: u64) -> io::Result<Self> {
         let len = std::fs::metadata(path)?.len().saturating_sub(start);
         let most = len.saturating_mul(P::LIMIT).saturating_sub(first);
@@ -151,7 +151,7 @@ impl<P: Packing> Packed<P> {
         Ok(P::unpack(BufReader::new(file)))
     }
 
-    /// Unpacks and forgets all before byte `at`; false if there are not so many.
+    /// Decompresses and discards all bytes before byte `at`. Returns false if the data end before.
     fn skip_to(&mut self, at: u64) -> io::Result<bool> {
         let mut piece = [0; 1 << 14];
         while self.position < at {
@@ -191,7 +191,7 @@ impl<P: Packing> Bytes for Packed<P> {
     }
 }
 
-/// Those that were read with the header, or parsed from text.
+/// Data in memory: read with the header, or parsed from text.
 pub(super) struct Held(pub Vec<u8>);
 
 impl Bytes for Held {
@@ -209,14 +209,14 @@ impl Bytes for Held {
     }
 }
 
-/// Opens a file of several.
+/// Opens one of several files.
 type Open = dyn FnMut(&Path) -> Result<Box<dyn Bytes>, Error>;
 
-/// Those of several files, one after the other: slices in a file each. One is open at a time.
+/// Concatenated data of several files, such as one slice per file. One file is open at a time.
 pub(super) struct Joined {
     open: Box<Open>,
     files: Vec<PathBuf>,
-    /// Bytes of a file, each of which has as many.
+    /// Bytes per file.
     each: u64,
     most: u64,
     current: Option<(usize, Box<dyn Bytes>)>,
@@ -224,7 +224,7 @@ pub(super) struct Joined {
 }
 
 impl Joined {
-    /// All files are opened once, for what they have at most.
+    /// Opens every file once to sum up their upper bounds.
     pub fn new(
         files: Vec<PathBuf>,
         each: u64,
@@ -283,7 +283,7 @@ impl Bytes for Joined {
     }
 }
 
-/// Reads until `bytes` are full or there are no more.
+/// Reads until `bytes` is full or the source ends. Returns the number of bytes read.
 pub(super) fn fill(from: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
     let mut found = 0;
     while found < bytes.len() {

@@ -1,10 +1,10 @@
-//! Which of several volumes that a file holds.
+//! Selection of one of several volumes in a file.
 
 use crate::error::Error;
 use std::path::Path;
 
-/// The one of `several` that is wanted; the first, with a warning, where there are more and none was asked for. `field` is `frame` or
-/// `channel`.
+/// Index of the selected one of `several` volumes. Without a selection it is the first, with a warning if there are more. `field` is
+/// `frame` or `channel`.
 pub(super) fn chosen(path: &Path, field: &'static str, wanted: Option<usize>, several: usize) -> Result<usize, Error> {
     match wanted {
         Some(n) if n < several => Ok(n),
@@ -15,20 +15,19 @@ pub(super) fn chosen(path: &Path, field: &'static str, wanted: Option<usize>, se
         }
         None => {
             if several > 1 {
-                tracing::warn!("{}: of {several} {field}s this is {field} 0; {field} chooses another", path.display());
+                tracing::warn!("{}: using {field} 0 of {several}; select another with {field}", path.display());
             }
             Ok(0)
         }
     }
 }
 
-/// The number of the array that is wanted among `names`; nothing, with a warning where there are more, if none was asked for and it is to
-/// be `default`.
+/// Index of the selected array in `names`. Without a selection it is `None`, with a warning that names `default` if there are more.
 pub(super) fn named(path: &Path, wanted: Option<&str>, names: &[&str], default: &str) -> Result<Option<usize>, Error> {
     let Some(wanted) = wanted else {
         if names.len() > 1 {
             let all = names.join(", ");
-            tracing::warn!("{}: of the arrays {all} this is {default}; array chooses another", path.display());
+            tracing::warn!("{}: using the array {default} of {all}; select another with array", path.display());
         }
         return Ok(None);
     };

@@ -1,4 +1,4 @@
-//! Headers of lines with a key and a value each.
+//! Text headers with one key and value per line.
 
 use crate::error::Error;
 use std::fs::File;
@@ -6,23 +6,23 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Bytes that a header may have: a thousand names of files fit.
+/// Largest header in bytes, enough for a thousand file names.
 const LARGEST: u64 = 1 << 20;
 
-/// Keys and values in the order of the file.
+/// Keys and values, in file order.
 #[derive(Clone)]
 pub(super) struct Keyed {
     path: PathBuf,
     fields: Vec<(String, String)>,
-    /// Lines behind `LIST`.
+    /// Lines after `LIST`.
     pub listed: Vec<String>,
-    /// Byte behind the header.
+    /// Byte after the header.
     pub end: u64,
 }
 
 impl Keyed {
-    /// Reads lines of `key separator value` up to the one whose key is `last`, or to the end of the file; if the value of that one begins
-    /// with LIST, the lines behind it too.
+    /// Reads lines of `key separator value` up to and including the key `last`, or to the end of the file. If the last value begins
+    /// with LIST, also reads the lines after it.
     pub fn read(path: &Path, separator: char, last: &str) -> Result<Self, Error> {
         let failed = |e| Error::read(path, e);
         let mut lines = BufReader::new(File::open(path).map_err(failed)?.take(LARGEST));
@@ -54,7 +54,7 @@ impl Keyed {
         }
     }
 
-    /// The value of the first of these keys that there is, in letters of any case.
+    /// Value of the first of these keys that exists, ignoring case.
     pub fn get(&self, keys: &[&str]) -> Option<&str> {
         let of = |key: &&str| self.fields.iter().rfind(|(k, _)| k.eq_ignore_ascii_case(key));
         keys.iter().find_map(of).map(|(_, value)| value.as_str())
@@ -64,22 +64,22 @@ impl Keyed {
         self.get(&[key]).ok_or_else(|| self.wrong(format!("its header has no {key}")))
     }
 
-    /// Numbers, at least so many of them.
+    /// Numbers of the first of these keys that exists, at least `least` of them.
     pub fn numbers<T: FromStr>(&self, keys: &[&str], least: usize) -> Result<Option<Vec<T>>, Error> {
         let Some(value) = self.get(keys) else { return Ok(None) };
         let words = value.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty());
         let numbers: Option<Vec<T>> = words.map(|word| word.parse().ok()).collect();
         let numbers = numbers.filter(|numbers| numbers.len() >= least);
-        let wrong = || self.wrong(format!("its {}, '{value}', are not {least} numbers", keys[0]));
+        let wrong = || self.wrong(format!("its {} is '{value}': expected {least} numbers", keys[0]));
         numbers.map(Some).ok_or_else(wrong)
     }
 
-    /// One number.
+    /// The first number of a key.
     pub fn number<T: FromStr>(&self, key: &str) -> Result<Option<T>, Error> {
         Ok(self.numbers(&[key], 1)?.and_then(|numbers| numbers.into_iter().next()))
     }
 
-    /// Whether one of these keys says True.
+    /// Whether the value of the first of these keys that exists is True.
     pub fn is_true(&self, keys: &[&str]) -> bool {
         self.get(keys).is_some_and(|value| value.starts_with(['T', 't', '1']))
     }

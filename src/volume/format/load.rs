@@ -1,4 +1,4 @@
-//! From a file whose header is read to a volume.
+//! Creates a volume from a file whose header has been parsed.
 
 use super::OpenOptions;
 use super::bytes::{Bytes, Plain};
@@ -15,34 +15,34 @@ use memmap2::{Mmap, MmapOptions};
 use std::io;
 use std::path::Path;
 
-/// What a file says of its voxels.
+/// Layout of the voxel data, as the header declares it.
 #[derive(Clone)]
 pub(in crate::volume) struct Header {
     pub grid: Grid,
     pub scalar: ScalarType,
     pub endian: Endian,
-    /// Makes numbers values.
+    /// Mapping from stored numbers to values.
     pub rescale: Rescale,
-    /// Byte of the first voxel, and bytes from a voxel to the next ones along x, y, z: of one frame and one channel of several.
+    /// First byte of the first voxel, and strides in bytes along x, y, z, of the selected frame and channel.
     pub first: u64,
     pub strides: [u64; 3],
 }
 
 impl Header {
-    /// Of voxels one after the other, x fastest, in the byte order of most files.
+    /// Consecutive little-endian voxels, x fastest.
     pub fn new(grid: Grid, scalar: ScalarType) -> Self {
         let strides = dense(&grid, scalar);
         Self { grid, scalar, endian: Endian::Little, rescale: Rescale::default(), first: 0, strides }
     }
 
-    /// Of one channel of voxels that have several side by side, `at` of `channels`.
+    /// Selects channel `at` of `channels` interleaved ones.
     pub fn with_channels_inside(mut self, at: usize, channels: usize) -> Self {
         self.first = self.first.saturating_add((at * self.scalar.bytes()) as u64);
         self.strides = self.strides.map(|stride| stride.saturating_mul(channels as u64));
         self
     }
 
-    /// Of one volume of several, one after the other.
+    /// Selects one of several consecutive volumes.
     pub fn with_frame(mut self, frame: usize) -> Self {
         let [_, _, stride] = self.strides;
         let each = stride.saturating_mul(self.grid.dims()[2] as u64);
@@ -50,7 +50,7 @@ impl Header {
         self
     }
 
-    /// Bytes from the first that is wanted to behind the last.
+    /// Bytes from the start of the first voxel to the end of the last.
     fn span(&self) -> u64 {
         self.span_of(self.grid.dims())
     }
@@ -64,13 +64,13 @@ impl Header {
         self.strides == dense(&self.grid, self.scalar)
     }
 
-    /// The byte behind the last one that is wanted.
+    /// Byte after the last voxel.
     pub fn end(&self) -> u64 {
         self.first.saturating_add(self.span())
     }
 }
 
-/// The grid that a file tells: voxel (i, j, k) sits at `index_to_world · (i, j, k)`; with a spacing that is asked for, at the origin.
+/// Grid of a file with the transform `index_to_world`. A spacing in `options` replaces the transform and puts the origin at 0.
 pub(super) fn grid(path: &Path, dims: [usize; 3], index_to_world: DAffine3, options: &OpenOptions) -> Result<Grid, Error> {
     let grid = match options.spacing {
         Some(spacing) => Grid::new(dims, spacing),
@@ -79,7 +79,7 @@ pub(super) fn grid(path: &Path, dims: [usize; 3], index_to_world: DAffine3, opti
     grid.map_err(|e| Error::volume(path, e.to_string()))
 }
 
-/// Voxels `spacing` apart along the world's axes, the first at `origin`.
+/// Axis-aligned transform with the first voxel at `origin`.
 pub(super) fn upright(spacing: DVec3, origin: DVec3) -> DAffine3 {
     DAffine3 { matrix3: DMat3::from_diagonal(spacing), translation: origin }
 }
@@ -89,19 +89,19 @@ fn dense(grid: &Grid, scalar: ScalarType) -> [u64; 3] {
     [size, size.saturating_mul(x), size.saturating_mul(x).saturating_mul(y)]
 }
 
-/// A file whose header is read.
+/// A file whose header has been parsed.
 pub(super) struct Opened {
     pub header: Header,
     pub bytes: Box<dyn Bytes>,
-    /// There may be no more bytes than those of the voxels: where nothing but a name tells how many these are.
+    /// Whether additional bytes are an error. Set for raw files, whose size is known from the name or the options only.
     pub exact: bool,
 }
 
-/// Bytes that are read at a time.
+/// Bytes read at a time.
 const PIECE: u64 = 1 << 24;
 
-/// The volume of a file. Voxels of a device's type that lie there as they are are mapped, not read; others, if they are more than `most`
-/// bytes, in a temporary file.
+/// Creates the volume of a file. Uncompressed voxels of a device type are memory-mapped. If others take more than `most` bytes, they are
+/// decompressed into a temporary file.
 pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<Volume<'static>, Error> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut file = Reading::new(path, opened);
@@ -123,23 +123,23 @@ pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<V
     }
 }
 
-/// Some layers along z of a file, of which no more is read.
+/// Reads a range of z layers of a file and no other voxels.
 ///
 /// # Errors
-/// Files of which no part can be read without all before it.
+/// If the format does not support random access.
 #[cfg(feature = "mpi")]
 pub(super) fn layers(path: &Path, opened: Opened, choose: &dyn Fn([usize; 3]) -> Layers) -> Result<Unseen<'static>, Error> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     if !opened.bytes.reads_anywhere() {
-        let problem = "its voxels are packed or written out one after the other, so that every process would have to read all of them: \
-                       write them as they are (layersplat convert IN OUT.nrrd)";
+        let problem = "its voxels are compressed or stored as text, so that every process would have to read all of them: \
+                       convert it to an uncompressed file (layersplat convert IN OUT.nrrd)";
         return Err(Error::volume(path, problem));
     }
     let mut file = Reading::new(path, opened);
     file.check_size()?;
     let Header { ref grid, scalar, endian, rescale, .. } = file.opened.header;
     let (whole, layers) = (grid.clone(), choose(grid.dims()));
-    // As if these were all that the file has.
+    // Restrict the header to the selected layers.
     let [x, y, _] = whole.dims();
     let header = &mut file.opened.header;
     header.first += header.strides[2] * layers.held.start as u64;
@@ -151,10 +151,10 @@ pub(super) fn layers(path: &Path, opened: Opened, choose: &dyn Fn([usize; 3]) ->
     Ok(unseen.with_rescale(rescale))
 }
 
-/// Numbers as they are stored, mapped or read, and what the header says of them.
+/// Header and stored numbers, mapped or read.
 pub(in crate::volume) type Numbers = (Header, Box<dyn AsRef<[u8]>>);
 
-/// All numbers of a file one after the other, as they are stored, with what the header says.
+/// All numbers of a file as stored, without gaps, and its header.
 pub(super) fn numbers(path: &Path, opened: Opened) -> Result<Numbers, Error> {
     let mut file = Reading::new(path, opened);
     file.check_size()?;
@@ -162,10 +162,10 @@ pub(super) fn numbers(path: &Path, opened: Opened) -> Result<Numbers, Error> {
     Ok((file.opened.header, bytes))
 }
 
-/// How numbers are read: up to the last one, or to the end of what is packed.
+/// A read function: `picked` or `gathered`.
 type Read<R> = fn(&mut R, &str) -> Result<Vec<u8>, Error>;
 
-/// A file that is read.
+/// A file being read.
 struct Reading<'a> {
     path: &'a Path,
     opened: Opened,
@@ -180,7 +180,7 @@ impl<'a> Reading<'a> {
 }
 
 impl Reading<'_> {
-    /// Refuses a file that cannot have as many bytes as it should.
+    /// Rejects files that are too small for the declared voxels, before anything is allocated.
     fn check_size(&self) -> Result<(), Error> {
         let Opened { header, bytes, exact } = &self.opened;
         let (end, most, in_place) = (header.end(), bytes.most(), bytes.in_place().is_some());
@@ -190,13 +190,13 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// All bytes from the first voxel on to the last, mapped, if a file holds them as they are.
+    /// Maps the bytes of all voxels, if a file stores them uncompressed.
     fn mapped(&self) -> Result<Option<Mmap>, Error> {
         let Some((file, start)) = self.opened.bytes.in_place() else { return Ok(None) };
         let header = &self.opened.header;
         let len = usize::try_from(header.span()).map_err(|_| self.wrong_size("another number"))?;
-        // SAFETY: bytes are plain data, whatever they change to; that a file must not be cut short while it is mapped is said in
-        // `Volume::open`'s documentation.
+        // SAFETY: bytes are plain data, so changes of the file are harmless. The documentation of `Volume::open` requires that the
+        // file is not truncated while it is mapped.
         let map = unsafe { MmapOptions::new().offset(start + header.first).len(len).map(file) };
         map.map(Some).map_err(|e| match e.kind() {
             io::ErrorKind::OutOfMemory => {
@@ -207,7 +207,7 @@ impl Reading<'_> {
         })
     }
 
-    /// Voxels of a device's type: mapped where they lie, if a file holds them as they are, or read.
+    /// Voxels of a device type: mapped in place if stored uncompressed, else read.
     fn storage(&mut self, voxel_type: VoxelType, name: &str, read: Read<Self>) -> Result<Storage<'static>, Error> {
         let (endian, strides) = (self.opened.header.endian, self.opened.header.strides);
         let storage = match self.mapped()? {
@@ -221,7 +221,7 @@ impl Reading<'_> {
         Ok(storage.with_endian(endian))
     }
 
-    /// All numbers, one after the other: mapped, if a file holds them so, or read.
+    /// All numbers without gaps: mapped if stored so, else read.
     fn dense(&mut self, name: &str, read: Read<Self>) -> Result<Box<dyn AsRef<[u8]>>, Error> {
         match self.mapped()?.filter(|_| self.opened.header.is_dense()) {
             Some(map) => Ok(Box::new(map)),
@@ -229,7 +229,7 @@ impl Reading<'_> {
         }
     }
 
-    /// Puts all bytes from the first voxel on to the last into a file, as they would lie in one that is not packed.
+    /// Decompresses the bytes of all voxels into a temporary file with the same layout.
     fn spool(&mut self, name: &str) -> Result<(), Error> {
         let (first, span, end) = (self.opened.header.first, self.opened.header.span(), self.opened.header.end());
         let mut spool = Spool::new(name, span)?;
@@ -245,14 +245,14 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// All numbers, one after the other, to the end of what is packed.
+    /// Reads all numbers, and verifies the end of compressed data.
     fn gathered(&mut self, name: &str) -> Result<Vec<u8>, Error> {
         let numbers = self.picked(name)?;
         self.check_end(self.opened.header.end())?;
         Ok(numbers)
     }
 
-    /// All numbers, one after the other.
+    /// Reads all numbers without gaps.
     fn picked(&mut self, name: &str) -> Result<Vec<u8>, Error> {
         let (dims, size) = (self.opened.header.grid.dims(), self.opened.header.scalar.bytes());
         let mut numbers = memory::zeroed(name, dims.iter().product::<usize>() * size)?;
@@ -267,7 +267,7 @@ impl Reading<'_> {
         Ok(numbers)
     }
 
-    /// Refuses what goes on behind the last voxel where it must not, and damage that is only told at the end of what is packed.
+    /// Rejects extra data if the size must be exact, and damage that is only detected at the end of compressed data.
     fn check_end(&mut self, end: u64) -> Result<(), Error> {
         match self.opened.bytes.ends_at(end) {
             Ok(false) if self.opened.exact => Err(self.wrong_size(format!("more than {end}"))),
@@ -276,7 +276,7 @@ impl Reading<'_> {
         }
     }
 
-    /// Numbers with others between them: slice by slice, or all at once where slices lie in each other.
+    /// Reads strided numbers: slice by slice, or all at once if slices interleave.
     fn pick(&mut self, name: &str, dims: [usize; 3], size: usize, numbers: &mut [u8]) -> Result<(), Error> {
         let Header { first, strides, .. } = self.opened.header;
         let of_slice = self.opened.header.span_of([dims[0], dims[1], 1]);
@@ -304,11 +304,11 @@ impl Reading<'_> {
         }
     }
 
-    /// What a failed read means.
+    /// Converts a failed read to an error: damaged data or an I/O error.
     fn failed(&self, e: &io::Error) -> Error {
         match e.kind() {
             io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => {
-                Error::volume(self.path, format!("what is packed in it is truncated or damaged: {e}"))
+                Error::volume(self.path, format!("its compressed data are truncated or damaged: {e}"))
             }
             _ => Error::read(self.path, io::Error::new(e.kind(), e.to_string())),
         }
@@ -323,7 +323,7 @@ impl Reading<'_> {
         }
         let ([x, y, z], found) = (dims, found.to_string());
         let problem = format!(
-            "{x}x{y}x{z} voxels of {scalar}, as it says, are {expected} bytes, found {found}: it is truncated or damaged"
+            "its header declares {x}x{y}x{z} voxels of {scalar}, {expected} bytes, found {found}: it is truncated or damaged"
         );
         Error::volume(self.path, problem)
     }

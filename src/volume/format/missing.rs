@@ -1,10 +1,10 @@
-//! Formats that this build does not read: named, with what would.
+//! Formats that this build does not support; errors name the required feature.
 
 use super::load::Opened;
 use super::{Format, Found, OpenOptions};
 use crate::error::Error;
 
-/// A format of a feature that is off.
+/// A recognised format whose feature is disabled.
 pub(super) struct Missing {
     pub name: &'static str,
     pub feature: &'static str,
@@ -22,9 +22,6 @@ impl Format for Missing {
 
     fn open(&self, file: &Found, _options: &OpenOptions) -> Result<Opened, Error> {
         let Self { name, feature, .. } = self;
-        Err(Error::volume(
-            file.path,
-            format!("it is {name}, which this build does not read: one with the feature {feature} does"),
-        ))
+        Err(Error::volume(file.path, format!("it is {name}, which needs a build with the feature {feature}")))
     }
 }

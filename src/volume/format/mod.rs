@@ -1,4 +1,4 @@
-//! File formats: one file each, behind one small trait.
+//! Volume file formats; each implements [`Format`].
 
 mod bov;
 mod bytes;
@@ -42,9 +42,9 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// All formats; the first that recognises a file reads it. Raw files have no mark and come last.
+/// All formats. The first one that recognises a file reads it. Raw files have no magic number, so they come last.
 const FORMATS: &[&dyn Format] = &[
-    // Before TIFF, as some files are both: what comes before DICOM's mark is free.
+    // DICOM comes before TIFF: files may be both, since DICOM leaves its first 128 bytes unspecified.
     #[cfg(feature = "dicom")]
     &dicom::Dicom,
     #[cfg(not(feature = "dicom"))]
@@ -84,33 +84,34 @@ const FORMATS: &[&dyn Format] = &[
     },
     &raw::Raw,
 ];
-/// Bytes at the start of a file that formats are recognised by.
+/// Bytes at the start of a file that are used for recognition.
 const START: usize = 512;
-
+/// What is wrong with complex numbers.
+const COMPLEX: &str = "complex numbers, and a voxel has one number: save their magnitude, phase or real part";
 const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM or HDF5 files, \
                        folders of Zarr, PNG slices, .raw or .raw.gz files, or builtin:NAME";
 
 /// A file format.
 trait Format: Sync {
-    /// Whether a file is in this format: by its first bytes, or by its name where the format has no mark.
+    /// Whether a file has this format, by its first bytes, or by its name if the format has no magic number.
     fn recognises(&self, file: &Found, options: &OpenOptions) -> bool;
 
-    /// The options by name, of those that only some formats know, that choose in a file or folder of this format.
+    /// Names of the format-specific options that this format supports.
     fn chooses(&self) -> &'static [&'static str] {
         &[]
     }
 
-    /// Reads the header.
+    /// Parses the header.
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error>;
 }
 
-/// A file, or a folder, before anything is known of it.
+/// A file or folder before its format is known.
 struct Found<'a> {
     path: &'a Path,
     folder: bool,
-    /// The first bytes, as they are.
+    /// First bytes of the file.
     start: Vec<u8>,
-    /// Those of what a file of gzip holds.
+    /// First decompressed bytes, if it is a gzip file.
     unpacked: Option<Vec<u8>>,
 }
 
@@ -131,7 +132,7 @@ impl<'a> Found<'a> {
             let mut unpacked = vec![0; START];
             let mut decoder = MultiGzDecoder::new(&start[..]);
             let mut found = 0;
-            // The start ends within what is packed, which is an error; too few bytes say enough, too.
+            // The input is cut off, so decompression ends with an error. The bytes before it are enough.
             while let Ok(more @ 1..) = decoder.read(&mut unpacked[found..]) {
                 found += more;
             }
@@ -141,7 +142,7 @@ impl<'a> Found<'a> {
         Ok(Self { path, folder: false, start, unpacked })
     }
 
-    /// Whether the name has one of these endings, in letters of any case.
+    /// Whether the name has one of these extensions, ignoring case.
     fn ends_with(&self, endings: &[&str]) -> bool {
         let name = self.path.to_string_lossy().to_ascii_lowercase();
         endings.iter().any(|ending| name.ends_with(ending))
@@ -153,7 +154,7 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Volume<'static>
     load::volume(path, open(path, options)?, options.memory)
 }
 
-/// Some layers along z of a file of any format.
+/// Reads a range of z layers of a file of any format.
 #[cfg(feature = "mpi")]
 pub(super) fn layers(
     path: &Path,
@@ -163,7 +164,7 @@ pub(super) fn layers(
     load::layers(path, open(path, options)?, choose)
 }
 
-/// All numbers of a file of any format, one after the other, as they are stored, with what its header says.
+/// All numbers of a file of any format as stored, and its header.
 pub(super) fn numbers(path: &Path, options: &OpenOptions) -> Result<load::Numbers, Error> {
     load::numbers(path, open(path, options)?)
 }
@@ -182,20 +183,20 @@ fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
         ("series", options.series.is_some()),
     ];
     if let Some((field, _)) = given.iter().find(|(field, given)| *given && !format.chooses().contains(field)) {
-        let problem = format!("the format of {} has nothing that it chooses: leave it out", path.display());
+        let problem = format!("not supported by the format of {}: omit it", path.display());
         return Err(Error::Settings { field, problem });
     }
     format.open(&file, options)
 }
 
-/// The files of a folder.
+/// All files of a folder.
 fn listed(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let failed = |e| Error::read(folder, e);
     let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(failed)?.collect();
     Ok(entries.map_err(failed)?.into_iter().map(|entry| entry.path()).filter(|path| path.is_file()).collect())
 }
 
-/// Whether a folder holds a file of which the name has this ending.
+/// Whether a folder has a file with this extension.
 #[cfg(not(feature = "dicom"))]
 fn holds(folder: &Path, ending: &str) -> bool {
     let is_one = |file: &PathBuf| file.to_string_lossy().to_ascii_lowercase().ends_with(ending);

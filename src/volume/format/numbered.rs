@@ -1,15 +1,20 @@
-//! Files that headers name, numbered ones too.
+//! Data files named in headers, including numbered ones.
 
 use super::bytes::{Bytes, Joined};
 use crate::error::Error;
 use std::path::{Path, PathBuf};
 
-/// Files that a pattern may name: more are a mistake.
+/// Limit of files that a pattern may name.
 const MOST: usize = 1 << 16;
 
-/// The names that a pattern with one `%d`, `%3d` or `%03d` stands for.
+/// Expands a pattern with one `%d`, `%3d` or `%03d`.
 pub(super) fn names(pattern: &str, first: i64, last: i64, step: i64) -> Result<Vec<String>, String> {
-    let wrong = || format!("'{pattern}' with the numbers {first} to {last} by {step} names no files: expected one %d or %03d");
+    let wrong = || {
+        format!(
+            "invalid file name pattern '{pattern}' for the numbers {first} to {last} in steps of {step}: expected \
+                            one %d or %03d"
+        )
+    };
     let (before, rest) = pattern.split_once('%').ok_or_else(wrong)?;
     let (width, after) = rest.split_once('d').ok_or_else(wrong)?;
     let filled = width.starts_with('0');
@@ -23,15 +28,15 @@ pub(super) fn names(pattern: &str, first: i64, last: i64, step: i64) -> Result<V
     Ok((0..count).map(|i| format!("{before}{}{after}", number(first + step * i as i64))).collect())
 }
 
-/// Files, and how many axes of the whole each of them has, if that is told.
+/// Data files, and the number of array axes in each, if specified.
 pub(super) type Several = (Vec<PathBuf>, Option<usize>);
 
-/// The file that a header names.
+/// Path of a file that a header names.
 pub(super) fn beside(header: &Path, name: &str) -> PathBuf {
     header.parent().unwrap_or(Path::new("")).join(name)
 }
 
-/// The `whole` bytes of an array, of which each of the files that its header names has as many, as `open` reads them.
+/// Concatenation of data files with `each` bytes per file, `whole` bytes in total. `open` opens one of them.
 pub(super) fn joined(
     header: &Path,
     files: Vec<PathBuf>,
@@ -41,7 +46,7 @@ pub(super) fn joined(
 ) -> Result<Box<dyn Bytes>, Error> {
     let (found, expected) = (files.len(), whole.div_ceil(each));
     if found as u64 != expected {
-        return Err(Error::volume(header, format!("it names {found} data files, and its sizes need {expected}")));
+        return Err(Error::volume(header, format!("it names {found} data files, but its sizes require {expected}")));
     }
     Ok(Box::new(Joined::new(files, each, open)?))
 }

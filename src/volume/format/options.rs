@@ -1,11 +1,11 @@
-//! What users tell of a file.
+//! Options for opening volumes.
 
 use crate::error::Error;
 use crate::volume::{Endian, Grid, ScalarType};
 use glam::DVec3;
 
-/// What a file, or a raw file's name, does not tell, or tells wrongly, and which of several volumes it is to be; what is given here wins.
-/// Spacing defaults to 1,1,1.
+/// Properties that a file does not declare, or declares wrongly, and the selection of one of several volumes in it. Fields that are set
+/// override the file. The default spacing is 1, 1, 1.
 ///
 /// ```
 /// use layersplat::volume::{OpenOptions, ScalarType, Volume};
@@ -20,61 +20,60 @@ use glam::DVec3;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OpenOptions {
-    /// Voxels along x, y, z.
+    /// Number of voxels along x, y, z.
     pub dims: Option<[usize; 3]>,
-    /// Type of the numbers.
+    /// Type of the stored numbers.
     pub voxel_type: Option<ScalarType>,
-    /// World distance between voxels along x, y, z, along the world's axes, whatever a file says of its grid.
+    /// World distance between voxels along x, y, z. Replaces the file's grid by an axis-aligned one at the origin.
     pub spacing: Option<DVec3>,
-    /// Byte order; little if it is not given.
+    /// Byte order; little-endian by default.
     pub endian: Option<Endian>,
-    /// Bytes before the first voxel, of a gzip file once unpacked; 0 if not given.
+    /// Bytes before the first voxel, after decompression; 0 by default.
     pub header_bytes: Option<u64>,
-    /// Which of several volumes, in formats that hold a sequence of them; the first if not given.
+    /// Index of a volume in a sequence; 0 by default.
     pub frame: Option<usize>,
-    /// Which of several numbers per voxel; the first if not given.
+    /// Component (channel) of voxels with several numbers; 0 by default.
     pub channel: Option<usize>,
-    /// Which of several arrays, by its name, in formats that name them; the one that the file marks, or the first, if not given.
+    /// Name of an array, in formats that name them. By default the one that the file marks as active, else the first.
     pub array: Option<String>,
-    /// Which of several series of DICOM images in a folder: its number, its description or its identifier. An error if there are several
-    /// and it is not given.
+    /// DICOM series in a folder: its number, description or identifier. Required if there are several.
     pub series: Option<String>,
-    /// Which of several resolutions, in formats that hold them; the finest that fits into half of the free memory if not given.
+    /// Resolution level, in multiresolution formats. By default the finest that fits into half of the available memory.
     pub level: Option<Level>,
-    /// Bytes that voxels may take in memory where a file cannot be mapped as it is: larger ones are unpacked to a temporary file (in the
-    /// system's folder for these, `TMPDIR`), which is mapped. As many as there are if not given.
+    /// Memory limit in bytes for voxels of files that cannot be mapped. Larger volumes are decompressed to a temporary file (in
+    /// `TMPDIR` or the system's default folder), which is mapped. Unlimited by default.
     pub memory: Option<u64>,
 }
 
-/// Which of several resolutions of a volume.
+/// Selects one of several resolutions of a volume.
 ///
 /// ```
 /// use layersplat::volume::{Level, OpenOptions};
 ///
-/// // As many voxels as a picture of this width shows.
+/// // As many voxels as a picture of this width can show.
 /// let options = OpenOptions { level: Some(Level::Pixels(1024)), ..OpenOptions::default() };
 /// # assert_ne!(options, OpenOptions::default());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// By its number: 0 is the finest.
+    /// Level number; 0 is the finest.
     Number(usize),
-    /// The coarsest that has a voxel per pixel along every axis, in a picture of which the volume's longest side takes so many pixels; the
-    /// finest if none has.
+    /// The coarsest level with at least one voxel per pixel along every axis, if the longest side of the volume spans this many pixels.
+    /// The finest level if none qualifies.
     Pixels(usize),
-    /// The finest of which the voxels have no more bytes; the coarsest if all have. Where there is only one, that.
+    /// The finest level with at most this many bytes of voxels, else the coarsest. Also accepted by formats with one resolution.
     Bytes(u64),
 }
 
 impl Level {
-    /// Whether a volume of which there is only one resolution refuses it.
+    /// Whether formats with a single resolution reject this selection.
     pub(super) fn is_demanded(self) -> bool {
         !matches!(self, Self::Bytes(_))
     }
 }
 
 impl OpenOptions {
-    /// The grid of `dims` with the wanted spacing.
+    /// Axis-aligned grid of `dims` voxels with the given spacing.
     pub(in crate::volume) fn grid(&self, dims: [usize; 3]) -> Result<Grid, Error> {
         Grid::new(dims, self.spacing.unwrap_or(DVec3::ONE))
     }

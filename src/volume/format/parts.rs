@@ -1,24 +1,24 @@
-//! Bytes that come a part at a time: a page, a slice, some layers.
+//! Data that are decoded in parts: a page, a slice, or several layers.
 
 use super::bytes::Bytes;
 use std::io;
 
-/// What is read or unpacked part by part; of a volume's bytes, one after the other.
+/// Voxel data that are decoded part by part.
 pub(super) trait Parts {
-    /// How many bytes there can be at most, told without reading them.
+    /// Upper bound of the number of bytes, determined without reading them.
     fn most(&self) -> u64;
 
-    /// Bytes of all parts together.
+    /// Bytes of all parts.
     fn whole(&self) -> u64;
 
-    /// Bytes of a part, of which the last one may have fewer.
+    /// Bytes per part; the last one may be shorter.
     fn each(&self) -> u64;
 
-    /// The bytes of part `index`.
+    /// Decodes part `index`.
     fn part(&mut self, index: usize) -> io::Result<Vec<u8>>;
 }
 
-/// Parts, of which the one that was read last is kept.
+/// Caches the most recently decoded part.
 pub(super) struct Kept<P> {
     parts: P,
     current: Option<(usize, Vec<u8>)>,
@@ -74,7 +74,7 @@ impl<P: Parts> Bytes for Kept<P> {
 mod tests {
     use super::*;
 
-    /// Numbers from 0 to 9, four at a time, of which the parts that are read are counted.
+    /// Numbers 0 to 9 in parts of four; counts the parts that are decoded.
     struct Ten(usize);
 
     impl Parts for Ten {

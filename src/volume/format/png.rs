@@ -1,4 +1,4 @@
-//! One slice in a PNG picture.
+//! A slice in a PNG picture.
 
 use super::bytes::{Bytes, Held};
 use super::load::{self, Header, Opened, upright};
@@ -13,10 +13,10 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
-/// The format.
+/// PNG.
 pub(super) struct Png;
 
-/// Bytes that a packed byte can stand for: deflate's.
+/// Largest compression ratio of deflate.
 const LIMIT: u64 = 1032;
 
 impl Format for Png {
@@ -46,7 +46,7 @@ fn decoder(path: &Path) -> Result<PngDecoder<BufReader<File>>, Error> {
     PngDecoder::with_limits(BufReader::new(file), limits).map_err(|e| Error::volume(path, format!("its picture is damaged: {e}")))
 }
 
-/// A picture that is decoded when it is read.
+/// A picture that is decoded on first access.
 struct Picture {
     path: PathBuf,
     most: u64,

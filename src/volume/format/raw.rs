@@ -1,4 +1,4 @@
-//! Raw volumes, `NAME_XxYxZ_TYPE.raw` and `.raw.gz` (the naming of the Open SciVis Datasets).
+//! Raw files `NAME_XxYxZ_TYPE.raw` and `.raw.gz`, named as in the Open SciVis Datasets.
 
 use super::bytes::{Bytes, Gzip, Packed, Plain};
 use super::load::{Header, Opened};
@@ -8,7 +8,7 @@ use crate::volume::ScalarType;
 use std::fs::File;
 use std::path::Path;
 
-/// The format.
+/// Raw files.
 pub(super) struct Raw;
 
 impl Format for Raw {
@@ -23,12 +23,12 @@ impl Format for Raw {
         let zipped = named.is_some_and(|(_, zipped)| zipped);
         let unnamed = |field, problem: &str| Error::Unnamed { path: path.into(), field, problem: problem.into() };
         let dims = options.dims.or(named_dims);
-        let dims = dims.ok_or_else(|| unnamed("dims", "the name does not tell the dimensions"))?;
+        let dims = dims.ok_or_else(|| unnamed("dims", "the name has no dimensions"))?;
         let scalar = match (options.voxel_type, named_type) {
             (Some(t), _) => t,
             (None, Some(Ok(t))) => t,
             (None, Some(Err(e))) => return Err(unnamed("voxel_type", &e)),
-            (None, None) => return Err(unnamed("voxel_type", "the name does not tell the voxel type")),
+            (None, None) => return Err(unnamed("voxel_type", "the name has no voxel type")),
         };
         let grid = options.grid(dims).map_err(|e| match (options.dims, &e) {
             (None, Error::OutOfRange { name: "dims", .. }) => unnamed("dims", &e.to_string()),
@@ -36,7 +36,7 @@ impl Format for Raw {
         })?;
         choice::chosen(path, "frame", options.frame, 1)?;
         choice::chosen(path, "channel", options.channel, 1)?;
-        // What comes before the voxels counts as the file's size does.
+        // `first` is part of the header, so that the exact size check includes it.
         let first = options.header_bytes.unwrap_or(0);
         let header = Header { endian: options.endian.unwrap_or_default(), first, ..Header::new(grid, scalar) };
         let failed = |e| Error::read(path, e);
@@ -49,13 +49,13 @@ impl Format for Raw {
     }
 }
 
-/// Dimensions and type, as far as a raw file's name tells them.
+/// Dimensions and type encoded in the name of a raw file.
 pub(in crate::volume) fn told_by_name(path: &Path) -> OpenOptions {
     let (dims, voxel_type) = stem(path).map_or((None, None), |(stem, _)| parse_name(&stem));
     OpenOptions { dims, voxel_type: voxel_type.and_then(Result::ok), ..OpenOptions::default() }
 }
 
-/// A file name without `.raw` or `.raw.gz`, in any case, and whether it ended in `.gz`.
+/// File name without `.raw` or `.raw.gz` (any case), and whether it ended in `.gz`.
 fn stem(path: &Path) -> Option<(String, bool)> {
     let name = path.file_name()?.to_string_lossy();
     let without = |name: &str, ending: &str| {
@@ -66,7 +66,7 @@ fn stem(path: &Path) -> Option<(String, bool)> {
     Some((without(unzipped.as_deref().unwrap_or(&name), ".raw")?, unzipped.is_some()))
 }
 
-/// Dimensions and type from `NAME_XxYxZ_TYPE`, in letters of any case, as far as it tells them.
+/// Parses the dimensions and the type in `NAME_XxYxZ_TYPE`, ignoring case.
 fn parse_name(stem: &str) -> (Option<[usize; 3]>, Option<Result<ScalarType, String>>) {
     let stem = stem.to_ascii_lowercase();
     let parts: Vec<&str> = stem.split('_').collect();

@@ -1,4 +1,4 @@
-//! Volumes of which every slice is a file: those of a folder, or all that a pattern stands for.
+//! Volumes with one file per slice: all slices of a folder, or those that match a pattern.
 
 use super::bytes::Joined;
 use super::load::{self, Header, Opened};
@@ -6,24 +6,21 @@ use super::{OpenOptions, listed, open as open_one};
 use crate::error::Error;
 use std::path::{Path, PathBuf};
 
-/// Endings of files that are slices.
+/// Extensions of slice files.
 const ENDINGS: [&str; 3] = ["png", "tif", "tiff"];
 
 pub(super) const UNKNOWN: &str =
-    "it is a folder without numbered .png or .tif slices, a series of DICOM images or anything else that is read: give a file";
+    "the folder holds no numbered .png or .tif slices, DICOM series or other known volume: give a file";
 
-/// The files of a folder, or of a name with one `%d` or `%03d`, in the order of their numbers; nothing if it is a file,
-/// or a folder without any.
+/// Slice files of a folder, or of a pattern with one `%d` or `%03d`, sorted by number. `None` if the path is a file or a folder
+/// without slices.
 pub(super) fn files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     if path.is_dir() {
         let mut files = listed(path)?;
         files.retain(|file| ending(file).is_some_and(|ending| ENDINGS.contains(&ending.as_str())));
         let Some(first) = files.first().and_then(|file| ending(file)) else { return Ok(None) };
         if files.iter().any(|file| ending(file).as_ref() != Some(&first)) {
-            return Err(Error::volume(
-                path,
-                "it is a folder with slices of several kinds: give NAME%d.ENDING of those that are meant",
-            ));
+            return Err(Error::volume(path, "the folder holds slices of several kinds: select one kind with NAME%d.EXTENSION"));
         }
         files.sort_by_key(|file| numbered(file));
         return Ok(Some(files));
@@ -36,7 +33,7 @@ pub(super) fn files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     let digits = |file: &PathBuf| {
         let name = file.file_name()?.to_str()?;
         let digits = name.strip_prefix(before)?.strip_suffix(after)?;
-        // %03d is three digits, or more that do not begin with 0.
+        // %03d matches three digits, or more without a leading 0.
         let padded = !width.starts_with('0') || width.parse() == Ok(digits.len()) || !digits.starts_with('0');
         digits.parse::<u64>().ok().filter(|_| padded)
     };
@@ -45,7 +42,7 @@ pub(super) fn files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     files.retain(|file| digits(file).is_some());
     files.sort_by_key(digits);
     if files.is_empty() {
-        return Err(Error::volume(path, "there are no files with a number in the place of %d"));
+        return Err(Error::volume(path, "no files match %d"));
     }
     Ok(Some(files))
 }
@@ -54,7 +51,7 @@ fn ending(file: &Path) -> Option<String> {
     Some(file.extension()?.to_str()?.to_ascii_lowercase())
 }
 
-/// What a name is sorted by: its texts, and the numbers between them.
+/// Sort key of a name: its text parts and the numbers between them.
 fn numbered(file: &Path) -> Vec<(String, u128)> {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let mut parts = Vec::new();
@@ -68,28 +65,28 @@ fn numbered(file: &Path) -> Vec<(String, u128)> {
     parts
 }
 
-/// A volume of slices, which must be alike.
+/// Opens a volume of slices, which must have the same layout.
 pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> Result<Opened, Error> {
     let first = open_one(&files[0], options)?.header;
     let [x, y, z] = first.grid.dims();
     if z != 1 {
         return Err(Error::volume(
             &files[0],
-            format!("it has {z} slices, and there are others like it: give one of these files"),
+            format!("it holds {z} slices, but so do other files here: give one of these files"),
         ));
     }
     let (each, count) = (first.end(), files.len());
     let grid = load::grid(path, [x, y, count], first.grid.index_to_world(), options)?;
     let strides = [first.strides[0], first.strides[1], each];
     let header = Header { grid, strides, ..first.clone() };
-    // Which frame and channel it is was said of the first.
+    // Resolve the defaults once, so that only the first slice warns.
     let options = OpenOptions { frame: options.frame.or(Some(0)), channel: options.channel.or(Some(0)), ..options.clone() };
     let first_file = files[0].clone();
     let slice = move |file: &Path| {
         let opened = open_one(file, &options)?;
         if !alike(&opened.header, &first) {
             let (this, that) = (told(&opened.header), told(&first));
-            let problem = format!("it is {this}, and {} is {that}: slices must be alike", first_file.display());
+            let problem = format!("it has {this}, but {} has {that}: slices must be alike", first_file.display());
             return Err(Error::volume(file, problem));
         }
         Ok(opened.bytes)
@@ -97,7 +94,7 @@ pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> R
     Ok(Opened { header, bytes: Box::new(Joined::new(files, each, slice)?), exact: false })
 }
 
-/// What slices are compared in, in words.
+/// Describes the layout of a slice.
 fn told(header: &Header) -> String {
     let ([x, y, z], scalar) = (header.grid.dims(), header.scalar);
     let slices = if z > 1 { format!("{z} slices of ") } else { String::new() };

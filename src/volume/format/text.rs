@@ -1,4 +1,4 @@
-//! Numbers that files hold as text.
+//! Voxels stored as text.
 
 use crate::error::Error;
 use crate::memory;
@@ -8,21 +8,21 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 
-/// Bytes of text that are parsed: as much as is read at once.
+/// Limit of text in bytes, which is read at once.
 const MOST_TEXT: u64 = 1 << 32;
 
-/// All text of a file from a byte on.
+/// Text of a file from a byte to the end.
 pub(super) fn of_file(path: &Path, file: File, start: u64) -> Result<Vec<u8>, Error> {
     of_part(path, file, start..u64::MAX)
 }
 
-/// The text in some bytes of a file, as far as it has them.
+/// Text in a byte range of a file, clipped at its end.
 pub(super) fn of_part(path: &Path, mut file: File, part: Range<u64>) -> Result<Vec<u8>, Error> {
     let failed = |e| Error::read(path, e);
     let end = file.metadata().map_err(failed)?.len().min(part.end);
     let len = end.saturating_sub(part.start);
     if len > MOST_TEXT {
-        return Err(Error::volume(path, format!("its {len} bytes of text are too many: write it in binary")));
+        return Err(Error::volume(path, format!("its {len} bytes of text are too many: write it as binary data")));
     }
     memory::require(&path.display().to_string(), len)?;
     file.seek(SeekFrom::Start(part.start)).map_err(failed)?;
@@ -31,16 +31,16 @@ pub(super) fn of_part(path: &Path, mut file: File, part: Range<u64>) -> Result<V
     Ok(text)
 }
 
-/// The bytes, in this machine's order, of `count` numbers of a type in text: with blanks, line ends or commas between them.
+/// Parses `count` numbers, separated by white space or commas, to bytes in native order.
 ///
 /// # Errors
-/// Fewer numbers, and what is none of the type.
+/// If there are fewer numbers, or one is invalid for the type.
 pub(super) fn numbers(path: &Path, text: &[u8], count: u64, scalar: ScalarType) -> Result<Vec<u8>, Error> {
-    // A number takes a digit and what separates it: more are not allocated for.
+    // A number takes at least a digit and a separator. Check before allocating.
     if count > (text.len() as u64).div_ceil(2) {
         return Err(Error::volume(
             path,
-            format!("{count} numbers are declared, and {} bytes of text cannot hold them", text.len()),
+            format!("{count} numbers are declared, but {} bytes of text cannot hold them", text.len()),
         ));
     }
     let size = scalar.bytes();
@@ -56,17 +56,17 @@ pub(super) fn numbers(path: &Path, text: &[u8], count: u64, scalar: ScalarType) 
         let parsed = std::str::from_utf8(word).ok().is_some_and(|word| put(word, scalar, number));
         if !parsed {
             let word = String::from_utf8_lossy(&word[..word.len().min(40)]);
-            return Err(Error::volume(path, format!("number {index} of its text is '{word}', which is no {scalar}")));
+            return Err(Error::volume(path, format!("number {index} of its text is '{word}', which is not a valid {scalar}")));
         }
     }
     Ok(bytes)
 }
 
-/// Writes a number of a type into its bytes; false where the word is none.
+/// Parses a number of a type into its bytes. Returns false if it is invalid.
 fn put(word: &str, scalar: ScalarType, bytes: &mut [u8]) -> bool {
     macro_rules! whole {
         ($type:ty) => {
-            // Some writers put a point behind whole numbers.
+            // Some writers append a decimal point to integers.
             word.parse::<$type>()
                 .ok()
                 .or_else(|| whole(word).map(|n| n as $type).filter(|&n| Some(n as f64) == whole(word)))
@@ -93,7 +93,7 @@ fn whole(word: &str) -> Option<f64> {
     word.parse::<f64>().ok().filter(|n| n.fract() == 0.0)
 }
 
-/// The bytes that pairs of hexadecimal digits stand for, blanks and line ends between them left out.
+/// Decodes pairs of hexadecimal digits, ignoring white space.
 pub(super) fn hexadecimal(path: &Path, text: &[u8]) -> Result<Vec<u8>, Error> {
     let mut digits = text.iter().filter(|byte| !byte.is_ascii_whitespace());
     let mut bytes = Vec::with_capacity(text.len() / 2);

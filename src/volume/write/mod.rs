@@ -1,4 +1,4 @@
-//! Volumes written to files, voxels in the type that they have.
+//! Writes volumes to files, in their voxel type.
 
 mod nifti;
 mod npy;
@@ -14,10 +14,10 @@ use crate::progress::Task;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Bytes that are turned around at a time.
+/// Bytes whose byte order is swapped at a time.
 const PIECE: usize = 1 << 20;
 
-/// What is written: all numbers, x fastest.
+/// Content of a file: all numbers, x fastest.
 struct Written<'a> {
     name: &'a str,
     grid: &'a Grid,
@@ -26,13 +26,13 @@ struct Written<'a> {
     numbers: Numbers<'a>,
 }
 
-/// Where they are.
+/// Source of the numbers.
 enum Numbers<'a> {
     Volume(&'a Volume<'a>),
     Bytes(&'a [u8], Endian),
 }
 
-/// Formats, by the endings of names.
+/// Output formats.
 #[derive(Clone, Copy)]
 enum Format {
     Raw,
@@ -58,7 +58,7 @@ impl Format {
         found.ok_or_else(|| Error::UnknownName { what: "volume format", name, known: known() })
     }
 
-    /// Whether a file says how its numbers become values, and whether it says where voxels lie.
+    /// Whether the format stores rescaling, and whether it stores the grid's placement.
     fn keeps(self) -> (bool, bool) {
         match self {
             Format::Nifti { .. } => (true, true),
@@ -68,11 +68,11 @@ impl Format {
     }
 }
 
-/// Writes what a file, or `builtin:NAME`, holds to a file of another format, in the type that it has there. The rest is as
-/// [`Volume::save`] says.
+/// Converts a file, or `builtin:NAME`, to another format in the same number type. The output is as for [`Volume::save`]. Returns the path
+/// of the written file.
 ///
 /// # Errors
-/// Those of [`Volume::open`] and of [`Volume::save`].
+/// As [`Volume::open`] and [`Volume::save`].
 ///
 /// ```
 /// use layersplat::volume::{OpenOptions, convert};
@@ -96,14 +96,14 @@ pub fn convert(source: impl AsRef<Path>, options: &OpenOptions, target: impl AsR
 }
 
 impl Volume<'_> {
-    /// Writes the volume to a file, whole or not at all: `.raw` (its dimensions and type are put into the name), `.nrrd`, `.nii`,
-    /// `.nii.gz`, `.npy` or `.vti`. Returns the file's name.
+    /// Writes the volume atomically to `.raw` (dimensions and type are added to the name), `.nrrd`, `.nii`, `.nii.gz`, `.npy` or `.vti`.
+    /// Returns the path of the written file.
     ///
-    /// Voxels have the type that they are stored in. NIfTI says how these become values; elsewhere they are written as values, floats, if
-    /// they are not stored so, with a warning. Raw files and arrays do not say where voxels lie, which is warned of too.
+    /// The voxel type is kept. Only NIfTI stores rescaling; in other formats, rescaled voxels become float values, with a warning. Raw and
+    /// NumPy files do not store the placement of the grid, which also logs a warning.
     ///
     /// # Errors
-    /// An ending that is none of these, what the format does not hold, and files that cannot be written.
+    /// If the extension is unknown, the format does not support the type or size, or the file cannot be written.
     ///
     /// ```
     /// use layersplat::volume::{OpenOptions, Volume};
@@ -127,13 +127,17 @@ impl Written<'_> {
         let (keeps_rescale, keeps_place) = format.keeps();
         if !keeps_place && *self.grid != Grid::new(self.grid.dims(), glam::DVec3::ONE)? {
             tracing::warn!(
-                "{}: the format does not say where voxels lie: spacing and place of the grid are lost",
+                "{}: the format does not store the grid: its spacing, origin and direction are lost",
                 target.display()
             );
         }
         let as_values = !keeps_rescale && self.rescale != Rescale::default();
         if as_values {
-            tracing::warn!("{}: the format has no slope and intercept: {} voxels become values", target.display(), self.scalar);
+            tracing::warn!(
+                "{}: the format does not store slope and intercept: converting {} voxels to values",
+                target.display(),
+                self.scalar
+            );
         }
         let mut target = target.to_owned();
         let written = Written {
@@ -170,7 +174,7 @@ impl Written<'_> {
         Ok(target)
     }
 
-    /// Floats that hold every value of a number of up to 16 bits, or of more.
+    /// Float type that represents all values: float32 for up to 16 bits, else float64.
     fn type_of_values(&self) -> ScalarType {
         if self.scalar.bytes() <= 2 { ScalarType::Float32 } else { ScalarType::Float64 }
     }
@@ -180,7 +184,7 @@ impl Written<'_> {
         self.grid.voxel_count() as u64 * self.scalar.bytes() as u64
     }
 
-    /// Writes all numbers, the lowest byte first; as values if they are to be rescaled.
+    /// Writes all numbers little-endian; as values if `rescale` is given.
     fn write(&self, stored: ScalarType, rescale: Option<Rescale>, out: &mut dyn Write) -> io::Result<()> {
         let mut task = Task::new(format!("writing {}", self.name), self.grid.voxel_count() as u64 * stored.bytes() as u64);
         let mut piece = |bytes: &[u8], endian: Endian| {
@@ -214,7 +218,7 @@ impl<'a> Numbers<'a> {
     }
 }
 
-/// Numbers as values, the lowest byte first.
+/// Rescales numbers to little-endian values.
 fn values(bytes: &[u8], stored: ScalarType, endian: Endian, rescale: Rescale, scalar: ScalarType) -> Vec<u8> {
     let numbers = super::wide::Numbers { bytes, scalar: stored, endian };
     let values = (0..bytes.len() / stored.bytes()).map(|index| rescale.value(numbers.get(index)));

@@ -1,15 +1,18 @@
-//! NIfTI-1, in one file.
+//! Single-file NIfTI-1.
 
 use super::Written;
 use crate::volume::ScalarType;
 
-/// Bytes before the first voxel.
+/// Byte of the first voxel.
 const HEAD: usize = 352;
 
 pub(super) fn head(written: &Written) -> Result<Vec<u8>, String> {
     let dims = written.grid.dims().map(i16::try_from);
     let [Ok(x), Ok(y), Ok(z)] = dims else {
-        return Err(format!("NIfTI-1 has up to 32767 voxels per axis, not {:?}: choose another format", written.grid.dims()));
+        return Err(format!(
+            "NIfTI-1 supports up to 32767 voxels per axis, not {:?}: choose another format",
+            written.grid.dims()
+        ));
     };
     let code: i16 = match written.scalar {
         ScalarType::Uint8 => 2,
@@ -22,7 +25,7 @@ pub(super) fn head(written: &Written) -> Result<Vec<u8>, String> {
         ScalarType::Uint32 => 768,
         ScalarType::Int64 => 1024,
         ScalarType::Uint64 => 1280,
-        ScalarType::Float16 => return Err("the format has no float16: choose .npy or .raw".into()),
+        ScalarType::Float16 => return Err("the format does not support float16: choose .npy or .raw".into()),
     };
     let mut head = vec![0; HEAD];
     let mut put = |at: usize, bytes: &[u8]| head[at..at + bytes.len()].copy_from_slice(bytes);
@@ -34,7 +37,7 @@ pub(super) fn head(written: &Written) -> Result<Vec<u8>, String> {
     let spacing = written.grid.spacing();
     put(76, &floats(&[1.0, spacing.x, spacing.y, spacing.z]));
     put(108, &floats(&[HEAD as f64, written.rescale.slope(), written.rescale.intercept()]));
-    // A transform by its rows, of a scanner's world.
+    // The sform: a transform to scanner coordinates, row-major.
     put(254, &1i16.to_le_bytes());
     let place = written.grid.index_to_world();
     for row in 0..3 {

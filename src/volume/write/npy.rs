@@ -1,4 +1,4 @@
-//! NumPy's array, (z, y, x).
+//! NumPy arrays of shape (z, y, x).
 
 use super::Written;
 use crate::volume::ScalarType;
@@ -13,7 +13,7 @@ pub(super) fn head(written: &Written) -> Result<Vec<u8>, String> {
     };
     let order = if size == 1 { '|' } else { '<' };
     let text = format!("{{'descr': '{order}{kind}{size}', 'fortran_order': False, 'shape': ({z}, {y}, {x}), }}");
-    // Numbers begin at a multiple of 64, behind a line's end.
+    // The header ends with a newline; numbers start at a multiple of 64.
     let len = (10 + text.len() + 1).next_multiple_of(64) - 10;
     let mut head = b"\x93NUMPY\x01\x00".to_vec();
     head.extend((len as u16).to_le_bytes());

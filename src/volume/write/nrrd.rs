@@ -1,4 +1,4 @@
-//! NRRD, attached and not packed.
+//! Attached, uncompressed NRRD.
 
 use super::Written;
 use crate::volume::ScalarType;
@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 pub(super) fn head(written: &Written) -> Result<Vec<u8>, String> {
     if written.scalar == ScalarType::Float16 {
-        return Err("the format has no float16: choose .npy or .raw".into());
+        return Err("the format does not support float16: choose .npy or .raw".into());
     }
     let [x, y, z] = written.grid.dims();
     let place = written.grid.index_to_world();

@@ -5,7 +5,7 @@ use crate::volume::ScalarType;
 use crate::volume::format::{OpenOptions, told_by_name};
 use std::path::{Path, PathBuf};
 
-/// The file with dimensions and type in its name, unless they are there.
+/// Adds dimensions and type to the file name, unless it has them.
 pub(super) fn named(path: &Path, dims: [usize; 3], scalar: ScalarType) -> Result<PathBuf, Error> {
     let [x, y, z] = dims;
     let told = OpenOptions { dims: Some(dims), voxel_type: Some(scalar), ..OpenOptions::default() };
@@ -15,8 +15,6 @@ pub(super) fn named(path: &Path, dims: [usize; 3], scalar: ScalarType) -> Result
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             Ok(path.with_file_name(format!("{stem}_{x}x{y}x{z}_{scalar}.raw")))
         }
-        _ => {
-            Err(Error::volume(path, format!("its name tells something else than {x}x{y}x{z} voxels of {scalar}: leave that out")))
-        }
+        _ => Err(Error::volume(path, format!("its name contradicts {x}x{y}x{z} voxels of {scalar}: omit dimensions and type"))),
     }
 }

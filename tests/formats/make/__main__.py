@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""Writes the small files in ../files, by writers that are not ours, and ../files/expected.json, which says what they hold.
+"""Writes the small files in ../files with third-party writers, and their expected contents into ../files/expected.json.
 
     python3 -m venv /tmp/venv && /tmp/venv/bin/pip install pynrrd nibabel SimpleITK vtk numpy tifffile pillow pydicom zarr ome-zarr h5py
     /tmp/venv/bin/python tests/formats/make            # or only some: tests/formats/make dicom zarr
 
-Voxel i (x fastest) of a volume of 5x4x3 holds slope * i + intercept. Places in the world are what the writers' own readers say,
-with x to the right, y to the front and z up.
+Voxel i (x fastest) of a volume of 5x4x3 voxels has the value slope * i + intercept. Affine transforms are those that the readers of
+the same libraries return, with x to the right, y to the front and z up.
 """
 import importlib, json, sys
 
 from common import HERE, expected
 
-# The folders that a script writes.
+# The folders that each script writes.
 SCRIPTS = dict(nrrds=["nrrd"], niftis=["nifti"], metaimages=["metaimage"], vtks=["vtk"], numpys=["numpy", "bov"], tiffs=["tiff", "png"],
                dicoms=["dicom"], zarrs=["zarr"], hdf5s=["hdf5"])
 

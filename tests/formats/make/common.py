@@ -1,4 +1,4 @@
-"""What all scripts share: numbers that tell their place, and a list of what files hold."""
+"""Shared by all scripts: arrays whose values encode the voxel index, and the list of the files' expected contents."""
 import pathlib, shutil
 
 import numpy as np
@@ -10,7 +10,7 @@ expected = []
 
 
 def array(dtype, slope=1, intercept=0, more=()):
-    """As (z, y, x), with `more` axes before."""
+    """Indexed (z, y, x), preceded by the axes `more`."""
     count = int(np.prod(more + DIMS))
     return (np.arange(count) * slope + intercept).astype(dtype).reshape(more + DIMS[::-1])
 
@@ -23,7 +23,7 @@ def affine(spacing=(1, 1, 1), origin=(0, 0, 0), direction=np.eye(3)):
 
 
 def holds(name, slope=1, intercept=0, place=np.eye(4), dims=DIMS, strides=None, **options):
-    """`strides`: how much i grows from voxel to voxel along x, y, z."""
+    """`strides`: the increments of i between adjacent voxels along x, y, z."""
     strides = strides or [1, dims[0], dims[0] * dims[1]]
     expected.append(dict(file=name, slope=float(slope), intercept=float(intercept), dims=list(dims), strides=list(strides),
                          affine=np.asarray(place, float)[:3].tolist(), **options))

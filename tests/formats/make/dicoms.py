@@ -1,4 +1,4 @@
-"""Series of DICOM images, by pydicom; where ITK reads them, places and values are what it says."""
+"""DICOM series, written with pydicom. Where ITK can read them, it supplies the expected transforms and values."""
 import io
 
 import numpy as np
@@ -20,7 +20,7 @@ def uid(*numbers):
 
 
 def image(pixels, series=1, instance=1, syntax=ExplicitVRLittleEndian, storage=CTImageStorage, **more):
-    """A file of one image, or of several frames: numbers as (y, x), with channels behind and frames before."""
+    """A single-frame or multi-frame image: pixels indexed (frame, y, x, channel); the first and the last axis are optional."""
     meta = FileMetaDataset()
     meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID = storage, uid(series, instance)
     meta.TransferSyntaxUID = syntax
@@ -50,7 +50,7 @@ def image(pixels, series=1, instance=1, syntax=ExplicitVRLittleEndian, storage=C
 
 
 def place(z, direction=np.eye(3), tilt=0):
-    """Where slice z lies, each shifted by `tilt` against the one before."""
+    """The position attributes of slice z. Each slice is shifted by `tilt` relative to the previous one."""
     position = np.asarray(ORIGIN) + direction @ [0, tilt * z, SPACING[2] * z]
     return dict(ImagePositionPatient=[round(float(p), 9) for p in position],
                 ImageOrientationPatient=[round(float(d), 12) for d in direction[:, :2].T.ravel()],
@@ -58,14 +58,14 @@ def place(z, direction=np.eye(3), tilt=0):
 
 
 def slices(at, data, direction=np.eye(3), names="bca", **more):
-    """Slices in files, in an order that is not theirs."""
+    """One file per slice, with names whose order is not that of the slices."""
     at.mkdir(exist_ok=True)
     for z, name in zip(range(len(data)), names):
         image(data[z], instance=9 - z, **place(z, direction), **more).save_as(at / f"{name}.dcm", enforce_file_format=True)
 
 
 def of_itk(name, slope, intercept, **options):
-    """What ITK says of where a folder lies; it is asked for the values, too."""
+    """Expects the affine transform that ITK returns for a folder, after comparing its values."""
     at = str(HERE / name)
     reader = sitk.ImageSeriesReader()
     reader.SetFileNames(reader.GetGDCMSeriesFileNames(at))
@@ -93,10 +93,10 @@ def dicoms():
         low = -30 if dtype[0] == "i" else 1
         slices(at / dtype, array(dtype, 2, low))
         holds(f"dicom/{dtype}", 2, low, upright)
-    # Twelve bits, with others above them, and numbers below 0.
+    # 12 stored bits, negative values, and unrelated bits above them.
     slices(at / "twelve", (array("int16", 30, -900) & 0xfff | 0x5000).astype("int16"), BitsStored=12, HighBit=11)
     holds("dicom/twelve", 30, -900, upright)
-    # As the tomographs of positrons write: a scale for every slice.
+    # As PET scanners write: one rescale slope per slice.
     at_scales = at / "scales"
     at_scales.mkdir()
     for z, scale in enumerate([0.5, 1, 2]):
@@ -104,17 +104,17 @@ def dicoms():
         made = image(stored, instance=z, RescaleSlope=scale, RescaleIntercept=-8, **place(z))
         made.save_as(at_scales / f"{z}.dcm", enforce_file_format=True)
     of_itk("dicom/scales", 4, 0)
-    # Packed.
+    # Run-length encoded.
     for name, pixels in [("runs", data), ("runs_of_bytes", array("uint8", 4, 1))]:
         (at / name).mkdir()
         for z in range(3):
             made = image(pixels[z], instance=z, **place(z))
             made.compress(RLELossless, generate_instance_uid=False)
             made.save_as(at / name / f"{z}.dcm", enforce_file_format=True)
-    # ITK does not unpack these.
+    # ITK does not decode these.
     holds("dicom/runs", 100, -3000, upright)
     holds("dicom/runs_of_bytes", 4, 1, upright)
-    # One value per slice, so that what is lost is nothing.
+    # One value per slice, which lossy JPEG preserves exactly.
     (at / "jpeg").mkdir()
     for z in range(3):
         flat = np.full((4, 5), 100 + 8 * z, "uint8")
@@ -125,7 +125,7 @@ def dicoms():
         made["PixelData"].is_undefined_length = True
         made.save_as(at / "jpeg" / f"{z}.dcm", enforce_file_format=True)
     holds("dicom/jpeg", 8, 100, upright, strides=[0, 0, 1])
-    # ITK's own, packed without loss.
+    # Lossless JPEG, written by ITK.
     (at / "lossless").mkdir()
     for z in range(3):
         made = sitk.GetImageFromArray(array("uint16", 100, 7)[z:z + 1])
@@ -141,7 +141,7 @@ def dicoms():
         writer.SetFileName(str(at / "lossless" / f"{z}.dcm"))
         writer.Execute(made)
     holds("dicom/lossless", 100, 7, upright)
-    # Two series, of which one has two times.
+    # Two series, one of them with two time points.
     slices(at / "several", array("int16", 3, -5), names="abc", series=2, SeriesDescription="first")
     for time in range(2):
         for z in range(3):
@@ -152,7 +152,7 @@ def dicoms():
     for frame in [None, 1]:
         holds("dicom/several", 3, 1000 * (frame or 0), upright, series="dynamic", frame=frame)
     holds("dicom/several/a.dcm", 3, -5, upright)
-    # Frames of two times in one file, in no order.
+    # Unordered frames of two time points in one file.
     order = [(1, 0), (0, 2), (1, 2), (0, 0), (0, 1), (1, 1)]
     frames = np.stack([array("uint16", 7, 3 + 1000 * time)[z] for time, z in order])
     for name, pack in [("enhanced", False), ("enhanced_runs", True)]:
@@ -177,11 +177,11 @@ def dicoms():
         made.save_as(at / f"{name}.dcm", enforce_file_format=True)
         for frame in [None, 1]:
             holds(f"dicom/{name}.dcm", 3.5, 11.5 + 500 * (frame or 0), LPS @ affine(SPACING, ORIGIN, oblique), frame=frame)
-    # A dose: frames behind each other at told distances.
+    # A dose grid: frames at the offsets of GridFrameOffsetVector.
     dose = image(array("uint32", 4, 8), DoseGridScaling=0.25, GridFrameOffsetVector=[0, 2.5, 5], FrameIncrementPointer=0x3004000C, **place(0))
     dose.save_as(at / "dose.dcm", enforce_file_format=True)
     holds("dicom/dose.dcm", 1, 2, upright)
-    # Colours, side by side and in planes, without a place.
+    # Colour images, interleaved and planar, without a position.
     colours = np.stack([array("uint8", 1, 60 * n) for n in range(3)], -1)
     image(colours, SamplesPerPixel=3).save_as(at / "colours.dcm", enforce_file_format=True)
     planes = image(colours, SamplesPerPixel=3, PlanarConfiguration=1)
@@ -190,7 +190,7 @@ def dicoms():
     for name in ["colours", "planes"]:
         for channel in [None, 2]:
             holds(f"dicom/{name}.dcm", 1, 60 * (channel or 0), channel=channel)
-    # The start of a TIFF before the mark, as some scanners write; beside it another series, packed in a way that is not read.
+    # A TIFF header in the preamble, as some scanners write, and a second series in an unsupported encoding.
     (at / "both").mkdir()
     for z in range(3):
         made = image(data[z], instance=z, **place(z))
@@ -201,7 +201,7 @@ def dicoms():
     other.save_as(at / "both" / "other.dcm", enforce_file_format=True)
     holds("dicom/both/1.dcm", 100, -3000, upright)
     holds("dicom/both", 100, -3000, upright, series="1")
-    # What is refused.
+    # Rejected series.
     bad = at / "refused"
     bad.mkdir()
     for name, positions in [("tilted", [place(z, tilt=0.8) for z in range(3)]), ("gap", [place(z) for z in [0, 1, 3, 4]]),

@@ -31,7 +31,7 @@ def hdf5s():
     holds("hdf5/several.h5", 4, 1, array="first")
     for frame in [None, 1]:
         holds("hdf5/several.h5", 100, -3000 + 10000 * (frame or 0), affine((0.5, 1.5, 2)), array="deep/second", frame=frame)
-    # As climate's numbers are packed.
+    # Packed as in the CF conventions for climate data.
     with h5py.File(at / "scaled.nc", "w") as file:
         scaled = file.create_dataset("t", data=data)
         scaled.attrs["scale_factor"], scaled.attrs["add_offset"] = 0.5, 10.0
@@ -39,3 +39,7 @@ def hdf5s():
     with h5py.File(at / "empty.h5", "w") as file:
         file.create_dataset("values", shape=(3, 4, 5), dtype="float32", chunks=(1, 4, 5), fillvalue=2.5)
     holds("hdf5/empty.h5", 0, 2.5)
+    # Of these only the refusal is tested.
+    (at / "refused").mkdir()
+    with h5py.File(at / "refused" / "complex.h5", "w") as file:
+        file["k_space"] = np.arange(60).reshape(3, 4, 5).astype("complex64")

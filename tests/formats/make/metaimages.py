@@ -1,4 +1,4 @@
-"""MetaImage, by ITK and VTK, and by hand."""
+"""MetaImage, written with ITK and VTK, and by hand."""
 import numpy as np
 import SimpleITK as sitk
 import vtk
@@ -34,7 +34,7 @@ def metaimages():
     sitk.WriteImage(times, str(at / "times.mha"))
     for frame in [None, 1]:
         holds("metaimage/times.mha", 3, -5 + 180 * (frame or 0), LPS, frame=frame)
-    # VTK's writer, without directions.
+    # VTK's writer, which writes no directions.
     importer = vtk_image(array("uint16", 7, 3), (0.5, 1.5, 2), (1, 2, 3))
     writer = vtk.vtkMetaImageWriter()
     writer.SetInputData(importer)
@@ -43,7 +43,7 @@ def metaimages():
     writer.SetCompression(False)
     writer.Write()
     holds("metaimage/of_vtk.mhd", 7, 3, LPS @ affine((0.5, 1.5, 2), (1, 2, 3)))
-    # What no writer at hand writes.
+    # Features that neither writer supports.
     data = array("<u2", 7, 3)
     head = "ObjectType = Image\nNDims = 3\nDimSize = 5 4 3\nElementSpacing = 1 1 2\nElementType = MET_USHORT\n"
     for z in range(3):

@@ -1,4 +1,4 @@
-"""NIfTI, by nibabel."""
+"""NIfTI, written with nibabel."""
 import itertools
 
 import nibabel
@@ -42,7 +42,7 @@ def niftis():
     nibabel.save(image, str(at / "scaled.nii"))
     assert (nibabel.load(str(at / "scaled.nii")).get_fdata().T == array("float64", 0.25, -12.5)).all()
     holds("nifti/scaled.nii", 0.25, -12.5, image.affine)
-    # Slope 0: numbers are values.
+    # Slope 0: values are not scaled.
     name = "no_slope.nii"
     place = put(name, array("int16", 100, -3000))
     raw = bytearray((at / name).read_bytes())
@@ -75,7 +75,7 @@ def niftis():
     place = put(name, array("int16", 3, -5, (2,)))
     for frame in [None, 1]:
         holds(f"nifti/{name}", 3, -5 + 180 * (frame or 0), place, frame=frame)
-    # Vectors: five axes, one time.
+    # Vectors: five axes, one time point.
     name = "vectors.nii"
     place = put(name, array("float32", 3, -5, (2, 1)))
     for channel in [None, 1]:

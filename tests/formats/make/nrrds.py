@@ -1,4 +1,4 @@
-"""NRRD, by pynrrd and ITK, and by hand what they do not write."""
+"""NRRD, written with pynrrd and ITK, and by hand where they lack a feature."""
 import gzip
 
 import nrrd
@@ -26,7 +26,7 @@ def nrrds():
         holds(f"nrrd/detached_{encoding}.nhdr", 100, -3000, spaced)
     put("big.nrrd", array(">i2", 100, -3000), encoding="raw", endian="big", **axes)
     holds("nrrd/big.nrrd", 100, -3000, spaced)
-    # ITK's writer: space left-posterior-superior, oblique, one axis backwards.
+    # ITK's writer: space left-posterior-superior, oblique, one axis reversed.
     image = sitk.GetImageFromArray(array("float32", 0.5, -7))
     direction = turned(30) @ np.diag([1, -1, 1.0])
     image.SetDirection(direction.ravel().tolist())
@@ -36,7 +36,7 @@ def nrrds():
     holds("nrrd/lps.nrrd", 0.5, -7, LPS @ affine((0.9, 1.1, 2.5), (10, -20, 30), direction))
     sitk.WriteImage(image, str(at / "lps.nhdr"))
     holds("nrrd/lps.nhdr", 0.5, -7, LPS @ affine((0.9, 1.1, 2.5), (10, -20, 30), direction))
-    # Axes in another order, one backwards.
+    # Permuted axes, one reversed.
     permuted = np.array([[0, 0, -3.0], [0.5, 0, 0], [0, 2.0, 0]])
     for space, change in [("right-anterior-superior", np.eye(4)), ("LPS", LPS), ("RAS", np.eye(4)),
                           ("left-anterior-superior", np.diag([-1.0, 1, 1, 1])), ("scanner-xyz", np.eye(4))]:
@@ -45,17 +45,23 @@ def nrrds():
         header = {"space directions": permuted.T.tolist(), "space origin": [1, 2, 3], "space": space}
         put(f"permuted_{space}.nrrd", array("uint8", 4, 1), encoding="raw", **header)
         holds(f"nrrd/permuted_{space}.nrrd", 4, 1, change @ place)
-    # Colours on the first axis.
+    # Colours along the first axis.
     rgb = array("uint8", 1, 0, ()).repeat(3).reshape(3, 4, 5, 3) + np.arange(3, dtype="uint8") * 60
     put("rgb.nrrd", rgb, encoding="gzip", kinds=["RGB-color", "domain", "domain", "domain"],
         **{"space directions": [[np.nan] * 3, [1, 0, 0], [0, 1, 0], [0, 0, 2]], "space": "RAS", "space origin": [0, 0, 0]})
     for channel in [None, 0, 2]:
         holds("nrrd/rgb.nrrd", 1, 60 * (channel or 0), affine((1, 1, 2)), channel=channel)
-    # Times on the last.
+    # Time along the last.
     put("times.nrrd", array("int16", 3, -5, (2,)), encoding="raw", kinds=["domain"] * 3 + ["time"],
         **{"space directions": [[1, 0, 0], [0, 1, 0], [0, 0, 2], [np.nan] * 3], "space": "RAS", "space origin": [0, 0, 0]})
     for frame in [None, 1]:
         holds("nrrd/times.nrrd", 3, -5 + 180 * (frame or 0), affine((1, 1, 2)), frame=frame)
+    # Times as ITK writes them: directions of four numbers.
+    film = sitk.GetImageFromArray(array("int16", 3, -5, (2,)), isVector=False)
+    film.SetSpacing((1, 1, 2, 0.5))
+    sitk.WriteImage(film, str(at / "itk_times.nrrd"))
+    for frame in [None, 1]:
+        holds("nrrd/itk_times.nrrd", 3, -5 + 180 * (frame or 0), affine((1, 1, 2)), frame=frame)
     # What no writer at hand writes: numbered and listed files, hexadecimal digits, lines and bytes to skip.
     data = array("<u2", 7, 3)
     head = "NRRD0005\ntype: uint16\ndimension: 3\nsizes: 5 4 3\nendian: little\nspacings: 1 1 2\n"

@@ -1,4 +1,4 @@
-"""NumPy arrays, and BOV by hand."""
+"""NumPy arrays, and BOV written by hand."""
 import numpy as np
 from common import affine, array, folder, holds
 

@@ -1,4 +1,4 @@
-"""TIFF, by tifffile and Pillow, and PNG slices."""
+"""TIFF, written with tifffile and Pillow, and PNG slices."""
 import itertools
 
 import numpy as np
@@ -32,7 +32,7 @@ def tiffs():
     tifffile.imwrite(at / "ome.ome.tif", image, metadata=dict(axes="TZCYX", PhysicalSizeX=0.5, PhysicalSizeY=0.5, PhysicalSizeZ=2.0))
     for name, frame, channel in itertools.product(["imagej.tif", "ome.ome.tif"], [None, 1], [None, 1]):
         holds(f"tiff/{name}", 7, 3 + 10000 * (frame or 0) + 1000 * (channel or 0), affine((0.5, 0.5, 2)), frame=frame, channel=channel)
-    # As ImageJ writes more than 4 GB: one directory, and pages one after the other.
+    # As ImageJ writes more than 4 GB: one directory, followed by contiguous pages.
     tifffile.imwrite(at / "contiguous.tif", array("uint16", 7, 3), imagej=True, truncate=True, metadata=dict(axes="ZYX", spacing=3.0))
     holds("tiff/contiguous.tif", 7, 3, affine((1, 1, 3)))
     rgb = np.stack([array("uint8", 1, 60 * n) for n in range(3)], -1)

@@ -1,4 +1,4 @@
-"""VTK image data, by VTK."""
+"""VTK image data, written with VTK."""
 import numpy as np
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk
@@ -18,7 +18,7 @@ def vtk_image(data, spacing=(1, 1, 1), origin=(0, 0, 0), name="values", first=(0
 
 
 def cut_in_pieces(path, data, extents):
-    """By hand: int16 at points, and numbers that count up in cells."""
+    """Written by hand: int16 point data, and cell data that count up."""
     cells = np.arange(4 * 3 * 2).reshape(2, 3, 4)
     text = ['<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
             '<ImageData WholeExtent="0 4 0 3 0 2" Origin="1 -2 3" Spacing="0.5 1.5 2">']
@@ -80,15 +80,15 @@ def vtks():
         low = -30 if dtype[0] in "if" else 1
         put(f"{dtype}.vti", vtk_image(array(dtype, 2, low), spacing, origin), packer=vtk.vtkZLibDataCompressor())
         holds(f"vtk/{dtype}.vti", 2, low, place)
-    # In several pieces, each of which VTK writes as a whole where its input is at hand.
+    # Several pieces, each with the whole extent, as VTK writes them from a complete input.
     for name, mode, packer in [("whole_pieces", "Appended", None), ("whole_pieces_zlib", "Binary", vtk.vtkZLibDataCompressor())]:
         put(f"{name}.vti", plain, mode, packer, lambda writer: writer.SetNumberOfPieces(3))
         holds(f"vtk/{name}.vti", 100, -3000, place)
-    # As simulations write them, which share the points between pieces.
+    # As simulations write them: pieces that share their boundary points.
     cut_in_pieces(at / "pieces.vti", array("int16", 100, -3000), [(0, 2, 0, 3, 0, 2), (2, 4, 0, 1, 0, 2), (2, 4, 1, 3, 0, 2)])
     holds("vtk/pieces.vti", 100, -3000, place)
     holds("vtk/pieces.vti", 1, 0, affine(spacing, np.add(origin, np.multiply(spacing, 0.5))), dims=(4, 3, 2), array="pressure")
-    # A grid that does not begin at 0, and is turned.
+    # A rotated grid whose extent does not start at 0.
     turn = turned(40)
     moved = vtk_image(array("float32", 0.5, -7), spacing, origin, first=(3, -2, 7))
     moved.SetDirectionMatrix(*turn.ravel())
@@ -96,7 +96,7 @@ def vtks():
     point = [0.0] * 3
     moved.TransformIndexToPhysicalPoint(3, -2, 7, point)
     holds("vtk/moved.vti", 0.5, -7, affine(spacing, point, turn))
-    # Several arrays, one of three components, one in cells.
+    # Several arrays, one with three components, one of cell data.
     several = vtk_image(np.stack([array("float32", 0.5, 10 * n) for n in range(3)], -1), spacing, origin, "flow", components=3)
     for data, name in [(array("uint8", 1, 0), "first"), (array("int16", 9, 1), "second")]:
         more = numpy_to_vtk(data.ravel(), deep=True)
@@ -139,7 +139,7 @@ def vtks():
         holds(f"vtk/{name}", 1, 0, place, array="first")
         holds(f"vtk/{name}", 0.5, 10, place, array="flow", channel=1)
         holds(f"vtk/{name}", 1, 0, cell_place, dims=(4, 3, 2), array="pressure")
-    # As files of 1998 are.
+    # As in files of 1998.
     (at / "legacy_30.vtk").write_text(
         "# vtk DataFile Version 3.0\nby hand\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 5 4 3\nASPECT_RATIO 0.5 1.5 2\n"
         "ORIGIN 1 -2 3\nPOINT_DATA 60\nSCALARS values unsigned_char\nLOOKUP_TABLE default\n"

@@ -1,4 +1,4 @@
-"""Zarr, versions 2 and 3, by zarr-python; OME-Zarr by ome-zarr, and its metadata of several versions by hand."""
+"""Zarr versions 2 and 3, written with zarr-python; OME-Zarr, written with ome-zarr, and metadata of several versions by hand."""
 import numpy as np
 import zarr
 from numcodecs import LZ4, Blosc, GZip, Zlib, Zstd
@@ -29,7 +29,7 @@ def second(at):
     for name, packing in packings.items():
         put(at / f"{name}.zarr", data, 2, (2, 4, 5), compressors=packing)
         holds(f"zarr/{name}.zarr", 100, -3000)
-    # Blocks that blosc splits, and one that is left over.
+    # Blocks that Blosc splits, and a remainder block.
     long = np.arange(3 * 40 * 50, dtype="int32").reshape(3, 40, 50)
     for name, packing in [("split", Blosc(cname="lz4", shuffle=1, blocksize=4096)), ("split_bits", Blosc(cname="zstd", shuffle=2, blocksize=4096))]:
         put(at / f"{name}.zarr", long, 2, (2, 40, 50), compressors=packing)
@@ -75,7 +75,7 @@ def third(at):
 
 
 def ome(at):
-    # By ome-zarr's own writer: two times, two channels, two resolutions, as versions 0.4 and 0.5.
+    # ome-zarr's writer: two time points, two channels, two resolutions, in versions 0.4 and 0.5.
     image = np.stack([np.stack([array("uint16", 7, 3 + 1000 * c + 10000 * t) for c in range(2)]) for t in range(2)])
     for version, name in [(2, "ome_04"), (3, "ome_05")]:
         group = zarr.open_group(str(at / f"{name}.zarr"), mode="w", zarr_format=version)
@@ -86,12 +86,12 @@ def ome(at):
         told = group.attrs["multiscales"] if version == 2 else group.attrs["ome"]["multiscales"]
         told = told[0]["datasets"][1]
         coarse = zarr.open(str(at / f"{name}.zarr" / told["path"]), mode="r")[0, 0]
-        # Which voxels the writer takes for the coarse ones is seen from their numbers.
+        # The values show which voxels the writer selected for the coarse level.
         number = (coarse.astype(float) - 3) / 7
         steps = [float(number.take(1, axis=2 - axis).ravel()[0] - number.ravel()[0]) for axis in range(3)]
         scale, moved = [step[step["type"]][:1:-1] for step in told["coordinateTransformations"]]
         holds(f"zarr/{name}.zarr", 7, 3 + 7 * number.ravel()[0], affine(scale, moved), dims=coarse.shape[::-1], strides=steps, level=1)
-    # Places by hand: what is said of a level, and of all; axes of space alone, as version 0.4 writes them.
+    # Transforms written by hand, of one level and of all levels; only spatial axes, as version 0.4 writes them.
     group = zarr.open_group(str(at / "ome_moved.zarr"), mode="w", zarr_format=2)
     put(at / "ome_moved.zarr/fine", array("uint8", 4, 1), 2, (2, 3, 4))
     put(at / "ome_moved.zarr/coarse", array("uint8", 4, 1)[:, ::2, ::2], 2, (2, 3, 4))
@@ -103,7 +103,7 @@ def ome(at):
                   dict(path="coarse", coordinateTransformations=[dict(type="scale", scale=[2, 2, 2])])])]
     holds("zarr/ome_moved.zarr", 4, 1, affine((0.5, 0.5, 2), (1.5, 0, 1)))
     holds("zarr/ome_moved.zarr", 4, 1, affine((1, 1, 2)), dims=(3, 2, 3), strides=[2, 10, 20], level=1)
-    # As bioformats2raw writes: images in a group.
+    # As bioformats2raw writes: a group of images.
     group = zarr.open_group(str(at / "ome_images.zarr"), mode="w", zarr_format=2)
     group.attrs["bioformats2raw.layout"] = 3
     for n in range(2):

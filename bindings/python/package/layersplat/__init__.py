@@ -6,7 +6,22 @@ of the caller's, with a :class:`DeviceVolume`, :class:`Settings`, a :class:`Came
 Arrays are (z, y, x), and so is ``spacing``, in the order of the array's axes. Places in the world (cameras, planes, light) are (x, y, z).
 """
 
-from ._errors import DeviceError, Error, FileError, InvalidValue, OutOfMemory
+import atexit
+
+from ._errors import (
+    DataWarning,
+    DeviceError,
+    Error,
+    FileError,
+    FileNotFound,
+    InternalError,
+    InvalidFile,
+    InvalidType,
+    InvalidValue,
+    OutOfMemory,
+    PermissionDenied,
+    TimedOut,
+)
 from ._layersplat import (
     Camera,
     Device,
@@ -18,23 +33,33 @@ from ._layersplat import (
     TransferFunction,
     Volume,
     __version__,
+    wait_for_interrupted_calls,
 )
 from ._show import View, render, volshow
 from ._transfer import transfer_function
 
+atexit.register(wait_for_interrupted_calls)
+
 __all__ = [
     "Camera",
+    "DataWarning",
     "Device",
     "DeviceError",
     "DeviceVolume",
     "Error",
     "Event",
     "FileError",
+    "FileNotFound",
     "Framing",
+    "InternalError",
+    "InvalidFile",
+    "InvalidType",
     "InvalidValue",
     "OutOfMemory",
+    "PermissionDenied",
     "Renderer",
     "Settings",
+    "TimedOut",
     "TransferFunction",
     "View",
     "Volume",

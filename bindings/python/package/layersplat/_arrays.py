@@ -1,14 +1,22 @@
-"""Arrays as the native part takes them: three axes, z, y, x, of a type that voxels can have; strides and byte order may be any."""
+"""Arrays as the native part takes them: three axes, z, y, x, of a type that voxels can have; strides and byte order may be any.
+
+The native part reads voxels with the interpreter's lock released, as memory that does not change: Rust's rule, which other threads could
+break. So it gets a copy of every array that somebody could write to. numpy makes the copy, by its own rules: if another thread writes at
+that moment, the copy holds old and new voxels.
+"""
+
+import mmap
 
 import numpy as np
 
 from . import _images, _layersplat
-from ._errors import InvalidValue
+from ._checks import accepting
+from ._errors import InvalidValue, OutOfMemory
 
 
 def placed(data, spacing):
-    """What ``Volume(data, spacing)`` holds: an array (z, y, x), and world vectors from a voxel to the next along x, y and z, with the world
-    position of voxel (0, 0, 0) as the fourth.
+    """What ``Volume(data, spacing)`` holds: an array (z, y, x); world vectors from a voxel to the next along x, y and z, with the world
+    position of voxel (0, 0, 0) as the fourth; and how many voxels are masked.
 
     ``spacing`` is in the order of the data's own axes, and overrules what an image object says.
     """
@@ -19,11 +27,13 @@ def placed(data, spacing):
         array, affine = image.array, np.array(image.affine, dtype=float)
         if spacing is not None:
             affine = _respaced(affine, _three(spacing)[list(image.order)])
-    voxels = _voxels(array)
-    if image is not None and image.owner is not None:
-        voxels = voxels.view(_Kept)
-        voxels.owner = image.owner
-    return voxels, [[float(x) for x in vector] for vector in affine]
+    try:
+        voxels = _unchanging(_voxels(array), data)
+    except MemoryError as error:
+        size = "x".join(map(str, array.shape))
+        raise OutOfMemory(f"the voxels must be copied, {size} of {array.dtype}: {error}; see Volume for what is not copied") from error
+    masked = int(np.ma.count_masked(data)) if isinstance(data, np.ma.MaskedArray) else 0
+    return voxels, [[float(x) for x in vector] for vector in affine], masked
 
 
 def axes(spacing):
@@ -44,14 +54,42 @@ def on_device(device, array):
     )
 
 
-class _Kept(np.ndarray):
-    """A view that keeps alive what it is a view of, where the view itself does not."""
+class _Held(np.ndarray):
+    """A view that also holds a memoryview: as long as there is one, a mapped file cannot be closed."""
 
-    owner = None
+    memory = None
+
+
+def _unchanging(voxels, data):
+    """The same voxels in memory that nobody writes to: where they are, if that is such memory, or else a copy."""
+    if isinstance(data, np.ndarray) and not np.may_share_memory(voxels, data):
+        # Converted just now.
+        return voxels
+    memory = _read_only_memory(voxels)
+    if memory is None:
+        return voxels.copy(order="K")
+    held = voxels.view(_Held)
+    held.memory = memory
+    return held
+
+
+def _read_only_memory(array):
+    """The memory of an array that nobody can write to: bytes, or a file that is mapped for reading only. None of any other.
+
+    An array's own flag does not tell: its base may be writable, and flags can be set again.
+    """
+    while isinstance(array, np.ndarray):
+        array = array.base
+    owner = array.obj if isinstance(array, memoryview) else array
+    if isinstance(owner, (bytes, mmap.mmap)):
+        memory = memoryview(owner)
+        return memory if memory.readonly else None
+    return None
 
 
 def _plain(data):
-    array = np.asanyarray(data)
+    with accepting("data", data, "an array (z, y, x), or an image of nibabel, SimpleITK, ITK or xarray"):
+        array = np.asanyarray(data)
     if isinstance(array, np.ma.MaskedArray):
         # What is masked has no value: it counts as background, as NaN does.
         wide = array.dtype.kind in "iu" and array.dtype.itemsize > 2 or array.dtype == np.float64
@@ -62,7 +100,8 @@ def _plain(data):
 
 
 def _three(spacing):
-    values = np.asarray(spacing, dtype=float)
+    with accepting("spacing", spacing, "one number, or three in the order of the axes"):
+        values = np.asarray(spacing, dtype=float)
     if values.shape not in [(), (3,)]:
         raise InvalidValue(f"spacing has the shape {values.shape}: give one number, or three in the order of the axes")
     return np.broadcast_to(values, 3)

@@ -12,13 +12,11 @@ class Image(NamedTuple):
     """An image: its voxels (z, y, x), and where they lie."""
 
     array: np.ndarray
-    """Voxels (z, y, x): a view, if the object lends them."""
+    """Voxels (z, y, x): a view where the object allows it."""
     affine: Any
     """Vectors from a voxel to the next along x, y, z, and the position of voxel (0, 0, 0); four of (x, y, z)."""
     order: Tuple[int, int, int]
     """Which of the object's own axes are x, y and z."""
-    owner: Optional[Any] = None
-    """What has to live as long as the array does."""
 
 
 def recognised(data) -> Optional[Image]:
@@ -53,7 +51,7 @@ def _itk(image) -> Image:
         raise InvalidValue(f"the image has {array.ndim} axes, {array.shape}: give a scalar one of three")
     spacing, origin = np.asarray(image.GetSpacing(), dtype=float), np.asarray(image.GetOrigin(), dtype=float)
     direction = np.asarray(image.GetDirection(), dtype=float).reshape(3, 3)
-    return Image(array, np.vstack([(direction * spacing).T, origin]), (0, 1, 2), owner=image)
+    return Image(array, np.vstack([(direction * spacing).T, origin]), (0, 1, 2))
 
 
 def _xarray(array) -> Image:

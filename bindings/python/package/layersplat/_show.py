@@ -6,6 +6,7 @@ from typing import Any, Optional, Tuple, Union
 import numpy as np
 
 from . import _default
+from ._checks import accepting, cannot_write
 from ._errors import InvalidValue
 from ._layersplat import Camera, Device, Framing, Renderer, Settings, TransferFunction, Volume
 from ._png import png
@@ -84,7 +85,13 @@ class View:
 
     def save(self, path: Path) -> None:
         """Writes the picture as a PNG file."""
-        pathlib.Path(path).write_bytes(self._repr_png_())
+        with accepting("path", path, "a path, a string or an object of pathlib"):
+            file = pathlib.Path(path)
+        picture = self._repr_png_()
+        try:
+            file.write_bytes(picture)
+        except OSError as error:
+            raise cannot_write(file, error) from error
 
     def _camera(self) -> Camera:
         if self.camera is not None:

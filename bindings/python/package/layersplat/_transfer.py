@@ -4,11 +4,13 @@ from typing import Any, Optional, Tuple
 
 import numpy as np
 
+from ._checks import accepting
 from ._errors import InvalidValue
 from ._layersplat import TransferFunction, Volume
 
 SAMPLES = 256
 """Samples that are taken of a colour map."""
+OPACITY = "a number, linear, (value, opacity) points or an array of opacities"
 
 
 def transfer_function(
@@ -56,7 +58,9 @@ def _colored(volume, cmap, clim) -> TransferFunction:
 
 def _sampled(cmap):
     """Colours of something to call."""
-    rgba = np.asarray(cmap(np.linspace(0.0, 1.0, SAMPLES)), dtype=float)
+    made = cmap(np.linspace(0.0, 1.0, SAMPLES))
+    with accepting("what cmap returned", made, "an array of colours, red, green and blue"):
+        rgba = np.asarray(made, dtype=float)
     if rgba.ndim != 2 or rgba.shape[0] != SAMPLES or rgba.shape[1] < 3:
         raise InvalidValue(f"cmap made {rgba.shape} of {SAMPLES} numbers: expected a colour of each, red, green, blue")
     return [tuple(color) for color in np.clip(rgba[:, :3], 0.0, 1.0).tolist()]
@@ -64,7 +68,8 @@ def _sampled(cmap):
 
 def _listed(colors):
     """Colours of a list."""
-    found = [_color(color) for color in colors]
+    with accepting("cmap", colors, "a name, a file, a TransferFunction, a list of colours or a colour map to call"):
+        found = [_color(color) for color in colors]
     if not found:
         raise InvalidValue("cmap is a list without a colour: give at least one")
     return found
@@ -88,7 +93,8 @@ def _color(color):
 def _limits(clim):
     if clim is None:
         return None
-    low, high = (float(value) for value in clim)
+    with accepting("clim", clim, "two numbers, (lowest, highest)"):
+        low, high = (float(value) for value in clim)
     return low, high
 
 
@@ -100,7 +106,8 @@ def _own_limits(volume, cmap, found):
 def _factor(opacity) -> Optional[float]:
     if opacity is None or isinstance(opacity, str) or np.ndim(opacity) != 0:
         return None
-    factor = float(opacity)
+    with accepting("opacity", opacity, OPACITY):
+        factor = float(opacity)
     if not factor >= 0.0:
         raise InvalidValue(f"opacity is {factor}: expected a number of at least 0")
     return factor
@@ -112,7 +119,8 @@ def _points(opacity, limits):
         if opacity != "linear":
             raise InvalidValue(f"unknown opacity '{opacity}': use linear, a number, (value, opacity) points or an array")
         return [(limits[0], 0.0), (limits[1], 1.0)]
-    values = np.asarray(opacity, dtype=float)
+    with accepting("opacity", opacity, OPACITY):
+        values = np.asarray(opacity, dtype=float)
     if values.ndim == 2 and values.shape[1] == 2:
         return [tuple(point) for point in values.tolist()]
     if values.ndim != 1 or len(values) == 0:

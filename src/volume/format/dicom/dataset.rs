@@ -1,4 +1,4 @@
-//! What a file tells before its pixels, and where these are.
+//! DICOM data sets: elements before the pixels, and the location of the pixels.
 
 use crate::error::Error;
 use crate::memory;
@@ -17,28 +17,28 @@ use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Bytes before the mark of a file.
+/// Bytes before the magic number.
 const PREAMBLE: usize = 128;
 const MARK: &[u8] = b"DICM";
-/// Bytes of a value that is kept: offsets of many slices are the longest.
+/// Longest value that is kept, in bytes. Offsets of many slices are the longest ones needed.
 const LONGEST: u64 = 1 << 20;
-/// Sequences in each other, and items in all of them: more are no image's.
+/// Limits of nested sequences and of their items; images have fewer.
 const DEEPEST: usize = 64;
 const MOST_ITEMS: usize = 1 << 20;
-/// Bytes that a deflated byte can stand for.
+/// Largest compression ratio of deflate.
 const LIMIT: u64 = 1032;
-/// Bytes that are inflated at a time.
+/// Bytes inflated at a time.
 const PIECE: usize = 1 << 20;
 
 const EXPLICIT_LITTLE: &str = "1.2.840.10008.1.2.1";
 const DEFLATED: &str = "1.2.840.10008.1.2.1.99";
 
-/// Whether these are a file's first bytes.
+/// Whether a file starts like a DICOM file.
 pub(super) fn is_start(start: &[u8]) -> bool {
     start.get(PREAMBLE..).is_some_and(|rest| rest.starts_with(MARK))
 }
 
-/// Elements and sequences by their tags.
+/// Elements and sequences, by tag.
 #[derive(Default)]
 pub(super) struct Dataset {
     values: BTreeMap<Tag, PrimitiveValue>,
@@ -46,7 +46,7 @@ pub(super) struct Dataset {
 }
 
 impl Dataset {
-    /// All numbers of an element; none if it is not there, or holds no numbers.
+    /// All numbers of an element; empty if it is missing or holds no numbers.
     pub fn numbers(&self, tag: Tag) -> Vec<f64> {
         self.values.get(&tag).and_then(|value| value.to_multi_float64().ok()).unwrap_or_default()
     }
@@ -64,32 +64,32 @@ impl Dataset {
         Some(text.trim_matches(['\0', ' ']).to_owned()).filter(|text| !text.is_empty())
     }
 
-    /// An item of a sequence.
+    /// Item `index` of a sequence.
     pub fn item(&self, sequence: Tag, index: usize) -> Option<&Self> {
         self.sequences.get(&sequence)?.get(index)
     }
 }
 
-/// Where pixels are in a source.
+/// Location of the pixels in a source.
 #[derive(Clone, Copy)]
 pub(super) struct PixelData {
-    /// `PIXEL_DATA`, or one of floats.
+    /// `PIXEL_DATA`, or one of the float variants.
     pub tag: Tag,
     pub at: u64,
-    /// Bytes from there on, if they are not packed.
+    /// Number of bytes, if uncompressed.
     pub len: Option<u64>,
-    /// Whether they are words, which the byte order of a file swaps.
+    /// Whether the elements are 16-bit words, which a big-endian file swaps.
     pub words: bool,
 }
 
-/// A file's bytes, or what they are once inflated.
+/// A file, or its inflated content.
 #[derive(Clone)]
 pub(super) enum Source {
     File(std::path::PathBuf),
     Inflated(Arc<[u8]>),
 }
 
-/// What is read from anywhere.
+/// A seekable reader.
 pub(super) trait Reading: Read + Seek {}
 impl<T: Read + Seek> Reading for T {}
 
@@ -109,17 +109,17 @@ impl Source {
     }
 }
 
-/// A file that is read up to its pixels.
+/// A file parsed up to its pixels.
 pub(super) struct Found {
     pub dataset: Dataset,
-    /// Nothing if it is no image.
+    /// `None` if the file is not an image.
     pub pixels: Option<PixelData>,
     pub source: Source,
-    /// The transfer syntax's identifier.
+    /// UID of the transfer syntax.
     pub syntax: String,
 }
 
-/// Reads all but the pixels.
+/// Reads all elements before the pixels.
 pub(super) fn read(path: &Path) -> Result<Found, Error> {
     let damaged = |what: String| Error::volume(path, format!("its header is truncated or damaged: {what}"));
     let failed = |e: io::Error| match e.kind() {
@@ -140,7 +140,7 @@ pub(super) fn read(path: &Path) -> Result<Found, Error> {
     Ok(Found { dataset, pixels, source, syntax })
 }
 
-/// The transfer syntax, and the byte behind the elements that tell of the file itself, which are always of the same form.
+/// Reads the file meta information, which is always explicit little-endian. Returns the transfer syntax and the byte after it.
 fn meta(from: &mut (impl Read + Seek)) -> io::Result<(String, u64)> {
     let mut at = (PREAMBLE + MARK.len()) as u64;
     let mut syntax = None;
@@ -150,7 +150,7 @@ fn meta(from: &mut (impl Read + Seek)) -> io::Result<(String, u64)> {
         from.read_exact(&mut head)?;
         let [group, element] = [0, 2].map(|i| u16::from_le_bytes([head[i], head[i + 1]]));
         if group != 2 {
-            let missing = || io::Error::new(io::ErrorKind::InvalidData, "it tells no transfer syntax");
+            let missing = || io::Error::new(io::ErrorKind::InvalidData, "it has no transfer syntax");
             return syntax.ok_or_else(missing).map(|syntax| (syntax, at));
         }
         let len = if matches!(&head[4..6], b"OB" | b"OW" | b"OF" | b"OD" | b"OL" | b"SQ" | b"UC" | b"UR" | b"UT" | b"UN") {
@@ -171,9 +171,9 @@ fn meta(from: &mut (impl Read + Seek)) -> io::Result<(String, u64)> {
     }
 }
 
-/// What is deflated behind byte `start`; as much as there is, as long as there is memory.
+/// Inflates the data after byte `start`, as far as memory allows.
 fn inflated(path: &Path, mut file: BufReader<File>, start: u64) -> Result<Arc<[u8]>, Error> {
-    let failed = |e: io::Error| Error::volume(path, format!("what is packed in it is truncated or damaged: {e}"));
+    let failed = |e: io::Error| Error::volume(path, format!("its compressed data are truncated or damaged: {e}"));
     let packed = file.get_ref().metadata().map_err(|e| Error::read(path, e))?.len();
     file.seek(SeekFrom::Start(start)).map_err(|e| Error::read(path, e))?;
     let mut decoder = DeflateDecoder::new(file.take(packed)).take(packed.saturating_mul(LIMIT));
@@ -190,16 +190,16 @@ fn inflated(path: &Path, mut file: BufReader<File>, start: u64) -> Result<Arc<[u
     }
 }
 
-/// What is open while elements are read.
+/// An open sequence or item during parsing.
 enum Open {
     Sequence(Tag, Vec<Dataset>),
     Item(Dataset),
 }
 
-/// Elements up to the pixels. Values that do not fit into what there is are refused before they are read.
+/// Parses the elements before the pixels. Values longer than the file are rejected before they are read.
 fn parsed(from: Box<dyn Reading>, end: u64, syntax: &str) -> Result<(Dataset, Option<PixelData>), String> {
     let known = TransferSyntaxRegistry.get(if syntax == DEFLATED { EXPLICIT_LITTLE } else { syntax });
-    let known = known.ok_or_else(|| format!("its transfer syntax is {syntax}, which is none of DICOM's"))?;
+    let known = known.ok_or_else(|| format!("its transfer syntax {syntax} is unknown"))?;
     let mut reader = LazyDataSetReader::new_with_ts(from, known).map_err(|e| e.to_string())?;
     let (mut open, mut items) = (vec![Open::Item(Dataset::default())], 0);
     let mut pixels = None;
@@ -237,7 +237,7 @@ fn parsed(from: Box<dyn Reading>, end: u64, syntax: &str) -> Result<(Dataset, Op
             token => token.skip().map_err(|e| e.to_string())?,
         }
         if open.len() > DEEPEST || items > MOST_ITEMS {
-            return Err(format!("it has {items} items, up to {} in each other", open.len()));
+            return Err(format!("it has {items} items with a nesting depth of {}: too many for an image", open.len()));
         }
     }
     match open.swap_remove(0) {
@@ -246,7 +246,7 @@ fn parsed(from: Box<dyn Reading>, end: u64, syntax: &str) -> Result<(Dataset, Op
     }
 }
 
-/// Ends the innermost item or sequence.
+/// Closes the innermost item or sequence.
 fn close(open: &mut Vec<Open>) {
     if open.len() < 2 {
         return;
@@ -264,7 +264,7 @@ fn is_pixels(tag: Tag) -> bool {
     [tags::PIXEL_DATA, tags::FLOAT_PIXEL_DATA, tags::DOUBLE_FLOAT_PIXEL_DATA].contains(&tag)
 }
 
-/// Whether an element says anything of a volume: private ones and those of patients do not.
+/// Whether an element may describe a volume; private elements and patient data do not.
 fn is_wanted(tag: Tag) -> bool {
     matches!(tag.0, 0x0008 | 0x0018 | 0x0020 | 0x0028 | 0x3004)
 }

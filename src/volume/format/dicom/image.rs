@@ -1,4 +1,4 @@
-//! What one file of a series holds: one frame, or several.
+//! An image file of a series, with one or several frames.
 
 use super::dataset::{Dataset, Found, PixelData, Source};
 use super::packed::{Packing, Shape};
@@ -11,41 +11,41 @@ use dicom_transfer_syntax_registry::TransferSyntaxRegistry;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
-/// Frames of a file: more are a mistake.
+/// Limit of frames per file.
 const MOST_FRAMES: usize = 1 << 20;
 
-/// How the numbers of a file lie there.
+/// Encoding of the pixels of a file.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Kind {
     pub scalar: ScalarType,
-    /// Bits of a number that count, and how many come behind them.
+    /// Number of significant bits, and the position of the lowest one.
     pub bits: u32,
     pub shift: u32,
     pub signed: bool,
     pub big_endian: bool,
-    /// Whether channels are planes one after the other.
+    /// Whether channels are stored as separate planes.
     pub planar: bool,
     pub packing: Option<Packing>,
-    /// Whether colours are stored as brightness and differences.
+    /// Whether colours are stored as luminance and chrominance.
     pub luminance: bool,
 }
 
-/// A slice.
+/// Geometry, rescaling and order of a slice.
 pub(super) struct Frame {
-    /// Its first pixel, and the directions of its rows and columns, to the left, the back and the top.
+    /// Position of the first pixel, and directions of rows and columns, in LPS coordinates.
     pub position: Option<DVec3>,
     pub axes: Option<[DVec3; 2]>,
-    /// Between pixels along x and y.
+    /// Pixel spacing along x and y.
     pub spacing: Option<[f64; 2]>,
-    /// Between slices, where their places do not tell it.
+    /// Distance between slices, for use if their positions do not give it.
     pub thickness: Option<f64>,
     pub slope: f64,
     pub intercept: f64,
-    /// What slices of one place are sorted by.
+    /// Sort key for slices at the same position.
     pub order: [i64; 3],
 }
 
-/// A file with pixels.
+/// An image file.
 pub(super) struct Image {
     pub path: PathBuf,
     pub shape: Shape,
@@ -60,15 +60,16 @@ impl Image {
         let wrong = |problem: String| Error::volume(path, problem);
         let Found { dataset, pixels, source, syntax } = found;
         let pixels = pixels.ok_or_else(|| wrong("it has no pixels".into()))?;
-        let size = |tag: Tag, name: &str| {
-            dataset.whole(tag).filter(|&n| n > 0).ok_or_else(|| wrong(format!("it is an image that tells no {name}")))
-        };
+        let size =
+            |tag: Tag, name: &str| dataset.whole(tag).filter(|&n| n > 0).ok_or_else(|| wrong(format!("its image has no {name}")));
         let (rows, columns) = (size(tags::ROWS, "rows")?, size(tags::COLUMNS, "columns")?);
         let channels = dataset.whole(tags::SAMPLES_PER_PIXEL).unwrap_or(1);
         let kind = kind(&dataset, pixels, channels, &syntax).map_err(wrong)?;
         let count = frames_of(&dataset);
         if count > MOST_FRAMES || !(1..=4).contains(&channels) || rows > 65535 || columns > 65535 {
-            return Err(wrong(format!("it has {count} frames of {columns}x{rows} pixels of {channels} numbers")));
+            return Err(wrong(format!(
+                "it has {count} frames of {columns}x{rows} pixels with {channels} channels, which is not supported"
+            )));
         }
         Ok(Self {
             path: path.into(),
@@ -81,7 +82,7 @@ impl Image {
     }
 }
 
-/// How many frames a file has.
+/// Number of frames of a file.
 pub(super) fn frames_of(dataset: &Dataset) -> usize {
     dataset.whole(tags::NUMBER_OF_FRAMES).unwrap_or(1).max(1)
 }
@@ -96,12 +97,12 @@ fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str) -> 
         other => {
             let name = TransferSyntaxRegistry.get(other).map_or(other, |syntax| syntax.name());
             return Err(format!(
-                "its pixels are packed as {name}, which is not read: unpack them, as gdcmconv does for instance"
+                "its pixels are compressed as {name}, which is not supported: decompress them, for example with gdcmconv"
             ));
         }
     };
     if pixels.len.is_some() != packing.is_none() {
-        return Err("whether its pixels are packed, as its transfer syntax says, and how they lie there differ".into());
+        return Err("its transfer syntax and its pixel data disagree on whether the pixels are compressed".into());
     }
     let photometric = dataset.text(tags::PHOTOMETRIC_INTERPRETATION).unwrap_or_default();
     let luminance = photometric.starts_with("YBR");
@@ -127,7 +128,7 @@ fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str) -> 
     let highest = told(tags::HIGH_BIT).filter(|&highest| highest < all && highest + 1 >= bits).unwrap_or(bits - 1);
     let big_endian = syntax == "1.2.840.10008.1.2.2";
     if big_endian && pixels.words && scalar.bytes() == 1 {
-        return Err("its bytes lie in big-endian words: convert it to a little-endian transfer syntax".into());
+        return Err("its bytes are stored in big-endian words: convert it to a little-endian transfer syntax".into());
     }
     let planar = dataset.whole(tags::PLANAR_CONFIGURATION) == Some(1) && packing.is_none();
     Ok(Kind { scalar, bits, shift: highest + 1 - bits, signed, big_endian, planar, packing, luminance })
@@ -147,7 +148,7 @@ fn frames(dataset: &Dataset, count: usize) -> Vec<Frame> {
         let thickness = groups.numbers(measures, tags::SLICE_THICKNESS);
         let thickness = between.first().or(thickness.first()).copied().filter(|h| h.is_finite() && *h != 0.0);
         let own = count == 1 || groups.own().is_some();
-        // Frames that have no places of their own lie behind the first.
+        // Frames without a position follow the first one along the normal.
         let behind = offsets.get(index).copied().or(thickness.map(|h| h * index as f64));
         let position = match (told, axes) {
             (Some(told), _) if own => Some(told),
@@ -179,19 +180,19 @@ fn vectors(numbers: &[f64]) -> Vec<DVec3> {
     numbers.chunks_exact(3).map(DVec3::from_slice).collect()
 }
 
-/// Where what is said of a frame may stand.
+/// Sources of the attributes of a frame.
 struct Groups<'a> {
     dataset: &'a Dataset,
     index: usize,
 }
 
 impl Groups<'_> {
-    /// What is said of this frame alone.
+    /// Attributes of this frame alone.
     fn own(&self) -> Option<&Dataset> {
         self.dataset.item(tags::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE, self.index)
     }
 
-    /// Of this frame, of all frames, or of the image.
+    /// Attribute of this frame, else of all frames, else of the image.
     fn numbers(&self, group: Tag, tag: Tag) -> Vec<f64> {
         let shared = self.dataset.item(tags::SHARED_FUNCTIONAL_GROUPS_SEQUENCE, 0);
         let told = [self.own(), shared].into_iter().flatten().filter_map(|groups| groups.item(group, 0));

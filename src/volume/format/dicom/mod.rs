@@ -1,4 +1,4 @@
-//! Series of DICOM images (<https://www.dicomstandard.org>): a folder of them, one of its files, or one file of many frames.
+//! DICOM image series (<https://www.dicomstandard.org>): a folder, one of its files, or a multi-frame file.
 
 mod dataset;
 mod image;
@@ -16,7 +16,7 @@ use image::Image;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// The format.
+/// DICOM.
 pub(super) struct Dicom;
 
 impl Format for Dicom {
@@ -46,7 +46,7 @@ impl Format for Dicom {
             let rescale = Rescale::new(slope, intercept).map_err(|e| Error::volume(path, e.to_string()))?;
             Header { rescale, ..Header::new(grid, kind.scalar) }
         } else {
-            tracing::info!("{}: every slice has a scale of its own: values become floats", path.display());
+            tracing::info!("{}: slices have different rescaling: converting values to floats", path.display());
             Header::new(grid, ScalarType::Float32)
         };
         let bytes = pixels::Pixels::new(images, stack.slices, channel, !one).map(Kept::new).map_err(|e| unreadable(path, e))?;
@@ -67,7 +67,7 @@ fn scale(image: &Image, frame: usize) -> [u64; 2] {
     [image.frames[frame].slope.to_bits(), image.frames[frame].intercept.to_bits()]
 }
 
-/// All of a folder that have the format's mark.
+/// All DICOM files of a folder.
 fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let mut files = listed(folder)?;
     files.retain(|file| Found::look(file).is_ok_and(|found| dataset::is_start(&found.start)));
@@ -75,7 +75,7 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(files)
 }
 
-/// A file with pixels, and which series it is of: an identifier, and how people call it.
+/// An image file and its series: identifier, number and description.
 struct Candidate {
     path: PathBuf,
     found: dataset::Found,
@@ -85,7 +85,7 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Nothing if the file has no pixels.
+    /// `None` if the file has no pixels.
     fn new(path: &Path) -> Result<Option<Self>, Error> {
         let found = dataset::read(path)?;
         if found.pixels.is_none() {
@@ -102,7 +102,7 @@ impl Candidate {
     }
 }
 
-/// The one series of a folder, or the one that is wanted. Only its files are looked at closer.
+/// Images of the selected series, or of the only series of a folder.
 fn series(folder: &Path, wanted: Option<&str>) -> Result<Vec<Image>, Error> {
     let mut all = Vec::new();
     for file in files(folder)? {
@@ -130,20 +130,20 @@ fn series(folder: &Path, wanted: Option<&str>) -> Result<Vec<Image>, Error> {
     Err(Error::Settings { field: "series", problem })
 }
 
-/// Each image but once, for copies are common.
+/// Reads the images. Duplicates, which are common, are skipped.
 fn images(files: Vec<Candidate>) -> Result<Vec<Image>, Error> {
     let (mut images, mut seen) = (Vec::new(), BTreeSet::new());
     for file in files {
         if file.found.dataset.text(tags::SOP_INSTANCE_UID).is_none_or(|identifier| seen.insert(identifier)) {
             images.push(Image::new(&file.path, file.found)?);
         } else {
-            tracing::warn!("{}: it is a copy of another file: left out", file.path.display());
+            tracing::warn!("{}: duplicate of another file, ignored", file.path.display());
         }
     }
     Ok(images)
 }
 
-/// How a series is called in a message.
+/// Describes a series in an error message.
 fn named(files: &[&Candidate]) -> String {
     let first = files[0];
     let [number, description] = [&first.number, &first.description].map(|text| text.clone().unwrap_or_default());
@@ -151,7 +151,7 @@ fn named(files: &[&Candidate]) -> String {
     format!("{number} '{description}' ({slices} slices, {})", first.series)
 }
 
-/// The series that a file is of, in its folder; a file of several frames alone.
+/// The images of the series of a file, from its folder. A multi-frame file is read alone.
 fn series_of(path: &Path, options: &OpenOptions) -> Result<Vec<Image>, Error> {
     let no_pixels = || Error::volume(path, "it is a DICOM file without pixels: give an image of a series, or their folder");
     let file = Candidate::new(path)?.ok_or_else(no_pixels)?;
@@ -162,7 +162,7 @@ fn series_of(path: &Path, options: &OpenOptions) -> Result<Vec<Image>, Error> {
     series(folder, Some(options.series.as_deref().unwrap_or(&file.series)))
 }
 
-/// Slices of one volume have one size and type.
+/// Rejects images that differ in size or type.
 fn check_alike(images: &[Image]) -> Result<(), Error> {
     let layout = |image: &Image| {
         let shape = image.shape;

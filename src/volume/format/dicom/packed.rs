@@ -1,30 +1,30 @@
-//! Frames that are packed each by itself, in one or more fragments.
+//! Compressed frames, in one or more fragments each.
 
 use super::dataset::{PixelData, Reading, Source};
 use jpeg_decoder::{ColorTransform, Decoder, PixelFormat};
 use std::io::{self, SeekFrom};
 
-/// Bytes that a packed byte can stand for: more than those of any of these ways of packing.
+/// Upper bound of the compression ratio of all supported methods.
 pub(super) const LIMIT: u64 = 1032;
-/// Fragments that a file may have.
+/// Limit of fragments per file.
 const MOST: usize = 1 << 20;
-/// Bytes of the header of a frame of run lengths.
+/// Size of the header of a run-length frame in bytes.
 const RUNS: usize = 64;
 
-/// How frames are packed.
+/// Compression of frames.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Packing {
     Rle,
     Jpeg,
 }
 
-/// A frame's size and kind, as the file tells it.
+/// Declared size and layout of a frame.
 #[derive(Clone, Copy)]
 pub(super) struct Shape {
     pub columns: usize,
     pub rows: usize,
     pub channels: usize,
-    /// Bytes of a number.
+    /// Bytes per number.
     pub bytes: usize,
 }
 
@@ -32,10 +32,10 @@ fn damaged(problem: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, problem.into())
 }
 
-/// Of each frame its fragments: bytes of the source at which they begin, and how many.
+/// Fragments of each frame: first byte in the source, and length.
 pub(super) type Fragments = Vec<Vec<(u64, u64)>>;
 
-/// Where the fragments of each of the `frames` are: bytes of the source, and how many.
+/// Locates the fragments of each of the `frames`.
 pub(super) fn fragments(source: &Source, pixels: PixelData, frames: usize) -> io::Result<Fragments> {
     let (mut from, end) = (source.open()?, source.len()?);
     let mut at = pixels.at;
@@ -45,14 +45,14 @@ pub(super) fn fragments(source: &Source, pixels: PixelData, frames: usize) -> io
         at += 8;
         match tag {
             0xe000 if at.saturating_add(len) <= end && items.len() < MOST => items.push((at, len)),
-            0xe000 => return Err(damaged(format!("a piece of {len} bytes, or too many of them"))),
+            0xe000 => return Err(damaged(format!("a fragment of {len} bytes, or too many fragments"))),
             0xe0dd => break,
-            _ => return Err(damaged("no piece of pixels where one should be")),
+            _ => return Err(damaged("expected a fragment of pixels, found another element")),
         }
         at += len;
     }
     if items.is_empty() {
-        return Err(damaged("no table of offsets before the pixels"));
+        return Err(damaged("missing offset table before the pixels"));
     }
     let table = items.remove(0);
     if items.len() == frames {
@@ -63,9 +63,12 @@ pub(super) fn fragments(source: &Source, pixels: PixelData, frames: usize) -> io
     }
     let offsets = offsets(from.as_mut(), table)?;
     if offsets.len() != frames || items.is_empty() {
-        return Err(damaged(format!("{} pieces for {frames} frames, and no table that tells which is whose", items.len())));
+        return Err(damaged(format!(
+            "{} fragments for {frames} frames, without a table that assigns them to frames",
+            items.len()
+        )));
     }
-    // Offsets count from the first piece's own header.
+    // Offsets count from the header of the first fragment.
     let first = items[0].0;
     let frame_of = |item: &(u64, u64)| offsets.partition_point(|&offset| u64::from(offset) <= item.0 - first).saturating_sub(1);
     let mut of_frames = vec![Vec::new(); frames];
@@ -75,7 +78,7 @@ pub(super) fn fragments(source: &Source, pixels: PixelData, frames: usize) -> io
     Ok(of_frames)
 }
 
-/// The element and the length of an item's header.
+/// Element and length of an item header.
 fn item(from: &mut dyn Reading, at: u64) -> io::Result<(u16, u64)> {
     let mut head = [0; 8];
     from.seek(SeekFrom::Start(at))?;
@@ -86,7 +89,7 @@ fn item(from: &mut dyn Reading, at: u64) -> io::Result<(u16, u64)> {
 
 fn offsets(from: &mut dyn Reading, (at, len): (u64, u64)) -> io::Result<Vec<u32>> {
     if len > 4 * MOST as u64 {
-        return Err(damaged("its table of offsets is too long"));
+        return Err(damaged("its offset table is too long"));
     }
     let mut table = vec![0; len as usize];
     from.seek(SeekFrom::Start(at))?;
@@ -94,24 +97,25 @@ fn offsets(from: &mut dyn Reading, (at, len): (u64, u64)) -> io::Result<Vec<u32>
     Ok(table.chunks_exact(4).map(|offset| u32::from_le_bytes([offset[0], offset[1], offset[2], offset[3]])).collect())
 }
 
-/// Segments of runs, one for each byte of each channel's numbers, the highest first; numbers come out little-endian, channels side by side.
+/// Decodes run lengths. Each byte of each channel has its own segment, most significant byte first. The output is little-endian with
+/// interleaved channels.
 pub(super) fn runs(packed: &[u8], shape: Shape) -> io::Result<Vec<u8>> {
     let header: Vec<usize> =
-        packed.get(..RUNS).ok_or_else(|| damaged("no header of runs"))?.chunks_exact(4).map(offset).collect();
+        packed.get(..RUNS).ok_or_else(|| damaged("missing run-length header"))?.chunks_exact(4).map(offset).collect();
     let (segments, pixels) = (shape.channels * shape.bytes, shape.columns * shape.rows);
     if header[0] != segments || segments >= header.len() {
-        return Err(damaged(format!("{} segments of runs, expected {segments}", header[0])));
+        return Err(damaged(format!("{} run-length segments, expected {segments}", header[0])));
     }
     let mut numbers = vec![0; pixels * segments];
     for segment in 0..segments {
         let start = header[1 + segment];
         let end = if segment + 1 < segments { header[2 + segment] } else { packed.len() };
-        let runs = packed.get(start..end).ok_or_else(|| damaged("segments of runs that lie outside"))?;
+        let runs = packed.get(start..end).ok_or_else(|| damaged("a run-length segment outside the frame"))?;
         let (channel, byte) = (segment / shape.bytes, shape.bytes - 1 - segment % shape.bytes);
         let mut places = (0..pixels).map(|pixel| (pixel * shape.channels + channel) * shape.bytes + byte);
         unpack(runs, |value| places.next().map(|place| numbers[place] = value).is_some());
         if places.next().is_some() {
-            return Err(damaged("runs that end too early"));
+            return Err(damaged("truncated run-length data"));
         }
     }
     Ok(numbers)
@@ -121,7 +125,7 @@ fn offset(bytes: &[u8]) -> usize {
     u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as usize
 }
 
-/// Hands on bytes until no more are taken.
+/// Passes decoded bytes to `take` until it returns false.
 fn unpack(mut runs: &[u8], mut take: impl FnMut(u8) -> bool) {
     while let [count, rest @ ..] = runs {
         let count = *count as i8;
@@ -140,8 +144,8 @@ fn unpack(mut runs: &[u8], mut take: impl FnMut(u8) -> bool) {
     }
 }
 
-/// A picture of the size that is told: one that says otherwise is refused before it is decoded. `luminance`: whether colours are stored as
-/// brightness and differences.
+/// Decodes a JPEG frame. The size is compared with `shape` before decoding. `luminance`: whether colours are stored as luminance and
+/// chrominance.
 pub(super) fn jpeg(packed: &[u8], shape: Shape, luminance: bool) -> io::Result<Vec<u8>> {
     let failed = |e: jpeg_decoder::Error| damaged(e.to_string());
     let mut decoder = Decoder::new(packed);
@@ -149,7 +153,7 @@ pub(super) fn jpeg(packed: &[u8], shape: Shape, luminance: bool) -> io::Result<V
         decoder.set_color_transform(if luminance { ColorTransform::YCbCr } else { ColorTransform::RGB });
     }
     decoder.read_info().map_err(failed)?;
-    let info = decoder.info().ok_or_else(|| damaged("a picture without a size"))?;
+    let info = decoder.info().ok_or_else(|| damaged("a JPEG frame without a size"))?;
     let (channels, bytes) = match info.pixel_format {
         PixelFormat::L8 => (1, 1),
         PixelFormat::L16 => (1, 2),
@@ -159,12 +163,12 @@ pub(super) fn jpeg(packed: &[u8], shape: Shape, luminance: bool) -> io::Result<V
     let size = [usize::from(info.width), usize::from(info.height)];
     if size != [shape.columns, shape.rows] || channels != shape.channels || bytes > shape.bytes {
         let [x, y] = size;
-        return Err(damaged(format!("a picture of {x}x{y} pixels with {channels} numbers of {} bits", 8 * bytes)));
+        return Err(damaged(format!("a JPEG frame of {x}x{y} pixels with {channels} channels of {} bits", 8 * bytes)));
     }
     decoder.set_max_decoding_buffer_size(2 * channels * bytes * size[0] * size[1] + RUNS);
     let numbers = decoder.decode().map_err(failed)?;
     if numbers.len() != size[0] * size[1] * channels * bytes {
-        return Err(damaged("a picture that ends too early"));
+        return Err(damaged("a truncated JPEG frame"));
     }
     if bytes == shape.bytes {
         let little = |pair: &[u8]| u16::from_ne_bytes([pair[0], pair[1]]).to_le_bytes();

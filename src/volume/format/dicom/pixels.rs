@@ -1,4 +1,4 @@
-//! The numbers of slices, read one slice at a time.
+//! Pixel values of slices, read one slice at a time.
 
 use super::image::Image;
 use super::packed::{self, Packing};
@@ -7,17 +7,17 @@ use crate::memory;
 use crate::volume::format::parts::Parts;
 use std::io::{self, SeekFrom};
 
-/// Slices one after the other, each of the numbers of one channel, little-endian.
+/// Consecutive slices of one channel, little-endian.
 pub(super) struct Pixels {
     images: Vec<Image>,
     slices: Vec<Slice>,
     channel: usize,
-    /// Whether numbers become floats, as they must where every slice has a slope of its own.
+    /// Whether numbers are rescaled to floats, required if slices differ in rescaling.
     values: bool,
-    /// Bytes of a slice.
+    /// Bytes per slice.
     each: u64,
     most: u64,
-    /// Where the pieces of the frames of the image that was read last are, of packed ones.
+    /// Fragments of the most recently read image, if it is compressed.
     pieces: Option<(usize, packed::Fragments)>,
 }
 
@@ -34,7 +34,7 @@ impl Pixels {
         Ok(Self { images, slices, channel, values, each, most, pieces: None })
     }
 
-    /// A frame's numbers as they are stored, unpacked.
+    /// Stored numbers of a frame, decompressed.
     fn frame(&mut self, of: usize, frame: usize) -> io::Result<Vec<u8>> {
         let image = &self.images[of];
         let (shape, mut from) = (image.shape, image.source.open()?);
@@ -50,7 +50,7 @@ impl Pixels {
         let pieces = self.pieces.as_ref().map_or(&[][..], |(_, frames)| &frames[frame]);
         let len: u64 = pieces.iter().map(|(_, len)| len).sum();
         if stored(image) > len.saturating_mul(packed::LIMIT) {
-            let problem = format!("{len} packed bytes cannot stand for {} of frame {frame}", stored(image));
+            let problem = format!("{len} compressed bytes cannot hold the {} bytes of frame {frame}", stored(image));
             return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
         }
         let mut whole = zeroed(image, len)?;
@@ -71,13 +71,13 @@ fn zeroed(image: &Image, len: u64) -> io::Result<Vec<u8>> {
     memory::zeroed(&image.path.display().to_string(), len as usize).map_err(|e| io::Error::other(e.to_string()))
 }
 
-/// Bytes of a frame as it is stored.
+/// Bytes of an uncompressed frame.
 fn stored(image: &Image) -> u64 {
     let shape = image.shape;
     [shape.columns, shape.rows, shape.channels, shape.bytes].iter().fold(1, |n: u64, &size| n.saturating_mul(size as u64))
 }
 
-/// Bytes of slices that there can be in a file, each of `each`.
+/// Upper bound of the bytes of slices in a file, with `each` bytes per slice.
 fn available(image: &Image, each: u64) -> io::Result<u64> {
     let there = image.source.len()?.saturating_sub(image.pixels.at);
     Ok(match image.pixels.len {
@@ -86,7 +86,7 @@ fn available(image: &Image, each: u64) -> io::Result<u64> {
     })
 }
 
-/// The bits of one channel's numbers that count, with their sign.
+/// Significant bits of one channel, sign-extended if signed.
 fn samples(raw: &[u8], image: &Image, channel: usize) -> impl Iterator<Item = u64> {
     let (shape, kind) = (image.shape, image.kind);
     let (size, pixels) = (shape.bytes, shape.columns * shape.rows);

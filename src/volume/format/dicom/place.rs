@@ -1,4 +1,4 @@
-//! Which slices make a volume, and where they lie.
+//! Selection, order and placement of slices.
 
 use super::image::{Frame, Image};
 use crate::error::Error;
@@ -7,25 +7,25 @@ use crate::volume::format::{OpenOptions, choice};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::Path;
 
-/// How far directions of slices may be apart.
+/// Tolerance of slice directions.
 const SAME_DIRECTION: f64 = 1e-3;
-/// Share of a pixel up to which slices lie at one place.
+/// Fraction of a pixel within which slices share a position.
 const SAME_PLACE: f64 = 0.01;
-/// Share of the distance between slices by which one may lie beside where it would be if all were even.
+/// Allowed deviation of a slice from even spacing, as a fraction of the slice distance.
 const UNEVEN: f64 = 0.1;
-/// Share of a pixel by which the last slice may be shifted against the first: the rounding of positions, which nobody sees.
+/// Allowed shift of the last slice against the first, as a fraction of a pixel. It accounts for rounded positions and is invisible.
 const SHIFTED: f64 = 0.5;
 
-/// A slice: an image's number, and a frame's in it.
+/// A slice: index of the image, and of the frame in it.
 pub(super) type Slice = (usize, usize);
 
-/// Slices in order, and where voxel (i, j, k) of them sits, to the right, the front and the top.
+/// Slices in order, and the transform from voxel (i, j, k) to RAS coordinates.
 pub(super) struct Stack {
     pub slices: Vec<Slice>,
     pub index_to_world: DAffine3,
 }
 
-/// The slices of one time.
+/// The slices of one point in time.
 pub(super) fn stack(path: &Path, images: &[Image], options: &OpenOptions) -> Result<Stack, Error> {
     let all = |image: usize| (0..images[image].frames.len()).map(move |frame| (image, frame));
     let slices: Vec<Slice> = (0..images.len()).flat_map(all).collect();
@@ -54,15 +54,15 @@ pub(super) fn stack(path: &Path, images: &[Image], options: &OpenOptions) -> Res
     Ok(Stack { slices: chosen.into_iter().map(|(_, slice)| slice).collect(), index_to_world })
 }
 
-/// Slices of one direction.
+/// Parallel slices.
 struct Located {
     axes: [DVec3; 2],
     normal: DVec3,
-    /// How far each slice lies along the normal, sorted by that, and what those of one place are sorted by.
+    /// Position of each slice along the normal. Sorted by position, then by the order of the frames.
     heights: Vec<(f64, Slice)>,
 }
 
-/// Nothing where slices have no places.
+/// `None` if slices have no positions.
 fn located<'a>(path: &Path, slices: &[Slice], frame: impl Fn(Slice) -> &'a Frame) -> Result<Option<Located>, Error> {
     let Some([x, y]) = frame(slices[0]).axes else { return Ok(None) };
     let (axes, normal) = ([x.normalize(), y.normalize()], x.cross(y).normalize_or_zero());
@@ -70,8 +70,8 @@ fn located<'a>(path: &Path, slices: &[Slice], frame: impl Fn(Slice) -> &'a Frame
     for &slice in slices {
         let (Some([a, b]), Some(position)) = (frame(slice).axes, frame(slice).position) else { return Ok(None) };
         if !(a.normalize().abs_diff_eq(axes[0], SAME_DIRECTION) && b.normalize().abs_diff_eq(axes[1], SAME_DIRECTION)) {
-            let problem = "its slices lie in several directions, as those of overviews do: they make no volume; give another series, or \
-                           put those of one direction into a folder of their own";
+            let problem = "its slices have different directions, as in localisers, so they do not form a volume: give another \
+                           series, or put the slices of one direction into a separate folder";
             return Err(Error::volume(path, problem));
         }
         heights.push((position.dot(normal), slice));
@@ -80,7 +80,7 @@ fn located<'a>(path: &Path, slices: &[Slice], frame: impl Fn(Slice) -> &'a Frame
     Ok(Some(Located { axes, normal, heights }))
 }
 
-/// All slices of each place: as many everywhere.
+/// Groups slices by position. All positions must have the same number of slices.
 fn times(path: &Path, heights: Vec<(f64, Slice)>, same: f64) -> Result<Vec<Vec<(f64, Slice)>>, Error> {
     let mut places: Vec<Vec<(f64, Slice)>> = Vec::new();
     for found in heights {
@@ -95,7 +95,7 @@ fn times(path: &Path, heights: Vec<(f64, Slice)>, same: f64) -> Result<Vec<Vec<(
         (least, most) => {
             let [least, most] = [least, most].map(Option::unwrap_or_default);
             let problem = format!(
-                "at each of its {} places there should be as many slices, and there are {least} to {most}: some are missing, or of \
+                "its {} positions have {least} to {most} slices each instead of equally many: slices are missing or belong to \
                  another series",
                 places.len()
             );
@@ -115,15 +115,15 @@ fn check_even<'a>(path: &Path, heights: &[f64], file: impl Fn(usize) -> &'a std:
     let largest = (0..last).max_by(|&a, &b| gaps[a].total_cmp(&gaps[b])).unwrap_or(0);
     let (least, most) = (gaps.iter().copied().fold(f64::INFINITY, f64::min), gaps[largest]);
     let problem = format!(
-        "its slices are {least} to {most} apart, most between {} and {}: some are missing, or the distance changes; add them, take \
-         those of one distance, or show them as if they were even, with a spacing",
+        "its slice distances vary from {least} to {most}, the largest between {} and {}: add missing slices, use slices of one \
+         distance, or treat them as evenly spaced by giving a spacing",
         file(largest).display(),
         file(largest + 1).display()
     );
     Err(Error::volume(path, problem))
 }
 
-/// Refuses slices that are shifted against each other.
+/// Rejects stacks that are sheared.
 fn check_upright(path: &Path, places: &[DVec3], normal: DVec3, spacing: [f64; 2]) -> Result<(), Error> {
     let way = places[places.len() - 1] - places[0];
     let along = way.dot(normal);
@@ -133,13 +133,13 @@ fn check_upright(path: &Path, places: &[DVec3], normal: DVec3, spacing: [f64; 2]
     }
     let degrees = sideways.atan2(along).to_degrees();
     let problem = format!(
-        "its slices are shifted against each other by a tilt of {degrees:.2} degrees (of a scanner's gantry): sheared grids cannot be \
-         rendered yet; resample it onto axes at right angles, or show it as if it were upright, with a spacing"
+        "its slices are sheared by a gantry tilt of {degrees:.2} degrees, and sheared grids cannot be rendered: resample it onto \
+         orthogonal axes, or ignore the tilt by giving a spacing"
     );
     Err(Error::volume(path, problem))
 }
 
-/// Slices of which nothing but their order is known.
+/// Stacks slices of which only the order is known.
 fn unlocated<'a>(
     path: &Path,
     mut slices: Vec<Slice>,
@@ -150,7 +150,7 @@ fn unlocated<'a>(
     slices.sort_by_key(|&slice| frame(slice).order);
     if slices.len() > 1 {
         tracing::warn!(
-            "{}: it does not tell where its {} slices lie: they are in the order of their numbers",
+            "{}: its {} slices have no positions: using the order of their instance numbers",
             path.display(),
             slices.len()
         );

@@ -1,27 +1,27 @@
-//! The numbers of a dataset, read some layers at a time.
+//! Voxels of an HDF5 dataset, read several layers at a time.
 
 use crate::volume::ScalarType;
 use crate::volume::format::parts::Parts;
 use hdf5_reader::{Dataset, H5Type, SliceInfo, SliceInfoElem};
 use std::io;
 
-/// Bytes that are read at a time where layers do not lie in pieces.
+/// Bytes read at a time from datasets without chunks.
 const TOGETHER: usize = 1 << 24;
 
 /// One volume of a dataset, x fastest.
 pub(super) struct Layers {
     dataset: Dataset,
     scalar: ScalarType,
-    /// Where on the axes before those of space.
+    /// Index along the axes before the spatial ones.
     place: Vec<u64>,
     dims: [usize; 3],
-    /// Layers that are read together.
+    /// Number of layers read together.
     deep: usize,
     most: u64,
 }
 
 impl Layers {
-    /// Volume `frame` of all those along the axes before those of space, of which there are at most `most` bytes.
+    /// Volume `frame` of those along the axes before the spatial ones. `most` is an upper bound of its bytes.
     pub fn new(dataset: Dataset, scalar: ScalarType, before: &[usize], mut frame: usize, dims: [usize; 3], most: u64) -> Self {
         let mut place = vec![0; before.len()];
         for axis in (0..before.len()).rev() {
@@ -76,7 +76,7 @@ impl Parts for Layers {
             ScalarType::Int64 => self.numbers::<i64>(index),
             ScalarType::Float32 => self.numbers::<f32>(index),
             ScalarType::Float64 => self.numbers::<f64>(index),
-            ScalarType::Float16 => Err(io::Error::new(io::ErrorKind::InvalidData, "floats of 16 bits are not read")),
+            ScalarType::Float16 => Err(io::Error::new(io::ErrorKind::InvalidData, "16-bit floats are not supported")),
         }
     }
 }

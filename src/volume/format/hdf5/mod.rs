@@ -1,10 +1,10 @@
-//! HDF5, and NetCDF-4, which is HDF5 (<https://www.hdfgroup.org>): one of a file's datasets.
+//! HDF5 and NetCDF-4, which is based on it (<https://www.hdfgroup.org>): one dataset of a file.
 
 mod layers;
 
 use super::load::{self, Header, Opened, upright};
 use super::parts::Kept;
-use super::{Format, Found, OpenOptions, choice};
+use super::{COMPLEX, Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::memory;
 use crate::volume::{Endian, Rescale, ScalarType};
@@ -15,15 +15,15 @@ use layers::Layers;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// The format.
+/// HDF5.
 pub(super) struct Hdf5;
 
 const MARK: &[u8] = b"\x89HDF\r\n\x1a\n";
-/// Bytes of what is said of an object.
+/// Largest object header in bytes.
 const LONGEST_HEADER: usize = 16 << 20;
-/// Bytes that a packed byte can stand for: deflate's. What is not stored, as all of it is the fill value, counts as packed.
+/// Largest compression ratio, that of deflate. Chunks that are not stored, because they hold the fill value only, count as compressed.
 const LIMIT: u64 = 1032;
-/// Datasets and groups that are looked at.
+/// Limit of datasets and groups visited.
 const MOST: usize = 10_000;
 
 impl Format for Hdf5 {
@@ -47,12 +47,14 @@ impl Format for Hdf5 {
             Some(name) => opened.dataset(name).map_err(|_| unknown(path, name, &opened))?,
             None => only(path, &opened)?,
         };
-        let scalar = scalar(dataset.dtype());
-        let scalar = scalar.ok_or_else(|| {
-            Error::volume(
-                path,
-                format!("the numbers of '{}' are {:?}: expected whole numbers or floats", dataset.name(), dataset.dtype()),
-            )
+        let scalar = scalar(dataset.dtype()).ok_or_else(|| {
+            let (name, told) = (dataset.name(), dataset.dtype());
+            let problem = if is_complex(told) {
+                format!("the numbers of '{name}' are {COMPLEX}")
+            } else {
+                format!("the numbers of '{name}' are {told:?}: expected integers or floats")
+            };
+            Error::volume(path, problem)
         })?;
         let shape: Option<Vec<usize>> = dataset.shape().iter().map(|&n| usize::try_from(n).ok().filter(|&n| n > 0)).collect();
         let shape = shape.filter(|shape| !shape.is_empty());
@@ -63,7 +65,7 @@ impl Format for Hdf5 {
         choice::chosen(path, "channel", options.channel, 1)?;
         let dims = [0, 1, 2].map(|i| space.len().checked_sub(i + 1).map_or(1, |axis| space[axis]));
         let grid = load::grid(path, dims, upright(spacing(&dataset), DVec3::ZERO), options)?;
-        // Only what lies in pieces can be packed, or not be stored at all.
+        // Only chunked datasets can be compressed, or have missing chunks.
         let is_packed = dataset.chunks().is_some();
         let rescale = rescale(&dataset).map_err(|e| Error::volume(path, e.to_string()))?;
         let header = Header { endian: Endian::NATIVE, rescale, ..Header::new(grid, scalar) };
@@ -76,7 +78,7 @@ fn damaged(path: &Path, e: &hdf5_reader::error::Error) -> Error {
     Error::volume(path, format!("it cannot be read: {e}"))
 }
 
-/// The type of a dataset's numbers.
+/// Scalar type of an HDF5 datatype.
 fn scalar(told: &Datatype) -> Option<ScalarType> {
     match told {
         Datatype::FixedPoint { size, signed, .. } => {
@@ -87,10 +89,19 @@ fn scalar(told: &Datatype) -> Option<ScalarType> {
     }
 }
 
-/// The one dataset with the most axes.
+/// Whether numbers are complex, as h5py and others store them: compounds of a real and an imaginary float.
+fn is_complex(told: &Datatype) -> bool {
+    let Datatype::Compound { fields, .. } = told else { return false };
+    let floats = fields.iter().all(|field| matches!(field.datatype, Datatype::FloatingPoint { .. }));
+    let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
+    floats && [["r", "i"], ["real", "imag"], ["re", "im"]].iter().any(|known| names == known)
+}
+
+/// The dataset with the most axes, if it is unique.
 fn only(path: &Path, file: &Hdf5File) -> Result<Dataset, Error> {
-    let all = volumes(path, file)?;
+    let all = volumes(path, file, |told| scalar(told).is_some())?;
     match &all[..] {
+        [] if !volumes(path, file, is_complex)?.is_empty() => Err(Error::volume(path, format!("it has {COMPLEX}"))),
         [] => Err(Error::volume(path, "it has no dataset of numbers along two axes or more")),
         [name] => file.dataset(name).map_err(|e| damaged(path, &e)),
         several => {
@@ -101,7 +112,7 @@ fn only(path: &Path, file: &Hdf5File) -> Result<Dataset, Error> {
 }
 
 fn unknown(path: &Path, name: &str, file: &Hdf5File) -> Error {
-    match volumes(path, file) {
+    match volumes(path, file, |told| scalar(told).is_some()) {
         Ok(names) => {
             let problem = format!("'{name}' is not in {}, whose arrays are {}", path.display(), names.join(", "));
             Error::Settings { field: "array", problem }
@@ -111,17 +122,17 @@ fn unknown(path: &Path, name: &str, file: &Hdf5File) -> Error {
 }
 
 /// Paths of all datasets of numbers along three axes or more; if there are none, of those along two.
-fn volumes(path: &Path, file: &Hdf5File) -> Result<Vec<String>, Error> {
+fn volumes(path: &Path, file: &Hdf5File, wanted: impl Fn(&Datatype) -> bool) -> Result<Vec<String>, Error> {
     let (mut found, mut seen) = (Vec::new(), BTreeSet::new());
     let mut groups: Vec<(String, Group)> = vec![(String::new(), file.root_group().map_err(|e| damaged(path, &e))?)];
     while let Some((prefix, group)) = groups.pop() {
-        // A group can be reached in several ways, even from within.
+        // Links may reach a group several times, even from inside the group.
         if !seen.insert(group.address()) || found.len() + groups.len() > MOST {
             continue;
         }
         let (below, datasets) = group.members().map_err(|e| damaged(path, &e))?;
         groups.extend(below.into_iter().rev().map(|group| (format!("{prefix}{}/", last(group.name())), group)));
-        let numbers = datasets.iter().filter(|dataset| scalar(dataset.dtype()).is_some());
+        let numbers = datasets.iter().filter(|dataset| wanted(dataset.dtype()));
         found.extend(numbers.map(|dataset| (dataset.ndim(), format!("{prefix}{}", last(dataset.name())))));
     }
     let of =
@@ -130,12 +141,12 @@ fn volumes(path: &Path, file: &Hdf5File) -> Result<Vec<String>, Error> {
     Ok(if volumes.is_empty() { of(&|n| n == 2) } else { volumes })
 }
 
-/// The last part of a path.
+/// Last component of a path.
 fn last(name: &str) -> &str {
     name.trim_end_matches('/').rsplit('/').next().unwrap_or_default()
 }
 
-/// Distances along x, y, z where they are told as microscopists' programs do, 1 otherwise.
+/// Spacing from the attribute `element_size_um`, which microscopy software writes; 1 by default.
 fn spacing(dataset: &Dataset) -> DVec3 {
     let told = dataset.attribute("element_size_um").and_then(|attribute| attribute.read_1d::<f64>()).unwrap_or_default();
     match told[..] {
@@ -144,7 +155,7 @@ fn spacing(dataset: &Dataset) -> DVec3 {
     }
 }
 
-/// Slope and intercept as NetCDF's conventions call them.
+/// Slope and intercept from the attributes of the NetCDF conventions.
 fn rescale(dataset: &Dataset) -> Result<Rescale, Error> {
     let told = |name: &str| dataset.attribute(name).and_then(|attribute| attribute.read_as_f64()).ok();
     match (told("scale_factor"), told("add_offset")) {

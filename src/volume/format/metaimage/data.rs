@@ -1,4 +1,4 @@
-//! The files that hold the voxels, and how they are packed.
+//! Data files of a MetaImage.
 
 use crate::error::Error;
 use crate::volume::ScalarType;
@@ -8,12 +8,12 @@ use crate::volume::format::{numbered, text};
 use std::fs::File;
 use std::path::Path;
 
-/// Whether numbers are digits.
+/// Whether the numbers are text.
 pub(super) fn is_text(fields: &Keyed) -> bool {
     fields.get(&["BinaryData"]).is_some() && !fields.is_true(&["BinaryData"])
 }
 
-/// The bytes of the whole array, whose sizes can be multiplied.
+/// Data of the whole array. The product of `sizes` must not overflow.
 pub(super) fn bytes(
     path: &Path,
     fields: &Keyed,
@@ -35,7 +35,7 @@ pub(super) fn bytes(
     numbered::joined(path, files, whole, each, move |file| one(file, &fields, 0, each, scalar))
 }
 
-/// The files of `LIST [axes]` and of `pattern first last step`, and how many axes each of them has.
+/// Files of `LIST [axes]` or `pattern first last step`, and the number of axes per file.
 fn several(path: &Path, fields: &Keyed, named: &str) -> Result<Option<numbered::Several>, Error> {
     let words: Vec<&str> = named.split_whitespace().collect();
     if words.first() == Some(&"LIST") {
@@ -50,7 +50,7 @@ fn several(path: &Path, fields: &Keyed, named: &str) -> Result<Option<numbered::
     Ok(Some((names.iter().map(|name| numbered::beside(path, name)).collect(), None)))
 }
 
-/// What one file holds from byte `start` on, `len` bytes once unpacked.
+/// Data of one file from byte `start`, `len` bytes after decompression.
 fn one(path: &Path, fields: &Keyed, start: u64, len: u64, scalar: ScalarType) -> Result<Box<dyn Bytes>, Error> {
     let failed = |e| Error::read(path, e);
     let file = File::open(path).map_err(failed)?;

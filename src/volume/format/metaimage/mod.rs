@@ -9,10 +9,10 @@ use crate::error::Error;
 use crate::volume::{Endian, ScalarType};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// The format.
+/// MetaImage.
 pub(super) struct MetaImage;
 
-/// Most axes that arrays have.
+/// Limit of axes.
 const MOST: usize = 10;
 
 impl Format for MetaImage {
@@ -61,20 +61,20 @@ fn scalar(fields: &Keyed) -> Result<ScalarType, Error> {
     }
 }
 
-/// Along all axes, whose bytes can be counted.
+/// Sizes of all axes. Their product in bytes fits into 64 bits.
 fn sizes(fields: &Keyed, scalar: ScalarType, channels: usize) -> Result<Vec<usize>, Error> {
     let axes = fields.number("NDims")?.filter(|n| (1..=MOST).contains(n));
-    let axes = axes.ok_or_else(|| fields.wrong(format!("its NDims are not 1 to {MOST}")))?;
+    let axes = axes.ok_or_else(|| fields.wrong(format!("its NDims is not between 1 and {MOST}")))?;
     let sizes: Vec<usize> = fields.numbers(&["DimSize"], axes)?.ok_or_else(|| fields.wrong("its header has no DimSize"))?;
     let sizes = sizes[..axes].to_vec();
     let of_voxel = scalar.bytes() as u64;
     let all = sizes.iter().chain([&channels]).try_fold(of_voxel, |n, &size| n.checked_mul(size as u64).filter(|&n| n > 0));
-    let problem = || fields.wrong(format!("its sizes, {sizes:?} of {channels} channels, hold no voxels, or more than any file"));
+    let problem = || fields.wrong(format!("its sizes {sizes:?} with {channels} channels are empty or too large"));
     all.ok_or_else(problem)?;
     Ok(sizes)
 }
 
-/// The file's axes point to the left, to the back and up, the world's to the right, to the front and up.
+/// The file uses LPS coordinates, the world RAS.
 fn index_to_world(fields: &Keyed, axes: usize) -> Result<DAffine3, Error> {
     let known = axes.min(3);
     let numbers = |keys: &[&str], least| fields.numbers::<f64>(keys, least);

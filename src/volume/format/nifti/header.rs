@@ -1,11 +1,11 @@
-//! Where the fields of both versions are.
+//! Header fields of both NIfTI versions.
 
 use crate::volume::Endian;
 
-/// Bytes of the longer header.
+/// Size of the larger header in bytes.
 pub(super) const LARGEST: usize = 540;
 
-/// Bytes of the header of either version, in either order.
+/// Header of either version and byte order.
 pub(super) struct Fields {
     bytes: Vec<u8>,
     endian: Endian,
@@ -13,7 +13,7 @@ pub(super) struct Fields {
 }
 
 impl Fields {
-    /// Nothing if these are not the first bytes of such a file.
+    /// `None` if the bytes are not a NIfTI header.
     pub fn new(bytes: Vec<u8>) -> Option<Self> {
         let size = bytes.first_chunk::<4>()?;
         let endian = if size[0] == 0 { Endian::Big } else { Endian::Little };
@@ -31,7 +31,7 @@ impl Fields {
         self.endian
     }
 
-    /// Zeros where the file ends before.
+    /// Bytes at an offset, as little-endian; zeros if the file ends before.
     fn get<const N: usize>(&self, at: usize) -> [u8; N] {
         let mut bytes = self.bytes.get(at..).and_then(|rest| rest.first_chunk().copied()).unwrap_or([0; N]);
         if self.endian == Endian::Big {
@@ -60,12 +60,12 @@ impl Fields {
         f64::from_le_bytes(self.get(at))
     }
 
-    /// Numbers one after the other, of 32 bits at one place in the first version, of 64 at another in the second.
+    /// Consecutive floats: 32-bit at offset `first` in version 1, 64-bit at offset `second` in version 2.
     fn floats<const N: usize>(&self, first: usize, second: usize) -> [f64; N] {
         std::array::from_fn(|i| if self.second { self.float64(second + 8 * i) } else { self.float32(first + 4 * i) })
     }
 
-    /// How many axes there are, and their sizes.
+    /// Number of axes, and their sizes.
     pub fn dims(&self) -> [i64; 8] {
         std::array::from_fn(|i| if self.second { self.int64(16 + 8 * i) } else { self.int16(40 + 2 * i).into() })
     }
@@ -74,43 +74,43 @@ impl Fields {
         self.int16(if self.second { 12 } else { 70 })
     }
 
-    /// The sign of the third axis, and distances between voxels.
+    /// Sign of the third axis (qfac), and spacings.
     pub fn spacings(&self) -> [f64; 4] {
         self.floats(76, 104)
     }
 
-    /// Whether the voxels are in another file.
+    /// Whether the voxels are in a separate file.
     pub fn is_of_a_pair(&self) -> bool {
         self.bytes[if self.second { 4 } else { 344 } + 1] == b'i'
     }
 
-    /// Byte of the first voxel, in the file that has it.
+    /// Byte of the first voxel in its file.
     pub fn first(&self) -> Option<u64> {
         let (given, behind) = if self.second { (self.int64(168), 544) } else { (self.float32(108) as i64, 352) };
         match u64::try_from(given).ok()? {
-            // Some writers leave it out.
+            // Some writers leave vox_offset at 0.
             0 if !self.is_of_a_pair() => Some(behind),
             first => Some(first),
         }
     }
 
-    /// Slope and intercept; none where numbers are values.
+    /// Slope and intercept; `None` if numbers are values.
     pub fn rescale(&self) -> Option<(f64, f64)> {
         let [slope, intercept] = self.floats(112, 176);
         (slope != 0.0 && slope.is_finite() && intercept.is_finite()).then_some((slope, intercept))
     }
 
-    /// What the transform by a quaternion, and that by a matrix, are good for: 0 for nothing.
+    /// Codes of the quaternion and the matrix transform; 0 if undefined.
     pub fn codes(&self) -> [i32; 2] {
         if self.second { [self.int32(344), self.int32(348)] } else { [self.int16(252).into(), self.int16(254).into()] }
     }
 
-    /// Three parts of a quaternion of length 1, and an origin.
+    /// Components b, c, d of a unit quaternion, and the origin.
     pub fn quaternion(&self) -> [f64; 6] {
         self.floats(256, 352)
     }
 
-    /// The rows of a matrix.
+    /// Rows of the matrix transform.
     pub fn rows(&self) -> [f64; 12] {
         self.floats(280, 400)
     }

@@ -1,11 +1,11 @@
-//! NIfTI-1 and NIfTI-2, in one file or two, packed or not (<https://nifti.nimh.nih.gov>).
+//! NIfTI-1 and NIfTI-2, in one or two files, plain or gzipped (<https://nifti.nimh.nih.gov>).
 
 mod header;
 mod place;
 
 use super::bytes::{self, Bytes, Gzip, Packed, Plain};
 use super::load::{self, Header, Opened};
-use super::{Format, Found, OpenOptions, choice};
+use super::{COMPLEX, Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::volume::{Rescale, ScalarType};
 use flate2::read::MultiGzDecoder;
@@ -13,7 +13,7 @@ use header::Fields;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// The format.
+/// NIfTI.
 pub(super) struct Nifti;
 
 impl Format for Nifti {
@@ -27,6 +27,9 @@ impl Format for Nifti {
         let wrong = |problem: String| Error::volume(path, problem);
         let (scalar, inside) = scalar(fields.datatype()).ok_or_else(|| {
             let code = fields.datatype();
+            if COMPLEX_TYPES.contains(&code) {
+                return wrong(format!("its datatype is {code}: {COMPLEX}"));
+            }
             wrong(format!("its datatype is {code}: expected whole numbers, floats of 32 or 64 bits, or colours; convert it"))
         })?;
         let sizes = sizes(&fields, scalar.bytes() * inside).map_err(wrong)?;
@@ -46,18 +49,21 @@ impl Format for Nifti {
     }
 }
 
+/// Codes of complex numbers of two floats of 32, 64 and 128 bits.
+const COMPLEX_TYPES: [i16; 3] = [32, 1792, 2048];
+
 /// Whether it has the mark, packed or not.
 fn is_header(file: &Found) -> bool {
     Fields::new(file.unpacked.clone().unwrap_or_else(|| file.start.clone())).is_some()
 }
 
-/// The header of a pair whose voxels are named.
+/// Header file of a pair, given its voxel file.
 fn header_of(path: &Path) -> Option<PathBuf> {
     let others = other_of_pair(path, ".img", ".hdr")?;
     others.into_iter().find(|other| Found::look(other).is_ok_and(|found| is_header(&found)))
 }
 
-/// Names of the other file of a pair: of the same case and packing first.
+/// Candidate names of the other file of a pair; the one with the same case and compression first.
 fn other_of_pair(path: &Path, ending: &str, other: &str) -> Option<[PathBuf; 2]> {
     let name = path.file_name()?.to_str()?;
     let (stem, packed) = name.strip_suffix(".gz").map_or((name, false), |stem| (stem, true));
@@ -73,7 +79,7 @@ fn other_of_pair(path: &Path, ending: &str, other: &str) -> Option<[PathBuf; 2]>
     Some(names.map(|name| path.with_file_name(name)))
 }
 
-/// Reads the header of a file that may be packed.
+/// Reads the header of a plain or gzipped file.
 fn read(path: &Path) -> Result<Fields, Error> {
     let failed = |e| Error::read(path, e);
     let mut start = vec![0; header::LARGEST];
@@ -87,7 +93,7 @@ fn read(path: &Path) -> Result<Fields, Error> {
     Fields::new(start).ok_or_else(|| Error::volume(path, "its header is truncated or damaged"))
 }
 
-/// The type of a code, and how many numbers a voxel has of it.
+/// Scalar type of a datatype code, and numbers per voxel.
 fn scalar(code: i16) -> Option<(ScalarType, usize)> {
     Some(match code {
         2 => (ScalarType::Uint8, 1),
@@ -106,7 +112,7 @@ fn scalar(code: i16) -> Option<(ScalarType, usize)> {
     })
 }
 
-/// Along x, y, z, time and three more axes, 1 along those that there are not.
+/// Sizes along x, y, z, time and three more axes; 1 along missing axes.
 fn sizes(fields: &Fields, bytes: usize) -> Result<[usize; 7], String> {
     let [axes, sizes @ ..] = fields.dims();
     let known = usize::try_from(axes).ok().filter(|n| (1..=7).contains(n));
@@ -114,20 +120,19 @@ fn sizes(fields: &Fields, bytes: usize) -> Result<[usize; 7], String> {
     let size = |i: usize| if i < known { usize::try_from(sizes[i]).unwrap_or(0) } else { 1 };
     let found = [0, 1, 2, 3, 4, 5, 6].map(size);
     let all = found.iter().try_fold(bytes as u64, |n, &size| n.checked_mul(size as u64).filter(|&n| n > 0));
-    all.map(|_| found).ok_or_else(|| format!("its sizes, {:?}, hold no voxels, or more than any file", &sizes[..known]))
+    all.map(|_| found).ok_or_else(|| format!("its sizes {:?} are empty or too large", &sizes[..known]))
 }
 
-/// Behind the header, or in the other file of a pair.
+/// Voxel data: after the header, or in the other file of a pair.
 fn voxels(path: &Path, fields: &Fields) -> Result<Box<dyn Bytes>, Error> {
     let file = if fields.is_of_a_pair() {
         let others = other_of_pair(path, ".hdr", ".img").unwrap_or_default();
         let found = others.iter().find(|other| other.is_file()).cloned();
-        found
-            .ok_or_else(|| Error::volume(path, "its voxels are in a file of the same name ending in .img, which is not there"))?
+        found.ok_or_else(|| Error::volume(path, "its voxel file of the same name with the extension .img is missing"))?
     } else {
         path.to_owned()
     };
-    let first = fields.first().ok_or_else(|| Error::volume(path, "its vox_offset is no place in a file"))?;
+    let first = fields.first().ok_or_else(|| Error::volume(path, "its vox_offset is invalid"))?;
     let failed = |e| Error::read(&file, e);
     if Found::look(&file)?.unpacked.is_some() {
         Ok(Box::new(Packed::<Gzip>::new(&file, 0, first).map_err(failed)?))

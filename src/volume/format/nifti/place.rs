@@ -1,10 +1,10 @@
-//! Where voxels lie: the matrix if there is one, else the quaternion, else distances alone.
+//! Placement of voxels: by the matrix if defined, else by the quaternion, else by the spacing alone.
 
 use super::header::Fields;
 use crate::volume::format::load::upright;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-/// Axes of the world point to the right, to the front and up.
+/// Transform to RAS coordinates.
 pub(super) fn index_to_world(fields: &Fields, dims: [usize; 3]) -> DAffine3 {
     let [sign, spacing @ ..] = fields.spacings();
     let spacing = DVec3::from_array(spacing.map(|h| if h == 0.0 || !h.is_finite() { 1.0 } else { h.abs() }));
@@ -30,7 +30,7 @@ fn of_quaternion([b, c, d, x, y, z]: [f64; 6], spacing: DVec3) -> DAffine3 {
     DAffine3 { matrix3: turn * DMat3::from_diagonal(spacing), translation: DVec3::new(x, y, z) }
 }
 
-/// Of an axis with one voxel the length does not matter, and may be missing.
+/// Completes a missing z axis: with a single slice, its length is irrelevant and may be 0.
 fn with_lengths(mut affine: DAffine3, dims: [usize; 3]) -> DAffine3 {
     let [x, y, z] = [0, 1, 2].map(|i| affine.matrix3.col(i));
     if dims[2] == 1 && z == DVec3::ZERO {

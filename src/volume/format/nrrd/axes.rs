@@ -1,4 +1,4 @@
-//! Which axes are those of space, and where they lie in the world.
+//! Roles of the axes, and their placement in the world.
 
 use super::fields::Fields;
 use crate::error::Error;
@@ -7,29 +7,48 @@ use crate::volume::{Grid, ScalarType};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::Path;
 
-/// Most axes that the format has.
+/// Limit of axes in the format.
 const MOST: usize = 16;
 
-/// The axes of an array, the fastest first.
+/// Axes of an array, fastest first.
 pub(super) struct Axes {
     pub sizes: Vec<usize>,
-    /// Directions of those that are axes of space.
+    /// Directions of spatial axes.
     directions: Vec<Option<DVec3>>,
-    /// The numbers of the axes of space.
+    /// Indices of the spatial axes.
     space: Vec<usize>,
+    roles: Vec<Role>,
+}
+
+/// What an axis is, as far as its kind, its unit or its direction tells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Role {
+    /// An axis of space.
+    Space,
+    /// Frames, wherever the axis stands among the others.
+    Time,
+    /// Numbers that belong together: a vector, a colour, a matrix.
+    Components,
+    /// A list, or nothing is told: frames if the axis is slower than space, channels if it is faster.
+    Unknown,
 }
 
 impl Axes {
     pub fn of(fields: &Fields) -> Result<Self, Error> {
         let count = fields.need("dimension")?.parse().ok().filter(|n| (1..=MOST).contains(n));
-        let count = count.ok_or_else(|| fields.wrong(format!("its dimension is not 1 to {MOST}")))?;
+        let count = count.ok_or_else(|| fields.wrong(format!("its dimension is not between 1 and {MOST}")))?;
         let sizes: Vec<usize> = fields.numbers("sizes", count)?.ok_or_else(|| fields.wrong("its header has no 'sizes'"))?;
         if sizes.contains(&0) || sizes.iter().try_fold(1u64, |n, &size| n.checked_mul(size as u64)).is_none() {
-            return Err(fields.wrong(format!("its sizes, {sizes:?}, hold no voxels, or more than any file")));
+            return Err(fields.wrong(format!("its sizes {sizes:?} are empty or too large")));
         }
-        let directions = directions(fields, count)?;
-        let space = space(fields, &sizes, &directions)?;
-        Ok(Self { sizes, directions, space })
+        let (directions, mut roles): (Vec<_>, Vec<_>) = directions(fields, count)?.into_iter().unzip();
+        for (role, told) in roles.iter_mut().zip(told_roles(fields, count)) {
+            if *role == Role::Unknown {
+                *role = told;
+            }
+        }
+        let space = space(fields, &sizes, &directions, &roles)?;
+        Ok(Self { sizes, directions, space, roles })
     }
 
     /// Bytes of the whole array.
@@ -37,7 +56,7 @@ impl Axes {
         self.stride(self.sizes.len(), scalar)
     }
 
-    /// Bytes from one to the next along an axis.
+    /// Stride along an axis in bytes.
     pub fn stride(&self, axis: usize, scalar: ScalarType) -> u64 {
         self.sizes[..axis].iter().fold(scalar.bytes() as u64, |bytes, &size| bytes.saturating_mul(size as u64))
     }
@@ -46,7 +65,7 @@ impl Axes {
         [0, 1, 2].map(|i| self.space.get(i).map_or(1, |&axis| self.sizes[axis]))
     }
 
-    /// The grid in the world, whose axes point to the right, to the front and up where the file says which way they point.
+    /// Grid in the world. Its coordinates are RAS if the file defines anatomical axes.
     pub fn grid(&self, path: &Path, fields: &Fields, options: &OpenOptions) -> Result<Grid, Error> {
         let named = |e: Error| Error::volume(path, e.to_string());
         if let Some(spacing) = options.spacing {
@@ -60,11 +79,12 @@ impl Axes {
         let axes = completed(&known);
         let origin =
             fields.get("space origin").map(|text| vector(text).ok_or_else(|| fields.wrong("its space origin is no vector")));
+        let origin = origin.map(|origin| origin.map(|(place, _time)| place));
         let affine = DAffine3 { matrix3: to_ras * axes, translation: to_ras * origin.transpose()?.unwrap_or(DVec3::ZERO) };
         Grid::from_affine(self.dims(), affine).map_err(named)
     }
 
-    /// With spacings only.
+    /// Axis-aligned grid from `spacings` and `axis mins`.
     fn spaced(&self, fields: &Fields) -> Result<Grid, Error> {
         let per_axis = |name: &str| -> Result<DVec3, Error> {
             let numbers: Option<Vec<f64>> = fields.numbers(name, self.sizes.len())?;
@@ -76,13 +96,28 @@ impl Axes {
         Grid::from_affine(self.dims(), DAffine3 { matrix3: DMat3::from_diagonal(spacing), translation: origin })
     }
 
+    /// What chooses a number along an axis outside of space.
+    fn chosen_by(&self, axis: usize) -> &'static str {
+        let is_slow = self.space.iter().all(|&of_space| axis > of_space);
+        match self.roles[axis] {
+            Role::Time => "frame",
+            Role::Components => "channel",
+            Role::Space | Role::Unknown => {
+                if is_slow {
+                    "frame"
+                } else {
+                    "channel"
+                }
+            }
+        }
+    }
+
     /// The first byte and the strides of the frame and the channel that are wanted.
     pub fn place(&self, path: &Path, scalar: ScalarType, options: &OpenOptions) -> Result<(u64, [u64; 3]), Error> {
         let mut first = 0;
-        let last_of_space = self.space.iter().max().copied().unwrap_or(0);
         let others = || (0..self.sizes.len()).filter(|axis| !self.space.contains(axis) && self.sizes[*axis] > 1);
-        for (field, wanted, behind) in [("frame", options.frame, true), ("channel", options.channel, false)] {
-            let mut axes = others().filter(|&axis| (axis > last_of_space) == behind).peekable();
+        for (field, wanted) in [("frame", options.frame), ("channel", options.channel)] {
+            let mut axes = others().filter(|&axis| self.chosen_by(axis) == field).peekable();
             if axes.peek().is_none() {
                 choice::chosen(path, field, wanted, 1)?;
             }
@@ -93,7 +128,7 @@ impl Axes {
         }
         let along = |i: usize| self.space.get(i).map_or(scalar.bytes() as u64, |&axis| self.stride(axis, scalar));
         let mut strides = [0, 1, 2].map(along);
-        // Axes that there are not, of one voxel: as if voxels were dense.
+        // Missing axes have one voxel: use dense strides.
         for i in self.space.len()..3 {
             strides[i] = strides[i - 1].saturating_mul(self.dims()[i - 1] as u64);
         }
@@ -101,10 +136,12 @@ impl Axes {
     }
 }
 
-/// The direction of each axis; none where it has no place in space.
-fn directions(fields: &Fields, count: usize) -> Result<Vec<Option<DVec3>>, Error> {
-    let Some(text) = fields.get("space directions") else { return Ok(vec![None; count]) };
-    let wrong = || fields.wrong(format!("its space directions, '{text}', are not {count} vectors or none"));
+/// The direction of each axis in space, and its role as far as that tells it.
+fn directions(fields: &Fields, count: usize) -> Result<Vec<(Option<DVec3>, Role)>, Error> {
+    let Some(text) = fields.get("space directions") else { return Ok(vec![(None, Role::Unknown); count]) };
+    let wrong = || {
+        fields.wrong(format!("its space directions, '{text}', are not {count} times 'none' or a vector of 1 to 4 finite numbers"))
+    };
     let mut directions = Vec::new();
     let mut rest = text.trim();
     while !rest.is_empty() {
@@ -114,23 +151,52 @@ fn directions(fields: &Fields, count: usize) -> Result<Vec<Option<DVec3>>, Error
             rest.find(char::is_whitespace).unwrap_or(rest.len())
         };
         let (word, behind) = rest.split_at(end);
-        directions.push(if word == "none" { None } else { Some(vector(word).ok_or_else(wrong)?) });
+        directions.push(match word {
+            "none" => (None, Role::Unknown),
+            _ => match vector(word).ok_or_else(wrong)? {
+                // Vectors of NaN say none, too.
+                (place, time) if place.is_nan() || time.is_nan() => (None, Role::Unknown),
+                (place, 0.0) => (Some(place), Role::Space),
+                (DVec3::ZERO, _) => (None, Role::Time),
+                _ => {
+                    return Err(fields.wrong(format!(
+                        "its space directions, '{text}', mix space with a fourth dimension: save a volume per time"
+                    )));
+                }
+            },
+        });
         rest = behind.trim_start();
     }
-    // Vectors of NaN say none, too.
-    let directions: Vec<_> = directions.into_iter().map(|direction| direction.filter(|d| !d.is_nan())).collect();
     if directions.len() == count { Ok(directions) } else { Err(wrong()) }
 }
 
-/// `(x,y,z)`, or of fewer numbers.
-fn vector(text: &str) -> Option<DVec3> {
+/// `(x,y,z,t)`, or fewer numbers: in space, and along a fourth dimension, which is time ("…-time", `space dimension: 4`).
+fn vector(text: &str) -> Option<(DVec3, f64)> {
     let inner = text.trim().strip_prefix('(')?.strip_suffix(')')?;
     let numbers: Vec<f64> = inner.split(',').map(|n| n.trim().parse().ok()).collect::<Option<_>>()?;
     let of = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
-    (1..=3).contains(&numbers.len()).then(|| DVec3::new(of(0), of(1), of(2)))
+    (1..=4).contains(&numbers.len()).then(|| (DVec3::new(of(0), of(1), of(2)), of(3)))
 }
 
-/// Up to three directions, and what is at right angles to them.
+/// The roles that kinds and units tell (<https://teem.sourceforge.net/nrrd/format.html#kinds>).
+fn told_roles(fields: &Fields, count: usize) -> Vec<Role> {
+    let kinds: Vec<String> =
+        fields.get("kinds").map(|text| text.split_whitespace().map(str::to_ascii_lowercase).collect()).unwrap_or_default();
+    // `"mm" "mm" "mm" "s"`.
+    let units: Vec<&str> = fields.get("units").map(|text| text.split('"').skip(1).step_by(2).collect()).unwrap_or_default();
+    let is_time = |unit: &&str| ["s", "sec", "seconds", "ms", "us", "min", "h"].contains(unit);
+    let role = |axis: usize| match kinds.get(axis).map_or("none", String::as_str) {
+        "time" => Role::Time,
+        "domain" | "none" | "???" if units.len() == count && is_time(&units[axis]) => Role::Time,
+        "domain" | "space" => Role::Space,
+        "list" | "none" | "???" => Role::Unknown,
+        // The others are colours, vectors and matrices under many names.
+        _ => Role::Components,
+    };
+    (0..count).map(role).collect()
+}
+
+/// Completes up to three directions by orthogonal ones.
 fn completed(known: &[DVec3]) -> DMat3 {
     let third = |a: DVec3, b: DVec3| a.cross(b).normalize_or(DVec3::Z);
     match *known {
@@ -141,21 +207,18 @@ fn completed(known: &[DVec3]) -> DMat3 {
     }
 }
 
-/// The axes of space: those with a direction; else those whose kind says so; else all of up to three; else all but the smallest at either
-/// end.
-fn space(fields: &Fields, sizes: &[usize], directions: &[Option<DVec3>]) -> Result<Vec<usize>, Error> {
-    let all = 0..sizes.len();
-    let kinds: Vec<&str> = fields.get("kinds").map(|text| text.split_whitespace().collect()).unwrap_or_default();
-    let of_kind =
-        |axis: &usize| kinds.get(*axis).is_some_and(|kind| ["domain", "space"].contains(&kind.to_ascii_lowercase().as_str()));
-    let directed: Vec<usize> = all.clone().filter(|&axis| directions[axis].is_some()).collect();
-    let kind: Vec<usize> = all.clone().filter(of_kind).collect();
+/// The axes of space: those with a direction; else those whose kind says so; else all but times; of more than three, all but the smallest
+/// at either end.
+fn space(fields: &Fields, sizes: &[usize], directions: &[Option<DVec3>], roles: &[Role]) -> Result<Vec<usize>, Error> {
+    let those = |wanted: &dyn Fn(usize) -> bool| (0..sizes.len()).filter(|&axis| wanted(axis)).collect::<Vec<usize>>();
+    let directed = those(&|axis| directions[axis].is_some());
+    let of_kind = those(&|axis| roles[axis] == Role::Space);
     let mut found = if !directed.is_empty() {
         directed
-    } else if !kind.is_empty() {
-        kind
+    } else if !of_kind.is_empty() {
+        of_kind
     } else {
-        all.collect()
+        those(&|axis| roles[axis] != Role::Time)
     };
     while found.len() > 3 {
         let (front, back) = (sizes[found[0]], sizes[found[found.len() - 1]]);
@@ -165,10 +228,10 @@ fn space(fields: &Fields, sizes: &[usize], directions: &[Option<DVec3>]) -> Resu
             Some(found.remove(0))
         };
     }
-    if found.is_empty() { Err(fields.wrong("none of its axes lies in space")) } else { Ok(found) }
+    if found.is_empty() { Err(fields.wrong("none of its axes is spatial")) } else { Ok(found) }
 }
 
-/// Takes a space whose axes are named to one whose axes point to the right, to the front and up.
+/// Transform from a named anatomical space to RAS.
 fn to_ras(space: &str) -> DMat3 {
     let letters: Vec<char> = match space.to_ascii_lowercase().split('-').collect::<Vec<_>>()[..] {
         [name] => name.chars().collect(),

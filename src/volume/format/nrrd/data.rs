@@ -1,4 +1,4 @@
-//! The files that hold the voxels, and how they are packed.
+//! Data files of an NRRD.
 
 use super::axes::Axes;
 use super::fields::Fields;
@@ -10,7 +10,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
 use std::path::Path;
 
-/// The bytes of the whole array.
+/// Data of the whole array.
 pub(super) fn bytes(path: &Path, fields: &Fields, axes: &Axes, scalar: ScalarType) -> Result<Box<dyn Bytes>, Error> {
     let whole = axes.bytes(scalar);
     let Some(named) = fields.get("data file") else { return one(path, fields, fields.end, whole, scalar) };
@@ -23,7 +23,7 @@ pub(super) fn bytes(path: &Path, fields: &Fields, axes: &Axes, scalar: ScalarTyp
     numbered::joined(path, files, whole, each, move |file| one(file, &fields, 0, each, scalar))
 }
 
-/// The files of `LIST [axes]` and of `pattern first last step [axes]`, and how many axes each of them has.
+/// Files of `LIST [axes]` or `pattern first last step [axes]`, and the number of axes per file.
 fn several(path: &Path, fields: &Fields, named: &str) -> Result<Option<numbered::Several>, Error> {
     let words: Vec<&str> = named.split_whitespace().collect();
     if words.first() == Some(&"LIST") {
@@ -37,7 +37,7 @@ fn several(path: &Path, fields: &Fields, named: &str) -> Result<Option<numbered:
     Ok(Some((files, rest.first().and_then(|&n| usize::try_from(n).ok()))))
 }
 
-/// What one file holds from byte `start` on, `len` bytes once unpacked.
+/// Data of one file from byte `start`, `len` bytes after decompression.
 fn one(path: &Path, fields: &Fields, start: u64, len: u64, scalar: ScalarType) -> Result<Box<dyn Bytes>, Error> {
     let failed = |e| Error::read(path, e);
     let mut file = File::open(path).map_err(failed)?;
@@ -57,17 +57,15 @@ fn one(path: &Path, fields: &Fields, start: u64, len: u64, scalar: ScalarType) -
         ("hex", Ok(skip)) => {
             Ok(Box::new(Held(text::hexadecimal(path, &text::of_file(path, file, start.saturating_add(skip))?)?)))
         }
-        (_, Err(_)) => {
-            Err(fields.wrong(format!("its byte skip, {skip}, is below 0, which only raw data at a file's end may have as -1")))
-        }
-        (other, _) => {
-            Err(fields
-                .wrong(format!("its encoding is '{other}': expected raw, gzip, ascii or hex; pack it anew with one of these")))
-        }
+        (_, Err(_)) => Err(fields.wrong(format!(
+            "its byte skip is {skip}: negative values are invalid, except -1 for raw data at the end of \
+                                      a file"
+        ))),
+        (other, _) => Err(fields.wrong(format!("its encoding is '{other}': expected raw, gzip, ascii or hex; re-encode it"))),
     }
 }
 
-/// The byte behind so many lines.
+/// Byte after `lines` lines.
 fn behind_lines(file: &mut File, start: u64, lines: u64) -> std::io::Result<u64> {
     file.seek(SeekFrom::Start(start))?;
     let mut reader = BufReader::new(file);

@@ -1,21 +1,21 @@
-//! The header's lines.
+//! Fields of an NRRD header.
 
 use crate::error::Error;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// Bytes that a header may have: a thousand names of files fit.
+/// Largest header in bytes, enough for a thousand file names.
 const LARGEST: u64 = 1 << 20;
 
-/// Fields by their names in lower case, in the order of the file.
+/// Fields by lower-case name, in file order.
 #[derive(Clone)]
 pub(super) struct Fields {
     path: PathBuf,
     fields: Vec<(String, String)>,
-    /// Lines behind `data file: LIST`.
+    /// Lines after `data file: LIST`.
     pub listed: Vec<String>,
-    /// Byte behind the empty line that ends the header.
+    /// Byte after the empty line that ends the header.
     pub end: u64,
 }
 
@@ -33,7 +33,7 @@ impl Fields {
             if found.end >= LARGEST {
                 return Err(found.wrong(format!("its header has no end within {LARGEST} bytes")));
             }
-            // A detached header may end with its file.
+            // A detached header may end without an empty line.
             if read == 0 || line.is_empty() {
                 return Ok(found);
             }
@@ -49,7 +49,7 @@ impl Fields {
             self.listed.push(line.into());
             return;
         }
-        // `key:=value` are of others.
+        // `key:=value` lines are application-specific.
         let Some((name, value)) = line.split_once(':').filter(|(_, value)| !value.starts_with('=')) else { return };
         let name = match name.trim().to_ascii_lowercase().as_str() {
             "datafile" => "data file".into(),
@@ -69,27 +69,27 @@ impl Fields {
         self.get(name).ok_or_else(|| self.wrong(format!("its header has no '{name}'")))
     }
 
-    /// The numbers of a field, as many as there are axes.
+    /// One number of a field per axis.
     pub fn numbers<T: std::str::FromStr>(&self, name: &str, axes: usize) -> Result<Option<Vec<T>>, Error> {
         let Some(value) = self.get(name) else { return Ok(None) };
         let numbers: Option<Vec<T>> = value.split_whitespace().map(|word| word.parse().ok()).collect();
         match numbers {
             Some(numbers) if numbers.len() == axes => Ok(Some(numbers)),
-            _ => Err(self.wrong(format!("its {name}, '{value}', are not {axes} numbers"))),
+            _ => Err(self.wrong(format!("its field {name} is '{value}': expected {axes} numbers"))),
         }
     }
 
-    /// A whole number; 0 where there is none.
+    /// An integer field; 0 if it is missing.
     pub fn whole(&self, name: &str) -> Result<i64, Error> {
         let Some(value) = self.get(name) else { return Ok(0) };
-        value.parse().map_err(|_| self.wrong(format!("its {name}, '{value}', is no whole number")))
+        value.parse().map_err(|_| self.wrong(format!("its field {name} is '{value}': expected an integer")))
     }
 
     pub fn encoding(&self) -> &str {
         self.get("encoding").unwrap_or_default()
     }
 
-    /// Whether numbers are digits, which have no order of bytes.
+    /// Whether the data are text, which has no byte order.
     pub fn is_text(&self) -> bool {
         matches!(self.encoding().to_ascii_lowercase().as_str(), "txt" | "text" | "ascii")
     }

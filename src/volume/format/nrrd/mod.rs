@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::volume::{Endian, ScalarType};
 use fields::Fields;
 
-/// The format.
+/// NRRD.
 pub(super) struct Nrrd;
 
 impl Format for Nrrd {
@@ -31,7 +31,7 @@ impl Format for Nrrd {
             (None, _) if !fields.is_binary() => Endian::NATIVE,
             (other, _) => {
                 let found = other.unwrap_or("missing");
-                return Err(fields.wrong(format!("its endian is {found}: expected little or big for numbers of several bytes")));
+                return Err(fields.wrong(format!("its endian is {found}: expected little or big for multi-byte types")));
             }
         };
         let endian = if fields.is_text() { Endian::NATIVE } else { endian };
@@ -40,7 +40,7 @@ impl Format for Nrrd {
     }
 }
 
-/// The type, by any of the names that the format has for it.
+/// Scalar type by any of its names.
 fn scalar(fields: &Fields) -> Result<ScalarType, Error> {
     let name = fields.need("type")?;
     match name {
@@ -57,6 +57,6 @@ fn scalar(fields: &Fields) -> Result<ScalarType, Error> {
         "half" | "float16" => Ok(ScalarType::Float16),
         "float" | "float32" => Ok(ScalarType::Float32),
         "double" | "float64" => Ok(ScalarType::Float64),
-        _ => Err(fields.wrong(format!("its type is '{name}': expected one from int8 to double; blocks cannot be rendered"))),
+        _ => Err(fields.wrong(format!("its type is '{name}': expected int8 to double; blocks are not supported"))),
     }
 }

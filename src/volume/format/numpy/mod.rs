@@ -1,4 +1,4 @@
-//! NumPy's arrays, `.npy` and, with the feature `npz`, archives of them (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>).
+//! NumPy arrays, `.npy`, and archives of them, `.npz`, with the feature `npz` (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>).
 
 mod header;
 #[cfg(feature = "npz")]
@@ -15,10 +15,10 @@ use glam::DVec3;
 use std::fs::File;
 use std::path::Path;
 
-/// The format.
+/// NumPy array.
 pub(super) struct Npy;
 
-/// Most numbers that a last axis of four or more has if it is one of channels.
+/// With four or more axes, the last axis holds channels if its size is at most this.
 const MOST_CHANNELS: usize = 4;
 
 impl Format for Npy {
@@ -33,8 +33,7 @@ impl Format for Npy {
     }
 }
 
-/// An array of which all bytes are given: its last axes are z, y and x, a fourth of up to four numbers behind them channels, all before
-/// frames.
+/// Opens an array. Its last axes are z, y and x, possibly followed by an axis of up to four channels. All axes before are frames.
 fn array(path: &Path, mut bytes: Box<dyn Bytes>, options: &OpenOptions) -> Result<Opened, Error> {
     let read = header::read(bytes.as_mut()).map_err(|e| Error::read(path, e))?;
     let found = read.map_err(|problem| Error::volume(path, problem))?;

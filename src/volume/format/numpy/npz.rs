@@ -1,4 +1,4 @@
-//! Archives of arrays. One that is only stored is mapped as a file of its own would be.
+//! Archives of arrays. An uncompressed member is mapped like a separate file.
 
 use super::array;
 use crate::error::Error;
@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::BufReader;
 use zip::{CompressionMethod, ZipArchive};
 
-/// The format.
+/// NumPy archive.
 pub(in crate::volume::format) struct Npz;
 
 impl Format for Npz {
@@ -24,7 +24,7 @@ impl Format for Npz {
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let failed = |e| Error::read(path, e);
-        let damaged = |e: zip::result::ZipError| Error::volume(path, format!("it is no whole archive: {e}"));
+        let damaged = |e: zip::result::ZipError| Error::volume(path, format!("the archive is truncated or damaged: {e}"));
         let open = || File::open(path).map_err(failed);
         let mut archive = ZipArchive::new(BufReader::new(open()?)).map_err(damaged)?;
         let mut members = Vec::new();
@@ -38,11 +38,20 @@ impl Format for Npz {
         let chosen = choice::named(path, options.array.as_deref(), &names, first)?.unwrap_or(0);
         let member = archive.by_index_raw(members[chosen].0).map_err(damaged)?;
         let start = member.data_start().filter(|_| !member.encrypted());
-        let start = start.ok_or_else(|| Error::volume(path, "its array cannot be got at: write it without a password"))?;
+        let start =
+            start.ok_or_else(|| Error::volume(path, "its array is encrypted or unreadable: write it without a password"))?;
         let bytes: Box<dyn Bytes> = match member.compression() {
             CompressionMethod::Stored => Box::new(Plain::part(open()?, start, member.compressed_size()).map_err(failed)?),
             CompressionMethod::Deflated => Box::new(Packed::<Deflate>::new(path, start, 0).map_err(failed)?),
-            other => return Err(Error::volume(path, format!("its array is packed by {other}: write it with savez_compressed"))),
+            other => {
+                return Err(Error::volume(
+                    path,
+                    format!(
+                        "its array is compressed with {other}: write it with \
+                                                             savez_compressed"
+                    ),
+                ));
+            }
         };
         array(path, bytes, options)
     }

@@ -1,22 +1,22 @@
-//! Which page is which slice, channel and time.
+//! Assignment of pages to slices, channels and frames.
 
 use glam::DVec3;
 
-/// How pages follow each other.
+/// Order of pages.
 pub(super) struct Layout {
     pub imagej: bool,
     pub slices: usize,
     pub frames: usize,
     pub channels: usize,
-    /// Which of slices (Z), frames (T) and channels (C) come first.
+    /// Order of slices (Z), frames (T) and channels (C), fastest first.
     order: String,
     pub spacing: DVec3,
-    /// Whether the file says all that.
+    /// Whether the file specifies this layout.
     told: bool,
 }
 
 impl Layout {
-    /// What a description says of pages of so many samples; pixels per unit as ImageJ means them.
+    /// Parses the image description of pages with `samples` samples per pixel. `pixels_per_unit` is the resolution that ImageJ writes.
     pub fn new(description: &str, samples: usize, pixels_per_unit: Option<[f64; 2]>) -> Self {
         let plain =
             Self { imagej: false, slices: 1, frames: 1, channels: 1, order: "CZT".into(), spacing: DVec3::ONE, told: false };
@@ -27,24 +27,24 @@ impl Layout {
         }
     }
 
-    /// All pages that it tells of.
+    /// Number of pages that the layout has.
     pub fn pages(&self) -> usize {
         self.slices.saturating_mul(self.frames).saturating_mul(self.channels)
     }
 
-    /// The same of a file with so many pages.
+    /// Adapts the layout to a file with `pages` pages.
     pub fn of_pages(self, pages: usize) -> Result<Self, String> {
         match self.told {
             true if self.pages() == pages => Ok(self),
             true if !self.imagej => Err(format!(
-                "its OME-XML tells of {} pages, and it has {pages}: the others are in other files, or missing",
+                "its OME-XML declares {} pages, but it has {pages}: the others are in other files or missing",
                 self.pages()
             )),
             _ => Ok(Self { slices: pages, frames: 1, channels: 1, ..self }),
         }
     }
 
-    /// The number of a page.
+    /// Index of a page.
     pub fn page(&self, slice: usize, frame: usize, channel: usize) -> usize {
         let (mut page, mut step) = (0usize, 1usize);
         for axis in self.order.chars() {
@@ -91,7 +91,7 @@ fn ome(description: &str, samples: usize, plain: Layout) -> Layout {
         rest[1..].split_once(quote).map(|(value, _)| value)
     };
     let count = |key: &str| value(key).and_then(|text| text.parse::<usize>().ok()).filter(|&n| n > 0).unwrap_or(1);
-    // Micrometres, unless another unit is told.
+    // Micrometres by default.
     let size = |axis: &str| {
         let unit = match value(&format!("PhysicalSize{axis}Unit")) {
             Some("nm") => 1e-3,

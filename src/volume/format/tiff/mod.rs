@@ -1,4 +1,4 @@
-//! TIFF: pages that are slices, of ImageJ's and OME's too.
+//! TIFF with slices as pages, including ImageJ and OME files.
 
 mod directory;
 mod layout;
@@ -15,7 +15,7 @@ use layout::Layout;
 use pages::{Page, Pages};
 use std::fs::File;
 
-/// The format.
+/// TIFF.
 pub(super) struct Tiff;
 
 impl Format for Tiff {
@@ -29,7 +29,7 @@ impl Format for Tiff {
         let page = Page::of(path, &mut reader)?;
         let description = pages::description(&mut reader);
         let layout = Layout::new(&description, page.samples, page.pixels_per_unit);
-        // Larger files of ImageJ's have one directory, and all pages behind the first.
+        // Large ImageJ files have one directory; the pages follow the first one without gaps.
         let (offset, big_endian) = (page.in_place, page.big_endian);
         let indices = pages::slices(path, &mut reader, &page)?;
         let contiguous = layout.imagej && indices.len() == 1 && layout.pages() > 1;
@@ -43,13 +43,13 @@ impl Format for Tiff {
         let endian = if contiguous && big_endian { Endian::Big } else { Endian::NATIVE };
         let header = Header { endian, ..Header::new(grid, page.scalar) };
         let mut header = if page.planar { header } else { header.with_channels_inside(sample, page.samples) };
-        // Pages have all samples, whether these are side by side or one after the other.
+        // Each page holds all samples, interleaved or planar.
         header.strides[2] = page.bytes();
         if page.planar {
             header.first = (page.bytes() / page.samples as u64).saturating_mul(sample as u64);
         }
         let bytes: Box<dyn Bytes> = if contiguous {
-            let offset = offset.ok_or_else(|| Error::volume(path, "its pages are not all there, or packed: save it anew"))?;
+            let offset = offset.ok_or_else(|| Error::volume(path, "its pages are missing or compressed: save it again"))?;
             let endian = if big_endian { Endian::Big } else { Endian::Little };
             header.endian = endian;
             let each = page.bytes();

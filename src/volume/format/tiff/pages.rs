@@ -1,8 +1,9 @@
-//! Pages, decoded one at a time.
+//! Decoding of pages, one at a time.
 
-use super::directory;
+use super::directory::AsStored;
 use crate::error::Error;
 use crate::volume::ScalarType;
+use crate::volume::format::COMPLEX;
 use crate::volume::format::parts::Parts;
 use std::fmt;
 use std::fs::File;
@@ -12,20 +13,22 @@ use tiff::decoder::ifd::Value;
 use tiff::decoder::{Decoder, Limits};
 use tiff::tags::Tag;
 
-/// Bytes that a packed byte can stand for: deflate's, and more than LZW's.
+/// Upper bound of the compression ratio of deflate and LZW.
 const LIMIT: u64 = 2048;
-/// Bytes of a tag once read: OME's descriptions have some for every page.
+/// Largest tag in bytes after parsing; OME descriptions have some text for every page.
 const LARGEST_TAG: u64 = 1 << 28;
 /// Most pages of a file.
-const MOST: usize = 1 << 20;
+pub(super) const MOST: usize = 1 << 20;
+/// SGI's tag for the number of slices in a page.
+const IMAGE_DEPTH: Tag = Tag::Unknown(32997);
 
-/// Values of Compression that the crate was built for: none, LZW, deflate (two of them), PackBits.
+/// Values of Compression that this build supports: none, LZW, deflate (two codes), PackBits.
 const READABLE: [u64; 5] = [1, 5, 8, 32946, 32773];
-/// Others that files have.
+/// Other known values.
 const UNREADABLE: [(u64, &str); 8] = [
-    (2, "CCITT's methods"),
-    (3, "CCITT's methods"),
-    (4, "CCITT's methods"),
+    (2, "a CCITT method"),
+    (3, "a CCITT method"),
+    (4, "a CCITT method"),
     (6, "JPEG"),
     (7, "JPEG"),
     (34712, "JPEG 2000"),
@@ -33,17 +36,17 @@ const UNREADABLE: [(u64, &str); 8] = [
     (50000, "Zstandard"),
 ];
 
-pub(super) type Reader = Decoder<BufReader<File>>;
+pub(super) type Reader = Decoder<BufReader<AsStored>>;
 
 /// Opens a file at its first page.
 pub(super) fn decoder(path: &Path) -> Result<Reader, Error> {
-    let mut file = File::open(path).map_err(|e| Error::read(path, e))?;
+    let file = File::open(path).map_err(|e| Error::read(path, e))?;
     let len = file.metadata().map_err(|e| Error::read(path, e))?.len();
-    directory::check(path, &mut file, len)?;
+    let file = AsStored::new(path, file, len)?;
     let mut limits = Limits::default();
-    // A number of a tag takes one to eight bytes in a file, and 32 once read.
+    // A number of a tag takes one to eight bytes in a file, and 32 after parsing.
     limits.decoding_buffer_size = len.saturating_mul(32).min(LARGEST_TAG) as usize;
-    // A strip or tile is read packed, and may be the whole file.
+    // A compressed strip or tile may fill the whole file.
     limits.intermediate_buffer_size = usize::try_from(len).unwrap_or(usize::MAX);
     Ok(Decoder::new(BufReader::new(file)).map_err(|e| damaged(path, &e))?.with_limits(limits))
 }
@@ -57,23 +60,23 @@ fn damaged(path: &Path, e: &tiff::TiffError) -> Error {
     }
 }
 
-/// What the first page is like, and the others too.
+/// Properties that all pages share.
 pub(super) struct Page {
     pub width: usize,
     pub height: usize,
-    /// Numbers of a pixel.
+    /// Numbers per pixel.
     pub samples: usize,
     pub scalar: ScalarType,
-    /// Whether samples are in planes one after the other.
+    /// Whether samples are stored in separate planes.
     pub planar: bool,
     pub big_endian: bool,
     pub pixels_per_unit: Option<[f64; 2]>,
-    /// Byte of the file at which numbers begin, if they are not packed.
+    /// First byte of the numbers, if uncompressed.
     pub in_place: Option<u64>,
 }
 
 impl Page {
-    /// The page at hand.
+    /// Properties of the current page.
     pub fn of(path: &Path, reader: &mut Reader) -> Result<Self, Error> {
         let (width, height) = reader.dimensions().map_err(|e| damaged(path, &e))?;
         let mut tag = |tag: Tag| reader.find_tag_unsigned_vec::<u64>(tag).ok().flatten().unwrap_or_default();
@@ -85,11 +88,20 @@ impl Page {
         let packing = first(tag(Tag::Compression), 1);
         if !READABLE.contains(&packing) {
             let name = UNREADABLE.iter().find(|(code, _)| *code == packing).map_or("an unknown method", |(_, name)| name);
-            let problem = format!("its pages are packed by {name}: save them packed by deflate or LZW, or not at all");
+            let problem = format!("its pages are compressed with {name}: save them with deflate, LZW or no compression");
+            return Err(Error::volume(path, problem));
+        }
+        let depth = first(tag(IMAGE_DEPTH), 1);
+        if depth > 1 {
+            let problem = format!("its pages have {depth} slices each (ImageDepth): save one page per slice");
             return Err(Error::volume(path, problem));
         }
         let in_place = tag(Tag::StripOffsets).first().copied().filter(|_| packing == 1);
         let bits = first(bits, 1);
+        // Whole numbers or floats.
+        if [5, 6].contains(&kind) {
+            return Err(Error::volume(path, format!("its samples are {COMPLEX}")));
+        }
         let scalar = match (kind, bits) {
             (1, 8 | 16 | 32 | 64) => format!("uint{bits}"),
             (2, 8 | 16 | 32 | 64) => format!("int{bits}"),
@@ -118,7 +130,7 @@ impl Page {
         layout(self) == layout(other)
     }
 
-    /// Bytes of a page.
+    /// Bytes per page.
     pub fn bytes(&self) -> u64 {
         let sizes = [self.width, self.height, self.samples, self.scalar.bytes()];
         sizes.iter().fold(1, |n: u64, &size| n.saturating_mul(size as u64))
@@ -136,15 +148,15 @@ impl fmt::Display for Page {
     }
 }
 
-/// What the first page says of all.
+/// Image description of the first page.
 pub(super) fn description(reader: &mut Reader) -> String {
     reader.get_tag_ascii_string(Tag::ImageDescription).unwrap_or_default()
 }
 
-/// The numbers of all pages that are slices: previews, marked as such, are none.
+/// Indices of all pages that are slices, without previews.
 ///
 /// # Errors
-/// If others are not like the first.
+/// If a page differs from the first.
 pub(super) fn slices(path: &Path, reader: &mut Reader, first: &Page) -> Result<Vec<usize>, Error> {
     let mut found = vec![0];
     let mut index = 0;
@@ -160,7 +172,7 @@ pub(super) fn slices(path: &Path, reader: &mut Reader, first: &Page) -> Result<V
         let page = Page::of(path, reader)?;
         if !page.is_like(first) {
             let problem =
-                format!("page {index} is {page}, and page 0 is {first}: save pages that are alike in a file of their own");
+                format!("page {index} has {page}, but page 0 has {first}: save pages of the same kind in a separate file");
             return Err(Error::volume(path, problem));
         }
         found.push(index);
@@ -168,18 +180,18 @@ pub(super) fn slices(path: &Path, reader: &mut Reader, first: &Page) -> Result<V
     Ok(found)
 }
 
-/// Whether the page at hand is a smaller one of another.
+/// Whether the current page is a reduced version of another.
 fn is_preview(reader: &mut Reader) -> bool {
     let mut number = |tag: Tag| reader.find_tag_unsigned::<u64>(tag).ok().flatten().unwrap_or(0);
     number(Tag::NewSubfileType) & 1 == 1 || number(Tag::SubfileType) == 2
 }
 
-/// Some pages of a file, one after the other.
+/// A sequence of pages of a file.
 pub(super) struct Pages {
     path: PathBuf,
     reader: Reader,
     pages: Vec<usize>,
-    /// Bytes of a page.
+    /// Bytes per page.
     each: u64,
     most: u64,
 }

@@ -1,4 +1,4 @@
-//! The arrays of an image, at its points and in its cells.
+//! Point and cell arrays of an image.
 
 use crate::error::Error;
 use crate::volume::format::load::{self, Header};
@@ -7,31 +7,31 @@ use crate::volume::{Endian, ScalarType};
 use glam::{DAffine3, DVec3};
 use std::path::Path;
 
-/// An array, wherever its numbers are.
+/// An array and the location of its numbers.
 pub(super) struct Array<Place> {
     pub name: String,
-    /// As the file calls it.
+    /// Type name as in the file.
     pub type_name: String,
     pub components: usize,
-    /// Of the cells between points, not of the points.
+    /// Whether the array belongs to cells, not points.
     pub of_cells: bool,
-    /// What the file marks as the one to show.
+    /// Whether the file marks it as active.
     pub active: bool,
     pub place: Place,
 }
 
-/// Where an image lies.
+/// Placement of an image.
 pub(super) struct Image {
-    /// Points along x, y, z.
+    /// Number of points along x, y, z.
     pub points: [usize; 3],
     pub index_to_world: DAffine3,
 }
 
-/// The one that is asked for, or marked, or at points, or the first.
+/// The requested array; else the active one, else a point array, else the first.
 pub(super) fn chosen<'a, P>(path: &Path, arrays: &'a [Array<P>], options: &OpenOptions) -> Result<&'a Array<P>, Error> {
     let best = |array: &&Array<P>| (!array.active, array.of_cells);
     let default = arrays.iter().min_by_key(best);
-    let default = default.ok_or_else(|| Error::volume(path, "it has no array of numbers at points or in cells"))?;
+    let default = default.ok_or_else(|| Error::volume(path, "it has no numeric point or cell array"))?;
     let names: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
     match choice::named(path, options.array.as_deref(), &names, &default.name)? {
         None => Ok(default),
@@ -40,7 +40,7 @@ pub(super) fn chosen<'a, P>(path: &Path, arrays: &'a [Array<P>], options: &OpenO
 }
 
 impl<P> Array<P> {
-    /// Where the voxels of one component lie: at points, or in the middle of cells.
+    /// Header for one component of the array, placed at points or at cell centres.
     pub fn header(
         &self,
         path: &Path,
@@ -60,7 +60,7 @@ impl<P> Array<P> {
         Ok(Header { endian, ..Header::new(grid, scalar) }.with_channels_inside(channel, self.components))
     }
 
-    /// Bytes of all its numbers.
+    /// Bytes of all numbers.
     #[cfg(feature = "vtk")]
     pub fn bytes(&self, image: &Image, scalar: ScalarType) -> u64 {
         self.numbers(image).saturating_mul(scalar.bytes() as u64)

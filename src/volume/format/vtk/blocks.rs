@@ -1,4 +1,4 @@
-//! Arrays that are packed block by block: a table, then the blocks.
+//! Block-compressed arrays: a table followed by the blocks.
 
 use crate::error::Error;
 use crate::memory;
@@ -8,7 +8,7 @@ use flate2::read::ZlibDecoder;
 use std::io;
 use std::path::Path;
 
-/// How blocks are packed.
+/// Compression of blocks.
 #[derive(Clone, Copy)]
 pub(super) enum Method {
     Zlib,
@@ -16,7 +16,7 @@ pub(super) enum Method {
 }
 
 impl Method {
-    /// Bytes that a packed byte can stand for.
+    /// Largest compression ratio.
     fn limit(self) -> u64 {
         match self {
             Method::Zlib => 1032,
@@ -25,7 +25,7 @@ impl Method {
     }
 }
 
-/// A whole number of up to eight bytes; 0 of none.
+/// Reads an unsigned integer of up to eight bytes; 0 for none.
 pub(super) fn number(bytes: &[u8], endian: Endian) -> u64 {
     let add = |n: u64, byte: &u8| n << 8 | u64::from(*byte);
     match endian {
@@ -34,21 +34,21 @@ pub(super) fn number(bytes: &[u8], endian: Endian) -> u64 {
     }
 }
 
-/// What is packed, and where each block begins and ends there.
+/// Compressed blocks and their offsets.
 struct Blocks {
     packed: Box<dyn Bytes>,
     ends: Vec<u64>,
-    /// Bytes of the table.
+    /// Byte of the first block, after the table.
     first: u64,
-    /// Bytes of a block once unpacked, and of all.
+    /// Uncompressed bytes per block, and in total.
     each: u64,
     all: u64,
     method: Method,
-    /// The block that was unpacked last.
+    /// The most recently decompressed block.
     current: Option<(usize, Vec<u8>)>,
 }
 
-/// Reads the table: how many blocks, bytes of each once unpacked, bytes of the last if it has fewer, packed bytes of each.
+/// Reads the table: number of blocks, uncompressed size, uncompressed size of a shorter last block, compressed size of each.
 pub(super) fn unpacked(
     path: &Path,
     mut packed: Box<dyn Bytes>,
@@ -56,10 +56,10 @@ pub(super) fn unpacked(
     endian: Endian,
     method: Method,
 ) -> Result<Box<dyn Bytes>, Error> {
-    let damaged = |what: &str| Error::volume(path, format!("its table of packed blocks is damaged: {what}"));
+    let damaged = |what: &str| Error::volume(path, format!("its block table is damaged: {what}"));
     let mut read = |at: u64, bytes: &mut [u8]| match packed.read(at, bytes) {
         Ok(found) if found == bytes.len() => Ok(()),
-        Ok(_) => Err(damaged("it ends too early")),
+        Ok(_) => Err(damaged("it is truncated")),
         Err(e) => Err(Error::read(path, e)),
     };
     let mut start = [0; 24];
@@ -68,12 +68,12 @@ pub(super) fn unpacked(
     let table = blocks.saturating_mul(count as u64);
     let first = table.saturating_add(3 * count as u64);
     if first > packed.most() || last > each {
-        return Err(damaged("it tells more blocks than there can be"));
+        return Err(damaged("it declares more blocks than fit into the file"));
     }
     let mut sizes = memory::zeroed::<u8>(&path.display().to_string(), table as usize)?;
     let found = packed.read(3 * count as u64, &mut sizes).map_err(|e| Error::read(path, e))?;
     if found < sizes.len() {
-        return Err(damaged("it ends too early"));
+        return Err(damaged("it is truncated"));
     }
     let mut end = first;
     let mut ends = Vec::new();
@@ -81,19 +81,19 @@ pub(super) fn unpacked(
         end = end.saturating_add(size);
         ends.push(end);
         if end > packed.most() || each > size.saturating_mul(method.limit()).saturating_add(64) && ends.len() < blocks as usize {
-            return Err(damaged("blocks are larger than the file, or than what is packed in them can be"));
+            return Err(damaged("block sizes exceed the file or the largest compression ratio"));
         }
     }
     let missing = if last > 0 { each - last } else { 0 };
     let all = each.saturating_mul(blocks).saturating_sub(missing);
     if all > packed.most().saturating_mul(method.limit()) {
-        return Err(damaged("it tells more bytes than can be packed in its blocks"));
+        return Err(damaged("it declares more bytes than its blocks can hold"));
     }
     Ok(Box::new(Blocks { packed, ends, first, each, all, method, current: None }))
 }
 
 impl Blocks {
-    /// Bytes that a block has once unpacked.
+    /// Uncompressed bytes of a block.
     fn len(&self, block: usize) -> u64 {
         (self.all - self.each * block as u64).min(self.each)
     }

@@ -1,4 +1,4 @@
-//! Arrays in base64: the counts before the data, and the data.
+//! Base64 arrays: counts, then data.
 
 use super::blocks::number;
 use crate::error::Error;
@@ -11,29 +11,29 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Writers pad what they write, and not all of them as they should.
+/// Some writers pad incorrectly, so padding is not checked.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent).with_decode_allow_trailing_bits(true),
 );
 
-/// Where an array is.
+/// Location of a base64 array.
 pub(super) struct Coded<'a> {
     pub path: &'a Path,
-    /// Its first byte in the file, or a blank before it.
+    /// Its first byte in the file, or white space before it.
     pub at: u64,
-    /// Bytes of a count.
+    /// Bytes per count.
     pub count: usize,
     pub endian: Endian,
 }
 
-/// Characters that bytes take, the last three padded.
+/// Number of base64 characters of so many bytes, including padding.
 fn characters(bytes: u64) -> u64 {
     bytes.div_ceil(3).saturating_mul(4)
 }
 
 impl Coded<'_> {
-    /// How many bytes an array that is not packed has, and all of them.
+    /// Declared size and data of an uncompressed array.
     pub fn plain(&self) -> Result<(u64, Vec<u8>), Error> {
         let count = self.count as u64;
         let start = self.decoded(0, characters(count))?;
@@ -44,7 +44,7 @@ impl Coded<'_> {
         Ok((declared, all))
     }
 
-    /// The table of a packed array, and the packed blocks behind it.
+    /// Table and blocks of a compressed array.
     pub fn blocks(&self) -> Result<Vec<u8>, Error> {
         let count = self.count as u64;
         let start = self.decoded(0, characters(3 * count))?;
@@ -57,13 +57,13 @@ impl Coded<'_> {
         Ok(all)
     }
 
-    /// What some characters stand for, blanks left out.
+    /// Decodes `take` characters after `skip` characters, ignoring white space.
     fn decoded(&self, skip: u64, take: u64) -> Result<Vec<u8>, Error> {
         let failed = |e| Error::read(self.path, e);
         let mut file = File::open(self.path).map_err(failed)?;
         let len = file.metadata().map_err(failed)?.len();
         if take > len {
-            let problem = format!("{take} characters of base64 are declared, and it has {len} bytes: it is truncated or damaged");
+            let problem = format!("{take} characters of base64 are declared, but it has {len} bytes: it is truncated or damaged");
             return Err(Error::volume(self.path, problem));
         }
         memory::require(&self.path.display().to_string(), take.saturating_mul(2))?;

@@ -1,4 +1,4 @@
-//! Structured points, in text or with the highest byte first (<https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html>).
+//! Structured points, as text or big-endian binary data (<https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html>).
 
 use super::arrays::{self, Array, Image};
 use crate::error::Error;
@@ -11,7 +11,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
 use std::path::Path;
 
-/// The format.
+/// Legacy VTK files.
 pub(in crate::volume::format) struct Legacy;
 
 impl Format for Legacy {
@@ -47,10 +47,10 @@ impl Format for Legacy {
     }
 }
 
-/// The type of colours: bytes, but shares of the brightest where numbers are text.
+/// Type name of colours: bytes in binary files, fractions of 1 in text files.
 const COLOURS: &str = "colours";
 
-/// Bytes from shares of the brightest.
+/// Converts fractions of 1 to bytes.
 fn colours(shares: &[u8]) -> Vec<u8> {
     let (shares, _) = shares.as_chunks::<4>();
     shares.iter().map(|&share| (f32::from_ne_bytes(share) * 255.0).round() as u8).collect()
@@ -72,7 +72,7 @@ fn scalar(name: &str) -> Option<ScalarType> {
     })
 }
 
-/// Goes through a file section by section, past the numbers.
+/// Scans a file section by section and skips the numbers.
 struct Scanner<'a> {
     path: &'a Path,
     reader: BufReader<File>,
@@ -80,7 +80,7 @@ struct Scanner<'a> {
     len: u64,
 }
 
-/// Bytes of a line: longer ones are no lines.
+/// Longest line in bytes.
 const LONGEST: usize = 1 << 16;
 
 impl<'a> Scanner<'a> {
@@ -91,19 +91,19 @@ impl<'a> Scanner<'a> {
         Ok(Self { path, reader: BufReader::new(file), at: 0, len })
     }
 
-    /// The next line; nothing at the file's end.
+    /// The next line; `None` at the end of the file.
     fn line(&mut self) -> Result<Option<String>, Error> {
         let mut line = Vec::new();
         let mut limited = std::io::Read::take(&mut self.reader, LONGEST as u64);
         let read = limited.read_until(b'\n', &mut line).map_err(|e| Error::read(self.path, e))?;
         self.at += read as u64;
         if read == LONGEST {
-            return Err(self.wrong(format!("there is no line at byte {}", self.at)));
+            return Err(self.wrong(format!("the line at byte {} is too long", self.at)));
         }
         Ok((read > 0).then(|| String::from_utf8_lossy(&line).trim().to_owned()))
     }
 
-    /// The next line that says something, in words.
+    /// Words of the next non-empty line.
     fn words(&mut self) -> Result<Option<Vec<String>>, Error> {
         while let Some(line) = self.line()? {
             if !line.is_empty() {
@@ -113,7 +113,7 @@ impl<'a> Scanner<'a> {
         Ok(None)
     }
 
-    /// The first three lines; whether numbers are text.
+    /// Reads the first three lines. Returns whether numbers are text.
     fn start(&mut self) -> Result<bool, Error> {
         self.line()?;
         self.line()?;
@@ -127,7 +127,7 @@ impl<'a> Scanner<'a> {
 
     fn sections(&mut self, is_text: bool) -> Result<(Image, Vec<Array<u64>>), Error> {
         let (mut points, mut spacing, mut origin) = (None, DVec3::ONE, DVec3::ZERO);
-        // Of cells or not, how many tuples.
+        // Whether the current section holds cell data, and its number of tuples.
         let mut part: Option<(bool, u64)> = None;
         let mut arrays: Vec<Array<u64>> = Vec::new();
         while let Some(words) = self.words()? {
@@ -147,7 +147,7 @@ impl<'a> Scanner<'a> {
                     for _ in 0..self.number::<u32>(&words, 2)? {
                         let Some(head) = self.words()? else { break };
                         if head[0].eq_ignore_ascii_case("METADATA") {
-                            return Err(self.wrong("a field of it has information where an array should be"));
+                            return Err(self.wrong("one of its fields has METADATA instead of an array"));
                         }
                         let (components, tuples) = (self.number(&head, 1)?, self.number::<u64>(&head, 2)?);
                         let array = Array {
@@ -161,13 +161,13 @@ impl<'a> Scanner<'a> {
                         let numbers = tuples.saturating_mul(components as u64);
                         self.skip(is_text, word(&head, 3), numbers)?;
                         self.metadata()?;
-                        // What is neither at points nor in cells is of the whole: a time, for instance.
+                        // Field data outside both sections describe the whole dataset, such as a time.
                         arrays.extend(part.is_some_and(|(_, count)| count == tuples && components > 0).then_some(array));
                     }
                 }
                 _ => {
                     let Some((of_cells, tuples)) = part else {
-                        return Err(self.wrong(format!("it says '{}' where dimensions or data should be", words[0])));
+                        return Err(self.wrong(format!("expected dimensions or data, found '{}'", words[0])));
                     };
                     let array = self.attribute(&keyword, &words, of_cells)?;
                     self.skip(is_text, &array.type_name, tuples.saturating_mul(array.components as u64))?;
@@ -180,7 +180,7 @@ impl<'a> Scanner<'a> {
         Ok((Image { points, index_to_world: upright(spacing, origin) }, arrays))
     }
 
-    /// The head of `SCALARS name type [components]` and its like.
+    /// Parses the header of an array such as `SCALARS name type [components]`.
     fn attribute(&mut self, keyword: &str, words: &[String], of_cells: bool) -> Result<Array<u64>, Error> {
         let components = match keyword {
             "SCALARS" if words.len() > 3 => self.number(words, 3)?,
@@ -189,7 +189,7 @@ impl<'a> Scanner<'a> {
             "TENSORS" => 9,
             "TENSORS6" => 6,
             "COLOR_SCALARS" | "TEXTURE_COORDINATES" => self.number(words, 2)?,
-            _ => return Err(self.wrong(format!("it says '{}' where an array should be: it is damaged", words[0]))),
+            _ => return Err(self.wrong(format!("expected an array, found '{}': it is damaged", words[0]))),
         };
         let type_name = match keyword {
             "COLOR_SCALARS" => COLOURS,
@@ -198,7 +198,7 @@ impl<'a> Scanner<'a> {
         };
         let active = keyword == "SCALARS";
         if active {
-            // Its table of colours is optional.
+            // The lookup table is optional.
             let at = self.at;
             if !self.words()?.is_some_and(|words| words[0].eq_ignore_ascii_case("LOOKUP_TABLE")) {
                 self.go_to(at)?;
@@ -207,7 +207,7 @@ impl<'a> Scanner<'a> {
         Ok(Array { name: decoded(word(words, 1)), type_name: type_name.into(), components, of_cells, active, place: self.at })
     }
 
-    /// What VTK tells of an array behind it.
+    /// Skips VTK's optional metadata after an array.
     fn metadata(&mut self) -> Result<(), Error> {
         let at = self.at;
         match self.words()? {
@@ -224,7 +224,7 @@ impl<'a> Scanner<'a> {
         self.reader.seek(SeekFrom::Start(at)).map(|_| ()).map_err(|e| Error::read(self.path, e))
     }
 
-    /// Passes so many numbers.
+    /// Skips `numbers` numbers.
     fn skip(&mut self, is_text: bool, type_name: &str, numbers: u64) -> Result<(), Error> {
         if is_text {
             return self.skip_words(numbers);
@@ -234,7 +234,7 @@ impl<'a> Scanner<'a> {
         let end = self.at.saturating_add(numbers.saturating_mul(size as u64));
         if end > self.len {
             return Err(self.wrong(format!(
-                "{numbers} numbers of {type_name} at byte {} reach beyond its end: it is truncated or damaged",
+                "{numbers} numbers of {type_name} at byte {} extend beyond its end: it is truncated or damaged",
                 self.at
             )));
         }
@@ -249,7 +249,7 @@ impl<'a> Scanner<'a> {
                 return if within && left == 1 {
                     Ok(())
                 } else {
-                    Err(self.wrong(format!("its text ends {left} numbers too early")))
+                    Err(self.wrong(format!("its text lacks {left} numbers: it is truncated")))
                 };
             }
             let mut used = 0;
@@ -273,7 +273,7 @@ impl<'a> Scanner<'a> {
     }
 
     fn number<T: std::str::FromStr>(&self, words: &[String], at: usize) -> Result<T, Error> {
-        word(words, at).parse().map_err(|_| self.wrong(format!("word {at} of '{}' is no number that it may be", words.join(" "))))
+        word(words, at).parse().map_err(|_| self.wrong(format!("word {at} of '{}' is not a valid number", words.join(" "))))
     }
 
     fn wrong(&self, problem: impl Into<String>) -> Error {
@@ -285,7 +285,7 @@ fn word(words: &[String], at: usize) -> &str {
     words.get(at).map_or("", String::as_str)
 }
 
-/// Names have `%20` for a blank.
+/// Decodes percent-encoded names.
 fn decoded(name: &str) -> String {
     let mut parts = name.split('%');
     let mut bytes = parts.next().unwrap_or_default().as_bytes().to_vec();

@@ -1,4 +1,4 @@
-//! VTK's image data: XML (`.vti`, with the feature `vtk`) and the older structured points (`.vtk`).
+//! VTK image data: XML (`.vti`, with the feature `vtk`) and legacy structured points (`.vtk`).
 
 mod arrays;
 #[cfg(feature = "vtk")]

@@ -1,4 +1,4 @@
-//! An image that is written in several pieces, which may share the points between them.
+//! Images in several pieces. Neighbouring pieces may share points.
 
 use super::arrays::{Array, Image};
 use crate::error::Error;
@@ -6,25 +6,25 @@ use crate::memory;
 use crate::volume::format::bytes::Bytes;
 use std::path::Path;
 
-/// First and last point along x, y, z, one after the other.
+/// First and last point along x, y and z.
 pub(super) type Extent = [i32; 6];
 
-/// The smallest extent with all of others.
+/// Smallest extent that contains all others.
 pub(super) fn union(extents: impl Iterator<Item = Extent>) -> Option<Extent> {
     let larger = |a: Extent, b: Extent| std::array::from_fn(|i| if i % 2 == 0 { a[i].min(b[i]) } else { a[i].max(b[i]) });
     extents.reduce(larger)
 }
 
-/// The numbers of a piece, and where it lies.
+/// Numbers and extent of a piece.
 pub(super) struct Piece {
     pub extent: Extent,
     pub bytes: Box<dyn Bytes>,
 }
 
-/// All numbers of an array of an image, from those of its pieces, each of which is asked for as it is needed.
+/// Joins an array from its pieces, which are opened on demand.
 ///
 /// # Errors
-/// Pieces that are shorter than they should be, or that leave parts out.
+/// If pieces are truncated or do not cover the image.
 pub(super) fn joined<P>(
     path: &Path,
     array: &Array<P>,
@@ -34,7 +34,7 @@ pub(super) fn joined<P>(
 ) -> Result<Vec<u8>, Error> {
     let (image, all) = whole;
     let wrong = |problem: &str| Error::volume(path, problem);
-    // A piece that is flat has no cells, unless the image is flat there, too.
+    // A flat piece has no cells, unless the whole image is flat along that axis.
     let along = |extent: Extent| -> [usize; 3] {
         let points = |extent: Extent, i: usize| (i64::from(extent[2 * i + 1]) - i64::from(extent[2 * i]) + 1).max(0) as usize;
         let cells = |i: usize| if points(all, i) == 1 { 1 } else { points(extent, i).saturating_sub(1) };
@@ -44,10 +44,10 @@ pub(super) fn joined<P>(
     let [x, y, z] = along(all);
     let count = array.numbers(image) / array.components as u64;
     let pieces: Vec<Piece> = pieces.collect::<Result<_, _>>()?;
-    // What is declared allocates nothing before the pieces have been found to have as much.
+    // Check the sizes of all pieces before allocating.
     let most = pieces.iter().fold(0u64, |most, piece| most.saturating_add(piece.bytes.most()));
     if most < count.saturating_mul(voxel as u64) {
-        return Err(wrong("its pieces leave parts of the image out, or are truncated"));
+        return Err(wrong("its pieces do not cover the image, or are truncated"));
     }
     let name = path.display().to_string();
     let (mut numbers, mut found) = (memory::zeroed::<u8>(&name, x * y * z * voxel)?, memory::zeroed::<u8>(&name, x * y * z)?);
@@ -60,7 +60,7 @@ pub(super) fn joined<P>(
         let mut row = memory::zeroed::<u8>(&name, columns * voxel)?;
         for n in 0..rows * layers {
             let read = bytes.read((n * row.len()) as u64, &mut row);
-            let read = read.map_err(|e| wrong(&format!("what is packed in it is truncated or damaged: {e}")))?;
+            let read = read.map_err(|e| wrong(&format!("its compressed data are truncated or damaged: {e}")))?;
             if read < row.len() {
                 return Err(wrong("one of its pieces is truncated"));
             }
@@ -70,7 +70,7 @@ pub(super) fn joined<P>(
         }
     }
     if found.contains(&0) {
-        return Err(wrong("its pieces leave parts of the image out"));
+        return Err(wrong("its pieces do not cover the image"));
     }
     Ok(numbers)
 }
@@ -81,7 +81,7 @@ mod tests {
     use crate::volume::format::bytes::Held;
     use glam::DAffine3;
 
-    /// Cells of an image of 3×2×1 points in pieces, of which the second is flat and has none, and the last two are next to each other.
+    /// Cells of an image of 3×2×1 points. The second piece is flat and has none; the last two are adjacent.
     #[test]
     fn flat_pieces_have_no_cells() {
         let array =
@@ -93,6 +93,6 @@ mod tests {
             joined(Path::new("a"), &array, (&image, [0, 2, 0, 1, 5, 5]), 1, pieces.into_iter())
         };
         assert_eq!(join([1, 2, 0, 1, 5, 5]).unwrap(), [7, 8]);
-        assert!(join([0, 1, 0, 1, 5, 5]).unwrap_err().to_string().contains("leave parts"));
+        assert!(join([0, 1, 0, 1, 5, 5]).unwrap_err().to_string().contains("do not cover"));
     }
 }

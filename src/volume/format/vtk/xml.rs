@@ -1,4 +1,4 @@
-//! `.vti`: XML around arrays (<https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>).
+//! VTK XML image data, `.vti` (<https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>).
 
 use super::arrays::{self, Array, Image};
 use super::blocks::{self, Method};
@@ -17,12 +17,12 @@ use std::ops::Range;
 use std::path::Path;
 use std::str::FromStr;
 
-/// The format.
+/// VTK XML image data.
 pub(in crate::volume::format) struct Xml;
 
-/// Bytes that a tag and what comes before it may have, but for numbers.
+/// Limit of the bytes parsed as XML.
 const LARGEST: u64 = 1 << 32;
-/// Pieces that an image may be in.
+/// Limit of pieces.
 const MOST_PIECES: usize = 1 << 16;
 
 impl Format for Xml {
@@ -56,23 +56,23 @@ impl Format for Xml {
     }
 }
 
-/// Where the numbers of an array are.
+/// Location of the numbers of an array.
 enum Place {
-    /// Words in these bytes of the file.
+    /// Text in this byte range of the file.
     Text(Range<u64>),
-    /// Base64 from this byte on.
+    /// Base64 data from this byte.
     Inline(u64),
-    /// So many bytes behind the underscore of the appended data.
+    /// Offset in the appended data, after the underscore.
     Appended(u64),
 }
 
-/// A piece, as it is told.
+/// Extent and arrays of a piece.
 struct Declared {
     extent: Extent,
     arrays: Vec<Array<Place>>,
 }
 
-/// Where the image lies.
+/// Placement of the image.
 #[derive(Default)]
 struct Lies {
     origin: Option<DVec3>,
@@ -80,16 +80,16 @@ struct Lies {
     direction: Option<[f64; 9]>,
 }
 
-/// What the file says before its appended data.
+/// Content of the file before its appended data.
 struct Document<'a> {
     path: &'a Path,
     endian: Endian,
-    /// Bytes of the counts before data.
+    /// Bytes per count before data.
     count: usize,
     method: Option<Method>,
     lies: Lies,
     pieces: Vec<Declared>,
-    /// The byte behind the underscore, and whether base64 follows.
+    /// Byte after the underscore, and whether the appended data are base64.
     appended: Option<(u64, bool)>,
 }
 
@@ -172,9 +172,10 @@ impl<'a> Document<'a> {
     fn file(&mut self, tag: &BytesStart) -> Result<(), Error> {
         let kind = attribute(tag, "type").unwrap_or_default();
         if kind != "ImageData" {
-            return Err(
-                self.wrong(format!("it holds {kind}: expected ImageData; resample it, or give its one file if it is parallel"))
-            );
+            return Err(self.wrong(format!(
+                "it holds {kind}: expected ImageData; resample it, or give one of its files if it is a \
+                                    parallel format"
+            )));
         }
         self.endian = if attribute(tag, "byte_order").as_deref() == Some("BigEndian") { Endian::Big } else { Endian::Little };
         self.count = if attribute(tag, "header_type").as_deref() == Some("UInt64") { 8 } else { 4 };
@@ -182,12 +183,12 @@ impl<'a> Document<'a> {
             None | Some("") => None,
             Some("vtkZLibDataCompressor") => Some(Method::Zlib),
             Some("vtkLZ4DataCompressor") => Some(Method::Lz4),
-            Some(other) => return Err(self.wrong(format!("it is packed by {other}: pack it by zlib, lz4 or not at all"))),
+            Some(other) => return Err(self.wrong(format!("it is compressed with {other}: use zlib, lz4 or no compression"))),
         };
         Ok(())
     }
 
-    /// Where the points of an extent lie.
+    /// Placement of the points of an extent.
     fn image(&self, extent: Extent) -> Result<Image, Error> {
         let points =
             |i: usize| usize::try_from(i64::from(extent[2 * i + 1]) - i64::from(extent[2 * i]) + 1).ok().filter(|&n| n > 0);
@@ -196,14 +197,14 @@ impl<'a> Document<'a> {
         };
         let Lies { origin, spacing, direction } = self.lies;
         let first = DVec3::new(extent[0].into(), extent[2].into(), extent[4].into());
-        // Row by row.
+        // Row-major in the file.
         let direction = direction.map_or(DMat3::IDENTITY, |rows: [f64; 9]| DMat3::from_cols_array(&rows).transpose());
         let matrix3 = direction * DMat3::from_diagonal(spacing.unwrap_or(DVec3::ONE));
         let translation = origin.unwrap_or(DVec3::ZERO) + matrix3 * first;
         Ok(Image { points: [x, y, z], index_to_world: DAffine3 { matrix3, translation } })
     }
 
-    /// The numbers of an array that several pieces have, in one of them.
+    /// The numbers of `array` in one of several pieces.
     fn piece_of(&self, piece: &Declared, array: &Array<Place>, scalar: ScalarType) -> Result<Piece, Error> {
         let is_text = |array: &Array<Place>| matches!(array.place, Place::Text(_));
         let alike = |own: &&Array<Place>| {
@@ -213,7 +214,7 @@ impl<'a> Document<'a> {
         };
         let own = piece.arrays.iter().find(alike);
         let own =
-            own.ok_or_else(|| self.wrong(format!("one of its pieces has no array {} like that of the first", array.name)))?;
+            own.ok_or_else(|| self.wrong(format!("one of its pieces lacks the array {} of the first piece", array.name)))?;
         Ok(Piece { extent: piece.extent, bytes: self.bytes(own, &self.image(piece.extent)?, scalar)? })
     }
 
@@ -235,7 +236,7 @@ impl<'a> Document<'a> {
         Ok(Array { type_name: attribute(tag, "type").unwrap_or_default(), name, components, of_cells, active, place })
     }
 
-    /// Notes where appended data begin, from the byte behind their tag on.
+    /// Records the start of the appended data, whose tag ends before byte `behind`.
     fn append(&mut self, behind: u64, coded: bool) -> Result<(), Error> {
         let failed = |e| Error::read(self.path, e);
         let mut file = File::open(self.path).map_err(failed)?;
@@ -245,7 +246,7 @@ impl<'a> Document<'a> {
         Ok(())
     }
 
-    /// All numbers of an array.
+    /// Data of an array.
     fn bytes(&self, array: &Array<Place>, image: &Image, scalar: ScalarType) -> Result<Box<dyn Bytes>, Error> {
         let failed = |e| Error::read(self.path, e);
         let file = File::open(self.path).map_err(failed)?;
@@ -293,14 +294,14 @@ impl<'a> Document<'a> {
         if declared >= wanted {
             return Ok(());
         }
-        Err(self.wrong(format!("an array of {declared} bytes should have {wanted}: it is damaged")))
+        Err(self.wrong(format!("an array has {declared} bytes, expected {wanted}: it is damaged")))
     }
 
     fn vector(&self, tag: &BytesStart, name: &str) -> Result<Option<DVec3>, Error> {
         Ok(self.numbers::<f64, 3>(tag, name)?.map(DVec3::from_array))
     }
 
-    /// So many numbers of an attribute.
+    /// Parses an attribute as `N` numbers.
     fn numbers<T: FromStr, const N: usize>(&self, tag: &BytesStart, name: &str) -> Result<Option<[T; N]>, Error> {
         let Some(text) = attribute(tag, name) else { return Ok(None) };
         let numbers: Option<Vec<T>> = text.split_whitespace().map(|word| word.parse().ok()).collect();
@@ -313,12 +314,12 @@ impl<'a> Document<'a> {
     }
 }
 
-/// What the tags around an array say.
+/// State of the enclosing tags.
 #[derive(Default)]
 struct Scope {
-    /// In PointData (false) or CellData (true), and which array is marked there.
+    /// Whether in CellData (true) or PointData (false), and the name of the active array.
     marked: Option<(bool, Option<String>)>,
-    /// Bytes of the last text.
+    /// Bytes of the last text node.
     text_length: u64,
 }
 

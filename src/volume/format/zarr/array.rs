@@ -1,27 +1,28 @@
-//! What is said of an array, by version 2 (`.zarray`) or 3 (`zarr.json`) of the format.
+//! Array metadata of Zarr version 2 (`.zarray`) and 3 (`zarr.json`).
 
 use super::codec::Codec;
+use crate::volume::format::COMPLEX;
 use crate::volume::{Endian, ScalarType};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// Axes that an array may have.
+/// Limit of axes.
 const MOST_AXES: usize = 8;
 
-/// An array, and how its pieces are stored.
+/// An array and the encoding of its chunks.
 pub(super) struct Array {
     folder: PathBuf,
     pub shape: Vec<usize>,
-    /// Of a piece.
+    /// Shape of a chunk.
     pub chunks: Vec<usize>,
     pub scalar: ScalarType,
     pub endian: Endian,
     pub codec: Codec,
-    /// The bytes of a number where there is no piece.
+    /// Bytes of a number in chunks that are not stored.
     pub fill: Vec<u8>,
     prefix: &'static str,
     separator: char,
-    /// Names of axes, where they are told.
+    /// Names of the axes, if specified.
     pub names: Vec<String>,
 }
 
@@ -48,7 +49,7 @@ impl Array {
             (chunks, separator, if plain { "" } else { "c" })
         };
         if chunks.len() != shape.len() || !(1..=MOST_AXES).contains(&shape.len()) {
-            return Err(format!("it has {} axes, and its chunks {}", shape.len(), chunks.len()));
+            return Err(format!("it has {} axes, but its chunks have {}", shape.len(), chunks.len()));
         }
         let (scalar, codec, endian) = if second {
             let (scalar, endian) = dtype(&told["dtype"])?;
@@ -60,7 +61,7 @@ impl Array {
         let piece =
             chunks.iter().try_fold(scalar.bytes(), |n, &size| n.checked_mul(size)).filter(|&n| n <= isize::MAX as usize / 32);
         if piece.is_none() {
-            return Err(format!("its pieces have {chunks:?} numbers each: more than any memory holds"));
+            return Err(format!("its chunks of {chunks:?} numbers are too large"));
         }
         let fill = fill(&told["fill_value"], scalar, endian);
         let names = if second { &attributes["_ARRAY_DIMENSIONS"] } else { &told["dimension_names"] };
@@ -70,7 +71,7 @@ impl Array {
         Ok(Self { folder: folder.into(), shape, chunks, scalar, endian, codec, fill, prefix, separator, names })
     }
 
-    /// The file of a piece.
+    /// File of a chunk.
     pub fn file(&self, place: &[usize]) -> PathBuf {
         let numbers: Vec<String> = place.iter().map(usize::to_string).collect();
         let numbers = numbers.join(&self.separator.to_string());
@@ -79,7 +80,7 @@ impl Array {
     }
 }
 
-/// Sizes above 0.
+/// Parses an array of positive sizes.
 pub(super) fn sizes(told: &Value, name: &str) -> Result<Vec<usize>, String> {
     let size = |n: &Value| n.as_u64().and_then(|n| usize::try_from(n).ok()).filter(|&n| n > 0);
     let found: Option<Vec<usize>> = told.as_array().and_then(|sizes| sizes.iter().map(size).collect());
@@ -87,7 +88,7 @@ pub(super) fn sizes(told: &Value, name: &str) -> Result<Vec<usize>, String> {
 }
 
 fn dtype(told: &Value) -> Result<(ScalarType, Endian), String> {
-    let wrong = || format!("its numbers are {told}: expected whole numbers or floats; convert it");
+    let wrong = || format!("its numbers are {told}: expected integers or floats; convert it");
     let text = told.as_str().ok_or_else(wrong)?;
     let (order, kind) = text.split_at_checked(1).ok_or_else(wrong)?;
     let bits = kind.get(1..).and_then(|bytes| bytes.parse::<usize>().ok()).ok_or_else(wrong)?.saturating_mul(8);
@@ -96,6 +97,7 @@ fn dtype(told: &Value) -> Result<(ScalarType, Endian), String> {
         b'u' => format!("uint{bits}"),
         b'b' if bits == 8 => "uint8".into(),
         b'f' => format!("float{bits}"),
+        b'c' => return Err(format!("its numbers are {told}: {COMPLEX}")),
         _ => return Err(wrong()),
     };
     let endian = if order == ">" { Endian::Big } else { Endian::Little };
@@ -103,12 +105,15 @@ fn dtype(told: &Value) -> Result<(ScalarType, Endian), String> {
 }
 
 fn data_type(told: &Value) -> Result<ScalarType, String> {
-    let wrong = || format!("its data_type is {told}: expected whole numbers or floats; convert it");
+    let wrong = || format!("its data_type is {told}: expected integers or floats; convert it");
     let name = told.as_str().ok_or_else(wrong)?;
+    if name.starts_with("complex") {
+        return Err(format!("its data_type is {told}: {COMPLEX}"));
+    }
     if name == "bool" { Ok(ScalarType::Uint8) } else { name.parse().map_err(|_| wrong()) }
 }
 
-/// The bytes of the number that stands where nothing is stored; 0 if none is told.
+/// Bytes of the fill value; 0 if not specified.
 fn fill(told: &Value, scalar: ScalarType, endian: Endian) -> Vec<u8> {
     let float = match told.as_str() {
         Some("NaN") => f64::NAN,

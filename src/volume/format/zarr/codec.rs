@@ -1,4 +1,4 @@
-//! How pieces of an array are packed. Nothing becomes more than its piece has.
+//! Chunk codecs. Decompression never produces more bytes than the chunk declares.
 
 use super::blosc;
 use crate::memory;
@@ -7,22 +7,22 @@ use crate::volume::format::bytes;
 use serde_json::Value;
 use std::io::Read;
 
-/// Bytes by which what is packed several times may be longer on the way than in the end: checksums and frames.
+/// Extra bytes that intermediate results of several codecs may have, for checksums and headers.
 const ON_THE_WAY: usize = 1 << 10;
 
-/// All that is done to a piece.
+/// All codecs of a chunk.
 pub(super) struct Codec {
-    /// Which axis of the array each axis of what is stored is.
+    /// Array axis of each stored axis.
     pub order: Vec<usize>,
     numbers: Numbers,
-    /// What is done to the bytes then, in this order.
+    /// Codecs applied to the bytes, in order of compression.
     packings: Vec<Packing>,
 }
 
-/// How numbers become bytes.
+/// Conversion of numbers to bytes.
 enum Numbers {
     Plain,
-    /// Pieces of a piece, in one file.
+    /// Several inner chunks in one file.
     Shards {
         shape: Vec<usize>,
         inner: Box<Codec>,
@@ -36,17 +36,17 @@ enum Packing {
     Zlib,
     Zstd,
     Blosc,
-    /// A checksum of four bytes behind what it is of.
+    /// A four-byte checksum after the data.
     Crc32c,
 }
 
-/// What is said of something that is packed in a way that is not read.
+/// Error message for an unsupported codec.
 pub(super) fn packed_by(name: &str) -> String {
-    format!("it is packed by {name}, which is not read: write it with gzip, zstd, or blosc with lz4 or zstd")
+    format!("it is compressed with {name}, which is not supported: use gzip, zstd, or blosc with lz4 or zstd")
 }
 
 impl Codec {
-    /// As version 2 tells it.
+    /// Codecs of Zarr version 2.
     pub fn of_version_2(array: &Value, axes: usize) -> Result<Self, String> {
         if let Some(filter) = array["filters"].as_array().and_then(|filters| filters.first()) {
             return Err(packed_by(&format!("the filter {}", filter["id"])));
@@ -62,9 +62,9 @@ impl Codec {
         Ok(Self { order, numbers: Numbers::Plain, packings })
     }
 
-    /// As version 3 tells it, with the byte order of numbers.
+    /// Codecs of Zarr version 3, and the byte order of numbers.
     pub fn of_version_3(codecs: &Value, axes: usize) -> Result<(Self, Endian), String> {
-        let codecs = codecs.as_array().ok_or("it tells no codecs")?;
+        let codecs = codecs.as_array().ok_or("it has no codecs")?;
         let mut found = Self { order: (0..axes).collect(), numbers: Numbers::Plain, packings: Vec::new() };
         let mut endian = Endian::Little;
         for codec in codecs {
@@ -76,12 +76,12 @@ impl Codec {
                 "sharding_indexed" => {
                     let shape = super::array::sizes(&settings["chunk_shape"], "chunk_shape")?;
                     if shape.len() != axes {
-                        return Err("its shards have another number of axes".into());
+                        return Err("its shards have a different number of axes".into());
                     }
                     let (inner, of_inner) = Self::of_version_3(&settings["codecs"], axes)?;
                     let (index, of_index) = Self::of_version_3(&settings["index_codecs"], axes + 1)?;
                     if !matches!(index.numbers, Numbers::Plain) || of_index == Endian::Big {
-                        return Err("the index of its shards is written in a way that is not read".into());
+                        return Err("the index codecs of its shards are not supported".into());
                     }
                     endian = of_inner;
                     let at_end = settings["index_location"] != "start";
@@ -93,17 +93,17 @@ impl Codec {
         Ok((found, endian))
     }
 
-    /// Bytes that a packed piece of `len` may have at most: packing what cannot be packed makes it longer.
+    /// Upper bound of the compressed size of a chunk of `len` bytes: incompressible data grow.
     pub fn longest(&self, len: usize) -> u64 {
         let index = match &self.numbers {
             Numbers::Plain => 0,
-            // An index is at most as long as a number for every voxel would be.
+            // The index is at most as long as one entry per voxel.
             Numbers::Shards { .. } => 16 * len as u64,
         };
         len as u64 + len as u64 / 8 + index + (ON_THE_WAY << 6) as u64
     }
 
-    /// Numbers of `size` bytes in the order that they are stored in: a piece of this shape, along the array's axes.
+    /// Decodes a chunk of `shape` to numbers of `size` bytes in stored order.
     pub fn unpack(&self, packed: Vec<u8>, shape: &[usize], size: usize, fill: &[u8]) -> Result<Vec<u8>, String> {
         let len = shape.iter().product::<usize>() * size;
         if let Numbers::Shards { .. } = self.numbers {
@@ -121,24 +121,24 @@ impl Codec {
             bytes = packing.unpack(&bytes, if last { len + checksums } else { self.longest(len) as usize }, last)?;
         }
         if bytes.len() != len {
-            return Err(format!("a piece has {} bytes, expected {len}", bytes.len()));
+            return Err(format!("a chunk has {} bytes, expected {len}", bytes.len()));
         }
         Ok(bytes)
     }
 
-    /// A piece of pieces.
+    /// Decodes a shard from its inner chunks.
     fn joined(&self, packed: &[u8], shape: &[usize], size: usize, fill: &[u8]) -> Result<Vec<u8>, String> {
         let Numbers::Shards { shape: each, inner, index, at_end } = &self.numbers else { return Err("it has no shards".into()) };
         if self.order.iter().enumerate().any(|(i, &axis)| i != axis)
             || shape.iter().zip(each).any(|(whole, part)| whole % part != 0)
         {
-            return Err("its shards are turned, or no whole number of pieces".into());
+            return Err("its shards are transposed, or not a multiple of the inner chunks".into());
         }
         let counts: Vec<usize> = shape.iter().zip(each).map(|(whole, part)| whole / part).collect();
         let count: usize = counts.iter().product();
         let checksums = index.packings.iter().filter(|packing| matches!(packing, Packing::Crc32c)).count();
         if checksums != index.packings.len() {
-            return Err("the index of its shards is packed".into());
+            return Err("the index of its shards is compressed, which is not supported".into());
         }
         let len = 16 * count + 4 * checksums;
         let start = if *at_end { packed.len().checked_sub(len).ok_or("a shard shorter than its index")? } else { 0 };
@@ -152,7 +152,7 @@ impl Codec {
             if at == u64::MAX && len == u64::MAX {
                 continue;
             }
-            let end = at.checked_add(len).filter(|&end| end <= packed.len() as u64).ok_or("a piece outside of its shard")?;
+            let end = at.checked_add(len).filter(|&end| end <= packed.len() as u64).ok_or("an inner chunk outside its shard")?;
             let piece = inner.unpack(packed[at as usize..end as usize].to_vec(), each, size, fill)?;
             let place = super::place(n, &counts);
             let first: usize = place.iter().zip(each).zip(&to).map(|((place, part), stride)| place * part * stride).sum();
@@ -161,7 +161,7 @@ impl Codec {
         Ok(all)
     }
 
-    /// Bytes from a number of an unpacked piece to the next ones along the array's axes.
+    /// Strides in bytes of a decoded chunk, along the axes of the array.
     pub fn strides(&self, shape: &[usize], size: usize) -> Vec<usize> {
         let stored: Vec<usize> = self.order.iter().map(|&axis| shape[axis]).collect();
         let mut strides = vec![0; shape.len()];
@@ -172,9 +172,9 @@ impl Codec {
     }
 }
 
-/// Axes in the order that a list of numbers says.
+/// Permutes axes by a JSON list.
 fn transposed(order: &[usize], wanted: &Value) -> Result<Vec<usize>, String> {
-    let wrong = || format!("its axes are transposed as {wanted}");
+    let wrong = || format!("its transpose order {wanted} is not a permutation of its axes");
     let wanted: Vec<usize> = wanted.as_array().ok_or_else(wrong)?.iter().filter_map(|n| n.as_u64()).map(|n| n as usize).collect();
     let mut sorted = wanted.clone();
     sorted.sort_unstable();
@@ -196,18 +196,18 @@ impl Packing {
         })
     }
 
-    /// At most `most` bytes; so many that there are exactly, where that is known.
+    /// Decompresses at most `most` bytes; exactly `most` if `exactly`.
     fn unpack(&self, packed: &[u8], most: usize, exactly: bool) -> Result<Vec<u8>, String> {
         match self {
             Self::Gzip => unpacked(flate2::read::MultiGzDecoder::new(packed), most),
             Self::Zlib => zlib(packed, most),
             Self::Zstd => zstd(packed, most),
             Self::Blosc if exactly => blosc::unpack(packed, most),
-            Self::Blosc => Err(packed_by("blosc before something else")),
+            Self::Blosc => Err(packed_by("blosc followed by another codec")),
             Self::Crc32c => {
-                let (bytes, sum) = packed.split_last_chunk::<4>().ok_or("a piece without its checksum")?;
+                let (bytes, sum) = packed.split_last_chunk::<4>().ok_or("a chunk without its checksum")?;
                 if crc32c(bytes) != u32::from_le_bytes(*sum) {
-                    return Err("a checksum that is wrong".into());
+                    return Err("a wrong checksum".into());
                 }
                 Ok(bytes.to_vec())
             }
@@ -224,18 +224,18 @@ pub(super) fn zstd(packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
     unpacked(decoder, most)
 }
 
-/// All that there is, if that is not more than `most`.
+/// Reads everything, or fails if there are more than `most` bytes.
 fn unpacked(mut from: impl Read, most: usize) -> Result<Vec<u8>, String> {
-    let mut all = memory::zeroed("a piece", most).map_err(|e| e.to_string())?;
+    let mut all = memory::zeroed("a chunk", most).map_err(|e| e.to_string())?;
     let found = bytes::fill(&mut from, &mut all).map_err(|e| e.to_string())?;
     if found == most && bytes::fill(&mut from, &mut [0]).map_err(|e| e.to_string())? > 0 {
-        return Err(format!("a piece that holds more than its {most} bytes"));
+        return Err(format!("a chunk with more than {most} bytes"));
     }
     all.truncate(found);
     Ok(all)
 }
 
-/// Castagnoli's checksum.
+/// CRC-32C checksum (Castagnoli).
 fn crc32c(bytes: &[u8]) -> u32 {
     const POLYNOMIAL: u32 = 0x82f6_3b78;
     let step = |sum: u32| if sum & 1 == 1 { sum >> 1 ^ POLYNOMIAL } else { sum >> 1 };
@@ -257,6 +257,6 @@ mod tests {
         let mut encoder = flate2::read::ZlibEncoder::new(&[7; 100][..], flate2::Compression::fast());
         encoder.read_to_end(&mut packed).unwrap();
         assert_eq!(zlib(&packed, 100).unwrap(), [7; 100]);
-        assert!(zlib(&packed, 99).unwrap_err().contains("more than its 99"));
+        assert!(zlib(&packed, 99).unwrap_err().contains("more than 99"));
     }
 }

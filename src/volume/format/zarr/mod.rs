@@ -1,4 +1,4 @@
-//! Zarr, versions 2 and 3, and OME-Zarr (<https://zarr.dev>, <https://ngff.openmicroscopy.org>): folders of packed pieces.
+//! Zarr versions 2 and 3, and OME-Zarr (<https://zarr.dev>, <https://ngff.openmicroscopy.org>): folders of compressed chunks.
 
 mod array;
 mod blosc;
@@ -19,10 +19,10 @@ use multiscales::{Axis, Multiscales};
 use node::Node;
 use std::path::{Path, PathBuf};
 
-/// The format.
+/// Zarr.
 pub(super) struct Zarr;
 
-/// Share of the free memory that a volume may take where none is chosen: what shows it needs as much again.
+/// A default level may take 1/`SHARE` of the available memory, because rendering needs as much again.
 const SHARE: u64 = 2;
 
 impl Format for Zarr {
@@ -39,7 +39,7 @@ impl Format for Zarr {
         let (array, axes, scale, translation) = match node {
             Node::Image(image) => level(&path, image, options)?,
             Node::Array(_) if options.level.is_some_and(Level::is_demanded) => {
-                let problem = format!("{} is one array, of one resolution: leave it out", path.display());
+                let problem = format!("{} is an array with one resolution: omit it", path.display());
                 return Err(Error::Settings { field: "level", problem });
             }
             Node::Array(array) => {
@@ -47,7 +47,7 @@ impl Format for Zarr {
                 let count = array.shape.len();
                 (*array, axes, vec![1.0; count], vec![0.0; count])
             }
-            Node::Group => return Err(Error::volume(&path, "it is a group of arrays: give one of them")),
+            Node::Group => return Err(Error::volume(&path, "it is a group of arrays: select one of them")),
         };
         let roles = Roles::new(&axes, array.shape.len());
         let mut place = vec![0; array.shape.len()];
@@ -63,7 +63,7 @@ impl Format for Zarr {
     }
 }
 
-/// The array or image that a folder is, or the one in it that is wanted.
+/// The array or image of a folder, or the selected one inside.
 fn chosen(path: &Path, options: &OpenOptions) -> Result<(PathBuf, Node), Error> {
     let node = node::node(path)?;
     let wanted = options.array.as_deref();
@@ -72,17 +72,17 @@ fn chosen(path: &Path, options: &OpenOptions) -> Result<(PathBuf, Node), Error> 
     }
     let names = node::below(path)?;
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let first = names.first().ok_or_else(|| Error::volume(path, "it is a group of Zarr without arrays"))?;
+    let first = names.first().ok_or_else(|| Error::volume(path, "it is a Zarr group without arrays"))?;
     let index = choice::named(path, wanted, &names, first)?.unwrap_or(0);
     let below = path.join(names[index]);
     let node = node::node(&below)?;
     Ok((below, node))
 }
 
-/// An array, what its axes are, and how its places come from its numbers'.
+/// An array, its axes, and its scale and translation per axis.
 type Placed = (Array, Vec<Axis>, Vec<f64>, Vec<f64>);
 
-/// The array of the resolution that is wanted.
+/// The array of the selected resolution.
 fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Placed, Error> {
     let mut arrays = Vec::new();
     for level in &image.levels {
@@ -91,10 +91,10 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Place
             Some(Node::Array(array)) if array.shape.len() == level.scale.len() => arrays.push(*array),
             Some(Node::Array(array)) => {
                 let problem =
-                    format!("it has {} axes, and what is said of its resolutions {}", array.shape.len(), level.scale.len());
+                    format!("it has {} axes, but its multiscales metadata have {}", array.shape.len(), level.scale.len());
                 return Err(Error::volume(&folder, problem));
             }
-            _ => return Err(Error::volume(path, format!("its resolution {} is no array in it", level.path))),
+            _ => return Err(Error::volume(path, format!("its resolution level {} is not an array below it", level.path))),
         }
     }
     let roles = Roles::new(&image.axes, image.axes.len());
@@ -124,7 +124,7 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Place
     };
     if !options.level.is_some_and(Level::is_demanded) && index > 0 {
         tracing::warn!(
-            "{}: the finest of {count} levels that fits into memory is {index}; level chooses another",
+            "{}: using level {index} of {count}, the finest that fits into memory; select another with level",
             path.display()
         );
     } else {
@@ -135,28 +135,28 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Place
     Ok((array, image.axes, told.scale.clone(), told.translation.clone()))
 }
 
-/// Voxels along each axis that a picture shows whose longest side is that of the volume; no more than the finest resolution has.
+/// Voxels along each axis that a picture of `pixels` along the longest side can show, at most those of the finest level.
 fn wanted(finest: [usize; 3], scale: [f64; 3], pixels: usize) -> [usize; 3] {
     let extents = [0, 1, 2].map(|i| finest[i] as f64 * scale[i].abs());
     let longest = extents.into_iter().fold(f64::MIN_POSITIVE, f64::max);
     [0, 1, 2].map(|i| finest[i].min((pixels as f64 * extents[i] / longest).ceil() as usize))
 }
 
-/// Axes as an array names them.
+/// Axes named in the array metadata.
 fn named(array: &Array) -> Vec<Axis> {
     array.names.iter().map(|name| Axis { name: name.clone(), kind: String::new() }).collect()
 }
 
-/// What the axes of an array are.
+/// Roles of the axes of an array.
 struct Roles {
-    /// Those that are x, y and z.
+    /// Axes of x, y and z.
     space: [Option<usize>; 3],
     frames: Vec<usize>,
     channels: Vec<usize>,
 }
 
 impl Roles {
-    /// By what is said of them, or their names; where neither tells, the last three are z, y and x, and frames come before.
+    /// Roles by type or name. By default the last three axes are z, y and x, and those before them frames.
     fn new(axes: &[Axis], count: usize) -> Self {
         let is = |i: usize, kind: &str, names: &[&str]| {
             let axis = axes.get(i);
@@ -176,7 +176,7 @@ impl Roles {
         Self { space, frames, channels }
     }
 
-    /// Which of several along some axes: where on each of these it is.
+    /// Selects one position along `axes`, counted with the last axis fastest.
     fn choose(
         &self,
         path: &Path,
@@ -196,7 +196,7 @@ impl Roles {
     }
 }
 
-/// Bytes from a number to the next ones along each axis, the last axis the fastest.
+/// Strides in bytes, last axis fastest.
 fn strides(shape: &[usize], size: usize) -> Vec<usize> {
     let mut strides = vec![size; shape.len()];
     for axis in (1..shape.len()).rev() {
@@ -205,7 +205,7 @@ fn strides(shape: &[usize], size: usize) -> Vec<usize> {
     strides
 }
 
-/// The place of number `n` in a grid of pieces, the last axis the fastest.
+/// Position of item `n` in a grid of `counts` items, last axis fastest.
 fn place(mut n: usize, counts: &[usize]) -> Vec<usize> {
     let mut place = vec![0; counts.len()];
     for axis in (0..counts.len()).rev() {
@@ -215,7 +215,7 @@ fn place(mut n: usize, counts: &[usize]) -> Vec<usize> {
     place
 }
 
-/// Copies a box of numbers of `size` bytes from where they lie by some strides to where they lie by others.
+/// Copies a box of numbers of `size` bytes between two strided layouts.
 fn copy(from: &[u8], of_from: &[usize], to: &mut [u8], of_to: &[usize], shape: &[usize], size: usize) {
     let ([count, shape @ ..], [step, of_from @ ..], [stride, of_to @ ..]) = (shape, of_from, of_to) else {
         to[..size].copy_from_slice(&from[..size]);
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn pictures_want_voxels_along_every_axis() {
-        // An axis that is coarse already is never finer.
+        // An axis never gets finer than the finest level.
         assert_eq!(wanted([256, 256, 128], [1.0, 1.0, 1.0], 100), [100, 100, 50]);
         assert_eq!(wanted([5, 4, 3], [0.5, 0.5, 2.0], 5), [3, 2, 3]);
         assert_eq!(wanted([8, 8, 1], [1.0, 1.0, 0.0], 4), [4, 4, 0]);

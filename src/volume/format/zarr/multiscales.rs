@@ -1,25 +1,25 @@
-//! What OME-Zarr says of a group: the same image at several resolutions (<https://ngff.openmicroscopy.org>).
+//! OME-Zarr multiscales metadata: an image at several resolutions (<https://ngff.openmicroscopy.org>).
 
 use serde_json::Value;
 
-/// Resolutions that an image may have.
+/// Limit of resolutions.
 const MOST_LEVELS: usize = 64;
 
-/// An image at several resolutions, the finest first.
+/// An image at several resolutions, finest first.
 pub(super) struct Multiscales {
     pub axes: Vec<Axis>,
     pub levels: Vec<Level>,
 }
 
-/// An axis of all its arrays.
+/// An axis shared by all levels.
 #[derive(Clone)]
 pub(super) struct Axis {
     pub name: String,
-    /// `space`, `time` or `channel`, where it is told.
+    /// `space`, `time` or `channel`, or empty if not specified.
     pub kind: String,
 }
 
-/// An array: where it is in the group, and how its places come from its numbers', axis by axis.
+/// An array: its path in the group, and its scale and translation per axis.
 pub(super) struct Level {
     pub path: String,
     pub scale: Vec<f64>,
@@ -27,19 +27,19 @@ pub(super) struct Level {
 }
 
 impl Multiscales {
-    /// Nothing if a group's attributes tell of none.
+    /// `None` if the attributes have no multiscales metadata.
     pub fn new(attributes: &Value) -> Result<Option<Self>, String> {
         let all = if attributes["ome"]["multiscales"].is_array() { &attributes["ome"] } else { attributes };
         let Some(told) = all["multiscales"].as_array().and_then(|several| several.first()) else { return Ok(None) };
         let axes: Vec<Axis> = told["axes"].as_array().map(|axes| axes.iter().map(axis).collect()).unwrap_or_default();
         let datasets = told["datasets"].as_array().filter(|levels| (1..=MOST_LEVELS).contains(&levels.len()));
-        let datasets = datasets.ok_or("its multiscales name no arrays, or too many")?;
+        let datasets = datasets.ok_or("its multiscales metadata name no arrays, or too many")?;
         let levels: Result<Vec<Level>, String> = datasets.iter().map(|level| Level::new(level, told, axes.len())).collect();
         Ok(Some(Self { axes, levels: levels? }))
     }
 }
 
-/// Of version 0.4 and later an object, before a name.
+/// Parses an axis: an object from version 0.4 on, a name before.
 fn axis(told: &Value) -> Axis {
     let text = |told: &Value| told.as_str().unwrap_or_default().to_owned();
     if told.is_string() {
@@ -50,9 +50,9 @@ fn axis(told: &Value) -> Axis {
 }
 
 impl Level {
-    /// What is said of the level comes first, then what is said of all.
+    /// The transformations of the level come first, then those of all levels.
     fn new(told: &Value, all: &Value, axes: usize) -> Result<Self, String> {
-        let path = told["path"].as_str().ok_or("its multiscales name an array without a path")?.to_owned();
+        let path = told["path"].as_str().ok_or("its multiscales metadata have an array without a path")?.to_owned();
         let (mut scale, mut translation) = (vec![1.0; axes], vec![0.0; axes]);
         let steps = [told, all].map(|of| of["coordinateTransformations"].as_array().cloned().unwrap_or_default());
         for step in steps.iter().flatten() {

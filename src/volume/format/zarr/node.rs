@@ -1,4 +1,4 @@
-//! Folders of a store: groups, and arrays in them.
+//! Nodes of a Zarr hierarchy: groups and arrays.
 
 use super::array::Array;
 use super::multiscales::Multiscales;
@@ -7,27 +7,27 @@ use crate::memory;
 use serde_json::Value;
 use std::path::{Component, Path};
 
-/// Files that make a folder part of a store.
+/// Metadata files that mark a node.
 const MARKS: [&str; 3] = ["zarr.json", ".zarray", ".zgroup"];
-/// Bytes of a file that tells of a node: groups tell of all that is in them, too.
+/// Largest metadata file in bytes. The metadata of a group may include those of all its members.
 const LONGEST: u64 = 64 << 20;
-/// Groups in each other, and arrays that are looked for.
+/// Limits of nested groups and of arrays found.
 const DEEPEST: usize = 6;
 const MOST_ARRAYS: usize = 1000;
 
-/// Whether a folder is part of a store.
+/// Whether a folder is a Zarr node.
 pub(super) fn is_node(folder: &Path) -> bool {
     MARKS.iter().any(|mark| folder.join(mark).is_file())
 }
 
-/// What is in a folder.
+/// A node.
 pub(super) enum Node {
     Array(Box<Array>),
     Image(Multiscales),
     Group,
 }
 
-/// Reads what is said of a folder.
+/// Reads the metadata of a folder.
 pub(super) fn node(folder: &Path) -> Result<Node, Error> {
     let wrong = |problem: String| Error::volume(folder, problem);
     let third = folder.join(MARKS[0]);
@@ -53,19 +53,19 @@ pub(super) fn node(folder: &Path) -> Result<Node, Error> {
 fn json(path: &Path) -> Result<Value, Error> {
     let len = std::fs::metadata(path).map_err(|e| Error::read(path, e))?.len();
     if len > LONGEST {
-        return Err(Error::volume(path, format!("it has {len} bytes: too many to tell of an array")));
+        return Err(Error::volume(path, format!("it has {len} bytes: too many for array metadata")));
     }
     memory::require(&path.display().to_string(), len)?;
     let text = std::fs::read(path).map_err(|e| Error::read(path, e))?;
     serde_json::from_slice(&text).map_err(|e| Error::volume(path, format!("it is truncated or damaged: {e}")))
 }
 
-/// Whether a name leads to something below.
+/// Whether a relative path stays inside its folder.
 pub(super) fn leads_below(name: &str) -> bool {
     Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
 }
 
-/// The arrays and images below a group, by their paths.
+/// Paths of the arrays and images in a group.
 pub(super) fn below(group: &Path) -> Result<Vec<String>, Error> {
     let mut found = Vec::new();
     gather(group, "", DEEPEST, &mut found)?;

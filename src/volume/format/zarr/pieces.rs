@@ -1,4 +1,4 @@
-//! The numbers of an array, read as many layers at a time as its pieces are deep.
+//! Voxels of an array, read one layer of chunks at a time.
 
 use super::array::Array;
 use crate::memory;
@@ -10,7 +10,7 @@ use std::io;
 /// One volume of an array, x fastest.
 pub(super) struct Pieces {
     array: Array,
-    /// Which axes of the array are x, y and z, if there are any, and where on the others the volume is.
+    /// Array axes of x, y and z, if they exist, and the position of the volume along the other axes.
     space: [Option<usize>; 3],
     place: Vec<usize>,
     dims: [usize; 3],
@@ -22,12 +22,12 @@ impl Pieces {
         Self { array, space, place, dims }
     }
 
-    /// Numbers of a piece along an axis of the volume.
+    /// Chunk size along an axis of the volume.
     fn chunk(&self, axis: usize) -> usize {
         self.space[axis].map_or(1, |axis| self.array.chunks[axis])
     }
 
-    /// Layers that are read together.
+    /// Number of layers read together.
     fn deep(&self) -> usize {
         self.chunk(2).min(self.dims[2])
     }
@@ -36,7 +36,7 @@ impl Pieces {
         self.dims[0] * self.dims[1] * self.array.scalar.bytes()
     }
 
-    /// Nothing where none is stored.
+    /// Decodes a chunk; `None` if it is not stored.
     fn piece(&self, place: &[usize]) -> io::Result<Option<Vec<u8>>> {
         let (path, array) = (self.array.file(place), &self.array);
         let named = |problem: String| io::Error::new(io::ErrorKind::InvalidData, format!("{}: {problem}", path.display()));
@@ -48,7 +48,7 @@ impl Pieces {
         let size = array.scalar.bytes();
         let most = array.codec.longest(array.chunks.iter().product::<usize>() * size);
         if len > most {
-            return Err(named(format!("it has {len} bytes, and what it holds needs at most {most}")));
+            return Err(named(format!("it has {len} bytes, but its chunk needs at most {most}")));
         }
         let name = path.display().to_string();
         let mut packed = memory::zeroed(&name, len as usize).map_err(|e| io::Error::other(e.to_string()))?;
@@ -57,7 +57,7 @@ impl Pieces {
         array.codec.unpack(packed, &array.chunks, size, &array.fill).map(Some).map_err(named)
     }
 
-    /// Copies what a piece has of the volume.
+    /// Copies the part of a chunk that belongs to the volume.
     fn put(&self, numbers: &[u8], at: [usize; 3], slab: &mut [u8], deep: usize) {
         let (array, size) = (&self.array, self.array.scalar.bytes());
         let strides = array.codec.strides(&array.chunks, size);
@@ -77,7 +77,7 @@ impl Pieces {
 }
 
 impl Parts for Pieces {
-    /// As many as are declared: those of pieces that are not stored are told by the array.
+    /// The declared size: chunks that are not stored are filled with the fill value.
     fn most(&self) -> u64 {
         self.whole()
     }
@@ -90,7 +90,7 @@ impl Parts for Pieces {
         (self.layer() * self.deep()) as u64
     }
 
-    /// All layers that lie in one layer of pieces.
+    /// All layers of one layer of chunks.
     fn part(&mut self, index: usize) -> io::Result<Vec<u8>> {
         let other = |e: crate::error::Error| io::Error::other(e.to_string());
         let (size, first) = (self.array.scalar.bytes(), index * self.chunk(2));

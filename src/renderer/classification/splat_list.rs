@@ -1,8 +1,9 @@
 //! The voxels that sheets splat.
 
-use super::super::cache::{Kept, Key};
+use super::super::field::{Field, Layout};
+use super::super::store::{Key, Stored};
 use super::tables::TableKey;
-use super::{Layout, Prepared};
+use super::{Classification, PreparationKernels};
 use crate::device::launch::sheets::{Pass, Place, ScanArguments, Splats, SplatsArguments};
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device};
@@ -34,59 +35,74 @@ struct SplatListKey(TableKey, Axis, Splatted);
 
 impl Key for SplatListKey {
     type Value = SplatList;
-    const OF_VOXELS: bool = true;
-    const OF_TRANSFER: bool = true;
 }
 
-impl Kept for SplatList {
+impl Stored for SplatList {
     fn bytes(&self) -> usize {
         self.places.bytes() + self.contents.bytes()
     }
 }
 
-impl Prepared {
+impl Classification {
     /// The splats of sheets along an axis.
-    pub fn axis_splats(&mut self, device: &Device, axis: Axis, extinction: Extinction) -> Result<Arc<SplatList>, Error> {
-        let layout = self.layout(device, axis)?;
-        self.splat_list(device, axis, layout, extinction, Splatted::Visible)
+    pub fn axis_splats(
+        &mut self,
+        kernels: &mut PreparationKernels,
+        device: &Device,
+        field: &Field,
+        axis: Axis,
+        extinction: Extinction,
+    ) -> Result<Arc<SplatList>, Error> {
+        let layout = field.layout(&mut kernels.field, device, axis)?;
+        self.splat_list(kernels, device, field, (axis, layout), extinction, Splatted::Visible)
     }
 
     /// The splats of sheets across the view, and the layout that they are from.
     pub fn view_splats(
         &mut self,
+        kernels: &mut PreparationKernels,
         device: &Device,
+        field: &Field,
         extinction: Extinction,
         splatted: Splatted,
     ) -> Result<(Arc<SplatList>, Layout), Error> {
-        let layout = self.gaussian_layout(device, extinction)?;
+        let layout = self.gaussian_layout(kernels, device, field, extinction)?;
         let again = Layout { voxels: layout.voxels.clone(), view: layout.view };
-        Ok((self.splat_list(device, Axis::Z, layout, extinction, splatted)?, again))
+        Ok((self.splat_list(kernels, device, field, (Axis::Z, layout), extinction, splatted)?, again))
     }
 
-    /// The upload as samples reconstructed with a Gaussian see it: where voxels are missing, its own background.
-    pub fn gaussian_layout(&mut self, device: &Device, extinction: Extinction) -> Result<Layout, Error> {
-        let mut layout = self.layout(device, Axis::Z)?;
-        layout.view.background = self.table(device, extinction, Kernel::Gaussian)?.gaussian_background;
+    /// The upload as samples reconstructed with a Gaussian see it: missing voxels have a background of its own.
+    pub fn gaussian_layout(
+        &mut self,
+        kernels: &mut PreparationKernels,
+        device: &Device,
+        field: &Field,
+        extinction: Extinction,
+    ) -> Result<Layout, Error> {
+        let mut layout = field.layout(&mut kernels.field, device, Axis::Z)?;
+        layout.view.background = self.table(device, field, extinction, Kernel::Gaussian)?.gaussian_background;
         Ok(layout)
     }
 
     fn splat_list(
         &mut self,
+        kernels: &mut PreparationKernels,
         device: &Device,
-        axis: Axis,
-        Layout { voxels, view }: Layout,
+        field: &Field,
+        (axis, Layout { voxels, view }): (Axis, Layout),
         extinction: Extinction,
         splatted: Splatted,
     ) -> Result<Arc<SplatList>, Error> {
-        let key = SplatListKey(self.table_key(extinction, Kernel::Gaussian), axis, splatted);
-        if let Some(kept) = self.cache.get(&key) {
+        let key = SplatListKey(TableKey::new(extinction, Kernel::Gaussian), axis, splatted);
+        let inputs = self.inputs_with(field);
+        if let Some(kept) = self.store.get(device, &key, inputs)? {
             return Ok(kept);
         }
         if let Some(n) = view.dims.iter().find(|&&n| n > i32::from(u16::MAX)) {
             let problem = format!("sheets take up to 65535 voxels along an axis, not {n}: use another");
             return Err(Error::Settings { field: "algorithm", problem });
         }
-        let table = self.table(device, extinction, Kernel::Gaussian)?;
+        let table = self.table(device, field, extinction, Kernel::Gaussian)?;
         let rows = view.dims[1] as usize * view.dims[2] as usize;
         let counts = Buffer::new(device, rows, "the splats per row")?;
         let total = Buffer::new(device, 1, "the number of splats")?;
@@ -115,16 +131,16 @@ impl Prepared {
                 places: &list.places,
                 contents: &list.contents,
             };
-            self.launchers.splats.launch(device, voxels.kind(), &arguments)?;
+            kernels.splats.launch(device, voxels.kind(), &arguments)?;
             if pass == Pass::Count {
                 let scan = ScanArguments { counts: &counts, chunks: rows as i32, buckets: 1, total: &total };
-                self.launchers.scan.launch(device, (), &scan)?;
+                kernels.scan.launch(device, (), &scan)?;
                 list.count = read_total(device, &total, "the list of splats")?;
                 list.places = Buffer::new(device, list.count, "the splats")?;
                 list.contents = Buffer::new(device, list.count, "the splats")?;
             }
         }
-        Ok(self.cache.keep(key, list))
+        Ok(self.store.keep(key, inputs, device.produced()?, list))
     }
 }
 

@@ -1,16 +1,22 @@
 //! Tables of a transfer function on the device.
 
-use super::super::cache::{Kept, Key};
-use super::Prepared;
+use super::super::field::Field;
+use super::super::store::{Key, Stored};
+use super::{Classification, PreparationKernels};
 use crate::device::launch::layered::Segments;
 use crate::device::launch::rays::PreintegratedTableArguments;
 use crate::device::launch::structs::{Float4, SampleParams};
-use crate::device::{Buffer, Device};
+use crate::device::{Buffer, Device, Produced};
 use crate::error::Error;
 use crate::layers::{Kernel, lighting_curve, segment_ends};
 use crate::transfer::{EXTINCTION_CELLS, Extinction, IntegralTable, TransferFunction, TransferTable};
-use crate::volume::Stored;
+use crate::volume::{Description, Stored as StoredNumbers};
+use std::borrow::Cow;
 use std::sync::Arc;
+
+const TABLE: &str = "the transfer table";
+const INTEGRALS: &str = "the table of integrals";
+const SLICING_TABLE: &str = "the pre-integration table";
 
 /// Values in front and behind that the table of slicing has entries for.
 pub(in crate::renderer) const SLAB_VALUES: usize = 256;
@@ -31,6 +37,10 @@ pub(in crate::renderer) struct Scale {
 }
 
 impl Scale {
+    fn new(field: &Field, first: f64, per_value: f64, entries: usize) -> Self {
+        Self { first: (first - field.offset()) as f32, per_value: per_value as f32, last: entries as i32 - 1 }
+    }
+
     /// The parameters of samples that are looked up in this table.
     pub fn set(self, sample: &mut SampleParams) {
         (sample.table_first, sample.table_per_value, sample.table_last) = (self.first, self.per_value, self.last);
@@ -116,17 +126,15 @@ impl Integrals {
     }
 }
 
-/// What a table depends on: the transfer function's revision, the kind of extinction, and how far the field overshoots.
+/// The kind of extinction, and how far the field overshoots the voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct TableKey(u64, Extinction, f64);
+pub(super) struct TableKey(Extinction, f64);
 
 impl Key for TableKey {
     type Value = Table;
-    const OF_VOXELS: bool = false;
-    const OF_TRANSFER: bool = true;
 }
 
-impl Kept for Table {
+impl Stored for Table {
     fn bytes(&self) -> usize {
         self.entries.bytes() + self.visible_before.bytes() + self.all_before.bytes()
     }
@@ -138,11 +146,9 @@ struct IntegralsKey(TableKey, f64, u32);
 
 impl Key for IntegralsKey {
     type Value = Integrals;
-    const OF_VOXELS: bool = false;
-    const OF_TRANSFER: bool = true;
 }
 
-impl Kept for Integrals {
+impl Stored for Integrals {
     fn bytes(&self) -> usize {
         self.nodes.bytes()
     }
@@ -154,82 +160,86 @@ struct SlicingKey(IntegralsKey, f32);
 
 impl Key for SlicingKey {
     type Value = Buffer<Float4>;
-    const OF_VOXELS: bool = false;
-    const OF_TRANSFER: bool = true;
 }
 
-impl Prepared {
-    pub(super) fn table_key(&self, extinction: Extinction, kernel: Kernel) -> TableKey {
-        TableKey(self.revision, extinction, kernel.field_overshoot())
+impl TableKey {
+    pub fn new(extinction: Extinction, kernel: Kernel) -> Self {
+        Self(extinction, kernel.field_overshoot())
     }
+}
 
-    fn field_range(&self, kernel: Kernel) -> (f64, f64) {
-        field_range(&self.stored, kernel)
-    }
-
+impl Classification {
     /// The table of the transfer function, for the values of a kernel's field.
-    pub fn table(&mut self, device: &Device, extinction: Extinction, kernel: Kernel) -> Result<Arc<Table>, Error> {
-        let key = self.table_key(extinction, kernel);
-        if let Some(kept) = self.cache.get(&key) {
+    pub fn table(&mut self, device: &Device, field: &Field, extinction: Extinction, kernel: Kernel) -> Result<Arc<Table>, Error> {
+        let (key, inputs) = (TableKey::new(extinction, kernel), self.inputs());
+        if let Some(kept) = self.store.get(device, &key, inputs)? {
             return Ok(kept);
         }
-        let on_host = TransferTable::new(&self.transfer, self.field_range(kernel), extinction);
+        let stored = field.stored();
+        let on_host = TransferTable::new(&self.transfer, field_range(&stored, kernel), extinction);
         let entries: Vec<Float4> = on_host.entries.iter().map(|&e| Float4(e)).collect();
         let table = Table {
-            entries: Buffer::from_slice(device, &entries, "the transfer table")?,
-            visible_before: Buffer::from_slice(device, &on_host.visible_before(), "the transfer table")?,
-            all_before: Buffer::from_slice(device, &(0..=entries.len() as u32).collect::<Vec<_>>(), "the transfer table")?,
+            entries: Buffer::from_slice(device, &entries, TABLE)?,
+            visible_before: Buffer::from_slice(device, &on_host.visible_before(), TABLE)?,
+            all_before: Buffer::from_slice(device, &(0..=entries.len() as u32).collect::<Vec<_>>(), TABLE)?,
             visible_entries: on_host.visible_entries(),
-            scale: self.scale(on_host.first, on_host.per_value, entries.len()),
-            gaussian_background: (self.transfer.gaussian_background(self.stored.smallest_value, self.stored.background)
-                - self.offset()) as f32,
+            scale: Scale::new(field, on_host.first, on_host.per_value, entries.len()),
+            gaussian_background: (self.transfer.gaussian_background(stored.smallest_value, stored.background) - field.offset())
+                as f32,
             on_host,
         };
-        Ok(self.cache.keep(key, table))
+        Ok(self.store.keep(key, inputs, Produced::by_host(), table))
     }
 
     /// The integrals of the transfer function for segments of at least `thinnest` unit distances, so many per layer, of a kernel's field.
     pub fn integrals(
         &mut self,
         device: &Device,
+        field: &Field,
         extinction: Extinction,
         kernel: Kernel,
-        thinnest: f64,
-        per_layer: u32,
+        (thinnest, per_layer): (f64, u32),
     ) -> Result<Arc<Integrals>, Error> {
-        let key = IntegralsKey(self.table_key(extinction, kernel), thinnest, per_layer);
-        if let Some(kept) = self.cache.get(&key) {
+        let (key, inputs) = (IntegralsKey(TableKey::new(extinction, kernel), thinnest, per_layer), self.inputs());
+        if let Some(kept) = self.store.get(device, &key, inputs)? {
             return Ok(kept);
         }
-        let table = self.table(device, extinction, kernel)?;
+        let table = self.table(device, field, extinction, kernel)?;
         let on_host = table.on_host.integrals(thinnest);
         let needs = self.segment_needs.unwrap_or_else(|| SegmentNeeds {
-            cut: self.promised || !on_host.spans(self.field_range(kernel)),
+            cut: field.range_is_declared() || !on_host.spans(field_range(&field.stored(), kernel)),
             dimmed: table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING,
         });
         let integrals = Integrals {
-            nodes: Buffer::from_slice(device, &for_kernels(&on_host, self.offset()), "the table of integrals")?,
-            scale: self.scale(on_host.first, on_host.per_value, on_host.nodes.len()),
-            visible_values: on_host.visible_values().map(|v| (v - self.offset()) as f32),
+            nodes: Buffer::from_slice(device, &for_kernels(&on_host, field.offset(), needs.cut), INTEGRALS)?,
+            scale: Scale::new(field, on_host.first, on_host.per_value, on_host.nodes.len()),
+            visible_values: on_host.visible_values().map(|v| (v - field.offset()) as f32),
             unit: on_host.unit as f32,
             needs,
         };
-        Ok(self.cache.keep(key, integrals))
+        Ok(self.store.keep(key, inputs, Produced::by_host(), integrals))
     }
 
     /// The integrals and the table of slicing for slabs of a thickness in unit distances.
     pub fn slicing_table(
         &mut self,
+        kernels: &mut PreparationKernels,
         device: &Device,
+        field: &Field,
         extinction: Extinction,
         thickness: f64,
     ) -> Result<(Arc<Integrals>, Arc<Buffer<Float4>>), Error> {
-        let integrals = self.integrals(device, extinction, Kernel::Linear, thickness, 1)?;
-        let key = SlicingKey(IntegralsKey(self.table_key(extinction, Kernel::Linear), thickness, 1), thickness as f32);
-        if let Some(kept) = self.cache.get(&key) {
+        let integrals = self.integrals(device, field, extinction, Kernel::Linear, (thickness, 1))?;
+        let of_integrals = IntegralsKey(TableKey::new(extinction, Kernel::Linear), thickness, 1);
+        let (key, inputs) = (SlicingKey(of_integrals, thickness as f32), self.inputs());
+        if let Some(kept) = self.store.get(device, &key, inputs)? {
             return Ok((integrals, kept));
         }
-        let table = Buffer::new(device, SLAB_VALUES * SLAB_VALUES, "the pre-integration table")?;
+        let bytes = SLAB_VALUES * SLAB_VALUES * size_of::<Float4>();
+        let table = match self.store.reuse(device, &key, inputs, bytes) {
+            Some(reused) => reused,
+            None => Arc::new(Buffer::new(device, SLAB_VALUES * SLAB_VALUES, SLICING_TABLE)?),
+        };
         let nodes = integrals.scale.last + 1;
         let arguments = PreintegratedTableArguments {
             integrals: &integrals.nodes,
@@ -242,51 +252,66 @@ impl Prepared {
             size: SLAB_VALUES as i32,
             out: &table,
         };
-        self.launchers.slicing_table.launch(device, (), &arguments)?;
-        Ok((integrals, self.cache.keep(key, table)))
-    }
-
-    fn scale(&self, first: f64, per_value: f64, entries: usize) -> Scale {
-        Scale { first: (first - self.offset()) as f32, per_value: per_value as f32, last: entries as i32 - 1 }
+        kernels.slicing_table.launch(device, (), &arguments)?;
+        Ok((integrals, self.store.keep(key, inputs, device.produced()?, table)))
     }
 }
 
 /// Range of the values that a kernel can reconstruct, as numbers.
-fn field_range(stored: &Stored, kernel: Kernel) -> (f64, f64) {
+fn field_range(stored: &StoredNumbers, kernel: Kernel) -> (f64, f64) {
     let (lo, hi) = stored.field_range();
     let beyond = kernel.field_overshoot() * (hi - lo);
     (lo - beyond, hi + beyond)
 }
 
-/// Entries that the table of a transfer function of stored numbers will have.
-pub(in crate::renderer) fn table_entries(
-    transfer: &TransferFunction,
-    stored: &Stored,
-    extinction: Extinction,
-    kernel: Kernel,
-) -> usize {
-    TransferTable::new(transfer, field_range(stored, kernel), extinction).entries.len()
+/// How large the tables of a transfer function are: frames declare these sizes before anything is made.
+pub(in crate::renderer) struct TableSizes<'t> {
+    transfer: Cow<'t, TransferFunction>,
+    stored: StoredNumbers,
 }
 
-/// Bytes of the buffers of a table with so many entries.
-pub(in crate::renderer) fn table_bytes(entries: usize) -> [usize; 3] {
-    let before = (entries + 1) * size_of::<u32>();
-    [entries * size_of::<Float4>(), before, before]
-}
+impl<'t> TableSizes<'t> {
+    /// Of a transfer function of values over a volume.
+    pub fn new(transfer: &TransferFunction, description: &Description) -> Self {
+        Self { transfer: Cow::Owned(transfer.of_stored(description.rescale())), stored: description.stored() }
+    }
 
-/// Most bytes of the integrals of a table with so many entries; less where it is mostly opaque.
-pub(in crate::renderer) fn integrals_bytes(entries: usize) -> usize {
-    2 * (entries + 1) * size_of::<[i32; 4]>() + CELL_ENTRIES * size_of::<[i32; 4]>()
+    /// Of a classification of a field.
+    pub fn of(classification: &'t Classification, field: &Field) -> Self {
+        Self { transfer: Cow::Borrowed(&classification.transfer), stored: field.stored() }
+    }
+
+    /// Entries of the table for the values of a kernel's field.
+    pub fn entries(&self, kernel: Kernel) -> usize {
+        TransferTable::entry_count(&self.transfer, field_range(&self.stored, kernel))
+    }
+
+    /// Bytes of each buffer of a table of so many entries.
+    pub fn table(entries: usize) -> [(&'static str, usize); 3] {
+        let before = (entries + 1) * size_of::<u32>();
+        [(TABLE, entries * size_of::<Float4>()), (TABLE, before), (TABLE, before)]
+    }
+
+    /// The most bytes of the integrals of a table of so many entries; fewer where it is mostly opaque.
+    pub fn integrals(entries: usize) -> (&'static str, usize) {
+        (INTEGRALS, (2 * (entries + 1) + CELL_ENTRIES) * size_of::<[i32; 4]>())
+    }
+
+    /// Bytes of the table of slicing.
+    pub fn slicing() -> (&'static str, usize) {
+        (SLICING_TABLE, SLAB_VALUES * SLAB_VALUES * size_of::<Float4>())
+    }
 }
 
 /// Entries before the first node: extinctions by cells, and these cells' scale.
 const CELL_ENTRIES: usize = 2 * EXTINCTION_CELLS / 4 + 1;
 
-/// What [`Integrals`] have in `nodes`: behind the cells, how many there are per unit of value, and the place of 0 among them.
-fn for_kernels(table: &IntegralTable, offset: f64) -> Vec<[i32; 4]> {
+/// What [`Integrals`] have in `nodes`: behind the cells, how many there are per unit of value, the place of 0 among them, and
+/// whether values can lie beyond the nodes.
+fn for_kernels(table: &IntegralTable, offset: f64, cut: bool) -> Vec<[i32; 4]> {
     let bits = |four: &[f32; 4]| four.map(|c| c.to_bits() as i32);
     let cells = table.extinction_cells();
-    let scale = [cells.per_value, (offset - cells.first) * cells.per_value, 0.0, 0.0].map(|n| n as f32);
+    let scale = [cells.per_value, (offset - cells.first) * cells.per_value, f64::from(cut), 0.0].map(|n| n as f32);
     let fours = cells.at.as_chunks().0.iter().chain(cells.to_next.as_chunks().0).chain([&scale]);
     fours.map(bits).chain(table.nodes.iter().copied()).chain(table.at_nodes.iter().map(bits)).collect()
 }

@@ -1,7 +1,7 @@
 //! The numbers that kernels weight, in the layouts that layer axes need: voxels, or the B-spline's coefficients.
 
-use super::super::cache::Key;
-use super::{Prepared, local};
+use super::super::store::Key;
+use super::{Field, FieldKernels};
 use crate::device::launch::structs::VolumeView;
 use crate::device::launch::volume::{PrefilterColumnsArguments, PrefilterRowsArguments, TransposeArguments};
 use crate::device::launch::{Floats, VoxelBuffer};
@@ -32,8 +32,8 @@ impl Placement {
     }
 }
 
-/// What a kernel weights.
-#[derive(Clone, Copy, PartialEq)]
+/// The numbers that a kernel weights.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Weighted {
     Voxels,
     Coefficients,
@@ -43,6 +43,14 @@ impl Weighted {
     pub fn by(kernel: Kernel) -> Self {
         if kernel == Kernel::BSpline { Weighted::Coefficients } else { Weighted::Voxels }
     }
+
+    /// Their type, where voxels have the type `voxels`.
+    pub fn voxel_type(self, voxels: VoxelType) -> VoxelType {
+        match self {
+            Weighted::Voxels => voxels,
+            Weighted::Coefficients => VoxelType::Float32,
+        }
+    }
 }
 
 /// The layout of layer axis x.
@@ -51,94 +59,103 @@ struct Transposed(Weighted);
 
 impl Key for Transposed {
     type Value = VoxelBuffer;
-    const OF_VOXELS: bool = true;
 }
 
-/// The coefficients, in the upload's own layout.
+/// The coefficients, in the layout of the upload.
 #[derive(PartialEq)]
 struct Coefficients;
 
 impl Key for Coefficients {
     type Value = VoxelBuffer;
-    const OF_VOXELS: bool = true;
 }
 
-impl Prepared {
-    /// The voxels for a layer axis. Axes y and z read the upload; x has its own layout.
-    pub fn layout(&mut self, device: &Device, axis: Axis) -> Result<Layout, Error> {
-        self.layout_of(device, axis, Weighted::Voxels)
+impl Field {
+    /// The voxels for a layer axis. Axes y and z read the upload; x has a layout of its own.
+    pub fn layout(&self, kernels: &mut FieldKernels, device: &Device, axis: Axis) -> Result<Layout, Error> {
+        self.layout_of(kernels, device, axis, Weighted::Voxels)
     }
 
-    /// The same of what a kernel weights.
-    pub fn weighted(&mut self, device: &Device, axis: Axis, kernel: Kernel) -> Result<Layout, Error> {
-        self.layout_of(device, axis, Weighted::by(kernel))
+    /// The numbers that a kernel weights, for a layer axis.
+    pub fn weighted(&self, kernels: &mut FieldKernels, device: &Device, axis: Axis, kernel: Kernel) -> Result<Layout, Error> {
+        self.layout_of(kernels, device, axis, Weighted::by(kernel))
     }
 
-    fn layout_of(&mut self, device: &Device, axis: Axis, weighted: Weighted) -> Result<Layout, Error> {
+    fn layout_of(&self, kernels: &mut FieldKernels, device: &Device, axis: Axis, weighted: Weighted) -> Result<Layout, Error> {
         let placed = match weighted {
             Weighted::Voxels => self.placed,
-            Weighted::Coefficients => Placement::dense(self.held_dims),
+            Weighted::Coefficients => Placement::dense(self.held.dims),
         };
-        let [_, y, z] = self.held_dims.map(|n| n as i64);
+        let [_, y, z] = self.held.dims.map(|n| n as i64);
         let (first, stride, voxels) = match axis {
-            Axis::X => (0, [1, z, y * z], self.transposed(device, weighted, placed)?),
-            Axis::Y => (placed.first, [1, placed.slice, placed.row], self.upright(device, weighted)?),
-            Axis::Z => (placed.first, [1, placed.row, placed.slice], self.upright(device, weighted)?),
+            Axis::X => (0, [1, z, y * z], self.transposed(kernels, device, weighted, placed)?),
+            Axis::Y => (placed.first, [1, placed.slice, placed.row], self.upright(kernels, device, weighted)?),
+            Axis::Z => (placed.first, [1, placed.row, placed.slice], self.upright(kernels, device, weighted)?),
         };
         let (background, offset) = self.background();
+        let frame = axis.frame();
         Ok(Layout {
             voxels,
             view: VolumeView {
                 stride,
                 first,
-                dims: local(axis, self.grid.dims()).map(|n| n as i32),
+                dims: [frame.u, frame.v, frame.a].map(|i| self.grid.dims()[i] as i32),
                 background,
                 // Coefficients are made without it.
                 offset: if weighted == Weighted::Voxels { offset } else { 0.0 },
-                first_a: self.held_layers(axis).start as i32,
+                first_a: self.held.first[frame.a] as i32,
             },
         })
     }
 
-    /// In the upload's layout.
-    fn upright(&mut self, device: &Device, weighted: Weighted) -> Result<Arc<VoxelBuffer>, Error> {
+    /// In the layout of the upload.
+    fn upright(&self, kernels: &mut FieldKernels, device: &Device, weighted: Weighted) -> Result<Arc<VoxelBuffer>, Error> {
         match weighted {
             Weighted::Voxels => Ok(self.voxels.clone()),
-            Weighted::Coefficients => self.coefficients(device),
+            Weighted::Coefficients => self.coefficients(kernels, device),
         }
     }
 
-    fn transposed(&mut self, device: &Device, weighted: Weighted, placed: Placement) -> Result<Arc<VoxelBuffer>, Error> {
-        if let Some(kept) = self.cache.get(&Transposed(weighted)) {
+    fn transposed(
+        &self,
+        kernels: &mut FieldKernels,
+        device: &Device,
+        weighted: Weighted,
+        placed: Placement,
+    ) -> Result<Arc<VoxelBuffer>, Error> {
+        let (key, inputs) = (Transposed(weighted), self.inputs());
+        if let Some(kept) = self.store().get(device, &key, inputs)? {
             return Ok(kept);
         }
-        let voxels = &self.upright(device, weighted)?;
-        let [dims_x, dims_y, dims_z] = self.held_dims.map(|n| n as i32);
-        let count = self.held_dims.iter().product();
-        let transposed = match self.cache.take_stale(&Transposed(weighted)) {
-            Some(stale) => stale,
+        let voxels = &self.upright(kernels, device, weighted)?;
+        let [dims_x, dims_y, dims_z] = self.held.dims.map(|n| n as i32);
+        let count = self.held.count();
+        let reused = self.store().reuse(device, &key, inputs, count * voxels.voxel_type().bytes());
+        let transposed = match reused {
+            Some(reused) => reused,
             None => Arc::new(VoxelBuffer::like(device, count, voxels, "the layout of layer axis x")?),
         };
         let Placement { first, row: pitch_y, slice: pitch_z } = placed;
         let arguments = TransposeArguments { voxels, first, pitch_y, pitch_z, dims_x, dims_y, dims_z, transposed: &transposed };
-        self.launchers.transpose.launch(device, voxels.voxel_type(), &arguments)?;
-        Ok(self.cache.keep(Transposed(weighted), transposed))
+        kernels.transpose.launch(device, voxels.kind(), &arguments)?;
+        Ok(self.store().keep(key, inputs, device.produced()?, transposed))
     }
 
     /// The B-spline's coefficients of the voxels that are held, less the offset: a prefilter along each axis, once per volume.
-    fn coefficients(&mut self, device: &Device) -> Result<Arc<VoxelBuffer>, Error> {
-        if let Some(kept) = self.cache.get(&Coefficients) {
+    fn coefficients(&self, kernels: &mut FieldKernels, device: &Device) -> Result<Arc<VoxelBuffer>, Error> {
+        let (key, inputs) = (Coefficients, self.inputs());
+        if let Some(kept) = self.store().get(device, &key, inputs)? {
             return Ok(kept);
         }
-        let [x, y, z] = self.held_dims;
-        let coefficients = match self.cache.take_stale(&Coefficients) {
-            Some(stale) => stale,
+        let [x, y, z] = self.held.dims;
+        let reused = self.store().reuse(device, &key, inputs, x * y * z * VoxelType::Float32.bytes());
+        let coefficients = match reused {
+            Some(reused) => reused,
             None => Arc::new(VoxelBuffer::new(device, x * y * z, VoxelType::Float32, "the coefficients of the B-spline")?),
         };
         let taps = Buffer::from_slice(device, &prefilter().map(|tap| tap as f32), "the prefilter")?;
         let whole = self.grid.dims().map(|n| n as i32);
-        let (first, held) = (self.held_first.map(|n| n as i32), self.held_dims.map(|n| n as i32));
-        let upload = self.layout(device, Axis::Z)?;
+        let (first, held) = (self.held.first.map(|n| n as i32), self.held.dims.map(|n| n as i32));
+        let upload = self.layout(kernels, device, Axis::Z)?;
         let rows = PrefilterRowsArguments {
             voxels: &upload.voxels,
             view: upload.view,
@@ -150,7 +167,7 @@ impl Prepared {
             rows: (y * z) as i32,
             coefficients: Floats(&coefficients),
         };
-        self.launchers.prefilter_rows.launch(device, upload.voxels.kind(), &rows)?;
+        kernels.prefilter_rows.launch(device, upload.voxels.kind(), &rows)?;
         let strides = [1, x as u64, (x * y) as u64];
         for (axis, across) in [(1, 2), (2, 1)] {
             let columns = PrefilterColumnsArguments {
@@ -165,8 +182,8 @@ impl Prepared {
                 lines: held[across],
                 line_stride: strides[across],
             };
-            self.launchers.prefilter_columns.launch(device, (), &columns)?;
+            kernels.prefilter_columns.launch(device, (), &columns)?;
         }
-        Ok(self.cache.keep(Coefficients, coefficients))
+        Ok(self.store().keep(key, inputs, device.produced()?, coefficients))
     }
 }

@@ -1,7 +1,6 @@
 //! Volumes in memory of the caller's own on the device.
 
-use super::UploadedVolume;
-use super::prepared::Placement;
+use super::{Field, Placement, UploadedVolume};
 use crate::device::launch::structs::VolumeView;
 use crate::device::launch::volume::{ValueRange, ValueRangeArguments};
 use crate::device::launch::{Launcher, VoxelBuffer};
@@ -9,7 +8,6 @@ use crate::device::{Buffer, Device, DeviceMemory, MemoryKind};
 use crate::error::Error;
 use crate::volume::{Description, Grid, VoxelBox, VoxelType};
 use opencl3::event::Event;
-use std::sync::Arc;
 
 /// Parts in which the range of voxels is looked for: enough for the threads of any device.
 const PARTS: usize = 1024;
@@ -103,7 +101,9 @@ impl DeviceVoxels {
         let (lo, hi) = (lo.into_iter().fold(f32::INFINITY, f32::min), hi.into_iter().fold(f32::NEG_INFINITY, f32::max));
         let range = if lo <= hi { (f64::from(lo), f64::from(hi)) } else { (0.0, 0.0) };
         let description = Description::new(name, grid, self.voxel_type, range)?;
-        Ok(if odd.iter().any(|&n| n > 0) { description.with_invalid_voxels() } else { description })
+        let invalid = odd.into_iter().map(u64::from).sum();
+        description.warn_of_values(invalid);
+        Ok(if invalid > 0 { description.with_invalid_voxels() } else { description })
     }
 
     /// The buffer, and where the voxels of a grid lie in it.
@@ -140,7 +140,7 @@ impl UploadedVolume {
     /// A volume whose voxels stay where the caller has them, in a buffer of the device's context, which is retained.
     ///
     /// They may change from frame to frame, in the order of the queue and its events, if every renderer is told so
-    /// ([`volume_changed`](super::Renderer::volume_changed)). The range of the description is a promise: values beyond it show as its ends
+    /// ([`volume_changed`](crate::Renderer::volume_changed)). The range of the description is a promise: values beyond it show as its ends
     /// do. Floats that are NaN, infinite or beyond ±1e30 count as the background.
     ///
     /// # Errors
@@ -149,7 +149,7 @@ impl UploadedVolume {
         Self::part_in_place(device, description, VoxelBox::whole(description.grid().dims()), voxels)
     }
 
-    /// The same of a box of the volume that is described, for a [`PartRenderer`](super::PartRenderer).
+    /// The same of a box of the volume that is described, for a [`PartRenderer`](crate::renderer::PartRenderer).
     pub fn part_in_place(
         device: &Device,
         description: &Description,
@@ -160,15 +160,14 @@ impl UploadedVolume {
             let problem = format!("holds {}, and the description says {}", voxels.voxel_type, description.voxel_type());
             return Err(Error::Memory { what: WHAT, problem });
         }
-        let (all, VoxelBox { first, dims }) = (VoxelBox::whole(description.grid().dims()), part);
+        let all = VoxelBox::whole(description.grid().dims());
         if part.count() == 0 || !all.holds(&part) {
             return Err(Error::Memory {
                 what: WHAT,
                 problem: format!("has {part:?}, which is no part of {:?} voxels", all.dims),
             });
         }
-        let (voxels, placed) = voxels.placed(device, dims)?;
-        let (device, description) = (device.clone(), description.clone());
-        Ok(Self { device, description, first, dims, voxels: Arc::new(voxels), placed, promised: true })
+        let (voxels, placed) = voxels.placed(device, part.dims)?;
+        Ok(Self { device: device.clone(), field: Field::new(description, part, voxels, placed, true) })
     }
 }

@@ -1,0 +1,155 @@
+//! Arguments as Python gives them: what cannot be used is refused by its name, with its value and what is accepted.
+
+use crate::errors::{Failure, Refusal, Result};
+use pyo3::conversion::FromPyObjectOwned;
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyString;
+use pyo3::{Borrowed, PyClass};
+use std::convert::Infallible;
+use std::path::PathBuf;
+
+/// An argument that is not looked at yet: `given!` does that, which knows its name.
+pub enum Given<'py, T> {
+    Object(Bound<'py, PyAny>),
+    Default(T),
+}
+
+impl<'a, 'py, T> FromPyObject<'a, 'py> for Given<'py, T> {
+    type Error = Infallible;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> std::result::Result<Self, Infallible> {
+        Ok(Given::Object(object.to_owned()))
+    }
+}
+
+/// A type of arguments, and what it accepts, as messages say it after "expected".
+pub trait Accepted<'py>: FromPyObjectOwned<'py> {
+    fn accepted() -> String;
+}
+
+/// An argument whose name is known.
+pub trait Named {
+    type Value;
+
+    /// The value.
+    ///
+    /// # Errors
+    /// `InvalidType` where it is of another type; `InvalidValue` where a number or a count is out of range.
+    fn named(self, name: &'static str) -> Result<Self::Value>;
+}
+
+impl<'py, T: Accepted<'py>> Named for Given<'py, T> {
+    type Value = T;
+
+    fn named(self, name: &'static str) -> Result<T> {
+        match self {
+            Given::Object(object) => extracted(name, &object),
+            Given::Default(value) => Ok(value),
+        }
+    }
+}
+
+impl<T: Named> Named for Option<T> {
+    type Value = Option<T::Value>;
+
+    fn named(self, name: &'static str) -> Result<Option<T::Value>> {
+        self.map(|given| given.named(name)).transpose()
+    }
+}
+
+/// Replaces arguments by their values.
+macro_rules! given {
+    ($($name:ident),+ $(,)?) => {
+        $(let $name = $crate::given::Named::named($name, stringify!($name))?;)+
+    };
+}
+pub(crate) use given;
+
+/// The value of an object that was given for an argument, or for part of one.
+pub fn extracted<'py, T: Accepted<'py>>(name: &'static str, object: &Bound<'py, PyAny>) -> Result<T> {
+    object.extract::<T>().map_err(|error| refused(name, object, error.into(), &T::accepted()))
+}
+
+/// Why an object is not accepted.
+pub fn refused(name: &'static str, object: &Bound<PyAny>, error: PyErr, accepted: &str) -> Failure {
+    let py = object.py();
+    let class = if error.is_instance_of::<PyTypeError>(py) {
+        Refusal::Type
+    } else if error.is_instance_of::<PyOverflowError>(py) || error.is_instance_of::<PyValueError>(py) {
+        Refusal::Value
+    } else {
+        // What the object's own code raises.
+        return error.into();
+    };
+    match shown(object) {
+        Ok(value) => Failure::Refused { class, message: format!("{name} is {value}: expected {accepted}"), field: name },
+        Err(error) => error.into(),
+    }
+}
+
+/// A value as Python writes it, not at length, and its type where that is not seen by it.
+fn shown(object: &Bound<PyAny>) -> PyResult<String> {
+    let value: String = object.py().import("reprlib")?.call_method1("repr", (object,))?.extract()?;
+    if object.is_none() {
+        return Ok(value);
+    }
+    Ok(format!("{value} ({})", object.get_type().name()?))
+}
+
+/// One of two types. Where neither fits, the error is that of the second for sequences, and of the first for others.
+pub fn either<'a, 'py, A, B, T>(
+    object: Borrowed<'a, 'py, PyAny>,
+    first: impl FnOnce(A) -> T,
+    second: impl FnOnce(B) -> T,
+) -> PyResult<T>
+where
+    A: FromPyObject<'a, 'py>,
+    B: FromPyObject<'a, 'py>,
+{
+    let error = match object.extract::<A>() {
+        Ok(value) => return Ok(first(value)),
+        Err(error) => error.into(),
+    };
+    match object.extract::<B>() {
+        Ok(value) => Ok(second(value)),
+        Err(other) if object.hasattr("__len__")? && !object.is_instance_of::<PyString>() => Err(other.into()),
+        Err(_) => Err(error),
+    }
+}
+
+macro_rules! accepted {
+    ($($type:ty: $words:literal;)+) => {
+        $(impl<'py> $crate::given::Accepted<'py> for $type {
+            fn accepted() -> String {
+                $words.into()
+            }
+        })+
+    };
+}
+pub(crate) use accepted;
+
+accepted! {
+    bool: "True or False";
+    f64: "a number";
+    u32: "a whole number from 0 on";
+    u64: "a whole number from 0 on";
+    usize: "a whole number from 0 on";
+    String: "a string";
+    PathBuf: "a path, a string or an object of pathlib";
+    (f64, f64): "two numbers";
+    (usize, usize): "two whole numbers from 0 on";
+    [usize; 3]: "three whole numbers from 0 on";
+    [f64; 3]: "three numbers, (x, y, z)";
+    [[f64; 3]; 2]: "two points, ((x, y, z), (x, y, z))";
+    Vec<[[f64; 3]; 2]>: "a list of (point, normal), each of them (x, y, z)";
+    Vec<(f64, f64)>: "a list of pairs of numbers";
+    Vec<(f64, [f64; 3])>: "a list of (value, (red, green, blue))";
+    Vec<Bound<'py, PyAny>>: "a list";
+}
+
+impl<'py, T: PyClass> Accepted<'py> for Bound<'py, T> {
+    fn accepted() -> String {
+        format!("a layersplat.{}", T::NAME)
+    }
+}

@@ -1,0 +1,69 @@
+//! The library's warnings, which it logs, as Python warnings.
+
+use crate::calls::detached;
+use crate::errors::Result;
+use pyo3::prelude::*;
+use std::fmt::Debug;
+use std::sync::{Arc, Mutex, PoisonError};
+use tracing::field::{Field, Visit};
+use tracing::level_filters::LevelFilter;
+use tracing::span::{Attributes, Id, Record};
+use tracing::{Dispatch, Event, Level, Metadata, Subscriber, dispatcher};
+
+/// Does something with the interpreter's lock released. Returns with its value what the library warned of on this thread.
+pub fn warned<T: Send>(py: Python, work: impl FnOnce() -> Result<T> + Send) -> Result<(T, Vec<String>)> {
+    let collected = Arc::new(Collected::default());
+    let dispatch = Dispatch::new(collected.clone());
+    let value = detached(py, || dispatcher::with_default(&dispatch, work))?;
+    let warnings = std::mem::take(&mut *collected.0.lock().unwrap_or_else(PoisonError::into_inner));
+    Ok((value, warnings))
+}
+
+/// Passes warnings on, as of the line of Python that made the call.
+///
+/// # Errors
+/// The warning, where Python makes errors of warnings.
+pub fn warn(py: Python, warnings: Vec<String>) -> Result<()> {
+    let checks = py.import("layersplat._checks")?;
+    for text in warnings {
+        checks.call_method1("warn", (text,))?;
+    }
+    Ok(())
+}
+
+/// Messages of warnings.
+#[derive(Default)]
+struct Collected(Mutex<Vec<String>>);
+
+impl Subscriber for Collected {
+    fn enabled(&self, metadata: &Metadata) -> bool {
+        *metadata.level() <= Level::WARN
+    }
+
+    fn max_level_hint(&self) -> Option<LevelFilter> {
+        Some(LevelFilter::WARN)
+    }
+
+    fn event(&self, event: &Event) {
+        event.record(&mut Message(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner)));
+    }
+
+    fn new_span(&self, _: &Attributes) -> Id {
+        Id::from_u64(1)
+    }
+
+    fn record(&self, _: &Id, _: &Record) {}
+    fn record_follows_from(&self, _: &Id, _: &Id) {}
+    fn enter(&self, _: &Id) {}
+    fn exit(&self, _: &Id) {}
+}
+
+struct Message<'a>(&'a mut Vec<String>);
+
+impl Visit for Message<'_> {
+    fn record_debug(&mut self, field: &Field, value: &dyn Debug) {
+        if field.name() == "message" {
+            self.0.push(format!("{value:?}"));
+        }
+    }
+}

@@ -1,0 +1,165 @@
+"""Ctrl-C during a long call, in processes of their own."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+SLOW = 2.5
+"""Seconds of a frame that is long enough to see that it ended early."""
+PROMPT = 1.0
+"""Seconds from SIGINT to KeyboardInterrupt: the binding looks for signals every 50 ms, and the machine may be busy."""
+
+SCENE = """
+import os, signal, sys, threading, time
+import numpy as np, pyopencl as cl
+import layersplat
+from host import SIZE, Host
+
+host = Host()
+array = np.arange(20 * 24 * 28, dtype=np.uint32).astype(np.uint8).reshape(20, 24, 28)
+transfer = layersplat.TransferFunction.builtin("fire", (0, 255))
+renderer = layersplat.Renderer(array, transfer, queue=host.queue)
+camera = renderer.camera(SIZE)
+buffer = host.room((60, 72, 4), np.uint8)
+expected = renderer.render(camera, SIZE)
+renderer.prepare(camera, SIZE)
+
+# Nothing on the queue runs before the promise is kept.
+promise = cl.UserEvent(host.context)
+cl.enqueue_barrier(host.queue, wait_for=[promise])
+sent = []
+def interrupt():
+    sent.append(time.perf_counter())
+    os.kill(os.getpid(), signal.SIGINT)
+"""
+
+HELD = SCENE + """
+calls = {
+    "render": lambda: renderer.render(camera, SIZE),
+    "render_float": lambda: renderer.render_float(camera, SIZE),
+    "depths": lambda: renderer.depths(camera, SIZE),
+    "wait": lambda: renderer.enqueue(camera, SIZE, buffer).wait(),
+}
+threading.Timer(0.5, interrupt).start()
+try:
+    calls[sys.argv[1]]()
+    print("no exception")
+except KeyboardInterrupt:
+    print("interrupted after", time.perf_counter() - sent[0])
+promise.set_status(cl.command_execution_status.COMPLETE)
+again = renderer.render(camera, SIZE)
+assert np.array_equal(again, expected), "the next frame is whole"
+"""
+
+OTHER = SCENE + """
+found = []
+other = threading.Thread(target=lambda: found.append(renderer.render(camera, SIZE)))
+other.start()
+time.sleep(0.3)
+threading.Timer(0.3, interrupt).start()
+try:
+    renderer.render(camera, SIZE)
+except KeyboardInterrupt:
+    assert not found
+    print("interrupted")
+promise.set_status(cl.command_execution_status.COMPLETE)
+other.join()
+assert np.array_equal(found[0], expected)
+print("whole")
+"""
+
+
+def run(program, *arguments, **options):
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([os.path.dirname(__file__), os.environ.get("PYTHONPATH", "")])}
+    command = [sys.executable, "-c", program, *arguments]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, **options)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends SIGINT")
+@pytest.mark.parametrize("call", ["render", "render_float", "depths", "wait"])
+def test_ctrl_c_ends_a_call_that_would_never_end(call):
+    done = run(HELD, call)
+    assert done.returncode == 0, done.stderr
+    words = done.stdout.split()
+    assert words[:2] == ["interrupted", "after"] and float(words[2]) < PROMPT, done.stdout
+
+
+FRAME = """
+import os, signal, sys, threading, time
+import numpy as np
+import layersplat
+
+z, y, x = np.mgrid[-1:1:96j, -1:1:96j, -1:1:96j]
+array = np.exp(-3 * (x**2 + y**2 + z**2)).astype(np.float32)
+transfer = layersplat.TransferFunction([(0, (1, 1, 1))], [(0, 0.001), (1, 0.001)])
+renderer = layersplat.Renderer(array, transfer)
+size = int(sys.argv[1])
+camera = renderer.camera(size, azimuth=30)
+settings = layersplat.Settings("high", early_termination=False)
+renderer.prepare(camera, size, settings)
+renderer.render(renderer.camera(9, azimuth=30), 9, settings)
+"""
+
+WHOLE = FRAME + """
+began = time.perf_counter()
+renderer.render(camera, size, settings)
+print(time.perf_counter() - began)
+"""
+
+INTERRUPTED = FRAME + """
+def interrupt():
+    os.kill(os.getpid(), signal.SIGINT)
+threading.Timer(0.3, interrupt).start()
+began = time.perf_counter()
+try:
+    renderer.render(camera, size, settings)
+finally:
+    print(time.perf_counter() - began, flush=True)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends SIGINT")
+def test_ctrl_c_ends_a_slow_frame_and_the_program():
+    for side in (1500, 3000, 6000, 12000):
+        whole = float(run(WHOLE, str(side)).stdout)
+        if whole > SLOW:
+            break
+    assert whole > SLOW, "the machine is too fast for this test"
+    done = run(INTERRUPTED, str(side))
+    assert float(done.stdout) < 0.3 + PROMPT < whole
+    # Unhandled, it ends the program as Python does that, without a fault of a driver that unloads under a kernel.
+    assert done.returncode == -signal.SIGINT and done.stderr.rstrip().endswith("KeyboardInterrupt"), done.stderr
+
+
+HANDLED = """
+import os, signal, threading
+import numpy as np
+import layersplat
+
+renderer = layersplat.Renderer(np.arange(27000, dtype=np.float32).reshape(30, 30, 30))
+camera, seen = renderer.camera(64), []
+expected = renderer.render(camera, 64)
+signal.signal(signal.SIGINT, lambda *_: seen.append(renderer.render(camera, 64)))
+timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
+timer.start()
+while not seen:
+    assert np.array_equal(renderer.render(camera, 64), expected)
+assert np.array_equal(seen[0], expected)
+print("handled")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends SIGINT")
+def test_a_handler_that_does_not_raise_lets_the_frame_go_on():
+    done = run(HANDLED)
+    assert done.stdout.split() == ["handled"], done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends SIGINT")
+def test_a_frame_of_another_thread_goes_on():
+    """The main thread waits for the renderer, which another thread uses: only its own call ends."""
+    done = run(OTHER)
+    assert done.stdout.split() == ["interrupted", "whole"], done.stderr

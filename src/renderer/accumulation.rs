@@ -1,0 +1,134 @@
+//! Accumulation: the mean of frames whose rays lie at different places in their pixels.
+
+use super::report::FrameReport;
+use super::{Planned, Renderer};
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::image::Frame;
+use crate::memory;
+use crate::settings::Settings;
+use crate::viewport::Viewport;
+
+/// The mean of the frames of one view so far, each with its rays moved within their pixels. A picture at rest becomes better with each
+/// frame: 16 frames have the rays of a picture that is supersampled 4 × 4.
+///
+/// All frames must have the same camera and settings: begin another accumulation where either changes.
+///
+/// ```
+/// use layersplat::renderer::Accumulation;
+/// use layersplat::{Renderer, Settings};
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// let mut renderer = Renderer::new(&device, &volume, &transfer)?;
+/// let mut picture = Accumulation::new(viewport)?;
+/// while picture.frames() < Accumulation::FRAMES {
+///     renderer.accumulate(&camera, &Settings::default(), &mut picture)?;
+/// }
+/// assert_eq!(picture.mean()?.width(), 32);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Accumulation {
+    viewport: Viewport,
+    /// Premultiplied RGBA, row by row.
+    sums: Vec<[f64; 4]>,
+    frames: u32,
+}
+
+/// Places per pixel and axis.
+const GRID: u32 = 4;
+
+impl Accumulation {
+    /// Frames after which all places within a pixel have had their ray. Later frames repeat them.
+    pub const FRAMES: u32 = GRID * GRID;
+
+    /// No frame yet.
+    ///
+    /// # Errors
+    /// A picture that does not fit into the memory of the host.
+    pub fn new(viewport: Viewport) -> Result<Self, Error> {
+        Ok(Self { viewport, sums: memory::zeroed("the accumulated picture", viewport.pixels())?, frames: 0 })
+    }
+
+    /// Frames so far.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    /// The picture so far: premultiplied floats, without a background. Transparent before the first frame.
+    ///
+    /// # Errors
+    /// A picture that does not fit into the memory of the host.
+    pub fn mean(&self) -> Result<Frame, Error> {
+        let mut pixels: Vec<[f32; 4]> = memory::zeroed("the accumulated picture", self.sums.len())?;
+        let count = f64::from(self.frames.max(1));
+        for (pixel, sum) in pixels.iter_mut().zip(&self.sums) {
+            *pixel = sum.map(|channel| (channel / count) as f32);
+        }
+        Ok(Frame::new(self.viewport, pixels))
+    }
+
+    fn add(&mut self, frame: &Frame) {
+        for (sum, pixel) in self.sums.iter_mut().zip(frame.pixels()) {
+            (0..4).for_each(|channel| sum[channel] += f64::from(pixel[channel]));
+        }
+        self.frames += 1;
+    }
+}
+
+/// Where the rays of a frame lie, in pixels from the middle of theirs. The 16 places of a 4 × 4 grid come in an order in which any first
+/// few are spread over the pixel: the first of two bits of `n` chooses the column's half, the other the row's, and so on.
+fn offset(n: u32) -> [f64; 2] {
+    let n = n % Accumulation::FRAMES;
+    let bit = |i: u32| (n >> i) & 1;
+    // Rows follow columns by an exclusive or, so that two frames lie on a diagonal.
+    let (column, row) = (2 * bit(0) + bit(2), 2 * (bit(0) ^ bit(1)) + (bit(2) ^ bit(3)));
+    [column, row].map(|place| (f64::from(place) + 0.5) / f64::from(GRID) - 0.5)
+}
+
+impl Renderer {
+    /// Renders the next frame of an accumulation, and adds it.
+    ///
+    /// # Errors
+    /// Those of [`render`](Self::render). The accumulation then is as before.
+    pub fn accumulate(
+        &mut self,
+        camera: &Camera,
+        settings: &Settings,
+        accumulation: &mut Accumulation,
+    ) -> Result<FrameReport, Error> {
+        let planned = self.planned_at(camera, accumulation.viewport, settings, offset(accumulation.frames))?;
+        let (frame, report) = self.render_planned(&planned)?;
+        accumulation.add(&frame);
+        Ok(report)
+    }
+
+    /// A view whose rays are moved by so many pixels.
+    fn planned_at(&self, camera: &Camera, viewport: Viewport, settings: &Settings, pixels: [f64; 2]) -> Result<Planned, Error> {
+        let field = &self.engine.field;
+        let (rays, settings) = field.world().seen(field.grid(), camera, viewport, settings)?;
+        Planned::new(rays.moved(pixels), viewport, settings, field.grid())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_place_has_its_ray_and_the_first_are_spread() {
+        let places = |n: u32| (0..n).map(offset).map(|[x, y]| [x, y].map(|p| (p * 8.0) as i32)).collect::<BTreeSet<_>>();
+        assert_eq!(places(Accumulation::FRAMES).len(), Accumulation::FRAMES as usize);
+        assert_eq!(offset(0), offset(Accumulation::FRAMES));
+        let quarters = |n: u32| (0..n).map(|n| offset(n).map(|p| p > 0.0)).collect::<BTreeSet<_>>();
+        assert_eq!(quarters(4).len(), 4, "the first four lie in different quarters of the pixel");
+        let sum = (0..Accumulation::FRAMES).map(offset).fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
+        assert!(sum.iter().all(|s: &f64| s.abs() < 1e-12), "the mean place is the middle: {sum:?}");
+    }
+}

@@ -1,0 +1,66 @@
+//! How large the buffers are that are made from a field: the field's own code and the declarations of frames ask here.
+
+use super::layouts::Weighted;
+use crate::device::launch::volume::BlockNumbers;
+use crate::layers::{Axis, Kernel, PREFILTER_RADIUS};
+use crate::volume::{Description, VoxelType};
+
+/// Voxels on a device: their type, and how many along x, y, z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::renderer) struct FieldShape {
+    pub voxel_type: VoxelType,
+    pub dims: [usize; 3],
+}
+
+impl FieldShape {
+    /// `dims` voxels of a volume.
+    pub fn new(description: &Description, dims: [usize; 3]) -> Self {
+        Self { voxel_type: description.voxel_type(), dims }
+    }
+
+    /// Number of voxels.
+    pub fn count(&self) -> usize {
+        self.dims.iter().product()
+    }
+
+    /// Bytes of the voxels.
+    pub fn voxel_bytes(&self) -> usize {
+        self.count() * self.voxel_type.bytes()
+    }
+
+    /// The type of what a kernel weights.
+    fn weighted(&self, kernel: Kernel) -> VoxelType {
+        Weighted::by(kernel).voxel_type(self.voxel_type)
+    }
+
+    /// Bytes of each buffer that a kernel needs besides the voxels for views along an axis.
+    pub fn layouts(&self, axis: Axis, kernel: Kernel) -> Vec<(&'static str, usize)> {
+        let weighted = self.count() * self.weighted(kernel).bytes();
+        let mut buffers = Vec::new();
+        if Weighted::by(kernel) == Weighted::Coefficients {
+            buffers.push(("the coefficients of the B-spline", weighted));
+            buffers.push(("the prefilter", (PREFILTER_RADIUS + 1) * size_of::<f32>()));
+        }
+        if axis == Axis::X {
+            buffers.push(("the layout of layer axis x", weighted));
+        }
+        buffers
+    }
+
+    /// The blocks of a layer axis.
+    pub fn blocks(&self, axis: Axis) -> BlockNumbers {
+        let frame = axis.frame();
+        BlockNumbers::of([frame.u, frame.v, frame.a].map(|i| self.dims[i]))
+    }
+
+    /// Bytes of the min-max blocks of a layer axis, and of each buffer of their visibility.
+    pub fn visibility(&self, axis: Axis, kernel: Kernel) -> Vec<(&'static str, usize)> {
+        let (numbers, radius) = (self.blocks(axis), kernel.radius());
+        vec![
+            ("the min-max blocks", numbers.limits() * self.weighted(kernel).bytes()),
+            ("the visibility of blocks", numbers.slab_bytes(radius)),
+            ("the visible slabs", 2 * size_of::<i32>()),
+            ("the visible slabs", numbers.chunks(radius)),
+        ]
+    }
+}

@@ -1,0 +1,65 @@
+//! Voxels on a device, for any number of renderers.
+
+use super::{Field, Placement};
+use crate::device::Device;
+use crate::device::launch::VoxelBuffer;
+use crate::error::Error;
+use crate::volume::{Description, Held, Volume, VolumePart, VoxelBox};
+
+/// The voxels of a volume, or of a part of one, on a device: uploaded, or in memory of the caller
+/// ([`in_place`](Self::in_place)). Cheap to clone. Clones, and all renderers made from it, share the voxels and everything that is made
+/// from them alone: the layout of layer axis x, the coefficients of the B-spline, the min-max blocks.
+///
+/// ```
+/// use layersplat::renderer::UploadedVolume;
+/// use layersplat::Renderer;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// // Two transfer functions for voxels that are on the device once.
+/// let uploaded = UploadedVolume::new(&device, &volume)?;
+/// let renderers = [Renderer::of(&uploaded, &transfer)?, Renderer::of(&uploaded, &transfer.faded(0.5)?)?];
+/// assert_eq!(renderers[0].grid(), renderers[1].grid());
+/// # Ok::<(), layersplat::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct UploadedVolume {
+    pub(in crate::renderer) device: Device,
+    pub(in crate::renderer) field: Field,
+}
+
+impl UploadedVolume {
+    /// Uploads a volume.
+    pub fn new(device: &Device, volume: &Volume) -> Result<Self, Error> {
+        let held = &volume.held();
+        Self::with_room(device, held, held.dims().iter().product())
+    }
+
+    /// Uploads a part of a volume, for [`PartRenderer::of`](crate::renderer::PartRenderer::of).
+    pub fn part(device: &Device, part: &VolumePart) -> Result<Self, Error> {
+        let held = &part.held();
+        Self::with_room(device, held, held.dims().iter().product())
+    }
+
+    /// The same in a buffer with room for so many voxels: parts to come.
+    pub(in crate::renderer) fn with_room(device: &Device, held: &Held, room: usize) -> Result<Self, Error> {
+        let voxels = VoxelBuffer::upload_with_room(device, held, room)?;
+        let held_box = VoxelBox { first: held.first, dims: held.dims() };
+        let field = Field::new(held.description, held_box, voxels, Placement::dense(held_box.dims), false);
+        Ok(Self { device: device.clone(), field })
+    }
+
+    /// What is known of the whole volume.
+    pub fn description(&self) -> &Description {
+        self.field.description()
+    }
+
+    /// Whether all voxels are held.
+    pub fn is_whole(&self) -> bool {
+        self.field.held().dims == self.description().grid().dims()
+    }
+}

@@ -1,0 +1,134 @@
+//! What a frame does on the device, in order, and what each step needs.
+
+use super::super::layered::{points, splats};
+use super::super::picture::{Share, declare_displayed, declare_floats};
+use super::super::plan::Plan;
+use super::super::range::LayerRange;
+use super::super::rays::{self, Gathers};
+use super::super::sheets;
+use super::declaring::Declaring;
+use super::resources::Resources;
+use crate::image::Background;
+use crate::layers::Lattice;
+use crate::settings::{Classification, Layered};
+use crate::volume::VoxelBox;
+
+/// A step of a frame.
+#[derive(Clone)]
+pub(in crate::renderer) enum Step<'a> {
+    /// Puts the voxels of a box in place of those before, in a buffer with room for so many.
+    Hold { voxels: VoxelBox, room: usize },
+    /// Puts raw samples where layers go on.
+    Continue(&'a [[f32; 4]]),
+    /// Composites layers of a lattice.
+    Layers { lattice: &'a Lattice, layered: Layered, range: LayerRange },
+    /// Draws on the screen, without a lattice.
+    Screen(&'a Plan, Gathers),
+    /// Warps the lattice into the picture in floats, with its share.
+    Warp { lattice: &'a Lattice, share: Share },
+    /// Warps the lattice straight into the displayed picture.
+    WarpDisplayed { lattice: &'a Lattice, background: Background },
+    /// Displays the picture in floats.
+    Present(Background),
+}
+
+/// What a frame delivers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::renderer) enum Output {
+    /// The samples of the lattice, before the warp; of several lattices those of the first one.
+    Samples,
+    /// A picture in premultiplied floats.
+    Floats,
+    /// A picture of 8 bits over a background.
+    Rgba8(Background),
+}
+
+/// Steps that share their buffers.
+#[derive(Clone, Default)]
+pub(in crate::renderer) struct Stage<'a> {
+    pub steps: Steps<'a>,
+    pub resources: Resources,
+}
+
+/// The steps of a stage.
+pub(in crate::renderer) type Steps<'a> = Vec<Step<'a>>;
+
+impl<'a> Stage<'a> {
+    /// Draws a plan with all voxels on the device. With `bound` the picture goes to memory of the caller.
+    pub fn of_plan(plan: &'a Plan, output: Output, bound: bool, declaring: &Declaring) -> Self {
+        Self::new(steps(plan, output), bound, declaring)
+    }
+
+    /// Any steps.
+    pub fn new(steps: Steps<'a>, bound: bool, declaring: &Declaring) -> Self {
+        let mut resources = Resources::default();
+        resources.field(&declaring.shape);
+        steps.iter().for_each(|step| step.declare(declaring, bound, &mut resources));
+        Self { steps, resources }
+    }
+}
+
+fn steps(plan: &Plan, output: Output) -> Steps<'_> {
+    let layers = |lattice, layered| Step::Layers { lattice, layered, range: LayerRange::whole(lattice) };
+    match (plan, output) {
+        (Plan::Lattice(lattice, layered), Output::Samples) => vec![layers(lattice, *layered)],
+        (Plan::Lattice(lattice, layered), Output::Floats) => {
+            vec![layers(lattice, *layered), Step::Warp { lattice, share: Share::WHOLE }]
+        }
+        (Plan::Lattice(lattice, layered), Output::Rgba8(background)) => {
+            vec![layers(lattice, *layered), Step::WarpDisplayed { lattice, background }]
+        }
+        (Plan::Shared(parts, layered), Output::Samples) => vec![layers(&parts[0].0, *layered)],
+        (Plan::Shared(parts, layered), output) => {
+            let mut steps = Vec::new();
+            for (n, (lattice, share)) in parts.iter().enumerate() {
+                let share = Share { share: *share, added: n > 0 };
+                steps.extend([layers(lattice, *layered), Step::Warp { lattice, share }]);
+            }
+            displayed(steps, output)
+        }
+        (plan, output) => displayed(vec![Step::Screen(plan, Gathers::Colors)], output),
+    }
+}
+
+/// Steps that end in a picture in floats, and what displays it.
+fn displayed(mut steps: Steps<'_>, output: Output) -> Steps<'_> {
+    if let Output::Rgba8(background) = output {
+        steps.push(Step::Present(background));
+    }
+    steps
+}
+
+impl Step<'_> {
+    /// Declares what this step needs. With `bound` the finished picture goes to memory of the caller.
+    fn declare(&self, declaring: &Declaring, bound: bool, resources: &mut Resources) {
+        match self {
+            Step::Hold { .. } | Step::Continue(_) => {}
+            Step::Layers { lattice, layered, .. } => match layered.classification {
+                Classification::Preintegrated { kernel, .. } => points::declare_lattice(declaring, lattice, kernel, resources),
+                Classification::Post(correction) => splats::declare_lattice(declaring, lattice, correction, resources),
+            },
+            Step::Screen(plan, _) => declare_screen(plan, declaring, resources),
+            Step::Warp { .. } if !bound => declare_floats(declaring.viewport, resources),
+            Step::WarpDisplayed { .. } | Step::Present(_) if !bound => declare_displayed(declaring.viewport, resources),
+            Step::Warp { .. } | Step::WarpDisplayed { .. } | Step::Present(_) => {}
+        }
+    }
+}
+
+fn declare_screen(plan: &Plan, declaring: &Declaring, resources: &mut Resources) {
+    match plan {
+        Plan::Direct(axis, layered) => match layered.classification {
+            Classification::Preintegrated { kernel, .. } => points::declare_pixels(declaring, *axis, kernel, resources),
+            Classification::Post(correction) => {
+                splats::declare_pixels(declaring, *axis, correction, layered.footprints, resources);
+            }
+        },
+        Plan::AxisSheets(axis) => sheets::declare_axis_sheets(declaring, *axis, resources),
+        Plan::ViewSheets(distance) => sheets::declare_view_sheets(declaring, *distance, resources),
+        Plan::Slicing(_) => rays::declare_slicing(declaring, resources),
+        Plan::Raycast(kernel, _) | Plan::CastValues(kernel, _) => rays::declare_casting(declaring, *kernel, resources),
+        Plan::CastSegments(kernel, _) => rays::declare_segments(declaring, *kernel, resources),
+        Plan::Lattice(..) | Plan::Shared(..) => unreachable!("lattices are drawn in layers"),
+    }
+}

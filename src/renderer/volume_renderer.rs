@@ -1,0 +1,220 @@
+//! One interface for every way to render a volume: as a whole, streamed, or with other processes.
+
+use super::report::FrameReport;
+use super::streamed::{StreamPlan, StreamedRenderer};
+use super::{Cancel, Renderer};
+use crate::camera::Camera;
+use crate::device::Device;
+use crate::error::Error;
+use crate::image::{Background, Depths, Frame};
+use crate::settings::Settings;
+use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
+use crate::volume::{Grid, Volume};
+use std::time::Duration;
+
+/// Renders a volume of lifetime `'v`: a [`Renderer`] that holds all of it, a [`StreamedRenderer`] within a budget of memory, or a renderer
+/// in several processes. [`volume_renderer`] chooses between the first two.
+///
+/// ```
+/// use layersplat::Settings;
+/// use layersplat::renderer::volume_renderer;
+/// # let volume = layersplat::Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default())?;
+/// # let transfer = layersplat::TransferFunction::automatic(&volume);
+/// # let device = layersplat::Device::open(&layersplat::DeviceChoice::Default)?;
+/// # let viewport = layersplat::Viewport::new(32, 24)?;
+/// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
+/// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
+///
+/// // The same picture, whatever the memory.
+/// let mut pictures = Vec::new();
+/// for device in [device.clone(), device.with_memory(900_000)] {
+///     let mut renderer = volume_renderer(&device, &volume, &transfer)?;
+///     pictures.push(renderer.render(&camera, viewport, &Settings::default())?.0.expect("one process has the picture"));
+/// }
+/// assert!(pictures[0] == pictures[1]);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
+pub trait VolumeRenderer<'v> {
+    /// Takes another transfer function from the next frame on.
+    fn set_transfer_function(&mut self, transfer: &TransferFunction);
+
+    /// Takes another volume from the next frame on, of any size, type and range.
+    ///
+    /// # Errors
+    /// A device without enough memory, and bricks of processes that do not make up a volume.
+    fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error>;
+
+    /// Where the voxels lie in the world.
+    fn grid(&self) -> &Grid;
+
+    /// Whether the reports of frames say what these took, from the next one on. Several processes measure nothing here.
+    fn measure(&mut self, measuring: bool);
+
+    /// Limits the time of a frame, from the next one on.
+    fn limit(&mut self, longest: Option<Duration>);
+
+    /// Lets another thread cancel frames, from the next one on, or no longer.
+    fn set_cancel(&mut self, cancel: Option<Cancel>);
+
+    /// How a view would be streamed; `None` where all voxels are on the device at once.
+    ///
+    /// # Errors
+    /// Those of [`render`](Self::render).
+    fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error>;
+
+    /// Renders a picture: premultiplied floats, without a background. Of several processes one has it.
+    ///
+    /// # Errors
+    /// Wrong settings, views that need the whole volume where it is not at hand, and what fails on the device.
+    fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings)
+    -> Result<(Option<Frame>, FrameReport), Error>;
+
+    /// Renders a finished 8-bit RGBA picture, row by row, row 0 on top. Of several processes one has it.
+    ///
+    /// # Errors
+    /// Those of [`render`](Self::render).
+    fn render_rgba8(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        background: Background,
+    ) -> Result<(Option<Vec<u8>>, FrameReport), Error> {
+        let (frame, report) = self.render(camera, viewport, settings)?;
+        Ok((frame.map(|frame| frame.to_rgba8(background)), report))
+    }
+
+    /// How far away is what a picture shows ([`Renderer::depths`]).
+    ///
+    /// # Errors
+    /// Where not all voxels are on one device: rays need all of them.
+    fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error>;
+
+    /// The renderer of the whole volume, which can do more: enqueue frames into memory of the caller, for instance. `None` where the volume
+    /// is streamed or shared.
+    fn whole(&mut self) -> Option<&mut Renderer> {
+        None
+    }
+}
+
+/// Renders a volume on a device: as a whole, or streamed where the memory of the device handle is bounded ([`Device::with_memory`]) or the
+/// device has no buffer that is large enough.
+///
+/// # Errors
+/// A device without enough memory for the volume.
+pub fn volume_renderer<'v>(
+    device: &Device,
+    volume: &Volume<'v>,
+    transfer: &TransferFunction,
+) -> Result<Box<dyn VolumeRenderer<'v> + Send + 'v>, Error> {
+    let bytes = volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
+    if device.memory_budget().is_some() || bytes > device.largest_buffer_bytes() {
+        return Ok(Box::new(StreamedRenderer::new(device, volume, transfer)));
+    }
+    Ok(Box::new(Renderer::new(device, volume, transfer)?))
+}
+
+impl<'v> VolumeRenderer<'v> for Renderer {
+    fn set_transfer_function(&mut self, transfer: &TransferFunction) {
+        self.set_transfer_function(transfer);
+    }
+
+    fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
+        self.set_volume(volume)
+    }
+
+    fn grid(&self) -> &Grid {
+        self.grid()
+    }
+
+    fn measure(&mut self, measuring: bool) {
+        self.measure(measuring);
+    }
+
+    fn limit(&mut self, longest: Option<Duration>) {
+        self.limit(longest);
+    }
+
+    fn set_cancel(&mut self, cancel: Option<Cancel>) {
+        self.set_cancel(cancel);
+    }
+
+    fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
+        self.planned(camera, viewport, settings).map(|_| None)
+    }
+
+    fn render(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(Option<Frame>, FrameReport), Error> {
+        let (frame, report) = self.render(camera, viewport, settings)?;
+        Ok((Some(frame), report))
+    }
+
+    fn render_rgba8(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        background: Background,
+    ) -> Result<(Option<Vec<u8>>, FrameReport), Error> {
+        let (picture, report) = self.render_rgba8(camera, viewport, settings, background)?;
+        Ok((Some(picture), report))
+    }
+
+    fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
+        self.depths(camera, viewport, settings)
+    }
+
+    fn whole(&mut self) -> Option<&mut Renderer> {
+        Some(self)
+    }
+}
+
+impl<'v> VolumeRenderer<'v> for StreamedRenderer<'v> {
+    fn set_transfer_function(&mut self, transfer: &TransferFunction) {
+        self.set_transfer_function(transfer);
+    }
+
+    fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
+        self.set_volume(volume);
+        Ok(())
+    }
+
+    fn grid(&self) -> &Grid {
+        self.grid()
+    }
+
+    fn measure(&mut self, measuring: bool) {
+        self.measure(measuring);
+    }
+
+    fn limit(&mut self, longest: Option<Duration>) {
+        self.limit(longest);
+    }
+
+    fn set_cancel(&mut self, cancel: Option<Cancel>) {
+        self.set_cancel(cancel);
+    }
+
+    fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
+        self.plan(camera, viewport, settings)
+    }
+
+    fn render(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(Option<Frame>, FrameReport), Error> {
+        let (frame, report) = self.render(camera, viewport, settings)?;
+        Ok((Some(frame), report))
+    }
+
+    fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
+        self.depths(camera, viewport, settings)
+    }
+}

@@ -1,0 +1,70 @@
+//! Accumulated frames against supersampled pictures.
+
+mod common;
+
+use common::{device, parallel, perspective, random_volume, smooth_transfer, viewport};
+use glam::DVec3;
+use layersplat::renderer::Accumulation;
+use layersplat::{Cancel, Error, Frame, Renderer, Settings};
+
+/// Of the supersampled picture: both have the same rays, but lattices of another density.
+const CLOSE: f64 = 45.0;
+
+/// Peak signal-to-noise ratio of premultiplied RGBA, in dB.
+fn psnr(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
+    let squares = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| f64::from(a - b).powi(2));
+    -10.0 * (squares.sum::<f64>() / (4 * a.len()) as f64).log10()
+}
+
+/// The mean over 4 × 4 pixels of a frame that is four times as wide and high.
+fn averaged(large: &Frame, width: usize, height: usize) -> Vec<[f32; 4]> {
+    let mean = |x: usize, y: usize| {
+        let mut sum = [0.0f64; 4];
+        for (j, i) in (0..4).flat_map(|j| (0..4).map(move |i| (j, i))) {
+            let pixel = large.pixels()[(4 * y + j) * 4 * width + 4 * x + i];
+            (0..4).for_each(|c| sum[c] += f64::from(pixel[c]));
+        }
+        sum.map(|c| (c / 16.0) as f32)
+    };
+    (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect()
+}
+
+#[test]
+fn sixteen_frames_are_a_supersampled_picture() {
+    let volume = random_volume([24, 20, 26], DVec3::new(1.0, 0.8, 1.2), 5);
+    let (transfer, settings) = (smooth_transfer(), Settings::default());
+    let (size, large) = (viewport(48, 40), viewport(192, 160));
+    let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
+    for (what, camera) in
+        [("parallel", parallel(&volume, size, 25.0, 15.0)), ("perspective", perspective(&volume, 25.0, 15.0, 35.0))]
+    {
+        let expected = averaged(&renderer.render(&camera, large, &settings).unwrap().0, 48, 40);
+        let mut picture = Accumulation::new(size).unwrap();
+        assert!(picture.mean().unwrap().pixels().iter().all(|pixel| *pixel == [0.0; 4]));
+        let mut found = Vec::new();
+        while picture.frames() < Accumulation::FRAMES {
+            renderer.accumulate(&camera, &settings, &mut picture).unwrap();
+            found.push(psnr(picture.mean().unwrap().pixels(), &expected));
+        }
+        assert!(*found.last().unwrap() >= CLOSE, "{what}: {found:?} dB");
+        // A single frame, and one whose rays are not moved, are farther away.
+        let plain = psnr(renderer.render(&camera, size, &settings).unwrap().0.pixels(), &expected);
+        assert!(found[0] < CLOSE && plain < found[15], "{what}: {found:?}, {plain} dB");
+    }
+}
+
+#[test]
+fn a_failed_frame_adds_nothing() {
+    let volume = random_volume([12, 10, 14], DVec3::ONE, 5);
+    let (transfer, settings, size) = (smooth_transfer(), Settings::default(), viewport(24, 20));
+    let camera = parallel(&volume, size, 25.0, 15.0);
+    let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
+    let mut picture = Accumulation::new(size).unwrap();
+    renderer.accumulate(&camera, &settings, &mut picture).unwrap();
+    let before = picture.mean().unwrap();
+    let cancel = Cancel::new();
+    cancel.cancel();
+    renderer.set_cancel(Some(cancel));
+    assert!(matches!(renderer.accumulate(&camera, &settings, &mut picture), Err(Error::Cancelled { .. })));
+    assert!(picture.frames() == 1 && picture.mean().unwrap() == before);
+}
