@@ -15,7 +15,7 @@ fn device() -> Device {
 }
 
 fn hydrogen(size: &str) -> (Volume<'static>, TransferFunction) {
-    let volume = Volume::open(&format!("builtin:hydrogen@{size}"), &OpenOptions::default()).unwrap();
+    let volume = Volume::open(format!("builtin:hydrogen@{size}"), &OpenOptions::default()).unwrap();
     let transfer = TransferFunction::builtin("fire", &volume).unwrap();
     (volume, transfer)
 }

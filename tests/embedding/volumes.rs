@@ -227,3 +227,23 @@ fn two_threads_render_one_field() {
         });
     }
 }
+
+/// A look at voxels on the device warns as one at voxels in memory does.
+#[test]
+fn invalid_voxels_in_place_are_told_once() {
+    let host = Host::new(0);
+    let mut floats: Vec<f32> = values(3).into_iter().map(f32::from).collect();
+    let grid = volume_of(DIMS, SPACING, Voxels::Float32(floats.clone())).grid().clone();
+    let warnings = |floats: &[f32]| {
+        let buffer = host.filled(floats);
+        let placed = DeviceVoxels::new(&DeviceMemory::of_buffer(&buffer).unwrap(), VoxelType::Float32);
+        crate::told::warnings(|| {
+            let description = placed.describe(&host.device(), "in place", grid.clone(), &[]).unwrap();
+            UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();
+        })
+    };
+    assert_eq!(warnings(&floats), [""; 0]);
+    (floats[5], floats[77]) = (3e30, f32::NAN);
+    let found = warnings(&floats);
+    assert!(matches!(&found[..], [one] if one.contains("in place: 2 voxels are NaN")), "{found:?}");
+}

@@ -96,7 +96,7 @@ impl Arena {
         len: usize,
     ) -> Result<Arc<Buffer<T>>, Error> {
         let bytes = (len.max(1) * size_of::<T>()) as u64;
-        if !self.held.get(slot.name).is_some_and(|held| held.bytes >= bytes) {
+        if self.held.get(slot.name).is_none_or(|held| held.bytes < bytes) {
             self.held.remove(slot.name);
             let buffer = Arc::new(Buffer::<T>::new(device, len, slot.name)?);
             self.held.insert(slot.name, Held { buffer, bytes, place: Place::Own });
