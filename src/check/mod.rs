@@ -199,23 +199,17 @@ mod tests {
         assert_eq!(device.unbuilt_files(), [FINDS_A_RANGE]);
     }
 
-    /// What a first picture waits for: one program prepares volumes, one draws lattices whether or not they are staggered and values lie beyond the
-    /// table, and one warps them, to floats and to bytes.
+    /// The programs of a first picture: one prepares volumes, one draws lattices, staggered or not, and one warps them, to floats and to bytes.
     #[test]
     fn a_first_picture_takes_three_programs() {
         let device = Device::open(&crate::DeviceChoice::Default).unwrap();
         let device = device.with_tuning(Tuning { lattice_schedule: LatticeSchedule::Tiles, ..*device.tuning() }).unwrap();
         assert!(device.check_family(Family::PointLattice).unwrap().passed());
         assert_eq!(device.programs(), 3);
-        let narrow = crate::TransferFunction::new("narrow", vec![(50.0, [1.0; 3])], vec![(50.0, 0.1), (60.0, 0.3)]).unwrap();
-        for transfer in [pictures::transfer(), narrow] {
-            let mut renderer = Renderer::new(&device, &pictures::volume(), &transfer).unwrap();
-            for family in [Family::PointLattice, Family::Spline, Family::PointValues] {
-                for Picture { camera, .. } in pictures::of(family) {
-                    let settings = pictures::of(Family::PointLattice)[0].settings;
-                    renderer.render_rgba8(&camera, SIZE, &settings, figures::BACKGROUND).unwrap();
-                }
-            }
+        let mut renderer = Renderer::new(&device, &pictures::volume(), &pictures::transfer()).unwrap();
+        for Picture { camera, settings, .. } in pictures::of(Family::PointLattice) {
+            renderer.render_rgba8(&camera, SIZE, &settings, figures::BACKGROUND).unwrap();
+            renderer.render(&camera, SIZE, &settings).unwrap();
         }
         assert_eq!(device.programs(), 3);
     }

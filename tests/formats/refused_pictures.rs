@@ -143,7 +143,7 @@ mod tiffs {
                 let at = entry(bytes, 0, tag);
                 bytes[at + 4..at + 8].copy_from_slice(&0x0f00_0000u32.to_le_bytes());
             });
-            refused(&path, file, &format!("tag {tag} of its first page declares 251658240 numbers"));
+            refused(&path, file, &format!("tag {tag} of its first page has 251658240 numbers"));
         }
         for (file, words) in [
             ("uint8.tif", "its pages cannot be read"),

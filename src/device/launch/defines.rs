@@ -5,13 +5,13 @@ use crate::layers::Kernel;
 use crate::volume::VoxelType;
 use std::fmt::Write;
 
-/// `-D` options; and of how many lanes the vectors are.
-pub(super) struct Defines(pub String, u32);
+/// `-D` options.
+pub(super) struct Defines(pub String);
 
 impl Defines {
     /// Of kernels that compute in vectors of `width`.
     pub fn new(width: u32) -> Self {
-        Self(format!("-DVW={width}"), width)
+        Self(format!("-DVW={width}"))
     }
 
     /// Of those that read voxels of a type, too.
@@ -34,11 +34,6 @@ impl Defines {
     /// Of those that sample between them, too.
     pub fn of_kind(voxels: VoxelKind, width: u32) -> Self {
         Self::of_values(voxels, width).with_if(voxels.far, "FAR_VOXELS")
-    }
-
-    /// Whether kernels compute in one lane, as graphics processors do: short of registers, they are built for more options.
-    pub fn is_scalar(&self) -> bool {
-        self.1 == 1
     }
 
     pub fn with(mut self, name: &str, value: impl std::fmt::Display) -> Self {

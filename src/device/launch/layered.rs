@@ -30,7 +30,7 @@ impl Segments {
 impl Defines {
     pub(super) fn with_segments(self, segments: Segments) -> Self {
         let Segments { cut, curved, dimmed, whole } = segments;
-        let options = [(cut && self.is_scalar(), "TABLE_CUT"), (curved, "CURVED"), (dimmed, "DIMMED"), (whole, "WHOLE_LAYERS")];
+        let options = [(cut, "TABLE_CUT"), (curved, "CURVED"), (dimmed, "DIMMED"), (whole, "WHOLE_LAYERS")];
         options.into_iter().fold(self, |defines, (condition, name)| defines.with_if(condition, name))
     }
 

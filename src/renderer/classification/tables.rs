@@ -211,7 +211,7 @@ impl Classification {
             dimmed: table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING,
         });
         let integrals = Integrals {
-            nodes: Buffer::from_slice(device, &for_kernels(&on_host, field.offset(), needs.cut), INTEGRALS)?,
+            nodes: Buffer::from_slice(device, &for_kernels(&on_host, field.offset()), INTEGRALS)?,
             scale: Scale::new(field, on_host.first, on_host.per_value, on_host.nodes.len()),
             visible_values: on_host.visible_values().map(|v| (v - field.offset()) as f32),
             unit: on_host.unit as f32,
@@ -306,12 +306,11 @@ impl<'t> TableSizes<'t> {
 /// Entries before the first node: extinctions by cells, and these cells' scale.
 const CELL_ENTRIES: usize = 2 * EXTINCTION_CELLS / 4 + 1;
 
-/// What [`Integrals`] have in `nodes`: behind the cells, how many there are per unit of value, the place of 0 among them, and
-/// whether values can lie beyond the nodes.
-fn for_kernels(table: &IntegralTable, offset: f64, cut: bool) -> Vec<[i32; 4]> {
+/// What [`Integrals`] have in `nodes`: behind the cells, how many there are per unit of value, and the place of 0 among them.
+fn for_kernels(table: &IntegralTable, offset: f64) -> Vec<[i32; 4]> {
     let bits = |four: &[f32; 4]| four.map(|c| c.to_bits() as i32);
     let cells = table.extinction_cells();
-    let scale = [cells.per_value, (offset - cells.first) * cells.per_value, f64::from(cut), 0.0].map(|n| n as f32);
+    let scale = [cells.per_value, (offset - cells.first) * cells.per_value, 0.0, 0.0].map(|n| n as f32);
     let fours = cells.at.as_chunks().0.iter().chain(cells.to_next.as_chunks().0).chain([&scale]);
     fours.map(bits).chain(table.nodes.iter().copied()).chain(table.at_nodes.iter().map(bits)).collect()
 }

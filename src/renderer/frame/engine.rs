@@ -221,6 +221,7 @@ impl Engine {
         for (n, stage) in frame.stages.iter().enumerate() {
             tracing::debug!("{}", stage.resources);
             if n > 0 {
+                self.field.make_room();
                 self.classification.make_room();
                 self.target.keep_picture();
             }
