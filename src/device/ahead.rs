@@ -356,7 +356,7 @@ impl Device {
 
     /// Lets another process compile what is built in the background ([`Renderer::warm_up`](crate::Renderer::warm_up)), where compiling in this
     /// one would hold up frames: with PoCL, which starts no kernel while it compiles another. `command` starts a program that calls
-    /// [`compile_for_parent`](super::device::compile_for_parent) first in its `main`, in the same build of this library: the program itself, or
+    /// [`compile_for_parent`](crate::device::compile_for_parent) first in its `main`, in the same build of this library: the program itself, or
     /// `layersplat`. Where the process cannot be started, or ends, this one compiles.
     ///
     /// ```

@@ -149,7 +149,7 @@ fn kernels(mut understudies: Vec<Understudy>, expected: &ExpectedFrames) -> Resu
     let (mut best, mut general) = (Vec::new(), Vec::new());
     let mut known = HashSet::new();
     for understudy in &mut understudies {
-        let cameras = expected.all_cameras(&understudy.renderer.grid());
+        let cameras = expected.all_cameras(understudy.renderer.grid());
         for settings in &expected.settings {
             for camera in &cameras {
                 understudy.rehearse(camera, expected.viewport, settings)?;
