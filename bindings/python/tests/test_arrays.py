@@ -187,7 +187,7 @@ def _front():
         ("text", None, "axes"),
         (np.zeros((3, 4, 5)), 0.0, "length 0"),
         (np.zeros((3, 4, 5)), (1.0, 2.0), "spacing has the shape"),
-        (np.zeros((3, 4, 5)), (1.0, 1.0, np.nan), "or none"),
+        (np.zeros((3, 4, 5)), (1.0, 1.0, np.nan), "non-finite"),
     ],
 )
 def test_what_is_no_volume_is_refused(data, spacing, words):
@@ -236,7 +236,7 @@ def test_values_that_floats_cannot_hold_warn(tmp_path):
 def test_whole_numbers_that_floats_cannot_tell_apart_warn():
     values = (np.arange(27, dtype=np.uint32) << 26).reshape(3, 3, 3)
     _, messages = warnings_of(lambda: layersplat.Volume(values + 1))
-    assert any("become floats" in message for message in messages), messages
+    assert any("rounding errors" in message for message in messages), messages
 
 
 def test_masked_voxels_do_not_warn(array):
