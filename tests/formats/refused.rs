@@ -211,7 +211,7 @@ const STORES: &[StoreCase] = &[
     ("3_plain.zarr", "zarr.json", b"\"regular\"", b"\"crooked\"", "crooked"),
     ("3_plain.zarr", "zarr.json", b"\"int16\"", b"\"complex64\"", "complex64\": complex numbers"),
     ("3_zstd.zarr", "zarr.json", b"\"zstd\"", b"\"pack\"", "pack, which is not supported"),
-    ("ome_moved.zarr", ".zattrs", b"\"coarse\"", b"\"../../\"", "no array in it"),
+    ("ome_moved.zarr", ".zattrs", b"\"coarse\"", b"\"../../\"", "is not an array below it"),
     ("ome_moved.zarr", ".zattrs", b"\"translation\"", b"\"rotation\"", "scale and translation"),
 ];
 
