@@ -39,19 +39,19 @@ static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, con
     }
     const int a = p->axis < 0 ? most_parallel(d) : p->axis;
     const int iu = a == 0 ? 2 : 0, iv = a == 1 ? 2 : 1;
-    turn(&sample->gradient_u, &sample->gradient_v, &sample->gradient_a, iu, iv, a);
-    turn(&sample->step_u, &sample->step_v, &sample->step_a, iu, iv, a);
-    turn(&sample->light_u, &sample->light_v, &sample->light_a, iu, iv, a);
-    turn(&sample->half_u, &sample->half_v, &sample->half_a, iu, iv, a);
+    turn(&sample->field.gradient_u, &sample->field.gradient_v, &sample->field.gradient_a, iu, iv, a);
+    turn(&sample->segments.step_u, &sample->segments.step_v, &sample->segments.step_a, iu, iv, a);
+    turn(&sample->light.direction_u, &sample->light.direction_v, &sample->light.direction_a, iu, iv, a);
+    turn(&sample->light.half_u, &sample->light.half_v, &sample->light.half_a, iu, iv, a);
 #ifdef SEVERAL_LIGHTS
-    for (int i = 0; i < sample->more_lights; i++) {
-        float *light = sample->lights + 8 * i, *half_way = light + 3;
+    for (int i = 0; i < sample->light.more_lights; i++) {
+        float *light = sample->light.lights + 8 * i, *half_way = light + 3;
         turn(light, light + 1, light + 2, iu, iv, a);
         turn(half_way, half_way + 1, half_way + 2, iu, iv, a);
     }
 #endif
     const float d_a = OF_THREE(d, a), s_u = OF_THREE(d, iu) / d_a, s_v = OF_THREE(d, iv) / d_a;
-    const float step_u = s_u * sample->step_u, step_v = s_v * sample->step_v, step_a = sample->step_a;
+    const float step_u = s_u * sample->segments.step_u, step_v = s_v * sample->segments.step_v, step_a = sample->segments.step_a;
     const VolumeView view = {OF_THREE(p->stride, iu), OF_THREE(p->stride, iv), OF_THREE(p->stride, a), p->stride[3],
                              OF_THREE(p->dims, iu),   OF_THREE(p->dims, iv),   OF_THREE(p->dims, a),   p->background,
                              p->offset,               0};

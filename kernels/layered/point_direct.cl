@@ -62,12 +62,13 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             }
             Lit lit = {0}, lit_behind = {0};
 #if LIT_AT_ENDS
-            for (int l = l0; sample.shading; l = l1) {
+            for (int l = l0; sample.light.shading; l = l1) {
                 const float3 place = place_on(&ray, (float)l / s - RADIUS);
-                float along_u, along_v, along_a;
-                gradient_at(voxels, &view, place.x, place.y, place.z, 1, &along_u, &along_v, &along_a);
+                const Point point = {place.x, place.y, place.z};
+                Gradient gradient;
+                gradient_at(voxels, &view, place.x, place.y, place.z, 1, &gradient.u, &gradient.v, &gradient.a);
                 lit = lit_behind;
-                lit_behind = lit_by(&sample, along_u, along_v, along_a);
+                lit_behind = lit_at(&sample, point, l == l0 ? from : field, gradient);
                 if (l == l1)
                     break;
             }
@@ -77,7 +78,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             float to = field;
             Lit lit_to = lit_behind;
 #if HAS_SLOPES && LIT_AT_ENDS
-            if (sample.shading) {
+            if (sample.light.shading) {
                 const Way whole = way_on(ray.o_u, ray.s_u, ray.o_v, ray.s_v, ray.o_a, k, step, from, field);
                 lit_to = lit_in_the_middle(&sample, &whole, counts_between(&sample, integrals, from, field), &lit, &lit_behind, &to);
                 ways = 2;
@@ -94,7 +95,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
 #endif
 #if BLEND == COMPOSITE
                 const float value_from = between(from, to, part.from), value_to = between(from, to, part.to);
-                const float dt = ray.dt * length * share_of(&part) * sample.table_unit;
+                const float dt = ray.dt * length * share_of(&part) * sample.classification.table_unit;
                 // Samples alternate between even and odd nodes.
                 const int place = ways * l0 + w * ray.layer_step;
                 const Node front = node_of(&sample, integrals, value_from, place & 1);

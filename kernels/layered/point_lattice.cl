@@ -105,7 +105,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         intervals[n] = interval_of_rays(&p, &clip, &rays);
 #endif
 #if BLEND == COMPOSITE
-        dt[n] = length_of_rays(&sample, &rays) * sample.table_unit;
+        dt[n] = length_of_rays(&sample, &rays) * sample.classification.table_unit;
         nodes_at[0][n] = nodes_at[1][n] = INT_MIN;
 #endif
     }
@@ -154,9 +154,9 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
             if (!shown)
                 continue;
             // All lighting before all look-ups: shorter loops overlap better, 5 % on engine.
-            if (sample.shading && LIT_AT_ENDS) {
-                light_layer(voxels, &view, &sample, s, COLUMNS_AT(l0), shown, front);
-                light_layer(voxels, &view, &sample, s, COLUMNS_AT(l1), shown, behind);
+            if (sample.light.shading && LIT_AT_ENDS) {
+                light_layer(voxels, &view, &p, &sample, column, row, s, COLUMNS_AT(l0), shown, front);
+                light_layer(voxels, &view, &p, &sample, column, row, s, COLUMNS_AT(l1), shown, behind);
             }
             // Of the plane at which rays enter, and the distance to that at which they leave.
             const float k = (float)l0 / s - RADIUS, step = (float)p.layer_step / s;
@@ -164,7 +164,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
             int ways = 1;
 #if HAS_SLOPES && LIT_AT_ENDS
             Samples middle;
-            if (sample.shading) {
+            if (sample.light.shading) {
                 find_middle(&p, &sample, integrals, &tile, k, step, shown, samples, &middle);
                 samples[1] = &middle, samples[2] = &behind->at, ways = 2;
             }

@@ -5,6 +5,7 @@
 // k = l/S - RADIUS; its voxel rows are those of the layers around it, mixed. Gradients are slopes along their own axis and values along
 // the others, along the layer axis too: the layers around are resampled where the rays cross this one, not where they cross those.
 
+#include "layered/ray_lattice.cl"
 #include "layered/tile_rows.cl"
 #include "shared/lit_way.cl"
 #include "shared/volume.cl"
@@ -245,7 +246,7 @@ static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *
 
 // The gradients of some patches, from resampled voxel rows, of which the first is row `first`.
 ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int first, int first_band, int last_band, int patches, int farthest,
-                              realv gradients[][3]) {
+                              Gradient *gradients) {
     for (int band = first_band; band <= last_band; band++) {
         if (!(patches & FIRST_FEW(PATCH_ROWS) << band * PATCH_ROWS))
             continue;
@@ -261,15 +262,23 @@ ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int f
         regroup(along_u), regroup(along_v), regroup(along_a);
 #pragma unroll
         for (int i = 0; i < PATCH_ROWS; i++) {
-            realv *gradient = gradients[band * PATCH_ROWS + i];
-            gradient[0] = along_u[i], gradient[1] = along_v[i], gradient[2] = along_a[i];
+            Gradient *gradient = &gradients[band * PATCH_ROWS + i];
+            gradient->u = along_u[i], gradient->v = along_v[i], gradient->a = along_a[i];
         }
     }
 }
 
-// Lights the samples of some of a tile's patches.
-static inline void light_layer(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, int samples_per_layer,
-                        realv u, int patches, Layer *layer) {
+// Where the rays of a patch, of the tile from (column, row) on, cross plane k.
+static inline Point point_of_patch(const RayLatticeParams *p, int column, int row, int patch, float k) {
+    const SampleRays rays = rays_of_samples(p, columns_of_patch(patch) + column, rows_of_patch(patch) + row);
+    const float depth = k - p->centre_layer;
+    const Point point = {rays.centre_u + depth * rays.shear_u, rays.centre_v + depth * rays.shear_v, (realv)(k)};
+    return point;
+}
+
+// Lights the samples of some patches of the tile from (column, row) on.
+static inline void light_layer(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p, const SampleParams *sample,
+                               int column, int row, int samples_per_layer, realv u, int patches, Layer *layer) {
     patches &= ~layer->lit;
     if (!patches)
         return;
@@ -288,11 +297,12 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
     differentiate_rows(voxels, view, &columns, &weights, first, last, vectors, inside, &slopes)
     ON_ROWS(DIFFERENTIATE, first, last, columns.k - 1, columns.k + 2);
     // All gradients before any light: shorter loops overlap better, 10 % on engine.
-    realv gradients[TILE_ROWS][3];
+    Gradient gradients[TILE_ROWS];
 #define MIX_SLOPES(farthest) mix_slopes(&layer->rows, &slopes, first, first_band, last_band, patches, farthest, gradients)
     ON_STAGGERED(MIX_SLOPES, layer->rows.farthest);
     for (int left = patches; left; left &= left - 1) {
         const int n = LOWEST_OF(left);
-        layer->at.lit[n] = lit_by(p, gradients[n][0], gradients[n][1], gradients[n][2]);
+        const Point point = point_of_patch(p, column, row, n, (float)layer->held / samples_per_layer - RADIUS);
+        layer->at.lit[n] = lit_at(sample, point, layer->at.field[n], gradients[n]);
     }
 }

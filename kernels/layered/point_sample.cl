@@ -17,5 +17,7 @@ static inline Cells cells_in(const VolumeView *view, const LatticeRay *ray, floa
 
 static inline Lit lit_in(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, const Cells *c) {
     const Found found = found_in(voxels, view, c);
-    return lit_by(p, found.along_u, found.along_v, found.along_a);
+    const Point point = {c->i + c->x, c->j + c->y, c->k + c->z};
+    const Gradient gradient = {found.along_u, found.along_v, found.along_a};
+    return lit_at(p, point, found.value, gradient);
 }

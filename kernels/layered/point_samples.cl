@@ -12,13 +12,13 @@
 #include "shared/segment.cl"
 
 // ends_of() of all segments of a layer, for a group: looked up by a number, arguments would be copied to every work-item's memory.
-#define ENDS ((int)(sizeof((SampleParams *)0)->ends / sizeof(float)))
+#define ENDS ((int)(sizeof((SampleParams *)0)->segments.ends / sizeof(float)))
 ALWAYS_INLINE void share_ends(const SampleParams *sample, __local float *ends) {
 #ifdef CURVED
     if (!get_local_id(0)) {
 #pragma unroll
         for (int n = 0; n < ENDS; n++)
-            ends[n] = sample->ends[n];
+            ends[n] = sample->segments.ends[n];
     }
     barrier(CLK_LOCAL_MEM_FENCE);
 #endif
@@ -63,7 +63,7 @@ static inline Traveller traveller_of(const RayLatticeParams *p, const SamplePara
     Traveller t;
     t.ray.u = (float2)(rays.centre_u, rays.shear_u), t.ray.v = (float2)(rays.centre_v, rays.shear_v);
 #if BLEND == COMPOSITE
-    t.dt = length_of_rays(sample, &rays) * sample->table_unit;
+    t.dt = length_of_rays(sample, &rays) * sample->classification.table_unit;
 #endif
 #ifdef CLIPPED
     t.interval = interval_of_rays(p, clip, &rays);
@@ -106,7 +106,7 @@ ALWAYS_INLINE void pass_slab(__global const VOXEL *voxels, const VolumeView *vie
         }
 #endif
         Lit lit;
-        if (sample->shading && LIT_AT_ENDS) {
+        if (sample->light.shading && LIT_AT_ENDS) {
             for (int l = t->end.is_lit ? l1 : l0;; l = l1) {
                 const Cells c = cells_in(view, &t->ray, p->centre_layer, s, l);
                 lit = t->end.lit;
@@ -121,7 +121,7 @@ ALWAYS_INLINE void pass_slab(__global const VOXEL *voxels, const VolumeView *vie
         float to = t->end.field;
         Lit lit_to = t->end.lit;
 #if HAS_SLOPES && LIT_AT_ENDS
-        if (sample->shading) {
+        if (sample->light.shading) {
             const Way whole = way_on(t->ray.u.x, t->ray.u.y, t->ray.v.x, t->ray.v.y, p->centre_layer, k, step, from, to);
             lit_to = lit_in_the_middle(sample, &whole, counts_between(sample, integrals, from, t->end.field), &lit, &t->end.lit, &to);
             ways = 2;

@@ -54,6 +54,6 @@ static inline Interval interval_of_rays(const RayLatticeParams *p, const Clippin
 
 // How long they are from layer to layer.
 static inline realv length_of_rays(const SampleParams *sample, const SampleRays *rays) {
-    const realv step_u = rays->shear_u * sample->step_u, step_v = rays->shear_v * sample->step_v;
-    return sqrt(step_u * step_u + (step_v * step_v + sample->step_a * sample->step_a));
+    const realv step_u = rays->shear_u * sample->segments.step_u, step_v = rays->shear_v * sample->segments.step_v;
+    return sqrt(step_u * step_u + (step_v * step_v + sample->segments.step_a * sample->segments.step_a));
 }

@@ -52,7 +52,7 @@ static inline float splat_sum(__global const VOXEL *voxels, const VolumeView *vi
 }
 #endif
 
-struct GradientSource {
+struct SampleSource {
     __global const VOXEL *voxels;
     const VolumeView *view;
     __global const uchar *images;
@@ -62,14 +62,20 @@ struct GradientSource {
 };
 
 // The voxels dk layers on, splatted where those of layer k are.
-static inline float shifted_sum(const struct GradientSource *s, float du, float dv, int dk) {
+static inline float shifted_sum(const struct SampleSource *s, float du, float dv, int dk) {
     return splat_sum(s->voxels, s->view, s->images, s->shears, s->k + dk, s->u + du, s->v + dv, s->s_u, s->s_v);
 }
 
-static inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
-    *u = 0.5f * (shifted_sum(s, 1.0f, 0.0f, 0) - shifted_sum(s, -1.0f, 0.0f, 0));
-    *v = 0.5f * (shifted_sum(s, 0.0f, 1.0f, 0) - shifted_sum(s, 0.0f, -1.0f, 0));
-    *a = 0.5f * (shifted_sum(s, 0.0f, 0.0f, 1) - shifted_sum(s, 0.0f, 0.0f, -1));
+static inline Point sample_point(const struct SampleSource *s) {
+    const Point point = {s->u, s->v, s->k};
+    return point;
+}
+
+static inline Gradient sample_gradient(const struct SampleSource *s) {
+    const Gradient gradient = {0.5f * (shifted_sum(s, 1.0f, 0.0f, 0) - shifted_sum(s, -1.0f, 0.0f, 0)),
+                               0.5f * (shifted_sum(s, 0.0f, 1.0f, 0) - shifted_sum(s, 0.0f, -1.0f, 0)),
+                               0.5f * (shifted_sum(s, 0.0f, 0.0f, 1) - shifted_sum(s, 0.0f, 0.0f, -1))};
+    return gradient;
 }
 
 __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *visible_x, __global const uchar *visible_y,
@@ -123,7 +129,7 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *v
         held = k;
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
-        const struct GradientSource source = {voxels, &view, images, shears, k, u, v, s_u, s_v};
+        const struct SampleSource source = {voxels, &view, images, shears, k, u, v, s_u, s_v};
         take_layer(&sample, slabs, first, count, table, before, own, after, &way, &source, &gathered, &active);
         if (!any_open(&sample, &gathered))
             break;

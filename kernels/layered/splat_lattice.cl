@@ -47,15 +47,27 @@ static inline void hold_rows(__global const VOXEL *voxels, const VolumeView *vie
 }
 
 // Splat sums of the samples at hand, neighbours one row apart, and of differences along u and the layer axis.
-struct GradientSource {
+struct SampleSource {
     const float *own, *along_u, *across;
+    Point point;
 };
 
+static inline Point sample_point(const struct SampleSource *s) { return s->point; }
+
 // Exactly the splatted central differences.
-static inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
-    *u = 0.5f * LOADV(s->along_u);
-    *v = 0.5f * (LOADV(s->own + TILE_COLUMNS) - LOADV(s->own - TILE_COLUMNS));
-    *a = 0.5f * LOADV(s->across);
+static inline Gradient sample_gradient(const struct SampleSource *s) {
+    const Gradient gradient = {0.5f * LOADV(s->along_u), 0.5f * (LOADV(s->own + TILE_COLUMNS) - LOADV(s->own - TILE_COLUMNS)),
+                               0.5f * LOADV(s->across)};
+    return gradient;
+}
+
+// VW samples of a tile in layer k, from (column, row) of the tile on.
+static inline Point point_of_samples(const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile, int column, int row, int k) {
+    const LayerOffset u = tile->offsets_u[(k + 1) * p->per_voxel_u + tile->phase_u];
+    const LayerOffset v = tile->offsets_v[(k + 1) * p->per_voxel_v + tile->phase_v];
+    const Point point = {CONVERT_REALV(LANES + (u.base + tile->column + column)) + u.fraction,
+                         (realv)(v.base + tile->row + row + v.fraction), (realv)(k)};
+    return point;
 }
 
 #ifdef CLIPPED
@@ -129,11 +141,11 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 
 #ifdef PER_RAY_STEP
     const realv sample_length = length(
-        (float3)(p.shear_u * sample.step_u, p.shear_v * sample.step_v, sample.step_a));
+        (float3)(p.shear_u * sample.segments.step_u, p.shear_v * sample.segments.step_v, sample.segments.step_a));
 #else
     const realv sample_length = 0.0f; // it is in the table
 #endif
-    const int border = GATHERS_VALUES ? 0 : sample.shading, layers = view.dims_a + 2;
+    const int border = GATHERS_VALUES ? 0 : sample.light.shading, layers = view.dims_a + 2;
     // Layer -1 is what offsets begin with.
     const float2 crossing = (float2)(offsets_u[phase_u].base + column, offsets_v[phase_v].base + row) +
                             (float2)(offsets_u[phase_u].fraction, offsets_v[phase_v].fraction);
@@ -184,7 +196,8 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 way.interval.to = intervals[r * TILE_VECTORS + c].to - n;
 #endif
                 const int at = r * TILE_COLUMNS + c * VW;
-                const struct GradientSource source = {ROW_OF(own, r) + c * VW, along_u + at, across + at};
+                const Point point = point_of_samples(&view, &p, &place, c * VW, r, k);
+                const struct SampleSource source = {ROW_OF(own, r) + c * VW, along_u + at, across + at, point};
                 take_slabs(&sample, slabs, first, count, table, LOADV(ROW_OF(before, r) + c * VW), LOADV(source.own),
                            LOADV(ROW_OF(after, r) + c * VW), &way, &source, &gathered[r * TILE_VECTORS + c], &active[c]);
             }

@@ -126,15 +126,14 @@ static inline void splat_layer(__global const VOXEL *voxels, const VolumeView *v
     }
 }
 
-struct GradientSource {
-    realv u, v, across;
+struct SampleSource {
+    Point point;
+    Gradient gradient;
 };
 
-static inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
-    *u = s->u;
-    *v = s->v;
-    *a = 0.5f * s->across;
-}
+static inline Point sample_point(const struct SampleSource *s) { return s->point; }
+
+static inline Gradient sample_gradient(const struct SampleSource *s) { return s->gradient; }
 
 __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, __global const float2 *nodes,
                                   __global const uchar *visible, __global const float4 *table,
@@ -166,7 +165,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
         intervals[r] = interval_of_rays(&p, &clip, &rays);
 #endif
     }
-    const int shading = GATHERS_VALUES ? 0 : sample.shading;
+    const int shading = GATHERS_VALUES ? 0 : sample.light.shading;
     intv active = 0;
     const int layers = view.dims_a + 2;
     bool finished = p.continues;
@@ -204,7 +203,9 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
             way.interval.from = intervals[r].from - depth * p.layer_step;
             way.interval.to = intervals[r].to - depth * p.layer_step;
 #endif
-            const struct GradientSource source = {own->u[r], own->v[r], across.sum[r]};
+            const struct SampleSource source = {
+                {rays.centre_u + depth * rays.shear_u, rays.centre_v + depth * rays.shear_v, (realv)(k)},
+                {own->u[r], own->v[r], 0.5f * across.sum[r]}};
             take_layer(&sample, slabs, first, count, table, before->sum[r], own->sum[r], after->sum[r], &way, &source,
                        &gathered[r], &active);
             finished = finished && !any_open_of(&sample, &gathered[r], columns);

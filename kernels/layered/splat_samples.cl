@@ -11,7 +11,7 @@
 #include "shared/sample.cl"
 
 // A ray of the lattice, at a layer that it crosses.
-struct GradientSource {
+struct SampleSource {
     __global const VOXEL *voxels;
     const VolumeView *view;
     float u, v, shear_u, shear_v;
@@ -19,12 +19,17 @@ struct GradientSource {
 };
 
 // The splat sum at (u, v) of layer k, for rays of the source's shear.
-ALWAYS_INLINE float splat_sum(const struct GradientSource *s, float u, float v, int k) {
+ALWAYS_INLINE float splat_sum(const struct SampleSource *s, float u, float v, int k) {
     return exact_splat_sum(s->voxels, s->view, k, u, v, s->shear_u, s->shear_v);
 }
 
+static inline Point sample_point(const struct SampleSource *s) {
+    const Point point = {s->u, s->v, s->k};
+    return point;
+}
+
 // The splatted central differences. One sum in a loop, not six: these would take more registers.
-static inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
+static inline Gradient sample_gradient(const struct SampleSource *s) {
     float along_u = 0.0f, along_v = 0.0f, along_a = 0.0f;
 #pragma unroll 1
     for (int n = 0; n < 6; n++) {
@@ -35,7 +40,8 @@ static inline void layer_gradient(const struct GradientSource *s, realv *u, real
         along_v += is_v ? part : 0.0f;
         along_a += is_a ? part : 0.0f;
     }
-    *u = along_u, *v = along_v, *a = along_a;
+    const Gradient gradient = {along_u, along_v, along_a};
+    return gradient;
 }
 
 static inline bool beam_sees(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam, int k) {
@@ -57,7 +63,7 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 #endif
     LayerWay way;
     way.dt = length_of_rays(sample, &rays);
-    struct GradientSource source = {voxels, view, 0.0f, 0.0f, rays.shear_u, rays.shear_v, 0};
+    struct SampleSource source = {voxels, view, 0.0f, 0.0f, rays.shear_u, rays.shear_v, 0};
     const int step = p->layer_step;
     float before = 0.0f, own = 0.0f, after = 0.0f;
     int held = INT_MIN; // the layer whose sums they are

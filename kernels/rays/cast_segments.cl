@@ -8,15 +8,15 @@
 ALWAYS_INLINE void take_slab(__global const VOXEL *voxels, const VolumeView *view, __global const TABLE *integrals,
                              const MarchParams *p, const SampleParams *sample, const SlabRays *rays, realv from, realv to,
                              Plane *front, Plane *back, Accumulator *gathered, intv *active) {
-    const realv dt = rays->length * sample->table_unit;
+    const realv dt = rays->length * sample->classification.table_unit;
     const Node one = node_of(sample, integrals, from, 0), other = node_of(sample, integrals, to, 1);
     const Segment segment = segment_between(sample, integrals, &one, &other, from, to, (float2)(0.0f, 0.0f), dt);
     Lit lit_front, lit_back;
-    if (sample->shading) {
+    if (sample->light.shading) {
         differentiate(voxels, view, rays->hits, front);
         differentiate(voxels, view, rays->hits, back);
-        lit_front = lit_by(sample, front->u, front->v, front->a);
-        lit_back = lit_by(sample, back->u, back->v, back->a);
+        lit_front = lit_at(sample, point_on_plane(front), front->value, front->gradient);
+        lit_back = lit_at(sample, point_on_plane(back), back->value, back->gradient);
     }
     const Way way = way_between(front, back);
     composite_way(voxels, view, sample, integrals, &segment, &rays->part, &way, dt, &lit_front, &lit_back, gathered, active);

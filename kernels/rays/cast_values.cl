@@ -11,11 +11,11 @@ ALWAYS_INLINE void take_slab(__global const VOXEL *voxels, const VolumeView *vie
 #if BLEND == ISO
     Lit lit_front, lit_back;
 #ifndef REFINED
-    if (sample->shading) {
+    if (sample->light.shading) {
         differentiate(voxels, view, rays->hits, front);
         differentiate(voxels, view, rays->hits, back);
-        lit_front = lit_by(sample, front->u, front->v, front->a);
-        lit_back = lit_by(sample, back->u, back->v, back->a);
+        lit_front = lit_at(sample, point_on_plane(front), front->value, front->gradient);
+        lit_back = lit_at(sample, point_on_plane(back), back->value, back->gradient);
     }
 #endif
 #ifdef DEPTHS

@@ -7,15 +7,22 @@
 #include "shared/field.cl"
 #include "shared/sample.cl"
 
-struct GradientSource {
+struct SampleSource {
     __global const VOXEL *voxels;
     const VolumeView *view;
     const realv *point;
     intv needed;
 };
 
-static inline void layer_gradient(const struct GradientSource *s, realv *u, realv *v, realv *a) {
-    gradient_at(s->voxels, s->view, s->point[0], s->point[1], s->point[2], s->needed, u, v, a);
+static inline Point sample_point(const struct SampleSource *s) {
+    const Point point = {s->point[0], s->point[1], s->point[2]};
+    return point;
+}
+
+static inline Gradient sample_gradient(const struct SampleSource *s) {
+    Gradient gradient;
+    gradient_at(s->voxels, s->view, s->point[0], s->point[1], s->point[2], s->needed, &gradient.u, &gradient.v, &gradient.a);
+    return gradient;
 }
 
 // Casts one row of rays.
@@ -53,7 +60,7 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
         if (!ANY(needed))
             continue;
         const realv value = value_at(voxels, view, point[0], point[1], point[2], needed);
-        const struct GradientSource source = {voxels, view, point, needed};
+        const struct SampleSource source = {voxels, view, point, needed};
 #ifdef DEPTHS
         is_between(MAX(first, (realv)(n)) * step, MIN(last, (realv)(n + 1.0f)) * step, gathered);
 #endif

@@ -9,7 +9,7 @@
 // What is known of the rays on one plane.
 typedef struct {
     realv point[3], value;
-    realv u, v, a; // gradient
+    Gradient gradient;
     bool sampled, differentiated;
 } Plane;
 
@@ -23,9 +23,15 @@ typedef struct {
 } SlabRays;
 
 ALWAYS_INLINE void differentiate(__global const VOXEL *voxels, const VolumeView *view, intv needed, Plane *plane) {
+    Gradient *gradient = &plane->gradient;
     if (!plane->differentiated)
-        gradient_at(voxels, view, plane->point[0], plane->point[1], plane->point[2], needed, &plane->u, &plane->v, &plane->a);
+        gradient_at(voxels, view, plane->point[0], plane->point[1], plane->point[2], needed, &gradient->u, &gradient->v, &gradient->a);
     plane->differentiated = true;
+}
+
+static inline Point point_on_plane(const Plane *plane) {
+    const Point point = {plane->point[0], plane->point[1], plane->point[2]};
+    return point;
 }
 
 // The way from a plane to the next.

@@ -51,10 +51,13 @@ ALWAYS_INLINE void take_slab(__global const VOXEL *voxels, const VolumeView *vie
                              Accumulator *gathered, intv *active) {
     const Slab slab = slab_between(table, p, from, to);
     Lighting lighting;
-    if (sample->shading) {
+    if (sample->light.shading) {
         differentiate(voxels, view, rays->hits, front);
         differentiate(voxels, view, rays->hits, back);
-        lighting = light_gradient(sample, 0.5f * (front->u + back->u), 0.5f * (front->v + back->v), 0.5f * (front->a + back->a));
+        const Gradient one = front->gradient, other = back->gradient;
+        const Gradient mean = {0.5f * (one.u + other.u), 0.5f * (one.v + other.v), 0.5f * (one.a + other.a)};
+        const Way way = way_between(front, back);
+        lighting = shade(sample, point_on(&way, (realv)(0.5f)), 0.5f * (from + to), mean);
     }
     const realv opacity = opacity_of_depth(sample, slab.extinction * rays->length);
     *active += COUNT_IF(opacity > 0.0f);

@@ -25,9 +25,9 @@ typedef struct {
 
 static inline Accumulator empty_accumulator(const SampleParams *p) {
 #if BLEND == MAXIMUM
-    const Accumulator a = {(realv)(p->least)};
+    const Accumulator a = {(realv)(p->field.least)};
 #elif BLEND == MINIMUM
-    const Accumulator a = {(realv)(p->largest)};
+    const Accumulator a = {(realv)(p->field.largest)};
 #else
     const Accumulator a = {(realv)(0.0f)};
 #endif
@@ -37,9 +37,9 @@ static inline Accumulator empty_accumulator(const SampleParams *p) {
 // The rays that anything more can change.
 static inline intv open_rays(const SampleParams *p, const Accumulator *a) {
 #if BLEND == MAXIMUM
-    return a->value < p->largest;
+    return a->value < p->field.largest;
 #elif BLEND == MINIMUM
-    return a->value > p->least;
+    return a->value > p->field.least;
 #else
     return LANES >= 0;
 #endif
@@ -67,7 +67,7 @@ static inline void resolve(const SampleParams *p, __global const float4 *table, 
     value = value / (met ? interval->to - interval->from : (realv)(1.0f));
 #endif
     // Kernels with negative weights overshoot: what is gathered stays among the voxels.
-    value = CLAMP(value, (realv)(p->least), (realv)(p->largest));
+    value = CLAMP(value, (realv)(p->field.least), (realv)(p->field.largest));
     realv extinction;
     table_entries(table, table_index(p, value), &color[0], &color[1], &color[2], &extinction);
     color[3] = CONVERT_REALV(COUNT_IF(met));
@@ -140,12 +140,12 @@ static inline void resolve(const SampleParams *p, __global const float4 *table, 
 #endif
 
 // The rays that let enough light pass to go on.
-static inline intv open_rays(const SampleParams *p, const Accumulator *a) { return a->t > p->opaque; }
+static inline intv open_rays(const SampleParams *p, const Accumulator *a) { return a->t > p->segments.opaque; }
 
 // Lights a colour before, and thins it.
 ALWAYS_INLINE void accumulate_lit(const SampleParams *p, realv r, realv g, realv b, realv opacity, const Lighting *lighting,
                                   Accumulator *a) {
-    if (p->shading) {
+    if (p->light.shading) {
         r = MIN(r * lighting->factor + lighting->highlight, (realv)(1.0f));
         g = MIN(g * lighting->factor + lighting->highlight, (realv)(1.0f));
         b = MIN(b * lighting->factor + lighting->highlight, (realv)(1.0f));

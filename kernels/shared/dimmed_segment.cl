@@ -24,7 +24,7 @@ static inline void composite_parts(__global const VOXEL *voxels, const VolumeVie
     realv t = lanes ? (realv)(0.0f) : (realv)(1.0f);
     realv value = value_on(voxels, view, way, IN_PART(part, (realv)(0.0f)), lanes);
     Node node = node_of(p, integrals, value, 0);
-    for (int i = 1; i <= MOST_PARTS && ANY(t < 1.0f && a->t > p->opaque); i++) {
+    for (int i = 1; i <= MOST_PARTS && ANY(t < 1.0f && a->t > p->segments.opaque); i++) {
         const realv next_t = MIN(i * step, (realv)(1.0f));
         const realv next_value = value_on(voxels, view, way, IN_PART(part, next_t), lanes);
         const Node next = node_of(p, integrals, next_value, i & 1);
@@ -33,7 +33,7 @@ static inline void composite_parts(__global const VOXEL *voxels, const VolumeVie
         const realv whole = d.extinction * (dt * reciprocal(d.distance));
         const realv opacity = (whole > OPAQUE_PART ? (realv)(1.0f) : absorbed(whole * (next_t - t)));
         Lighting lighting;
-        if (p->shading)
+        if (p->light.shading)
             lighting = light_on(p, lit_front, lit_back, IN_PART(part, 0.5f * (t + next_t)));
         accumulate_lit(p, d.r * per_extinction, d.g * per_extinction, d.b * per_extinction, opacity, &lighting, a);
         t = next_t, value = next_value, node = next;

@@ -12,7 +12,10 @@
 #endif
 
 // Whether anything between two values does.
-static inline intv shows(const SampleParams *p, realv from, realv to) { return MAX(from, to) >= p->shown_from && MIN(from, to) <= p->shown_to; }
+static inline intv shows(const SampleParams *p, realv from, realv to) {
+    const ClassificationParams *c = &p->classification;
+    return MAX(from, to) >= c->shown_from && MIN(from, to) <= c->shown_to;
+}
 
 // Whether gradients are derivatives of the field, which tell more of it: between two lit samples it is taken for the cubic with the values
 // and the slopes of both, and a sample is made of it in the middle. Where rays are parallel to an axis it is the field itself.
@@ -22,15 +25,15 @@ static inline intv shows(const SampleParams *p, realv from, realv to) { return M
 typedef struct {
     Lighting lighting;
 #if HAS_SLOPES
-    realv u, v, a; // gradient
+    Gradient gradient;
 #endif
 } Lit;
 
-static inline Lit lit_by(const SampleParams *p, realv u, realv v, realv a) {
+static inline Lit lit_at(const SampleParams *p, Point point, realv value, Gradient gradient) {
     Lit lit;
-    lit.lighting = light_gradient(p, u, v, a);
+    lit.lighting = shade(p, point, value, gradient);
 #if HAS_SLOPES
-    lit.u = u, lit.v = v, lit.a = a;
+    lit.gradient = gradient;
 #endif
     return lit;
 }
@@ -57,7 +60,7 @@ static inline Lighting light_on(const SampleParams *p, const Lit *front, const L
 #if HAS_SLOPES
     const realv place = t;
 #else
-    const realv place = t + p->curve * (SMOOTHSTEP(t) - t);
+    const realv place = t + p->segments.curve * (SMOOTHSTEP(t) - t);
 #endif
     const realv of_back = place * (EVEN + other->weight);
     const realv mixed = of_back * rough_reciprocal((1.0f - place) * (EVEN + one->weight) + of_back);
@@ -82,9 +85,10 @@ static inline Lighting light_on(const SampleParams *p, const Lit *front, const L
 static inline Lit lit_in_the_middle(const SampleParams *p, const Way *way, intv counts, const Lit *front, const Lit *back, realv *value) {
     const realv *step = way->step;
     // In ranges of values, of which squares are numbers.
-    const float unit = p->gradient_a, range = 1.0f / unit;
-    const realv one[3] = {unit * front->u, unit * front->v, unit * front->a};
-    const realv other[3] = {unit * back->u, unit * back->v, unit * back->a};
+    const float unit = p->field.gradient_a, range = 1.0f / unit;
+    const Gradient from = front->gradient, to = back->gradient;
+    const realv one[3] = {unit * from.u, unit * from.v, unit * from.a};
+    const realv other[3] = {unit * to.u, unit * to.v, unit * to.a};
     const realv slope_front = SCALAR_PRODUCT(one, step), slope_back = SCALAR_PRODUCT(other, step);
     *value = 0.5f * (way->from + way->to) + (counts ? 0.125f * range * (slope_front - slope_back) : (realv)(0.0f));
     // What the mean of both lacks for the cubic's slope lies where they do, whichever way they point: across surfaces.
@@ -93,7 +97,8 @@ static inline Lit lit_in_the_middle(const SampleParams *p, const Way *way, intv 
     const realv way_too = ALONG_THE_WAY * squared * (both + NO_NORMAL);
     const realv scale = lacking * rough_reciprocal(slope_front * slope_front + slope_back * slope_back + way_too * squared);
     const realv of_front = 0.5f + scale * slope_front, of_back = 0.5f + scale * slope_back, of_way = range * (scale * way_too);
-    return lit_by(p, of_front * front->u + of_back * back->u + of_way * step[0], of_front * front->v + of_back * back->v + of_way * step[1],
-                  of_front * front->a + of_back * back->a + of_way * step[2]);
+    const Gradient gradient = {of_front * from.u + of_back * to.u + of_way * step[0], of_front * from.v + of_back * to.v + of_way * step[1],
+                               of_front * from.a + of_back * to.a + of_way * step[2]};
+    return lit_at(p, point_on(way, (realv)(0.5f)), *value, gradient);
 }
 #endif

@@ -23,8 +23,8 @@ typedef struct {
 
 // The nearest even or odd node, one of the two that the value lies between.
 static inline intv node_index(const SampleParams *p, realv value, int odd) {
-    const realv x = (value - p->table_first) * (0.5f * p->table_per_value) + (odd ? 0.0f : 0.5f);
-    return 2 * CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)((p->table_last - odd) / 2))) + odd;
+    const realv x = (value - p->classification.table_first) * (0.5f * p->classification.table_per_value) + (odd ? 0.0f : 0.5f);
+    return 2 * CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)((p->classification.table_last - odd) / 2))) + odd;
 }
 
 // Cells of EXTINCTION_CELLS in src/transfer/integrals.rs: extinctions, what they rise by, and where cells are; nodes come behind them.
@@ -67,9 +67,9 @@ static inline intv counts_between(const SampleParams *p, __global const int4 *in
     const intv front = AS_INTV(extinction_at(integrals, node_index(p, from, 0)));
     intv any = front != AS_INTV(extinction_at(integrals, node_index(p, to, 1)));
 #ifdef TABLE_CUT
-    const float first = p->table_first, last = first + p->table_last / p->table_per_value;
-    any |= MIN(from, to) < first && NODES(integrals)[p->table_last + 1].w != 0;
-    any |= MAX(from, to) > last && NODES(integrals)[2 * p->table_last + 1].w != 0;
+    const float first = p->classification.table_first, last = first + p->classification.table_last / p->classification.table_per_value;
+    any |= MIN(from, to) < first && NODES(integrals)[p->classification.table_last + 1].w != 0;
+    any |= MAX(from, to) > last && NODES(integrals)[2 * p->classification.table_last + 1].w != 0;
 #endif
     counts = counts && any;
 #endif
@@ -83,10 +83,10 @@ ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals
     table_entries((__global const float4 *)NODES(integrals), node.index, &r, &g, &b, &extinction);
     node.r = AS_INTV(r), node.g = AS_INTV(g), node.b = AS_INTV(b), node.extinction = AS_INTV(extinction);
 #ifdef CURVED
-    table_entries((__global const float4 *)NODES(integrals) + p->table_last + 1, node.index, &node.at_r, &node.at_g, &node.at_b,
+    table_entries((__global const float4 *)NODES(integrals) + p->classification.table_last + 1, node.index, &node.at_r, &node.at_g, &node.at_b,
                   &node.at_extinction);
 #else
-    if (p->shading)
+    if (p->light.shading)
         node.at_extinction = extinction_near(p, integrals, value);
 #endif
     return node;
@@ -100,8 +100,9 @@ typedef struct {
 // Beyond the table its first and last entry go on. One sample beyond it and one in it or beyond the other end: the
 // entry's share is added. Both beyond one end: the nodes are right as they are.
 static inline void extend_difference(const SampleParams *p, __global const int4 *integrals, realv from, realv to, Difference *d) {
-    const realv last = p->table_last;
-    const realv x0 = (from - p->table_first) * p->table_per_value, x1 = (to - p->table_first) * p->table_per_value;
+    const realv last = p->classification.table_last;
+    const float first = p->classification.table_first, per_value = p->classification.table_per_value;
+    const realv x0 = (from - first) * per_value, x1 = (to - first) * per_value;
 #if VW == 1
     // Both in it, and numbers.
     if (x0 >= 0.0f && x0 <= last && x1 >= 0.0f && x1 <= last)
@@ -111,8 +112,8 @@ static inline void extend_difference(const SampleParams *p, __global const int4 
     const realv above = MAX(x1 - last, (realv)(0.0f)) - MAX(x0 - last, (realv)(0.0f));
     const realv distance = d->distance + below + above;
     const realv inner = MAX(x0, x1) <= 0.0f || MIN(x0, x1) >= last || fabs(distance) < 0.5f ? (realv)(0.0f) : (realv)(1.0f);
-    const float4 first_entry = as_float4(NODES(integrals)[p->table_last + 1]);
-    const float4 last_entry = as_float4(NODES(integrals)[2 * p->table_last + 1]);
+    const float4 first_entry = as_float4(NODES(integrals)[p->classification.table_last + 1]);
+    const float4 last_entry = as_float4(NODES(integrals)[2 * p->classification.table_last + 1]);
     d->r += inner * (below * first_entry.x + above * last_entry.x);
     d->g += inner * (below * first_entry.y + above * last_entry.y);
     d->b += inner * (below * first_entry.z + above * last_entry.z);
@@ -167,7 +168,7 @@ ALWAYS_INLINE Segment segment_between(const SampleParams *p, __global const int4
 
 // Weights of front and back of the segment from sub-layer l0 to l1.
 static inline float2 ends_of(const SampleParams *p, int l0, int l1) {
-    const float *ends = p->ends + 2 * (min(l0, l1) % p->inner_slabs);
+    const float *ends = p->segments.ends + 2 * (min(l0, l1) % p->segments.inner_slabs);
     return l0 < l1 ? (float2)(ends[0], ends[1]) : (float2)(ends[1], ends[0]);
 }
 
@@ -183,7 +184,7 @@ ALWAYS_INLINE void composite_segment(const SampleParams *p, const Segment *s, co
                                      const Lit *back, Accumulator *a, intv *active) {
     *active += COUNT_IF(opacity > 0.0f);
     Lighting lighting;
-    if (p->shading) {
+    if (p->light.shading) {
         // The nearer to one end extinction lies, the less of it is dimmed by the rest.
         const realv spread = 4.0f * s->centroid * (1.0f - s->centroid);
         const realv towards = s->centroid - spread * towards_front(s->depth);

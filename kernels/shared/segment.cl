@@ -6,7 +6,7 @@
 #ifdef WHOLE_LAYERS
 #define SAMPLES_PER_LAYER(p) 1
 #else
-#define SAMPLES_PER_LAYER(p) ((p)->inner_slabs)
+#define SAMPLES_PER_LAYER(p) ((p)->segments.inner_slabs)
 #endif
 
 #if GATHERS_VALUES
@@ -28,21 +28,24 @@ ALWAYS_INLINE void take_values(__global const VOXEL *voxels, const VolumeView *v
 // stays where it is counts half (Dowell & Jarratt 1971): where the field bends, it would hold all steps on the other side.
 #define REFINEMENTS 5
 
-// Takes a segment of an iso-surface: where the value between its ends crosses `p->iso`; REFINED: where the field itself does. It counts if that lies in the part that does.
+// Takes a segment of an iso-surface: where the value between its ends crosses the iso value; REFINED: where the field itself does. It counts
+// if that lies in the part that does.
 ALWAYS_INLINE void take_crossing(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, const Part *part,
                                  const Way *way, const Lit *lit_front, const Lit *lit_back, Accumulator *a, intv *active) {
+    const ClassificationParams *c = &p->classification;
     const realv from = way->from, to = way->to;
-    intv crosses = part->from < part->to && a->t > 0.5f && ((from < p->iso && to >= p->iso) || (from >= p->iso && to < p->iso));
+    intv crosses =
+        part->from < part->to && a->t > 0.5f && ((from < c->iso && to >= c->iso) || (from >= c->iso && to < c->iso));
     if (!ANY(crosses))
         return;
-    realv t = (p->iso - from) / (crosses ? to - from : (realv)(1.0f));
+    realv t = (c->iso - from) / (crosses ? to - from : (realv)(1.0f));
     t = CLAMP(t, (realv)(0.0f), (realv)(1.0f));
     Lighting lighting;
 #ifdef REFINED
-    realv near = 0.0f, far = 1.0f, at_near = from - p->iso, at_far = to - p->iso;
+    realv near = 0.0f, far = 1.0f, at_near = from - c->iso, at_far = to - c->iso;
     intv near_stayed = 0, far_stayed = 0;
     for (int i = 0; i < REFINEMENTS; i++) {
-        const realv at = value_on(voxels, view, way, t, crosses) - p->iso;
+        const realv at = value_on(voxels, view, way, t, crosses) - c->iso;
         const intv before = (at_near < 0.0f) == (at < 0.0f);
         near = before ? t : near, at_near = before ? at : near_stayed ? 0.5f * at_near : at_near;
         far = before ? far : t, at_far = before ? (far_stayed ? 0.5f * at_far : at_far) : at;
@@ -50,14 +53,14 @@ ALWAYS_INLINE void take_crossing(__global const VOXEL *voxels, const VolumeView 
         const realv span = at_far - at_near;
         t = near + (far - near) * CLAMP(-at_near / (span == 0.0f ? (realv)(1.0f) : span), (realv)(0.0f), (realv)(1.0f));
     }
-    if (p->shading) {
-        realv u, v, w;
-        gradient_at(voxels, view, way->place[0] + t * way->step[0], way->place[1] + t * way->step[1],
-                       way->place[2] + t * way->step[2], crosses, &u, &v, &w);
-        lighting = light_gradient(p, u, v, w);
+    if (p->light.shading) {
+        const Point point = point_on(way, t);
+        Gradient gradient;
+        gradient_at(voxels, view, point.u, point.v, point.a, crosses, &gradient.u, &gradient.v, &gradient.a);
+        lighting = shade(p, point, (realv)(c->iso), gradient);
     }
 #else
-    if (p->shading)
+    if (p->light.shading)
         lighting = light_on(p, lit_front, lit_back, t);
 #endif
     crosses &= t >= part->from && t <= part->to;
@@ -66,6 +69,6 @@ ALWAYS_INLINE void take_crossing(__global const VOXEL *voxels, const VolumeView 
     const realv crossing = a->from + t * a->way;
     is_between(crossing, crossing, a);
 #endif
-    accumulate_lit(p, (realv)(p->iso_r), (realv)(p->iso_g), (realv)(p->iso_b), CONVERT_REALV(COUNT_IF(crosses)), &lighting, a);
+    accumulate_lit(p, (realv)(c->iso_r), (realv)(c->iso_g), (realv)(c->iso_b), CONVERT_REALV(COUNT_IF(crosses)), &lighting, a);
 }
 #endif

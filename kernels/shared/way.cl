@@ -1,6 +1,7 @@
 // The way from one sample of a ray to the next.
 
 #include "shared/field.cl"
+#include "shared/point.cl"
 
 // A place of the one, and the step to the other, in voxels; and the values there.
 typedef struct {
@@ -16,8 +17,12 @@ static inline Way way_on(realv centre_u, realv shear_u, realv centre_v, realv sh
     return way;
 }
 
-// The field on it, 0 ... 1.
+// The point at t of it, 0 ... 1, and the field there.
+static inline Point point_on(const Way *way, realv t) {
+    const Point point = {way->place[0] + t * way->step[0], way->place[1] + t * way->step[1], way->place[2] + t * way->step[2]};
+    return point;
+}
 static inline realv value_on(__global const VOXEL *voxels, const VolumeView *view, const Way *way, realv t, intv lanes) {
-    return value_at(voxels, view, way->place[0] + t * way->step[0], way->place[1] + t * way->step[1],
-                    way->place[2] + t * way->step[2], lanes);
+    const Point point = point_on(way, t);
+    return value_at(voxels, view, point.u, point.v, point.a, lanes);
 }

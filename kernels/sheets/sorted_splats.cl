@@ -53,8 +53,10 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
         splat->reach = at.z;
         float4 entry = table[table_index(&sample, content.x)];
         float4 color = (float4)(entry.xyz, 1.0f);
-        if (sample.shading) {
-            const Lighting lighting = light_gradient(&sample, content.y, content.z, content.w);
+        if (sample.light.shading) {
+            const Point point = {at.x, at.y, at.z};
+            const Gradient gradient = {content.y, content.z, content.w};
+            const Lighting lighting = shade(&sample, point, content.x, gradient);
             color.xyz = MIN(color.xyz * lighting.factor + lighting.highlight, (float3)(1.0f));
             entry.w *= lighting.left;
         }

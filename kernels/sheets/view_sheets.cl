@@ -30,14 +30,20 @@ typedef struct {
     uint reached[SHEETS]; // rows that splats have reached, a bit each
 } Ring;
 
-struct GradientSource {
+struct SampleSource {
     const realv *channels;
+    Point point;
 };
 
-static inline void layer_gradient(const struct GradientSource *source, realv *u, realv *v, realv *a) {
+static inline Point sample_point(const struct SampleSource *source) { return source->point; }
+
+static inline Gradient sample_gradient(const struct SampleSource *source) {
 #if CHANNELS == 4
-    *u = source->channels[1], *v = source->channels[2], *a = source->channels[3];
+    const Gradient gradient = {source->channels[1], source->channels[2], source->channels[3]};
+#else
+    const Gradient gradient = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
 #endif
+    return gradient;
 }
 
 // What the rays of a tile have gathered, and their length per voxel of depth.
@@ -68,14 +74,17 @@ ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sam
     const int slot = SLOT_OF(sheet);
     const float depth = (sheet + p->first_sheet) * p->sheet_distance;
     // Where the background shows, every sheet does; and where values are gathered.
-    const uint shown = sample->background_visible || GATHERS_VALUES ? ~0u : ring->reached[slot];
+    const uint shown = sample->classification.background_visible || GATHERS_VALUES ? ~0u : ring->reached[slot];
     const bool ahead = depth >= p->nearest_sheet;
     EACH_ROW(r, 0, tile->rows - 1) {
         if (!(shown >> r & 1))
             continue;
         realv *channels = ring->at[r][slot];
         if (ahead) {
-            const struct GradientSource source = {channels};
+            const RowRays *rays = &tile->rays[r];
+            const realv at = parameter_of(p, rays, depth);
+            const Point point = {rays->o[0] + at * rays->d[0], rays->o[1] + at * rays->d[1], rays->o[2] + at * rays->d[2]};
+            const struct SampleSource source = {channels, point};
             bool lit = false;
             Lighting lighting;
             Share share = 1.0f;
@@ -148,7 +157,7 @@ __kernel void view_sheets(__global const Splat *sorted, __global const uint *end
     }
     const uint2 list = list_of(ends, &s, chunks, id);
     const int sheets = p.last_sheet - p.first_sheet + 1;
-    if (list.x < list.y || sample.background_visible || GATHERS_VALUES) {
+    if (list.x < list.y || sample.classification.background_visible || GATHERS_VALUES) {
         Ring ring;
         for (int n = 0; n < SHEETS; n++) {
             ring.reached[n] = 0;

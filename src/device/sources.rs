@@ -58,6 +58,7 @@ kernel_files!(
     "shared/field.cl",
     "shared/lit_way.cl",
     "shared/lone_field.cl",
+    "shared/point.cl",
     "shared/preintegration.cl",
     "shared/reconstruction.cl",
     "shared/sample.cl",

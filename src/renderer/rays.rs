@@ -1,15 +1,16 @@
 //! Frames by ray casting, with and without pre-integrated segments, and by slicing.
 
-use super::classification::{SLAB_VALUES, TableSizes};
+use super::classification::{SLAB_VALUES, Table, TableSizes};
 use super::frame::{Declaring, Resources};
 use super::region::Region;
+use super::sampling::Steps;
 use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Drawn, Target, Tiles, declare_target};
 use crate::device::launch::rays::{
     CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, Raycast, RaycastArguments, Slicing, SlicingArguments,
 };
-use crate::device::launch::structs::MarchParams;
+use crate::device::launch::structs::{ClassificationParams, MarchParams, SampleParams, SegmentParams};
 use crate::device::launch::{Launcher, Rendering};
 use crate::error::Error;
 use crate::layers::{Axis, Kernel};
@@ -77,9 +78,8 @@ impl MarchedRays {
             Kernel::Gaussian => scene.gaussian_layout()?,
             _ => scene.weighted(AXIS, kernel)?,
         };
-        let axes = scene.axes(1);
-        let mut sample = scene.sample(&axes, AXIS.frame());
-        table.set(&mut sample);
+        let steps = scene.steps(1);
+        let sample = point_params(scene, &table, steps);
         let region = Region::marched(scene, kernel, step);
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
@@ -91,11 +91,8 @@ impl MarchedRays {
                 view: layout.view,
                 visible: &visible.flags,
                 table: &table.entries,
-                s: screen_params(scene, &axes, AXIS.frame(), tiles),
-                p: MarchParams {
-                    length: (step * axes.step.min_element()) as f32,
-                    ..march_params(visible.blocks, settings.culling)
-                },
+                s: screen_params(scene, steps, AXIS.frame(), tiles),
+                p: MarchParams { length: (step * steps.shortest()) as f32, ..march_params(visible.blocks, settings.culling) },
                 sample,
                 clip: region.for_kernels(AXIS.frame()),
                 frame,
@@ -119,9 +116,8 @@ impl MarchedRays {
         let table = scene.table(kernel)?;
         let mut layout = scene.weighted(AXIS, kernel)?;
         layout.view.background = scene.field.background_for(settings.blend);
-        let axes = scene.axes(1);
-        let mut sample = scene.sample(&axes, AXIS.frame());
-        table.set(&mut sample);
+        let steps = scene.steps(1);
+        let sample = point_params(scene, &table, steps);
         let region = Region::marched(scene, kernel, longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
@@ -134,7 +130,7 @@ impl MarchedRays {
                 view: layout.view,
                 visible: &visible.flags,
                 table: &table.entries,
-                s: screen_params(scene, &axes, AXIS.frame(), tiles),
+                s: screen_params(scene, steps, AXIS.frame(), tiles),
                 p: slab_params(scene, step, useful, visible.blocks),
                 sample,
                 clip: region.for_kernels(AXIS.frame()),
@@ -148,14 +144,13 @@ impl MarchedRays {
     pub fn slice(&mut self, scene: &mut Scene, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, viewport, .. } = *scene;
-        let axes = scene.axes(1);
-        let thickness = step * axes.step.min_element();
+        let steps = scene.steps(1);
+        let thickness = step * steps.shortest();
         let visible = scene.visible_blocks(AXIS, Kernel::Linear)?;
         let (integrals, slabs) = scene.slicing_table(thickness)?;
         let table = scene.table(Kernel::Linear)?;
         let layout = scene.layout(AXIS)?;
-        let mut sample = scene.sample(&axes, AXIS.frame());
-        table.set(&mut sample);
+        let sample = point_params(scene, &table, steps);
         let region = Region::marched(scene, Kernel::Linear, longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
@@ -167,7 +162,7 @@ impl MarchedRays {
                 view: layout.view,
                 visible: &visible.flags,
                 table: &slabs,
-                s: screen_params(scene, &axes, AXIS.frame(), tiles),
+                s: screen_params(scene, steps, AXIS.frame(), tiles),
                 p: MarchParams {
                     table_first: integrals.scale.first,
                     table_per_value: integrals.scale.per_value * (SLAB_VALUES - 1) as f32 / integrals.scale.last as f32,
@@ -187,14 +182,15 @@ impl MarchedRays {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
         // Here steps are what divides a layer, not samples.
-        let axes = scene.axes(1);
+        let steps = scene.steps(1);
         let per_layer = (1.0 / step).round() as u32;
-        let thinnest = step * axes.step.min_element();
+        let thinnest = step * steps.shortest();
         let visible = scene.visible_blocks(AXIS, kernel)?;
         let integrals = scene.integrals(kernel, thinnest, per_layer)?;
         let layout = scene.weighted(AXIS, kernel)?;
-        let mut sample = scene.sample(&axes, AXIS.frame());
-        integrals.set(&mut sample, Kernel::Linear, 1);
+        let classification = ClassificationParams::from_integrals(scene, &integrals);
+        let segment_params = SegmentParams::between_points(scene, steps, AXIS.frame(), Kernel::Linear, 1);
+        let sample = scene.sample(AXIS.frame(), classification, segment_params);
         let segments = integrals.segments(settings.extinction, Kernel::Linear, 1);
         let region = Region::marched(scene, kernel, longest_slab(scene, step));
         let tiles = Tiles::of_screen(viewport, device.tuning());
@@ -207,7 +203,7 @@ impl MarchedRays {
                 view: layout.view,
                 visible: &visible.flags,
                 table: &integrals.nodes,
-                s: screen_params(scene, &axes, AXIS.frame(), tiles),
+                s: screen_params(scene, steps, AXIS.frame(), tiles),
                 p: slab_params(scene, step, integrals.visible_values, visible.blocks),
                 sample,
                 clip: region.for_kernels(AXIS.frame()),
@@ -230,6 +226,12 @@ fn check_steps(scene: &Scene, step: f64) -> Result<(), Error> {
          it longer"
     );
     Err(Error::Settings { field: "step", problem })
+}
+
+/// Parameters of samples that are looked up in a table, each by itself.
+fn point_params(scene: &Scene, table: &Table, steps: Steps) -> SampleParams {
+    let frame = AXIS.frame();
+    scene.sample(frame, ClassificationParams::from_table(scene, table), SegmentParams::single(scene, steps, frame))
 }
 
 /// What all ways of marching need.

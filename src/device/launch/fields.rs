@@ -56,6 +56,10 @@ macro_rules! kernel_struct {
             const NAME: &'static str = stringify!($name);
         }
 
+        impl Field for $name {
+            type Element = $name;
+        }
+
         impl $name {
             /// Its definition in OpenCL C, which does not compile where the sizes differ.
             fn typedef() -> String {

@@ -28,60 +28,89 @@ kernel_struct! {
 }
 
 kernel_struct! {
-    /// What a sample needs to know of its frame, its place in the table, and how it is lit. Axes are u, v, a.
-    SampleParams {
+    /// The voxel values of a field and the scale of its gradients. Axes are u, v, a.
+    FieldParams {
+        /// Voxel differences to gradients in value ranges per voxel of the smallest spacing, world axes.
+        gradient as [gradient_u, gradient_v, gradient_a]: f32,
+        /// Smallest and largest voxel, less the offset.
+        range as [least, largest]: f32,
+    }
+}
+
+kernel_struct! {
+    /// Look-up of values in a transfer table or in its integrals, and which values are visible.
+    ClassificationParams {
         /// Value of table entry 0, less the offset.
         table_first: f32,
         /// Entries per unit of value.
         table_per_value: f32,
         /// Index of the last entry.
         table_last: i32,
-        /// Entries outside have no opacity.
+        /// First and last entry with opacity.
         visible as [first_visible, last_visible]: i32,
-        /// Values outside have none, or cannot change a ray.
+        /// Values outside have no opacity, or cannot change a ray.
         shown as [shown_from, shown_to]: f32,
+        /// Extinction of one unit in the table.
+        table_unit: f32,
         /// Extinction: 1 = min(1, alpha dt), 0 = 1 - exp(-tau dt).
         linear: i32,
-        /// Samples per layer: all inner ones, and of splatted layers the outer two.
-        samples_per_layer as [inner_slabs, front_slabs, back_slabs]: i32,
         /// The background has opacity: what lies beside the field's support is masked.
         background_visible: i32,
-        /// Transmittance below which a tile is finished; 0: never.
-        opaque: f32,
-        /// Gradients are looked at: samples are lit, or thinned.
+        /// Value of an iso-surface, less the offset, and its colour.
+        iso: f32,
+        iso_color as [iso_r, iso_g, iso_b]: f32,
+    }
+}
+
+kernel_struct! {
+    /// Lights, and what gradients leave of the opacity. Axes are u, v, a.
+    LightParams {
+        /// Gradients are needed: samples are lit, or their opacity depends on the gradient.
         shading: i32,
-        /// Voxel differences to gradients in value ranges per voxel of the smallest spacing, world axes.
-        gradient as [gradient_u, gradient_v, gradient_a]: f32,
         /// Direction to the first light, unit length.
-        light as [light_u, light_v, light_a]: f32,
-        /// Between light and eye, unit length.
+        direction as [direction_u, direction_v, direction_a]: f32,
+        /// Between the first light and the eye, unit length.
         half_way as [half_u, half_v, half_a]: f32,
         ambient: f32,
         /// Of the first light.
         diffuse: f32,
         specular: f32,
         power: f32,
-        /// How many more lights there are, each with a direction to it, one between it and the eye, and its diffuse and specular.
+        /// Number of further lights. Each has the direction to it, the direction between it and the eye, its diffuse and its specular.
         more_lights: i32,
         lights: [[f32; 8]; 3],
-        /// Gradients leave less of the opacity.
+        /// Opacity depends on the gradient.
         thinned: i32,
-        /// What is left of it where there is no gradient, and what that rises by: from a length of the gradient, per length, and to another.
+        /// The share of the opacity where there is no gradient, and by how much it rises: (from this length, by this per length, to this
+        /// length).
         least_thinned: f32,
         rises: [[f32; 3]; 7],
+    }
+}
+
+kernel_struct! {
+    /// How a ray is sampled. Axes are u, v, a.
+    SegmentParams {
+        /// Samples per layer: of all inner layers, and of splatted layers of the first and the last.
+        samples_per_layer as [inner_slabs, front_slabs, back_slabs]: i32,
         /// World size of a voxel step / (unit distance x samples per layer).
         step as [step_u, step_v, step_a]: f32,
-        /// Extinction of one unit in the table of integrals.
-        table_unit: f32,
         /// Weights of the lower and the upper end of the segments from a layer to the next.
         ends: [[f32; 2]; 8],
         /// Share of the cubic that lighting follows between the ends of a segment, else even.
         curve: f32,
-        /// Smallest and largest voxel, less the offset.
-        range as [least, largest]: f32,
-        /// Value of an iso-surface, less the offset, and its colour.
-        iso: f32,
-        iso_color as [iso_r, iso_g, iso_b]: f32,
+        /// Transmittance below which a tile is finished; 0: never.
+        opaque: f32,
+    }
+}
+
+kernel_struct! {
+    /// All that a sample is classified and lit by.
+    SampleParams {
+        field: FieldParams,
+        classification: ClassificationParams,
+        light: LightParams,
+        segments: SegmentParams,
     }
 }
 
@@ -298,6 +327,10 @@ kernel_struct! {
 pub(in crate::device) fn typedefs() -> String {
     [
         VolumeView::typedef(),
+        FieldParams::typedef(),
+        ClassificationParams::typedef(),
+        LightParams::typedef(),
+        SegmentParams::typedef(),
         SampleParams::typedef(),
         Clipping::typedef(),
         LayerOffset::typedef(),

@@ -1,5 +1,6 @@
 //! The classification: one transfer function over one field. Its tables and integrals, and what of the field it can show.
 
+mod params;
 mod splat_list;
 mod tables;
 mod visibility;

@@ -5,10 +5,10 @@ use super::super::store::{Key, Stored};
 use super::{Classification, PreparationKernels};
 use crate::device::launch::layered::Segments;
 use crate::device::launch::rays::PreintegratedTableArguments;
-use crate::device::launch::structs::{Float4, SampleParams};
+use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, Produced};
 use crate::error::Error;
-use crate::layers::{Kernel, lighting_curve, segment_ends};
+use crate::layers::{Kernel, segment_ends};
 use crate::transfer::{EXTINCTION_CELLS, Extinction, IntegralTable, TransferFunction, TransferTable};
 use crate::volume::{Description, Stored as StoredNumbers};
 use std::borrow::Cow;
@@ -39,11 +39,6 @@ pub(in crate::renderer) struct Scale {
 impl Scale {
     fn new(field: &Field, first: f64, per_value: f64, entries: usize) -> Self {
         Self { first: (first - field.offset()) as f32, per_value: per_value as f32, last: entries as i32 - 1 }
-    }
-
-    /// The parameters of samples that are looked up in this table.
-    pub fn set(self, sample: &mut SampleParams) {
-        (sample.table_first, sample.table_per_value, sample.table_last) = (self.first, self.per_value, self.last);
     }
 }
 
@@ -94,27 +89,7 @@ impl SegmentNeeds {
     ];
 }
 
-impl Table {
-    /// The parameters of samples that are classified by this table.
-    pub fn set(&self, sample: &mut SampleParams) {
-        self.scale.set(sample);
-        sample.visible = self.visible_entries;
-    }
-}
-
 impl Integrals {
-    /// The parameters of samples between which segments are classified by these integrals, so many per layer.
-    pub fn set(&self, sample: &mut SampleParams, kernel: Kernel, per_layer: u32) {
-        self.scale.set(sample);
-        sample.shown = self.visible_values;
-        sample.table_unit = self.unit;
-        sample.samples_per_layer = [per_layer as i32, 0, 0];
-        for (n, ends) in (0..per_layer).zip(&mut sample.ends) {
-            *ends = segment_ends(kernel, per_layer, n).map(|w| w as f32);
-        }
-        sample.curve = lighting_curve(kernel, per_layer) as f32;
-    }
-
     /// How segments are built from these integrals, so many per layer.
     pub fn segments(&self, extinction: Extinction, kernel: Kernel, per_layer: u32) -> Segments {
         Segments {

@@ -1,6 +1,7 @@
 //! The field: voxels on a device, and what is made from them alone (layouts, B-spline coefficients, min-max blocks).
 
 mod blocks;
+mod gradients;
 mod in_place;
 mod layouts;
 mod shape;

@@ -4,6 +4,7 @@ use super::super::classification::{Integrals, Table};
 use super::super::frame::{Declaring, Resources};
 use super::super::range::LayerRange;
 use super::super::region::Region;
+use super::super::sampling::Steps;
 use super::super::scene::Scene;
 use super::super::tiles::{Drawn, Target, Tiles, declare_target};
 use super::pixels::{direct_params, layer_axes};
@@ -12,12 +13,11 @@ use crate::device::launch::Launcher;
 use crate::device::launch::layered::{
     PointDirect, PointDirectArguments, PointLattice, PointLatticeArguments, PointSamples, Segments,
 };
-use crate::device::launch::structs::{RayLatticeParams, SampleParams};
+use crate::device::launch::structs::{ClassificationParams, RayLatticeParams, SampleParams, SegmentParams};
 use crate::error::Error;
-use crate::layers::{Axis, Density, Kernel, Lattice, Stagger};
+use crate::layers::{Axis, AxisFrame, Density, Kernel, Lattice, Stagger};
 use crate::settings::Blend;
 use crate::settings::{Classification, Evaluation};
-use std::sync::Arc;
 
 /// Draws point-sampled layers.
 #[derive(Default)]
@@ -67,19 +67,19 @@ impl PointLayers {
         let frame = lattice.frame;
         let axis = frame.layer_axis();
         let per_layer = magnified(samples_per_layer, evaluation, scene.rays.pixels_along(frame.a));
-        let axes = scene.axes(per_layer);
+        let steps = scene.steps(per_layer);
         let tiles = Tiles::of_points(lattice, device.tuning());
         let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
         if lattice.samples() == 0 {
             return Ok(());
         }
         let visible = scene.visible_blocks(axis, kernel)?;
-        let integrals = scene.integrals(kernel, axes.step.min_element(), per_layer)?;
+        let integrals = scene.integrals(kernel, steps.shortest(), per_layer)?;
         let layout = scene.weighted(axis, kernel)?;
-        let mut sample = scene.sample(&axes, frame);
         let region = Region::new(scene, kernel, per_layer);
         let segments = segments(scene, &integrals, kernel, per_layer);
-        let table = classified(scene, &integrals, (kernel, per_layer), &mut sample)?;
+        let table = scene.table(kernel)?;
+        let sample = point_params(scene, (&integrals, &table), steps, frame, (kernel, per_layer));
         let variant = (layout.voxels.kind(), kernel, segments, region.rendering);
         let arguments = PointLatticeArguments {
             voxels: &layout.voxels,
@@ -112,17 +112,17 @@ impl PointLayers {
         target: &mut Target,
     ) -> Result<(), Error> {
         let Scene { device, viewport, .. } = *scene;
-        let axes = scene.axes(samples_per_layer);
+        let steps = scene.steps(samples_per_layer);
         let known = layer_axes(axis);
         let mut visible = Vec::new();
         for axis in known {
             visible.push(scene.visible_blocks(axis, kernel)?);
         }
-        let integrals = scene.integrals(kernel, axes.step.min_element(), samples_per_layer)?;
-        let mut sample = scene.sample(&axes, Axis::Z.frame());
+        let integrals = scene.integrals(kernel, steps.shortest(), samples_per_layer)?;
         let region = Region::new(scene, kernel, samples_per_layer);
         let segments = segments(scene, &integrals, kernel, samples_per_layer);
-        let table = classified(scene, &integrals, (kernel, samples_per_layer), &mut sample)?;
+        let table = scene.table(kernel)?;
+        let sample = point_params(scene, (&integrals, &table), steps, Axis::Z.frame(), (kernel, samples_per_layer));
         let layout = scene.weighted(Axis::Z, kernel)?;
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::of_pixels(viewport));
         self.direct.launch(
@@ -155,24 +155,19 @@ fn segments(scene: &Scene, integrals: &Integrals, kernel: Kernel, per_layer: u32
     }
 }
 
-/// Parameters of samples of a kernel's field, so many per layer, and the table of colours, in which they are looked up where values are
-/// gathered.
-fn classified(
-    scene: &mut Scene,
-    integrals: &Integrals,
+/// Parameters of samples of a kernel's field, so many per layer, and of the segments between them.
+fn point_params(
+    scene: &Scene,
+    (integrals, table): (&Integrals, &Table),
+    steps: Steps,
+    frame: AxisFrame,
     (kernel, per_layer): (Kernel, u32),
-    sample: &mut SampleParams,
-) -> Result<Arc<Table>, Error> {
-    let settings = scene.settings;
-    integrals.set(sample, kernel, per_layer);
-    let table = scene.table(kernel)?;
-    if settings.blend != Blend::Composite {
-        table.set(sample);
-    }
-    if let Some(useful) = scene.field.useful_values(settings.blend) {
-        sample.shown = useful;
-    }
-    Ok(table)
+) -> SampleParams {
+    let classification = match scene.settings.blend {
+        Blend::Composite => ClassificationParams::from_integrals(scene, integrals),
+        _ => ClassificationParams::from_useful_values(scene, table),
+    };
+    scene.sample(frame, classification, SegmentParams::between_points(scene, steps, frame, kernel, per_layer))
 }
 
 /// How many voxel rows farther than their row the columns of a lattice lie, at most.

@@ -1,8 +1,10 @@
 //! Splatted layers, classified after interpolation: the paper's own way.
 
+use super::super::classification::Table;
 use super::super::frame::{Declaring, Resources, Slot};
 use super::super::range::LayerRange;
 use super::super::region::Region;
+use super::super::sampling::Steps;
 use super::super::scene::Scene;
 use super::super::tiles::{Drawn, Target, Tiles, declare_target};
 use super::footprint_set::FootprintSet;
@@ -14,9 +16,11 @@ use crate::device::launch::layered::{
     self as kernels, FootprintsArguments, OpacityTable, OpacityTableArguments, SplatDirect, SplatDirectArguments, SplatLattice,
     SplatLatticeArguments, SplatPerspective, SplatPerspectiveArguments, SplatSamples, SplatSamplesArguments,
 };
-use crate::device::launch::structs::{Float4, LayerOffset, SampleParams, SplatLatticeParams};
+use crate::device::launch::structs::{
+    ClassificationParams, Float4, LayerOffset, SampleParams, SegmentParams, SplatLatticeParams,
+};
 use crate::error::Error;
-use crate::layers::{Axis, Correction, Kernel, Lattice, LayerSlabs, Phases, SubSlab, quadrature_nodes};
+use crate::layers::{Axis, AxisFrame, Correction, Kernel, Lattice, LayerSlabs, Phases, SubSlab, quadrature_nodes};
 use crate::settings::{Classification, Footprints};
 use crate::transfer::Extinction;
 
@@ -139,11 +143,11 @@ impl SplatLayers {
             },
         )?;
         let base = scene.table(Kernel::Cubic)?;
-        let axes = scene.axes(correction.samples_per_layer());
-        let mut sample = scene.sample(&axes, frame);
-        base.set(&mut sample);
+        let slabs = LayerSlabs::new(correction);
+        let steps = scene.steps(correction.samples_per_layer());
+        let sample = splat_params(scene, &base, steps, frame, &slabs);
         let region = Region::new(scene, Kernel::Cubic, 1);
-        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(correction, &mut sample))?;
+        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(&slabs))?;
         let opacity_table = target.arena.get(&OPACITY_TABLE);
         let table = if region.rendering.clipped {
             &base.entries
@@ -151,7 +155,7 @@ impl SplatLayers {
             let table = &opacity_table;
             let arguments = OpacityTableArguments {
                 base: &base.entries,
-                dt: axes.sample_length(frame, lattice.shear()) as f32,
+                dt: steps.sample_length(frame, lattice.shear()) as f32,
                 linear: i32::from(settings.extinction == Extinction::Linear),
                 count: base.entries.len() as i32,
                 entries: table,
@@ -209,10 +213,11 @@ impl SplatLayers {
             return Ok(());
         }
         let table = scene.table(Kernel::Cubic)?;
-        let mut sample = scene.sample(&scene.axes(correction.samples_per_layer()), lattice.frame);
-        table.set(&mut sample);
+        let slabs = LayerSlabs::new(correction);
+        let steps = scene.steps(correction.samples_per_layer());
+        let sample = splat_params(scene, &table, steps, lattice.frame, &slabs);
         let region = Region::new(scene, Kernel::Cubic, 1);
-        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(correction, &mut sample))?;
+        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(&slabs))?;
         let visible = scene.visible_blocks(axis, Kernel::Cubic)?;
         let layout = scene.layout(axis)?;
         let (voxels, view) = (&layout.voxels, layout.view);
@@ -269,11 +274,11 @@ impl SplatLayers {
         let no_shears = target.arena.get(&NODES);
         let (images, shears) = images.as_ref().map_or((&visible[0].flags, &*no_shears), |set| (&set.images, &set.shears));
         let table = scene.table(Kernel::Cubic)?;
-        let axes = scene.axes(correction.samples_per_layer());
-        let mut sample = scene.sample(&axes, Axis::Z.frame());
-        table.set(&mut sample);
+        let slabs = LayerSlabs::new(correction);
+        let steps = scene.steps(correction.samples_per_layer());
+        let sample = splat_params(scene, &table, steps, Axis::Z.frame(), &slabs);
         let region = Region::new(scene, Kernel::Cubic, 1);
-        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(correction, &mut sample))?;
+        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(&slabs))?;
         let layout = scene.layout(Axis::Z)?;
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::of_pixels(viewport));
         self.direct.launch(
@@ -306,10 +311,14 @@ fn slab_count(correction: Correction) -> usize {
     inner.len() + front.len() + back.len()
 }
 
-/// Sub-slabs as the kernels read them, inner, front and back ones after each other; sets how many there are.
-fn slab_table(correction: Correction, sample: &mut SampleParams) -> Vec<Float4> {
-    let LayerSlabs { inner, front, back } = LayerSlabs::new(correction);
-    sample.samples_per_layer = [&inner, &front, &back].map(|slabs| slabs.len() as i32);
+/// Sub-slabs as the kernels read them: inner, front and back ones after each other.
+fn slab_table(slabs: &LayerSlabs) -> Vec<Float4> {
     let entry = |s: &SubSlab| Float4([s.before, s.own, s.after, s.share].map(|w| w as f32));
-    inner.iter().chain(&front).chain(&back).map(entry).collect()
+    slabs.inner.iter().chain(&slabs.front).chain(&slabs.back).map(entry).collect()
+}
+
+/// Parameters of samples in the sub-slabs of splatted layers.
+fn splat_params(scene: &Scene, table: &Table, steps: Steps, frame: AxisFrame, slabs: &LayerSlabs) -> SampleParams {
+    let segments = SegmentParams::sub_slabs(scene, steps, frame, slabs);
+    scene.sample(frame, ClassificationParams::from_table(scene, table), segments)
 }

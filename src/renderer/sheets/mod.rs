@@ -2,15 +2,16 @@
 
 mod order;
 
-use super::classification::Splatted;
+use super::classification::{Splatted, Table};
 use super::frame::{Declaring, Resources, Slot};
 use super::region::Region;
+use super::sampling::Steps;
 use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Drawn, Target, Tiles, declare_target};
 use crate::device::launch::Launcher;
 use crate::device::launch::sheets::{AxisSheets, AxisSheetsArguments, ViewSheets, ViewSheetsArguments};
-use crate::device::launch::structs::SplatParams;
+use crate::device::launch::structs::{ClassificationParams, SampleParams, SegmentParams, SplatParams};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, GAUSSIAN_RADIUS, Kernel, SplatProjection, SplatSlabs};
 use crate::volume::Grid;
@@ -57,9 +58,8 @@ impl AxisAlignedSheets {
         let splats = scene.axis_splats(axis)?;
         let table = scene.table(Kernel::Gaussian)?;
         let frame = axis.frame();
-        let axes = scene.axes(1);
-        let mut sample = scene.sample(&axes, frame);
-        table.set(&mut sample);
+        let steps = scene.steps(1);
+        let sample = splat_samples(scene, &table, steps, frame);
         let projection = SplatProjection::new(rays, viewport, scene.field.grid());
         let (background, _) = scene.field.background();
         let backwards = i32::from(rays.central_direction()[axis.index()] < 0.0);
@@ -78,7 +78,7 @@ impl AxisAlignedSheets {
             ends: &order.ends,
             lists: &order.lists,
             chunks: device.tuning().splat_chunks as i32,
-            s: screen_params(scene, &axes, frame, tiles),
+            s: screen_params(scene, steps, frame, tiles),
             p: params,
             sample,
             clip: region.for_kernels(frame),
@@ -99,9 +99,8 @@ impl ImageAlignedSheets {
         let table = scene.table(Kernel::Gaussian)?;
         let slabs = SplatSlabs { distance };
         let slab_weights = target.arena.fill(device, &SLAB_WEIGHTS, &slab_weights(slabs))?;
-        let axes = scene.axes(1);
-        let mut sample = scene.sample(&axes, AXIS.frame());
-        table.set(&mut sample);
+        let steps = scene.steps(1);
+        let sample = splat_samples(scene, &table, steps, AXIS.frame());
         let projection = SplatProjection::new(rays, viewport, scene.field.grid());
         let params = SplatParams {
             sheet_distance: distance as f32,
@@ -123,7 +122,7 @@ impl ImageAlignedSheets {
             chunks: device.tuning().splat_chunks as i32,
             slabs: &slab_weights,
             table: &table.entries,
-            s: screen_params(scene, &axes, AXIS.frame(), tiles),
+            s: screen_params(scene, steps, AXIS.frame(), tiles),
             p: params,
             sample,
             clip: region.for_kernels(AXIS.frame()),
@@ -132,6 +131,11 @@ impl ImageAlignedSheets {
         };
         self.kernel.launch(device, (slabs.count(), settings.looks_at_gradients(), region.rendering), &arguments)
     }
+}
+
+/// Parameters of sheets' samples, which are looked up in a table.
+fn splat_samples(scene: &Scene, table: &Table, steps: Steps, frame: AxisFrame) -> SampleParams {
+    scene.sample(frame, ClassificationParams::from_table(scene, table), SegmentParams::single(scene, steps, frame))
 }
 
 /// The projection as kernels see it, in the axes of `frame`; without sheets.

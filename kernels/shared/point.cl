@@ -1,0 +1,13 @@
+// Points of a field, and gradients.
+
+#include "shared/vector.cl"
+
+// In voxels along the kernel's axes.
+typedef struct {
+    realv u, v, a;
+} Point;
+
+// In voxel differences along these.
+typedef struct {
+    realv u, v, a;
+} Gradient;

@@ -1,0 +1,42 @@
+//! The parameters of kernels that classify.
+
+use super::super::scene::Scene;
+use super::tables::{Integrals, Scale, Table};
+use crate::device::launch::structs::ClassificationParams;
+use crate::settings::Blend;
+use crate::transfer::Extinction;
+
+impl ClassificationParams {
+    /// All values in a table of this scale and of this unit of extinction.
+    fn new(scene: &Scene, scale: Scale, table_unit: f32) -> Self {
+        let iso = if let Blend::Iso(value) = scene.settings.blend { Some(value) } else { None };
+        Self {
+            table_first: scale.first,
+            table_per_value: scale.per_value,
+            table_last: scale.last,
+            visible: [0, scale.last],
+            shown: [f32::NEG_INFINITY, f32::INFINITY],
+            table_unit,
+            linear: i32::from(scene.settings.extinction == Extinction::Linear),
+            background_visible: i32::from(scene.background_shows()),
+            iso: iso.map_or(0.0, |value| scene.field.stored_value(value) as f32),
+            iso_color: iso.map_or([0.0; 3], |value| scene.classification.transfer_function().color(value).map(|c| c as f32)),
+        }
+    }
+
+    /// Samples that are looked up in a table.
+    pub(in crate::renderer) fn from_table(scene: &Scene, table: &Table) -> Self {
+        Self { visible: table.visible_entries, ..Self::new(scene, table.scale, 1.0) }
+    }
+
+    /// Composited segments, which are looked up in integrals.
+    pub(in crate::renderer) fn from_integrals(scene: &Scene, integrals: &Integrals) -> Self {
+        Self { shown: integrals.visible_values, ..Self::new(scene, integrals.scale, integrals.unit) }
+    }
+
+    /// Values that are gathered along segments, or compared with that of a surface. Colours are in the table.
+    pub(in crate::renderer) fn from_useful_values(scene: &Scene, table: &Table) -> Self {
+        let all = Self::from_table(scene, table);
+        Self { shown: scene.field.useful_values(scene.settings.blend).unwrap_or(all.shown), ..all }
+    }
+}

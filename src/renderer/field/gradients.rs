@@ -1,0 +1,26 @@
+//! The scale of a field's gradients.
+
+use super::Field;
+use crate::device::launch::structs::FieldParams;
+use crate::layers::AxisFrame;
+
+impl Field {
+    /// The stored numbers that gradients are measured by.
+    fn gradient_range(&self) -> f64 {
+        let (lo, hi) = self.stored().range;
+        if hi > lo { hi - lo } else { 1.0 }
+    }
+
+    /// Value ranges per voxel of the smallest spacing that a gradient of one value per world unit has.
+    pub fn gradient_per_value(&self) -> f64 {
+        let stored_per_value = (self.stored_value(1.0) - self.stored_value(0.0)).abs();
+        stored_per_value * self.grid().spacing().min_element() / self.gradient_range()
+    }
+
+    /// The parameters of kernels along the axes of `frame`.
+    pub fn params(&self, frame: AxisFrame) -> FieldParams {
+        let spacing = self.grid().spacing();
+        let gradient = spacing.min_element() / spacing / self.gradient_range();
+        FieldParams { gradient: frame.local(gradient).as_vec3().to_array(), range: self.voxel_values() }
+    }
+}

@@ -1,0 +1,86 @@
+//! Lighting of a frame: its lights, and what gradients leave of the opacity.
+
+use super::field::Field;
+use crate::device::launch::structs::LightParams;
+use crate::layers::{AxisFrame, Rays};
+use crate::settings::{GradientOpacity, Light, Lights, Settings, Shading};
+use glam::DVec3;
+
+/// Leaves colours unchanged. For frames that need gradients for the opacity alone.
+const UNLIT: Shading = Shading { ambient: 1.0, diffuse: 0.0, specular: 0.0, power: 1.0, lights: Lights::AT_CAMERA };
+
+/// The lighting of a field in one view. Directions are along the grid's axes.
+///
+/// These lights are the same everywhere. A light volume, whose light depends on the place, belongs here: as a buffer that the store of the
+/// classification keeps under these lights and the versions of field and classification, and that `shade` in kernels/shared/shading.cl
+/// samples at its point.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Lighting {
+    shading: Shading,
+    /// Of each light.
+    directions: Vec<LightDirections>,
+    /// By gradients in value ranges per voxel of the smallest spacing.
+    gradient_opacity: Option<GradientOpacity>,
+    needs_gradients: bool,
+}
+
+/// Unit vectors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LightDirections {
+    to_light: DVec3,
+    /// Between the directions to the light and to the eye.
+    half_way: DVec3,
+}
+
+impl LightDirections {
+    fn new(light: &Light, field: &Field, to_eye: DVec3) -> Self {
+        let to_light = light.direction.map_or(to_eye, |l| field.grid().world_to_grid_axes() * l.normalize());
+        Self { to_light, half_way: (to_light + to_eye).normalize_or(to_eye) }
+    }
+
+    fn local(&self, frame: AxisFrame) -> [[f32; 3]; 2] {
+        [self.to_light, self.half_way].map(|v| frame.local(v).as_vec3().to_array())
+    }
+}
+
+impl Lighting {
+    /// The lighting of a field seen along `rays`.
+    pub fn new(settings: &Settings, field: &Field, rays: &Rays) -> Self {
+        let shading = settings.shading.unwrap_or(UNLIT);
+        let directions = shading.lights.as_slice().iter().map(|light| LightDirections::new(light, field, rays.to_eye)).collect();
+        Self {
+            shading,
+            directions,
+            gradient_opacity: settings.gradient_opacity.map(|opacity| opacity.times(field.gradient_per_value())),
+            needs_gradients: settings.looks_at_gradients(),
+        }
+    }
+
+    /// The lighting along the axes of `frame`.
+    pub fn params(&self, frame: AxisFrame) -> LightParams {
+        let Shading { ambient, diffuse, specular, power, .. } = self.shading;
+        let lights = self.shading.lights.as_slice();
+        let strength = |share: f64, light: &Light| (share * light.strength) as f32;
+        let [direction, half_way] = self.directions[0].local(frame);
+        let further = std::array::from_fn(|i| {
+            let Some((light, directions)) = lights.get(i + 1).zip(self.directions.get(i + 1)) else { return [0.0; 8] };
+            let [[u, v, a], [half_u, half_v, half_a]] = directions.local(frame);
+            [u, v, a, half_u, half_v, half_a, strength(diffuse, light), strength(specular, light)]
+        });
+        let (least_thinned, rises) = self.gradient_opacity.map(|opacity| opacity.rises()).unwrap_or_default();
+        LightParams {
+            shading: i32::from(self.needs_gradients),
+            direction,
+            half_way,
+            ambient: ambient as f32,
+            diffuse: strength(diffuse, &lights[0]),
+            specular: strength(specular, &lights[0]),
+            power: power as f32,
+            more_lights: lights.len() as i32 - 1,
+            lights: further,
+            thinned: i32::from(self.gradient_opacity.is_some()),
+            least_thinned: least_thinned as f32,
+            rises: rises.map(|rise| rise.map(|number| number.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32)),
+        }
+    }
+}

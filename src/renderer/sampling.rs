@@ -1,0 +1,63 @@
+//! How rays are sampled: steps, samples per layer, and segments between them.
+
+use super::scene::Scene;
+use crate::device::launch::structs::SegmentParams;
+use crate::layers::{AxisFrame, Kernel, LayerSlabs, lighting_curve, segment_ends};
+use crate::settings::{Classification, Settings};
+use glam::DVec3;
+
+/// World sizes of voxel steps along the grid's axes x, y, z, in unit distances times samples per layer.
+#[derive(Clone, Copy)]
+pub(super) struct Steps(pub DVec3);
+
+impl Steps {
+    /// The steps of a scene with so many samples per layer.
+    pub fn new(scene: &Scene, samples_per_layer: u32) -> Self {
+        let spacing = scene.field.grid().spacing();
+        let unit = scene.settings.unit_distance.unwrap_or(spacing.min_element()) * f64::from(samples_per_layer);
+        Self(spacing / unit)
+    }
+
+    /// The shortest one.
+    pub fn shortest(self) -> f64 {
+        self.0.min_element()
+    }
+
+    /// Length of a sample along rays of one direction, in unit distances.
+    pub fn sample_length(self, frame: AxisFrame, shear: [f64; 2]) -> f64 {
+        (DVec3::new(shear[0], shear[1], 1.0) * frame.local(self.0)).length()
+    }
+}
+
+impl SegmentParams {
+    /// One sample per layer, or steps that know no layers.
+    pub(super) fn single(scene: &Scene, steps: Steps, frame: AxisFrame) -> Self {
+        Self {
+            samples_per_layer: [1, 0, 0],
+            step: frame.local(steps.0).as_vec3().to_array(),
+            ends: [[0.0; 2]; Classification::MAX_POINTS as usize],
+            curve: 0.0,
+            opaque: if scene.settings.early_termination { Settings::OPAQUE as f32 } else { 0.0 },
+        }
+    }
+
+    /// Segments between samples of a kernel's field, so many per layer.
+    pub(super) fn between_points(scene: &Scene, steps: Steps, frame: AxisFrame, kernel: Kernel, per_layer: u32) -> Self {
+        let mut ends = [[0.0; 2]; Classification::MAX_POINTS as usize];
+        for (n, ends) in (0..per_layer).zip(&mut ends) {
+            *ends = segment_ends(kernel, per_layer, n).map(|w| w as f32);
+        }
+        Self {
+            samples_per_layer: [per_layer as i32, 0, 0],
+            ends,
+            curve: lighting_curve(kernel, per_layer) as f32,
+            ..Self::single(scene, steps, frame)
+        }
+    }
+
+    /// The sub-slabs of splatted layers.
+    pub(super) fn sub_slabs(scene: &Scene, steps: Steps, frame: AxisFrame, slabs: &LayerSlabs) -> Self {
+        let LayerSlabs { inner, front, back } = slabs;
+        Self { samples_per_layer: [inner, front, back].map(|slabs| slabs.len() as i32), ..Self::single(scene, steps, frame) }
+    }
+}
