@@ -58,8 +58,8 @@ impl Drop for Taken {
 }
 
 impl Device {
-    /// The same device with a memory budget: the total size in bytes of all buffers created through the returned handle and its clones.
-    /// Buffers of other handles do not count. Exceeding the budget fails with [`Error::MemoryBudget`].
+    /// The same device with a memory budget: the total size in bytes of all buffers created through the returned handle and its
+    /// clones. Buffers of other handles do not count. Exceeding the budget fails with [`Error::MemoryBudget`].
     /// [`StreamedRenderer`](crate::renderer::StreamedRenderer) renders volumes larger than the budget.
     pub fn with_memory(&self, bytes: u64) -> Self {
         Self { budget: Budget::new(bytes, self.budget.largest_buffer), ..self.clone() }

@@ -120,8 +120,8 @@ impl<T: Copy> Buffer<T> {
         Ok(())
     }
 
-    /// Copies `rows` rows of `columns` values to the caller's buffer, from byte offset `first` on and `pitch` bytes apart. The destination
-    /// must lie within the buffer.
+    /// Copies `rows` rows of `columns` values to the caller's buffer, from byte offset `first` on and `pitch` bytes apart. The
+    /// destination must lie within the buffer.
     pub fn copy_rows(
         &self,
         device: &Device,

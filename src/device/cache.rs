@@ -11,8 +11,8 @@ const VARIABLE: &str = "POCL_CACHE_DIR";
 /// Free bytes that PoCL needs. The kernels of one picture take 1 to 3 MB, including temporary compiler files.
 const NEEDED: usize = 4 << 20;
 
-/// Sets `POCL_CACHE_DIR` to a folder below the system's temporary folder if PoCL cannot write to its default folder. Does nothing if the
-/// variable is set. In containers, HOME is often missing or belongs to another user.
+/// Sets `POCL_CACHE_DIR` to a folder below the system's temporary folder if PoCL cannot write to its default folder. Does nothing
+/// if the variable is set. In containers, HOME is often missing or belongs to another user.
 ///
 /// # Safety
 /// Changes the environment: no other thread may run.
@@ -40,7 +40,8 @@ pub(super) fn is_pocl(platform: &str) -> bool {
     platform.contains("Portable Computing Language")
 }
 
-/// The error for a PoCL platform that cannot write to its cache folder. Writes a test file there, so call it only after a failure.
+/// The error for a PoCL platform that cannot write to its cache folder. Writes a test file there, so call it only after a
+/// failure.
 pub(crate) fn unusable_cache(platform: &str) -> Option<Error> {
     if !is_pocl(platform) {
         return None;
@@ -72,8 +73,8 @@ fn can_hold(folder: &Path, bytes: usize) -> io::Result<()> {
 
 /// A folder that only this user can write, normally the same one in every run.
 ///
-/// PoCL executes code from this folder, so another user must not control it. A new private folder is renamed to a fixed path. If that path
-/// exists but belongs to another user or is writable by others, the new folder is used under its random name.
+/// PoCL executes code from this folder, so another user must not control it. A new private folder is renamed to a fixed path. If
+/// that path exists but belongs to another user or is writable by others, the new folder is used under its random name.
 #[cfg(unix)]
 fn temporary_folder() -> Option<PathBuf> {
     use std::fs::Permissions;

@@ -9,7 +9,8 @@ use opencl3::types::cl_event;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A queue and the commands that one renderer enqueues there, each after the previous one. On an out-of-order queue, events enforce that.
+/// A queue and the commands that one renderer enqueues there, each after the previous one. On an out-of-order queue, events
+/// enforce that.
 pub(super) struct Sequence {
     pub queue: Arc<CommandQueue>,
     pub in_order: bool,
@@ -31,8 +32,8 @@ pub(super) struct State {
     /// The last command, and the one before it.
     pub last: Option<Event>,
     before_last: Option<Event>,
-    /// Commands that had not finished at the last sweep. PoCL 3.1 releases a failed event before unlocking it, so another reference must
-    /// keep it alive.
+    /// Commands that had not finished at the last sweep. PoCL 3.1 releases a failed event before unlocking it, so another
+    /// reference must keep it alive.
     pending: Vec<Event>,
 }
 

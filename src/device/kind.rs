@@ -9,8 +9,8 @@ use serde::Serialize;
 /// use layersplat::Device;
 /// use layersplat::device::DeviceKind;
 ///
-/// let processors = Device::list()?.into_iter().filter(|device| device.kind == DeviceKind::Cpu);
-/// println!("{} processors", processors.count());
+/// let cpus = Device::list()?.into_iter().filter(|device| device.kind == DeviceKind::Cpu);
+/// println!("{} CPU devices", cpus.count());
 /// # Ok::<(), layersplat::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

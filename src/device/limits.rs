@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Cancels frames from another thread. Clones share one state: pass one clone to [`Renderer::set_cancel`](crate::Renderer::set_cancel) and
-/// keep another.
+/// Cancels frames from another thread. Clones share one state: pass one clone to
+/// [`Renderer::set_cancel`](crate::Renderer::set_cancel) and keep another.
 ///
-/// A frame checks the state before each kernel launch, while the previous kernel still runs, so that the device never idles. A running
-/// kernel is not interrupted. The state stays cancelled until [`reset`](Self::reset).
+/// A frame checks the state before each kernel launch, while the previous kernel still runs, so that the device never idles. A
+/// running kernel is not interrupted. The state stays cancelled until [`reset`](Self::reset).
 ///
 /// ```
 /// use layersplat::Cancel;
@@ -69,8 +69,8 @@ impl Device {
         Self { begun: limited.then(|| Begun { at: Instant::now(), limits: limits.clone() }), ..self }
     }
 
-    /// Checks the limits before a kernel is launched. Waits for all earlier commands except the last one: the device never idles for this
-    /// check, and at most two kernels end after a limit is reached.
+    /// Checks the limits before a kernel is launched. Waits for all earlier commands except the last one: the device never idles
+    /// for this check, and at most two kernels end after a limit is reached.
     pub(super) fn check_limits(&self, stage: &'static str) -> Result<(), Error> {
         let Some(Begun { at, limits }) = &self.begun else { return Ok(()) };
         self.wait_for_all_but_last()?;

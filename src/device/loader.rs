@@ -18,8 +18,8 @@ pub(super) fn loader_error() -> String {
     load_error(LOADER).unwrap_or_else(|| format!("{LOADER} lacks OpenCL 1.2 functions"))
 }
 
-/// File and error of each installed implementation that cannot be loaded, mostly because another library is missing. Loading the others
-/// again has no effect: they are loaded already.
+/// File and error of each installed implementation that cannot be loaded, mostly because another library is missing. Loading the
+/// others again has no effect: they are loaded already.
 pub(super) fn failures() -> Vec<String> {
     let failure = |file: PathBuf| {
         let text = std::fs::read_to_string(&file).ok()?;

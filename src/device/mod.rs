@@ -4,6 +4,7 @@ mod background;
 mod budget;
 mod buffer;
 mod cache;
+mod caller_queue;
 mod commands;
 #[cfg(feature = "gl-interop")]
 mod current_gl;
@@ -11,7 +12,6 @@ mod device_memory;
 #[cfg(test)]
 mod faults;
 mod general;
-mod handed_over;
 mod kind;
 pub(crate) mod launch;
 mod limits;
@@ -199,8 +199,8 @@ impl Device {
         self.shared.programs.count()
     }
 
-    /// Checks that enough memory is available for bytes on the device and on the host. A CPU device takes both from host memory. On other
-    /// devices, buffer creation detects a lack of device memory.
+    /// Checks that enough memory is available for bytes on the device and on the host. A CPU device takes both from host memory.
+    /// On other devices, buffer creation detects a lack of device memory.
     pub(crate) fn require(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
         let shared = self.info().kind == DeviceKind::Cpu;
         memory::require(what, if shared { on_device.saturating_add(on_host) } else { on_host })
@@ -232,7 +232,8 @@ impl Device {
         Self { stopwatch: Some(Arc::default()), ..self.clone() }
     }
 
-    /// Waits for all commands of this handle and returns the time of each stage. Empty unless the handle is [`timed`](Self::timed).
+    /// Waits for all commands of this handle and returns the time of each stage. Empty unless the handle is
+    /// [`timed`](Self::timed).
     pub(crate) fn stage_times(&self) -> Result<StageTimes, Error> {
         let Some(stopwatch) = &self.stopwatch else { return Ok(StageTimes::new()) };
         self.finish()?;

@@ -32,11 +32,11 @@ fn count_cpus(list: &str) -> Option<usize> {
 
 /// Makes PoCL pin its threads to cores. Does nothing if `POCL_AFFINITY` is set, or if this process may not use every core.
 ///
-/// Without pinning, Linux often runs both threads of a two-core machine on the same core and does not move them within frames of a
-/// millisecond: fuel takes 1.40 ms instead of 0.91 (`layersplat bench` with `POCL_AFFINITY` 0 and 1).
+/// Without pinning, Linux often runs both threads of a two-core machine on the same core and does not move them within frames of
+/// a millisecond: fuel takes 1.40 ms instead of 0.91 (`layersplat bench` with `POCL_AFFINITY` 0 and 1).
 ///
-/// If MPI started several processes on this machine, each gets an equal share of the cores instead, unless the environment sets thread
-/// counts: if every rank used all cores, ranks would wait for each other's threads.
+/// If MPI started several processes on this machine, each gets an equal share of the cores instead, unless the environment sets
+/// thread counts: if every rank used all cores, ranks would wait for each other's threads.
 ///
 /// # Safety
 /// Changes the environment: no other thread may run.

@@ -49,7 +49,8 @@ impl Device {
         Ok(Produced { event, awaited, sequence: self.sequence.id, frame: state.frame })
     }
 
-    /// Whether the frame of this handle may use a value. If another sequence writes it, the next command waits for that on the device.
+    /// Whether the frame of this handle may use a value. If another sequence writes it, the next command waits for that on the
+    /// device.
     pub(crate) fn usability(&self, produced: &mut Produced) -> Result<Usability, Error> {
         let Some(event) = &produced.event else { return Ok(Usability::Usable) };
         match status(event) {

@@ -12,8 +12,8 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
-/// Each denormal costs 150 cycles when specular powers and transmittances underflow. Contraction makes a*b+c one instruction. No option
-/// may change the meaning of NaN and infinity.
+/// Each denormal costs 150 cycles when specular powers and transmittances underflow. Contraction makes a*b+c one instruction. No
+/// option may change the meaning of NaN and infinity.
 const OPTIONS: &str = "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable";
 
 /// Options common to all kernel programs, without their `-D` options.

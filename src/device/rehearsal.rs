@@ -36,8 +36,8 @@ impl Rehearsal {
 }
 
 impl Device {
-    /// A handle for a dry run, and the record of the kernels that would have been launched. Buffers of this handle hold no data, and reads
-    /// leave their destination unchanged.
+    /// A handle for a dry run, and the record of the kernels that would have been launched. Buffers of this handle hold no data,
+    /// and reads leave their destination unchanged.
     pub(crate) fn rehearsing(&self) -> (Self, Arc<Rehearsal>) {
         let rehearsal = Arc::new(Rehearsal::default());
         (Self { rehearsal: Some(rehearsal.clone()), scratch: None, stopwatch: None, begun: None, ..self.clone() }, rehearsal)

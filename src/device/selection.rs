@@ -27,9 +27,9 @@ pub enum DeviceChoice {
     /// The first GPU if there is one, else PoCL's CPU, else the first CPU, else the first device.
     #[default]
     Default,
-    /// An index into [`Device::list`](super::Device::list), or a case-insensitive part of a platform or device name. Selects the first
-    /// device of a matching platform, else the first matching device. `pocl` matches PoCL, whose platform name is Portable Computing
-    /// Language.
+    /// An index into [`Device::list`](super::Device::list), or a case-insensitive part of a platform or device name. Selects the
+    /// first device of a matching platform, else the first matching device. `pocl` matches PoCL, whose platform name is Portable
+    /// Computing Language.
     Named(String),
 }
 

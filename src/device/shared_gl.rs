@@ -13,9 +13,9 @@ const CONTEXT_PLATFORM: isize = 0x1084;
 const GL_TEXTURE_2D: u32 = 0x0de1;
 
 impl Device {
-    /// Opens the chosen device in a context that shares objects with the current OpenGL context of this thread, if the device supports
-    /// `cl_khr_gl_sharing`. Otherwise works as [`open`](Self::open), and pictures are copied to textures through host memory.
-    /// [`DeviceChoice::Default`] selects the device of the OpenGL context.
+    /// Opens the chosen device in a context that shares objects with the current OpenGL context of this thread, if the device
+    /// supports `cl_khr_gl_sharing`. Otherwise works as [`open`](Self::open), and pictures are copied to textures through host
+    /// memory. [`DeviceChoice::Default`] selects the device of the OpenGL context.
     ///
     /// # Errors
     /// No current OpenGL context; all errors of [`open`](Self::open).
@@ -38,12 +38,14 @@ impl Device {
         }
     }
 
-    /// Whether the OpenCL context shares objects with an OpenGL context, created by [`open_with_gl`](Self::open_with_gl) or by the caller.
+    /// Whether the OpenCL context shares objects with an OpenGL context, created by [`open_with_gl`](Self::open_with_gl) or by
+    /// the caller.
     pub fn shares_gl(&self) -> bool {
         self.shared.programs.context.properties().is_ok_and(|properties| current_gl::names_context(&properties))
     }
 
-    /// A 2D texture as destination of pictures of this device. Returns `None` if it cannot be shared, and logs the reason the first time.
+    /// A 2D texture as destination of pictures of this device. Returns `None` if it cannot be shared, and logs the reason the
+    /// first time.
     pub(crate) fn share_texture(&self, texture: NonZeroU32) -> Option<SharedTexture> {
         let reason = if self.shares_gl() {
             // SAFETY: OpenCL rejects names that are not OpenGL textures.
@@ -90,8 +92,8 @@ fn with_platform(current: &[isize], device: &ClDevice) -> Vec<isize> {
 pub(crate) struct SharedTexture(DeviceMemory);
 
 impl SharedTexture {
-    /// Enqueues a copy of a picture of the texture's size. OpenGL must have finished using the texture, and must not access it before the
-    /// enqueued commands have finished.
+    /// Enqueues a copy of a picture of the texture's size. OpenGL must have finished using the texture, and must not access it
+    /// before the enqueued commands have finished.
     pub fn receive(&self, device: &Device, picture: &Buffer<[u8; 4]>, size: Viewport) -> Result<(), Error> {
         self.0.check(device, "the texture", true)?;
         let texture = [self.0.raw().cast_const()];

@@ -90,8 +90,8 @@ kernel_files!(
     "volume/transpose.cl",
 );
 
-/// The text of a kernel file with each `#include "folder/file.cl"` replaced by that file, once. `#line` directives keep line numbers in
-/// build logs correct.
+/// The text of a kernel file with each `#include "folder/file.cl"` replaced by that file, once. `#line` directives keep line
+/// numbers in build logs correct.
 pub(super) fn with_includes(file: &'static str) -> String {
     let mut text = String::new();
     append(file, &mut Vec::new(), &mut text);

@@ -133,7 +133,8 @@ impl Tuning {
         [self.vector_width, self.screen_tile_rows].map(|pixels| pixels * self.list_tiles)
     }
 
-    /// Rows per work-item when a layout is transposed. CPUs reuse whole cache lines; GPUs coalesce reads of neighbouring work-items.
+    /// Rows per work-item when a layout is transposed. CPUs reuse whole cache lines; GPUs coalesce reads of neighbouring
+    /// work-items.
     pub(super) fn transposed_rows(&self) -> usize {
         if self.vector_width == 1 { 1 } else { 16 }
     }

@@ -58,8 +58,8 @@ impl Drop for BackgroundBuilder {
 }
 
 impl Device {
-    /// Builds the kernels returned by `find` in the background. Calls `on_ready` when all are built, with the first error if any build
-    /// failed. Both closures run on another thread.
+    /// Builds the kernels returned by `find` in the background. Calls `on_ready` when all are built, with the first error if any
+    /// build failed. Both closures run on another thread.
     pub(crate) fn build_ahead(
         &self,
         find: impl FnOnce() -> Result<Vec<KernelRequest>, Error> + Send + 'static,
@@ -73,12 +73,13 @@ impl Device {
         self.shared.background.queue.is_ready(kernel)
     }
 
-    /// Lets another process compile the programs that are built in the background ([`Renderer::warm_up`](crate::Renderer::warm_up)). This
-    /// helps with PoCL, which launches no kernel while it compiles another, so that compiling in this process would delay frames.
+    /// Lets another process compile the programs that are built in the background
+    /// ([`Renderer::warm_up`](crate::Renderer::warm_up)). This helps with PoCL, which launches no kernel while it compiles
+    /// another, so that compiling in this process would delay frames.
     ///
-    /// `command` returns the command of the process. The process must call
-    /// [`compile_for_parent`](crate::device::compile_for_parent) first in its `main`, with the same build of this library. It may be the
-    /// calling program itself, or `layersplat`. If the process cannot be started, or ends, this process compiles.
+    /// `command` returns the command of the process. The process must call [`compile_for_parent`] first in its `main`, with the same
+    /// build of this library. It may be the calling program itself, or `layersplat`. If the process cannot be started, or ends, this
+    /// process compiles.
     ///
     /// ```
     /// use layersplat::{Device, DeviceChoice};

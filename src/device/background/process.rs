@@ -1,7 +1,8 @@
 //! A child process that compiles kernels for this one, if compiling in this process would delay frames.
 //!
-//! PoCL compiles most of a kernel at its first launch, under a lock that every kernel launch takes. Frames thus wait for kernels that
-//! another thread compiles. The child process writes to PoCL's cache of compiled kernels, and this process only loads the results.
+//! PoCL compiles most of a kernel at its first launch, under a lock that every kernel launch takes. Frames thus wait for kernels
+//! that another thread compiles. The child process writes to PoCL's cache of compiled kernels, and this process only loads the
+//! results.
 
 use super::build::build;
 use crate::device::launch::KernelRequest;
@@ -85,8 +86,8 @@ impl Drop for CompilerProcess {
     }
 }
 
-/// Compiles kernels for the parent process ([`Device::set_compiler_command`]) until the parent closes the pipe, and returns the exit code.
-/// In a process that was not started for this, returns `None` at once. Call it first in `main`.
+/// Compiles kernels for the parent process ([`Device::set_compiler_command`]) until the parent closes the pipe, and returns the
+/// exit code. In a process that was not started for this, returns `None` at once. Call it first in `main`.
 ///
 /// ```
 /// fn main() -> std::process::ExitCode {

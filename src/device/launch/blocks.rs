@@ -43,8 +43,8 @@ impl BlockNumbers {
         2 * self.per_layer() * self.layers as usize
     }
 
-    /// Bytes that [`SlabVisibility`](super::volume::SlabVisibility) writes: one bit per block and slab, and seven bytes of padding, since
-    /// kernels read eight blocks at once.
+    /// Bytes that [`SlabVisibility`](super::volume::SlabVisibility) writes: one bit per block and slab, and seven bytes of
+    /// padding, since kernels read eight blocks at once.
     pub fn slab_bytes(&self, radius: i32) -> usize {
         self.per_layer() * self.chunks(radius) + 7
     }

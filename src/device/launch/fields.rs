@@ -37,8 +37,9 @@ impl<T: Field, const N: usize> Field for [T; N] {
     });
 }
 
-/// `kernel_struct!`: declares a structure in Rust and in OpenCL C. `name as [a, b]: T` is an array `[T; 2]` in Rust and two fields in
-/// OpenCL C, where nested arrays are flattened. Padding must be an explicit field: implementations differ in implicit padding.
+/// `kernel_struct!`: declares a structure in Rust and in OpenCL C. `name as [a, b]: T` is an array `[T; 2]` in Rust and two
+/// fields in OpenCL C, where nested arrays are flattened. Padding must be an explicit field: implementations differ in implicit
+/// padding.
 macro_rules! kernel_struct {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident $(as [$($part:ident),+])? : $type:ty),* $(,)? }) => {
         $(#[$doc])*

@@ -1,5 +1,5 @@
-//! One typed launcher per kernel. All `unsafe` kernel calls are here. `kernel!` declares the arguments of each kernel once; tests compare
-//! these declarations with the kernels themselves (`signatures.rs`).
+//! One typed launcher per kernel. All `unsafe` kernel calls are here. `kernel!` declares the arguments of each kernel once; tests
+//! compare these declarations with the kernels themselves (`signatures.rs`).
 
 mod blocks;
 mod defines;
@@ -264,8 +264,8 @@ impl<T: ClType> Typed for &Buffer<T> {
     }
 }
 
-/// Rounds a number of work-items up to 65,536, since PoCL builds a separate kernel for smaller launches. The device check thus runs the same
-/// kernel as large volumes and pictures. Excess work-items return at once.
+/// Rounds a number of work-items up to 65,536, since PoCL builds a separate kernel for smaller launches. The device check thus
+/// runs the same kernel as large volumes and pictures. Excess work-items return at once.
 fn large_grid(items: usize) -> usize {
     items.max(1 << 16)
 }

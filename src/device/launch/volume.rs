@@ -169,7 +169,8 @@ kernel! {
         table_last: i32,
         /// Prefix sum of visible entries, of `table_last` + 2 counts.
         visible_before: &'a Buffer<u32>,
-        /// Overshoot of interpolated values: as a share of the value range in reach, and as a share of the distance to the background.
+        /// Overshoot of interpolated values: as a share of the value range in reach, and as a share of the distance to the
+        /// background.
         overshoot: f32,
         slack: f32,
         /// [`BlockNumbers::slab_bytes`] bytes.

@@ -13,11 +13,11 @@ use opencl3::platform::Platform;
 use opencl3::types::{cl_command_queue, cl_context, cl_device_id};
 
 impl Device {
-    /// The device and context of the caller's queue. All commands go to this queue, which may be in-order or out-of-order. The commands of
-    /// each renderer run in order on both.
+    /// The device and context of the caller's queue. All commands go to this queue, which may be in-order or out-of-order. The
+    /// commands of each renderer run in order on both.
     ///
-    /// Queue and context are retained. They are released with the last clone of the device and the last renderer that uses it, and so are
-    /// the programs built for this device.
+    /// Queue and context are retained. They are released with the last clone of the device and the last renderer that uses it,
+    /// and so are the programs built for this device.
     ///
     /// # Errors
     /// OpenCL errors.
