@@ -86,10 +86,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     // layersplat uses this queue, and the buffer in place.
-    let device = Device::of_queue(&queue)?;
+    let device = Device::from_queue(&queue)?;
     let grid = Grid::new([SIDE; 3], layersplat::glam::DVec3::ONE)?;
     let description = Description::new("v", grid.clone(), VoxelType::Float32, (0.0, 0.45))?;
-    let voxels = DeviceVoxels::new(&DeviceMemory::of_buffer(&v)?, VoxelType::Float32);
+    let voxels = DeviceVoxels::new(&DeviceMemory::from_buffer(&v)?, VoxelType::Float32);
     let mut renderer = Renderer::of(&UploadedVolume::in_place(&device, &description, &voxels)?, &transfer()?)?;
     let viewport = Viewport::new(512, 512)?;
     let settings = Settings::default();
@@ -102,7 +102,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // SAFETY: no host pointer is passed.
     let film =
         unsafe { Buffer::<u8>::create(&context, CL_MEM_READ_WRITE, FRAMES * 4 * viewport.pixels(), std::ptr::null_mut()) }?;
-    let onto = PictureMemory::new(&DeviceMemory::of_buffer(&film)?, PictureFormat::Rgba8(BACKGROUND));
+    let onto = PictureMemory::new(&DeviceMemory::from_buffer(&film)?, PictureFormat::Rgba8(BACKGROUND));
     let mut events: Vec<[Event; 3]> = Vec::new();
     let started = std::time::Instant::now();
     for frame in 0..FRAMES {

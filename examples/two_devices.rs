@@ -20,7 +20,7 @@ fn renderer(device: &ClDevice, volume: &Volume, transfer: &TransferFunction) -> 
     let context = Context::from_device(device)?;
     #[allow(deprecated)] // The replacement requires OpenCL 2.0.
     let queue = CommandQueue::create_default(&context, 0)?;
-    Ok(Renderer::new(&Device::of_queue(&queue)?, volume, transfer)?)
+    Ok(Renderer::new(&Device::from_queue(&queue)?, volume, transfer)?)
 }
 
 /// Renders frames of the rotation, one after the other.

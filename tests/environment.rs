@@ -306,7 +306,7 @@ fn another_process_compiles_what_is_built_in_the_background() {
     }
     let kernels = tempfile::tempdir().unwrap();
     let folder = kernels.path().to_owned();
-    device.compile_by(move || {
+    device.set_compiler_command(move || {
         let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
         command.env("POCL_CACHE_DIR", &folder);
         command

@@ -77,14 +77,14 @@ impl Run {
         let context = Context::from_device(&ClDevice::new(common::device().id())).unwrap();
         #[allow(deprecated)] // The replacement needs OpenCL 2.0.
         let queue = CommandQueue::create_default(&context, 0).unwrap();
-        let device = Device::of_queue(&queue).unwrap();
+        let device = Device::from_queue(&queue).unwrap();
         let volume = random_volume([9, 8, 10], DVec3::new(1.0, 0.9, 1.1), 5);
         let transfer = smooth_transfer();
         let transfers = [transfer.clone(), transfer.faded(0.5).unwrap()];
         let picture = || {
             // SAFETY: no host pointer is passed.
             let room = unsafe { Buffer::<u8>::create(&context, CL_MEM_READ_WRITE, 16 * 16 * 16, std::ptr::null_mut()) };
-            DeviceMemory::of_buffer(&room.unwrap()).unwrap()
+            DeviceMemory::from_buffer(&room.unwrap()).unwrap()
         };
         let floats = PictureMemory::new(&picture(), PictureFormat::Floats);
         let bytes = PictureMemory::new(&picture(), PictureFormat::Rgba8(Background::BLACK));

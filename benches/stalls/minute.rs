@@ -109,7 +109,7 @@ pub fn minute(scene: &Scene, compiles: Compiles) {
     let device = device();
     if matches!(compiles, Compiles::Beside | Compiles::BesideGeneral) {
         let program = std::env::current_exe().expect("this program");
-        device.compile_by(move || Command::new(&program));
+        device.set_compiler_command(move || Command::new(&program));
     }
     let mut renderer = Renderer::new(&device, &scene.volume, &scene.transfer).expect("a renderer");
     renderer.use_general_programs(compiles == Compiles::BesideGeneral);

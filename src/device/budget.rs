@@ -1,11 +1,11 @@
-//! How much of a device's memory may be taken.
+//! Memory budget of a device handle.
 
 use super::Device;
 use crate::error::Error;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Counts the bytes of buffers that are made through a handle of a device and its clones, and holds them to a limit.
+/// Counts the bytes of buffers created through a device handle and its clones, and enforces a limit.
 pub(super) struct Budget {
     bytes: u64,
     largest_buffer: u64,
@@ -13,23 +13,23 @@ pub(super) struct Budget {
     peak: AtomicU64,
 }
 
-/// Bytes of a budget, given back when this is dropped.
+/// Bytes taken from a budget, returned when this is dropped.
 pub(super) struct Taken {
     budget: Arc<Budget>,
     bytes: u64,
 }
 
 impl Budget {
-    /// No limit but the device's own.
+    /// No limits besides those of the device.
     pub fn unlimited() -> Arc<Self> {
-        Self::of(u64::MAX, u64::MAX)
+        Self::new(u64::MAX, u64::MAX)
     }
 
-    fn of(bytes: u64, largest_buffer: u64) -> Arc<Self> {
+    fn new(bytes: u64, largest_buffer: u64) -> Arc<Self> {
         Arc::new(Self { bytes, largest_buffer, taken: AtomicU64::new(0), peak: AtomicU64::new(0) })
     }
 
-    /// Refuses bytes for `what` that are more than what is left.
+    /// Checks that `needed` bytes for `what` are left.
     pub fn require(&self, what: &str, needed: u64) -> Result<(), Error> {
         let taken = self.taken.load(Ordering::Relaxed);
         if taken.checked_add(needed).is_some_and(|sum| sum <= self.bytes) {
@@ -38,10 +38,10 @@ impl Budget {
         Err(Error::MemoryBudget { what: what.into(), needed, taken, budget: self.bytes })
     }
 
-    /// Takes bytes for `what`, unless they are more than what is left.
+    /// Takes bytes for `what`, if they are left.
     pub fn take(self: &Arc<Self>, what: &str, bytes: u64) -> Result<Taken, Error> {
-        let more = |taken: u64| taken.checked_add(bytes).filter(|&sum| sum <= self.bytes);
-        match self.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more) {
+        let add = |taken: u64| taken.checked_add(bytes).filter(|&sum| sum <= self.bytes);
+        match self.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, add) {
             Ok(before) => {
                 self.peak.fetch_max(before + bytes, Ordering::Relaxed);
                 Ok(Taken { budget: self.clone(), bytes })
@@ -58,35 +58,35 @@ impl Drop for Taken {
 }
 
 impl Device {
-    /// The same device with a budget: buffers made through this handle and its clones take at most so many bytes together; those made
-    /// through other handles are not counted. What does not fit is refused with [`Error::MemoryBudget`];
-    /// [`StreamedRenderer`](crate::renderer::StreamedRenderer) renders volumes that do not.
+    /// The same device with a memory budget: the total size in bytes of all buffers created through the returned handle and its
+    /// clones. Buffers of other handles do not count. Exceeding the budget fails with [`Error::MemoryBudget`].
+    /// [`StreamedRenderer`](crate::renderer::StreamedRenderer) renders volumes larger than the budget.
     pub fn with_memory(&self, bytes: u64) -> Self {
-        Self { budget: Budget::of(bytes, self.budget.largest_buffer), ..self.clone() }
+        Self { budget: Budget::new(bytes, self.budget.largest_buffer), ..self.clone() }
     }
 
-    /// The same device where a single buffer may have at most so many bytes, if it allows no fewer itself; with a count of buffers of
-    /// its own, as [`with_memory`](Self::with_memory).
+    /// The same device with a maximum size per buffer, in bytes, if that is below the device's own limit. As with
+    /// [`with_memory`](Self::with_memory), the returned handle counts its buffers separately.
     pub fn with_largest_buffer(&self, bytes: u64) -> Self {
-        Self { budget: Budget::of(self.budget.bytes, bytes), ..self.clone() }
+        Self { budget: Budget::new(self.budget.bytes, bytes), ..self.clone() }
     }
 
-    /// Bytes that buffers made through this handle may take together; `None` if no budget was given.
+    /// Memory budget of this handle in bytes; `None` if unlimited.
     pub fn memory_budget(&self) -> Option<u64> {
         (self.budget.bytes < u64::MAX).then_some(self.budget.bytes)
     }
 
-    /// Bytes that a single buffer may have.
+    /// Maximum bytes of a single buffer.
     pub fn largest_buffer_bytes(&self) -> u64 {
         self.info().largest_buffer_bytes.min(self.budget.largest_buffer)
     }
 
-    /// Most bytes that buffers made through this handle and its clones ever had together.
+    /// Peak total bytes of the buffers created through this handle and its clones.
     pub fn peak_bytes(&self) -> u64 {
         self.budget.peak.load(Ordering::Relaxed)
     }
 
-    /// Bytes that buffers made through this handle have at the moment.
+    /// Current total bytes of the buffers created through this handle and its clones.
     pub(crate) fn taken_bytes(&self) -> u64 {
         self.budget.taken.load(Ordering::Relaxed)
     }
@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn buffers_of_one_handle_are_bounded_together() {
+    fn buffers_of_one_handle_share_a_budget() {
         let device = Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
         let bounded = device.with_memory(1000);
         assert_eq!((device.memory_budget(), bounded.memory_budget()), (None, Some(1000)));
@@ -106,7 +106,7 @@ mod tests {
         let first = Buffer::<u8>::new(&bounded.clone(), 600, "the first").unwrap();
         let message = Buffer::<f32>::new(&bounded, 101, "the second").err().expect("too much").to_string();
         for words in ["the second needs 404 bytes", "600", "1000", "1004"] {
-            assert!(message.contains(words), "{message} does not say '{words}'");
+            assert!(message.contains(words), "{message} lacks '{words}'");
         }
         let second = Buffer::<f32>::new(&bounded, 100, "the second").unwrap();
         assert_eq!((bounded.taken_bytes(), device.allocated_bytes()), (1000, 6000));

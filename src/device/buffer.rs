@@ -1,4 +1,4 @@
-//! Device buffers that know their length and count their bytes.
+//! Typed device buffers whose bytes are counted.
 
 use super::budget::Taken;
 use super::{Device, DeviceMemory, MemoryKind, ScratchMemory};
@@ -17,31 +17,31 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub(crate) struct Buffer<T> {
     memory: ClBuffer<T>,
     len: usize,
-    /// Where its bytes are counted; those of the caller's own memory are not.
+    /// Counter of allocated bytes. `None` for the caller's memory, which is not counted.
     allocated: Option<Arc<AtomicU64>>,
-    /// Likewise.
+    /// Share of the handle's budget, likewise.
     _taken: Option<Taken>,
 }
 
 impl<T: Copy> Buffer<T> {
-    /// An uninitialised buffer of at least one value. `what` it holds is named if there is not enough memory.
+    /// An uninitialised buffer of at least one value. `what`: description of the contents for error messages.
     pub fn new(device: &Device, len: usize, what: &str) -> Result<Self, Error> {
         // SAFETY: no host pointer is given.
         unsafe { Self::create(device, len, CL_MEM_READ_WRITE, std::ptr::null(), what) }
     }
 
-    /// A buffer with a copy of `values`, which is taken before this returns; no queue is waited for.
+    /// A buffer with a copy of `values`. The copy is complete on return, and does not wait for any queue.
     pub fn from_slice(device: &Device, values: &[T], what: &str) -> Result<Self, Error> {
         if values.is_empty() {
             return Self::new(device, 0, what);
         }
         let flags = CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR;
-        // SAFETY: there are as many values.
+        // SAFETY: the length is that of the slice.
         unsafe { Self::create(device, values.len(), flags, values.as_ptr(), what) }
     }
 
     /// # Safety
-    /// `values` is null, or with CL_MEM_COPY_HOST_PTR points to `len` of them.
+    /// With CL_MEM_COPY_HOST_PTR, `values` must point to `len` values; otherwise it must be null.
     unsafe fn create(device: &Device, len: usize, flags: u64, values: *const T, what: &str) -> Result<Self, Error> {
         let needed = len.max(1) as u64 * size_of::<T>() as u64;
         if device.rehearsal().is_some() {
@@ -55,49 +55,49 @@ impl<T: Copy> Buffer<T> {
         let taken = device.budget.take(what, needed)?;
         device.require(what, needed, 0)?;
         #[cfg(test)]
-        device.shared.programs.faults.at(super::Call::Allocation).map_err(|e| not_created(device, what, needed, e))?;
-        // SAFETY: the caller's promise; what is copied is not written.
+        device.shared.programs.faults.at(super::Call::Allocation).map_err(|e| creation_error(device, what, needed, e))?;
+        // SAFETY: guaranteed by the caller; CL_MEM_COPY_HOST_PTR only reads the values.
         let memory =
             unsafe { ClBuffer::create(&device.shared.programs.context, flags, len.max(1), values.cast_mut().cast::<c_void>()) }
-                .map_err(|e| not_created(device, what, needed, e))?;
+                .map_err(|e| creation_error(device, what, needed, e))?;
         let allocated = device.shared.allocated.clone();
         allocated.fetch_add(needed, Ordering::Relaxed);
         Ok(Self { memory, len, allocated: Some(allocated), _taken: Some(taken) })
     }
 
-    /// A buffer that says it holds `len` values and takes next to no memory: in a rehearsal nothing is written or read.
+    /// A one-element buffer that reports `len` values. A dry run writes and reads nothing.
     fn for_rehearsal(device: &Device, len: usize, what: &str) -> Result<Self, Error> {
         // SAFETY: no host pointer is given.
         let memory = unsafe { ClBuffer::create(&device.shared.programs.context, CL_MEM_READ_WRITE, 1, std::ptr::null_mut()) };
-        let memory = memory.map_err(|e| not_created(device, what, size_of::<T>() as u64, e))?;
+        let memory = memory.map_err(|e| creation_error(device, what, size_of::<T>() as u64, e))?;
         Ok(Self { memory, len, allocated: None, _taken: None })
     }
 
-    /// The first `len` values of memory of the caller's own, which is large enough.
-    pub fn of_memory(device: &Device, memory: &DeviceMemory, len: usize) -> Result<Self, Error> {
+    /// Wraps the first `len` values of the caller's memory, which must be large enough.
+    pub fn from_memory(device: &Device, memory: &DeviceMemory, len: usize) -> Result<Self, Error> {
         debug_assert!(matches!(memory.kind(), MemoryKind::Buffer { bytes } if bytes >= len * size_of::<T>()));
-        // SAFETY: it is alive; the reference that is counted here is released by `ClBuffer`.
+        // SAFETY: the memory is alive; `ClBuffer` releases this reference.
         unsafe { retain_mem_object(memory.raw()) }.map_err(|e| device.error("clRetainMemObject", ClError(e)))?;
         Ok(Self { memory: ClBuffer::new(memory.raw()), len, allocated: None, _taken: None })
     }
 
-    /// `len` uninitialised values in the caller's scratch memory, for the frame that is being drawn.
+    /// `len` uninitialised values in the caller's scratch memory, for the current frame.
     pub fn in_scratch(device: &Device, scratch: &ScratchMemory, len: usize, what: &str) -> Result<Self, Error> {
         let len = len.max(1);
-        Self::of_memory(device, scratch.take(len * size_of::<T>(), what)?, len)
+        Self::from_memory(device, scratch.take(len * size_of::<T>(), what)?, len)
     }
 
-    /// Overwrites values from the one at `first` on.
+    /// Overwrites values, beginning at index `first`.
     pub fn write_at(&mut self, device: &Device, first: usize, values: &[T]) -> Result<(), Error> {
-        assert!(first + values.len() <= self.len, "{} values from {first} on do not fit {}", values.len(), self.len);
+        assert!(first + values.len() <= self.len, "cannot write {} values at {first}: the buffer has {}", values.len(), self.len);
         if values.is_empty() || device.rehearsal().is_some() {
             return Ok(());
         }
         device.command("clEnqueueWriteBuffer", |queue, wait| {
-            // SAFETY: the write blocks, so `values` outlives it, and they fit.
+            // SAFETY: the write blocks, so `values` outlives it; the range is checked above.
             unsafe { queue.enqueue_write_buffer(&mut self.memory, CL_BLOCKING, first * size_of::<T>(), values, wait) }
         })?;
-        device.let_go();
+        device.release_finished();
         Ok(())
     }
 
@@ -106,22 +106,22 @@ impl<T: Copy> Buffer<T> {
         self.read_at(device, 0, values)
     }
 
-    /// Copies values from the one at `first` on into `values`.
+    /// Copies values into `values`, beginning at index `first`.
     pub fn read_at(&self, device: &Device, first: usize, values: &mut [T]) -> Result<(), Error> {
-        assert!(first + values.len() <= self.len, "there are no {} values from {first} on in {}", values.len(), self.len);
+        assert!(first + values.len() <= self.len, "cannot read {} values at {first}: the buffer has {}", values.len(), self.len);
         if values.is_empty() || device.rehearsal().is_some() {
             return Ok(());
         }
         device.command("clEnqueueReadBuffer", |queue, wait| {
-            // SAFETY: the read blocks, so `values` outlives it, and there are as many.
+            // SAFETY: the read blocks, so `values` outlives it; the range is checked above.
             unsafe { queue.enqueue_read_buffer(&self.memory, CL_BLOCKING, first * size_of::<T>(), values, wait) }
         })?;
-        device.let_go();
+        device.release_finished();
         Ok(())
     }
 
-    /// Copies rows of `columns` values each, as many as there are, to `first` bytes into the caller's buffer, `pitch` bytes apart; all of
-    /// it is within the buffer.
+    /// Copies `rows` rows of `columns` values to the caller's buffer, from byte offset `first` on and `pitch` bytes apart. The
+    /// destination must lie within the buffer.
     pub fn copy_rows(
         &self,
         device: &Device,
@@ -137,7 +137,7 @@ impl<T: Copy> Buffer<T> {
         let (from_origin, to_origin, region) = ([0; 3], [first % pitch, first / pitch, 0], [row, rows, 1]);
         let [from_origin, to_origin, region] = [&from_origin, &to_origin, &region].map(|place| place.as_ptr());
         device.command("clEnqueueCopyBufferRect", |queue, wait| {
-            // SAFETY: both are alive, and large enough for the rows; the arrays outlive the call.
+            // SAFETY: both buffers are alive and large enough for the rows; the arrays outlive the call.
             unsafe {
                 queue.enqueue_copy_buffer_rect(&self.memory, &mut to, from_origin, to_origin, region, row, 0, pitch, 0, wait)
             }
@@ -145,19 +145,19 @@ impl<T: Copy> Buffer<T> {
         Ok(())
     }
 
-    /// Copies rows of `columns` pixels each into the caller's image, which is as large, of pixels of this type.
+    /// Copies `rows` rows of `columns` pixels to the caller's image of the same size and pixel type.
     pub fn copy_to_image(&self, device: &Device, columns: usize, rows: usize, to: &DeviceMemory) -> Result<(), Error> {
         // A borrowed handle: nothing is released.
         let mut to = ManuallyDrop::new(Image::new(to.raw()));
         let (origin, region) = ([0; 3], [columns, rows, 1]);
         device.command("clEnqueueCopyBufferToImage", |queue, wait| {
-            // SAFETY: both are alive and as large; the arrays outlive the call.
+            // SAFETY: both are alive and have the same size; the arrays outlive the call.
             unsafe { queue.enqueue_copy_buffer_to_image(&self.memory, &mut to, 0, origin.as_ptr(), region.as_ptr(), wait) }
         })?;
         Ok(())
     }
 
-    /// Whether the buffer was made here, and is no memory of the caller.
+    /// Whether the buffer was allocated here, rather than by the caller.
     pub fn is_owned(&self) -> bool {
         self.allocated.is_some()
     }
@@ -172,10 +172,10 @@ impl<T: Copy> Buffer<T> {
         self.len.max(1) * size_of::<T>()
     }
 
-    /// As the caller's own.
+    /// The buffer as if it were the caller's.
     #[cfg(test)]
     pub fn as_memory(&self) -> super::DeviceMemory {
-        super::DeviceMemory::of_buffer(&self.memory).expect("it is alive")
+        super::DeviceMemory::from_buffer(&self.memory).expect("it is alive")
     }
 
     pub(super) fn handle(&self) -> cl_mem {
@@ -183,12 +183,13 @@ impl<T: Copy> Buffer<T> {
     }
 }
 
-/// What clCreateBuffer answers where memory is short; anything else is another mistake.
-const SHORT_OF_MEMORY: [i32; 4] =
+/// Errors of clCreateBuffer that mean a lack of memory.
+const OUT_OF_MEMORY: [i32; 4] =
     [CL_MEM_OBJECT_ALLOCATION_FAILURE, CL_OUT_OF_RESOURCES, CL_OUT_OF_HOST_MEMORY, CL_INVALID_BUFFER_SIZE];
 
-fn not_created(device: &Device, what: &str, needed: u64, source: ClError) -> Error {
-    if !SHORT_OF_MEMORY.contains(&source.0) {
+/// The error for a failed clCreateBuffer.
+fn creation_error(device: &Device, what: &str, needed: u64, source: ClError) -> Error {
+    if !OUT_OF_MEMORY.contains(&source.0) {
         return device.error("clCreateBuffer", source);
     }
     let info = device.info();
@@ -211,10 +212,10 @@ mod tests {
     use opencl3::error_codes::{CL_INVALID_CONTEXT, CL_INVALID_HOST_PTR, CL_INVALID_VALUE};
 
     #[test]
-    fn only_a_lack_of_memory_is_called_so() {
+    fn only_a_lack_of_memory_is_reported_as_such() {
         let device = Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
-        let message = |code| not_created(&device, "the voxels", 12345, ClError(code)).to_string();
-        for code in SHORT_OF_MEMORY {
+        let message = |code| creation_error(&device, "the voxels", 12345, ClError(code)).to_string();
+        for code in OUT_OF_MEMORY {
             assert!(message(code).contains("the voxels needs 12345 bytes"), "{}", message(code));
         }
         let others = [(CL_INVALID_CONTEXT, "CL_INVALID_CONTEXT"), (CL_INVALID_VALUE, "CL_INVALID_VALUE")];

@@ -1,4 +1,4 @@
-//! The folder in which PoCL keeps compiled kernels. Without one it has no device, or builds nothing.
+//! PoCL's cache folder of compiled kernels. Without a writable folder, PoCL has no device or cannot build kernels.
 
 use crate::error::Error;
 use std::env;
@@ -6,31 +6,31 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Names PoCL's folder.
+/// Environment variable with the path of PoCL's cache folder.
 const VARIABLE: &str = "POCL_CACHE_DIR";
-/// Bytes that PoCL must be able to write: one picture takes between 1 and 3 MB of kernels, the files of its compiler included.
+/// Free bytes that PoCL needs. The kernels of one picture take 1 to 3 MB, including temporary compiler files.
 const NEEDED: usize = 4 << 20;
 
-/// Gives PoCL a folder of its own below the system's temporary one, unless it can write its default or `POCL_CACHE_DIR` names
-/// another: in a container, HOME is often missing or another user's.
+/// Sets `POCL_CACHE_DIR` to a folder below the system's temporary folder if PoCL cannot write to its default folder. Does nothing
+/// if the variable is set. In containers, HOME is often missing or belongs to another user.
 ///
 /// # Safety
-/// Changes the environment: no other thread may be running.
+/// Changes the environment: no other thread may run.
 pub unsafe fn keep_compiled_kernels() {
     match env::var_os(VARIABLE) {
-        // PoCL aborts at an empty name.
-        // SAFETY: the caller's promise.
+        // PoCL aborts on an empty path.
+        // SAFETY: guaranteed by the caller.
         Some(named) if named.is_empty() => unsafe { env::remove_var(VARIABLE) },
         Some(_) => return,
         None => {}
     }
-    // A full disk is no reason to move: kernels that are there already are still found.
+    // On a full disk, the default folder is still usable: kernels compiled earlier are found there.
     if can_hold(&folder(), 0).is_ok() {
         return;
     }
-    // Where there is no temporary folder either, PoCL's devices are missing, and the error says why.
+    // Without a temporary folder, PoCL lists no devices; the error of device selection then gives the reason.
     if let Some(folder) = temporary_folder() {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { env::set_var(VARIABLE, folder) };
     }
 }
@@ -40,7 +40,8 @@ pub(super) fn is_pocl(platform: &str) -> bool {
     platform.contains("Portable Computing Language")
 }
 
-/// Why kernels cannot be built on a platform, if it is PoCL and cannot write its folder. This writes there: ask after a failure.
+/// The error for a PoCL platform that cannot write to its cache folder. Writes a test file there, so call it only after a
+/// failure.
 pub(crate) fn unusable_cache(platform: &str) -> Option<Error> {
     if !is_pocl(platform) {
         return None;
@@ -49,31 +50,31 @@ pub(crate) fn unusable_cache(platform: &str) -> Option<Error> {
     can_hold(&folder, NEEDED).err().map(|source| Error::KernelCache { folder, source })
 }
 
-/// Where PoCL keeps kernels, by its own rule.
+/// PoCL's cache folder, by PoCL's own rule.
 fn folder() -> PathBuf {
     let set = |name: &str| env::var_os(name);
     let below = |parent: OsString, rest: &str| Path::new(&parent).join(rest);
     match (set(VARIABLE), set("XDG_CACHE_HOME").filter(|name| !name.is_empty()), set("HOME")) {
         (Some(named), ..) => named.into(),
         (None, Some(caches), _) => below(caches, "pocl/kcache"),
-        // An empty HOME is the root folder to PoCL.
+        // PoCL treats an empty HOME as the root folder.
         (None, None, Some(home)) => below(if home.is_empty() { "/".into() } else { home }, ".cache/pocl/kcache"),
         (None, None, None) => "/tmp/pocl/kcache".into(),
     }
 }
 
-/// Whether a file of so many bytes can be made in a folder, or where it would have to be made.
+/// Checks that a file of `bytes` bytes can be created in `folder`, or in its nearest existing ancestor.
 fn can_hold(folder: &Path, bytes: usize) -> io::Result<()> {
     let existing = folder.ancestors().find(|ancestor| ancestor.exists());
-    // A file without a name: nothing is left behind, whatever happens.
+    // An unnamed file, which is removed even after a crash.
     let mut file = tempfile::tempfile_in(existing.unwrap_or(Path::new(".")))?;
     file.write_all(&vec![0; bytes])
 }
 
-/// A folder that only this user can write, the same one every time.
+/// A folder that only this user can write, normally the same one in every run.
 ///
-/// PoCL runs what lies there. So a new folder, which is certainly this user's, is moved into place; if one is there already that
-/// is not, or that others can write, the new one stays where it is.
+/// PoCL executes code from this folder, so another user must not control it. A new private folder is renamed to a fixed path. If
+/// that path exists but belongs to another user or is writable by others, the new folder is used under its random name.
 #[cfg(unix)]
 fn temporary_folder() -> Option<PathBuf> {
     use std::fs::Permissions;
@@ -83,7 +84,7 @@ fn temporary_folder() -> Option<PathBuf> {
     let user = std::fs::metadata(new.path()).ok()?.uid();
     let own = env::temp_dir().join(format!("layersplat-kernels-of-{user}"));
     if std::fs::rename(new.path(), &own).is_ok() {
-        // It is no longer where `new` would remove it.
+        // `new` does not remove the folder: its path has changed.
         return Some(own);
     }
     let there = std::fs::symlink_metadata(&own).ok();

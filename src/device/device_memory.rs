@@ -1,4 +1,4 @@
-//! Memory of the caller's own on the device.
+//! Device memory owned by the caller.
 
 use super::Device;
 use crate::error::Error;
@@ -9,7 +9,10 @@ use opencl3::memory::{
 };
 use std::mem::ManuallyDrop;
 
-/// A buffer or a 2D image of the caller's, in the context of a device. Retained while this lives; clones retain it again.
+/// Names the object in errors.
+const WHAT: &str = "the caller's memory";
+
+/// A buffer or a 2D image of the caller, in the context of a device. Retained until this is dropped; each clone retains it again.
 ///
 /// ```
 /// use layersplat::device::DeviceMemory;
@@ -19,8 +22,8 @@ use std::mem::ManuallyDrop;
 /// let device = Device::open(&DeviceChoice::Default)?;
 /// let context = Context::from_device(&device.id().into()).expect("a context");
 /// let buffer = unsafe { Buffer::<f32>::create(&context, CL_MEM_READ_WRITE, 1000, std::ptr::null_mut()) }.expect("a buffer");
-/// let memory = DeviceMemory::of_buffer(&buffer)?;
-/// // Retained: it may outlive what it was made from.
+/// let memory = DeviceMemory::from_buffer(&buffer)?;
+/// // Retained: the memory stays valid without the original handle.
 /// drop(buffer);
 /// assert!(!memory.raw().is_null());
 /// # Ok::<(), layersplat::Error>(())
@@ -33,14 +36,14 @@ pub struct DeviceMemory {
     flags: u64,
 }
 
-/// What memory is.
+/// Kind and size of a memory object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MemoryKind {
     Buffer { bytes: usize },
     Image { width: usize, height: usize, format: ImageFormat },
 }
 
-/// Pixels of images that pictures can go to.
+/// Pixel formats of images that pictures can be copied into.
 ///
 /// ```
 /// use layersplat::device::ImageFormat;
@@ -49,52 +52,58 @@ pub(crate) enum MemoryKind {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
-    /// `CL_RGBA` of `CL_UNORM_INT8` or `CL_UNSIGNED_INT8`.
+    /// `CL_RGBA` with `CL_UNORM_INT8` or `CL_UNSIGNED_INT8` channels.
     Rgba8,
-    /// `CL_RGBA` of `CL_FLOAT`.
+    /// `CL_RGBA` with `CL_FLOAT` channels.
     Floats,
 }
 
-// SAFETY: OpenCL's memory objects may be used by any thread; nothing here changes after it was made.
+// SAFETY: OpenCL memory objects may be used from any thread, and the fields never change.
 unsafe impl Send for DeviceMemory {}
 // SAFETY: as above.
 unsafe impl Sync for DeviceMemory {}
 
 impl DeviceMemory {
-    /// A buffer.
-    pub fn of_buffer<T>(buffer: &Buffer<T>) -> Result<Self, Error> {
+    /// Wraps a buffer.
+    ///
+    /// # Errors
+    /// OpenCL errors.
+    pub fn from_buffer<T>(buffer: &Buffer<T>) -> Result<Self, Error> {
         // SAFETY: the buffer is alive.
         unsafe { Self::from_raw(buffer.get()) }
     }
 
-    /// A 2D image of RGBA in bytes or floats.
-    pub fn of_image(image: &Image) -> Result<Self, Error> {
+    /// Wraps a 2D RGBA image with 8-bit or float channels.
+    ///
+    /// # Errors
+    /// As [`from_raw`](Self::from_raw).
+    pub fn from_image(image: &Image) -> Result<Self, Error> {
         // SAFETY: the image is alive.
         unsafe { Self::from_raw(image.get()) }
     }
 
-    /// A raw `cl_mem`.
+    /// Wraps a raw `cl_mem`.
     ///
     /// # Errors
-    /// Memory that is neither a buffer nor a 2D image of RGBA in bytes or floats, and what OpenCL answers.
+    /// Memory that is neither a buffer nor a 2D RGBA image with 8-bit or float channels; OpenCL errors.
     ///
     /// # Safety
-    /// `memory` is a memory object of OpenCL's and alive during the call.
+    /// `memory` is null or a valid OpenCL memory object during the call.
     pub unsafe fn from_raw(memory: cl_mem) -> Result<Self, Error> {
         if memory.is_null() {
-            return Err(refused("is no memory: the handle is null"));
+            return Err(rejected("is not a memory object: the handle is null"));
         }
         let failed = |e: ClError| failed("clGetMemObjectInfo", e);
-        // It asks, and releases nothing.
-        let asked = ManuallyDrop::new(Buffer::<u8>::new(memory));
-        let context = asked.context().map_err(failed)? as usize;
-        let flags = asked.flags().map_err(failed)?;
-        let kind = match asked.mem_type().map_err(failed)? {
-            CL_MEM_OBJECT_BUFFER => MemoryKind::Buffer { bytes: asked.size().map_err(failed)? },
+        // Borrowed for the queries: releases nothing.
+        let queried = ManuallyDrop::new(Buffer::<u8>::new(memory));
+        let context = queried.context().map_err(failed)? as usize;
+        let flags = queried.flags().map_err(failed)?;
+        let kind = match queried.mem_type().map_err(failed)? {
+            CL_MEM_OBJECT_BUFFER => MemoryKind::Buffer { bytes: queried.size().map_err(failed)? },
             CL_MEM_OBJECT_IMAGE2D => image_kind(memory)?,
-            _ => return Err(refused("is neither a buffer nor a 2D image")),
+            _ => return Err(rejected("is neither a buffer nor a 2D image")),
         };
-        // SAFETY: the caller's promise; the reference that is counted here is released by `drop`.
+        // SAFETY: guaranteed by the caller; `drop` releases this reference.
         unsafe { retain_mem_object(memory) }.map_err(|e| self::failed("clRetainMemObject", ClError(e)))?;
         Ok(Self { memory, kind, context, flags })
     }
@@ -108,15 +117,15 @@ impl DeviceMemory {
         self.kind
     }
 
-    /// Refuses what kernels of a device cannot read (or with `written`, write).
+    /// Checks that kernels of `device` can read this memory, or write it if `written`.
     pub(crate) fn check(&self, device: &Device, what: &'static str, written: bool) -> Result<(), Error> {
-        let refuse = |problem: &str| Err(Error::Memory { what, problem: problem.into() });
+        let reject = |problem: &str| Err(Error::Memory { what, problem: problem.into() });
         if self.context != device.context() as usize {
-            return refuse("is of another context than the device: make it in the device's own");
+            return reject("belongs to another context: create it in the context of the device");
         }
         match (written, self.flags) {
-            (true, flags) if flags & CL_MEM_READ_ONLY != 0 => refuse("is CL_MEM_READ_ONLY: kernels cannot write it"),
-            (false, flags) if flags & CL_MEM_WRITE_ONLY != 0 => refuse("is CL_MEM_WRITE_ONLY: kernels cannot read it"),
+            (true, flags) if flags & CL_MEM_READ_ONLY != 0 => reject("is CL_MEM_READ_ONLY, but kernels have to write it"),
+            (false, flags) if flags & CL_MEM_WRITE_ONLY != 0 => reject("is CL_MEM_WRITE_ONLY, but kernels have to read it"),
             _ => Ok(()),
         }
     }
@@ -131,24 +140,24 @@ fn image_kind(memory: cl_mem) -> Result<MemoryKind, Error> {
         Some((CL_RGBA, CL_FLOAT)) => ImageFormat::Floats,
         other => {
             let problem =
-                format!("is an image of channels {other:?}: make it CL_RGBA of CL_UNORM_INT8, CL_UNSIGNED_INT8 or CL_FLOAT");
-            return Err(Error::Memory { what: "memory that was handed over", problem });
+                format!("is an image with channels {other:?}: use CL_RGBA with CL_UNORM_INT8, CL_UNSIGNED_INT8 or CL_FLOAT");
+            return Err(Error::Memory { what: WHAT, problem });
         }
     };
     Ok(MemoryKind::Image { width: image.width().map_err(failed)?, height: image.height().map_err(failed)?, format })
 }
 
-fn refused(problem: &str) -> Error {
-    Error::Memory { what: "memory that was handed over", problem: problem.into() }
+fn rejected(problem: &str) -> Error {
+    Error::Memory { what: WHAT, problem: problem.into() }
 }
 
 fn failed(call: &'static str, source: ClError) -> Error {
-    Error::OpenCl { call, device: "the memory that was handed over".into(), source }
+    Error::OpenCl { call, device: WHAT.into(), source }
 }
 
 impl Clone for DeviceMemory {
     fn clone(&self) -> Self {
-        // SAFETY: it is alive as long as `self` is. Retaining what is alive does not fail.
+        // SAFETY: `self` keeps the memory alive; retaining a live object does not fail.
         unsafe { retain_mem_object(self.memory) }.expect("clRetainMemObject of live memory");
         Self { ..*self }
     }
@@ -156,7 +165,7 @@ impl Clone for DeviceMemory {
 
 impl Drop for DeviceMemory {
     fn drop(&mut self) {
-        // SAFETY: the reference is this one's own.
+        // SAFETY: releases the reference owned by `self`.
         if let Err(code) = unsafe { release_mem_object(self.memory) } {
             tracing::warn!("clReleaseMemObject failed: {}", ClError(code));
         }

@@ -1,31 +1,31 @@
-//! What a device under test is told to fail at. Only tests have it.
+//! Fault injection into OpenCL calls, in tests only.
 
 use super::Device;
 use opencl3::error_codes::ClError;
 use std::sync::{Mutex, PoisonError};
 
-/// What can fail.
+/// Kinds of calls that can fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Call {
-    /// A buffer is made.
+    /// Creation of a buffer.
     Allocation,
-    /// A program is built.
+    /// Build of a program.
     Build,
-    /// Something is enqueued, flushed or waited for.
+    /// Enqueueing, flushing or waiting.
     Command,
 }
 
-/// What fails next, if anything does.
+/// The next fault, if any.
 #[derive(Default)]
 pub(super) struct Faults(Mutex<Option<Fault>>);
 
 struct Fault {
-    /// Which calls count; `None`: all.
+    /// Kind of the calls that count; `None` counts all.
     call: Option<Call>,
-    /// How many of them go well before.
+    /// Remaining calls before the fault.
     left: u64,
     code: i32,
-    /// Whether all that come after fail, too.
+    /// Whether all later calls fail, too.
     lasting: bool,
     struck: bool,
 }
@@ -35,7 +35,7 @@ impl Faults {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Counts a call, and fails it where it is its turn.
+    /// Counts a call, and returns the error if it must fail.
     pub fn at(&self, call: Call) -> Result<(), ClError> {
         let mut fault = self.fault();
         let Some(fault) = fault.as_mut().filter(|fault| fault.call.is_none_or(|counted| counted == call)) else { return Ok(()) };
@@ -49,17 +49,17 @@ impl Faults {
 }
 
 impl Device {
-    /// One call fails, after so many that do not.
+    /// Makes one call fail, after `after` successful ones.
     pub(crate) fn fail(&self, call: Call, after: u64, code: i32) {
         *self.shared.programs.faults.fault() = Some(Fault { call: Some(call), left: after, code, lasting: false, struck: false });
     }
 
-    /// The device is lost after so many calls: all that come then fail.
+    /// Simulates a lost device: all calls fail after the first `after` ones.
     pub(crate) fn lose(&self, after: u64, code: i32) {
         *self.shared.programs.faults.fault() = Some(Fault { call: None, left: after, code, lasting: true, struck: false });
     }
 
-    /// Nothing fails any more. Whether something did.
+    /// Removes the fault. Returns whether it occurred.
     pub(crate) fn recover(&self) -> bool {
         self.shared.programs.faults.fault().take().is_some_and(|fault| fault.struck)
     }

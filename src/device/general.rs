@@ -1,4 +1,4 @@
-//! Frames drawn by more general programs, while the best ones are being built.
+//! More general programs, used by frames while the specialised ones are being built.
 
 use super::Device;
 use super::launch::KernelRequest;
@@ -10,12 +10,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) struct GeneralPrograms(AtomicBool);
 
 impl Device {
-    /// A handle for a frame that may be drawn by general programs where the best ones are not built yet, or may not.
+    /// A handle for a frame. If `allowed`, it may use general programs where the specialised ones are not built yet.
     pub(crate) fn with_general_programs(self, allowed: bool) -> Self {
         Self { general_programs: allowed.then(Arc::default), ..self }
     }
 
-    /// Whether a kernel was started through this handle in a more general program than the best one.
+    /// Whether a kernel of a general program was launched through this handle.
     pub(crate) fn used_general_program(&self) -> bool {
         self.general_programs.as_ref().is_some_and(|used| used.0.load(Ordering::Relaxed))
     }
@@ -24,7 +24,7 @@ impl Device {
         self.general_programs.is_some()
     }
 
-    /// Notes that one is used, and the first time requests the best one in the background.
+    /// Records the use of a general program. If `first`, requests the build of the specialised one in the background.
     pub(super) fn use_general_program(&self, best: KernelRequest, first: bool) {
         if let Some(used) = &self.general_programs {
             used.0.store(true, Ordering::Relaxed);

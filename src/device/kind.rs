@@ -1,4 +1,4 @@
-//! What devices are there for.
+//! Device kinds.
 
 use opencl3::device::{CL_DEVICE_TYPE_CPU, CL_DEVICE_TYPE_GPU};
 use serde::Serialize;
@@ -9,27 +9,27 @@ use serde::Serialize;
 /// use layersplat::Device;
 /// use layersplat::device::DeviceKind;
 ///
-/// let processors = Device::list()?.into_iter().filter(|device| device.kind == DeviceKind::Cpu);
-/// println!("{} processors", processors.count());
+/// let cpus = Device::list()?.into_iter().filter(|device| device.kind == DeviceKind::Cpu);
+/// println!("{} CPU devices", cpus.count());
 /// # Ok::<(), layersplat::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum DeviceKind {
-    /// The host's processors.
+    /// The CPU of the host.
     Cpu,
-    /// A graphics processor.
+    /// A GPU.
     Gpu,
-    /// Anything else.
+    /// Any other device.
     Other,
 }
 
 impl DeviceKind {
-    /// The kind that OpenCL's CL_DEVICE_TYPE says, on a platform.
-    pub(super) fn of(device_type: u64, platform: &str) -> Self {
+    /// The kind for OpenCL's CL_DEVICE_TYPE on a platform.
+    pub(super) fn from_device_type(device_type: u64, platform: &str) -> Self {
         match device_type {
-            // It calls itself all there is, and interprets kernels to check them: nothing to take before a processor.
+            // Oclgrind reports all device types, but interprets kernels to check them. A CPU is preferable.
             _ if platform.contains("Oclgrind") => DeviceKind::Other,
             t if t & CL_DEVICE_TYPE_GPU != 0 => DeviceKind::Gpu,
             t if t & CL_DEVICE_TYPE_CPU != 0 => DeviceKind::Cpu,

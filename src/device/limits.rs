@@ -1,4 +1,4 @@
-//! When a frame is given up: after a time, or when another thread cancels it.
+//! Time limit and cancellation of frames.
 
 use super::Device;
 use crate::error::Error;
@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Cancels frames from another thread. Clones share one state: give one clone to [`Renderer::set_cancel`](crate::Renderer::set_cancel)
-/// and keep another.
+/// Cancels frames from another thread. Clones share one state: pass one clone to
+/// [`Renderer::set_cancel`](crate::Renderer::set_cancel) and keep another.
 ///
-/// A frame looks at it before each of its kernels, while the kernel before is still running, so that the device never waits. A running
-/// kernel ends first. The state stays cancelled until [`reset`](Self::reset).
+/// A frame checks the state before each kernel launch, while the previous kernel still runs, so that the device never idles. A
+/// running kernel is not interrupted. The state stays cancelled until [`reset`](Self::reset).
 ///
 /// ```
 /// use layersplat::Cancel;
@@ -26,36 +26,36 @@ use std::time::{Duration, Instant};
 pub struct Cancel(Arc<AtomicBool>);
 
 impl Cancel {
-    /// Not cancelled.
+    /// A state that is not cancelled.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Gives up the frame in progress and all later ones, until [`reset`](Self::reset): they return [`Error::Cancelled`].
+    /// Cancels the current frame and all later ones until [`reset`](Self::reset). They return [`Error::Cancelled`].
     pub fn cancel(&self) {
         self.0.store(true, Ordering::Release);
     }
 
-    /// Lets later frames be drawn again.
+    /// Allows later frames again.
     pub fn reset(&self) {
         self.0.store(false, Ordering::Release);
     }
 
-    /// Whether frames are given up.
+    /// Whether frames are cancelled.
     pub fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Acquire)
     }
 }
 
-/// What ends a frame early.
+/// Conditions that abort a frame.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Limits {
-    /// Longest time that a frame may take.
+    /// Time limit per frame.
     pub longest: Option<Duration>,
     pub cancel: Option<Cancel>,
 }
 
-/// The limits of a frame that has begun.
+/// The limits of a frame, and its start time.
 #[derive(Clone, Debug)]
 pub(super) struct Begun {
     at: Instant,
@@ -63,14 +63,14 @@ pub(super) struct Begun {
 }
 
 impl Device {
-    /// A handle for a frame that begins now: its kernels are refused once a limit is reached.
+    /// A handle for a frame that begins now. Once a limit is reached, no further kernels are launched.
     pub(crate) fn with_limits(self, limits: &Limits) -> Self {
         let limited = limits.longest.is_some() || limits.cancel.is_some();
         Self { begun: limited.then(|| Begun { at: Instant::now(), limits: limits.clone() }), ..self }
     }
 
-    /// Refuses a kernel of a frame that has reached a limit. One earlier command may still be running: the device never idles for this
-    /// check, and at most two kernels end after a limit is reached.
+    /// Checks the limits before a kernel is launched. Waits for all earlier commands except the last one: the device never idles
+    /// for this check, and at most two kernels end after a limit is reached.
     pub(super) fn check_limits(&self, stage: &'static str) -> Result<(), Error> {
         let Some(Begun { at, limits }) = &self.begun else { return Ok(()) };
         self.wait_for_all_but_last()?;

@@ -1,18 +1,17 @@
-//! The only room that knows OpenCL: device, queue, buffers, programs and typed kernel launchers.
+//! OpenCL: device, queue, buffers, programs and typed kernel launchers. Other modules do not call OpenCL themselves.
 
-mod ahead;
+mod background;
 mod budget;
 mod buffer;
 mod cache;
+mod caller_queue;
 mod commands;
-mod compiler;
 #[cfg(feature = "gl-interop")]
 mod current_gl;
 mod device_memory;
 #[cfg(test)]
 mod faults;
 mod general;
-mod handed_over;
 mod kind;
 pub(crate) mod launch;
 mod limits;
@@ -31,12 +30,11 @@ mod started;
 mod stopwatch;
 mod tuning;
 
-pub use ahead::ProgramBuilds;
+pub use background::{ProgramBuilds, compile_for_parent};
 pub(crate) use buffer::Buffer;
 pub use cache::keep_compiled_kernels;
 #[cfg(feature = "cli")]
 pub(crate) use cache::unusable_cache;
-pub use compiler::compile_for_parent;
 pub use device_memory::{DeviceMemory, ImageFormat};
 #[cfg(test)]
 pub(crate) use faults::Call;
@@ -65,7 +63,7 @@ pub(crate) use shared_gl::SharedTexture;
 
 use crate::error::Error;
 use crate::memory;
-use ahead::Ahead;
+use background::BackgroundBuilder;
 use budget::Budget;
 use commands::Sequence;
 use general::GeneralPrograms;
@@ -80,8 +78,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 use stopwatch::{Launched, Stopwatch};
 
-/// An OpenCL device with a context and a queue: its own ([`open`](Self::open)), or a caller's ([`of_queue`](Self::of_queue)). Cheap to
-/// clone: clones share both, also from thread to thread.
+/// An OpenCL device with a context and a queue, created here ([`open`](Self::open)) or by the caller
+/// ([`from_queue`](Self::from_queue)). Cheap to clone: clones share context and queue, also across threads.
 ///
 /// ```
 /// use layersplat::{Device, DeviceChoice};
@@ -96,24 +94,24 @@ pub struct Device {
     sequence: Arc<Sequence>,
     tuning: Tuning,
     budget: Arc<Budget>,
-    /// Of a frame that is timed.
+    /// Present if the frame is timed.
     stopwatch: Option<Arc<Stopwatch>>,
-    /// Of a frame whose scratch is the caller's.
+    /// Present if the caller provides the scratch memory of the frame.
     scratch: Option<Arc<ScratchMemory>>,
-    /// Limits of the frame that this handle is for.
+    /// Present if the frame of this handle has a time limit or can be cancelled.
     begun: Option<Begun>,
-    /// Of a frame that is not drawn: which kernels it would start.
+    /// Present in a dry run, where kernels are recorded instead of launched.
     rehearsal: Option<Arc<Rehearsal>>,
-    /// Of a frame that may be drawn by general programs.
+    /// Present if the frame may use general programs.
     general_programs: Option<Arc<GeneralPrograms>>,
 }
 
-/// What all queues of a context's device share.
+/// State shared by all queues of a device in one context.
 struct Shared {
     programs: Arc<Programs>,
-    ahead: Ahead,
+    background: BackgroundBuilder,
     allocated: Arc<AtomicU64>,
-    /// Whether it was said that pictures do not go straight into textures.
+    /// Warns only once that pictures are copied to textures through host memory.
     #[cfg(feature = "gl-interop")]
     through_host: std::sync::Once,
     #[cfg(test)]
@@ -121,27 +119,30 @@ struct Shared {
 }
 
 impl Device {
-    /// All devices of all platforms, in the order of their indices. Empty platforms are left out; no OpenCL at all is
-    /// an error that says what to install, and no device one that says what each platform answered.
+    /// All devices of all platforms, in the order of their indices. Platforms without devices are omitted.
+    ///
+    /// # Errors
+    /// No OpenCL implementation: the error says what to install. No device: the error lists the answer of each platform.
     pub fn list() -> Result<Vec<DeviceInfo>, Error> {
         selection::list()
     }
 
-    /// Opens the chosen device.
+    /// Opens the chosen device with its own context and queue.
+    ///
+    /// # Errors
+    /// As [`list`](Self::list); an unknown name or index; OpenCL errors.
     pub fn open(choice: &DeviceChoice) -> Result<Self, Error> {
         let (device, info) = selection::choose(choice)?;
-        Self::opened(&device, info)
+        Self::with_new_context(&device, info)
     }
 
-    /// In a context of its own.
-    fn opened(device: &ClDevice, info: DeviceInfo) -> Result<Self, Error> {
+    fn with_new_context(device: &ClDevice, info: DeviceInfo) -> Result<Self, Error> {
         let context = Context::from_device(device);
         let context = context.map_err(|source| Error::OpenCl { call: "clCreateContext", device: info.name.clone(), source })?;
-        Self::in_context(info, context)
+        Self::with_new_queue(info, context)
     }
 
-    /// With a queue of its own.
-    fn in_context(info: DeviceInfo, context: Context) -> Result<Self, Error> {
+    fn with_new_queue(info: DeviceInfo, context: Context) -> Result<Self, Error> {
         #[allow(deprecated)] // The replacement needs OpenCL 2.0.
         let queue = CommandQueue::create_default(&context, CL_QUEUE_PROFILING_ENABLE);
         let queue = queue.map_err(|source| Error::OpenCl { call: "clCreateCommandQueue", device: info.name.clone(), source })?;
@@ -153,7 +154,7 @@ impl Device {
         let tuning = info.tuning;
         let programs = Arc::new(Programs::new(info, context));
         let shared = Shared {
-            ahead: Ahead::new(programs.clone()),
+            background: BackgroundBuilder::new(programs.clone()),
             programs,
             allocated: Arc::default(),
             #[cfg(feature = "gl-interop")]
@@ -174,62 +175,65 @@ impl Device {
         }
     }
 
-    /// The same device with other tuning values, for what is rendered through this handle and its clones.
+    /// The same device with other tuning values. They apply to everything rendered through the returned handle and its clones.
+    ///
+    /// # Errors
+    /// Values outside the ranges that kernels support.
     pub fn with_tuning(&self, tuning: Tuning) -> Result<Self, Error> {
         tuning.check()?;
         Ok(Self { tuning, ..self.clone() })
     }
 
-    /// What the device is.
+    /// Properties of the device.
     pub fn info(&self) -> &DeviceInfo {
         &self.shared.programs.info
     }
 
-    /// Bytes of buffers that are allocated at the moment.
+    /// Bytes in all currently allocated buffers, through any handle of the device.
     pub fn allocated_bytes(&self) -> u64 {
         self.shared.allocated.load(Ordering::Relaxed)
     }
 
-    /// How many programs are built, and kept for all that render on this device.
+    /// Number of programs built so far. They are kept and shared by all renderers on this device.
     pub fn programs(&self) -> usize {
         self.shared.programs.count()
     }
 
-    /// Refuses what would not fit: bytes on the device and beside it on the host. A processor has both in one memory; other devices are
-    /// asked when buffers are made.
+    /// Checks that enough memory is available for bytes on the device and on the host. A CPU device takes both from host memory.
+    /// On other devices, buffer creation detects a lack of device memory.
     pub(crate) fn require(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
         let shared = self.info().kind == DeviceKind::Cpu;
         memory::require(what, if shared { on_device.saturating_add(on_host) } else { on_host })
     }
 
-    /// Refuses what does not fit: beside what is there, bytes on the device in its budget, and bytes on the host.
-    pub(crate) fn require_room(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
+    /// Checks additional device memory against the budget of this handle, and as [`require`](Self::require).
+    pub(crate) fn require_within_budget(&self, what: &str, on_device: u64, on_host: u64) -> Result<(), Error> {
         self.budget.require(what, on_device)?;
         self.require(what, on_device, on_host)
     }
 
-    /// The tuning values in use.
+    /// Tuning values in use.
     pub fn tuning(&self) -> &Tuning {
         &self.tuning
     }
 
-    /// The caller's memory for what a frame writes.
+    /// The caller's scratch memory, if any.
     pub(crate) fn scratch(&self) -> Option<&Arc<ScratchMemory>> {
         self.scratch.as_ref()
     }
 
-    /// A handle for frames whose scratch is the caller's, or not.
+    /// A handle for frames that use the caller's scratch memory; with `None`, they allocate their own.
     pub(crate) fn with_scratch(&self, scratch: Option<Arc<ScratchMemory>>) -> Self {
         Self { scratch, ..self.clone() }
     }
 
-    /// A handle that times what is started through it, from now on.
+    /// A handle that measures the time of each kernel started through it.
     pub(crate) fn timed(&self) -> Self {
         Self { stopwatch: Some(Arc::default()), ..self.clone() }
     }
 
-    /// Waits for everything that was started, and tells how long each stage took that was started through this handle; nothing where it
-    /// is not timed.
+    /// Waits for all commands of this handle and returns the time of each stage. Empty unless the handle is
+    /// [`timed`](Self::timed).
     pub(crate) fn stage_times(&self) -> Result<StageTimes, Error> {
         let Some(stopwatch) = &self.stopwatch else { return Ok(StageTimes::new()) };
         self.finish()?;
@@ -240,13 +244,13 @@ impl Device {
         self.shared.programs.error(call, source)
     }
 
-    /// Starts `kernel`, whose arguments are set, with at least `items` work-items in groups of `group`.
+    /// Enqueues `kernel`, whose arguments are set, with at least `items` work-items in work-groups of `group`.
     fn start(&self, stage: &'static str, kernel: &Kernel, items: usize, group: usize) -> Result<(), Error> {
         let started = Instant::now();
         let global = items.div_ceil(group) * group;
         self.check_limits(stage)?;
         let event = self.command(stage, |queue, wait| {
-            // SAFETY: sizes live through the call, and the launchers have set every argument.
+            // SAFETY: the sizes outlive the call, and the launchers have set every argument.
             unsafe { queue.enqueue_nd_range_kernel(kernel.get(), 1, std::ptr::null(), &global, &group, wait) }
         })?;
         let Some(stopwatch) = &self.stopwatch else { return Ok(()) };
@@ -271,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn tuning_values_that_kernels_cannot_have_are_refused() {
+    fn tuning_values_out_of_range_are_rejected() {
         let device = Device::open(&DeviceChoice::Default).unwrap();
         let own = *device.tuning();
         assert_eq!(*device.with_tuning(Tuning { vector_width: 4, ..own }).unwrap().tuning(), Tuning { vector_width: 4, ..own });

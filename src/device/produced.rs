@@ -1,15 +1,15 @@
-//! What produced a value on the device, and whether a frame may use it.
+//! Tracks which commands wrote a value on the device, and whether a frame may use it.
 
 use super::Device;
 use super::commands::{retained, status};
 use crate::error::Error;
 use opencl3::event::{CL_COMPLETE, Event};
 
-/// The last command that writes a value, and the frame it belongs to.
+/// The last command that writes a value, and its frame.
 pub(crate) struct Produced {
-    /// `None`: the value is there.
+    /// `None` if the value is complete.
     event: Option<Event>,
-    /// Events of the caller that the frame waits for, and that had not completed.
+    /// The caller's events that the frame waits for and that were not complete.
     awaited: Vec<Event>,
     sequence: u64,
     frame: u64,
@@ -18,28 +18,28 @@ pub(crate) struct Produced {
 /// How a frame may use a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Usability {
-    /// Its commands come after those that write the value.
+    /// Commands of the frame run after those that write the value.
     Usable,
-    /// The value depends on events of the caller that may still fail: only the frame that waits for them can use it.
+    /// The value depends on events of the caller that may still fail. Only the frame that waits for them can use it.
     Uncertain,
     /// A command that writes it failed.
     Failed,
 }
 
 impl Produced {
-    /// Of a value that was copied from the host when its buffer was made.
+    /// For a value copied from the host when its buffer was created.
     pub fn by_host() -> Self {
         Self { event: None, awaited: Vec::new(), sequence: u64::MAX, frame: 0 }
     }
 
-    /// Whether only commands of this device handle's sequence have written the value.
-    pub fn is_of(&self, device: &Device) -> bool {
+    /// Whether the value was written by the sequence of this device handle.
+    pub fn is_from(&self, device: &Device) -> bool {
         self.sequence == device.sequence.id
     }
 }
 
 impl Device {
-    /// What was enqueued last through this handle, as the producer of a value.
+    /// The last command enqueued through this handle, as the producer of a value.
     pub(crate) fn produced(&self) -> Result<Produced, Error> {
         let state = self.sequence.state();
         let failed = |e| self.error("clRetainEvent", e);
@@ -49,7 +49,8 @@ impl Device {
         Ok(Produced { event, awaited, sequence: self.sequence.id, frame: state.frame })
     }
 
-    /// Whether the frame of this handle may use a value. Commands of another sequence are waited for on the device.
+    /// Whether the frame of this handle may use a value. If another sequence writes it, the next command waits for that on the
+    /// device.
     pub(crate) fn usability(&self, produced: &mut Produced) -> Result<Usability, Error> {
         let Some(event) = &produced.event else { return Ok(Usability::Usable) };
         match status(event) {
@@ -61,7 +62,7 @@ impl Device {
             _ => {}
         }
         let mut state = self.sequence.state();
-        let own = produced.is_of(self);
+        let own = produced.is_from(self);
         if own && produced.frame == state.frame {
             return Ok(Usability::Usable);
         }

@@ -1,4 +1,4 @@
-//! Kernel programs: built with their log at hand, each once, and kept.
+//! Kernel programs: each is built once and kept; errors include the build log.
 
 use super::launch::structs;
 use super::{Device, DeviceInfo, cache, sources};
@@ -12,35 +12,35 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
-/// Denormals cost 150 cycles each where specular powers and transmittances underflow; contraction lets a*b+c be one
-/// instruction. Neither is allowed to change what NaN and infinity mean.
+/// Each denormal costs 150 cycles when specular powers and transmittances underflow. Contraction makes a*b+c one instruction. No
+/// option may change the meaning of NaN and infinity.
 const OPTIONS: &str = "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable";
 
-/// Options that every kernel program is compiled with, whatever its own `-D` options are.
+/// Options common to all kernel programs, without their `-D` options.
 #[cfg(feature = "cli")]
 pub(crate) fn compiler_options() -> &'static str {
     OPTIONS
 }
 
-/// What a compiler is given of a program in a file.
+/// Complete source text of the program in a kernel file.
 pub(super) fn source(file: &'static str) -> String {
     structs::typedefs() + &sources::with_includes(file)
 }
 
-/// And its options, where the program's own are these.
+/// All compiler options of a program, given its `-D` options.
 pub(super) fn options(own: &str) -> String {
     format!("{OPTIONS} {own}")
 }
 
-/// The programs of a context's device, built when they are first needed.
+/// The programs of a device in a context, built on first use.
 pub(super) struct Programs {
     pub info: DeviceInfo,
     pub context: Context,
-    /// By file and `-D` options. Held only to look up a slot: other programs can be built at the same time.
+    /// By file and `-D` options. Locked only to look up a slot, so that programs can be built concurrently.
     slots: Mutex<HashMap<(&'static str, String), Arc<Slot>>>,
     #[cfg(test)]
     pub faults: super::faults::Faults,
-    /// Called with the file of each program when its build begins.
+    /// Called with the file of each program whose build begins.
     #[cfg(test)]
     observer: Mutex<Option<Observer>>,
 }
@@ -48,11 +48,11 @@ pub(super) struct Programs {
 #[cfg(test)]
 type Observer = Arc<dyn Fn(&'static str) + Send + Sync>;
 
-/// A program that is built, or will be.
+/// A program, built or not.
 #[derive(Default)]
 struct Slot {
     built: OnceLock<Program>,
-    /// Held by the thread that builds it: the others wait for its result.
+    /// Locked by the thread that builds the program, while others wait for its result.
     building: Mutex<()>,
 }
 
@@ -69,7 +69,7 @@ impl Programs {
         }
     }
 
-    /// A kernel object; its program is built if it is not yet.
+    /// Creates a kernel object, and builds its program if necessary.
     pub fn kernel(&self, file: &'static str, name: &str, options: &str) -> Result<Kernel, Error> {
         let slot = self.slot(file, options);
         let program = match slot.built.get() {
@@ -88,16 +88,16 @@ impl Programs {
         Kernel::create(program, name).map_err(|e| self.error("clCreateKernel", e))
     }
 
-    /// Work-items that a group of a kernel can have: of the device's most, what its registers leave.
+    /// Maximum work-group size of a kernel: the device limit, reduced by the kernel's register use.
     pub fn largest_group(&self, kernel: &Kernel) -> Result<usize, Error> {
         let id = self.context.default_device();
-        let of_kernel = kernel.get_work_group_size(id).map_err(|e| self.error("clGetKernelWorkGroupInfo", e))?;
-        let of_axes = ClDevice::new(id).max_work_item_sizes().map_err(|e| self.error("clGetDeviceInfo", e))?;
-        // Some say 0 of a kernel that they have not compiled yet; one work-item always goes.
-        Ok(of_axes.first().map_or(of_kernel, |&along_x| of_kernel.min(along_x)).max(1))
+        let kernel_limit = kernel.get_work_group_size(id).map_err(|e| self.error("clGetKernelWorkGroupInfo", e))?;
+        let axis_limits = ClDevice::new(id).max_work_item_sizes().map_err(|e| self.error("clGetDeviceInfo", e))?;
+        // Some drivers return 0 for a kernel that they have not compiled yet; one work-item is always possible.
+        Ok(axis_limits.first().map_or(kernel_limit, |&along_x| kernel_limit.min(along_x)).max(1))
     }
 
-    /// How many are built.
+    /// Number of built programs.
     pub fn count(&self) -> usize {
         self.slots.lock().unwrap_or_else(PoisonError::into_inner).values().filter(|slot| slot.built.get().is_some()).count()
     }
@@ -115,11 +115,11 @@ impl Programs {
         #[cfg(test)]
         self.observe(file);
         let text = source(file);
-        // A program that does not compile: its log is the compiler's own.
+        // An injected fault makes the program invalid, so that the log is a real one.
         #[cfg(test)]
         let text = match self.faults.at(super::Call::Build) {
             Ok(()) => text,
-            Err(e) => format!("#error told to fail with {e}\n{text}"),
+            Err(e) => format!("#error injected fault {e}\n{text}"),
         };
         let options = self::options(options);
         let mut program =
@@ -127,33 +127,33 @@ impl Programs {
         let ids = self.context.devices();
         let started = Instant::now();
         let built = program.build(ids, &options);
-        let taken = started.elapsed();
-        tracing::debug!("built {file} in {:.0} ms: {options}", taken.as_secs_f64() * 1e3);
+        let duration = started.elapsed();
+        tracing::debug!("built {file} in {:.0} ms: {options}", duration.as_secs_f64() * 1e3);
         #[cfg(feature = "cli")]
-        crate::progress::add_building(taken);
+        crate::progress::add_building(duration);
         let log = program.get_build_log(ids[0]).unwrap_or_default();
         if let Err(e) = built {
-            return Err(self.not_built(file, e, log));
+            return Err(self.build_error(file, e, log));
         }
-        let warned = log.contains("warning:");
-        if warned {
+        let has_warnings = log.contains("warning:");
+        if has_warnings {
             tracing::warn!("{file}, {options}: {log}");
         }
-        // The tests build every kernel with all that there is.
+        // Tests build every kernel with all its options.
         #[cfg(test)]
-        assert!(!warned, "{file}: {log}");
+        assert!(!has_warnings, "{file}: {log}");
         Ok(program)
     }
 
-    /// Why a program was not built. PoCL's log does not say that it could not write the result.
-    fn not_built(&self, program: &'static str, source: ClError, log: String) -> Error {
-        let built = || Error::Build { program, device: self.info.name.clone(), source, log };
-        cache::unusable_cache(&self.info.platform).unwrap_or_else(built)
+    /// The error for a failed build. PoCL's log does not mention an unwritable cache folder, so that is checked here.
+    fn build_error(&self, program: &'static str, source: ClError, log: String) -> Error {
+        let error = || Error::Build { program, device: self.info.name.clone(), source, log };
+        cache::unusable_cache(&self.info.platform).unwrap_or_else(error)
     }
 }
 
 impl Device {
-    /// A kernel object of its own; its program is built when first needed, and kept. `options`: further ones, `-D` most of all.
+    /// Creates a new kernel object; its program is built on first use and kept. `options`: its `-D` options.
     pub(super) fn kernel(&self, file: &'static str, name: &str, options: &str) -> Result<Kernel, Error> {
         self.shared.programs.kernel(file, name, options)
     }
@@ -171,7 +171,7 @@ impl Programs {
 
 #[cfg(test)]
 impl Device {
-    /// Kernel files of which nothing was built on this device so far.
+    /// Kernel files that are not part of any program built on this device so far.
     pub(crate) fn unbuilt_files(&self) -> Vec<&'static str> {
         let slots = self.shared.programs.slots.lock().unwrap();
         let built = slots.iter().filter(|(_, slot)| slot.built.get().is_some());
@@ -179,7 +179,7 @@ impl Device {
         sources::files().filter(|file| !built.contains(&format!("#line 1 \"{file}\""))).collect()
     }
 
-    /// Calls `observer` with the file of each program whose build begins from now on.
+    /// Calls `observer` with the file of each program, when its build begins.
     pub(super) fn observe_builds(&self, observer: impl Fn(&'static str) + Send + Sync + 'static) {
         *self.shared.programs.observer.lock().unwrap() = Some(Arc::new(observer));
     }
@@ -193,9 +193,9 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::time::Duration;
 
-    /// Long enough for another thread to begin its build on a busy machine.
+    /// Time for another thread to begin its build on a busy machine.
     const PATIENCE: Duration = Duration::from_secs(20);
-    /// Kernels of few lines, with no options.
+    /// Small kernels that need no options.
     const SMALL: [(&str, &str); 2] = [("layered/table.cl", "table"), ("volume/shown_slabs.cl", "shown_slabs")];
 
     fn device() -> Device {
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn different_programs_are_built_at_the_same_time() {
+    fn different_programs_are_built_concurrently() {
         let device = device();
         let meeting = Arc::new((Mutex::new(0), Condvar::new()));
         let met = Arc::new(AtomicUsize::new(0));
@@ -226,7 +226,7 @@ mod tests {
             count.fetch_add(usize::from(!waited.timed_out()), Ordering::Relaxed);
         });
         build_at_once(&device, SMALL);
-        assert_eq!(met.load(Ordering::Relaxed), 2, "each build begins while the other one is not over");
+        assert_eq!(met.load(Ordering::Relaxed), 2, "each build begins before the other one ends");
         assert_eq!(device.programs(), 2);
     }
 
@@ -237,7 +237,7 @@ mod tests {
         let count = builds.clone();
         device.observe_builds(move |_| {
             count.fetch_add(1, Ordering::Relaxed);
-            // The other thread has time to ask for it, too.
+            // Time for the other thread to request the program, too.
             std::thread::sleep(Duration::from_millis(200));
         });
         build_at_once(&device, [SMALL[0]; 2]);

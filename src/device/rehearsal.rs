@@ -1,19 +1,19 @@
-//! Frames that are not drawn: they tell which kernels a frame starts, by the very code that starts them.
+//! Dry runs (rehearsals) of frames: the code that renders a frame runs, but its kernels are recorded instead of launched.
 
 use super::Device;
 use super::launch::KernelRequest;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The kernels that were launched through a handle on which nothing starts.
+/// Records the kernels of a dry run.
 #[derive(Default)]
 pub(crate) struct Rehearsal(Mutex<Launched>);
 
-/// Kernels, in the order of their launches.
+/// Recorded kernels, in launch order.
 #[derive(Default)]
 pub(crate) struct Launched {
-    /// Those that frames are drawn by.
+    /// The most specialised kernels, which frames use once they are built.
     pub best: Vec<KernelRequest>,
-    /// And those that they can be drawn by meanwhile.
+    /// More general kernels, which frames can use until then.
     pub general: Vec<KernelRequest>,
 }
 
@@ -22,7 +22,7 @@ impl Rehearsal {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes down a launch.
+    /// Records a launch.
     pub(super) fn add(&self, best: KernelRequest, general: Option<KernelRequest>) {
         let mut kernels = self.kernels();
         kernels.best.push(best);
@@ -36,14 +36,14 @@ impl Rehearsal {
 }
 
 impl Device {
-    /// A handle on which no kernel starts, buffers hold nothing, and what is read stays as it is; and where the kernels are taken down
-    /// that would have started.
+    /// A handle for a dry run, and the record of the kernels that would have been launched. Buffers of this handle hold no data,
+    /// and reads leave their destination unchanged.
     pub(crate) fn rehearsing(&self) -> (Self, Arc<Rehearsal>) {
         let rehearsal = Arc::new(Rehearsal::default());
         (Self { rehearsal: Some(rehearsal.clone()), scratch: None, stopwatch: None, begun: None, ..self.clone() }, rehearsal)
     }
 
-    /// Where launches are taken down instead.
+    /// The record of launches, in a dry run.
     pub(super) fn rehearsal(&self) -> Option<&Rehearsal> {
         self.rehearsal.as_deref()
     }

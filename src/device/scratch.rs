@@ -1,4 +1,4 @@
-//! Memory of the caller's own for what frames write.
+//! Scratch memory provided by the caller.
 
 use super::{Device, DeviceMemory, MemoryKind};
 use crate::error::Error;
@@ -7,9 +7,9 @@ use std::sync::{Mutex, PoisonError};
 
 const WHAT: &str = "the scratch memory";
 
-/// Buffers of the caller's that frames take, each one anew. Whole ones: PoCL 3.1 frees sub-buffers that its commands still use.
+/// The caller's buffers, reused by each frame. Only whole buffers are used: PoCL 3.1 frees sub-buffers that commands still use.
 pub(crate) struct ScratchMemory {
-    /// The smallest first.
+    /// Size in bytes and buffer, sorted by size.
     buffers: Vec<(usize, DeviceMemory)>,
     taken: Mutex<Vec<bool>>,
     frame: AtomicU64,
@@ -21,7 +21,7 @@ impl ScratchMemory {
         for memory in memory {
             memory.check(device, WHAT, true)?;
             let MemoryKind::Buffer { bytes } = memory.kind() else {
-                return Err(Error::Memory { what: WHAT, problem: "is an image: make it a buffer".into() });
+                return Err(Error::Memory { what: WHAT, problem: "is an image: use a buffer".into() });
             };
             buffers.push((bytes, memory.clone()));
         }
@@ -30,24 +30,23 @@ impl ScratchMemory {
         Ok(Self { buffers, taken, frame: AtomicU64::new(0) })
     }
 
-    /// Begins a frame: what those before took may be taken again.
+    /// Begins a frame, which may take all buffers again.
     pub fn begin(&self) {
         self.taken.lock().unwrap_or_else(PoisonError::into_inner).fill(false);
         self.frame.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The number of the frame.
+    /// Number of the current frame.
     pub fn frame(&self) -> u64 {
         self.frame.load(Ordering::Relaxed)
     }
 
-    /// The smallest buffer of at least so many bytes that this frame has not taken.
+    /// Takes the smallest free buffer of at least `bytes` bytes, for the current frame.
     pub(super) fn take(&self, bytes: usize, what: &str) -> Result<&DeviceMemory, Error> {
         let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
         let fits = |n: &usize| !taken[*n] && self.buffers[*n].0 >= bytes;
         let Some(found) = (0..self.buffers.len()).find(fits) else {
-            let problem =
-                format!("has no buffer left of {bytes} bytes, which {what} needs: ask scratch_bytes for all that a frame needs");
+            let problem = format!("has no free buffer of {bytes} bytes for {what}: provide the sizes that scratch_bytes returns");
             return Err(Error::Memory { what: WHAT, problem });
         };
         taken[found] = true;

@@ -1,4 +1,4 @@
-//! Which devices there are, and which one to take.
+//! Lists devices and selects one.
 
 use super::cache;
 use super::kind::DeviceKind;
@@ -27,12 +27,13 @@ pub enum DeviceChoice {
     /// The first GPU if there is one, else PoCL's CPU, else the first CPU, else the first device.
     #[default]
     Default,
-    /// An index into [`Device::list`](super::Device::list), or part of the name of a platform or a device, in any case: the first
-    /// platform that matches, else the first device. `pocl` is PoCL, whose platform is named Portable Computing Language.
+    /// An index into [`Device::list`](super::Device::list), or a case-insensitive part of a platform or device name. Selects the
+    /// first device of a matching platform, else the first matching device. `pocl` matches PoCL, whose platform name is Portable
+    /// Computing Language.
     Named(String),
 }
 
-/// What a device is, and how it would be used.
+/// Properties of a device, and its default tuning.
 ///
 /// ```
 /// for device in layersplat::Device::list()? {
@@ -43,29 +44,29 @@ pub enum DeviceChoice {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct DeviceInfo {
-    /// Position in the list of all devices; of one whose queue was handed over, none.
+    /// Index in [`Device::list`](super::Device::list); `None` for a device opened from a caller's queue.
     pub index: Option<usize>,
-    /// Name of the device.
+    /// Device name.
     pub name: String,
-    /// CPU or GPU.
+    /// CPU, GPU or other.
     pub kind: DeviceKind,
-    /// Name of the platform (the OpenCL implementation).
+    /// Platform name (the OpenCL implementation).
     pub platform: String,
-    /// OpenCL version that the device supports.
+    /// Supported OpenCL version.
     pub version: String,
-    /// Version of the driver.
+    /// Driver version.
     pub driver: String,
-    /// Cores or the like.
+    /// Number of compute units, such as cores.
     pub compute_units: u32,
-    /// Bytes of memory.
+    /// Device memory in bytes.
     pub memory_bytes: u64,
-    /// Bytes that a single buffer may have.
+    /// Maximum size of a single buffer in bytes.
     pub largest_buffer_bytes: u64,
-    /// Tuning that would be used.
+    /// Default tuning values.
     pub tuning: Tuning,
 }
 
-/// CL_PLATFORM_NOT_FOUND_KHR: there is a loader, but no implementation.
+/// CL_PLATFORM_NOT_FOUND_KHR: a loader without any implementation.
 const NO_PLATFORM: i32 = -1001;
 
 pub(super) fn list() -> Result<Vec<DeviceInfo>, Error> {
@@ -83,40 +84,40 @@ pub(super) fn choose(choice: &DeviceChoice) -> Result<(ClDevice, DeviceInfo), Er
     Ok(devices.swap_remove(position))
 }
 
-/// The smaller, the sooner a device is taken.
+/// Preference of a device as the default; lower is better.
 fn rank(info: &DeviceInfo) -> u32 {
     match info.kind {
         DeviceKind::Gpu => 0,
-        // Intel's runtime takes 1.7 times as long on the same processor.
+        // Intel's runtime takes 1.7 times as long on the same CPU.
         DeviceKind::Cpu if cache::is_pocl(&info.platform) => 1,
         DeviceKind::Cpu => 2,
         DeviceKind::Other => 3,
     }
 }
 
-/// The position of the device with an index or a name.
+/// The index of the device selected by an index or a name.
 fn find<'a>(name: &str, devices: impl Iterator<Item = &'a DeviceInfo> + Clone) -> Result<usize, Error> {
     let wanted = name.to_lowercase();
     let platform = |info: &DeviceInfo| {
-        // PoCL's own short name is part of neither name.
+        // The short name occurs neither in the platform name nor in the device name.
         info.platform.to_lowercase().contains(&wanted) || (wanted == "pocl" && cache::is_pocl(&info.platform))
     };
     let device = |info: &DeviceInfo| info.name.to_lowercase().contains(&wanted);
     let found = match name.parse::<usize>() {
         Ok(index) => (index < devices.clone().count()).then_some(index),
         Err(_) if wanted.is_empty() => None,
-        // "intel" is Intel's runtime rather than PoCL on a processor of Intel's.
+        // "intel" selects Intel's runtime rather than PoCL on an Intel CPU.
         Err(_) => devices.clone().position(platform).or_else(|| devices.clone().position(device)),
     };
     found.ok_or_else(|| {
         let known = devices.enumerate().map(|(index, info)| format!("{index} ({}, {})", info.name, info.platform));
-        // The one that was meant may be there, but lack a library.
+        // The wanted implementation may be installed without a library that it needs.
         let known = known.chain(loader::failures().into_iter().map(|f| format!("or repair {f}"))).collect::<Vec<_>>().join(", ");
         Error::UnknownName { what: "device", name: name.into(), known }
     })
 }
 
-/// PoCL makes its devices at the first query, and threads that ask at the same time may find none.
+/// Serialises queries: PoCL creates its devices at the first query, and concurrent queries may find none.
 static QUERY: Mutex<()> = Mutex::new(());
 
 pub(super) fn all() -> Result<Vec<(ClDevice, DeviceInfo)>, Error> {
@@ -125,7 +126,7 @@ pub(super) fn all() -> Result<Vec<(ClDevice, DeviceInfo)>, Error> {
         Ok(platforms) => platforms,
         Err(e) if e.0 == NO_PLATFORM => Vec::new(),
         Err(e) if [DLOPEN_RUNTIME_LOAD_FAILED, DLOPEN_FUNCTION_NOT_AVAILABLE].contains(&e.0) => {
-            return Err(Error::NoOpenCl { missing: "library", failures: vec![loader::why_no_loader()] });
+            return Err(Error::NoOpenCl { missing: "library", failures: vec![loader::loader_error()] });
         }
         Err(source) => return Err(Error::OpenCl { call: "clGetPlatformIDs", device: "this machine".into(), source }),
     };
@@ -147,20 +148,20 @@ pub(super) fn all() -> Result<Vec<(ClDevice, DeviceInfo)>, Error> {
     if devices.is_empty() { Err(no_device(&answers)) } else { Ok(devices) }
 }
 
-/// Why there is no device, from what each platform answered.
+/// The error for a system without devices. `answers`: the number of devices or the error of each platform.
 fn no_device(answers: &[(String, Result<usize, String>)]) -> Error {
     if let Some(error) = answers.iter().find_map(|(name, _)| cache::unusable_cache(name)) {
         return error;
     }
-    let said = |(name, answer): &(String, Result<usize, String>)| match answer {
-        Ok(_) => format!("{name} has none"),
-        Err(code) => format!("{name} answers {code}"),
+    let describe = |(name, answer): &(String, Result<usize, String>)| match answer {
+        Ok(_) => format!("{name} has no device"),
+        Err(code) => format!("{name} returned {code}"),
     };
-    Error::NoDevice { platforms: answers.iter().map(said).collect::<Vec<_>>().join(", ") }
+    Error::NoDevice { platforms: answers.iter().map(describe).collect::<Vec<_>>().join(", ") }
 }
 
 pub(super) fn describe(device: &ClDevice, index: Option<usize>, platform: &str) -> DeviceInfo {
-    let kind = DeviceKind::of(device.dev_type().unwrap_or(0), platform);
+    let kind = DeviceKind::from_device_type(device.dev_type().unwrap_or(0), platform);
     let text = |value: opencl3::Result<String>| value.unwrap_or_default().trim().to_owned();
     DeviceInfo {
         index,
@@ -210,17 +211,17 @@ mod tests {
         }
         assert_eq!((found("intel"), found("h100"), found("nvidia"), found("xeon")), (Some(2), Some(0), Some(0), Some(1)));
         assert_eq!((found("3"), found(""), found("rusticl")), (None, None, None));
-        let refused = find("rusticl", devices.iter()).unwrap_err().to_string();
-        assert!(refused.contains("0 (NVIDIA H100, NVIDIA CUDA)") && refused.contains("Portable"), "{refused}");
+        let message = find("rusticl", devices.iter()).unwrap_err().to_string();
+        assert!(message.contains("0 (NVIDIA H100, NVIDIA CUDA)") && message.contains("Portable"), "{message}");
     }
 
     #[test]
-    fn a_gpu_comes_before_pocl_and_pocl_before_other_processors() {
+    fn a_gpu_is_preferred_to_pocl_and_pocl_to_other_cpus() {
         let in_order = [
             device(DeviceKind::Gpu, "NVIDIA CUDA"),
             device(DeviceKind::Cpu, "Portable Computing Language"),
             device(DeviceKind::Cpu, "Intel(R) OpenCL"),
-            device(DeviceKind::of(CL_DEVICE_TYPE_GPU, "Oclgrind"), "Oclgrind"),
+            device(DeviceKind::from_device_type(CL_DEVICE_TYPE_GPU, "Oclgrind"), "Oclgrind"),
         ];
         assert!(in_order.iter().is_sorted_by(|a, b| rank(a) < rank(b)), "{:?}", in_order.each_ref().map(rank));
     }

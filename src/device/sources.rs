@@ -91,15 +91,15 @@ kernel_files!(
     "volume/transpose.cl",
 );
 
-/// The text of a kernel file in which each `#include "folder/file.cl"` has become that file, once. Lines keep their numbers in build
-/// logs.
+/// The text of a kernel file with each `#include "folder/file.cl"` replaced by that file, once. `#line` directives keep line
+/// numbers in build logs correct.
 pub(super) fn with_includes(file: &'static str) -> String {
     let mut text = String::new();
     append(file, &mut Vec::new(), &mut text);
     text
 }
 
-/// A number that is another when any kernel's text is.
+/// Hash of all kernel sources and structure definitions.
 #[cfg(feature = "cli")]
 pub(crate) fn hash() -> u64 {
     let mut hasher = DefaultHasher::new();
@@ -110,7 +110,7 @@ pub(crate) fn hash() -> u64 {
 fn append(file: &'static str, included: &mut Vec<&'static str>, text: &mut String) {
     included.push(file);
     text.push_str(&format!("#line 1 \"{file}\"\n"));
-    for (number, line) in text_of(file).lines().enumerate() {
+    for (number, line) in source_text(file).lines().enumerate() {
         let Some(name) = included_file(line) else {
             text.push_str(line);
             text.push('\n');
@@ -127,17 +127,17 @@ fn included_file(line: &'static str) -> Option<&'static str> {
     line.strip_prefix("#include \"")?.strip_suffix('"')
 }
 
-fn text_of(file: &str) -> &'static str {
+fn source_text(file: &str) -> &'static str {
     let found = FILES.iter().find(|(name, _)| *name == file);
     found.unwrap_or_else(|| panic!("kernels/{file} is not listed in sources.rs")).1
 }
 
-/// Names of all files.
+/// Names of all kernel files.
 pub(super) fn files() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(name, _)| *name)
 }
 
-/// Names of the kernels in all files.
+/// Names of all kernels in all files.
 #[cfg(test)]
 pub(crate) fn kernel_names() -> std::collections::BTreeSet<&'static str> {
     let all = FILES.iter().flat_map(|(_, text)| text.split("__kernel void ").skip(1));
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn files_are_included_once_and_in_their_place() {
+    fn files_are_included_once_and_before_their_use() {
         let text = with_includes("rays/raycast.cl");
         assert_eq!(text.matches("inline realv absorbed(").count(), 1);
         assert!(text.find("inline realv absorbed(").unwrap() < text.find("__kernel void march(").unwrap());

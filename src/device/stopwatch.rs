@@ -1,18 +1,18 @@
-//! How long the stages of a frame take.
+//! Time measurement of the stages of a frame.
 
 use opencl3::event::Event;
 use std::sync::{Mutex, PoisonError};
 
-/// Milliseconds per stage of a frame, in the order in which stages first ran.
+/// Milliseconds per stage of a frame, in the order in which the stages first ran.
 pub type StageTimes = Vec<(&'static str, f64)>;
 
-/// Kernels that were started for a frame.
+/// Records the kernels launched for a frame.
 #[derive(Default)]
 pub(super) struct Stopwatch {
     running: Mutex<Vec<Launched>>,
 }
 
-/// A kernel on its way: its event, or its wall time where the device's events say nothing.
+/// A launched kernel: its event, and its wall time if events of the device report no times.
 pub(super) struct Launched {
     pub stage: &'static str,
     pub event: Event,
@@ -33,7 +33,7 @@ impl Stopwatch {
         self.running.lock().unwrap_or_else(PoisonError::into_inner).push(launched);
     }
 
-    /// Times of everything pushed, which has ended.
+    /// Total time per stage of all recorded kernels, which must have finished. Clears the record.
     pub fn stage_times(&self) -> StageTimes {
         let mut times = StageTimes::new();
         for launched in self.running.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {

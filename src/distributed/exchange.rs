@@ -1,4 +1,4 @@
-//! Voxels from the boxes that ranks have to those that they need.
+//! Redistribution of voxels: each rank receives the voxels that it needs from their owners.
 
 use super::Brick;
 use super::group::Group;
@@ -10,37 +10,37 @@ use serde::Serialize;
 use std::ops::Range;
 use std::path::Path;
 
-/// Voxels that went from rank to rank.
+/// Voxel traffic of a rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Exchanged {
     /// Bytes that this rank sent.
     pub sent_bytes: u64,
-    /// Bytes that it received.
+    /// Bytes that this rank received.
     pub received_bytes: u64,
 }
 
-/// What ranks have of a volume.
+/// The boxes of all ranks of a distributed volume, by rank.
 pub(super) struct Boxes {
-    /// Each rank's own, of which none has another's, and all together have every voxel.
+    /// Owned voxels: every voxel of the volume has exactly one owner.
     pub own: Vec<VoxelBox>,
-    /// These and what each has of others'.
+    /// Held voxels: the owned ones and ghosts.
     pub held: Vec<VoxelBox>,
 }
 
 impl Boxes {
-    /// Of a volume's processes. Collective.
+    /// The boxes of a distributed volume. Collective.
     ///
     /// # Errors
     /// As [`gather`](Self::gather).
-    pub fn of(group: &Group, volume: &Volume) -> Result<Self, Error> {
+    pub fn from_volume(group: &Group, volume: &Volume) -> Result<Self, Error> {
         Self::gather(group, volume.description(), Brick { own: volume.own_box(), held: volume.held_box() })
     }
 
-    /// Collective.
+    /// Gathers the boxes of all ranks. Collective.
     ///
     /// # Errors
-    /// Boxes of ranks that overlap, or that leave voxels out.
+    /// Voxels with several owners or none.
     pub fn gather(group: &Group, description: &Description, Brick { own, held }: Brick) -> Result<Self, Error> {
         let numbers: Vec<u64> = [own.first, own.dims, held.first, held.dims].concat().iter().map(|&n| n as u64).collect();
         let all = group.gather_counts(&numbers);
@@ -55,20 +55,22 @@ impl Boxes {
     }
 
     fn check(&self, volume: &Description) -> Result<(), Error> {
-        let wrong = |problem: String| Err(Error::volume(Path::new(volume.name()), problem));
+        let error = |problem: String| Err(Error::volume(Path::new(volume.name()), problem));
         for (rank, one) in self.own.iter().enumerate() {
             if let Some((other, common)) = self.own[..rank].iter().zip(0..).find_map(|(b, n)| Some((n, one.common(b)?))) {
-                return wrong(format!("ranks {other} and {rank} both have {common:?} as their own: declare it as ghosts of one"));
+                return error(format!(
+                    "ranks {other} and {rank} both own {common:?}: declare these voxels as ghosts on one of them"
+                ));
             }
         }
         let (found, all) = (self.own.iter().map(VoxelBox::count).sum::<usize>(), volume.grid().voxel_count());
         if found != all {
-            return wrong(format!("of its {all} voxels the ranks have {found}: each must be somebody's own"));
+            return error(format!("the ranks own {found} of its {all} voxels: each voxel needs an owner"));
         }
         Ok(())
     }
 
-    /// The layers along an axis that each rank has as its own, if these are whole layers in the order of the ranks.
+    /// The range of layers that each rank owns along an axis, if these are whole layers in rank order.
     pub fn slabs(&self, axis: Axis, dims: [usize; 3]) -> Option<Vec<Range<usize>>> {
         let a = axis.index();
         let mut next = 0;
@@ -82,8 +84,8 @@ impl Boxes {
         self.own.iter().map(&mut slab).collect()
     }
 
-    /// Brings each rank the voxels of its box of `wanted`; none goes to a rank that has all of its own there already. Collective.
-    pub fn bring<'v>(
+    /// Sends each rank the voxels of its box in `wanted`, unless it holds all of them already. Collective.
+    pub fn redistribute<'v>(
         &self,
         group: &Group,
         volume: &Volume<'v>,
@@ -91,40 +93,40 @@ impl Boxes {
     ) -> Result<(VolumePart<'v>, Exchanged), Error> {
         let (rank, size) = (group.rank(), group.size());
         let mine = wanted[rank];
-        let is_there = |rank: usize| self.held[rank].holds(&wanted[rank]);
+        let is_held = |rank: usize| self.held[rank].holds(&wanted[rank]);
         let voxel = volume.voxel_type().bytes();
-        let sent = |to: usize| self.own[rank].common(&wanted[to]).filter(|_| !is_there(to));
-        let received = |from: usize| self.own[from].common(&mine).filter(|_| !is_there(rank));
-        let most = |boxes: &dyn Fn(usize) -> Option<VoxelBox>| {
+        let sent = |to: usize| self.own[rank].common(&wanted[to]).filter(|_| !is_held(to));
+        let received = |from: usize| self.own[from].common(&mine).filter(|_| !is_held(rank));
+        let largest = |boxes: &dyn Fn(usize) -> Option<VoxelBox>| {
             (0..size).filter_map(boxes).map(|common| common.count() * voxel).max().unwrap_or(0)
         };
-        // All memory first: what fails must fail before anybody waits for voxels.
+        // Allocate everything first: failures must occur before any rank waits for voxels.
         let zeroed = |bytes: usize| memory::zeroed::<u8>(volume.name(), bytes);
-        let all = zeroed(if is_there(rank) { 0 } else { mine.count() * voxel });
-        let room = all.and_then(|all| Ok((all, zeroed(most(&sent))?, zeroed(most(&received))?)));
-        let (mut voxels, mut going, mut coming) = group.agree(room)?;
+        let all = zeroed(if is_held(rank) { 0 } else { mine.count() * voxel });
+        let buffers = all.and_then(|all| Ok((all, zeroed(largest(&sent))?, zeroed(largest(&received))?)));
+        let (mut voxels, mut outgoing, mut incoming) = group.agree(buffers)?;
         let mut exchanged = Exchanged::default();
         for step in 0..size {
             let (to, from) = ((rank + step) % size, (rank + size - step) % size);
-            let going = match sent(to) {
-                // It has its own: nothing fails any more.
-                Some(common) => bytes_of(volume, &common, &mut going)?,
+            let outgoing = match sent(to) {
+                // Cannot fail: this rank owns the voxels.
+                Some(common) => pack(volume, &common, &mut outgoing)?,
                 None => &[],
             };
             let common = received(from);
-            let coming = &mut coming[..common.map_or(0, |common| common.count() * voxel)];
+            let incoming = &mut incoming[..common.map_or(0, |common| common.count() * voxel)];
             if step == 0 {
-                coming.copy_from_slice(going);
+                incoming.copy_from_slice(outgoing);
             } else {
-                group.swap(to, going, from, coming);
-                exchanged.sent_bytes += going.len() as u64;
-                exchanged.received_bytes += coming.len() as u64;
+                group.swap(to, outgoing, from, incoming);
+                exchanged.sent_bytes += outgoing.len() as u64;
+                exchanged.received_bytes += incoming.len() as u64;
             }
             if let Some(common) = common {
-                place(coming, &common, &mut voxels, &mine, voxel);
+                unpack(incoming, &common, &mut voxels, &mine, voxel);
             }
         }
-        let part = if is_there(rank) {
+        let part = if is_held(rank) {
             volume.part(mine.first, mine.dims)
         } else {
             let storage = Storage::from_bytes(voxels, volume.voxel_type());
@@ -134,8 +136,8 @@ impl Boxes {
     }
 }
 
-/// Puts the voxels of a box, x fastest, into bytes that have room for them.
-fn bytes_of<'a>(volume: &Volume, wanted: &VoxelBox, bytes: &'a mut [u8]) -> Result<&'a [u8], Error> {
+/// Copies the voxels of a box, x fastest, to the beginning of `bytes`. Returns that part.
+fn pack<'a>(volume: &Volume, wanted: &VoxelBox, bytes: &'a mut [u8]) -> Result<&'a [u8], Error> {
     let bytes = &mut bytes[..wanted.count() * volume.voxel_type().bytes()];
     volume.part(wanted.first, wanted.dims)?.held().for_each_piece(|at, piece| {
         bytes[at..at + piece.len()].copy_from_slice(piece);
@@ -144,8 +146,8 @@ fn bytes_of<'a>(volume: &Volume, wanted: &VoxelBox, bytes: &'a mut [u8]) -> Resu
     Ok(bytes)
 }
 
-/// Puts the voxels of a box, x fastest, where they are in a larger one.
-fn place(bytes: &[u8], from: &VoxelBox, into: &mut [u8], to: &VoxelBox, voxel: usize) {
+/// Copies the voxels of the box `from`, x fastest, to their places in the larger box `to`. `voxel`: bytes per voxel.
+fn unpack(bytes: &[u8], from: &VoxelBox, into: &mut [u8], to: &VoxelBox, voxel: usize) {
     let [x, y, z] = [0, 1, 2].map(|i| from.first[i] - to.first[i]);
     let row = from.dims[0] * voxel;
     for (n, bytes) in bytes.chunks_exact(row).enumerate() {
@@ -160,11 +162,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn boxes_go_where_they_are_in_larger_ones() {
+    fn boxes_are_unpacked_at_their_place_in_larger_ones() {
         let to = VoxelBox { first: [2, 3, 4], dims: [4, 3, 2] };
         let from = VoxelBox { first: [3, 4, 5], dims: [2, 2, 1] };
         let mut into = vec![0; 2 * to.count()];
-        place(&[1, 2, 3, 4, 5, 6, 7, 8], &from, &mut into, &to, 2);
+        unpack(&[1, 2, 3, 4, 5, 6, 7, 8], &from, &mut into, &to, 2);
         let voxels: Vec<(usize, &[u8])> = into.chunks(2).enumerate().filter(|(_, v)| v[0] > 0).collect();
         assert_eq!(voxels, [(17, &[1, 2][..]), (18, &[3, 4]), (21, &[5, 6]), (22, &[7, 8])]);
     }

@@ -1,4 +1,4 @@
-//! Processes that render together, and what they tell each other.
+//! Process groups and their communication.
 
 use super::DistributedError;
 use crate::error::Error;
@@ -12,14 +12,14 @@ use std::fmt;
 use std::ops::Deref;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Bytes that are sent at a time: MPI counts with ints.
+/// Maximum bytes per MPI call, whose counts are ints.
 const PIECE: usize = 1 << 30;
 
-/// The processes of an MPI communicator, each of which has a *rank*. Cheap to clone.
+/// The processes of an MPI communicator, each with a *rank*. Cheap to clone.
 ///
-/// Everything that takes a group is *collective*: all of its processes call the same, in the same order, and wait for each other. What
-/// fails on one fails on all of them, with that rank's message ([`DistributedError::Rank`]). Groups call MPI from one thread at a time, all
-/// together; who calls it beside them from other threads needs `Threading::Multiple`.
+/// Every call with a group is *collective*: all of its processes make the same calls in the same order, and wait for each other.
+/// An error on one process is returned on all of them, with the message of that rank ([`DistributedError::Rank`]). All groups
+/// together call MPI from one thread at a time. Programs that also call MPI from other threads need `Threading::Multiple`.
 #[derive(Clone)]
 pub struct Group(Arc<Inner>);
 
@@ -27,22 +27,22 @@ struct Inner {
     communicator: Handle,
     rank: usize,
     size: usize,
-    /// Of these on this machine.
-    neighbours: usize,
+    /// Processes of the group on this machine.
+    local_size: usize,
 }
 
-/// A communicator of this group's own.
+/// A communicator owned by the group.
 struct Handle(SimpleCommunicator);
 
-// SAFETY: a communicator belongs to no thread. MPI was asked whether several threads may call it, one at a time, which the lock of all
-// groups sees to.
+// SAFETY: communicators are not bound to a thread. `Group::new` checks that MPI allows calls from several threads, one at a time,
+// and `CALLING` serialises them.
 unsafe impl Send for Handle {}
 unsafe impl Sync for Handle {}
 
-/// Held by who calls MPI: one thread of the process at a time, whatever the group.
+/// Serialises MPI calls of all groups in the process.
 static CALLING: Mutex<()> = Mutex::new(());
 
-/// A communicator while nobody else calls MPI.
+/// A communicator with exclusive access to MPI.
 struct Locked<'a> {
     communicator: &'a SimpleCommunicator,
     _calling: MutexGuard<'static, ()>,
@@ -64,7 +64,7 @@ impl Drop for Handle {
     fn drop(&mut self) {
         let _calling = calling();
         let communicator = std::mem::replace(&mut self.0, SimpleCommunicator::self_comm());
-        // With MPI all of its communicators have ended; who gives one back after that is stopped.
+        // Freeing a communicator after MPI_Finalize would abort the process.
         if is_finalized() { std::mem::forget(communicator) } else { drop(communicator) }
     }
 }
@@ -76,68 +76,72 @@ impl fmt::Debug for Group {
 }
 
 impl Group {
-    /// The processes of a communicator, which is duplicated: nothing that is sent here meets what others send there.
+    /// The processes of a communicator. It is duplicated, so that messages cannot interfere with those of the caller.
     ///
     /// # Errors
-    /// Where MPI was not initialised for calls from more than one thread: `mpi::initialize_with_threading(Threading::Serialized)`.
+    /// MPI was initialised without support for several threads; use `mpi::initialize_with_threading(Threading::Serialized)`.
     pub fn new(communicator: &impl Communicator) -> Result<Self, Error> {
         if threading_support() < Threading::Serialized {
             return Err(DistributedError::Threads { found: format!("{:?}", threading_support()) }.into());
         }
         let calling = calling();
-        Ok(Self::of(communicator.duplicate(), &calling))
+        Ok(Self::from_communicator(communicator.duplicate(), &calling))
     }
 
-    fn of(communicator: SimpleCommunicator, _calling: &MutexGuard<()>) -> Self {
+    fn from_communicator(communicator: SimpleCommunicator, _calling: &MutexGuard<()>) -> Self {
         let (rank, size) = (communicator.rank() as usize, communicator.size() as usize);
-        let neighbours = communicator.split_shared(rank as i32).size() as usize;
-        Self(Arc::new(Inner { communicator: Handle(communicator), rank, size, neighbours }))
+        let local_size = communicator.split_shared(rank as i32).size() as usize;
+        Self(Arc::new(Inner { communicator: Handle(communicator), rank, size, local_size }))
     }
 
     fn lock(&self) -> Locked<'_> {
         Locked { _calling: calling(), communicator: &self.0.communicator.0 }
     }
 
-    /// This process's number, from 0 on.
+    /// Rank of this process, from 0.
     pub fn rank(&self) -> usize {
         self.0.rank
     }
 
-    /// How many processes there are.
+    /// Number of processes.
     pub fn size(&self) -> usize {
         self.0.size
     }
 
-    /// Whether pictures come here: to rank 0.
+    /// Whether this is rank 0, which receives the pictures.
     pub fn leads(&self) -> bool {
         self.rank() == 0
     }
 
-    /// Waits for all.
+    /// Waits until all processes have called this.
     pub fn wait(&self) {
         self.lock().barrier();
     }
 
-    /// Groups of those that name the same part, their ranks in the same order.
+    /// Splits the group by `part`, keeping the order of the ranks. Returns the group of this process.
     pub(crate) fn split(&self, part: usize) -> Self {
         let color = Color::with_value(i32::try_from(part).expect("no more parts than ranks"));
         let group = self.lock();
         let split = group.split_by_color(color).expect("every rank has a part");
-        Self::of(split, &group._calling)
+        Self::from_communicator(split, &group._calling)
     }
 
-    /// How many of the processes are on this machine.
+    /// Number of processes of the group on this machine.
     pub fn on_this_machine(&self) -> usize {
-        self.0.neighbours
+        self.0.local_size
     }
 
-    /// What this process has come to, if all have; else the first error, on every rank the same.
+    /// Returns the result of this process if all processes succeeded, otherwise the error of the lowest failed rank on all
+    /// processes.
+    ///
+    /// # Errors
+    /// [`DistributedError::Rank`]; in a group of one process, its own error.
     pub fn agree<T>(&self, result: Result<T, Error>) -> Result<T, Error> {
         if self.size() == 1 {
             return result;
         }
         let own = if result.is_err() { self.rank() } else { self.size() };
-        let first = self.least(own as u64) as usize;
+        let first = self.min(own as u64) as usize;
         if first == self.size() {
             return result;
         }
@@ -151,21 +155,21 @@ impl Group {
         Err(DistributedError::Rank { rank: first, message, own }.into())
     }
 
-    /// The smallest of all numbers.
-    pub(super) fn least(&self, number: u64) -> u64 {
-        let mut least = number;
-        self.lock().all_reduce_into(&number, &mut least, SystemOperation::min());
-        least
+    /// The minimum over all processes.
+    pub(super) fn min(&self, number: u64) -> u64 {
+        let mut min = number;
+        self.lock().all_reduce_into(&number, &mut min, SystemOperation::min());
+        min
     }
 
-    /// The largest of all numbers.
-    pub(crate) fn most(&self, number: u64) -> u64 {
-        let mut most = number;
-        self.lock().all_reduce_into(&number, &mut most, SystemOperation::max());
-        most
+    /// The maximum over all processes.
+    pub(crate) fn max(&self, number: u64) -> u64 {
+        let mut max = number;
+        self.lock().all_reduce_into(&number, &mut max, SystemOperation::max());
+        max
     }
 
-    /// Gives all what one rank has.
+    /// Copies the bytes of one rank to all ranks.
     pub fn broadcast(&self, from: usize, bytes: &mut Vec<u8>) {
         let group = self.lock();
         let process = group.process_at_rank(from as i32);
@@ -175,14 +179,14 @@ impl Group {
         bytes.chunks_mut(PIECE).for_each(|piece| process.broadcast_into(piece));
     }
 
-    /// Numbers of all ranks, which have as many each, one after the other.
+    /// Concatenation of the numbers of all ranks, which must have equal counts.
     pub(super) fn gather_counts(&self, numbers: &[u64]) -> Vec<u64> {
         let mut all = vec![0; numbers.len() * self.size()];
         self.lock().all_gather_into(numbers, &mut all[..]);
         all
     }
 
-    /// Sends to one rank, and receives from another, at once: as many bytes as both know of.
+    /// Sends to one rank and receives from another concurrently. Both sides must know the sizes.
     pub(super) fn swap(&self, to: usize, sent: &[u8], from: usize, received: &mut [u8]) {
         let group = self.lock();
         let [to, from] = [to, from].map(|rank| group.process_at_rank(rank as i32));
@@ -205,7 +209,7 @@ impl Group {
         bytes.chunks(PIECE).for_each(|piece| process.send(piece));
     }
 
-    /// Receives what a rank sends.
+    /// Receives the bytes that a rank [sends](Self::send).
     pub(crate) fn receive(&self, from: usize) -> Vec<u8> {
         let group = self.lock();
         let process = group.process_at_rank(from as i32);
@@ -217,9 +221,9 @@ impl Group {
         bytes
     }
 
-    /// Ends all processes that MPI started, wherever they are: where one cannot go on, and the others wait for it.
+    /// Ends all MPI processes on all machines. For a process that cannot continue while the others wait for it.
     pub fn abort(code: u8) -> ! {
-        // Without the lock, which whoever cannot go on may hold.
+        // Does not lock: the failing thread may hold the lock.
         SimpleCommunicator::world().abort(code.into())
     }
 
@@ -231,7 +235,7 @@ impl Group {
 
 impl Together for Group {
     fn add(&self, numbers: &mut [f64]) {
-        // Summed here, in the order of the ranks: MPI may add in any order.
+        // Summed here in rank order, since MPI may add in any order.
         let all = self.gather(numbers);
         let count = numbers.len();
         for (n, sum) in numbers.iter_mut().enumerate() {

@@ -1,8 +1,8 @@
-//! Volumes that no single machine holds, and films that one is too slow for: processes that speak MPI, each with its own device.
+//! Distributed rendering with MPI, for volumes and films that are too large for one machine. Each process has its own device.
 //!
-//! A volume is cut into ranges of layers along the axis of the view. Each rank composites its own, with the layers around them that
-//! kernels and gradients need, and the picture is one reduction of (colour, transmittance) pairs on the lattice, before the warp: "over"
-//! is associative, and not commutative, which MPI keeps. See docs/scale.md.
+//! A volume is partitioned into ranges of layers along the layer axis of the view. Each rank composites its range, with the ghost
+//! layers that kernels and gradients need. A single reduction of (colour, transmittance) pairs on the lattice yields the picture,
+//! before the warp. The "over" operator is associative but not commutative; MPI keeps the order of the ranks. See docs/scale.md.
 //!
 //! ```no_run
 //! use layersplat::distributed::mpi::{self, Threading, traits::*};
@@ -12,7 +12,7 @@
 //! let (universe, _) = mpi::initialize_with_threading(Threading::Serialized).expect("MPI is not initialised yet");
 //! let group = Group::new(&universe.world())?;
 //! let (volume, _) = group.open("big.nrrd", &OpenOptions::default())?;
-//! // Found by all ranks together, as the volume's range is.
+//! // Collective, like the statistics of the volume.
 //! let transfer = TransferFunction::automatic(&volume);
 //! let mut renderer = Renderer::new(&group, &Device::open(&DeviceChoice::Default)?, &volume, &transfer)?;
 //! let viewport = Viewport::new(1024, 1024)?;
@@ -26,10 +26,10 @@
 //! ```
 
 mod compose;
-mod cut;
 mod exchange;
 mod group;
 mod over;
+mod partition;
 mod renderer;
 mod report;
 mod volume;

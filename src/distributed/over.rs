@@ -1,4 +1,4 @@
-//! The reduction that pictures of ranges of layers are composed by.
+//! The MPI reduction that composites the samples of all ranks.
 
 use crate::renderer::combined;
 use crate::settings::Blend;
@@ -9,17 +9,17 @@ use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
 use std::ffi::{c_int, c_void};
 
-/// One reduction of samples: associative, and not commutative, so that MPI keeps the order of the ranks.
+/// A reduction of lattice samples. It is declared associative but not commutative, so that MPI keeps the order of the ranks.
 pub(super) struct Over {
     operation: UnsafeUserOperation,
     sample: UserDatatype,
 }
 
-/// What is combined, and whether lower ranks are in front.
+/// Signature of `MPI_User_function`.
 type Function = unsafe extern "C" fn(*mut c_void, *mut c_void, *mut c_int, *mut MPI_Datatype);
 
 impl Over {
-    /// Of a blend mode, the lower ranks in front or behind.
+    /// For a blend mode, with the lower ranks in front or behind.
     pub fn new(blend: Blend, lower_in_front: bool) -> Self {
         let function: Function = match (blend, lower_in_front) {
             (Blend::Composite | Blend::Iso(_), true) => front_over_back,
@@ -28,18 +28,18 @@ impl Over {
             (Blend::Minimum, _) => smallest,
             (Blend::Average, _) => sum,
         };
-        // SAFETY: the functions take the samples that `reduce` hands over, and do not panic.
+        // SAFETY: the functions take the samples that `reduce` passes, and do not panic.
         let operation = unsafe { UnsafeUserOperation::associative(function) };
         Self { operation, sample: UserDatatype::contiguous(4, &f32::equivalent_datatype()) }
     }
 
-    /// Combines the samples of all ranks, as many each: rank 0 has what they are together then.
+    /// Combines the samples of all ranks, which must have equal counts. Rank 0 receives the result in `samples`.
     pub fn reduce(&self, group: &SimpleCommunicator, samples: &mut [[f32; 4]]) {
         let root = group.process_at_rank(0);
         let count = c_int::try_from(samples.len()).expect("a lattice has fewer samples than an int counts");
         if group.rank() == 0 {
             let sent = samples.to_vec();
-            // SAFETY: the datatype is four floats, which is a sample, and there are as many as it says.
+            // SAFETY: the datatype is four floats, as a sample is, and `count` is the number of samples.
             let sent = unsafe { View::with_count_and_datatype(sent.as_flattened(), count, &self.sample) };
             let received = samples.as_flattened_mut();
             // SAFETY: as above.
@@ -53,12 +53,12 @@ impl Over {
     }
 }
 
-/// Puts into `others` what samples of lower ranks and these are together.
+/// Combines samples of lower ranks with `others`, in place.
 ///
 /// # Safety
-/// Both must have `*count` samples.
+/// Both pointers must refer to `*count` samples.
 unsafe fn combine(lower: *mut c_void, others: *mut c_void, count: *mut c_int, combined: impl Fn([f32; 4], [f32; 4]) -> [f32; 4]) {
-    // SAFETY: as the caller promises; MPI's buffers are aligned as floats are, and do not overlap.
+    // SAFETY: guaranteed by the caller; MPI's buffers are aligned for floats and do not overlap.
     let (lower, others) = unsafe {
         let count = *count as usize;
         (std::slice::from_raw_parts(lower.cast::<[f32; 4]>(), count), std::slice::from_raw_parts_mut(others.cast(), count))

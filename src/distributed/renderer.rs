@@ -1,10 +1,10 @@
-//! One renderer in several processes.
+//! The distributed renderer.
 
 use super::compose::Composer;
 use super::exchange::{Boxes, Exchanged};
 use super::group::Group;
-use super::report::{DistributedReport, Own};
-use super::{Brick, cut, work};
+use super::report::{DistributedReport, Totals};
+use super::{Brick, partition, work};
 use crate::camera::Camera;
 use crate::device::{Cancel, Device};
 use crate::error::Error;
@@ -20,27 +20,27 @@ use opencl3::event::Event;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// How much more work the busiest rank may have than it needs to, before voxels are sent for the sake of balance.
-const UNEVEN: f64 = 1.2;
+/// Tolerated work of the busiest rank, relative to a balanced partition, before voxels are redistributed.
+const MAX_IMBALANCE: f64 = 1.2;
 
-/// Renders a volume whose voxels are with the processes of a [`Group`]: each composites a range of layers on its own device, and rank 0
-/// has the picture. All calls are collective, with the same arguments.
+/// Renders a volume distributed over the processes of a [`Group`]. Each process composites a range of layers on its own device,
+/// and rank 0 receives the picture. All calls are collective, with the same arguments.
 ///
-/// Ranges are cut by what shows under the transfer function. Where ranks do not have the layers that they need, as when the axis changes,
-/// voxels are sent once, and stay as long as there is memory for them.
+/// The partition balances the visible voxels under the transfer function. If a rank lacks layers, as after a change of the layer
+/// axis, voxels are sent once and kept as long as there is memory for them.
 ///
-/// With one process a picture has the bits of a [`Renderer`](crate::Renderer)'s. With more, floats associate differently, and a rank does
-/// not know what ends in front of it: without early termination it is that picture within 2e-6 per channel, with it within 1/4096; the
-/// same bit for bit from run to run.
+/// With one process, pictures equal those of a [`Renderer`](crate::Renderer) bit for bit. With more, floats associate
+/// differently, and a rank does not know which rays end in front of its layers. The difference is at most 2e-6 per channel
+/// without early ray termination and 1/4096 with it. Pictures are reproducible bit for bit.
 pub struct Renderer<'v> {
     group: Group,
     device: Device,
     source: Source<'v>,
     boxes: Boxes,
     transfer: TransferFunction,
-    /// Work of each layer along x, y and z, where only what has opacity counts, or everything.
+    /// Estimated work per layer along x, y and z, and whether only voxels with opacity count.
     work: Option<(bool, [Vec<u64>; 3])>,
-    cuts: [Option<Cut>; 3],
+    partitions: [Option<Partition>; 3],
     composer: Composer,
     shares: Shares,
     balance: bool,
@@ -50,21 +50,22 @@ pub struct Renderer<'v> {
     last_report: Option<DistributedReport>,
 }
 
-/// Where the voxels of a process are.
+/// Location of the voxels of this process.
 enum Source<'v> {
     Host(Volume<'v>),
     Device(UploadedVolume),
 }
 
-/// The layers of an axis, as they are shared out.
-struct Cut {
+/// The layers along an axis, partitioned among the ranks.
+struct Partition {
     ranges: Vec<Range<usize>>,
+    /// Ghost layers held on either side.
     around: usize,
-    /// This rank's, each with a buffer of its own: as many as devices need that have none for all of it. There is one at least.
+    /// This rank's layers, split to fit the largest buffer of the device. Never empty.
     slabs: Vec<(Range<usize>, PartRenderer)>,
 }
 
-impl Cut {
+impl Partition {
     /// The raw samples of this rank's layers.
     fn raw(&mut self, view: &LatticeView) -> Result<Vec<[f32; 4]>, Error> {
         let last = self.slabs.len() - 1;
@@ -73,30 +74,31 @@ impl Cut {
             let (layers, renderer) = &mut self.slabs[if view.ascending() { n } else { last - n }];
             done = Some(renderer.raw(view, layers, done.as_deref())?);
         }
-        Ok(done.expect("there is one at least"))
+        Ok(done.expect("at least one slab"))
     }
 
-    /// One that holds voxels for views along the axis.
+    /// A renderer that holds voxels of this axis.
     fn renderer(&mut self) -> &mut PartRenderer {
         &mut self.slabs[0].1
     }
 }
 
 impl<'v> Renderer<'v> {
-    /// Renders a volume of a group's ([`Group::open`], [`Group::volume`]). Nothing is uploaded yet.
+    /// A renderer of a distributed volume ([`Group::open`], [`Group::volume`]). Uploads nothing yet.
     ///
     /// # Errors
-    /// Bricks that overlap, or that leave voxels out.
+    /// Voxels with several owners or none.
     pub fn new(group: &Group, device: &Device, volume: &Volume<'v>, transfer: &TransferFunction) -> Result<Self, Error> {
-        let boxes = Boxes::of(group, volume)?;
-        Ok(Self::of(group, device, Source::Host(volume.clone()), boxes, transfer))
+        let boxes = Boxes::from_volume(group, volume)?;
+        Ok(Self::with_source(group, device, Source::Host(volume.clone()), boxes, transfer))
     }
 
-    /// Renders bricks that lie on the processes' devices, and stay there: whole slabs along one axis, each on the rank behind the one
-    /// below, with the ghost layers that a view needs. The description is the same on all. Views along another axis are refused.
+    /// A renderer of bricks that already reside on the devices and stay there. They must be whole slabs along one axis in rank
+    /// order, with the ghost layers that the views need. The description must be the same on all ranks. Views along another layer
+    /// axis are rejected.
     ///
     /// # Errors
-    /// As [`UploadedVolume::in_place`], and bricks that overlap, or that leave voxels out.
+    /// As [`UploadedVolume::in_place`]; voxels with several owners or none.
     pub fn in_place(
         group: &Group,
         device: &Device,
@@ -107,10 +109,10 @@ impl<'v> Renderer<'v> {
     ) -> Result<Self, Error> {
         let boxes = Boxes::gather(group, description, brick)?;
         let uploaded = group.agree(UploadedVolume::part_in_place(device, description, brick.held, voxels))?;
-        Ok(Self::of(group, device, Source::Device(uploaded), boxes, transfer))
+        Ok(Self::with_source(group, device, Source::Device(uploaded), boxes, transfer))
     }
 
-    fn of(group: &Group, device: &Device, source: Source<'v>, boxes: Boxes, transfer: &TransferFunction) -> Self {
+    fn with_source(group: &Group, device: &Device, source: Source<'v>, boxes: Boxes, transfer: &TransferFunction) -> Self {
         Self {
             group: group.clone(),
             device: device.clone(),
@@ -118,7 +120,7 @@ impl<'v> Renderer<'v> {
             boxes,
             transfer: transfer.clone(),
             work: None,
-            cuts: [None, None, None],
+            partitions: [None, None, None],
             composer: Composer::default(),
             shares: Shares::default(),
             balance: true,
@@ -129,35 +131,35 @@ impl<'v> Renderer<'v> {
         }
     }
 
-    /// Whether voxels are sent for the sake of balance, which they are unless this says otherwise, or only where a rank lacks them: where
-    /// they change before every picture, as in simulations, they had better stay.
+    /// Whether voxels are redistributed to balance work (the default), or only where a rank lacks them. Disable this if the
+    /// voxels change before every frame, as in simulations.
     pub fn balance(&mut self, balance: bool) {
         self.balance = balance;
     }
 
-    /// Whether the layers of axes that a picture does not need stay on devices, as long as there is memory for them; they do unless this
-    /// says otherwise.
+    /// Whether layers along axes that a frame does not use stay on the devices while there is memory for them. The default is
+    /// true.
     pub fn keep(&mut self, keep: bool) {
         self.keep = keep;
     }
 
-    /// How long a process may take for its layers of a lattice from now on, as [`Renderer::limit`](crate::Renderer::limit).
+    /// Time limit for the layers of one process and one lattice, as [`Renderer::limit`](crate::Renderer::limit).
     pub fn limit(&mut self, longest: Option<Duration>) {
         self.longest = longest;
     }
 
-    /// Lets another thread of this process cancel its layers of a lattice, as [`Renderer::set_cancel`](crate::Renderer::set_cancel): the
-    /// picture then fails in all processes.
+    /// Lets another thread of this process cancel its layers, as [`Renderer::set_cancel`](crate::Renderer::set_cancel). The frame
+    /// then fails in all processes.
     pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
         self.cancel = cancel;
     }
 
-    /// What the processes did for the last picture.
+    /// Statistics of the last frame.
     pub fn last_report(&self) -> Option<&DistributedReport> {
         self.last_report.as_ref()
     }
 
-    /// What is known of the whole volume.
+    /// Description of the whole volume.
     pub fn description(&self) -> &Description {
         match &self.source {
             Source::Host(volume) => volume.description(),
@@ -165,7 +167,7 @@ impl<'v> Renderer<'v> {
         }
     }
 
-    /// Takes another transfer function from the next picture on.
+    /// Replaces the transfer function.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         if self.transfer != *transfer {
             self.transfer = transfer.clone();
@@ -174,31 +176,31 @@ impl<'v> Renderer<'v> {
         }
     }
 
-    /// Takes other voxels, in the same bricks or others, and forgets those that were sent.
+    /// Replaces the volume, in the same bricks or others, and releases the redistributed voxels.
     ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
-        self.boxes = Boxes::of(&self.group, volume)?;
+        self.boxes = Boxes::from_volume(&self.group, volume)?;
         self.source = Source::Host(volume.clone());
         self.work = None;
-        self.cuts = [None, None, None];
+        self.partitions = [None, None, None];
         Ok(())
     }
 
-    /// The voxels of bricks that lie on devices have changed, once `wait` is complete.
+    /// Announces that bricks on the devices have new voxels once `wait` is complete.
     ///
     /// # Errors
-    /// What OpenCL answers.
+    /// OpenCL errors.
     pub fn volume_changed(&mut self, wait: &[&Event]) -> Result<(), Error> {
-        let told = self.renderers().try_for_each(|renderer| renderer.volume_changed(wait));
-        self.group.agree(told)
+        let result = self.renderers().try_for_each(|renderer| renderer.volume_changed(wait));
+        self.group.agree(result)
     }
 
-    /// Renders a picture: premultiplied floats, without a background, which rank 0 has.
+    /// Renders a frame of premultiplied floats without a background. Rank 0 receives it; other ranks get `None`.
     ///
     /// # Errors
-    /// Views without a lattice, and what fails on any process.
+    /// Views without a lattice; errors of any process.
     pub fn render(
         &mut self,
         camera: &Camera,
@@ -210,71 +212,72 @@ impl<'v> Renderer<'v> {
             Source::Host(volume) => volume.read_bytes(),
             Source::Device(_) => 0,
         };
-        let mut own = Own { read_bytes, ..Own::default() };
+        let mut totals = Totals { read_bytes, ..Totals::default() };
         let (mut composed, mut compose_ms) = (Vec::new(), 0.0);
         self.shares.begin();
         for (view, share) in &views {
             let exchanged = self.hold(view, settings)?;
-            own.exchanged.sent_bytes += exchanged.sent_bytes;
-            own.exchanged.received_bytes += exchanged.received_bytes;
+            totals.exchanged.sent_bytes += exchanged.sent_bytes;
+            totals.exchanged.received_bytes += exchanged.received_bytes;
             let (longest, cancel) = (self.longest, self.cancel.clone());
             self.renderers().for_each(|renderer| {
                 renderer.limit(longest);
                 renderer.set_cancel(cancel.clone());
             });
-            let Self { group, composer, cuts, shares, .. } = self;
-            let cut = cuts[view.axis().index()].as_mut().expect("it is held now");
-            let (layers, started) = (cut.ranges[group.rank()].clone(), Instant::now());
-            let samples = cut.raw(view);
-            own.layers += layers.len();
-            own.render_ms += milliseconds(started);
+            let Self { group, composer, partitions, shares, .. } = self;
+            let partition = partitions[view.axis().index()].as_mut().expect("`hold` has set it");
+            let (layers, started) = (partition.ranges[group.rank()].clone(), Instant::now());
+            let samples = partition.raw(view);
+            totals.layers += layers.len();
+            totals.render_ms += milliseconds(started);
             let mut samples = group.agree(samples)?;
             let started = Instant::now();
             composed.push(composer.compose(group, view, !layers.is_empty(), &mut samples));
             compose_ms += milliseconds(started);
-            let added = if group.leads() { shares.add(cut.renderer(), view, *share, &samples) } else { Ok(()) };
+            let added = if group.leads() { shares.add(partition.renderer(), view, *share, &samples) } else { Ok(()) };
             group.agree(added)?;
         }
         let (first, _) = &views[0];
-        // Of the axes before, nothing may be held any more.
-        let Self { group, cuts, shares, .. } = self;
-        let last = views.last().and_then(|(view, _)| cuts[view.axis().index()].as_mut()).expect("it was drawn");
+        // The voxels of earlier axes may have been released.
+        let Self { group, partitions, shares, .. } = self;
+        let last =
+            views.last().and_then(|(view, _)| partitions[view.axis().index()].as_mut()).expect("the last view was rendered");
         let frame = group.leads().then(|| shares.frame(last.renderer(), first)).transpose();
         let frame = self.group.agree(frame)?;
         let axes = views.iter().map(|(view, _)| view.axis()).collect();
-        let report = DistributedReport { lattice: first.report(), axes, ranks: own.gather(&self.group), composed, compose_ms };
+        let report = DistributedReport { lattice: first.report(), axes, ranks: totals.gather(&self.group), composed, compose_ms };
         self.last_report = Some(report.clone());
         Ok((frame, report))
     }
 
-    /// All that hold voxels on this rank.
+    /// All renderers that hold voxels on this rank.
     fn renderers(&mut self) -> impl Iterator<Item = &mut PartRenderer> {
-        self.cuts.iter_mut().flatten().flat_map(|cut| cut.slabs.iter_mut().map(|(_, renderer)| renderer))
+        self.partitions.iter_mut().flatten().flat_map(|partition| partition.slabs.iter_mut().map(|(_, renderer)| renderer))
     }
 
-    /// Sees to it that every rank has the layers that are its part of a view.
+    /// Ensures that every rank holds its layers of a view. Returns the voxel traffic. Collective.
     fn hold(&mut self, view: &LatticeView, settings: &Settings) -> Result<Exchanged, Error> {
         let (axis, around) = (view.axis(), PartRenderer::around(settings));
-        let kept = self.cuts[axis.index()].as_ref().filter(|cut| cut.around >= around).map(|cut| cut.ranges.clone());
+        let kept = self.partitions[axis.index()].as_ref().filter(|kept| kept.around >= around).map(|kept| kept.ranges.clone());
         let ranges = self.ranges(axis, settings.blend, kept.as_deref());
         if kept.as_ref() == Some(&ranges) {
             return Ok(Exchanged::default());
         }
         let dims = self.description().grid().dims();
         let wanted: Vec<VoxelBox> = ranges.iter().map(|layers| slab(dims, axis, layers, settings)).collect();
-        self.make_room(axis, wanted[self.group.rank()].count());
+        self.release_other_axes(axis, wanted[self.group.rank()].count());
         let own = ranges[self.group.rank()].clone();
         let (slabs, exchanged) = match &self.source {
             Source::Host(volume) => {
-                let (part, exchanged) = self.boxes.bring(&self.group, volume, &wanted)?;
-                (self.group.agree(self.uploaded(&part, axis, &own, settings))?, exchanged)
+                let (part, exchanged) = self.boxes.redistribute(&self.group, volume, &wanted)?;
+                (self.group.agree(self.upload(&part, axis, &own, settings))?, exchanged)
             }
             Source::Device(uploaded) => {
                 if let Some(rank) = (0..self.group.size()).find(|&rank| !self.boxes.held[rank].holds(&wanted[rank])) {
                     let (held, wanted) = (self.boxes.held[rank], wanted[rank]);
                     let problem = format!(
-                        "the brick of rank {rank}, {held:?}, lies on its device without all of {wanted:?}, which layers along {axis:?} \
-                         need: choose another axis, or hand over more ghost layers"
+                        "the brick of rank {rank} on its device, {held:?}, lacks voxels of {wanted:?}, which layers along {axis:?} \
+                         need: choose another axis or provide more ghost layers"
                     );
                     return Err(Error::Settings { field: "layer_axis", problem });
                 }
@@ -282,17 +285,17 @@ impl<'v> Renderer<'v> {
             }
         };
         tracing::info!(
-            "layers along {axis:?}: {own:?} are this rank's, in {} buffers; {} bytes sent, {} received",
+            "layers {own:?} along {axis:?} on this rank, in {} buffers; {} bytes sent, {} received",
             slabs.len(),
             exchanged.sent_bytes,
             exchanged.received_bytes
         );
-        self.cuts[axis.index()] = Some(Cut { ranges, around, slabs });
+        self.partitions[axis.index()] = Some(Partition { ranges, around, slabs });
         Ok(exchanged)
     }
 
-    /// This rank's layers on its device, in as few buffers as that has room in one for.
-    fn uploaded(
+    /// Uploads this rank's layers to its device, in as few buffers as the maximum buffer size allows.
+    fn upload(
         &self,
         part: &VolumePart,
         axis: Axis,
@@ -301,8 +304,9 @@ impl<'v> Renderer<'v> {
     ) -> Result<Vec<(Range<usize>, PartRenderer)>, Error> {
         let dims = part.description().grid().dims();
         let layer = VoxelBox::whole(dims).count() / dims[axis.index()] * part.description().voxel_type().bytes();
-        let most = (self.device.largest_buffer_bytes() / layer as u64).saturating_sub(2 * PartRenderer::around(settings) as u64);
-        let pieces = own.len().div_ceil(most.max(1) as usize).max(1);
+        let max_layers =
+            (self.device.largest_buffer_bytes() / layer as u64).saturating_sub(2 * PartRenderer::around(settings) as u64);
+        let pieces = own.len().div_ceil(max_layers.max(1) as usize).max(1);
         let slabs = (0..pieces).map(|n| {
             let at = |n: usize| own.start + n * own.len() / pieces;
             let (layers, needed) = (at(n)..at(n + 1), slab(dims, axis, &(at(n)..at(n + 1)), settings));
@@ -312,34 +316,34 @@ impl<'v> Renderer<'v> {
         slabs.collect()
     }
 
-    /// The layers of each rank along an axis: those that they have, or had before, unless that leaves one with too much work.
+    /// The layers of each rank along an axis. Keeps the current or owned ranges unless these leave one rank with too much work.
     fn ranges(&mut self, axis: Axis, blend: Blend, kept: Option<&[Range<usize>]>) -> Vec<Range<usize>> {
-        let there = kept.map(<[_]>::to_vec).or_else(|| self.boxes.slabs(axis, self.description().grid().dims()));
-        if let Some(there) = there.as_ref().filter(|_| !self.balance || matches!(self.source, Source::Device(_))) {
-            return there.clone();
+        let current = kept.map(<[_]>::to_vec).or_else(|| self.boxes.slabs(axis, self.description().grid().dims()));
+        if let Some(current) = current.as_ref().filter(|_| !self.balance || matches!(self.source, Source::Device(_))) {
+            return current.clone();
         }
         let composited = blend == Blend::Composite;
         let Source::Host(volume) = &self.source else {
-            return cut::even(self.description().grid().dims()[axis.index()], self.group.size());
+            return partition::even(self.description().grid().dims()[axis.index()], self.group.size());
         };
-        if self.work.as_ref().is_none_or(|(of, _)| *of != composited) {
+        if self.work.as_ref().is_none_or(|(estimated, _)| *estimated != composited) {
             let transfer = &self.transfer;
-            let shows = |value: f64| !composited || transfer.opacity(value) > 0.0;
-            self.work = Some((composited, work::of_layers(volume, shows)));
+            let is_visible = |value: f64| !composited || transfer.opacity(value) > 0.0;
+            self.work = Some((composited, work::estimate(volume, is_visible)));
         }
-        let work = &self.work.as_ref().expect("it was just found").1[axis.index()];
-        let balanced = cut::balanced(work, self.group.size());
-        let least = cut::heaviest(work, &balanced) as f64;
-        there.filter(|there| cut::heaviest(work, there) as f64 <= UNEVEN * least).unwrap_or(balanced)
+        let work = &self.work.as_ref().expect("estimated above").1[axis.index()];
+        let balanced = partition::balanced(work, self.group.size());
+        let least = partition::max_work(work, &balanced) as f64;
+        current.filter(|current| partition::max_work(work, current) as f64 <= MAX_IMBALANCE * least).unwrap_or(balanced)
     }
 
-    /// Forgets the layers of other axes where some rank has no memory to keep them. Collective.
-    fn make_room(&mut self, axis: Axis, voxels: usize) {
-        self.cuts[axis.index()] = None;
+    /// Releases the layers of `axis`, and those of other axes if some rank lacks the memory to keep them. Collective.
+    fn release_other_axes(&mut self, axis: Axis, voxels: usize) {
+        self.partitions[axis.index()] = None;
         let needed = 4 * (voxels * self.description().voxel_type().bytes()) as u64;
         let enough = self.keep && memory::available() / self.group.on_this_machine() as u64 > needed;
-        if self.group.least(enough.into()) == 0 {
-            self.cuts = [None, None, None];
+        if self.group.min(enough.into()) == 0 {
+            self.partitions = [None, None, None];
         }
     }
 }
@@ -387,7 +391,7 @@ impl<'v> VolumeRenderer<'v> for Renderer<'v> {
     }
 }
 
-/// Whole layers with those around them; one where there are none: a renderer holds something.
+/// The box of `layers` with their ghost layers. At least one layer, since a renderer cannot hold an empty box.
 fn slab(dims: [usize; 3], axis: Axis, layers: &Range<usize>, settings: &Settings) -> VoxelBox {
     let a = axis.index();
     let first = layers.start.min(dims[a] - 1);
@@ -395,7 +399,7 @@ fn slab(dims: [usize; 3], axis: Axis, layers: &Range<usize>, settings: &Settings
     VoxelBox::layers(dims, a, &needed)
 }
 
-/// Refuses a view that processes cannot share: one without a lattice.
+/// Rejects views without a lattice, which cannot be distributed.
 #[cfg(feature = "cli")]
 pub(crate) fn check_view(
     description: &Description,

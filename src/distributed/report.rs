@@ -1,4 +1,4 @@
-//! What is told of a picture that several processes made.
+//! Statistics of distributed frames.
 
 use super::compose::Composed;
 use super::exchange::Exchanged;
@@ -8,52 +8,52 @@ use crate::renderer::LatticeReport;
 use crate::volume::Together;
 use serde::Serialize;
 
-/// What a process did for a picture.
+/// Statistics of one process for a frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RankReport {
-    /// Its number.
+    /// Rank of the process.
     pub rank: usize,
-    /// Layers that it composited, on all lattices.
+    /// Composited layers, over all lattices.
     pub layers: usize,
-    /// Bytes of voxels that it has read of the file since it was opened, or has made of a built-in volume.
+    /// Bytes of voxels read from the file, or generated for a built-in volume, since it was opened.
     pub read_bytes: u64,
-    /// Voxels that were brought for this picture.
+    /// Voxel traffic for this frame.
     #[serde(flatten)]
     pub exchanged: Exchanged,
-    /// Milliseconds for its layers.
+    /// Milliseconds for compositing the layers.
     pub render_ms: f64,
-    /// Share of the slowest rank's time that it waited.
+    /// Idle time as a share of the slowest rank's time, 0 to 1.
     pub idle: f64,
 }
 
-/// What a picture took.
+/// Statistics of a distributed frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DistributedReport {
-    /// The lattice, of the most parallel axis.
+    /// The lattice of the layer axis most parallel to the view direction.
     pub lattice: LatticeReport,
-    /// The axes along which layers lay, the most parallel one first.
+    /// The layer axes of the frame, the one most parallel to the view direction first.
     pub axes: Vec<Axis>,
-    /// What each process did.
+    /// Statistics by rank.
     pub ranks: Vec<RankReport>,
-    /// How the lattices were composed.
+    /// Statistics of the composition of each lattice.
     pub composed: Vec<Composed>,
-    /// Milliseconds for composing them, on this process, which may have waited for others.
+    /// Milliseconds for composing the lattices on this process, including waiting for others.
     pub compose_ms: f64,
 }
 
-/// What one process adds up over a picture.
+/// Totals of this process for a frame.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Own {
+pub(super) struct Totals {
     pub layers: usize,
     pub read_bytes: u64,
     pub exchanged: Exchanged,
     pub render_ms: f64,
 }
 
-impl Own {
-    /// Of all ranks. Collective.
+impl Totals {
+    /// Gathers the statistics of all ranks. Collective.
     pub fn gather(self, group: &Group) -> Vec<RankReport> {
         let Exchanged { sent_bytes, received_bytes } = self.exchanged;
         let bytes = [self.read_bytes, sent_bytes, received_bytes].map(|bytes| bytes as f64);

@@ -1,4 +1,4 @@
-//! Volumes whose voxels are with several processes.
+//! Volumes distributed over several processes.
 
 use super::group::Group;
 use crate::error::Error;
@@ -8,33 +8,33 @@ use crate::volume::{Grid, Layers, Level, OpenOptions, Storage, Unseen, Volume, V
 use std::path::Path;
 use std::sync::Arc;
 
-/// Layers around its own that each process reads: what framing, kernels and gradients look at.
-const AROUND: usize = 4;
+/// Ghost layers that each process reads on either side, for framing, kernels and gradients.
+const GHOST_LAYERS: usize = 4;
 
-/// The voxels that a process has of a volume.
+/// The part of a volume on one process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Brick {
-    /// Those that no other process has as its own.
+    /// Owned voxels. Every voxel of the volume has exactly one owner.
     pub own: VoxelBox,
-    /// These and ghost layers around them, which others have, too. With two, or as many as a kernel needs
-    /// ([`PartRenderer::around`](crate::renderer::PartRenderer::around)), views along an axis across which bricks are whole slabs are
-    /// drawn without sending a voxel.
+    /// Held voxels: the owned ones and ghost layers around them, which other processes own. If the bricks are whole slabs along
+    /// the layer axis of the view, rendering sends no voxels, provided that there are enough ghost layers: two, or as many as the
+    /// kernel needs ([`PartRenderer::around`](crate::renderer::PartRenderer::around)).
     pub held: VoxelBox,
 }
 
-/// Bytes of all voxels of a volume that [`Group::open`] can open; `None` if it cannot.
+/// Bytes of all voxels of a volume, if [`Group::open`] can open it.
 pub(crate) fn bytes_in_parts(source: impl AsRef<Path>, options: &OpenOptions) -> Option<u64> {
     let first = Unseen::open(source.as_ref(), options, &|_| Layers { own: 0..1, held: 0..1 }).ok()?;
     Some(first.bytes() * first.layers_of_all() as u64)
 }
 
 impl Group {
-    /// A volume of which every process has a brick: what is found by looking at all voxels (range, statistics, automatic transfer
-    /// functions, percentiles, framing) is found together, and such calls are collective. Voxels are those of `held`, x fastest unless
-    /// the storage says otherwise.
+    /// A distributed volume from one brick per process. `voxels` are those of `brick.held`, x fastest unless the storage says
+    /// otherwise. Calls that need all voxels are collective: range, statistics, automatic transfer functions, percentiles,
+    /// framing.
     ///
     /// # Errors
-    /// As [`Volume::new`], on all processes what fails on one.
+    /// As [`Volume::new`]. An error of one process is returned on all of them.
     pub fn volume<'a>(
         &self,
         name: impl Into<String>,
@@ -45,17 +45,18 @@ impl Group {
         self.shared(Unseen::new(name, grid, brick.held, brick.own, voxels), |_| 0)
     }
 
-    /// Opens a volume as [`Volume::open`] does, of which every process reads its own layers along z and a few around them. Of
-    /// several resolutions, where none is chosen, it is the finest that fits into half of the free memory of all.
+    /// Opens a volume as [`Volume::open`]. Each process reads its own layers along z and a few ghost layers. If the file has
+    /// several resolutions and `options` selects none, the finest one that fits into half of the free memory of all processes is
+    /// opened.
     ///
     /// # Errors
-    /// As [`Volume::open`], and files of which no part can be read without all before it; on all processes what fails on one.
+    /// As [`Volume::open`]; files that can only be read from the beginning. An error of one process is returned on all of them.
     pub fn open(&self, source: impl AsRef<Path>, options: &OpenOptions) -> Result<Volume<'static>, Error> {
         let choose = |[_, _, layers]: [usize; 3]| {
             let own = self.rank() * layers / self.size()..(self.rank() + 1) * layers / self.size();
-            // Who has none holds some all the same: there is no empty box.
-            let first = own.start.saturating_sub(AROUND).min(layers - 1);
-            let held = first..(own.end + AROUND).clamp(first + 1, layers);
+            // A process that owns no layers still holds some, since boxes must not be empty.
+            let first = own.start.saturating_sub(GHOST_LAYERS).min(layers - 1);
+            let held = first..(own.end + GHOST_LAYERS).clamp(first + 1, layers);
             Layers { own, held }
         };
         let mut free = [memory::available() / self.on_this_machine() as u64];

@@ -44,13 +44,13 @@ impl PictureFormat {
 /// # use layersplat::opencl3::{command_queue::CommandQueue, context::Context, memory::{Buffer, CL_MEM_READ_WRITE}};
 /// # let context = Context::from_device(&layersplat::Device::open(&layersplat::DeviceChoice::Default)?.id().into()).expect("a context");
 /// # let queue = CommandQueue::create_default_with_properties(&context, 0, 0).expect("a queue");
-/// # let device = layersplat::Device::of_queue(&queue)?;
+/// # let device = layersplat::Device::from_queue(&queue)?;
 /// # let viewport = layersplat::Viewport::new(32, 24)?;
 /// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
 /// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
 /// # let pixels = unsafe { Buffer::<f32>::create(&context, CL_MEM_READ_WRITE, 4 * 32 * 24, std::ptr::null_mut()) }.expect("a buffer");
 ///
-/// let onto = PictureMemory::new(&DeviceMemory::of_buffer(&pixels)?, PictureFormat::Floats);
+/// let onto = PictureMemory::new(&DeviceMemory::from_buffer(&pixels)?, PictureFormat::Floats);
 /// let mut renderer = Renderer::new(&device, &volume, &transfer)?;
 /// let drawn = renderer.enqueue(&camera, viewport, &Settings::default(), &onto, &[])?;
 /// drawn.wait().expect("a picture");
@@ -129,7 +129,7 @@ impl PictureMemory {
         let tight = self.pitch(viewport) == viewport.width as usize * self.format.bytes();
         match self.memory.kind() {
             MemoryKind::Buffer { .. } if tight && self.first == 0 => {
-                Buffer::of_memory(device, &self.memory, viewport.pixels()).map(Some)
+                Buffer::from_memory(device, &self.memory, viewport.pixels()).map(Some)
             }
             _ => Ok(None),
         }

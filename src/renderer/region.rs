@@ -114,7 +114,7 @@ impl Region {
 fn rendering(scene: &Scene, blend: BlendMode, clipped: bool) -> Rendering {
     let settings = scene.settings;
     let several_lights = settings.shading.is_some_and(|shading| shading.lights.as_slice().len() > 1);
-    Rendering { blend, clipped, thinned: settings.gradient_opacity.is_some(), several_lights, depths: false }
+    Rendering { blend, clipped, gradient_opacity: settings.gradient_opacity.is_some(), several_lights, depths: false }
 }
 
 /// A plane in voxels.

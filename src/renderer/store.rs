@@ -98,7 +98,7 @@ impl Store {
                 Usability::Uncertain => n += 1,
                 Usability::Usable => {
                     let mut entry = self.entries.remove(n);
-                    entry.shared |= !entry.produced.is_of(device);
+                    entry.shared |= !entry.produced.is_from(device);
                     let value = entry.value.clone();
                     self.entries.push(entry);
                     return Ok(value.downcast().ok());
@@ -112,7 +112,7 @@ impl Store {
     pub fn reuse<K: Key>(&mut self, device: &Device, key: &K, inputs: Inputs, bytes: usize) -> Option<Arc<K::Value>> {
         let found = self.entries.iter().position(|entry| entry.inputs != inputs && entry.has(key))?;
         let entry = self.entries.remove(found);
-        let fits = entry.bytes == bytes && !entry.shared && entry.produced.is_of(device);
+        let fits = entry.bytes == bytes && !entry.shared && entry.produced.is_from(device);
         entry.value.downcast().ok().filter(|_| fits)
     }
 

@@ -203,7 +203,7 @@ pub fn of_bricks_on_devices(group: &Group) {
     let (volume, size, transfer) = (whole(), viewport(48, 40), smooth_transfer());
     let context = Context::from_device(&device().id().into()).unwrap();
     let queue = CommandQueue::create_default_with_properties(&context, 0, 0).unwrap();
-    let device = Device::of_queue(&queue).unwrap();
+    let device = Device::from_queue(&queue).unwrap();
     let brick = brick(group, 2, 2);
     let VoxelBox { first, dims } = brick.held;
     // The range is invariant under inversion.
@@ -217,7 +217,7 @@ pub fn of_bricks_on_devices(group: &Group) {
     };
     let description = Description::new("on devices", volume.grid().clone(), VoxelType::Uint8, (0.0, 255.0)).unwrap();
     let description = description.with_background(0.0).unwrap();
-    let there = DeviceVoxels::new(&DeviceMemory::of_buffer(&buffer).unwrap(), VoxelType::Uint8);
+    let there = DeviceVoxels::new(&DeviceMemory::from_buffer(&buffer).unwrap(), VoxelType::Uint8);
     let mut together = Renderer::in_place(group, &device, &description, brick, &there, &transfer).unwrap();
     let settings = Settings { early_termination: false, ..Settings::default() };
     let camera = parallel(&volume, size, 30.0, 20.0);

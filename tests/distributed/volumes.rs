@@ -141,11 +141,11 @@ pub fn are_refused_on_all(group: &Group) {
     let transfer = smooth_transfer();
     if group.size() > 1 {
         let volume = group.volume("twice", grid.clone(), Brick { own: all, held: all }, vec![1u8; 128]).unwrap();
-        assert!(rank(Renderer::new(group, &device(), &volume, &transfer).map(drop)).1.contains("both have"));
+        assert!(rank(Renderer::new(group, &device(), &volume, &transfer).map(drop)).1.contains("both own"));
     }
     let half = VoxelBox { first: [0, 0, group.rank()], dims: [2, 4, 1] };
     let volume = group.volume("half", grid.clone(), Brick { own: half, held: half }, vec![1u8; 8]).unwrap();
-    assert!(rank(Renderer::new(group, &device(), &volume, &transfer).map(drop)).1.contains("each must be somebody's own"));
+    assert!(rank(Renderer::new(group, &device(), &volume, &transfer).map(drop)).1.contains("each voxel needs an owner"));
     assert!(
         rank(group.volume("outside", grid, Brick { own: all, held: half }, vec![1u8; 8]).map(drop)).1.contains("invalid boxes")
     );

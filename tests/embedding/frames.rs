@@ -50,7 +50,7 @@ fn enqueued_frames_have_the_bits_of_rendered_ones() {
                 for background in [Background::Transparent, Background::Color([0.2, 0.5, 1.0])] {
                     let (expected, _) = renderer.render_rgba8(&camera, SIZE, &settings, background).unwrap();
                     let picture = host.room::<u8>(4 * SIZE.pixels());
-                    let memory = DeviceMemory::of_buffer(&picture).unwrap();
+                    let memory = DeviceMemory::from_buffer(&picture).unwrap();
                     let onto = PictureMemory::new(&memory, PictureFormat::Rgba8(background));
                     let event = renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).unwrap();
                     assert_eq!(host.read(&picture, expected.len(), &[&event]), expected, "{settings:?}");
@@ -74,7 +74,7 @@ fn pictures_go_where_they_are_wanted() {
     for (first, pitch) in [(4, ROW + 12), (20, ROW), (ROW, ROW), (ROW + 4, ROW + 12), (5 * ROW + 8, ROW + 4)] {
         let bytes = first + pitch * SIZE.height as usize;
         let picture = host.filled(&vec![UNTOUCHED; bytes]);
-        let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), PictureFormat::Rgba8(background));
+        let onto = PictureMemory::new(&DeviceMemory::from_buffer(&picture).unwrap(), PictureFormat::Rgba8(background));
         let onto = onto.with_first(first).with_row_pitch(pitch);
         let event = renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).unwrap();
         let found = host.read(&picture, bytes, &[&event]);
@@ -96,7 +96,7 @@ fn pictures_go_into_images() {
     let mut drawn = |channels, format| {
         let pixels = cl_image_format { image_channel_order: CL_RGBA, image_channel_data_type: channels };
         let image = image(&host, pixels, columns, rows);
-        let onto = PictureMemory::new(&DeviceMemory::of_image(&image).unwrap(), format);
+        let onto = PictureMemory::new(&DeviceMemory::from_image(&image).unwrap(), format);
         let event = renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).unwrap();
         let mut bytes = vec![0u8; format.bytes() * SIZE.pixels()];
         let (origin, region) = ([0, 0, 0], [columns, rows, 1]);
@@ -137,7 +137,7 @@ fn a_frame_is_enqueued_and_not_waited_for() {
             renderer.prepare(&camera, SIZE, &settings).unwrap();
             let (expected, _) = renderer.render(&camera, SIZE, &settings).unwrap();
             let picture = host.filled(&vec![-1.0f32; 4 * SIZE.pixels()]);
-            let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), PictureFormat::Floats);
+            let onto = PictureMemory::new(&DeviceMemory::from_buffer(&picture).unwrap(), PictureFormat::Floats);
             let promise = host.promise();
             let first = renderer.enqueue(&camera, SIZE, &settings, &onto, &[&promise]).unwrap();
             let second = renderer.enqueue(&camera, SIZE, &settings, &onto, &[]).unwrap();
@@ -163,7 +163,7 @@ fn what_reads_back_is_refused() {
     let host = Host::new(0);
     let mut renderer = renderer(&host.device(), &volume, &transfer);
     let picture = host.room::<f32>(4 * SIZE.pixels());
-    let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), PictureFormat::Floats);
+    let onto = PictureMemory::new(&DeviceMemory::from_buffer(&picture).unwrap(), PictureFormat::Floats);
     for sheets in [Algorithm::AxisSheets { layer_axis: LayerAxis::Auto }, Algorithm::ViewSheets { sheet_distance: 1.0 }] {
         let error = renderer.enqueue(&camera, SIZE, &sheets.into(), &onto, &[]).map(|_| ()).unwrap_err();
         assert_eq!(error.fields(), ["algorithm"]);
@@ -185,7 +185,7 @@ fn a_failed_wait_fails_one_frame() {
         // The first frame fills the caches.
         let mut renderer = renderer(&host.device(), &volume, &transfer);
         let picture = host.room::<f32>(4 * SIZE.pixels());
-        let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), PictureFormat::Floats);
+        let onto = PictureMemory::new(&DeviceMemory::from_buffer(&picture).unwrap(), PictureFormat::Floats);
         let promise = host.promise();
         let event = renderer.enqueue(&camera, SIZE, &settings, &onto, &[&promise]).unwrap();
         opencl3::event::set_user_event_status(promise.get(), -5).unwrap();

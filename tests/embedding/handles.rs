@@ -27,12 +27,12 @@ fn reference_counts_are_as_before_when_all_is_dropped() {
             let device = host.device();
             assert!(references(&host).iter().zip(before).all(|(now, before)| *now > before), "objects in use must be retained");
             renderer(&device, &volume, &transfer).render(&camera, SIZE, &Settings::default()).unwrap();
-            let memory = DeviceMemory::of_buffer(&voxels).unwrap();
+            let memory = DeviceMemory::from_buffer(&voxels).unwrap();
             let placed = DeviceVoxels::new(&memory, VoxelType::Uint8);
             let description = placed.describe(&device, "foreign", volume.grid().clone(), &[]).unwrap();
             let foreign = UploadedVolume::in_place(&device, &description, &placed).unwrap();
             let mut renderer = Renderer::of(&foreign, &transfer).unwrap();
-            let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), PictureFormat::Floats);
+            let onto = PictureMemory::new(&DeviceMemory::from_buffer(&picture).unwrap(), PictureFormat::Floats);
             let event = renderer.enqueue(&camera, SIZE, &Settings::default(), &onto, &[]).unwrap();
             assert!(of_memory().iter().zip(memory_before).all(|(now, before)| *now > before));
             event.wait().unwrap();
@@ -70,7 +70,7 @@ fn raw_handles_must_belong_together() {
     assert_eq!(of(host.context.get(), device.id(), host.queue.get()), Ok(()));
     assert!(of(other.context.get(), device.id(), host.queue.get()).unwrap_err().contains("another context"));
     assert!(of(host.context.get(), std::ptr::null_mut(), host.queue.get()).unwrap_err().contains("another device"));
-    assert!(of(host.context.get(), device.id(), std::ptr::null_mut()).unwrap_err().contains("handed over"));
+    assert!(of(host.context.get(), device.id(), std::ptr::null_mut()).unwrap_err().contains("the caller's queue"));
     assert!(device.with_queue(&other.queue).is_err());
     let second = host.another_queue(OUT_OF_ORDER);
     assert_eq!(device.with_queue(&second).unwrap().queue(), second.get());
@@ -90,7 +90,7 @@ fn memory_that_cannot_be_used_is_refused_with_the_reason() {
     let mut refused = |onto: &PictureMemory| {
         renderer.enqueue(&camera, SIZE, &Settings::default(), onto, &[]).map(|_| ()).unwrap_err().to_string()
     };
-    let of = |buffer| PictureMemory::new(&DeviceMemory::of_buffer(buffer).unwrap(), PictureFormat::Floats);
+    let of = |buffer| PictureMemory::new(&DeviceMemory::from_buffer(buffer).unwrap(), PictureFormat::Floats);
     let (foreign, read_only) = (buffer(&other, CL_MEM_READ_WRITE), buffer(&host, CL_MEM_READ_ONLY));
     let own = buffer(&host, CL_MEM_READ_WRITE);
     assert!(refused(&of(&foreign)).contains("another context"));
@@ -99,14 +99,14 @@ fn memory_that_cannot_be_used_is_refused_with_the_reason() {
     assert!(refused(&of(&own).with_row_pitch(16)).contains("rows 16 bytes apart"));
     let format = cl_image_format { image_channel_order: CL_RGBA, image_channel_data_type: CL_FLOAT };
     let small = image(&host, format, 8, 8);
-    let onto = |format| PictureMemory::new(&DeviceMemory::of_image(&small).unwrap(), format);
+    let onto = |format| PictureMemory::new(&DeviceMemory::from_image(&small).unwrap(), format);
     assert!(refused(&onto(PictureFormat::Floats)).contains("8x8"));
     assert!(refused(&onto(PictureFormat::Rgba8(layersplat::Background::Transparent))).contains("Floats"));
     let odd = image(&host, cl_image_format { image_channel_data_type: CL_UNORM_INT16, ..format }, 8, 8);
-    assert!(DeviceMemory::of_image(&odd).unwrap_err().to_string().contains("CL_UNORM_INT8"));
+    assert!(DeviceMemory::from_image(&odd).unwrap_err().to_string().contains("CL_UNORM_INT8"));
 
-    let write_only = DeviceMemory::of_buffer(&buffer(&host, CL_MEM_WRITE_ONLY)).unwrap();
-    let own = DeviceMemory::of_buffer(&own).unwrap();
+    let write_only = DeviceMemory::from_buffer(&buffer(&host, CL_MEM_WRITE_ONLY)).unwrap();
+    let own = DeviceMemory::from_buffer(&own).unwrap();
     let describe = |voxels: DeviceVoxels| voxels.describe(&device, "v", volume.grid().clone(), &[]).unwrap_err().to_string();
     assert!(describe(DeviceVoxels::new(&write_only, VoxelType::Uint8)).contains("WRITE_ONLY"));
     assert!(describe(DeviceVoxels::new(&own, VoxelType::Float32)).contains("end at"));

@@ -38,7 +38,7 @@ impl Host {
     }
 
     pub fn device(&self) -> Device {
-        Device::of_queue(&self.queue).unwrap()
+        Device::from_queue(&self.queue).unwrap()
     }
 
     /// A buffer with a copy of values.
@@ -72,7 +72,7 @@ impl Host {
     /// A float picture, through the caller's buffer.
     pub fn floats(&self, renderer: &mut Renderer, camera: &Camera, settings: &Settings) -> Frame {
         let picture = self.room::<f32>(4 * SIZE.pixels());
-        let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), PictureFormat::Floats);
+        let onto = PictureMemory::new(&DeviceMemory::from_buffer(&picture).unwrap(), PictureFormat::Floats);
         let event = renderer.enqueue(camera, SIZE, settings, &onto, &[]).unwrap();
         frame(&self.read(&picture, 4 * SIZE.pixels(), &[&event]))
     }

@@ -38,10 +38,10 @@ fn a_frame_needs_as_much_as_it_says() {
                 for gap in [0, 16] {
                     let pitch = SIZE.width as usize * format.bytes() + gap;
                     let picture = host.room::<u8>(pitch * SIZE.height as usize);
-                    let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture).unwrap(), format).with_row_pitch(pitch);
+                    let onto = PictureMemory::new(&DeviceMemory::from_buffer(&picture).unwrap(), format).with_row_pitch(pitch);
                     let mut sizes = renderer.scratch_bytes(&camera, SIZE, &settings, &onto).unwrap();
                     let give = |renderer: &mut layersplat::Renderer, sizes: &[usize]| {
-                        let of = |&bytes| DeviceMemory::of_buffer(&host.room::<u8>(bytes)).unwrap();
+                        let of = |&bytes| DeviceMemory::from_buffer(&host.room::<u8>(bytes)).unwrap();
                         renderer.set_scratch(&sizes.iter().map(of).collect::<Vec<_>>()).unwrap();
                     };
                     give(&mut renderer, &sizes);

@@ -79,7 +79,7 @@ fn in_place<T: Copy>(
 ) -> Renderer {
     let buffer = host.filled(&spread(voxels, gap));
     let (row, slice) = pitches(size_of::<T>());
-    let memory = DeviceMemory::of_buffer(&buffer).unwrap();
+    let memory = DeviceMemory::from_buffer(&buffer).unwrap();
     let placed = DeviceVoxels::new(&memory, voxel_type).with_first(FIRST * size_of::<T>()).with_pitches(row, slice);
     let description = placed.describe(&host.device(), "in place", volume.grid().clone(), &[]).unwrap();
     assert_eq!(description.range(), volume.range());
@@ -127,7 +127,7 @@ fn changed_voxels_are_seen() {
     let expect = |volume: &Volume| {
         let whole = Description::clone(&description);
         let buffer = Host::new(0);
-        let memory = DeviceMemory::of_buffer(
+        let memory = DeviceMemory::from_buffer(
             &buffer.filled(&(0..volume.grid().voxel_count()).map(|n| volume.value(n) as u8).collect::<Vec<_>>()),
         )
         .unwrap();
@@ -139,7 +139,7 @@ fn changed_voxels_are_seen() {
     assert!(expected[0] != expected[1]);
     for host in hosts() {
         let mut buffer = host.filled(&before);
-        let placed = DeviceVoxels::new(&DeviceMemory::of_buffer(&buffer).unwrap(), VoxelType::Uint8);
+        let placed = DeviceVoxels::new(&DeviceMemory::from_buffer(&buffer).unwrap(), VoxelType::Uint8);
         let volume = UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();
         let mut renderer = Renderer::of(&volume, &transfer).unwrap();
         assert!(pictures(&mut renderer, &old) == expected[0]);
@@ -159,7 +159,7 @@ fn promised(host: &Host, floats: &[f32]) -> (Renderer, Volume<'static>) {
     let volume = volume_of(DIMS, SPACING, Voxels::Float32(within)).with_background(60.0).unwrap();
     let colors = vec![(60.0, [0.1, 0.2, 0.9]), (180.0, [1.0, 0.6, 0.2])];
     let transfer = TransferFunction::new("promised", colors, vec![(60.0, 0.05), (180.0, 0.6)]).unwrap();
-    let placed = DeviceVoxels::new(&DeviceMemory::of_buffer(&host.filled(floats)).unwrap(), VoxelType::Float32);
+    let placed = DeviceVoxels::new(&DeviceMemory::from_buffer(&host.filled(floats)).unwrap(), VoxelType::Float32);
     let description = Description::new("promised", volume.grid().clone(), VoxelType::Float32, (60.0, 180.0)).unwrap();
     let there = UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();
     (Renderer::of(&there, &transfer).unwrap(), volume)
@@ -236,7 +236,7 @@ fn invalid_voxels_in_place_are_told_once() {
     let grid = volume_of(DIMS, SPACING, Voxels::Float32(floats.clone())).grid().clone();
     let warnings = |floats: &[f32]| {
         let buffer = host.filled(floats);
-        let placed = DeviceVoxels::new(&DeviceMemory::of_buffer(&buffer).unwrap(), VoxelType::Float32);
+        let placed = DeviceVoxels::new(&DeviceMemory::from_buffer(&buffer).unwrap(), VoxelType::Float32);
         crate::told::warnings(|| {
             let description = placed.describe(&host.device(), "in place", grid.clone(), &[]).unwrap();
             UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();

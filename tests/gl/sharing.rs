@@ -56,7 +56,7 @@ fn pictures_have_the_bits_of_rendered_ones_in_a_callers_queue() {
     // SAFETY: context and device outlive `callers`, and the queue belongs to them.
     let device = unsafe {
         let queue = create_command_queue(callers.context(), callers.id(), CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE).unwrap();
-        Device::of_queue(&CommandQueue::new(queue, 1)).unwrap()
+        Device::from_queue(&CommandQueue::new(queue, 1)).unwrap()
     };
     assert!(device.shares_gl());
     let (mut renderer, camera) = scene(&device);

@@ -44,7 +44,7 @@ pub unsafe extern "C" fn layersplat_device_from_queue(
             return Err(Failure::new(Status::NullArgument, "queue is null"));
         }
         // SAFETY: the caller's promise: it is a queue, and alive.
-        let of_queue = unsafe { layersplat::Device::from_queue(queue.cast()) }?;
+        let of_queue = unsafe { layersplat::Device::from_raw_queue(queue.cast()) }?;
         let context = if context.is_null() { of_queue.context() } else { context.cast() };
         let id = if id.is_null() { of_queue.id() } else { id.cast() };
         if of_queue.context() != context || of_queue.id() != id {

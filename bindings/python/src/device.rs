@@ -201,7 +201,7 @@ fn of_handles(
         return with_own_queue(context as _, device.map(|device| device as _));
     };
     // SAFETY: handles of live objects, which is what the documentation asks for.
-    let of_queue = unsafe { Ours::from_queue(queue as _) }?;
+    let of_queue = unsafe { Ours::from_raw_queue(queue as _) }?;
     if context.is_none() && device.is_none() {
         return Ok(of_queue);
     }
@@ -224,5 +224,5 @@ fn with_own_queue(context: cl_context, device: Option<cl_device_id>) -> Result<O
     // SAFETY: handles of live objects, which is what the documentation asks for.
     let queue = unsafe { create_command_queue(context, device, CL_QUEUE_PROFILING_ENABLE) };
     let queue = CommandQueue::new(queue.map_err(|code| failed("clCreateCommandQueue", code))?, 1);
-    Ok(Ours::of_queue(&queue)?)
+    Ok(Ours::from_queue(&queue)?)
 }

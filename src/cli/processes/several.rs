@@ -102,7 +102,7 @@ impl Processes {
             eprintln!("layersplat: {message}");
         }
         // That of the process that failed.
-        let code = team.most(code.into()) as u8;
+        let code = team.max(code.into()) as u8;
         if team.size() < group.size() {
             Group::abort(code);
         }
@@ -146,7 +146,7 @@ impl Processes {
         let bytes = bytes_in_parts(&volume.volume, &volume.options(Some(size))?);
         let needed = bytes.map_or(1, |bytes| (NEEDED * bytes).div_ceil(per_process.max(1)));
         // All processes must come to the same, whatever memory each has found.
-        let needed = group.most(needed);
+        let needed = group.max(needed);
         let all = group.size();
         let each = match options.ranks_per_picture {
             Some(each) => (each as usize).clamp(1, all),

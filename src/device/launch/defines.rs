@@ -1,21 +1,21 @@
-//! What programs are built for: `-D` options.
+//! Program permutations as `-D` options.
 
 use super::VoxelKind;
 use crate::layers::Kernel;
 use crate::volume::VoxelType;
 use std::fmt::Write;
 
-/// `-D` options.
+/// `-D` options of a program.
 pub(super) struct Defines(pub String);
 
 impl Defines {
-    /// Of kernels that compute in vectors of `width`.
+    /// For kernels that compute in vectors of `width` lanes.
     pub fn new(width: u32) -> Self {
         Self(format!("-DVW={width}"))
     }
 
-    /// Of those that read voxels of a type, too.
-    pub fn of_voxels(voxel_type: VoxelType, width: u32) -> Self {
+    /// For kernels that read voxels of this type.
+    pub fn with_voxel_type(self, voxel_type: VoxelType) -> Self {
         let (name, signed) = match voxel_type {
             VoxelType::Uint8 => ("uchar", 0),
             VoxelType::Int8 => ("char", 1),
@@ -23,17 +23,17 @@ impl Defines {
             VoxelType::Int16 => ("short", 1),
             VoxelType::Float32 => ("float", 1),
         };
-        Self::new(width).with("VOXEL", name).with("VOXEL_BYTES", voxel_type.bytes()).with("VOXEL_SIGNED", signed)
+        self.with("VOXEL", name).with("VOXEL_BYTES", voxel_type.bytes()).with("VOXEL_SIGNED", signed)
     }
 
-    /// Of those that take their values, too.
-    pub fn of_values(voxels: VoxelKind, width: u32) -> Self {
-        Self::of_voxels(voxels.voxel_type, width).with_if(voxels.unchecked, "UNCHECKED")
+    /// For kernels that use voxel values.
+    pub fn with_values(self, voxels: VoxelKind) -> Self {
+        self.with_voxel_type(voxels.voxel_type).with_if(voxels.unchecked, "UNCHECKED")
     }
 
-    /// Of those that sample between them, too.
-    pub fn of_kind(voxels: VoxelKind, width: u32) -> Self {
-        Self::of_values(voxels, width).with_if(voxels.far, "FAR_VOXELS")
+    /// For kernels that interpolate voxels.
+    pub fn with_voxels(self, voxels: VoxelKind) -> Self {
+        self.with_values(voxels).with_if(voxels.far, "FAR_VOXELS")
     }
 
     pub fn with(mut self, name: &str, value: impl std::fmt::Display) -> Self {
@@ -49,30 +49,30 @@ impl Defines {
     }
 }
 
-/// How rays end, whether they are cut, and what gradients are looked at for.
+/// Flags of kernel permutations: blend mode, ray clipping, and uses of gradients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Rendering {
     pub blend: BlendMode,
-    /// Rays are cut to their intervals: something that shows lies beyond these.
+    /// Rays are clipped to their intervals, since visible data lie outside.
     pub clipped: bool,
-    /// Gradients leave less of the opacity, or may: samples tell.
-    pub thinned: bool,
-    /// There is more than one light, or may be: samples tell.
+    /// Gradient opacity may be enabled; the sample parameters decide.
+    pub gradient_opacity: bool,
+    /// There may be several lights; the sample parameters decide.
     pub several_lights: bool,
-    /// Rays that are cast gather where things are, and no colours.
+    /// Cast rays compute depths instead of colours.
     pub depths: bool,
 }
 
 impl Rendering {
-    /// Compositing with all that there is: what is sorted is small, and tests build it.
+    /// Compositing with all features enabled: used for small kernels, such as sorting, and by tests.
     pub const EVERYTHING: Self =
-        Self { blend: BlendMode::Composite, clipped: true, thinned: true, several_lights: true, depths: false };
+        Self { blend: BlendMode::Composite, clipped: true, gradient_opacity: true, several_lights: true, depths: false };
 }
 
 impl Rendering {
-    /// The same with what is a matter of samples and regions left to these; where values are composited.
+    /// A permutation in which clipping and lighting are decided at run time; `None` for blend modes other than compositing.
     pub fn general(self) -> Option<Self> {
-        let general = Self { clipped: true, thinned: true, several_lights: true, ..self };
+        let general = Self { clipped: true, gradient_opacity: true, several_lights: true, ..self };
         (self.blend == BlendMode::Composite).then_some(general)
     }
 }
@@ -84,7 +84,7 @@ pub(crate) enum BlendMode {
     Maximum,
     Minimum,
     Average,
-    /// `refined` on the field itself.
+    /// `refined`: the intersection is refined on the field itself.
     Iso {
         refined: bool,
     },
@@ -101,7 +101,7 @@ impl Defines {
         };
         self.with("BLEND", name)
             .with_if(rendering.clipped, "CLIPPED")
-            .with_look(rendering)
+            .with_lighting(rendering)
             .with_if(gathers_values, "EDGE_GOES_ON")
             .with_if(rendering.blend == BlendMode::Iso { refined: true }, "REFINED")
             .with_if(rendering.depths, "DEPTHS")
@@ -109,12 +109,12 @@ impl Defines {
 }
 
 impl Defines {
-    /// Of programs that only look at gradients.
-    pub fn with_look(self, rendering: Rendering) -> Self {
-        self.with_if(rendering.thinned, "THINNED").with_if(rendering.several_lights, "SEVERAL_LIGHTS")
+    /// For programs that use gradients.
+    pub fn with_lighting(self, rendering: Rendering) -> Self {
+        self.with_if(rendering.gradient_opacity, "THINNED").with_if(rendering.several_lights, "SEVERAL_LIGHTS")
     }
 
-    /// Of programs that reconstruct the field.
+    /// For programs that reconstruct the field with `kernel`.
     pub fn with_kernel(self, kernel: Kernel) -> Self {
         let name = match kernel {
             Kernel::Linear => "LINEAR",

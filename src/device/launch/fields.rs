@@ -1,16 +1,16 @@
-//! `kernel_struct!`, and what may be a field of such a structure.
+//! `kernel_struct!`, and the types of its fields.
 
 use super::ClType;
 use super::structs::Float4;
 
-/// A type of a field, as OpenCL declares it.
+/// A field type, with its declaration in OpenCL C.
 pub(super) trait Field {
-    /// What arrays of it have as their elements.
+    /// The innermost element type; the type itself unless it is an array.
     type Element: ClType;
-    /// How many of these it has; none: it is no array.
+    /// Number of elements of an array, otherwise `None`.
     const ELEMENTS: Option<usize> = None;
 
-    /// Arrays of arrays are declared flat, in one dimension: rusticl mis-sizes structures with any other.
+    /// The declaration. Nested arrays become one-dimensional: rusticl computes wrong sizes for others.
     fn declared(name: &str) -> String {
         let element = <Self::Element as ClType>::NAME;
         match Self::ELEMENTS {
@@ -37,8 +37,9 @@ impl<T: Field, const N: usize> Field for [T; N] {
     });
 }
 
-/// `kernel_struct!`: a structure of Rust and of OpenCL. `name as [a, b]: T` is an array `[T; 2]` here, and two fields there; arrays of
-/// arrays are flat there. Padding is a field of its own: implementations differ in what they make of any other.
+/// `kernel_struct!`: declares a structure in Rust and in OpenCL C. `name as [a, b]: T` is an array `[T; 2]` in Rust and two
+/// fields in OpenCL C, where nested arrays are flattened. Padding must be an explicit field: implementations differ in implicit
+/// padding.
 macro_rules! kernel_struct {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident $(as [$($part:ident),+])? : $type:ty),* $(,)? }) => {
         $(#[$doc])*
@@ -46,10 +47,10 @@ macro_rules! kernel_struct {
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub(crate) struct $name { $($(#[$field_doc])* pub $field: kernel_struct!(@type $type $(, $($part),+)?)),* }
 
-        // rusticl leaves padding at the end out of a structure's size, and refuses it as an argument.
+        // rusticl omits trailing padding from the size of a structure, and then rejects it as an argument.
         const _: () = assert!(
             size_of::<$name>() == 0 $(+ size_of::<kernel_struct!(@type $type $(, $($part),+)?)>())*,
-            concat!(stringify!($name), " has implicit padding: make it a field")
+            concat!(stringify!($name), " has implicit padding: declare it as a field")
         );
 
         impl ClType for $name {
@@ -61,7 +62,7 @@ macro_rules! kernel_struct {
         }
 
         impl $name {
-            /// Its definition in OpenCL C, which does not compile where the sizes differ.
+            /// The definition in OpenCL C. It does not compile if the sizes differ.
             fn typedef() -> String {
                 let fields: Vec<String> = [$(kernel_struct!(@declared $field, $type $(, $($part),+)?)),*].concat();
                 let (name, bytes) = (stringify!($name), size_of::<$name>());
@@ -84,7 +85,7 @@ mod tests {
     use crate::device::launch::structs;
 
     #[test]
-    fn arrays_of_arrays_are_flat_in_opencl() {
+    fn nested_arrays_are_flattened_in_opencl() {
         let definitions = structs::typedefs();
         assert!(definitions.contains("float planes[24];") && definitions.contains("int blocks[6];"), "{definitions}");
         assert!(!definitions.contains("]["), "{definitions}");

@@ -1,27 +1,27 @@
-//! Kernels of layered rendering.
+//! Kernels of layered volume splatting.
 
 use super::structs::{
     Clipping, DirectParams, Float4, LayerOffset, RayLatticeParams, SampleParams, SplatLatticeParams, VolumeView,
 };
-use super::{Declared, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, many, tiles};
+use super::{Declared, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid, tiles};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
 
-/// How pre-integrated segments are built; by default those of values that are gathered, of which nothing is known.
+/// Permutation of kernels with pre-integrated segments. The default serves blend modes that gather values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Segments {
-    /// Values can lie beyond the table of integrals.
+    /// Values may lie outside the table of integrals.
     pub cut: bool,
-    /// Their ends have weights of their own.
+    /// Segment ends have individual weights.
     pub curved: bool,
-    /// Light lost inside deep ones changes their colour.
+    /// Attenuation within thick segments changes their colour.
     pub dimmed: bool,
-    /// They are known to go from layer to layer.
+    /// All segments extend from layer to layer.
     pub whole: bool,
 }
 
 impl Segments {
-    /// The same with what is a matter of samples and tables left to these.
+    /// A permutation that also works for other tables and numbers of segments per layer.
     fn general(self) -> Self {
         Self { cut: true, whole: false, ..self }
     }
@@ -34,7 +34,7 @@ impl Defines {
         options.into_iter().fold(self, |defines, (condition, name)| defines.with_if(condition, name))
     }
 
-    /// Of kernels with a work-item per sample.
+    /// For kernels with a work-item per sample.
     fn with_sample_tile(self, tuning: &Tuning) -> Self {
         let [columns, rows] = tuning.sample_tile;
         self.with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows)
@@ -42,23 +42,23 @@ impl Defines {
 }
 
 kernel! {
-    /// Renders a lattice with point-sampled layers and pre-integrated classification.
+    /// Composites a lattice of point-sampled layers, with pre-integrated classification.
     PointLattice = "layered/point_lattice.cl", point_lattice, "lattice";
     PointLatticeArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
-        /// Bits for rays of shears like these.
+        /// One bit per block and slab, for the shears of this lattice.
         visible: &'a Buffer<u8>,
-        /// The first and the last slab in which any is set, counted from the first layer that is held.
+        /// First and last slab with visible blocks, relative to the first layer in the buffer.
         shown_slabs: &'a Buffer<i32>,
-        /// Of what is composited.
+        /// Table of integrals, for compositing.
         integrals: &'a Buffer<[i32; 4]>,
-        /// (r, g, b, τ) per value: colours of values that are gathered.
+        /// (r, g, b, τ) per value, for gathered values.
         table: &'a Buffer<Float4>,
         p: RayLatticeParams,
         sample: SampleParams,
         clip: Clipping,
-        /// RGBA of width by height samples.
+        /// Width x height RGBA samples.
         lattice: &'a Buffer<Float4>,
         /// One count per tile.
         active_samples: &'a Buffer<u32>,
@@ -70,7 +70,7 @@ impl Launch for PointLattice {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
-        let defines = Defines::of_kind(voxels, tuning.vector_width).with_kernel(kernel);
+        let defines = Defines::new(tuning.vector_width).with_voxels(voxels).with_kernel(kernel);
         defines.with_segments(segments).with_rendering(rendering).with("TILE_ROWS", tuning.point_tile_rows).0
     }
 
@@ -83,7 +83,7 @@ impl Launch for PointLattice {
     }
 }
 
-/// The same with a work-item per sample.
+/// [`PointLattice`] with a work-item per sample.
 pub(crate) struct PointSamples;
 
 impl Declared for PointSamples {
@@ -98,7 +98,7 @@ impl Launch for PointSamples {
     const ITEMS: Items = Items::Samples;
 
     fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
-        let defines = Defines::of_kind(voxels, 1).with_kernel(kernel).with_segments(segments).with_rendering(rendering);
+        let defines = Defines::new(1).with_voxels(voxels).with_kernel(kernel).with_segments(segments).with_rendering(rendering);
         defines.with_sample_tile(tuning).0
     }
 
@@ -112,20 +112,20 @@ impl Launch for PointSamples {
 }
 
 kernel! {
-    /// The same per screen pixel.
+    /// [`PointLattice`] without a lattice, per screen pixel.
     PointDirect = "layered/point_direct.cl", point_direct, "direct";
     PointDirectArguments<'a> {
         voxels: &'a VoxelBuffer,
-        /// Bits for rays of any shear; only those that `p.axis` needs are read.
+        /// One bit per block and slab, for any shear. Only the buffers that `p.axis` needs are read.
         visible_x: &'a Buffer<u8>,
         visible_y: &'a Buffer<u8>,
         visible_z: &'a Buffer<u8>,
-        /// Of what is composited.
+        /// Table of integrals, for compositing.
         integrals: &'a Buffer<[i32; 4]>,
-        /// (r, g, b, τ) per value: colours of values that are gathered.
+        /// (r, g, b, τ) per value, for gathered values.
         table: &'a Buffer<Float4>,
         p: DirectParams,
-        /// Of layer axis z, whose u, v and a are x, y and z.
+        /// For layer axis z, whose u, v and a are x, y and z.
         sample_of_z: SampleParams,
         clip: Clipping,
         width: i32,
@@ -141,20 +141,20 @@ impl Launch for PointDirect {
     const ITEMS: Items = Items::Pixels;
 
     fn defines(_: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
-        Defines::of_kind(voxels, 1).with_kernel(kernel).with_segments(segments).with_rendering(rendering).0
+        Defines::new(1).with_voxels(voxels).with_kernel(kernel).with_segments(segments).with_rendering(rendering).0
     }
 
     fn items(a: &PointDirectArguments, _: &Tuning) -> usize {
-        many(a.width as usize * a.height as usize)
+        large_grid(a.width as usize * a.height as usize)
     }
 }
 
 fn splat_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> Defines {
-    Defines::of_kind(voxels, tuning.vector_width).with_rendering(rendering).with("TILE_ROWS", tuning.tile_rows)
+    Defines::new(tuning.vector_width).with_voxels(voxels).with_rendering(rendering).with("TILE_ROWS", tuning.tile_rows)
 }
 
 kernel! {
-    /// Renders the lattice of a parallel view with splatted layers.
+    /// Composites the lattice of a parallel view with splatted layers.
     SplatLattice = "layered/splat_lattice.cl", splat_lattice, "lattice";
     SplatLatticeArguments<'a> {
         voxels: &'a VoxelBuffer,
@@ -163,13 +163,13 @@ kernel! {
         offsets_v: &'a Buffer<LayerOffset>,
         weights: &'a Buffer<f32>,
         visible: &'a Buffer<u8>,
-        /// (r, g, b, opacity of a sample) per value; where rays are cut or values are gathered, (r, g, b, τ).
+        /// (r, g, b, opacity of a sample) per value; (r, g, b, τ) if rays are clipped or values are gathered.
         table: &'a Buffer<Float4>,
         slabs: &'a Buffer<Float4>,
         p: SplatLatticeParams,
         sample: SampleParams,
         clip: Clipping,
-        /// RGBA of columns by rows samples per voxel.
+        /// RGBA samples of the whole lattice, row by row.
         lattice: &'a Buffer<Float4>,
         /// One count per tile.
         active_samples: &'a Buffer<u32>,
@@ -181,7 +181,7 @@ impl Launch for SplatLattice {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, (voxels, rendering): Self::Variant) -> String {
-        // What is cut off differs from ray to ray.
+        // Clipped step lengths differ between rays.
         let defines = splat_defines(tuning, voxels, rendering).with_if(rendering.clipped, "PER_RAY_STEP");
         defines.with("TILE_VECTORS", tuning.tile_vectors).0
     }
@@ -192,12 +192,12 @@ impl Launch for SplatLattice {
 }
 
 kernel! {
-    /// The same of a perspective.
+    /// Composites the lattice of a perspective view with splatted layers.
     SplatPerspective = "layered/splat_perspective.cl", splat_perspective, "lattice";
     SplatPerspectiveArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
-        /// (z, weight) of eight nodes.
+        /// (z, weight) of the eight quadrature nodes.
         nodes: &'a Buffer<[f32; 2]>,
         visible: &'a Buffer<u8>,
         /// (r, g, b, τ) per value.
@@ -206,7 +206,7 @@ kernel! {
         p: RayLatticeParams,
         sample: SampleParams,
         clip: Clipping,
-        /// RGBA of width by height samples.
+        /// Width x height RGBA samples.
         lattice: &'a Buffer<Float4>,
         /// One count per tile.
         active_samples: &'a Buffer<u32>,
@@ -227,7 +227,7 @@ impl Launch for SplatPerspective {
 }
 
 kernel! {
-    /// The same of any lattice, with a work-item per sample.
+    /// Composites any lattice of splatted layers, with a work-item per sample.
     SplatSamples = "layered/splat_samples.cl", splat_samples, "lattice";
     SplatSamplesArguments<'a> {
         voxels: &'a VoxelBuffer,
@@ -239,7 +239,7 @@ kernel! {
         p: RayLatticeParams,
         sample: SampleParams,
         clip: Clipping,
-        /// RGBA of width by height samples.
+        /// Width x height RGBA samples.
         lattice: &'a Buffer<Float4>,
         /// One count per tile.
         active_samples: &'a Buffer<u32>,
@@ -251,7 +251,7 @@ impl Launch for SplatSamples {
     const ITEMS: Items = Items::Samples;
 
     fn defines(tuning: &Tuning, (voxels, rendering): Self::Variant) -> String {
-        Defines::of_kind(voxels, 1).with_rendering(rendering).with_if(true, "PER_RAY_STEP").with_sample_tile(tuning).0
+        Defines::new(1).with_voxels(voxels).with_rendering(rendering).with_if(true, "PER_RAY_STEP").with_sample_tile(tuning).0
     }
 
     fn items(a: &SplatSamplesArguments, tuning: &Tuning) -> usize {
@@ -260,22 +260,22 @@ impl Launch for SplatSamples {
 }
 
 kernel! {
-    /// The same per screen pixel, in either projection.
+    /// Composites splatted layers per screen pixel, in either projection.
     SplatDirect = "layered/splat_direct.cl", splat_direct, "direct";
     SplatDirectArguments<'a> {
         voxels: &'a VoxelBuffer,
-        /// For layer axes x, y, z; only those that `p.axis` needs are read.
+        /// For layer axes x, y, z. Only the buffers that `p.axis` needs are read.
         visible_x: &'a Buffer<u8>,
         visible_y: &'a Buffer<u8>,
         visible_z: &'a Buffer<u8>,
         /// (r, g, b, τ) per value.
         table: &'a Buffer<Float4>,
         slabs: &'a Buffer<Float4>,
-        /// Footprint images and their shears; read only by a kernel built for them.
+        /// Footprint images and their shears; read only by kernels with `FOOTPRINT_SET`.
         images: &'a Buffer<u8>,
         shears: &'a Buffer<[f32; 2]>,
         p: DirectParams,
-        /// Of layer axis z, whose u, v and a are x, y and z.
+        /// For layer axis z, whose u, v and a are x, y and z.
         sample_of_z: SampleParams,
         clip: Clipping,
         width: i32,
@@ -287,33 +287,38 @@ kernel! {
 }
 
 impl Launch for SplatDirect {
-    /// And whether footprints are those of the set.
+    /// The flag: footprints come from the set of oriented footprint images.
     type Variant = (VoxelKind, bool, Rendering);
     const ITEMS: Items = Items::Pixels;
 
     fn defines(_: &Tuning, (voxels, set, rendering): Self::Variant) -> String {
-        Defines::of_kind(voxels, 1).with_rendering(rendering).with_if(true, "PER_RAY_STEP").with_if(set, "FOOTPRINT_SET").0
+        Defines::new(1)
+            .with_voxels(voxels)
+            .with_rendering(rendering)
+            .with_if(true, "PER_RAY_STEP")
+            .with_if(set, "FOOTPRINT_SET")
+            .0
     }
 
     fn items(a: &SplatDirectArguments, _: &Tuning) -> usize {
-        many(a.width as usize * a.height as usize)
+        large_grid(a.width as usize * a.height as usize)
     }
 }
 
 kernel! {
-    /// Makes the weights of a lattice in phases.
+    /// Computes the footprint weights of a lattice in phases.
     Footprints = "layered/footprints.cl", footprints, "footprints";
     FootprintsArguments<'a> {
-        /// Per layer, the two outer ones included, and phase.
+        /// Per layer, including the two outer ones, and phase.
         offsets_u: &'a Buffer<LayerOffset>,
         offsets_v: &'a Buffer<LayerOffset>,
         shear_u: f32,
         shear_v: f32,
         per_voxel_u: i32,
         per_voxel_v: i32,
-        /// Counts the two outer ones.
+        /// Number of layers, including the two outer ones.
         layers: i32,
-        /// [`Footprints::WEIGHTS`] per layer and phase.
+        /// [`Footprints::WEIGHTS`] weights per layer and phase.
         weights: &'a Buffer<f32>,
     }
 }
@@ -337,11 +342,11 @@ impl Launch for Footprints {
 }
 
 kernel! {
-    /// Makes the set of oriented footprint images.
+    /// Computes the set of oriented footprint images.
     FootprintSet = "layered/footprint_set.cl", footprint_set, "footprint set";
     FootprintSetArguments<'a> {
         shears: &'a Buffer<[f32; 2]>,
-        /// Texels of all images.
+        /// Number of texels of all images.
         count: i32,
         /// 64² bytes per entry of `shears`.
         images: &'a Buffer<u8>,
@@ -362,11 +367,11 @@ impl Launch for FootprintSet {
 }
 
 kernel! {
-    /// Turns extinction into opacity for one step length.
+    /// Converts extinction to opacity for one step length.
     OpacityTable = "layered/table.cl", table, "table";
     OpacityTableArguments<'a> {
         base: &'a Buffer<Float4>,
-        /// Length of a sample in unit distances.
+        /// Step length of a sample in unit distances.
         dt: f32,
         linear: i32,
         count: i32,

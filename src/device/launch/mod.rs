@@ -1,5 +1,5 @@
-//! One typed launcher per kernel. All `unsafe` calls of kernels are here: what a kernel's arguments are is declared once, by
-//! `kernel!`, and compared with the kernel itself by the test below.
+//! One typed launcher per kernel. All `unsafe` kernel calls are here. `kernel!` declares the arguments of each kernel once; tests
+//! compare these declarations with the kernels themselves (`signatures.rs`).
 
 mod blocks;
 mod defines;
@@ -27,49 +27,49 @@ use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 use std::hash::Hash;
 
-/// What `kernel!` declares of a kernel.
+/// A kernel as declared by `kernel!`.
 pub(crate) trait Declared {
-    /// Its file in kernels/.
+    /// File in kernels/.
     const FILE: &'static str;
-    /// Its name in there.
+    /// Name of the kernel function.
     const NAME: &'static str;
-    /// The stage of a frame that it counts for.
+    /// Stage of the frame in time measurements.
     const STAGE: &'static str;
-    /// What it reads and writes.
+    /// Kernel arguments.
     type Arguments<'a>: Arguments;
 }
 
-/// How a kernel is built and started.
+/// How a kernel is built and launched.
 pub(crate) trait Launch: Declared {
-    /// What it is built for, besides the device.
+    /// Key of the program permutation, besides the device's tuning.
     type Variant: Copy + Eq + Hash;
-    /// Its work-items are tiles, or small.
+    /// Work of one work-item.
     const ITEMS: Items;
-    /// `-D` options.
+    /// `-D` options of a variant.
     fn defines(tuning: &Tuning, variant: Self::Variant) -> String;
-    /// How many work-items it takes.
+    /// Number of work-items of a launch.
     fn items(arguments: &Self::Arguments<'_>, tuning: &Tuning) -> usize;
-    /// What draws the same with the same arguments, up to rounding, and much else: where there is such a program.
+    /// A more general variant, if any. With the same arguments, its results are equal up to rounding.
     fn general(_: Self::Variant) -> Option<Self::Variant> {
         None
     }
 }
 
-/// What a work-item does.
+/// Work of one work-item.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Items {
-    /// A tile, or as much work.
+    /// A tile, or similar work.
     Tiles,
-    /// A pixel, or as little.
+    /// A pixel, or similar work.
     Pixels,
-    /// A sample of a lattice; a group takes a tile of them.
+    /// A lattice sample; a work-group computes one tile.
     Samples,
-    /// A run of a list; one group takes all of it.
+    /// A contiguous part of a list; one work-group processes the whole list.
     Runs,
 }
 
 impl<K: Launch> Launcher<K> {
-    /// The variant, or a more general one that is built while it is not, where the frame may use that.
+    /// The variant, or a more general one if only that is built and the frame may use it.
     fn available(&mut self, device: &Device, variant: K::Variant, items: usize) -> K::Variant {
         let general = K::general(variant).filter(|general| *general != variant && device.may_use_general_programs());
         let Some(general) = general.filter(|_| !self.built.contains_key(&variant)) else { return variant };
@@ -84,7 +84,7 @@ impl<K: Launch> Launcher<K> {
 }
 
 impl Items {
-    /// Work-items of a group, where the kernel leaves as many.
+    /// Work-group size, unless the kernel allows less.
     fn group(self, tuning: &Tuning) -> usize {
         match self {
             Items::Tiles => tuning.tile_group,
@@ -95,28 +95,28 @@ impl Items {
     }
 }
 
-/// The arguments of a kernel, in its order.
+/// The arguments of a kernel, in order.
 pub(crate) trait Arguments {
-    /// Sets all of them.
+    /// Sets all arguments.
     fn set(&self, kernel: &ClKernel) -> opencl3::Result<()>;
-    /// The bytes of each value, and 0 of each buffer.
+    /// Size of each argument in bytes; 0 for buffers.
     fn sizes() -> Vec<usize>;
-    /// Their names and OpenCL types.
+    /// Names and OpenCL types.
     #[cfg(test)]
     fn signature() -> Vec<(&'static str, String)>;
 }
 
-/// A kernel, built for each variant when that is first needed.
+/// A kernel whose variants are built on first use.
 pub(crate) struct Launcher<K: Launch> {
     built: HashMap<K::Variant, Built>,
-    /// Variants that are being built in the background.
+    /// Variants requested in the background.
     requested: HashSet<K::Variant>,
 }
 
-/// A kernel that is built.
+/// A built kernel.
 struct Built {
     kernel: ClKernel,
-    /// Work-items that a group of it can have: of the device's most, what its registers leave.
+    /// Maximum work-group size: the device limit, reduced by the kernel's register use.
     largest_group: usize,
 }
 
@@ -127,7 +127,7 @@ impl<K: Launch> Default for Launcher<K> {
 }
 
 impl<K: Launch> Launcher<K> {
-    /// Starts the kernel.
+    /// Launches the kernel, and builds the variant if necessary.
     pub fn launch(&mut self, device: &Device, variant: K::Variant, arguments: &K::Arguments<'_>) -> Result<(), Error> {
         let tuning = device.tuning();
         let (group, items) = (K::ITEMS.group(tuning), K::items(arguments, tuning));
@@ -140,12 +140,12 @@ impl<K: Launch> Launcher<K> {
         let variant = self.available(device, variant, items);
         let built = match self.built.entry(variant) {
             Entry::Occupied(built) => built.into_mut(),
-            Entry::Vacant(place) => {
+            Entry::Vacant(entry) => {
                 let defines = K::defines(tuning, variant);
                 let kernel = device.kernel(K::FILE, K::NAME, &defines)?;
                 #[cfg(test)]
-                device.note_started((K::FILE, K::NAME), &defines, group);
-                place.insert(Built { largest_group: device.shared.programs.largest_group(&kernel)?, kernel })
+                device.record_started((K::FILE, K::NAME), &defines, group);
+                entry.insert(Built { largest_group: device.shared.programs.largest_group(&kernel)?, kernel })
             }
         };
         let kernel = &built.kernel;
@@ -154,7 +154,7 @@ impl<K: Launch> Launcher<K> {
     }
 }
 
-/// `kernel!`: a kernel, its file, name and stage, and its arguments with their types, in its own order.
+/// `kernel!`: declares a kernel with its file, name, stage and typed arguments in order.
 macro_rules! kernel {
     (
         $(#[$doc:meta])*
@@ -164,7 +164,7 @@ macro_rules! kernel {
         $(#[$doc])*
         pub(crate) struct $kernel;
 
-        #[doc = concat!("What [`", stringify!($kernel), "`] reads and writes.")]
+        #[doc = concat!("Arguments of [`", stringify!($kernel), "`].")]
         pub(crate) struct $arguments<$lifetime> { $($(#[$field_doc])* pub $field: $type),* }
 
         impl $crate::device::launch::Declared for $kernel {
@@ -193,23 +193,23 @@ macro_rules! kernel {
 }
 use kernel;
 
-/// Something that can be an argument of a kernel.
+/// A type that can be passed as a kernel argument.
 trait Argument {
     fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()>;
 }
 
-/// The OpenCL type of an argument.
+/// The OpenCL type of a kernel argument.
 trait Typed {
-    /// Size of a value; 0 of buffers, which every device has handles of its own for.
+    /// Size in bytes; 0 for buffers, whose handles differ between devices.
     const BYTES: usize;
 
     #[cfg_attr(not(test), expect(dead_code, reason = "signatures are compared in tests"))]
     fn name() -> String;
 }
 
-/// A plain type with a name in OpenCL C.
+/// A plain type that OpenCL C has, too.
 pub(crate) trait ClType: Copy {
-    /// The name.
+    /// Name in OpenCL C.
     const NAME: &'static str;
 }
 
@@ -236,7 +236,7 @@ cl_types!(
 
 impl<T: ClType> Argument for T {
     fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
-        // SAFETY: a plain value, of the type that the kernel declares at `index`.
+        // SAFETY: a plain value of the type that the kernel declares at `index`.
         unsafe { kernel.set_arg(index, self) }
     }
 }
@@ -264,13 +264,13 @@ impl<T: ClType> Typed for &Buffer<T> {
     }
 }
 
-/// No fewer work-items than PoCL needs to build a kernel for many: for fewer than 65,536 it builds the same kernel again, so that the device's
-/// check would run another one than large volumes and pictures do. Those beyond `items` end at once.
-fn many(items: usize) -> usize {
+/// Rounds a number of work-items up to 65,536, since PoCL builds a separate kernel for smaller launches. The device check thus
+/// runs the same kernel as large volumes and pictures. Excess work-items return at once.
+fn large_grid(items: usize) -> usize {
     items.max(1 << 16)
 }
 
-/// Tiles of a grid of them.
+/// Number of tiles in a grid.
 fn tiles(counts: [i32; 2]) -> usize {
     counts.iter().map(|&n| n as usize).product()
 }

@@ -1,11 +1,11 @@
-//! Kernels that finish a picture.
+//! Kernels that produce the final picture.
 
 use super::structs::{Float4, WarpParams};
-use super::{Argument, Defines, Items, Launch, Typed, kernel, many};
+use super::{Argument, Defines, Items, Launch, Typed, kernel, large_grid};
 use crate::device::{Buffer, Tuning};
 use opencl3::kernel::Kernel as ClKernel;
 
-/// What a lattice is warped into: a frame of floats, or a picture in 8 bits.
+/// Destination of the warp: a float frame or an 8-bit picture.
 #[derive(Clone, Copy)]
 pub(crate) enum Warped<'a> {
     Frame(&'a Buffer<Float4>),
@@ -30,16 +30,16 @@ impl Typed for Warped<'_> {
 }
 
 kernel! {
-    /// Brings a composited lattice onto the screen.
+    /// Warps a composited lattice to the screen.
     Warp = "picture/warp.cl", warp, "warp";
     WarpArguments<'a> {
         lattice: &'a Buffer<Float4>,
         /// `params.counts` per tile.
         active_samples: &'a Buffer<u32>,
         p: WarpParams,
-        /// Red, green, blue and 1, or four zeros for a transparent picture; of no use to floats.
+        /// (r, g, b, 1), or zeros for a transparent picture. Unused for float frames.
         background: Float4,
-        /// Of the kind that `p.displayed` says.
+        /// The kind must match `p.displayed`.
         picture: Warped<'a>,
     }
 }
@@ -64,7 +64,7 @@ impl Launch for Warp {
 }
 
 kernel! {
-    /// Makes the 8-bit picture of a frame.
+    /// Converts a float frame to an 8-bit picture.
     Present = "picture/present.cl", present, "present";
     PresentArguments<'a> {
         frame: &'a Buffer<Float4>,
@@ -84,7 +84,7 @@ impl Launch for Present {
     }
 
     fn items(a: &PresentArguments, _: &Tuning) -> usize {
-        many(a.pixels as usize)
+        large_grid(a.pixels as usize)
     }
 }
 
@@ -96,10 +96,10 @@ mod tests {
     use crate::image::{Background, Frame};
     use crate::viewport::Viewport;
 
-    /// Pixels of a row: all in one column would be too many rows.
+    /// Pixels per row; a single column would have too many rows.
     const COLUMNS: usize = 64;
 
-    /// What the device makes of pixels.
+    /// The device's 8-bit picture of `pixels`.
     fn presented(pixels: &[[f32; 4]], background: Background) -> Vec<u8> {
         let choice = std::env::var("LAYERSPLAT_DEVICE").map_or(DeviceChoice::Default, DeviceChoice::Named);
         let device = Device::open(&choice).expect("the tests need an OpenCL device: scripts/test installs PoCL");
@@ -117,7 +117,7 @@ mod tests {
         picture.into_flattened()
     }
 
-    /// Everywhere that a byte could go one way or the other: each half of a 255th with its neighbours, and what is no colour.
+    /// Values that test rounding: the neighbourhood of each odd multiple of 1/510, and values that are not colours.
     fn critical_values() -> Vec<f32> {
         let halves = (-2..=512).flat_map(|n| {
             let half = n as f32 / 510.0;
@@ -129,7 +129,7 @@ mod tests {
         halves.chain(tenths).chain(odd).chain(small).collect()
     }
 
-    /// Every critical value as a colour, with every opacity of a few, and as an opacity.
+    /// Each critical value as a colour, with several opacities, and as an opacity.
     fn critical_pixels() -> Vec<[f32; 4]> {
         let values = critical_values();
         let opacities = [1.0, 0.0, 0.3, 0.5, 0.75, 1.0 / 3.0, 1e-3, 1e-30, 2f32.powi(-100), 1e-38, 1e-40, -0.25, 1.5, f32::NAN];
@@ -141,16 +141,16 @@ mod tests {
         pixels
     }
 
-    /// A host that rounds halves to even would be noticed.
+    /// The values would detect rounding of halves to even.
     #[test]
-    fn critical_values_tell_rules_apart() {
+    fn critical_values_distinguish_rounding_modes() {
         let even = |c: f32| (c * 255.0).round_ties_even() as u8;
         let up = |c: f32| c.mul_add(255.0, 0.5) as u8;
         assert!(critical_values().into_iter().filter(|&c| even(c) != up(c)).count() > 100);
     }
 
     #[test]
-    fn bytes_are_those_of_the_host() {
+    fn bytes_equal_those_of_the_host() {
         let pixels = critical_pixels();
         let viewport = Viewport::new(COLUMNS as u32, (pixels.len() / COLUMNS) as u32).unwrap();
         let frame = Frame::new(viewport, pixels.clone());

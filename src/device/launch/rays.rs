@@ -1,4 +1,4 @@
-//! Kernels that march along the rays of screen pixels: by ray casting, by slicing, or from segment to segment.
+//! Kernels that march along pixel rays: ray casting, slicing and pre-integrated segments.
 
 use super::layered::Segments;
 use super::structs::{Clipping, Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
@@ -6,7 +6,7 @@ use super::{Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, t
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
 
-/// A kernel of march.cl, in a file that says how a row of rays is marched, and with the table that this reads.
+/// A kernel based on march.cl. Its file defines how a row of rays is marched, and the table it reads.
 macro_rules! march {
     ($(#[$doc:meta])* $kernel:ident = $file:literal, $stage:literal; $arguments:ident, $(#[$table_doc:meta])* $table:ty) => {
         kernel! {
@@ -16,7 +16,7 @@ macro_rules! march {
                 /// In the layout of layer axis z.
                 voxels: &'a VoxelBuffer,
                 view: VolumeView,
-                /// A bit per block and slab.
+                /// One bit per block and slab.
                 visible: &'a Buffer<u8>,
                 $(#[$table_doc])*
                 table: &'a Buffer<$table>,
@@ -33,7 +33,7 @@ macro_rules! march {
 }
 
 march! {
-    /// Casts rays through the field of a kernel, each sample classified by itself.
+    /// Casts rays through the field reconstructed with a kernel, with post-classified samples.
     Raycast = "rays/raycast.cl", "raycast";
     RaycastArguments,
     /// (r, g, b, τ) per value.
@@ -41,7 +41,7 @@ march! {
 }
 
 march! {
-    /// Slices the trilinear field.
+    /// Slices the trilinear field, with pre-integrated slabs.
     Slicing = "rays/slicing.cl", "slicing";
     SlicingArguments,
     /// See [`PreintegratedTable`].
@@ -49,15 +49,15 @@ march! {
 }
 
 march! {
-    /// Casts rays through the field of a kernel, with pre-integrated segments.
+    /// Casts rays through the field reconstructed with a kernel, with pre-integrated segments.
     CastSegments = "rays/cast_segments.cl", "raycast";
     CastSegmentsArguments,
-    /// Integrals.
+    /// Table of integrals.
     [i32; 4]
 }
 
 march! {
-    /// Gathers values along rays, or finds an iso-surface, in the field of a kernel.
+    /// Gathers values along rays, or intersects an iso-surface, in the field reconstructed with a kernel.
     CastValues = "rays/cast_values.cl", "raycast";
     CastValuesArguments,
     /// (r, g, b, τ) per value.
@@ -65,7 +65,7 @@ march! {
 }
 
 fn march_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> Defines {
-    let defines = Defines::of_kind(voxels, tuning.vector_width);
+    let defines = Defines::new(tuning.vector_width).with_voxels(voxels);
     defines.with_rendering(rendering).with("TILE_ROWS", tuning.screen_tile_rows)
 }
 
@@ -84,7 +84,7 @@ impl Launch for Raycast {
 }
 
 impl Launch for Slicing {
-    /// Whether values can lie beyond the table.
+    /// The flag: values may lie outside the table.
     type Variant = (VoxelKind, bool, Rendering);
     const ITEMS: Items = Items::Tiles;
 
@@ -111,7 +111,7 @@ impl Launch for CastSegments {
 }
 
 impl Launch for CastValues {
-    /// Rays are always cut.
+    /// Rays are always clipped.
     type Variant = (VoxelKind, Kernel, Rendering);
     const ITEMS: Items = Items::Tiles;
 
@@ -125,22 +125,22 @@ impl Launch for CastValues {
 }
 
 kernel! {
-    /// Makes the table of slicing.
+    /// Computes the pre-integrated table of slicing.
     PreintegratedTable = "rays/preintegrated_table.cl", preintegrated_table, "table";
     PreintegratedTableArguments<'a> {
         integrals: &'a Buffer<[i32; 4]>,
-        /// Of `integrals`.
-        /// Of the first node.
+        /// Index of the first node in `integrals`.
         first: i32,
+        /// Number of nodes in `integrals`.
         nodes: i32,
-        /// Between two values of the table.
+        /// Nodes per table entry.
         nodes_per_entry: f32,
         /// Extinction of one unit of `integrals`.
         unit: f32,
-        /// Of a slab, in unit distances.
+        /// Slab thickness in unit distances.
         thickness: f32,
         linear: i32,
-        /// Values in front and behind.
+        /// Number of front values, and of back values.
         size: i32,
         /// `size`² entries.
         out: &'a Buffer<Float4>,

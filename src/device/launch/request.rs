@@ -1,31 +1,31 @@
-//! What a driver compiles before a kernel can start.
+//! Everything that determines what a driver compiles for a kernel.
 
 use super::{Arguments, Launch};
 use crate::device::Tuning;
 use std::borrow::Cow;
 
-/// A kernel as it is started: its program, and what some drivers compile it for beyond that.
+/// A kernel to build: its program, and the launch parameters for which some drivers compile separately.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct KernelRequest {
-    /// Its file in kernels/.
+    /// File in kernels/.
     pub file: &'static str,
-    /// Its name in there.
+    /// Name of the kernel function.
     pub kernel: Cow<'static, str>,
     /// `-D` options of its program.
     pub defines: String,
-    /// Work-items of a group, where the kernel leaves as many.
+    /// Work-group size, unless the kernel allows less.
     pub group: usize,
-    /// Whether it has more than [`KernelRequest::SMALL_GRID`] work-items: PoCL compiles kernels once for fewer and once for more.
+    /// Whether there are more than [`KernelRequest::SMALL_GRID`] work-items. PoCL compiles small and large launches separately.
     pub wide: bool,
-    /// The bytes of each argument that is a value, and 0 of each buffer.
+    /// Size of each argument in bytes; 0 for buffers.
     pub arguments: Vec<usize>,
 }
 
 impl KernelRequest {
-    /// Most work-items of a launch that PoCL calls small.
+    /// Maximum work-items of a launch that PoCL considers small.
     pub const SMALL_GRID: usize = u16::MAX as usize - 1;
 
-    /// Of a launch of a kernel with so many work-items.
+    /// For a launch with `items` work-items.
     pub(super) fn new<K: Launch>(tuning: &Tuning, variant: K::Variant, items: usize) -> Self {
         let group = K::ITEMS.group(tuning);
         Self {
@@ -38,7 +38,7 @@ impl KernelRequest {
         }
     }
 
-    /// All options of its program.
+    /// All compiler options of the program.
     #[cfg(test)]
     pub fn options(&self) -> String {
         crate::device::program::options(&self.defines)

@@ -1,13 +1,13 @@
-//! Kernels of the sheet methods: which voxels are splatted, in which order, and onto which sheets.
+//! Kernels of the sheet methods: they list the splatted voxels, sort the splats, and splat them onto sheets.
 
 use super::structs::{Clipping, Float4, SampleParams, ScreenParams, Splat, SplatParams, VolumeView};
 use super::{Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
 
-/// A voxel that is splatted: its place along u, v, a, and one number more.
+/// Indices of a splatted voxel along u, v, a, and one further number.
 pub(crate) type Place = [u16; 4];
 
-/// Whether a kernel only counts, or fills the places that the counts have become.
+/// Pass of a kernel that runs twice: to count, and to fill a list at the offsets computed from the counts.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Pass {
     Count,
@@ -15,21 +15,21 @@ pub(crate) enum Pass {
 }
 
 impl Pass {
-    /// As kernels take it.
+    /// Kernel argument.
     pub fn fill(self) -> i32 {
         i32::from(self == Pass::Fill)
     }
 }
 
 kernel! {
-    /// Lists the voxels that are splatted.
+    /// Lists the splatted voxels.
     Splats = "sheets/splats.cl", splats, "splats";
     SplatsArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
-        /// Voxels around a voxel that can make it count; 0: only itself.
+        /// Neighbourhood radius in voxels within which visible values make a voxel count; 0: only the voxel itself.
         reach: i32,
-        /// By how much sums of kernels overshoot.
+        /// Relative overshoot of sums of kernels.
         slack: f32,
         /// See [`super::volume::SlabVisibilityArguments`].
         table_first: f32,
@@ -38,7 +38,7 @@ kernel! {
         visible_before: &'a Buffer<u32>,
         /// See [`Pass`].
         fill: i32,
-        /// One per row of voxels.
+        /// One per voxel row.
         counts: &'a Buffer<u32>,
         places: &'a Buffer<Place>,
         contents: &'a Buffer<Float4>,
@@ -46,7 +46,7 @@ kernel! {
 }
 
 impl Splats {
-    /// Farthest reach.
+    /// Maximum `reach`.
     pub const REACH: i32 = 3;
 }
 
@@ -55,7 +55,7 @@ impl Launch for Splats {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-        Defines::of_values(voxels, tuning.vector_width).0
+        Defines::new(tuning.vector_width).with_values(voxels).0
     }
 
     fn items(a: &SplatsArguments, _: &Tuning) -> usize {
@@ -64,14 +64,14 @@ impl Launch for Splats {
 }
 
 kernel! {
-    /// Turns counts into places.
+    /// Turns counts into offsets by a prefix sum.
     Scan = "sheets/scan.cl", scan, "sort";
     ScanArguments<'a> {
-        /// `buckets` numbers for each of `chunks`.
+        /// `buckets` counts per chunk.
         counts: &'a Buffer<u32>,
         chunks: i32,
         buckets: i32,
-        /// The sum of all.
+        /// Sum of all counts.
         total: &'a Buffer<u64>,
     }
 }
@@ -90,35 +90,35 @@ impl Launch for Scan {
 }
 
 kernel! {
-    /// Projects splats and sorts them into the sheets where they begin.
+    /// Projects splats and sorts them by their first sheet.
     SortedSplats = "sheets/sorted_splats.cl", sorted_splats, "sort";
     SortedSplatsArguments<'a> {
         places: &'a Buffer<Place>,
         contents: &'a Buffer<Float4>,
         count: i32,
         p: SplatParams,
-        /// (r, g, b, τ) per value; read only by a kernel that classifies.
+        /// (r, g, b, τ) per value; read only by kernels that classify.
         table: &'a Buffer<Float4>,
         sample: SampleParams,
-        /// Of the screen, in pixels.
+        /// Screen size in pixels.
         width: i32,
         height: i32,
         chunks: i32,
         buckets: i32,
         fill: i32,
-        /// `buckets` per chunk.
+        /// `buckets` counts per chunk.
         counts: &'a Buffer<u32>,
         sorted: &'a Buffer<Splat>,
     }
 }
 
 impl Launch for SortedSplats {
-    /// Whether voxels are classified before, for axis-aligned sheets, with colours and in one bucket.
+    /// Whether voxels are pre-classified, as for axis-aligned sheets: splats then carry colours and share one bucket.
     type Variant = bool;
     const ITEMS: Items = Items::Tiles;
 
     fn defines(_: &Tuning, preclassified: bool) -> String {
-        Defines::new(1).with_if(preclassified, "PRECLASSIFIED").with_look(Rendering::EVERYTHING).0
+        Defines::new(1).with_if(preclassified, "PRECLASSIFIED").with_lighting(Rendering::EVERYTHING).0
     }
 
     fn items(a: &SortedSplatsArguments, _: &Tuning) -> usize {
@@ -127,20 +127,20 @@ impl Launch for SortedSplats {
 }
 
 kernel! {
-    /// Lists the splats of each tile of the screen.
+    /// Lists the splats of each screen tile.
     TiledSplats = "sheets/tiled_splats.cl", tiled_splats, "sort";
     TiledSplatsArguments<'a> {
         sorted: &'a Buffer<Splat>,
         count: i32,
         p: SplatParams,
-        /// Of the screen, in pixels.
+        /// Screen size in pixels.
         width: i32,
         height: i32,
         tiles_u: i32,
         tiles_v: i32,
         chunks: i32,
         fill: i32,
-        /// One per chunk and tile.
+        /// One count per chunk and tile.
         counts: &'a Buffer<u32>,
         lists: &'a Buffer<u32>,
     }
@@ -170,7 +170,7 @@ kernel! {
     AxisSheets = "sheets/axis_sheets.cl", axis_sheets, "sheets";
     AxisSheetsArguments<'a> {
         sorted: &'a Buffer<Splat>,
-        /// Where the lists of tiles end, per chunk.
+        /// End of each tile's list, per chunk.
         ends: &'a Buffer<u32>,
         lists: &'a Buffer<u32>,
         chunks: i32,
@@ -202,11 +202,11 @@ kernel! {
     ViewSheets = "sheets/view_sheets.cl", view_sheets, "sheets";
     ViewSheetsArguments<'a> {
         sorted: &'a Buffer<Splat>,
-        /// Where the lists of tiles end, per chunk.
+        /// End of each tile's list, per chunk.
         ends: &'a Buffer<u32>,
         lists: &'a Buffer<u32>,
         chunks: i32,
-        /// A weight per sheet that a splat reaches for each of [`ViewSheets::SLAB_STEPS`] + 1 fractions.
+        /// Per sheet that a splat reaches: a weight for each of [`ViewSheets::SLAB_STEPS`] + 1 fractions.
         slabs: &'a Buffer<f32>,
         /// (r, g, b, τ) per value.
         table: &'a Buffer<Float4>,
@@ -221,12 +221,12 @@ kernel! {
 }
 
 impl ViewSheets {
-    /// Fractions, less one, that slab weights are given for.
+    /// Intervals between the fractions with slab weights.
     pub const SLAB_STEPS: usize = 256;
 }
 
 impl Launch for ViewSheets {
-    /// Sheets that a splat reaches at most, and whether these have gradients.
+    /// Maximum number of sheets that a splat reaches, and whether the sheets have gradients.
     type Variant = (usize, bool, Rendering);
     const ITEMS: Items = Items::Tiles;
 

@@ -1,4 +1,4 @@
-//! Every launcher's arguments against those of its kernel.
+//! Compares the declared arguments of each launcher with its kernel.
 
 use super::*;
 use crate::device::{DeviceChoice, sources};
@@ -7,33 +7,33 @@ use crate::volume::VoxelType;
 use opencl3::kernel::Kernel as ClKernel;
 use std::collections::BTreeSet;
 
-/// Compares a launcher with its kernel, by name and type of each argument.
+/// Compares name and type of each argument. Returns the name of the kernel.
 fn compare<K: Launch>(device: &Device, variant: K::Variant) -> &'static str {
     let options = format!("{} -cl-kernel-arg-info", K::defines(device.tuning(), variant));
     let kernel: ClKernel = device.kernel(K::FILE, K::NAME, &options).unwrap();
     let declared = K::Arguments::signature();
-    let of_kernel: Vec<(String, String)> = (0..kernel.num_args().unwrap())
+    let actual: Vec<(String, String)> = (0..kernel.num_args().unwrap())
         .map(|i| (kernel.get_arg_name(i).unwrap(), kernel.get_arg_type_name(i).unwrap()))
         .collect();
     let expected: Vec<(String, String)> =
-        declared.iter().map(|(name, of)| (name.to_string(), of.replace("VOXEL", "short"))).collect();
-    assert_eq!(of_kernel, expected, "{} in {}", K::NAME, K::FILE);
+        declared.iter().map(|(name, kind)| (name.to_string(), kind.replace("VOXEL", "short"))).collect();
+    assert_eq!(actual, expected, "{} in {}", K::NAME, K::FILE);
     K::NAME
 }
 
-/// The same, and that the kernel returns at once where it has nothing to do: it would divide by zero, or read where nothing is.
+/// Also checks that the kernel returns at once without work; otherwise it would divide by zero or read out of bounds.
 fn compare_and_idle<K: Launch>(device: &Device, variant: K::Variant) -> &'static str {
     let request = KernelRequest::new::<K>(device.tuning(), variant, 0);
     let defines = format!("{} -cl-kernel-arg-info", request.defines);
-    let (tell, told) = std::sync::mpsc::channel();
+    let (sender, receiver) = std::sync::mpsc::channel();
     let kernels = vec![KernelRequest { defines, ..request }];
-    device.build_ahead(move || Ok(kernels), move |built| tell.send(built).unwrap()).wait();
-    told.recv().unwrap().unwrap();
+    device.build_ahead(move || Ok(kernels), move |built| sender.send(built).unwrap()).wait();
+    receiver.recv().unwrap().unwrap();
     compare::<K>(device, variant)
 }
 
 #[test]
-fn launchers_are_their_kernels_signatures() {
+fn launchers_match_their_kernels() {
     let device = Device::open(&DeviceChoice::Default).unwrap();
     let d = &device;
     let kind = VoxelType::Int16;

@@ -1,29 +1,29 @@
-//! Kernels that prepare a volume: its layouts, its min-max blocks, and which of these can be seen.
+//! Kernels that prepare a volume: layouts, prefilter, min-max blocks and their visibility.
 
 pub(crate) use super::blocks::{BlockNumbers, MinMaxBlocks};
-use super::{Defines, Floats, Items, Launch, VoxelBuffer, VoxelKind, kernel, many, structs::VolumeView};
+use super::{Defines, Floats, Items, Launch, VoxelBuffer, VoxelKind, kernel, large_grid, structs::VolumeView};
 use crate::device::{Buffer, Tuning};
 use crate::layers::PREFILTER_RADIUS;
 use crate::volume::VoxelType;
 
-/// Of the program that prepares volumes of a kind.
+/// Options of the program that prepares volumes.
 fn prepare_defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-    Defines::of_values(voxels, tuning.vector_width).with("TRANSPOSED_ROWS", tuning.transposed_rows()).0
+    Defines::new(tuning.vector_width).with_values(voxels).with("TRANSPOSED_ROWS", tuning.transposed_rows()).0
 }
 
 kernel! {
-    /// Makes the layout of layer axis x.
+    /// Creates the layout of layer axis x.
     Transpose = "volume/prepare.cl", transpose, "transpose";
     TransposeArguments<'a> {
         voxels: &'a VoxelBuffer,
-        /// In voxels: where the first one lies, and from row to row and layer to layer.
+        /// Offset of the first voxel, and pitches of rows and layers, in voxels.
         first: i64,
         pitch_y: i64,
         pitch_z: i64,
         dims_x: i32,
         dims_y: i32,
         dims_z: i32,
-        /// Without gaps.
+        /// Tightly packed.
         transposed: &'a VoxelBuffer,
     }
 }
@@ -42,27 +42,27 @@ impl Launch for Transpose {
 }
 
 kernel! {
-    /// The B-spline's coefficients along x.
+    /// Computes B-spline coefficients along x.
     PrefilterRows = "volume/prefilter_rows.cl", prefilter_rows, "prefilter";
     PrefilterRowsArguments<'a> {
         voxels: &'a VoxelBuffer,
-        /// Of layer axis z.
+        /// View of layer axis z.
         view: VolumeView,
         /// See [`prefilter`](crate::layers::prefilter).
         taps: &'a Buffer<f32>,
-        /// Of the axis: the first voxel that is held, how many are, and how many there are.
+        /// Along the axis: index of the first voxel in the buffer, number of voxels there, and in the whole volume.
         first: i32,
         held: i32,
         whole: i32,
         rows_per_layer: i32,
         rows: i32,
-        /// As many as `voxels`.
+        /// One per voxel.
         coefficients: Floats<'a>,
     }
 }
 
 fn prefilter_defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-    let defines = Defines::of_values(voxels, tuning.vector_width).with("PREFILTER_RADIUS", PREFILTER_RADIUS);
+    let defines = Defines::new(tuning.vector_width).with_values(voxels).with("PREFILTER_RADIUS", PREFILTER_RADIUS);
     defines.with("GROUP", tuning.tile_group).0
 }
 
@@ -80,7 +80,7 @@ impl Launch for PrefilterRows {
 }
 
 kernel! {
-    /// And along y or z, in place.
+    /// Computes B-spline coefficients along y or z, in place.
     PrefilterColumns = "volume/prefilter_columns.cl", prefilter_columns, "prefilter";
     PrefilterColumnsArguments<'a> {
         coefficients: Floats<'a>,
@@ -88,10 +88,11 @@ kernel! {
         first: i32,
         held: i32,
         whole: i32,
-        /// From one number of a column to the next.
+        /// Distance of consecutive coefficients of a column.
         stride: u64,
-        /// Of neighbouring columns, in a line of so many.
+        /// Chunks of neighbouring columns per line.
         chunks: i32,
+        /// Columns per line.
         width: i32,
         lines: i32,
         line_stride: u64,
@@ -119,7 +120,7 @@ kernel! {
         view: VolumeView,
         blocks_u: i32,
         blocks_v: i32,
-        /// Of the kernel.
+        /// Kernel radius in voxels.
         radius: i32,
         limits: &'a VoxelBuffer,
     }
@@ -141,38 +142,38 @@ impl Launch for FillMinMaxBlocks {
     }
 
     fn items(a: &MinMaxArguments, _: &Tuning) -> usize {
-        many(a.blocks_u as usize * a.blocks_v as usize * a.view.dims[2] as usize)
+        large_grid(a.blocks_u as usize * a.blocks_v as usize * a.view.dims[2] as usize)
     }
 }
 
 kernel! {
-    /// Finds the blocks of each slab that can show anything.
+    /// Finds the blocks of each slab that may be visible.
     SlabVisibility = "volume/prepare.cl", slab_visibility, "visibility";
     SlabVisibilityArguments<'a> {
         limits: &'a VoxelBuffer,
         blocks_u: i32,
         blocks_v: i32,
         layers: i32,
-        /// Of the kernel.
+        /// Kernel radius in voxels.
         radius: i32,
         background: f32,
         offset: f32,
-        /// Values that the blend mode can use, less the offset.
+        /// Range of values that the blend mode can use, minus the offset.
         least: f32,
         largest: f32,
-        /// Value of the first table entry, less the offset.
+        /// Value of the first table entry, minus the offset.
         table_first: f32,
         /// Entries per value.
         table_per_value: f32,
         /// Index of the last entry.
         table_last: i32,
-        /// How many entries before each one are visible; last + 2 counts.
+        /// Prefix sum of visible entries, of `table_last` + 2 counts.
         visible_before: &'a Buffer<u32>,
-        /// By how much sums overshoot: shares of the distance between the largest and the smallest number in reach, and of that from the
+        /// Overshoot of interpolated values: as a share of the value range in reach, and as a share of the distance to the
         /// background.
         overshoot: f32,
         slack: f32,
-        /// [`BlockNumbers::slab_bytes`].
+        /// [`BlockNumbers::slab_bytes`] bytes.
         visible: &'a Buffer<u8>,
     }
 }
@@ -186,26 +187,26 @@ impl Launch for SlabVisibility {
     }
 
     fn items(a: &SlabVisibilityArguments, _: &Tuning) -> usize {
-        many(a.visible.len())
+        large_grid(a.visible.len())
     }
 }
 
 kernel! {
-    /// Finds the chunks of slabs in which any block can show anything.
+    /// Finds the groups of eight slabs with any visible block.
     ShownChunks = "volume/prepare.cl", shown_chunks, "visibility";
     ShownChunksArguments<'a> {
-        /// From [`SlabVisibility`].
+        /// Output of [`SlabVisibility`].
         visible: &'a Buffer<u8>,
-        /// Blocks of a layer.
+        /// Blocks per layer.
         per_layer: i32,
         chunks: i32,
-        /// A byte per chunk.
+        /// One byte per chunk.
         shows: &'a Buffer<u8>,
     }
 }
 
 impl Launch for ShownChunks {
-    /// Of the volume whose slabs they are: it is prepared by the same program.
+    /// The voxels of the volume, which the same program prepares.
     type Variant = VoxelKind;
     const ITEMS: Items = Items::Pixels;
 
@@ -219,13 +220,13 @@ impl Launch for ShownChunks {
 }
 
 kernel! {
-    /// Finds the outermost slabs of these.
+    /// Finds the first and the last visible slab.
     ShownSlabs = "volume/prepare.cl", shown_slabs, "visibility";
     ShownSlabsArguments<'a> {
         shows: &'a Buffer<u8>,
         chunks: i32,
         slabs: i32,
-        /// The first and the last, counted from the first layer that is held.
+        /// First and last visible slab, relative to the first layer in the buffer.
         shown: &'a Buffer<i32>,
     }
 }
@@ -244,15 +245,15 @@ impl Launch for ShownSlabs {
 }
 
 kernel! {
-    /// Finds the range of voxels that nobody has looked at.
+    /// Computes the value range of voxels that were not validated.
     ValueRange = "volume/value_range.cl", value_range, "range";
     ValueRangeArguments<'a> {
         voxels: &'a VoxelBuffer,
-        /// Of layer axis z.
+        /// View of layer axis z.
         view: VolumeView,
-        /// In which rows are shared out.
+        /// Number of parts among which rows are distributed.
         parts: i32,
-        /// Of each part: smallest and largest valid voxel, and how many are invalid.
+        /// Per part: minimum and maximum of the valid voxels, and number of invalid voxels.
         least: &'a Buffer<f32>,
         largest: &'a Buffer<f32>,
         invalid: &'a Buffer<u32>,
@@ -264,7 +265,7 @@ impl Launch for ValueRange {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(_: &Tuning, voxel_type: VoxelType) -> String {
-        Defines::of_voxels(voxel_type, 1).0
+        Defines::new(1).with_voxel_type(voxel_type).0
     }
 
     fn items(a: &ValueRangeArguments, _: &Tuning) -> usize {

@@ -1,4 +1,4 @@
-//! Voxels on the device, in any type.
+//! Voxel buffers.
 
 use super::{Argument, Typed};
 use crate::device::{Buffer, Device, DeviceMemory};
@@ -6,11 +6,11 @@ use crate::error::Error;
 use crate::volume::{Held, VoxelType};
 use opencl3::kernel::Kernel as ClKernel;
 
-/// Voxels on the device, in any type. Kernels that read them are built for it.
+/// Voxels of any type on the device. Kernels that read them are built for the type.
 pub(crate) struct VoxelBuffer {
     bytes: Buffer<u8>,
     voxel_type: VoxelType,
-    /// Nobody has looked at the voxels: floats may be anything.
+    /// The values were not validated: floats may be NaN or infinite.
     unchecked: bool,
 }
 
@@ -20,31 +20,31 @@ impl VoxelBuffer {
         Ok(Self { bytes: Buffer::new(device, len * voxel_type.bytes(), what)?, voxel_type, unchecked: false })
     }
 
-    /// Uninitialised voxels as many and as `others` of another layout are.
+    /// An uninitialised buffer of `len` voxels with the type of `others`, for another layout of the same data.
     pub fn like(device: &Device, len: usize, others: &VoxelBuffer, what: &str) -> Result<Self, Error> {
         Ok(Self { unchecked: others.unchecked, ..Self::new(device, len, others.voxel_type, what)? })
     }
 
-    /// All that a buffer of the caller's own holds.
-    pub fn of_memory(device: &Device, memory: &DeviceMemory, bytes: usize, voxel_type: VoxelType) -> Result<Self, Error> {
-        let bytes = Buffer::of_memory(device, memory, bytes)?;
+    /// Wraps the first `bytes` bytes of the caller's buffer.
+    pub fn from_memory(device: &Device, memory: &DeviceMemory, bytes: usize, voxel_type: VoxelType) -> Result<Self, Error> {
+        let bytes = Buffer::from_memory(device, memory, bytes)?;
         Ok(Self { bytes, voxel_type, unchecked: voxel_type == VoxelType::Float32 })
     }
 
-    /// A copy of voxels, the background in place of invalid ones, in a buffer with room for so many.
-    pub fn upload_with_room(device: &Device, held: &Held, room: usize) -> Result<Self, Error> {
+    /// Uploads voxels, with the background in place of invalid ones, to a buffer of `capacity` voxels.
+    pub fn upload_with_capacity(device: &Device, held: &Held, capacity: usize) -> Result<Self, Error> {
         let description = held.description;
-        let mut voxels = Self::new(device, room, description.voxel_type(), description.name())?;
+        let mut voxels = Self::new(device, capacity, description.voxel_type(), description.name())?;
         voxels.refill(device, held)?;
         Ok(voxels)
     }
 
-    /// Copies other voxels into this buffer, no more than there is room for.
+    /// Uploads other voxels, which must fit into this buffer.
     pub fn refill(&mut self, device: &Device, held: &Held) -> Result<(), Error> {
         held.for_each_piece(|first, bytes| self.bytes.write_at(device, first, bytes))
     }
 
-    /// Layers of bytes, `stride` bytes apart.
+    /// Uploads layers of bytes, `stride` bytes apart.
     #[cfg(test)]
     pub fn with_gaps<'a>(device: &Device, layers: impl ExactSizeIterator<Item = &'a [u8]>, stride: usize) -> Result<Self, Error> {
         let mut voxels = Self::new(device, layers.len() * stride, VoxelType::Uint8, "a volume with gaps")?;
@@ -52,28 +52,28 @@ impl VoxelBuffer {
         Ok(voxels)
     }
 
-    /// Whether the buffer was made here, and is no memory of the caller.
+    /// Whether the buffer was allocated here, rather than by the caller.
     pub fn is_owned(&self) -> bool {
         self.bytes.is_owned()
     }
 
-    /// Their type.
+    /// Voxel type.
     pub fn voxel_type(&self) -> VoxelType {
         self.voxel_type
     }
 
-    /// How many bytes they take.
+    /// Size in bytes.
     pub fn bytes(&self) -> usize {
         self.bytes.bytes()
     }
 
-    /// What kernels that read them are built for.
+    /// Program permutation of kernels that read these voxels.
     pub fn kind(&self) -> VoxelKind {
         VoxelKind { voxel_type: self.voxel_type, far: is_far(self.bytes()), unchecked: self.unchecked }
     }
 }
 
-/// Voxels of floats, for kernels that take nothing else.
+/// Float voxels, for kernels that support no other type.
 pub(crate) struct Floats<'a>(pub &'a VoxelBuffer);
 
 impl Argument for Floats<'_> {
@@ -91,17 +91,17 @@ impl Typed for Floats<'_> {
     }
 }
 
-/// What kernels that read voxels are built for.
+/// Program permutation of kernels that read voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct VoxelKind {
     pub voxel_type: VoxelType,
-    /// Two voxels can lie farther apart than an int counts in bytes.
+    /// Byte offsets between voxels may exceed an int.
     pub far: bool,
-    /// Floats may be anything.
+    /// Floats may be NaN or infinite.
     pub unchecked: bool,
 }
 
-/// Whether voxels of so many bytes are far apart. A row of four is read at once.
+/// Whether byte offsets within a buffer of this size may exceed an int. The margin covers reads of four voxels at once.
 fn is_far(bytes: usize) -> bool {
     bytes > i32::MAX as usize - 64
 }

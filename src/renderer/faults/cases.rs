@@ -119,10 +119,10 @@ pub fn enqueued<'a>(scene: &'a Scene, host: &'a Host) -> Vec<Case<'a>> {
             let mut renderer = Renderer::new(device, &scene.volume, &scene.transfer)?;
             let (camera, settings) = (scene.camera(azimuth, None), Settings::default());
             let picture = host.room(16 * SIZE.pixels());
-            let onto = PictureMemory::new(&DeviceMemory::of_buffer(&picture)?, format(rgba8));
+            let onto = PictureMemory::new(&DeviceMemory::from_buffer(&picture)?, format(rgba8));
             if with_scratch {
                 let scratch = renderer.scratch_bytes(&camera, SIZE, &settings, &onto)?;
-                let scratch: Result<Vec<_>, _> = scratch.into_iter().map(|n| DeviceMemory::of_buffer(&host.room(n))).collect();
+                let scratch: Result<Vec<_>, _> = scratch.into_iter().map(|n| DeviceMemory::from_buffer(&host.room(n))).collect();
                 renderer.set_scratch(&scratch?)?;
             }
             let bytes = SIZE.pixels() * if rgba8 { 4 } else { 16 };

@@ -28,7 +28,7 @@ impl Host {
     }
 
     pub fn device(&self) -> Device {
-        Device::of_queue(&self.queue).unwrap()
+        Device::from_queue(&self.queue).unwrap()
     }
 
     pub fn room(&self, bytes: usize) -> Buffer<u8> {

@@ -192,7 +192,7 @@ fn what_a_failed_frame_was_to_make_is_not_kept() {
             let mut renderer = new();
             let picture = host.room(16 * size.pixels());
             let onto = super::PictureMemory::new(
-                &crate::device::DeviceMemory::of_buffer(&picture).unwrap(),
+                &crate::device::DeviceMemory::from_buffer(&picture).unwrap(),
                 super::PictureFormat::Floats,
             );
             let promise = opencl3::event::Event::new(opencl3::event::create_user_event(host.context.get()).unwrap());

@@ -31,8 +31,8 @@ const WHAT: &str = "the buffer of the voxels";
 /// # let buffer = unsafe { Buffer::<u8>::create(&context, flags, voxels.len(), voxels.as_ptr().cast_mut().cast()) }.expect("a buffer");
 ///
 /// // 8³ voxels whose rows are 12 apart, behind 100 others.
-/// let device = Device::of_queue(&queue)?;
-/// let voxels = DeviceVoxels::new(&DeviceMemory::of_buffer(&buffer)?, VoxelType::Uint8).with_first(100).with_pitches(12, 12 * 12);
+/// let device = Device::from_queue(&queue)?;
+/// let voxels = DeviceVoxels::new(&DeviceMemory::from_buffer(&buffer)?, VoxelType::Uint8).with_first(100).with_pitches(12, 12 * 12);
 /// let description = voxels.describe(&device, "constant", Grid::new([8; 3], DVec3::ONE)?, &[])?;
 /// assert_eq!(description.range(), (7.0, 7.0));
 /// let volume = UploadedVolume::in_place(&device, &description, &voxels)?;
@@ -132,7 +132,7 @@ impl DeviceVoxels {
             return refuse(format!("has {bytes} bytes, and {dims:?} voxels of {} end at {end}", self.voxel_type));
         }
         let placed = Placement { first: (self.first / size) as i64, row: (row / size) as i64, slice: (slice / size) as i64 };
-        Ok((VoxelBuffer::of_memory(device, &self.memory, bytes, self.voxel_type)?, placed))
+        Ok((VoxelBuffer::from_memory(device, &self.memory, bytes, self.voxel_type)?, placed))
     }
 }
 

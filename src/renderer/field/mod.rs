@@ -117,7 +117,7 @@ impl Field {
                 *self = Self::new(
                     held.description,
                     voxel_box,
-                    VoxelBuffer::upload_with_room(device, held, room)?,
+                    VoxelBuffer::upload_with_capacity(device, held, room)?,
                     Placement::dense(voxel_box.dims),
                     false,
                 );

@@ -50,7 +50,7 @@ impl FieldShape {
     /// The blocks of a layer axis.
     pub fn blocks(&self, axis: Axis) -> BlockNumbers {
         let frame = axis.frame();
-        BlockNumbers::of([frame.u, frame.v, frame.a].map(|i| self.dims[i]))
+        BlockNumbers::new([frame.u, frame.v, frame.a].map(|i| self.dims[i]))
     }
 
     /// Bytes of the min-max blocks of a layer axis, and of each buffer of their visibility.

@@ -47,7 +47,7 @@ impl UploadedVolume {
 
     /// The same in a buffer with room for so many voxels: parts to come.
     pub(in crate::renderer) fn with_room(device: &Device, held: &Held, room: usize) -> Result<Self, Error> {
-        let voxels = VoxelBuffer::upload_with_room(device, held, room)?;
+        let voxels = VoxelBuffer::upload_with_capacity(device, held, room)?;
         let held_box = VoxelBox { first: held.first, dims: held.dims() };
         let field = Field::new(held.description, held_box, voxels, Placement::dense(held_box.dims), false);
         Ok(Self { device: device.clone(), field })

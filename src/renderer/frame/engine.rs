@@ -241,7 +241,7 @@ impl Engine {
     fn require(&self, device: &Device, frame: &Frame, resources: &Resources) -> Result<(), Error> {
         let Viewport { width, height } = frame.viewport;
         let missing = self.target.arena.missing(device, resources);
-        device.require_room(&format!("a picture of {width}x{height}"), missing, frame.host_bytes)
+        device.require_within_budget(&format!("a picture of {width}x{height}"), missing, frame.host_bytes)
     }
 
     fn step(&mut self, view: View, frame: &Frame, step: &Step, done: &mut Done) -> Result<(), Error> {

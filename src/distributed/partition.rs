@@ -1,14 +1,14 @@
-//! Which layers each rank composites.
+//! Partition of the layers among ranks.
 
 use std::ops::Range;
 
-/// As even ranges of layers as there are by count.
+/// Contiguous ranges with nearly equal numbers of layers.
 pub(super) fn even(layers: usize, parts: usize) -> Vec<Range<usize>> {
     (0..parts).map(|n| n * layers / parts..(n + 1) * layers / parts).collect()
 }
 
-/// Ranges of layers, one after the other, each with about as much of their work: a border lies where what comes before it is nearest to
-/// its share. None has more than its share and a layer's work.
+/// Contiguous ranges with nearly equal work: each border lies where the sum of the previous work is nearest to its share. No
+/// range exceeds its share by more than the work of one layer.
 pub(super) fn balanced(work: &[u64], parts: usize) -> Vec<Range<usize>> {
     let total: u64 = work.iter().sum();
     if total == 0 {
@@ -27,8 +27,8 @@ pub(super) fn balanced(work: &[u64], parts: usize) -> Vec<Range<usize>> {
     borders.windows(2).map(|pair| pair[0]..pair[1]).collect()
 }
 
-/// The most work of any range.
-pub(super) fn heaviest(work: &[u64], ranges: &[Range<usize>]) -> u64 {
+/// The largest work of any range.
+pub(super) fn max_work(work: &[u64], ranges: &[Range<usize>]) -> u64 {
     ranges.iter().map(|range| work[range.clone()].iter().sum()).max().unwrap_or(0)
 }
 
@@ -37,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_have_each_layer_once_and_their_share_of_the_work() {
+    fn ranges_cover_each_layer_once_with_a_fair_share_of_the_work() {
         let humps: Vec<u64> = (0..100u64).map(|i| i % 37 * (i % 11) + 1).collect();
         for work in [vec![5; 64], humps, vec![0; 9], vec![0, 0, 90, 0, 0], vec![1]] {
             for parts in [1, 2, 3, 5, 8, 120] {
@@ -45,16 +45,16 @@ mod tests {
                 let layers: Vec<usize> = ranges.iter().cloned().flatten().collect();
                 assert_eq!((ranges.len(), layers), (parts, (0..work.len()).collect()), "{work:?}");
                 let (total, most) = (work.iter().sum::<u64>(), work.iter().copied().max().unwrap());
-                assert!(heaviest(&work, &ranges) <= total / parts as u64 + most + 1, "{ranges:?} of {work:?}");
+                assert!(max_work(&work, &ranges) <= total / parts as u64 + most + 1, "{ranges:?} of {work:?}");
             }
         }
     }
 
-    /// All that shows lies in the last tenth.
+    /// All visible layers lie in the last tenth.
     #[test]
-    fn work_is_shared_not_layers() {
+    fn ranges_balance_work_rather_than_layers() {
         let work: Vec<u64> = (0..100).map(|i| if i < 90 { 1 } else { 1000 }).collect();
-        let (even, balanced) = (heaviest(&work, &even(100, 5)), heaviest(&work, &balanced(&work, 5)));
+        let (even, balanced) = (max_work(&work, &even(100, 5)), max_work(&work, &balanced(&work, 5)));
         assert!(even > 9000 && balanced < 2200, "{even} and {balanced}");
     }
 }
