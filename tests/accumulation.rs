@@ -7,12 +7,8 @@ use glam::DVec3;
 use layersplat::renderer::Accumulation;
 use layersplat::{Camera, Cancel, Error, Frame, Renderer, Settings};
 
-/// Of the supersampled picture: both have the same rays, but lattices of another density.
-const CLOSE: f64 = 45.0;
-
-/// What accumulating must gain at edges, in dB. The supersampled picture also has more samples along its rays, which frames of this size do
-/// not: the measured gain is 1.1.
-const GAIN: f64 = 0.5;
+/// dB to the supersampled picture, which has the same rays. Lattices differ where one of them has samples on its pixels. Measured: 60 and more.
+const CLOSE: f64 = 50.0;
 
 /// Peak signal-to-noise ratio of premultiplied RGBA, in dB.
 fn psnr(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
@@ -56,7 +52,7 @@ fn sixteen_frames_are_a_supersampled_picture() {
     }
 }
 
-/// Where opacity is a step, single frames have jagged edges.
+/// Where opacity is a step, single frames have jagged edges: they are far from the supersampled picture.
 #[test]
 fn accumulated_edges_are_smooth() {
     let volume = random_volume([24, 20, 26], DVec3::new(1.0, 0.8, 1.2), 5);
@@ -66,10 +62,11 @@ fn accumulated_edges_are_smooth() {
     let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
     let expected = averaged(&renderer.render(&camera, large, &settings).unwrap().0, 48, 40);
     let plain = psnr(renderer.render(&camera, size, &settings).unwrap().0.pixels(), &expected);
+    assert!(plain < CLOSE, "{plain} dB");
     let mut picture = Accumulation::new(size).unwrap();
     (0..Accumulation::FRAMES).for_each(|_| drop(renderer.accumulate(&camera, &settings, &mut picture).unwrap()));
     let mean = psnr(picture.mean().unwrap().pixels(), &expected);
-    assert!(mean > plain + GAIN, "{plain} dB, {mean} dB accumulated");
+    assert!(mean >= CLOSE, "{plain} dB, {mean} dB accumulated");
 }
 
 #[test]

@@ -38,10 +38,12 @@ pub struct Rays {
 }
 
 impl Rays {
-    /// The rays through points `[x, y]` pixels to the right and down.
-    pub fn moved(self, [x, y]: [f64; 2]) -> Self {
+    /// The rays through points `[x, y]` pixels to the right and down. Each stands for a part of its pixel with a side of 1/`parts`:
+    /// lattices are as dense, and pixels are filtered as little, as in a picture of `parts` times as many columns and rows.
+    pub fn through_parts(self, [x, y]: [f64; 2], parts: u32) -> Self {
         let moved = |[base, right, down]: [DVec3; 3]| [base + x * right + y * down, right, down];
-        Self { origin: moved(self.origin), direction: moved(self.direction), ..self }
+        let pixel_size = self.pixel_size / f64::from(parts);
+        Self { origin: moved(self.origin), direction: moved(self.direction), pixel_size, ..self }
     }
 
     /// Rays of `camera` through the pixels of `viewport`, in voxel units of `grid`.

@@ -12,7 +12,8 @@ use crate::viewport::Viewport;
 /// The mean of the frames of one view so far, each with its rays moved within their pixels. A picture at rest becomes better with each
 /// frame: 16 frames have the rays of a picture that is supersampled 4 × 4.
 ///
-/// All frames must have the same camera and settings: begin another accumulation where either changes.
+/// All frames must have the same camera and settings: start a new accumulation when either changes. A frame has one
+/// unfiltered ray per pixel: where voxels are smaller than pixels, the mean of fewer than eight is noisier than one plain frame.
 ///
 /// ```
 /// use layersplat::renderer::Accumulation;
@@ -112,7 +113,7 @@ impl Renderer {
     fn planned_at(&self, camera: &Camera, viewport: Viewport, settings: &Settings, pixels: [f64; 2]) -> Result<Planned, Error> {
         let field = &self.engine.field;
         let (rays, settings) = field.world().seen(field.grid(), camera, viewport, settings)?;
-        Planned::new(rays.moved(pixels), viewport, settings, field.grid())
+        Planned::new(rays.through_parts(pixels, GRID), viewport, settings, field.grid())
     }
 }
 
