@@ -4,7 +4,7 @@
 // up, lit and composited for it: patches of two half rows are fewer. There are PATCH_ROWS of them in a band of as many rows, from left to
 // right. Where PATCH_ROWS is 1 a patch is a row. (Squares of 4 x 4 are fewer still, but to regroup rows into these costs what they save.)
 
-#include "shared/sets.cl"
+#include "shared/bit_sets.cl"
 #include "shared/vector.cl"
 
 #ifndef TILE_ROWS
@@ -39,14 +39,14 @@ static inline void regroup_all(realv *vectors, int size, int bands) {
 }
 
 // Columns and rows of a patch's samples in its tile.
-static inline intv columns_of_patch(int patch) {
+static inline intv patch_columns(int patch) {
 #if PATCH_ROWS == 2
     return (LANES & (VW / 2 - 1)) + patch % 2 * (VW / 2);
 #else
     return LANES;
 #endif
 }
-static inline intv rows_of_patch(int patch) {
+static inline intv patch_sample_rows(int patch) {
 #if PATCH_ROWS == 2
     return COUNT_IF(LANES >= VW / 2) + patch / 2 * 2;
 #else

@@ -14,19 +14,19 @@
 static inline void bounds_of(const Interval *intervals, int patches, float *from, float *to) {
     *from = INFINITY, *to = -INFINITY;
     for (int n = 0; n < patches; n++) {
-        const intv met = intervals[n].from < intervals[n].to;
-        *from = MIN(*from, smallest_lane(met ? intervals[n].from : (realv)(INFINITY)));
-        *to = MAX(*to, largest_lane(met ? intervals[n].to : (realv)(-INFINITY)));
+        const intv hit = intervals[n].from < intervals[n].to;
+        *from = MIN(*from, smallest_lane(hit ? intervals[n].from : (realv)(INFINITY)));
+        *to = MAX(*to, largest_lane(hit ? intervals[n].to : (realv)(-INFINITY)));
     }
 }
 #endif
 
 // The sub-layers at both ends of a segment. Samples the patches of one that are not held.
-#define HELD(l) (&held[(l) & 1])
+#define SUB_LAYER(l) (&layers[(l) & 1])
 #define COLUMNS_AT(l) (tile.centre_u + ((float)(l) / s - RADIUS - p.centre_layer) * tile.shear_u)
-#define HOLD(l)                                                                                                        \
-    if (HELD(l)->held != (l) || over & ~HELD(l)->sampled)                                                              \
-    sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, over, HELD(l))
+#define SAMPLE_SUB_LAYER(l)                                                                                                        \
+    if (SUB_LAYER(l)->index != (l) || over & ~SUB_LAYER(l)->sampled)                                                              \
+    sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, over, SUB_LAYER(l))
 
 // Bytes that a processor fetches at once.
 #define LINE 64
@@ -50,20 +50,20 @@ static inline void fetch_ahead(__global const VOXEL *voxels, const VolumeView *v
 }
 
 // The way of a patch's rays from plane k on.
-static inline Way way_of(const RayLatticeParams *p, const Tile *tile, int patch, float k, float step, realv from, realv to) {
-    const SampleRays rays = rays_of_patch(p, tile, patch);
-    return way_on(rays.centre_u, rays.shear_u, rays.centre_v, rays.shear_v, p->centre_layer, k, step, from, to);
+static inline RaySpan patch_span(const RayLatticeParams *p, const Tile *tile, int patch, float k, float step, realv from, realv to) {
+    const SampleRays rays = patch_rays(p, tile, patch);
+    return span_at_plane(rays.centre_u, rays.shear_u, rays.centre_v, rays.shear_v, p->centre_layer, k, step, from, to);
 }
 
-#if HAS_SLOPES && LIT_AT_ENDS
+#if ANALYTIC_GRADIENTS && LIT_AT_ENDS
 // Samples in the middle between those of two planes, of some patches.
 static inline void find_middle(const RayLatticeParams *p, const SampleParams *sample, __global const int4 *integrals, const Tile *tile,
                                float k, float step, int patches, const Samples *const *ends, Samples *middle) {
     for (int left = patches; left; left &= left - 1) {
-        const int n = LOWEST_OF(left);
-        const Way way = way_of(p, tile, n, k, step, ends[0]->field[n], ends[1]->field[n]);
-        const intv counts = counts_between(sample, integrals, way.from, way.to);
-        middle->lit[n] = lit_in_the_middle(sample, &way, counts, &ends[0]->lit[n], &ends[1]->lit[n], &middle->field[n]);
+        const int n = LOWEST_BIT(left);
+        const RaySpan span = patch_span(p, tile, n, k, step, ends[0]->field[n], ends[1]->field[n]);
+        const intv contributes = contributes_between(sample, integrals, span.from, span.to);
+        middle->lit[n] = light_midpoint(sample, &span, contributes, &ends[0]->lit[n], &ends[1]->lit[n], &middle->field[n]);
     }
 }
 #endif
@@ -71,15 +71,15 @@ static inline void find_middle(const RayLatticeParams *p, const SampleParams *sa
 __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
                             __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table, RayLatticeParams p,
                             SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples) {
-    const int turn = get_global_id(0);
-    if (turn >= p.tiles_u * p.tiles_v)
+    const int order = get_global_id(0);
+    if (order >= p.tiles_u * p.tiles_v)
         return;
-    const int id = tile_in_turn(&p, turn);
+    const int id = scheduled_tile(&p, order);
     voxels += view.first;
     const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
-    const Tile tile = tile_of(&p, column, row);
-    Layer held[2];
-    held[0].held = held[1].held = INT_MIN;
+    const Tile tile = make_tile(&p, column, row);
+    Layer layers[2];
+    layers[0].index = layers[1].index = INT_MIN;
     Accumulator gathered[TILE_ROWS];
     Interval intervals[TILE_ROWS];
     intv has_ray[TILE_ROWS];
@@ -96,16 +96,16 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     if (p.continues) {
         for (int r = 0; r < tile.rows; r++)
             gathered[r] = load_raw(&sample, lattice + (size_t)(row + r) * p.width + column, tile.columns, 1);
-        regroup_all((realv *)gathered, RAW_NUMBERS, tile.bands);
+        regroup_all((realv *)gathered, RAW_FLOATS, tile.bands);
     }
     for (int n = 0; n < patches; n++) {
-        const SampleRays rays = rays_of_patch(&p, &tile, n);
-        has_ray[n] = has_rays(&tile, n);
+        const SampleRays rays = patch_rays(&p, &tile, n);
+        has_ray[n] = lanes_with_rays(&tile, n);
 #ifdef CLIPPED
-        intervals[n] = interval_of_rays(&p, &clip, &rays);
+        intervals[n] = clip_sample_rays(&p, &clip, &rays);
 #endif
 #if BLEND == COMPOSITE
-        dt[n] = length_of_rays(&sample, &rays) * sample.classification.table_unit;
+        dt[n] = length_per_layer(&sample, &rays) * sample.classification.table_unit;
         nodes_at[0][n] = nodes_at[1][n] = INT_MIN;
 #endif
     }
@@ -129,7 +129,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         if (entry >= end || entry + 1.0f <= begin)
             continue;
 #endif
-        int over = FIRST_FEW(patches);
+        int over = LOW_BITS(patches);
         const int skip =
             p.culling ? slabs_to_skip(visible, &p, view.first_a, &tile, q, enters ? lowest : highest, enters, &chunk, &over) : 0;
         if (skip) {
@@ -139,15 +139,15 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         fetch_ahead(voxels, &view, &p, &tile, q - RADIUS + 1 - enters + (RADIUS + 1) * p.layer_step);
         for (int i = 0; i < s; i++) {
             const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;
-            HOLD(l0);
-            HOLD(l1);
-            Layer *front = HELD(l0), *behind = HELD(l1);
+            SAMPLE_SUB_LAYER(l0);
+            SAMPLE_SUB_LAYER(l1);
+            Layer *front = SUB_LAYER(l0), *behind = SUB_LAYER(l1);
             int shown = open & over;
 #if !GATHERS_VALUES
             for (int left = shown; left; left &= left - 1) {
-                const int n = LOWEST_OF(left);
-                const intv shows_any = shows(&sample, front->at.field[n], behind->at.field[n]);
-                if (!ANY(shows_any))
+                const int n = LOWEST_BIT(left);
+                const intv visible_lanes = is_visible_between(&sample, front->at.field[n], behind->at.field[n]);
+                if (!ANY(visible_lanes))
                     shown &= ~(1 << n);
             }
 #endif
@@ -161,17 +161,17 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
             // Of the plane at which rays enter, and the distance to that at which they leave.
             const float k = (float)l0 / s - RADIUS, step = (float)p.layer_step / s;
             const Samples *samples[3] = {&front->at, &behind->at, 0};
-            int ways = 1;
-#if HAS_SLOPES && LIT_AT_ENDS
+            int spans = 1;
+#if ANALYTIC_GRADIENTS && LIT_AT_ENDS
             Samples middle;
             if (sample.light.shading) {
                 find_middle(&p, &sample, integrals, &tile, k, step, shown, samples, &middle);
-                samples[1] = &middle, samples[2] = &behind->at, ways = 2;
+                samples[1] = &middle, samples[2] = &behind->at, spans = 2;
             }
 #endif
-            for (int w = 0; w < ways; w++) {
+            for (int w = 0; w < spans; w++) {
                 const Samples *one = samples[w], *other = samples[w + 1];
-                const float length = 1.0f / ways, from_k = k + w * length * step;
+                const float length = 1.0f / spans, from_k = k + w * length * step;
                 Part parts[TILE_ROWS];
 #ifdef CLIPPED
                 const float enters_at = p.layer_step * (from_k - p.centre_layer);
@@ -179,51 +179,51 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                     parts[n] = part_of(&intervals[n], (realv)(enters_at), (realv)(enters_at + length / s));
 #endif
 #if BLEND == COMPOSITE
-                const float2 weights = ends_of(&sample, l0, l1);
+                const float2 weights = end_weights(&sample, l0, l1);
                 // Samples alternate between even and odd nodes. All look-ups before all segments: shorter loops overlap better, 4 % on
                 // engine.
-                const int places[2] = {ways * l0 + w * p.layer_step, ways * l0 + (w + 1) * p.layer_step};
+                const int places[2] = {spans * l0 + w * p.layer_step, spans * l0 + (w + 1) * p.layer_step};
                 Node *at_front = nodes[places[0] & 1], *at_back = nodes[places[1] & 1];
                 for (int end = 0; end < 2; end++) {
                     const int place = places[end], odd = place & 1;
                     const Samples *here = end ? other : one;
                     for (int left = shown; left; left &= left - 1) {
-                        const int n = LOWEST_OF(left);
+                        const int n = LOWEST_BIT(left);
                         if (nodes_at[odd][n] == place)
                             continue;
-                        nodes[odd][n] = node_of(&sample, integrals, here->field[n], odd);
+                        nodes[odd][n] = look_up_node(&sample, integrals, here->field[n], odd);
                         nodes_at[odd][n] = place;
                     }
                 }
                 Segment segments[TILE_ROWS];
                 for (int left = shown; left; left &= left - 1) {
-                    const int n = LOWEST_OF(left);
+                    const int n = LOWEST_BIT(left);
                     const realv from = one->field[n], to = other->field[n], unit = length * dt[n];
 #ifdef CLIPPED
-                    if (any_cut(&parts[n])) {
-                        const realv cut_from = between(from, to, parts[n].from), cut_to = between(from, to, parts[n].to);
-                        const Node at_cut = node_of(&sample, integrals, cut_from, places[0] & 1);
-                        const Node behind_cut = node_of(&sample, integrals, cut_to, places[1] & 1);
+                    if (any_clipped(&parts[n])) {
+                        const realv cut_from = lerp(from, to, parts[n].from), cut_to = lerp(from, to, parts[n].to);
+                        const Node at_cut = look_up_node(&sample, integrals, cut_from, places[0] & 1);
+                        const Node behind_cut = look_up_node(&sample, integrals, cut_to, places[1] & 1);
                         segments[n] = segment_between(&sample, integrals, &at_cut, &behind_cut, cut_from, cut_to, weights,
-                                                      unit * share_of(&parts[n]));
+                                                      unit * part_length(&parts[n]));
                         continue;
                     }
 #endif
                     segments[n] = segment_between(&sample, integrals, &at_front[n], &at_back[n], from, to, weights,
-                                                  PART_OF(unit, &parts[n]));
+                                                  CLIPPED_LENGTH(unit, &parts[n]));
                 }
 #endif
                 for (int left = shown; left; left &= left - 1) {
-                    const int n = LOWEST_OF(left);
-                    const Way way = way_of(&p, &tile, n, from_k, length * step, one->field[n], other->field[n]);
+                    const int n = LOWEST_BIT(left);
+                    const RaySpan span = patch_span(&p, &tile, n, from_k, length * step, one->field[n], other->field[n]);
                     intv counts = 0;
 #if BLEND == COMPOSITE
-                    composite_way(voxels, &view, &sample, integrals, &segments[n], &parts[n], &way,
-                                  PART_OF(length * dt[n], &parts[n]), &one->lit[n], &other->lit[n], &gathered[n], &counts);
+                    composite_span(voxels, &view, &sample, integrals, &segments[n], &parts[n], &span,
+                                  CLIPPED_LENGTH(length * dt[n], &parts[n]), &one->lit[n], &other->lit[n], &gathered[n], &counts);
 #elif BLEND == ISO
-                    take_crossing(voxels, &view, &sample, &parts[n], &way, &one->lit[n], &other->lit[n], &gathered[n], &counts);
+                    accumulate_surface(voxels, &view, &sample, &parts[n], &span, &one->lit[n], &other->lit[n], &gathered[n], &counts);
 #else
-                    take_values(voxels, &view, &parts[n], &way, share_of(&parts[n]) / s, &gathered[n], &counts);
+                    accumulate_span(voxels, &view, &parts[n], &span, part_length(&parts[n]) / s, &gathered[n], &counts);
 #endif
                     active += counts & has_ray[n];
                     if (!ANY(has_ray[n] && open_rays(&sample, &gathered[n])))
@@ -233,12 +233,12 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         }
     }
 
-    regroup_all((realv *)gathered, RAW_NUMBERS, tile.bands);
+    regroup_all((realv *)gathered, RAW_FLOATS, tile.bands);
 #ifdef CLIPPED
     regroup_all((realv *)intervals, sizeof(Interval) / sizeof(realv), tile.bands);
 #endif
-    uint total = counted(active, VW);
+    uint total = sum_lanes(active, VW);
     for (int r = 0; r < tile.rows; r++)
-        END_RAYS(p, sample, table, &gathered[r], &intervals[r], tile.columns, 1, lattice + (size_t)(row + r) * p.width + column, total)
+        STORE_RAYS(p, sample, table, &gathered[r], &intervals[r], tile.columns, 1, lattice + (size_t)(row + r) * p.width + column, total)
     active_samples[id] = total;
 }

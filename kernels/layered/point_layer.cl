@@ -7,7 +7,7 @@
 
 #include "layered/ray_lattice.cl"
 #include "layered/tile_rows.cl"
-#include "shared/lit_way.cl"
+#include "shared/span_lighting.cl"
 #include "shared/volume.cl"
 
 // Voxels between neighbouring samples, at most: MAX_VOXELS_PER_POINT in src/layers/lattice, and somewhat more.
@@ -19,12 +19,12 @@
 // Samples of a tile's patches: the field there, and the light, where that is known.
 typedef struct {
     realv field[TILE_ROWS];
-    Lit lit[TILE_ROWS];
+    LitSample lit[TILE_ROWS];
 } Samples;
 
 // One sub-layer under a tile.
 typedef struct {
-    int held;                    // which one
+    int index;                    // which one
     int sampled, lit;            // patches whose field is known, and whose light
     Samples at;
     RowPlaces rows;
@@ -47,7 +47,7 @@ typedef struct {
 // Weights as numbers, of which all lanes are the same.
 static inline void store_first(const Weights *w, float *out) {
     for (int n = 0; n < 4; n++)
-        out[n] = ((const float *)&w->of[n])[0];
+        out[n] = ((const float *)&w->tap[n])[0];
 }
 
 static inline Columns columns_under(const VolumeView *view, int samples_per_layer, int l, realv u) {
@@ -57,7 +57,7 @@ static inline Columns columns_under(const VolumeView *view, int samples_per_laye
     const Weights layers = value_weights((realv)(c.above));
     store_first(&layers, c.layers);
     c.mixes = KERNEL == BSPLINE || c.above > 0.0f;
-    const intv below = wholes_below(u);
+    const intv below = floor_ints(u);
     c.between = u - CONVERT_REALV(below);
     c.u = value_weights(c.between);
     const int *ends = (const int *)&below;
@@ -81,7 +81,7 @@ ALWAYS_INLINE void load_span(__global const VOXEL *voxels, const VolumeView *vie
     if (inside || (c->inside && j >= 0 && j < view->dims_v && k >= 0 && k < view->dims_a)) {
         __global const VOXEL *start = voxels + (k - view->first_a) * view->stride_a + j * view->stride_v + c->first;
         ON_SPAN(i)
-            STOREV(span + i, VALUES_OF(view, LOAD_VOXELS(start + i)));
+            STOREV(span + i, VOXEL_VALUES(view, LOAD_VOXELS(start + i)));
     } else {
         load_row(voxels, view, c->first, j, k, vectors, span);
     }
@@ -122,7 +122,7 @@ ALWAYS_INLINE void sample_rows(__global const VOXEL *voxels, const VolumeView *v
         float span[SPAN_VECTORS * VW];
         mixed_span(voxels, view, c, j, vectors, inside, span);
         const realv before = TAP_UNDER(span, -1), low = UNDER(span, 0), high = UNDER(span, 1), behind = TAP_UNDER(span, 2);
-        *value++ = MIXED(c->u.of, before, low, high, behind);
+        *value++ = MIXED(c->u.tap, before, low, high, behind);
     }
 }
 
@@ -148,7 +148,7 @@ ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const Volume
             __global const VOXEL *before = voxels + (c->k - 1 - view->first_a) * view->stride_a + j * view->stride_v + c->first;
             __global const VOXEL *behind = before + 2 * view->stride_a;
             ON_SPAN(i)
-                STOREV(across + i, w->layers[2] * DIFFERENCES_OF(view, behind + i, before + i));
+                STOREV(across + i, w->layers[2] * VOXEL_DIFFERENCES(view, behind + i, before + i));
         } else {
             float before[SPAN_VECTORS * VW];
             load_span(voxels, view, c, j, c->k - 1, vectors, inside, before);
@@ -185,10 +185,10 @@ ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const Volume
         float own[SPAN_VECTORS * VW], across[SPAN_VECTORS * VW];
         differentiate_span(voxels, view, c, w, j, vectors, inside, own, across);
         const realv o0 = UNDER(own, -1), o1 = UNDER(own, 0), o2 = UNDER(own, 1), o3 = UNDER(own, 2);
-        s->value[row] = MIXED(c->u.of, o0, o1, o2, o3);
-        s->along_u[row] = SLOPE(w->u.of, o0, o1, o2, o3);
+        s->value[row] = MIXED(c->u.tap, o0, o1, o2, o3);
+        s->along_u[row] = SLOPE(w->u.tap, o0, o1, o2, o3);
         const realv a0 = TAP_UNDER(across, -1), a1 = UNDER(across, 0), a2 = UNDER(across, 1), a3 = TAP_UNDER(across, 2);
-        s->along_a[row] = MIXED(c->u.of, a0, a1, a2, a3);
+        s->along_a[row] = MIXED(c->u.tap, a0, a1, a2, a3);
     }
 }
 
@@ -213,7 +213,7 @@ ALWAYS_INLINE void mix_rows(const RowPlaces *rows, const realv *value, int first
             const int r = band * PATCH_ROWS + i;
             // From the row before the one below on; only those that count are there.
             const realv *v = value + (rows->below[r] - 1 - first);
-            const RowMix mix = mix_of(rows, r, farthest);
+            const RowMix mix = row_mix(rows, r, farthest);
             field[i] = MIXED_ROWS(mix, v, farthest);
         }
         regroup(field);
@@ -227,13 +227,13 @@ ALWAYS_INLINE void mix_rows(const RowPlaces *rows, const realv *value, int first
 // tile.
 static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, float centre_layer, int samples_per_layer,
                          int l, realv u, const TileRows *tile_v, int patches, Layer *layer) {
-    if (layer->held != l) {
-        layer->held = l, layer->sampled = layer->lit = 0;
+    if (layer->index != l) {
+        layer->index = l, layer->sampled = layer->lit = 0;
         place_rows(tile_v, (float)l / samples_per_layer - RADIUS - centre_layer, &layer->rows);
     }
     patches &= ~layer->sampled;
     layer->sampled |= patches;
-    const int first_band = LOWEST_OF(patches) / PATCH_ROWS, last_band = HIGHEST_OF(patches) / PATCH_ROWS;
+    const int first_band = LOWEST_BIT(patches) / PATCH_ROWS, last_band = HIGHEST_BIT(patches) / PATCH_ROWS;
     const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
     const int first = min(one, other) + FIRST_TAP, last = max(one, other) + LAST_TAP + layer->rows.farthest;
     const Columns columns = columns_under(view, samples_per_layer, l, u);
@@ -248,15 +248,15 @@ static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *
 ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int first, int first_band, int last_band, int patches, int farthest,
                               Gradient *gradients) {
     for (int band = first_band; band <= last_band; band++) {
-        if (!(patches & FIRST_FEW(PATCH_ROWS) << band * PATCH_ROWS))
+        if (!(patches & LOW_BITS(PATCH_ROWS) << band * PATCH_ROWS))
             continue;
         realv along_u[PATCH_ROWS], along_v[PATCH_ROWS], along_a[PATCH_ROWS];
 #pragma unroll
         for (int i = 0; i < PATCH_ROWS; i++) {
             const int r = band * PATCH_ROWS + i, j = rows->below[r] - 1 - first;
-            const RowMix mix = mix_of(rows, r, farthest);
+            const RowMix mix = row_mix(rows, r, farthest);
             along_u[i] = MIXED_ROWS(mix, slopes->along_u + j, farthest);
-            along_v[i] = SLOPE_OF_ROWS(mix, slopes->value + j, farthest);
+            along_v[i] = SLOPE_ROWS(mix, slopes->value + j, farthest);
             along_a[i] = MIXED_ROWS(mix, slopes->along_a + j, farthest);
         }
         regroup(along_u), regroup(along_v), regroup(along_a);
@@ -269,8 +269,8 @@ ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int f
 }
 
 // Where the rays of a patch, of the tile from (column, row) on, cross plane k.
-static inline Point point_of_patch(const RayLatticeParams *p, int column, int row, int patch, float k) {
-    const SampleRays rays = rays_of_samples(p, columns_of_patch(patch) + column, rows_of_patch(patch) + row);
+static inline Point patch_points(const RayLatticeParams *p, int column, int row, int patch, float k) {
+    const SampleRays rays = sample_rays(p, patch_columns(patch) + column, patch_sample_rows(patch) + row);
     const float depth = k - p->centre_layer;
     const Point point = {rays.centre_u + depth * rays.shear_u, rays.centre_v + depth * rays.shear_v, (realv)(k)};
     return point;
@@ -283,10 +283,10 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
     if (!patches)
         return;
     layer->lit |= patches;
-    const int first_band = LOWEST_OF(patches) / PATCH_ROWS, last_band = HIGHEST_OF(patches) / PATCH_ROWS;
+    const int first_band = LOWEST_BIT(patches) / PATCH_ROWS, last_band = HIGHEST_BIT(patches) / PATCH_ROWS;
     const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
     const int first = min(one, other) - 1, last = max(one, other) + 2 + layer->rows.farthest;
-    const Columns columns = columns_under(view, samples_per_layer, layer->held, u);
+    const Columns columns = columns_under(view, samples_per_layer, layer->index, u);
     SlopeWeights weights;
     weights.u = slope_weights(columns.between);
     const Weights layers = slope_weights((realv)(columns.above));
@@ -301,8 +301,8 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
 #define MIX_SLOPES(farthest) mix_slopes(&layer->rows, &slopes, first, first_band, last_band, patches, farthest, gradients)
     ON_STAGGERED(MIX_SLOPES, layer->rows.farthest);
     for (int left = patches; left; left &= left - 1) {
-        const int n = LOWEST_OF(left);
-        const Point point = point_of_patch(p, column, row, n, (float)layer->held / samples_per_layer - RADIUS);
-        layer->at.lit[n] = lit_at(sample, point, layer->at.field[n], gradients[n]);
+        const int n = LOWEST_BIT(left);
+        const Point point = patch_points(p, column, row, n, (float)layer->index / samples_per_layer - RADIUS);
+        layer->at.lit[n] = light_sample(sample, point, layer->at.field[n], gradients[n]);
     }
 }

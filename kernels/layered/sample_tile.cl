@@ -14,8 +14,8 @@ static inline int2 place_in_tile(int id) {
 }
 
 // The first sample of a tile, of so many side by side, and a work-item's own.
-static inline int2 first_of_tile(int tile, int tiles_u) { return (int2)(tile % tiles_u * SAMPLE_COLUMNS, tile / tiles_u * SAMPLE_ROWS); }
-static inline int2 sample_of_tile(int tile, int tiles_u) { return first_of_tile(tile, tiles_u) + place_in_tile(get_local_id(0)); }
+static inline int2 first_sample(int tile, int tiles_u) { return (int2)(tile % tiles_u * SAMPLE_COLUMNS, tile / tiles_u * SAMPLE_ROWS); }
+static inline int2 work_item_sample(int tile, int tiles_u) { return first_sample(tile, tiles_u) + place_in_tile(get_local_id(0)); }
 
 // Adds up what the work-items of a group have counted.
 ALWAYS_INLINE void count_tile(uint own, __local uint *active, __global uint *active_samples) {

@@ -9,7 +9,7 @@
 #include "layered/splat_stencil.cl"
 #include "layered/visible_layers.cl"
 #include "shared/sample.cl"
-#include "shared/sets.cl"
+#include "shared/bit_sets.cl"
 
 // A tile of one phase: where that lies in all layers, and its first sample.
 typedef struct {
@@ -31,19 +31,19 @@ static inline void splat_tile(__global const VOXEL *voxels, const VolumeView *vi
 // Splat sums of a layer in rows of a tile, one on each side included.
 #define SUM_ROWS (TILE_ROWS + 2)
 typedef struct {
-    int held, first, last; // which layer, and which rows, of -1 ... TILE_ROWS
+    int index, first, last; // which layer, and which rows, of -1 ... TILE_ROWS
     float sums[SUM_ROWS * TILE_COLUMNS];
 } SplatLayer;
 
-#define ROW_OF(layer, row) ((layer)->sums + ((row) + 1) * TILE_COLUMNS)
+#define SUM_ROW(layer, row) ((layer)->sums + ((row) + 1) * TILE_COLUMNS)
 
 // Sees to it that a layer holds some rows.
-static inline void hold_rows(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile, int first,
+static inline void ensure_rows(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile, int first,
                       int last, int k, SplatLayer *layer) {
-    if (layer->held == k && first >= layer->first && last <= layer->last)
+    if (layer->index == k && first >= layer->first && last <= layer->last)
         return;
-    layer->held = k, layer->first = first, layer->last = last;
-    splat_tile(voxels, view, p, tile, first, last - first + 1, k, (Step){0, 0}, ROW_OF(layer, first));
+    layer->index = k, layer->first = first, layer->last = last;
+    splat_tile(voxels, view, p, tile, first, last - first + 1, k, (Step){0, 0}, SUM_ROW(layer, first));
 }
 
 // Splat sums of the samples at hand, neighbours one row apart, and of differences along u and the layer axis.
@@ -62,7 +62,7 @@ static inline Gradient sample_gradient(const struct SampleSource *s) {
 }
 
 // VW samples of a tile in layer k, from (column, row) of the tile on.
-static inline Point point_of_samples(const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile, int column, int row, int k) {
+static inline Point phase_points(const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile, int column, int row, int k) {
     const LayerOffset u = tile->offsets_u[(k + 1) * p->per_voxel_u + tile->phase_u];
     const LayerOffset v = tile->offsets_v[(k + 1) * p->per_voxel_v + tile->phase_v];
     const Point point = {CONVERT_REALV(LANES + (u.base + tile->column + column)) + u.fraction,
@@ -73,13 +73,13 @@ static inline Point point_of_samples(const VolumeView *view, const SplatLatticeP
 #ifdef CLIPPED
 // The interval of VW samples from (column, row) on, in layers from the first one that they meet. `u`, `v`: where their phase lies in
 // layer -1.
-static inline Interval interval_of_samples(const VolumeView *view, const SplatLatticeParams *p, const Clipping *clip, LayerOffset u,
+static inline Interval clip_phase_samples(const VolumeView *view, const SplatLatticeParams *p, const Clipping *clip, LayerOffset u,
                                     LayerOffset v, int column, int row) {
     const float first = p->layer_step > 0 ? -1.0f : view->dims_a, layers = first + 1.0f;
     const realv origin[3] = {CONVERT_REALV(LANES + (u.base + column)) + (u.fraction + layers * p->shear_u),
                              (realv)(v.base + row + (v.fraction + layers * p->shear_v)), (realv)(first)};
     const realv direction[3] = {(realv)(p->layer_step * p->shear_u), (realv)(p->layer_step * p->shear_v), (realv)(p->layer_step)};
-    return interval_of(clip, origin, direction, -INFINITY);
+    return clip_rays(clip, origin, direction, -INFINITY);
 }
 #endif
 
@@ -87,17 +87,17 @@ static inline Interval interval_of_samples(const VolumeView *view, const SplatLa
 static inline int open_rows(const SampleParams *p, const Accumulator *gathered, int rows, int columns) {
     int open = 0;
     for (int left = rows; left; left &= left - 1) {
-        const int r = LOWEST_OF(left);
+        const int r = LOWEST_BIT(left);
         bool any = false;
         for (int c = 0; c < TILE_VECTORS; c++)
-            any = any || any_open_of(p, &gathered[r * TILE_VECTORS + c], columns - c * VW);
+            any = any || any_open_lanes(p, &gathered[r * TILE_VECTORS + c], columns - c * VW);
         open |= any << r;
     }
     return open;
 }
 
 // Where a sample of a phase lies in the lattice.
-static inline size_t place_of(const SplatLatticeParams *p, int phase_u, int phase_v, int column, int row) {
+static inline size_t lattice_index(const SplatLatticeParams *p, int phase_u, int phase_v, int column, int row) {
     return ((size_t)row * p->per_voxel_v + phase_v) * (p->columns_u * p->per_voxel_u) + (size_t)column * p->per_voxel_u + phase_u;
 }
 
@@ -121,7 +121,7 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 
     SplatLayer ring[3];
     for (int i = 0; i < 3; i++)
-        ring[i].held = INT_MIN;
+        ring[i].index = INT_MIN;
     float along_u[TILE_ROWS * TILE_COLUMNS], across[TILE_ROWS * TILE_COLUMNS];
     Accumulator gathered[TILE_ROWS * TILE_VECTORS];
     Interval intervals[TILE_ROWS * TILE_VECTORS];
@@ -129,10 +129,10 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     for (int i = 0; i < TILE_ROWS * TILE_VECTORS; i++) {
         const int c = i % TILE_VECTORS * VW, r = i / TILE_VECTORS;
         gathered[i] = p.continues && r < rows && c < columns
-                          ? load_raw(&sample, lattice + place_of(&p, phase_u, phase_v, column + c, row + r), min(VW, columns - c), p.per_voxel_u)
+                          ? load_raw(&sample, lattice + lattice_index(&p, phase_u, phase_v, column + c, row + r), min(VW, columns - c), p.per_voxel_u)
                           : empty_accumulator(&sample);
 #ifdef CLIPPED
-        intervals[i] = interval_of_samples(&view, &p, &clip, offsets_u[phase_u], offsets_v[phase_v], column + i % TILE_VECTORS * VW,
+        intervals[i] = clip_phase_samples(&view, &p, &clip, offsets_u[phase_u], offsets_v[phase_v], column + i % TILE_VECTORS * VW,
                                            row + i / TILE_VECTORS);
 #endif
     }
@@ -152,8 +152,8 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     const float2 shear = {p.shear_u, p.shear_v}, reach = splat_reach(shear);
     const Beam beam = {(float4)(crossing, crossing + (float2)(columns - 1, rows - 1)), (float4)(shear, shear)};
     const int last_slab = min(p.last_layer + 1, view.dims_a) - view.first_a; // a part need not hold all
-    EightLayers known = {-1, 0};
-    int open = FIRST_FEW(rows); // rows that anything more can change
+    LayerChunk of_chunk = {-1, 0};
+    int open = LOW_BITS(rows); // rows that anything more can change
     if (p.continues)
         open = open_rows(&sample, gathered, open, columns);
     for (int n = 0; n < layers && open; n++) {
@@ -162,44 +162,44 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
             continue;
         int2 over = {0, rows - 1};
         if (p.culling)
-            over = rows_shown(visible, p.blocks_u, p.blocks_v, last_slab, &beam, rows, reach, 1.0f + view.first_a, k - view.first_a, &known);
-        int shown = open & FIRST_FEW(over.y + 1) & ~FIRST_FEW(over.x);
+            over = visible_rows(visible, p.blocks_u, p.blocks_v, last_slab, &beam, rows, reach, 1.0f + view.first_a, k - view.first_a, &of_chunk);
+        int shown = open & LOW_BITS(over.y + 1) & ~LOW_BITS(over.x);
         if (!shown)
             continue;
         for (int j = k - 1; j <= k + 1; j++)
-            hold_rows(voxels, &view, &p, &place, LOWEST_OF(shown) - border, HIGHEST_OF(shown) + border, j, &ring[slot(j)]);
+            ensure_rows(voxels, &view, &p, &place, LOWEST_BIT(shown) - border, HIGHEST_BIT(shown) + border, j, &ring[slot(j)]);
         const SplatLayer *before = &ring[slot(k - p.layer_step)], *own = &ring[slot(k)], *after = &ring[slot(k + p.layer_step)];
         for (int left = shown; left; left &= left - 1) {
-            const int r = LOWEST_OF(left);
+            const int r = LOWEST_BIT(left);
             bool any = false;
             for (int c = 0; c < TILE_COLUMNS; c += VW)
-                any = any || layer_can_show(&sample, LOADV(ROW_OF(before, r) + c), LOADV(ROW_OF(own, r) + c), LOADV(ROW_OF(after, r) + c));
+                any = any || layer_may_contribute(&sample, LOADV(SUM_ROW(before, r) + c), LOADV(SUM_ROW(own, r) + c), LOADV(SUM_ROW(after, r) + c));
             if (!any)
                 shown &= ~(1 << r);
         }
         if (!shown)
             continue;
         if (border) {
-            const int first = LOWEST_OF(shown), lit = HIGHEST_OF(shown) - first + 1;
+            const int first = LOWEST_BIT(shown), lit = HIGHEST_BIT(shown) - first + 1;
             splat_tile(voxels, &view, &p, &place, first, lit, k, (Step){1, 0}, along_u + first * TILE_COLUMNS);
             splat_tile(voxels, &view, &p, &place, first, lit, k, (Step){0, 1}, across + first * TILE_COLUMNS);
         }
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
         for (int left = shown; left; left &= left - 1) {
-            const int r = LOWEST_OF(left);
+            const int r = LOWEST_BIT(left);
             for (int c = 0; c < TILE_VECTORS; c++) {
-                LayerWay way;
-                way.dt = sample_length;
+                LayerSpan layer_span;
+                layer_span.dt = sample_length;
 #ifdef CLIPPED
-                way.interval.from = intervals[r * TILE_VECTORS + c].from - n;
-                way.interval.to = intervals[r * TILE_VECTORS + c].to - n;
+                layer_span.interval.from = intervals[r * TILE_VECTORS + c].from - n;
+                layer_span.interval.to = intervals[r * TILE_VECTORS + c].to - n;
 #endif
                 const int at = r * TILE_COLUMNS + c * VW;
-                const Point point = point_of_samples(&view, &p, &place, c * VW, r, k);
-                const struct SampleSource source = {ROW_OF(own, r) + c * VW, along_u + at, across + at, point};
-                take_slabs(&sample, slabs, first, count, table, LOADV(ROW_OF(before, r) + c * VW), LOADV(source.own),
-                           LOADV(ROW_OF(after, r) + c * VW), &way, &source, &gathered[r * TILE_VECTORS + c], &active[c]);
+                const Point point = phase_points(&view, &p, &place, c * VW, r, k);
+                const struct SampleSource source = {SUM_ROW(own, r) + c * VW, along_u + at, across + at, point};
+                accumulate_slabs(&sample, slabs, first, count, table, LOADV(SUM_ROW(before, r) + c * VW), LOADV(source.own),
+                           LOADV(SUM_ROW(after, r) + c * VW), &layer_span, &source, &gathered[r * TILE_VECTORS + c], &active[c]);
             }
         }
         open = open_rows(&sample, gathered, open, columns);
@@ -207,10 +207,10 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 
     uint total = 0;
     for (int c = 0; c < TILE_VECTORS; c++)
-        total += counted(active[c], clamp(columns - c * VW, 0, VW));
+        total += sum_lanes(active[c], clamp(columns - c * VW, 0, VW));
     for (int r = 0; r < rows; r++)
         for (int c = 0; c < TILE_VECTORS && c * VW < columns; c++)
-            END_RAYS(p, sample, table, &gathered[r * TILE_VECTORS + c], &intervals[r * TILE_VECTORS + c], min(VW, columns - c * VW),
-                     p.per_voxel_u, lattice + place_of(&p, phase_u, phase_v, column + c * VW, row + r), total)
+            STORE_RAYS(p, sample, table, &gathered[r * TILE_VECTORS + c], &intervals[r * TILE_VECTORS + c], min(VW, columns - c * VW),
+                     p.per_voxel_u, lattice + lattice_index(&p, phase_u, phase_v, column + c * VW, row + r), total)
     active_samples[tile] = total;
 }

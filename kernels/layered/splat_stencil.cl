@@ -14,10 +14,10 @@
 
 #define TILE_COLUMNS (TILE_VECTORS * VW)
 // The voxels under a tile and a row more on each side, with up to three taps more. Rows are whole vectors.
-#define MOST_TAPS 4
-#define UNDER_VECTORS ((TILE_COLUMNS + MOST_TAPS - 1 + VW - 1) / VW)
+#define MAX_TAPS 4
+#define UNDER_VECTORS ((TILE_COLUMNS + MAX_TAPS - 1 + VW - 1) / VW)
 #define UNDER_STRIDE (UNDER_VECTORS * VW)
-#define UNDER_ROWS (TILE_ROWS + 2 + MOST_TAPS - 1)
+#define UNDER_ROWS (TILE_ROWS + 2 + MAX_TAPS - 1)
 
 // One voxel row's share of a splat sum.
 #define ROW_2(b) (w[4 * b] * LOADV(row + b * UNDER_STRIDE) + w[4 * b + 1] * LOADV(row + b * UNDER_STRIDE + 1))
@@ -66,9 +66,9 @@ static inline void load_under_inside(__global const VOXEL *voxels, const VolumeV
         for (int i = 0; i < UNDER_STRIDE; i += VW)                                                                     \
             STOREV(under + r * UNDER_STRIDE + i, numbers)
     if (next)
-        FILL_UNDER(DIFFERENCES_OF(view, row + next + i, row - next + i));
+        FILL_UNDER(VOXEL_DIFFERENCES(view, row + next + i, row - next + i));
     else
-        FILL_UNDER(VALUES_OF(view, LOAD_VOXELS(row + i)));
+        FILL_UNDER(VOXEL_VALUES(view, LOAD_VOXELS(row + i)));
 }
 
 // The same wherever they are.
@@ -88,7 +88,7 @@ static inline void load_under(__global const VOXEL *voxels, const VolumeView *vi
 // the voxels of layer k.
 static inline void splat_rows(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, LayerOffset u, LayerOffset v,
                        __global const float *weights, int column, int row, int rows, int k, Step step, float *sums) {
-    if (!step.u && !step.a && BEYOND(k, view)) {
+    if (!step.u && !step.a && IS_OUTSIDE(k, view)) {
         for (int i = 0; i < rows * TILE_COLUMNS; i += VW)
             STOREV(sums + i, (realv)(view->background));
         return;

@@ -16,7 +16,7 @@ static inline float next_cell(float p, float s, float z) {
 }
 
 static inline float exact_splat_sum(__global const VOXEL *voxels, const VolumeView *view, int k, float u, float v, float s_u, float s_v) {
-    if (BEYOND(k, view))
+    if (IS_OUTSIDE(k, view))
         return view->background;
     float sum = 0.0f;
     for (float z = -1.0f; z < 1.0f;) {

@@ -31,7 +31,7 @@ typedef struct {
 
 // What voxel rows -1 ... 2 count, per row.
 typedef struct {
-    float of[4][PADDED_ROWS];
+    float tap[4][PADDED_ROWS];
 } RowWeights;
 
 // Where they are in a layer: the voxel row below each row, and how far it lies from that one, 0, to the next, 1.
@@ -49,16 +49,16 @@ typedef struct {
     Weights value, slope;
 } RowMix;
 
-static inline Weights weights_of_row(const RowWeights *rows, int row) {
-    const Weights w = {{rows->of[0][row], 0.0f, rows->of[2][row], rows->of[3][row]}};
+static inline Weights row_weights(const RowWeights *rows, int row) {
+    const Weights w = {{rows->tap[0][row], 0.0f, rows->tap[2][row], rows->tap[3][row]}};
     return w;
 }
 
-ALWAYS_INLINE RowMix mix_of(const RowPlaces *places, int row, int farthest) {
+ALWAYS_INLINE RowMix row_mix(const RowPlaces *places, int row, int farthest) {
     RowMix mix;
     if (farthest == 0) {
         mix.farther = 0;
-        mix.value = weights_of_row(&places->value, row), mix.slope = weights_of_row(&places->slope, row);
+        mix.value = row_weights(&places->value, row), mix.slope = row_weights(&places->slope, row);
         return mix;
     }
     const realv behind = places->between[row] + places->stagger;
@@ -73,7 +73,7 @@ ALWAYS_INLINE RowMix mix_of(const RowPlaces *places, int row, int farthest) {
 }
 
 // A voxel row, `number` rows from the one before the one below a row of samples.
-ALWAYS_INLINE realv row_of_mix(const RowMix *mix, const realv *row, int farthest) {
+ALWAYS_INLINE realv select_row(const RowMix *mix, const realv *row, int farthest) {
     if (farthest == 0)
         return row[0];
     if (farthest == 1)
@@ -82,15 +82,15 @@ ALWAYS_INLINE realv row_of_mix(const RowMix *mix, const realv *row, int farthest
 }
 
 // A number of voxel rows, from the one before the one below a row of samples on, mixed for it, and its slope.
-#define OF_ROWS(TAKE, kind, mix, number, farthest)                                                             \
-    TAKE((mix).kind.of, row_of_mix(&(mix), number, farthest), row_of_mix(&(mix), (number) + 1, farthest),      \
-         row_of_mix(&(mix), (number) + 2, farthest), row_of_mix(&(mix), (number) + 3, farthest))
-#define MIXED_ROWS(mix, number, farthest) OF_ROWS(MIXED, value, mix, number, farthest)
-#define SLOPE_OF_ROWS(mix, number, farthest) OF_ROWS(SLOPE, slope, mix, number, farthest)
+#define APPLY_TO_ROWS(TAKE, kind, mix, number, farthest)                                                             \
+    TAKE((mix).kind.tap, select_row(&(mix), number, farthest), select_row(&(mix), (number) + 1, farthest),      \
+         select_row(&(mix), (number) + 2, farthest), select_row(&(mix), (number) + 3, farthest))
+#define MIXED_ROWS(mix, number, farthest) APPLY_TO_ROWS(MIXED, value, mix, number, farthest)
+#define SLOPE_ROWS(mix, number, farthest) APPLY_TO_ROWS(SLOPE, slope, mix, number, farthest)
 
 static inline void store_weights(const Weights *w, int row, RowWeights *rows) {
     for (int n = 0; n < 4; n++)
-        STOREV(rows->of[n] + row, w->of[n]);
+        STOREV(rows->tap[n] + row, w->tap[n]);
 }
 
 // `depth`: of the layer, from the middle one.
@@ -98,7 +98,7 @@ static inline void place_rows(const TileRows *rows, float depth, RowPlaces *plac
     places->stagger = rows->stagger, places->farthest = rows->farthest;
     for (int r = 0; r < TILE_ROWS; r += VW) {
         const realv v = LOADV(rows->centre + r) + depth * LOADV(rows->shear + r);
-        const intv below = wholes_below(v);
+        const intv below = floor_ints(v);
         *(intv *)(places->below + r) = below;
         const realv between = v - CONVERT_REALV(below);
         STOREV(places->between + r, between);

@@ -3,25 +3,25 @@
 #include "layered/tile.cl"
 
 // Where the first row of a tile crosses a plane, and how far from it the next one does.
-static inline float2 first_row(const RayLatticeParams *p, const Tile *tile, float depth) {
+static inline float2 first_row_crossing(const RayLatticeParams *p, const Tile *tile, float depth) {
     return (float2)(tile->beam.crossing.y + depth * tile->beam.shear.y, p->rays[5] + depth * p->rays[7]);
 }
 
 // The patches of a tile over which a slab of a chunk, between two planes, can show anything: from the first to the last row of blocks that can.
-static inline int patches_visible(__global const uchar *visible, const RayLatticeParams *p, int chunk, int slab, const Tile *tile, float depth,
+static inline int visible_patches(__global const uchar *visible, const RayLatticeParams *p, int chunk, int slab, const Tile *tile, float depth,
                                   float to_depth) {
-    const int4 blocks = blocks_over(p->blocks_u, p->blocks_v, cells_crossed(&tile->beam, depth, to_depth, 0.0f));
-    const int2 shown = rows_of_blocks(visible, p->blocks_u, p->blocks_v, chunk, 1 << slab, blocks);
+    const int4 blocks = blocks_in_window(p->blocks_u, p->blocks_v, cells_crossed(&tile->beam, depth, to_depth, 0.0f));
+    const int2 shown = visible_block_rows(visible, p->blocks_u, p->blocks_v, chunk, 1 << slab, blocks);
     if (shown.x > shown.y)
         return 0;
     if (shown.x == blocks.y && shown.y == blocks.w)
-        return FIRST_FEW(tile->bands * PATCH_ROWS);
-    const float2 ends = ends_of_blocks(shown, p->blocks_v), at = first_row(p, tile, depth), to = first_row(p, tile, to_depth);
-    const float2 one = rows_between(ends, at.x, at.y), other = rows_between(ends, to.x, to.y);
+        return LOW_BITS(tile->bands * PATCH_ROWS);
+    const float2 ends = block_rows_extent(shown, p->blocks_v), at = first_row_crossing(p, tile, depth), to = first_row_crossing(p, tile, to_depth);
+    const float2 one = tile_rows_between(ends, at.x, at.y), other = tile_rows_between(ends, to.x, to.y);
     // A staggered column lies less than a row behind.
     const int top = CLAMP(MIN(one.x, other.x) - (p->farthest ? 1.0f : 0.0f), 0.0f, (float)TILE_ROWS);
     const int bottom = CLAMP(MAX(one.y, other.y), -1.0f, tile->rows - 1.0f);
-    return FIRST_FEW(bottom / PATCH_ROWS * PATCH_ROWS + PATCH_ROWS) & ~FIRST_FEW(top / PATCH_ROWS * PATCH_ROWS);
+    return LOW_BITS(bottom / PATCH_ROWS * PATCH_ROWS + PATCH_ROWS) & ~LOW_BITS(top / PATCH_ROWS * PATCH_ROWS);
 }
 
 // Bits of the chunk of slabs that a tile is in.
@@ -39,13 +39,13 @@ ALWAYS_INLINE int slabs_to_skip(__global const uchar *visible, const RayLatticeP
     if (q >> 3 != chunk->index) {
         chunk->index = q >> 3;
         const int end = enters ? max(q & ~7, last) : min(q | 7, last);
-        chunk->bits = slabs_over(visible, p->blocks_u, p->blocks_v, chunk->index,
+        chunk->bits = slabs_in_window(visible, p->blocks_u, p->blocks_v, chunk->index,
                                  cells_crossed(&tile->beam, q + to_plane, end + to_next, 0.0f));
         if (!chunk->bits)
             return abs(end - q) + 1;
     }
     if (!(chunk->bits >> (q & 7) & 1))
         return 1;
-    *patches = patches_visible(visible, p, chunk->index, q & 7, tile, q + to_plane, q + to_next);
+    *patches = visible_patches(visible, p, chunk->index, q & 7, tile, q + to_plane, q + to_next);
     return !*patches;
 }

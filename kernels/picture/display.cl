@@ -4,7 +4,7 @@
 // are kept out, which a device may take for 0.
 
 // A pixel of less opacity shows nothing.
-#define LEAST_OPACITY 0x1p-100f
+#define MIN_OPACITY 0x1p-100f
 
 #include "shared/elementary.cl"
 
@@ -13,7 +13,7 @@ static inline uchar4 displayed(float4 color, float4 background) {
     float4 shown = 0.0f;
     if (background.w > 0.0f)
         shown = (float4)(fma((float3)(1.0f - color.w), background.xyz, color.xyz), 1.0f);
-    else if (color.w >= LEAST_OPACITY)
+    else if (color.w >= MIN_OPACITY)
         shown = (float4)(color.xyz / color.w, color.w);
     const float4 rounded = fma(shown, (float4)(255.0f), (float4)(0.5f));
     return convert_uchar4(CLAMP(rounded, (float4)(0.0f), (float4)(255.0f)));

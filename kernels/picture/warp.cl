@@ -16,7 +16,7 @@ typedef float16 __attribute__((aligned(16))) Four;
 
 // A colour within the range of the four samples around it, two of each row: the filter overshoots at edges, and what is opaque
 // and of one colour must stay so; and colours within the opacity.
-static inline float4 within(float4 color, float8 upper, float8 lower) {
+static inline float4 clamp_color(float4 color, float8 upper, float8 lower) {
     const float8 lo = MIN(upper, lower), hi = MAX(upper, lower);
     color = CLAMP(color, MIN(lo.lo, lo.hi), MAX(hi.lo, hi.hi));
     return MIN(color, color.wwww);
@@ -42,7 +42,7 @@ static inline float4 mix_inside(__global const float4 *corner, int width, float4
     }
     const float16 weighted = rows * (float16)(wu.xxxx, wu.yyyy, wu.zzzz, wu.wwww);
     const float8 pairs = weighted.lo + weighted.hi;
-    return within(pairs.lo + pairs.hi, upper.s456789ab, lower);
+    return clamp_color(pairs.lo + pairs.hi, upper.s456789ab, lower);
 }
 
 // The same where some of them are beyond it, and transparent. Unrolled, so that all indices are constants and nothing lies in memory.
@@ -61,11 +61,11 @@ static inline float4 mix_edge(__global const float4 *lattice, int width, int hei
                 around[2 * (r - 1) + c - 1] = color;
         }
     }
-    return within(sum, (float8)(around[0], around[1]), (float8)(around[2], around[3]));
+    return clamp_color(sum, (float8)(around[0], around[1]), (float8)(around[2], around[3]));
 }
 
 // Where a pixel lies in the lattice: (column, row, w), w > 0 where it is in front of the eye.
-static inline float3 place(const WarpParams *p, float x, float y) {
+static inline float3 lattice_position(const WarpParams *p, float x, float y) {
     const float *m = p->from_screen;
     // Parallel views need no division.
     if (m[6] == 0.0f && m[7] == 0.0f && m[8] == 1.0f)
@@ -75,11 +75,11 @@ static inline float3 place(const WarpParams *p, float x, float y) {
     return (float3)((m[0] * x + m[1] * y + m[2]) * scale, (m[3] * x + m[4] * y + m[5]) * scale, w);
 }
 
-ALWAYS_INLINE float4 warped(__global const float4 *lattice, const WarpParams *p, float x, float y) {
-    const float3 at = place(p, x, y);
+ALWAYS_INLINE float4 interpolated(__global const float4 *lattice, const WarpParams *p, float x, float y) {
+    const float3 at = lattice_position(p, x, y);
     if (!(at.z > 0.0f && at.x > -2.0f && at.x < p->width + 1.0f && at.y > -2.0f && at.y < p->height + 1.0f))
         return 0.0f;
-    const int i = whole_below(at.x), j = whole_below(at.y);
+    const int i = floor_int(at.x), j = floor_int(at.y);
     const float4 wu = catmull_rom(at.x - i), wv = catmull_rom(at.y - j);
     const int first = i - 1, top = j - 1;
     return first >= 0 && first + 4 <= p->width && top >= 0 && top + 4 <= p->height
@@ -93,16 +93,16 @@ static inline float4 pixel_at(__global const float4 *lattice, const WarpParams *
     float4 sum = 0.0f;
     for (int j = 0; j < p->filter; j++)
         for (int i = 0; i < p->filter; i++)
-            sum += warped(lattice, p, column + (i + 0.5f) * step, row + (j + 0.5f) * step);
+            sum += interpolated(lattice, p, column + (i + 0.5f) * step, row + (j + 0.5f) * step);
     return sum * (step * step);
 }
 
 // Whether the lattice shows nothing under the pixels [x0, x1] x [y0, y1] and in the filter's reach.
-static inline bool nothing_under(__global const float4 *lattice, __global const uint *active_samples, const WarpParams *p,
+static inline bool is_empty_under(__global const float4 *lattice, __global const uint *active_samples, const WarpParams *p,
                           float x0, float x1, float y0, float y1) {
     float u0 = INFINITY, u1 = -INFINITY, v0 = INFINITY, v1 = -INFINITY;
     for (int corner = 0; corner < 4; corner++) {
-        const float3 at = place(p, corner & 1 ? x1 : x0, corner & 2 ? y1 : y0);
+        const float3 at = lattice_position(p, corner & 1 ? x1 : x0, corner & 2 ? y1 : y0);
         if (!(at.z > 0.0f))
             return false;
         u0 = MIN(u0, at.x), u1 = MAX(u1, at.x), v0 = MIN(v0, at.y), v1 = MAX(v1, at.y);
@@ -130,7 +130,7 @@ static inline bool nothing_under(__global const float4 *lattice, __global const 
 
 // A pixel of a row to the frame of floats, or, `displayed`, straight to the 8-bit picture: one pass over the frame's floats less, 0.5 ms of 2 at
 // 512 x 512. One kernel for both: it takes compilers longer than any other but the lattice's.
-static inline void put_pixel(const WarpParams *p, float4 color, float4 background, __global uchar *picture, size_t at) {
+static inline void store_pixel(const WarpParams *p, float4 color, float4 background, __global uchar *picture, size_t at) {
     if (p->displayed) {
         ((__global uchar4 *)picture)[at] = displayed(color, background);
     } else {
@@ -141,7 +141,7 @@ static inline void put_pixel(const WarpParams *p, float4 color, float4 backgroun
 }
 
 // And four.
-ALWAYS_INLINE void put_four(const WarpParams *p, float16 colors, float4 background, __global uchar *picture, size_t at) {
+ALWAYS_INLINE void store_four(const WarpParams *p, float16 colors, float4 background, __global uchar *picture, size_t at) {
     if (p->displayed) {
         vstore16(displayed_four(colors, background), 0, picture + 4 * at);
     } else {
@@ -160,20 +160,20 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
     // Known where it is one, so that graphics processors have it in registers.
     const int count = BLOCK_COLUMNS == 1 ? 1 : right - left;
     const float inset = 0.5f / p.filter;
-    const bool nothing =
-        nothing_under(lattice, active_samples, &p, left + inset, right - inset, top + inset, bottom - inset);
-    if (nothing) {
+    const bool is_empty =
+        is_empty_under(lattice, active_samples, &p, left + inset, right - inset, top + inset, bottom - inset);
+    if (is_empty) {
         // By itself: what it is displayed as is found once.
         for (int line = top; line < bottom; line++)
             for (int i = 0; i < count; i++)
-                put_pixel(&p, (float4)(0.0f), background, picture, (size_t)line * p.columns + left + i);
+                store_pixel(&p, (float4)(0.0f), background, picture, (size_t)line * p.columns + left + i);
         return;
     }
     const bool upright = p.upright && !p.for_each_pixel;
     Lines lines;
     if (upright)
-        lines = lines_of(&p);
-#ifdef TAKES_LINES
+        lines = make_lines(&p);
+#ifdef FOUR_LINES_AT_ONCE
     ColumnLines columns;
     if (upright)
         lines_below(&lines, left, p.on_pixels, &columns);
@@ -195,7 +195,7 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
                 i++;
             }
         } else if (upright) {
-#ifdef TAKES_LINES
+#ifdef FOUR_LINES_AT_ONCE
             upright_row(lattice, &lines, &columns, p.on_pixels, line + 0.5f, row);
 #else
             for (int i = 0; i < count; i++)
@@ -208,9 +208,9 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
         int i = 0;
 #if BLOCK_COLUMNS % 4 == 0
         for (; i + 4 <= count; i += 4)
-            put_four(&p, row[i / 4], background, picture, at + i);
+            store_four(&p, row[i / 4], background, picture, at + i);
 #endif
         for (; i < count; i++)
-            put_pixel(&p, pixels[i], background, picture, at + i);
+            store_pixel(&p, pixels[i], background, picture, at + i);
     }
 }

@@ -12,9 +12,9 @@
 // visible: a bit per block and slab (slab_visibility.cl), for points in the cells between the slab's two layers.
 static inline intv cells_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, realv u, realv v,
                           realv a) {
-    const intv b = CLAMP_WHOLES((wholes_below(u) >> BLOCK_U_BITS) + 1, 0, p->blocks_u - 1);
-    const intv c = CLAMP_WHOLES((wholes_below(v) >> BLOCK_V_BITS) + 1, 0, p->blocks_v - 1);
-    const intv q = CLAMP_WHOLES(wholes_below(a) + RADIUS, 0, LAST_SLAB(view));
+    const intv b = CLAMP_INTV((floor_ints(u) >> BLOCK_U_BITS) + 1, 0, p->blocks_u - 1);
+    const intv c = CLAMP_INTV((floor_ints(v) >> BLOCK_V_BITS) + 1, 0, p->blocks_v - 1);
+    const intv q = CLAMP_INTV(floor_ints(a) + RADIUS, 0, LAST_SLAB(view));
     const intv at = ((q >> 3) * p->blocks_v + c) * p->blocks_u + b;
 #ifdef GATHER_WORDS
     const intv bits = GATHER_WORDS(visible, at);

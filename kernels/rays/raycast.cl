@@ -62,11 +62,11 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
         const realv value = value_at(voxels, view, point[0], point[1], point[2], needed);
         const struct SampleSource source = {voxels, view, point, needed};
 #ifdef DEPTHS
-        is_between(MAX(first, (realv)(n)) * step, MIN(last, (realv)(n + 1.0f)) * step, gathered);
+        set_depth_range(MAX(first, (realv)(n)) * step, MIN(last, (realv)(n + 1.0f)) * step, gathered);
 #endif
         bool lit = false;
         Lighting lighting;
-        take_sample(sample, table, value, needed ? share : (realv)(0.0f), (realv)(p->length), step, &source, &lit, &lighting,
+        accumulate_sample(sample, table, value, needed ? share : (realv)(0.0f), (realv)(p->length), step, &source, &lit, &lighting,
                     gathered, active);
         if (!ANY(hits && open_rays(sample, gathered)))
             break;

@@ -23,7 +23,7 @@ ALWAYS_INLINE void composite_sheet(const SampleParams *sample, Tile *tile, float
         const realv along = tile->rays[r].d[2], sign = along > 0.0f ? (realv)(0.5f) : (realv)(-0.5f);
         const realv at = layer - tile->rays[r].o[2];
         const Part part = part_of(&tile->intervals[r], (at - sign) / along, (at + sign) / along);
-        length *= share_of(&part);
+        length *= part_length(&part);
 #endif
         const realv extinction = sheet[r][3], depth = extinction * length;
         const realv opacity = opacity_of_depth(sample, depth);
@@ -50,21 +50,21 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
     Tile tile;
     intv active = 0;
     EACH_ROW(r, 0, rows - 1) {
-        tile.rays[r] = rays_of_row(&s, column, row + r);
+        tile.rays[r] = row_rays(&s, column, row + r);
         tile.length[r] = length_per_depth(&p, &tile.rays[r]);
         tile.gathered[r] = empty_accumulator(&sample);
 #ifdef CLIPPED
         // Splats before the eye are drawn as they are.
-        tile.intervals[r] = interval_of(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
+        tile.intervals[r] = clip_rays(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
 #endif
         for (int c = 0; c < 4; c++)
             sheet[r][c] = 0.0f;
     }
-    const uint2 list = list_of(ends, &s, chunks, id);
+    const uint2 list = tile_list(ends, &s, chunks, id);
     float layer = -1.0f;
     int from = TILE_ROWS, to = -1;
     for (uint e = list.x; e < list.y; e++) {
-        PREFETCH(sorted + lists[min(e + AHEAD, list.y - 1)]);
+        PREFETCH(sorted + lists[min(e + PREFETCH_DISTANCE, list.y - 1)]);
         const Splat splat = sorted[lists[e]];
         if (splat.reach != layer) {
             composite_sheet(&sample, &tile, layer, from, to, sheet, &active);
@@ -73,10 +73,10 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
             if (!any_row_open(&sample, tile.gathered, rows))
                 break;
         }
-        const Footprint f = footprint_of(&p, &splat, column, row, rows);
+        const Footprint f = splat_footprint(&p, &splat, column, row, rows);
         from = min(from, f.from), to = max(to, f.to);
         EACH_ROW(r, f.from, f.to) {
-            const realv footprint = weights_on(&p, &splat, &f, r);
+            const realv footprint = footprint_row(&p, &splat, &f, r);
             sheet[r][0] += splat.content.x * footprint;
             sheet[r][1] += splat.content.y * footprint;
             sheet[r][2] += splat.content.z * footprint;
@@ -86,5 +86,5 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
     composite_sheet(&sample, &tile, layer, from, to, sheet, &active);
     EACH_ROW(r, 0, rows - 1)
         store_pixels(&s, &sample, 0, column, row + r, &tile.gathered[r], &tile.intervals[r], frame);
-    active_samples[id] = counted(active, columns_of(&s, column));
+    active_samples[id] = sum_lanes(active, columns_on_screen(&s, column));
 }

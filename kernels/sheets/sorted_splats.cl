@@ -39,7 +39,7 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
 #ifdef PRECLASSIFIED
         const int bucket = 0;
 #else
-        const float reach = reach_of(&p, depth);
+        const float reach = sheet_position(&p, depth);
         const int bucket = clamp(first_sheet(reach), 0, buckets - 1);
 #endif
         if (!fill) {
@@ -58,7 +58,7 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
             const Gradient gradient = {content.y, content.z, content.w};
             const Lighting lighting = shade(&sample, point, content.x, gradient);
             color.xyz = MIN(color.xyz * lighting.factor + lighting.highlight, (float3)(1.0f));
-            entry.w *= lighting.left;
+            entry.w *= lighting.extinction_scale;
         }
         splat->content = color * MIN(entry.w, OPAQUE_EXTINCTION);
 #else

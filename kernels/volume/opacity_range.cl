@@ -4,7 +4,7 @@
 #include "shared/volume.cl"
 
 // The limits of a block of a layer, from min_max_blocks.cl. At an end of the voxels' range they stand for a background beyond it as well.
-static inline void limits_of(__global const VOXEL *limits, float background, float offset, size_t block, float *lo, float *hi) {
+static inline void block_limits(__global const VOXEL *limits, float background, float offset, size_t block, float *lo, float *hi) {
     const VOXEL below = VOXEL_BELOW(background + offset), above = VOXEL_ABOVE(background + offset);
     __global const VOXEL *limit = limits + 2 * block;
     const float least = convert_float(limit[0]) - offset, most = convert_float(limit[1]) - offset;

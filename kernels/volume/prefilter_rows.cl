@@ -17,7 +17,7 @@ __kernel void prefilter_rows(__global const VOXEL *voxels, VolumeView view, __gl
 #pragma unroll
         for (int n = 0; n < VW + 2 * PREFILTER_RADIUS; n++) {
             const int at = i + n - PREFILTER_RADIUS;
-            span[n] = VALUE_OF(&view, convert_float(row[inside ? at : mirrored(at, first, held, whole)]));
+            span[n] = VOXEL_VALUE(&view, convert_float(row[inside ? at : mirrored(at, first, held, whole)]));
         }
         realv sum = taps[0] * LOADV(span + PREFILTER_RADIUS);
 #pragma unroll

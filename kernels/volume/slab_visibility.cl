@@ -8,9 +8,9 @@
 
 #include "volume/opacity_range.cl"
 
-#define MOST_RADIUS 2
+#define MAX_RADIUS 2
 // Layers that the slabs of a chunk reach.
-#define LAYERS (8 + 2 * MOST_RADIUS - 1)
+#define LAYERS (8 + 2 * MAX_RADIUS - 1)
 // What is numbered by constants, graphics processors have in registers. Processors take half as long again with so much code.
 #if VW == 1
 #define UNROLLED _Pragma("unroll")
@@ -34,13 +34,13 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
         const bool outside = k < 0 || k >= layers || n >= 7 + reached;
         lo[n] = hi[n] = background;
         if (!outside)
-            limits_of(limits, background, offset, ((size_t)k * blocks_v + c) * blocks_u + b, &lo[n], &hi[n]);
+            block_limits(limits, background, offset, ((size_t)k * blocks_v + c) * blocks_u + b, &lo[n], &hi[n]);
     }
     int bits = 0;
     UNROLLED for (int i = 0; i < 8; i++) {
         float from = lo[i], to = hi[i];
 #pragma unroll
-        for (int n = 1; n < 2 * MOST_RADIUS; n++)
+        for (int n = 1; n < 2 * MAX_RADIUS; n++)
             if (n < reached)
                 from = MIN(from, lo[i + n]), to = MAX(to, hi[i + n]);
         const float below = overshoot * (to - from) + slack * fabs(from - background);

@@ -13,7 +13,7 @@ __kernel void value_range(__global const VOXEL *voxels, VolumeView view, int par
         return;
     voxels += view.first;
     float lo = INFINITY, hi = -INFINITY;
-    uint odd = 0;
+    uint invalid_count = 0;
     for (long row = id; row < (long)view.dims_v * view.dims_a; row += parts) {
         __global const VOXEL *start = voxels + row % view.dims_v * view.stride_v + row / view.dims_v * view.stride_a;
         for (int u = 0; u < view.dims_u; u++) {
@@ -21,8 +21,8 @@ __kernel void value_range(__global const VOXEL *voxels, VolumeView view, int par
             const bool valid = IS_VALID(value);
             lo = valid ? MIN(lo, value) : lo;
             hi = valid ? MAX(hi, value) : hi;
-            odd += valid ? 0 : 1;
+            invalid_count += valid ? 0 : 1;
         }
     }
-    least[id] = lo, largest[id] = hi, invalid[id] = odd;
+    least[id] = lo, largest[id] = hi, invalid[id] = invalid_count;
 }
