@@ -1,4 +1,4 @@
-// The rays of screen pixels, for the kernels that render without a lattice. VW is 1.
+// Rays through screen pixels, for kernels that render without a lattice. VW is 1.
 
 #include "shared/clipping.cl"
 
@@ -8,7 +8,7 @@ static inline int most_parallel(const float *d) {
     return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
 }
 
-// The i-th of three numbers: looked up by a number that is not known before, they would be in memory.
+// The i-th of three numbers. Indexing by a variable would put the array in memory.
 #define SELECT_3(numbers, i) ((i) == 0 ? (numbers)[0] : (i) == 1 ? (numbers)[1] : (numbers)[2])
 
 // A ray in the coordinates of its layer axis.
@@ -17,19 +17,19 @@ typedef struct {
     int axis, layer_step;
     int blocks_u, blocks_v;
     float origin[3], direction[3]; // along x, y, z
-    float o_u, o_v, o_a; // a point, in voxels
-    float d_a;           // layers per unit of the ray's parameter
+    float o_u, o_v, o_a; // a point on the ray, in voxels
+    float d_a;           // layers per unit of the ray parameter
     float s_u, s_v;
     float dt;            // length of a sample, in unit distances
 } PixelRay;
 
-// Turns a vector (x, y, z) to (u, v, a).
+// Permutes a vector (x, y, z) to (u, v, a).
 static inline void permute_axes(float *x, float *y, float *z, int iu, int iv, int a) {
     const float v[3] = {*x, *y, *z};
     *x = SELECT_3(v, iu), *y = SELECT_3(v, iv), *z = SELECT_3(v, a);
 }
 
-// The ray through pixel coordinates (x, y), and the sample's parameters turned from layer axis z to its own.
+// The ray through pixel coordinates (x, y). Also permutes the sample parameters from layer axis z to the ray's own.
 static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, const SampleParams *sample_of_z, SampleParams *sample) {
     *sample = *sample_of_z;
     float o[3], d[3];
@@ -62,7 +62,7 @@ static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, c
     return ray;
 }
 
-// The interval of a ray, in layers from o_a along it.
+// Clip interval of a ray, in layers from o_a along it.
 static inline Interval interval_in_layers(const DirectParams *p, const Clipping *clip, const PixelRay *ray) {
     Interval interval = clip_rays(clip, ray->origin, ray->direction, p->start);
     const float layers = fabs(ray->d_a);

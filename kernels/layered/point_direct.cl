@@ -1,5 +1,5 @@
-// Layered rendering with point-sampled layers, per screen pixel: point_lattice.cl without a lattice. Used where none
-// reaches, and as its oracle.
+// Layered rendering with point-sampled layers, per screen pixel: point_lattice.cl without a lattice. Used where a lattice is impossible,
+// and as its oracle.
 //
 // One work-item per pixel, row by row; VW is 1.
 
@@ -7,7 +7,7 @@
 #include "layered/visible_cells.cl"
 #include "shared/segment.cl"
 
-// A ray at a plane of a layer, or between two.
+// Where a ray crosses the plane k, which can lie between layers.
 static inline float3 point_on_ray(const PixelRay *ray, float k) {
     return (float3)(ray->o_u + (k - ray->o_a) * ray->s_u, ray->o_v + (k - ray->o_a) * ray->s_v, k);
 }
@@ -51,7 +51,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             continue;
         for (int i = 0; i < s; i++) {
             const int l0 = back ? (q + 1) * s - i : q * s + i, l1 = l0 + ray.layer_step;
-            // Both ends by the same code: looked up by a number, they would be in memory.
+            // Both ends in a loop: arrays indexed by a variable would be in memory.
             float from = 0.0f, field = 0.0f;
             for (int l = l0;; l = l1) {
                 const float3 place = point_on_ray(&ray, (float)l / s - RADIUS);

@@ -1,17 +1,18 @@
-// Layered rendering with point-sampled layers, on the lattice of any view.
+// Layered rendering with point-sampled layers, on a lattice for any view.
 //
-// A layer is sampled where the rays cross it: the reconstructed field itself, which on the plane of a layer needs that alone, with all
-// kernels but the B-spline (point_layer.cl). Between two samples the classification is pre-integrated.
-// One work-item per tile of VW x TILE_ROWS samples. lattice[J*width + I] = RGBA;
-// visible: a bit per block and slab, from slab_visibility.cl;
-// shown_slabs: the first and the last slab in which any is set, counted from the first layer that voxels hold, from shown_slabs.cl.
+// Samples are the reconstructed field where rays cross the layers. On the plane of a layer that needs this layer alone, with all kernels
+// but the B-spline (point_layer.cl). Classification is pre-integrated between two samples.
+//
+// One work-item per tile of VW x TILE_ROWS samples. lattice[J*width + I] = RGBA; visible: a bit per block and slab, from
+// slab_visibility.cl; shown_slabs: the first and the last slab with any bit set, counted from the first resident layer, from
+// shown_slabs.cl.
 
 #include "layered/visible_tile.cl"
 #include "shared/segment.cl"
 
 #ifdef CLIPPED
-// The outermost ends of a tile's intervals.
-static inline void bounds_of(const Interval *intervals, int patches, float *from, float *to) {
+// Union of the clip intervals of a tile.
+static inline void tile_bounds(const Interval *intervals, int patches, float *from, float *to) {
     *from = INFINITY, *to = -INFINITY;
     for (int n = 0; n < patches; n++) {
         const intv hit = intervals[n].from < intervals[n].to;
@@ -21,18 +22,18 @@ static inline void bounds_of(const Interval *intervals, int patches, float *from
 }
 #endif
 
-// The sub-layers at both ends of a segment. Samples the patches of one that are not held.
+// The two sub-layers at the ends of a segment. SAMPLE_SUB_LAYER computes the samples that are missing in the visible patches.
 #define SUB_LAYER(l) (&layers[(l) & 1])
 #define COLUMNS_AT(l) (tile.centre_u + ((float)(l) / s - RADIUS - p.centre_layer) * tile.shear_u)
-#define SAMPLE_SUB_LAYER(l)                                                                                                        \
-    if (SUB_LAYER(l)->index != (l) || over & ~SUB_LAYER(l)->sampled)                                                              \
+#define SAMPLE_SUB_LAYER(l)                                          \
+    if (SUB_LAYER(l)->index != (l) || over & ~SUB_LAYER(l)->sampled) \
     sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, over, SUB_LAYER(l))
 
-// Bytes that a processor fetches at once.
+// Bytes of a cache line.
 #define LINE 64
 
-// Asks for the voxels of a layer under a tile, which the slab after the next looks at: layers wait for memory. A part need not hold it:
-// asking for what is not there does nothing.
+// Prefetches the voxels of a layer under a tile, for the slab after the next: layers wait for memory. In a part of a volume the layer may
+// be missing; such a prefetch has no effect.
 static inline void fetch_ahead(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p, const Tile *tile, int k) {
     if (k < 0 || k >= view->dims_a)
         return;
@@ -40,7 +41,7 @@ static inline void fetch_ahead(__global const VOXEL *voxels, const VolumeView *v
     const int first_u = clamp(w.x - 1, 0, view->dims_u - 1), last_u = clamp(w.z + 2, 0, view->dims_u - 1);
     const int first = max(w.y - 1, 0), last = min(w.w + 2, view->dims_v - 1);
     __global const VOXEL *row = voxels + (k - view->first_a) * view->stride_a + first * view->stride_v;
-    // Rows of whole lines have their voxels in one of each, or in two.
+    // If rows are whole cache lines apart, their voxels are all in one line each, or all in two.
     const bool in_one = view->stride_v * sizeof(VOXEL) % LINE == 0 && (ulong)(row + first_u) / LINE == (ulong)(row + last_u) / LINE;
     for (int j = first; j <= last; j++, row += view->stride_v) {
         PREFETCH(row + first_u);
@@ -49,14 +50,14 @@ static inline void fetch_ahead(__global const VOXEL *voxels, const VolumeView *v
     }
 }
 
-// The way of a patch's rays from plane k on.
+// The span of a patch's rays that starts in plane k.
 static inline RaySpan patch_span(const RayLatticeParams *p, const Tile *tile, int patch, float k, float step, realv from, realv to) {
     const SampleRays rays = patch_rays(p, tile, patch);
     return span_at_plane(rays.centre_u, rays.shear_u, rays.centre_v, rays.shear_v, p->centre_layer, k, step, from, to);
 }
 
 #if ANALYTIC_GRADIENTS && LIT_AT_ENDS
-// Samples in the middle between those of two planes, of some patches.
+// Computes the samples in the middle between two planes, for some patches.
 static inline void find_middle(const RayLatticeParams *p, const SampleParams *sample, __global const int4 *integrals, const Tile *tile,
                                float k, float step, int patches, const Samples *const *ends, Samples *middle) {
     for (int left = patches; left; left &= left - 1) {
@@ -68,9 +69,9 @@ static inline void find_middle(const RayLatticeParams *p, const SampleParams *sa
 }
 #endif
 
-__kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
-                            __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table, RayLatticeParams p,
-                            SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples) {
+__kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible, __global const int *shown_slabs,
+                            __global const int4 *integrals, __global const float4 *table, RayLatticeParams p, SampleParams sample,
+                            Clipping clip, __global float4 *lattice, __global uint *active_samples) {
     const int order = get_global_id(0);
     if (order >= p.tiles_u * p.tiles_v)
         return;
@@ -85,7 +86,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     intv has_ray[TILE_ROWS];
 #if BLEND == COMPOSITE
     realv dt[TILE_ROWS];
-    // Of the samples at even places and at odd ones, and which places these are.
+    // Table nodes of the samples at even and at odd positions, and these positions.
     Node nodes[2][TILE_ROWS];
     int nodes_at[2][TILE_ROWS];
 #endif
@@ -111,14 +112,14 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     }
 #ifdef CLIPPED
     float begin, end;
-    bounds_of(intervals, patches, &begin, &end);
+    tile_bounds(intervals, patches, &begin, &end);
 #endif
 
     const int s = SAMPLES_PER_LAYER(&sample), enters = p.layer_step > 0 ? 0 : 1;
     int lowest = p.first_layer, highest = p.last_layer;
     if (p.culling)
         lowest = max(lowest, shown_slabs[0] + view.first_a), highest = min(highest, shown_slabs[1] + view.first_a);
-    int open = 0; // patches that anything more can change
+    int open = 0; // patches that further samples can change
     for (int n = 0; n < patches; n++)
         open |= (ANY(has_ray[n] && open_rays(&sample, &gathered[n])) ? 1 : 0) << n;
     Chunk chunk = {-1, 0};
@@ -153,12 +154,12 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #endif
             if (!shown)
                 continue;
-            // All lighting before all look-ups: shorter loops overlap better, 5 % on engine.
+            // Lighting of all patches before any look-ups: shorter loops overlap better, 5 % on engine.
             if (sample.light.shading && LIT_AT_ENDS) {
                 light_layer(voxels, &view, &p, &sample, column, row, s, COLUMNS_AT(l0), shown, front);
                 light_layer(voxels, &view, &p, &sample, column, row, s, COLUMNS_AT(l1), shown, behind);
             }
-            // Of the plane at which rays enter, and the distance to that at which they leave.
+            // The plane where rays enter, and the distance to the one where they leave.
             const float k = (float)l0 / s - RADIUS, step = (float)p.layer_step / s;
             const Samples *samples[3] = {&front->at, &behind->at, 0};
             int spans = 1;
@@ -180,7 +181,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #endif
 #if BLEND == COMPOSITE
                 const float2 weights = end_weights(&sample, l0, l1);
-                // Samples alternate between even and odd nodes. All look-ups before all segments: shorter loops overlap better, 4 % on
+                // Samples alternate between even and odd nodes. All look-ups before any segment: shorter loops overlap better, 4 % on
                 // engine.
                 const int places[2] = {spans * l0 + w * p.layer_step, spans * l0 + (w + 1) * p.layer_step};
                 Node *at_front = nodes[places[0] & 1], *at_back = nodes[places[1] & 1];
@@ -219,7 +220,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                     intv counts = 0;
 #if BLEND == COMPOSITE
                     composite_span(voxels, &view, &sample, integrals, &segments[n], &parts[n], &span,
-                                  CLIPPED_LENGTH(length * dt[n], &parts[n]), &one->lit[n], &other->lit[n], &gathered[n], &counts);
+                                   CLIPPED_LENGTH(length * dt[n], &parts[n]), &one->lit[n], &other->lit[n], &gathered[n], &counts);
 #elif BLEND == ISO
                     accumulate_surface(voxels, &view, &sample, &parts[n], &span, &one->lit[n], &other->lit[n], &gathered[n], &counts);
 #else

@@ -1,17 +1,18 @@
-// Layered rendering with point-sampled layers, on the lattice of any view: point_lattice.cl as graphics processors like it.
+// Layered rendering with point-sampled layers, on a lattice for any view: point_lattice.cl for GPUs.
 //
-// One work-item per sample of the lattice: VW is 1. A group takes a tile of SAMPLE_COLUMNS x SAMPLE_ROWS of them, whose rays
-// go through the slabs that any of them needs side by side, as their voxels lie. What a ray knows of a sample, its field and its light, goes from
-// the end of one segment to the beginning of the next: all of it fits into registers.
-// Everything else is as in point_lattice.cl; active_samples[tile] too.
+// One work-item per sample of the lattice: VW is 1. A work-group is a tile of SAMPLE_COLUMNS x SAMPLE_ROWS samples. Its rays cross the
+// slabs that any of them needs side by side, so that neighbouring work-items read neighbouring voxels. Field and lighting at the end of a
+// segment are reused at the beginning of the next one; the state of a ray fits in registers. All else, including active_samples[tile], is
+// as in point_lattice.cl.
 
-// All layouts that lattices are drawn from are.
+// True of all layouts that lattices are rendered from.
 #define ROWS_ALONG_U
 #include "layered/point_sample.cl"
 #include "layered/visible_group.cl"
 #include "shared/segment.cl"
 
-// end_weights() of all segments of a layer, for a group: looked up by a number, arguments would be copied to every work-item's memory.
+// end_weights() of all segments of a layer, in local memory: indexing kernel arguments by a variable would copy them to the private
+// memory of every work-item.
 #define END_FLOATS ((int)(sizeof((SampleParams *)0)->segments.ends / sizeof(float)))
 ALWAYS_INLINE void share_end_weights(const SampleParams *sample, __local float *ends) {
 #ifdef CURVED
@@ -32,33 +33,34 @@ static inline float2 shared_end_weights(__local const float *ends, uint samples_
 #endif
 }
 
-// What is known of the end of a segment, where the next one begins.
+// Sample at the end of a segment, which is reused where the next one begins.
 typedef struct {
     bool is_lit;
     float field;
     LitSample lit;
 } SegmentEnd;
 
-static inline bool is_visible_to_beam(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam, int slab) {
+static inline bool is_visible_to_beam(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam,
+                                      int slab) {
     const float to_plane = slab + (p->layer_step > 0 ? 0 : 1) - RADIUS - p->centre_layer;
     const Window crossed = cells_crossed(beam, to_plane, to_plane + p->layer_step, 0.0f);
     return is_slab_visible(visible, p->blocks_u, p->blocks_v, slab - view->first_a, crossed);
 }
 
-// A ray on its way through the layers.
+// State of a ray between layers.
 typedef struct {
     LatticeRay ray;
-    float dt; // from layer to layer, in the table's units
+    float dt; // length per layer, in the table's units
     Interval interval;
     Accumulator gathered;
     SegmentEnd end;
-    int last_slab; // the slab that it ends
+    int last_slab; // slab at the end of which `end` lies
     int active; // segments with opacity
     bool open;
 } RayState;
 
 static inline RayState start_ray(const RayLatticeParams *p, const SampleParams *sample, const Clipping *clip, int column, int row,
-                                     __global const float4 *out) {
+                                 __global const float4 *out) {
     const SampleRays rays = sample_rays(p, column, row);
     RayState state;
     state.ray.u = (float2)(rays.centre_u, rays.shear_u), state.ray.v = (float2)(rays.centre_v, rays.shear_v);
@@ -69,14 +71,14 @@ static inline RayState start_ray(const RayLatticeParams *p, const SampleParams *
     state.interval = clip_sample_rays(p, clip, &rays);
 #endif
     state.gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
-    state.last_slab = INT_MIN, state.active = 0; // of the end all else follows, and is not in registers before
+    state.last_slab = INT_MIN, state.active = 0; // all else in `end` is set later, and takes no registers before
     state.open = !p->continues || any_open(sample, &state.gathered);
     return state;
 }
 
-// Takes a ray through slab q.
+// Advances a ray through slab q.
 ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *view, __global const int4 *integrals,
-                             const RayLatticeParams *p, const SampleParams *sample, __local const float *ends, int q, RayState *state) {
+                              const RayLatticeParams *p, const SampleParams *sample, __local const float *ends, int q, RayState *state) {
     const int s = SAMPLES_PER_LAYER(sample), plane = q + (p->layer_step > 0 ? 0 : 1);
 #ifdef CLIPPED
     const float entry = p->layer_step * (plane - RADIUS - p->centre_layer);
@@ -88,7 +90,7 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
     int l0 = plane * s;
     for (int i = 0; i < s && state->open; i++, l0 += p->layer_step) {
         const int l1 = l0 + p->layer_step;
-        // Both ends, or the other alone; and so with light.
+        // Samples both ends, or only the back if the front is known; the same for lighting.
         float from;
         state->end.is_lit = front_known && state->end.is_lit;
         for (int l = front_known ? l1 : l0;; l = l1) {
@@ -122,22 +124,25 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
         LitSample lit_to = state->end.lit;
 #if ANALYTIC_GRADIENTS && LIT_AT_ENDS
         if (sample->light.shading) {
-            const RaySpan whole = span_at_plane(state->ray.u.x, state->ray.u.y, state->ray.v.x, state->ray.v.y, p->centre_layer, k, step, from, to);
-            lit_to = light_midpoint(sample, &whole, contributes_between(sample, integrals, from, state->end.field), &lit, &state->end.lit, &to);
+            const RaySpan whole = span_at_plane(state->ray.u.x, state->ray.u.y, state->ray.v.x, state->ray.v.y, p->centre_layer, k, step,
+                                                from, to);
+            lit_to = light_midpoint(sample, &whole, contributes_between(sample, integrals, from, state->end.field), &lit, &state->end.lit,
+                                    &to);
             spans = 2;
         }
 #endif
 #pragma unroll 1
         for (int w = 0; w < spans; w++) {
             const float length = 1.0f / spans, from_k = k + w * length * step;
-            const RaySpan span = span_at_plane(state->ray.u.x, state->ray.u.y, state->ray.v.x, state->ray.v.y, p->centre_layer, from_k, length * step, from, to);
+            const RaySpan span = span_at_plane(state->ray.u.x, state->ray.u.y, state->ray.v.x, state->ray.v.y, p->centre_layer, from_k,
+                                               length * step, from, to);
             Part part = {0.0f, 1.0f};
 #ifdef CLIPPED
             const float enters_at = p->layer_step * (from_k - p->centre_layer);
             part = part_of(&state->interval, enters_at, enters_at + length / s);
 #endif
 #if BLEND == COMPOSITE
-            // Nodes are looked up for both segments that a sample ends: kept, they would take six registers.
+            // Nodes are looked up once for each segment: keeping them would take six registers.
             const float value_from = lerp(from, to, part.from), value_to = lerp(from, to, part.to);
             const float part_dt = CLIPPED_LENGTH(length * state->dt, &part);
             const int place = spans * l0 + w * p->layer_step;
@@ -145,7 +150,8 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
             const Node back = look_up_node(sample, integrals, value_to, (place + 1) & 1);
             const Segment segment =
                 segment_between(sample, integrals, &front, &back, value_from, value_to, shared_end_weights(ends, s, l0, l1), part_dt);
-            composite_span(voxels, view, sample, integrals, &segment, &part, &span, part_dt, &lit, &lit_to, &state->gathered, &state->active);
+            composite_span(voxels, view, sample, integrals, &segment, &part, &span, part_dt, &lit, &lit_to, &state->gathered,
+                           &state->active);
 #elif BLEND == ISO
             accumulate_surface(voxels, view, sample, &part, &span, &lit, &lit_to, &state->gathered, &state->active);
 #else
@@ -159,9 +165,9 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
 }
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
-__kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
-                            __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table, RayLatticeParams p,
-                            SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples) {
+__kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible, __global const int *shown_slabs,
+                            __global const int4 *integrals, __global const float4 *table, RayLatticeParams p, SampleParams sample,
+                            Clipping clip, __global float4 *lattice, __global uint *active_samples) {
     __local uint active, slabs[WORDS_LOOKED_UP];
     __local float ends[END_FLOATS];
     if (get_group_id(0) >= p.tiles_u * p.tiles_v)
@@ -180,7 +186,8 @@ __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __glo
         RayState state = start_ray(&p, &sample, &clip, place.x, place.y, out);
         for (int word = 0; 32 * word < count && state.open; word++)
             for (uint left = visible_word(slabs, word, count); left && state.open; left &= left - 1)
-                cross_slab(voxels + view.first, &view, integrals, &p, &sample, ends, first + lowest_in_word(word, left) * p.layer_step, &state);
+                cross_slab(voxels + view.first, &view, integrals, &p, &sample, ends, first + lowest_in_word(word, left) * p.layer_step,
+                           &state);
         own = state.active;
         STORE_RAYS(p, sample, table, &state.gathered, &state.interval, 1, 1, out, own)
     }

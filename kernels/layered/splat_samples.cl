@@ -1,16 +1,16 @@
-// Layered splatting on the lattice of any view: splat_lattice.cl and splat_perspective.cl as graphics processors like it.
+// Layered splatting on a lattice for any view: splat_lattice.cl and splat_perspective.cl for GPUs.
 //
-// One work-item per sample of the lattice: VW is 1. What a ray knows, the splat sums of the three layers that a sample mixes, goes from one
-// layer to the next: all of it fits into registers. Footprints are exact (splat_sum.cl), where splat_perspective.cl has eight nodes for them.
-// Everything else is as in there; active_samples[tile] too.
+// One work-item per sample of the lattice: VW is 1. The splat sums of the three layers that a sample mixes are reused from one layer to
+// the next; the state of a ray fits in registers. Footprints are exact (splat_sum.cl), where splat_perspective.cl uses eight nodes. All
+// else, including active_samples[tile], is as in those kernels.
 
-// All layouts that lattices are drawn from are.
+// True of all layouts that lattices are rendered from.
 #define ROWS_ALONG_U
 #include "layered/splat_sum.cl"
 #include "layered/visible_group.cl"
 #include "shared/sample.cl"
 
-// A ray of the lattice, at a layer that it crosses.
+// A ray of the lattice where it crosses a layer.
 struct SampleSource {
     __global const VOXEL *voxels;
     const VolumeView *view;
@@ -18,7 +18,7 @@ struct SampleSource {
     int k;
 };
 
-// The splat sum at (u, v) of layer k, for rays of the source's shear.
+// The splat sum at (u, v) of layer k, for the shear of the ray.
 ALWAYS_INLINE float splat_sum(const struct SampleSource *s, float u, float v, int k) {
     return exact_splat_sum(s->voxels, s->view, k, u, v, s->shear_u, s->shear_v);
 }
@@ -28,14 +28,15 @@ static inline Point sample_point(const struct SampleSource *s) {
     return point;
 }
 
-// The splatted central differences. One sum in a loop, not six: these would take more registers.
+// The splatted central differences. One sum in a loop instead of six, which takes fewer registers.
 static inline Gradient sample_gradient(const struct SampleSource *s) {
     float along_u = 0.0f, along_v = 0.0f, along_a = 0.0f;
 #pragma unroll 1
     for (int n = 0; n < 6; n++) {
         const float sign = n & 1 ? -1.0f : 1.0f;
         const bool is_u = n < 2, is_v = n >> 1 == 1, is_a = n >> 1 == 2;
-        const float part = 0.5f * sign * splat_sum(s, s->u + (is_u ? sign : 0.0f), s->v + (is_v ? sign : 0.0f), s->k + (is_a ? (int)sign : 0));
+        const float part = 0.5f * sign * splat_sum(s, s->u + (is_u ? sign : 0.0f), s->v + (is_v ? sign : 0.0f),
+                                                   s->k + (is_a ? (int)sign : 0));
         along_u += is_u ? part : 0.0f;
         along_v += is_v ? part : 0.0f;
         along_a += is_a ? part : 0.0f;
@@ -44,14 +45,15 @@ static inline Gradient sample_gradient(const struct SampleSource *s) {
     return gradient;
 }
 
-static inline bool is_visible_to_beam(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam, int k) {
+static inline bool is_visible_to_beam(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam,
+                                      int k) {
     const float2 reach = splat_reach(MAX(fabs(beam->shear.lo), fabs(beam->shear.hi)));
     const Window splatted = cells_crossed(beam, k - p->centre_layer, k - p->centre_layer, reach);
     return is_layer_visible(visible, p->blocks_u, p->blocks_v, view->dims_a - view->first_a, k - view->first_a, splatted);
 }
 
-// Draws the sample at a column and row, in the layers that `layers` has bits of, so many from `first` on; says how many of its sub-layers have
-// opacity.
+// Renders the sample at a column and row. `layers` has a bit for each of `count` layers, starting with `first`. Returns the number of
+// sub-layers with opacity.
 ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, __global const float4 *table,
                                __global const float4 *slabs, const RayLatticeParams *p, const SampleParams *sample, const Clipping *clip,
                                __local const uint *layers, int first, int count, int column, int row, __global float4 *out) {
@@ -66,7 +68,7 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
     struct SampleSource source = {voxels, view, 0.0f, 0.0f, rays.shear_u, rays.shear_v, 0};
     const int step = p->layer_step;
     float before = 0.0f, own = 0.0f, after = 0.0f;
-    int sums_layer = INT_MIN; // the layer whose sums they are
+    int sums_layer = INT_MIN; // layer of the current sums
     int active = 0;
     bool open = !p->continues || any_open(sample, &gathered);
     for (int word = 0; 32 * word < count && open; word++) {
@@ -77,10 +79,11 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 #ifdef CLIPPED
             layer_span.interval.from = interval.from - step * depth, layer_span.interval.to = interval.to - step * depth;
 #endif
-            // All three sums, or the last alone, by the same code.
+            // All three sums in one loop, or only the last if the others are known.
             for (int l = sums_layer == k - step ? k + step : k - step;; l += step) {
                 before = own, own = after;
-                // Crossings are found from the layer alone: whichever ray goes on from another's has the bits of one that came all the way.
+                // Computed from the layer alone: the bits must not depend on which layers were skipped, or on where a part of a volume
+                // begins.
                 const float to_layer = l - p->centre_layer;
                 after = splat_sum(&source, rays.centre_u + to_layer * rays.shear_u, rays.centre_v + to_layer * rays.shear_v, l);
                 if (l == k + step)
