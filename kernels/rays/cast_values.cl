@@ -1,13 +1,13 @@
-// Ray casting of what is not composited: between two planes (slabs.cl) values are gathered, or an iso-surface is found. `table`:
-// (r, g, b, tau) per value.
+// Ray casting for the blend modes that do not composite: between two planes (slabs.cl) values are accumulated, or an iso-surface is
+// located. `table`: (r, g, b, tau) per value.
 
 #define TABLE float4
 #include "rays/slabs.cl"
 #include "shared/segment.cl"
 
 ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, __global const TABLE *table, const MarchParams *p,
-                             const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
-                             Accumulator *gathered, intv *active) {
+                              const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
+                              Accumulator *gathered, intv *active) {
 #if BLEND == ISO
     LitSample lit_front, lit_back;
 #ifndef REFINED

@@ -1,6 +1,6 @@
-// Marching along the rays of the screen. The file that includes this one says how a row of rays is marched, and what `table` holds.
+// Ray marching over the screen. The including file defines how a row of rays is marched, and what `table` holds.
 //
-// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, one row after the other.
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, one row after another.
 
 __kernel void march(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
                     __global const TABLE *table, ScreenParams s, MarchParams p, SampleParams sample, Clipping clip,

@@ -1,12 +1,12 @@
-// Marching from plane to plane at right angles to the view: the field where rays cross them, and what lies between two, in a
-// way of its own (slicing.cl, cast_segments.cl, cast_values.cl).
+// Marching between planes perpendicular to the view: the field is sampled where rays cross the planes, and each including file defines
+// how the slab between two planes is accumulated (slicing.cl, cast_segments.cl, cast_values.cl).
 //
-// Plane n crosses rays at the parameter n slice_step, plane 0 the volume's centre.
+// Plane n crosses rays at the parameter n slice_step; plane 0 contains the volume's centre.
 
 #include "rays/marching.cl"
 #include "shared/ray_span.cl"
 
-// What is known of the rays on one plane.
+// Samples of the rays on one plane.
 typedef struct {
     realv point[3], value;
     Gradient gradient;
@@ -15,10 +15,10 @@ typedef struct {
 
 // The rays between two planes.
 typedef struct {
-    intv hits;          // those that meet the volume
-    realv length;       // of the part that counts, in unit distances; 0 where nothing is to be taken
+    intv hits;          // rays that intersect the volume
+    realv length;       // length of the part, in unit distances; 0 for rays that are skipped
     realv parameters;   // the same in ray parameters
-    float from, to;     // the planes, in ray parameters
+    float from, to;     // positions of the planes, in ray parameters
     Part part;
 } SlabRays;
 
@@ -34,7 +34,7 @@ static inline Point point_on_plane(const Plane *plane) {
     return point;
 }
 
-// The way from a plane to the next.
+// The span from a plane to the next.
 static inline RaySpan span_between(const Plane *front, const Plane *back) {
     RaySpan span;
     for (int i = 0; i < 3; i++)
@@ -43,10 +43,10 @@ static inline RaySpan span_between(const Plane *front, const Plane *back) {
     return span;
 }
 
-// Takes what lies between two planes; `from` and `to` are the values at the ends of the part that counts.
+// Accumulates the slab between two planes; `from` and `to` are the values at the ends of the part.
 ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, __global const TABLE *table, const MarchParams *p,
-                             const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
-                             Accumulator *gathered, intv *active);
+                              const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
+                              Accumulator *gathered, intv *active);
 
 // Marches one row of rays from plane to plane.
 ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
@@ -60,7 +60,7 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
     front.has_value = false;
     back.has_value = false;
     intv visible_front = 0;
-    bool front_known = false; // whether visible_front is that of plane n
+    bool front_known = false; // whether front.point and visible_front are those of plane n
     for (int n = begin; n < end; n++) {
         points_at(rays, (realv)((n + 1) * step), back.point);
         if (!front_known)

@@ -1,5 +1,5 @@
-// Pre-integrated slicing: between two planes at right angles to the view (slabs.cl) a table over the values in front and
-// behind (preintegrated_table.cl).
+// Pre-integrated slicing: between two planes perpendicular to the view (slabs.cl), a table look-up by the values in front and behind
+// (preintegrated_table.cl).
 //
 // A slab is lit by the mean of the gradients on its two planes. TABLE_CUT: values can lie beyond the table.
 
@@ -11,13 +11,13 @@ ALWAYS_INLINE intv slice_entry(const MarchParams *p, realv value) {
     return CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)(p->table_size - 1)));
 }
 
-// What lies between the values on two slices.
+// Colour and extinction of a slab, from the values on its two planes.
 typedef struct {
     realv r, g, b, extinction;
 } Slab;
 
 #ifdef TABLE_CUT
-// Beyond the table its first and last entry go on: each part of the values has its share.
+// Beyond the table its first and last entries apply, weighted by their shares of the range of values.
 static inline void extend_slab(__global const float4 *table, const MarchParams *p, realv front, realv back, Slab *slab) {
     const realv last = p->table_size - 1.0f;
     const realv x0 = (front - p->table_first) * p->table_per_value, x1 = (back - p->table_first) * p->table_per_value;
@@ -47,8 +47,8 @@ ALWAYS_INLINE Slab slab_between(__global const float4 *table, const MarchParams 
 }
 
 ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, __global const TABLE *table, const MarchParams *p,
-                             const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
-                             Accumulator *gathered, intv *active) {
+                              const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
+                              Accumulator *gathered, intv *active) {
     const Slab slab = slab_between(table, p, from, to);
     Lighting lighting;
     if (sample->light.shading) {
