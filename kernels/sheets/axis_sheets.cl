@@ -1,12 +1,12 @@
-// Axis-aligned sheet-buffer splatting: voxels are classified and shaded before; those of a slice are summed in one sheet,
-// as extinction and as colour times extinction, and sheets are composited.
+// Axis-aligned sheet-buffer splatting: voxels are classified and shaded first; those of a slice are summed in one sheet, as extinction
+// and as colour times extinction, and the sheets are composited.
 //
-// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which walks its list of splats, slice by
-// slice from the front.
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which processes its list of splats slice by slice, front
+// to back.
 
 #include "sheets/sheet.cl"
 
-// What the rays of a tile have gathered, and their length per voxel of depth.
+// State of the rays of a tile, and their length per voxel of depth.
 typedef struct {
     Accumulator gathered[TILE_ROWS];
     Interval intervals[TILE_ROWS];
@@ -14,7 +14,7 @@ typedef struct {
     realv length[TILE_ROWS];
 } Tile;
 
-// Composites the sheet of rows [from, to], and empties it.
+// Composites the rows [from, to] of the sheet, and clears them.
 ALWAYS_INLINE void composite_sheet(const SampleParams *sample, Tile *tile, float layer, int from, int to, realv sheet[TILE_ROWS][4],
                                    intv *active) {
     EACH_ROW(r, from, to) {
@@ -54,7 +54,7 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
         tile.length[r] = length_per_depth(&p, &tile.rays[r]);
         tile.gathered[r] = empty_accumulator(&sample);
 #ifdef CLIPPED
-        // Splats before the eye are drawn as they are.
+        // Splats in front of the eye are rendered unclipped.
         tile.intervals[r] = clip_rays(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
 #endif
         for (int c = 0; c < 4; c++)

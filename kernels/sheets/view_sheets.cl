@@ -1,9 +1,9 @@
-// Image-aligned sheet-buffer splatting: every splat is cut into slabs, one for each sheet that it reaches; sheets hold the mean density and
-// gradient of their slab, and are classified, shaded and composited per pixel.
+// Image-aligned sheet-buffer splatting: each splat is divided into slabs, one for each sheet that it covers. Sheets hold the mean density
+// and gradient of their slab, and are classified, shaded and composited per pixel.
 //
-// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which walks its list of splats front to
-// back. A ring holds the SHEETS sheets that the splats at hand can reach; a sheet is composited when the next splat
-// begins behind it. slabs[i*SHEETS + n]: weight of the n-th sheet for the i-th of SLAB_STEPS+1 fractions.
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which processes its list of splats front to back. A ring
+// holds the SHEETS sheets that the current splats can cover; a sheet is composited when the next splat begins behind it. slabs[i*SHEETS +
+// n]: weight of the n-th sheet for the i-th of SLAB_STEPS+1 fractions.
 
 #include "shared/sample.cl"
 #include "sheets/sheet.cl"
@@ -15,8 +15,8 @@
 #error "SLAB_STEPS: fractions, less one, that slab weights are given for"
 #endif
 
-// Where a sheet is in the ring. Graphics processors, which draw one row, move its sheets on instead, from one place to the one before:
-// looked up by numbers, they would be in memory.
+// Slot of a sheet in the ring. On GPUs, where tiles have one row, the sheets are shifted by one slot instead: arrays indexed by a
+// variable would be in memory.
 #define SHIFTS_RING (VW == 1 && TILE_ROWS == 1)
 #if SHIFTS_RING
 #define SLOT(sheet) 0
@@ -24,10 +24,10 @@
 #define SLOT(sheet) ((sheet) % SHEETS)
 #endif
 
-// The sheets of a tile, those of a row together.
+// The sheets of a tile; those of a row are contiguous.
 typedef struct {
     realv at[TILE_ROWS][SHEETS][CHANNELS];
-    uint reached[SHEETS]; // rows that splats have reached, a bit each
+    uint reached[SHEETS]; // bit masks of the rows covered by splats
 } Ring;
 
 struct SampleSource {
@@ -46,7 +46,7 @@ static inline Gradient sample_gradient(const struct SampleSource *source) {
     return gradient;
 }
 
-// What the rays of a tile have gathered, and their length per voxel of depth.
+// State of the rays of a tile, and their length per voxel of depth.
 typedef struct {
     Accumulator gathered[TILE_ROWS];
     Interval intervals[TILE_ROWS];
@@ -68,12 +68,12 @@ static inline void shift_ring(Ring *ring) {
 }
 #endif
 
-// Composites a sheet, and empties its place in the ring. False when the tile is opaque.
+// Composites a sheet, and clears its slot in the ring. False when the tile is opaque.
 ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sample, __global const float4 *table,
                                    int sheet, Ring *ring, Tile *tile) {
     const int slot = SLOT(sheet);
     const float depth = (sheet + p->first_sheet) * p->sheet_distance;
-    // Where the background shows, every sheet does; and where values are gathered.
+    // All rows count if the background is visible, or if values are accumulated.
     const uint shown = sample->classification.background_visible || GATHERS_VALUES ? ~0u : ring->reached[slot];
     const bool ahead = depth >= p->nearest_sheet;
     EACH_ROW(r, 0, tile->rows - 1) {
@@ -96,7 +96,7 @@ ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sam
             share = part_length(&part), parameters = leaves - enters;
 #endif
             accumulate_sample(sample, table, p->background + channels[0], share, tile->length[r] * p->sheet_distance, parameters, &source,
-                        &lit, &lighting, &tile->gathered[r], &tile->active);
+                              &lit, &lighting, &tile->gathered[r], &tile->active);
         }
         for (int c = 0; c < CHANNELS; c++)
             channels[c] = 0.0f;
@@ -151,7 +151,7 @@ __kernel void view_sheets(__global const Splat *sorted, __global const uint *end
         tile.length[r] = length_per_depth(&p, &tile.rays[r]);
         tile.gathered[r] = empty_accumulator(&sample);
 #ifdef CLIPPED
-        // Sheets at the eye are left out as a whole.
+        // Sheets at the eye are omitted as a whole.
         tile.intervals[r] = clip_rays(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
 #endif
     }
