@@ -1,8 +1,8 @@
-// Smallest and largest voxel that a kernel of a radius mixes in the cells of a block, within a layer.
+// Smallest and largest voxel that a kernel of a given radius uses in the cells of a block, within a layer.
 //
-// One work-item per (block u, block v, layer 0 ... n-1), u fastest: limits[2*((layer*blocks_v + v)*blocks_u + u)] is the smallest,
-// the next one the largest of BLOCK_U x BLOCK_V voxels, radius - 1 more before and radius more behind them: neighbours share some.
-// Block 0 is the margin before voxel 0.
+// One work-item per (block u, block v, layer 0 ... n-1), u fastest. limits[2*((layer*blocks_v + v)*blocks_u + u)] is the smallest, and
+// the next element the largest, of BLOCK_U x BLOCK_V voxels, with radius - 1 more before and radius more behind them: neighbouring blocks
+// overlap. Block 0 is the margin before voxel 0.
 
 #include "shared/elementary.cl"
 #include "shared/volume.cl"
@@ -13,7 +13,7 @@
 #define VALID_OR_BACKGROUND(voxels) (voxels)
 #endif
 
-// No fewer than a block's voxels of a row.
+// At least the voxels of a block in one row.
 #define WINDOW 16
 typedef CAT(VOXEL, WINDOW) Window;
 
@@ -37,7 +37,7 @@ __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int 
     const int first_v = max(v0, 0), last_v = min(v1, view.dims_v - 1);
     voxels += view.first + k * view.stride_a;
 #if VW == 1
-    // One after the other: what is side by side in an array would be in memory.
+    // One voxel after another: arrays would be in memory.
     VOXEL lo = VALID_OR_BACKGROUND(voxels[first_u + first_v * view.stride_v]), hi = lo;
     for (int v = first_v; v <= last_v; v++)
         for (int u = first_u; u <= last_u; u++) {
@@ -46,7 +46,7 @@ __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int 
             hi = MAX(hi, voxel);
         }
 #else
-    // Of columns, side by side, and then of these.
+    // First of columns, in vectors, and then over the columns.
     VOXEL least[WINDOW], largest[WINDOW];
     const int start = max(min(first_u, view.dims_u - WINDOW), 0);
     if (view.dims_u >= WINDOW) {

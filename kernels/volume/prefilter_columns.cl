@@ -1,12 +1,12 @@
-// Along y or z, in place. One work-item per column of VW numbers at most, id = line * chunks + chunk: `line_stride` from line to line,
-// `stride` from one number of a column to the next.
+// Prefilter along y or z, in place. One work-item per column of at most VW numbers, id = line * chunks + chunk: `line_stride` from line
+// to line, `stride` between consecutive numbers of a column.
 
 #include "volume/prefilter.cl"
 
-// Numbers of a column that are kept as they were, a power of two.
+// Number of unfiltered numbers of a column in the ring, a power of two.
 #define RING_SIZE 32
 #if VW == 1
-// A ring is looked up by numbers: graphics processors have a group's memory for that, which its work-items share.
+// The ring is indexed by a variable: on GPUs it is in local memory, which the work-items of a group share.
 #define DECLARE_RING __local float ring[RING_SIZE * GROUP]
 #define RING_AT(n) ring[((n) & (RING_SIZE - 1)) * GROUP + get_local_id(0)]
 #else
@@ -34,7 +34,7 @@ __kernel void prefilter_columns(__global float *coefficients, __global const flo
     for (int n = -PREFILTER_RADIUS; n < PREFILTER_RADIUS; n++)
         RING_AT(n) = load_partial(column + mirrored(n, first, held, whole) * stride, count);
     for (int n = 0; n < held; n++) {
-        // Those behind the end are mirrored ones, which are among the last that were kept.
+        // Numbers beyond the end are mirrored ones, which are still in the ring.
         const int next = n + PREFILTER_RADIUS;
         RING_AT(next) = next < held ? load_partial(column + next * stride, count) : RING_AT(mirrored(next, first, held, whole));
         realv sum = taps[0] * RING_AT(n);

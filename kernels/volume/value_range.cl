@@ -1,7 +1,7 @@
-// The smallest and the largest valid voxel, and how many are invalid, for memory of the caller's own.
+// The smallest and the largest valid voxel, and the number of invalid ones, of caller-owned memory.
 //
-// One work-item per part of the rows: row id, id + parts ... of all layers; the host goes through what the parts found.
-// least[id] > largest[id] where a part has no valid voxel.
+// One work-item per part of the rows: rows id, id + parts ... of all layers. The host combines the results of the parts. least[id] >
+// largest[id] if a part has no valid voxel.
 
 #include "shared/elementary.cl"
 #include "shared/volume.cl"
