@@ -1,7 +1,7 @@
 // The footprint of a voxel, F(x, y) = integral of f(x + s_u z) f(y + s_v z) f(z) dz over [-1, 1], in float.
 //
-// The integrand is a polynomial of degree 9 between the knots of its three factors, and five-point Gauss quadrature of
-// each piece is exact.
+// The integrand is a polynomial of degree 9 between the knots of its three factors, and five-point Gauss quadrature of each piece is
+// exact.
 
 #include "shared/vector.cl"
 
@@ -13,7 +13,7 @@ static inline float kernel_function(float x) {
     return 1.0f - SMOOTHSTEP(x);
 }
 
-// Next knot of f(p + s z) after z: where p + s z is -1, 0 or 1. Steps shorter than 1e-6 are not worth a piece.
+// Next knot of f(p + s z) after z: where p + s z is -1, 0 or 1. Pieces shorter than 1e-6 are skipped.
 static inline float next_knot(float p, float s, float z) {
     float next = 1.0f;
     for (int k = -1; k <= 1; k++) {
@@ -43,7 +43,7 @@ static inline float footprint(float x, float y, float s_u, float s_v) {
     return sum;
 }
 
-// The voxels, counted from the one below a sample, whose footprints reach it along one axis: |fraction - tap| < 1+|s|.
-// 2 to 4 of -1 ... 2 while |s| <= 1.
+// Voxels whose footprints reach a sample along one axis, counted from the one below it: |fraction - tap| < 1+|s|. 2 to 4 of -1 ... 2
+// while |s| <= 1.
 static inline int first_tap(float fraction, float s) { return fraction < fabs(s) ? -1 : 0; }
 static inline int tap_count(float fraction, float s) { return (fraction > 1.0f - fabs(s) ? 3 : 2) - first_tap(fraction, s); }

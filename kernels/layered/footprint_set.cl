@@ -1,7 +1,7 @@
 // The paper's set of 856 oriented footprint images of 64 x 64 bytes.
 //
-// One work-item per texel; `count` is 856*64*64. images[index*64*64 + row*64 + column] is F scaled to 0 ... 255 at the texel's centre, over
-// |x| < 1+|s_u|, |y| < 1+|s_v| of the image's own shear, shears[index].
+// One work-item per texel; `count` is 856*64*64. images[index*64*64 + row*64 + column] is F scaled to 0 ... 255 at the centre of the
+// texel, over |x| < 1+|s_u|, |y| < 1+|s_v|, for the shear of the image, shears[index].
 
 #include "layered/footprint.cl"
 

@@ -1,8 +1,7 @@
-// Weights of the parallel lattice: the footprints of all voxels in reach of each phase of each layer.
+// Weights of the parallel lattice: footprints of all voxels that reach a sample, for each phase of each layer.
 //
-// One work-item per (phase u, phase v, layer -1 ... n), phase u fastest; `layers` is n + 2, offsets_* are per layer and
-// phase. weights[((layer+1)*per_voxel_v + q)*per_voxel_u + p] is a float16: the weight of tap (a, b) at a + 4*b, taps counted from
-// first_tap.
+// One work-item per (phase u, phase v, layer -1 ... n), phase u fastest; `layers` is n + 2, and offsets_* are per layer and phase.
+// weights[((layer+1)*per_voxel_v + q)*per_voxel_u + p] is a float16: the weight of tap (a, b) at a + 4*b, taps counted from first_tap.
 
 #include "layered/footprint.cl"
 
@@ -10,7 +9,8 @@ __kernel void footprints(__global const LayerOffset *offsets_u, __global const L
                          float shear_v, int per_voxel_u, int per_voxel_v, int layers, __global float *weights) {
     if (get_global_id(0) >= (size_t)per_voxel_u * per_voxel_v * layers)
         return;
-    const int p = get_global_id(0) % per_voxel_u, q = get_global_id(0) / per_voxel_u % per_voxel_v, layer = get_global_id(0) / (per_voxel_u * per_voxel_v);
+    const int p = get_global_id(0) % per_voxel_u, q = get_global_id(0) / per_voxel_u % per_voxel_v,
+        layer = get_global_id(0) / (per_voxel_u * per_voxel_v);
     const float fraction_u = offsets_u[layer * per_voxel_u + p].fraction, fraction_v = offsets_v[layer * per_voxel_v + q].fraction;
     const int first_u = first_tap(fraction_u, shear_u), first_v = first_tap(fraction_v, shear_v);
     const int taps_u = tap_count(fraction_u, shear_u), taps_v = tap_count(fraction_v, shear_v);

@@ -1,10 +1,10 @@
-// The samples of a tile in vectors of what lies together.
+// Patches: the samples of a tile, regrouped into compact vectors.
 //
-// Rows of VW samples are what resampled rows of voxels are mixed to. But a row meets little of a thin surface, and all its lanes are looked
-// up, lit and composited for it: patches of two half rows are fewer. There are PATCH_ROWS of them in a band of as many rows, from left to
-// right. Where PATCH_ROWS is 1 a patch is a row. (Squares of 4 x 4 are fewer still, but to regroup rows into these costs what they save.)
+// Resampling produces rows of VW samples. A thin surface covers little of a row, but look-ups, lighting and compositing process all of
+// its lanes. Fewer patches of two half rows contain the surface. A band of PATCH_ROWS rows holds as many patches, from left to right;
+// where PATCH_ROWS is 1, a patch is a row. (Squares of 4 x 4 would be fewer still, but regrouping rows into them costs what they save.)
 
-#include "shared/sets.cl"
+#include "shared/bit_sets.cl"
 #include "shared/vector.cl"
 
 #ifndef TILE_ROWS
@@ -17,7 +17,7 @@
 #define PATCH_ROWS 1
 #endif
 
-// Turns the rows of a band into its patches, and these into rows.
+// Converts the rows of a band to its patches, and back.
 ALWAYS_INLINE void regroup(realv band[PATCH_ROWS]) {
 #if PATCH_ROWS == 2
     const realv left = (realv)(band[0].lo, band[1].lo), right = (realv)(band[0].hi, band[1].hi);
@@ -25,7 +25,7 @@ ALWAYS_INLINE void regroup(realv band[PATCH_ROWS]) {
 #endif
 }
 
-// The same of every number of `size` vectors, in the first `bands` bands.
+// The same for arrays of structures of `size` vectors each, in the first `bands` bands.
 static inline void regroup_all(realv *vectors, int size, int bands) {
     for (int band = 0; band < bands; band++)
         for (int n = 0; n < size; n++) {
@@ -38,15 +38,15 @@ static inline void regroup_all(realv *vectors, int size, int bands) {
         }
 }
 
-// Columns and rows of a patch's samples in its tile.
-static inline intv columns_of_patch(int patch) {
+// Columns and rows, within the tile, of the samples of a patch.
+static inline intv patch_columns(int patch) {
 #if PATCH_ROWS == 2
     return (LANES & (VW / 2 - 1)) + patch % 2 * (VW / 2);
 #else
     return LANES;
 #endif
 }
-static inline intv rows_of_patch(int patch) {
+static inline intv patch_sample_rows(int patch) {
 #if PATCH_ROWS == 2
     return COUNT_IF(LANES >= VW / 2) + patch / 2 * 2;
 #else

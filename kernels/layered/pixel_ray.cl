@@ -1,4 +1,4 @@
-// The rays of screen pixels, for the kernels that render without a lattice. VW is 1.
+// Rays through screen pixels, for kernels that render without a lattice. VW is 1.
 
 #include "shared/clipping.cl"
 
@@ -8,8 +8,8 @@ static inline int most_parallel(const float *d) {
     return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
 }
 
-// The i-th of three numbers: looked up by a number that is not known before, they would be in memory.
-#define OF_THREE(numbers, i) ((i) == 0 ? (numbers)[0] : (i) == 1 ? (numbers)[1] : (numbers)[2])
+// The i-th of three numbers. Indexing by a variable would put the array in memory.
+#define SELECT_3(numbers, i) ((i) == 0 ? (numbers)[0] : (i) == 1 ? (numbers)[1] : (numbers)[2])
 
 // A ray in the coordinates of its layer axis.
 typedef struct {
@@ -17,20 +17,20 @@ typedef struct {
     int axis, layer_step;
     int blocks_u, blocks_v;
     float origin[3], direction[3]; // along x, y, z
-    float o_u, o_v, o_a; // a point, in voxels
-    float d_a;           // layers per unit of the ray's parameter
+    float o_u, o_v, o_a; // a point on the ray, in voxels
+    float d_a;           // layers per unit of the ray parameter
     float s_u, s_v;
     float dt;            // length of a sample, in unit distances
 } PixelRay;
 
-// Turns a vector (x, y, z) to (u, v, a).
-static inline void turn(float *x, float *y, float *z, int iu, int iv, int a) {
+// Permutes a vector (x, y, z) to (u, v, a).
+static inline void permute_axes(float *x, float *y, float *z, int iu, int iv, int a) {
     const float v[3] = {*x, *y, *z};
-    *x = OF_THREE(v, iu), *y = OF_THREE(v, iv), *z = OF_THREE(v, a);
+    *x = SELECT_3(v, iu), *y = SELECT_3(v, iv), *z = SELECT_3(v, a);
 }
 
-// The ray through pixel coordinates (x, y), and the sample's parameters turned from layer axis z to its own.
-static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, const SampleParams *sample_of_z, SampleParams *sample) {
+// The ray through pixel coordinates (x, y). Also permutes the sample parameters from layer axis z to the ray's own.
+static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, const SampleParams *sample_of_z, SampleParams *sample) {
     *sample = *sample_of_z;
     float o[3], d[3];
     for (int i = 0; i < 3; i++) {
@@ -39,33 +39,33 @@ static inline PixelRay ray_of_pixel(const DirectParams *p, float x, float y, con
     }
     const int a = p->axis < 0 ? most_parallel(d) : p->axis;
     const int iu = a == 0 ? 2 : 0, iv = a == 1 ? 2 : 1;
-    turn(&sample->field.gradient_u, &sample->field.gradient_v, &sample->field.gradient_a, iu, iv, a);
-    turn(&sample->segments.step_u, &sample->segments.step_v, &sample->segments.step_a, iu, iv, a);
-    turn(&sample->light.direction_u, &sample->light.direction_v, &sample->light.direction_a, iu, iv, a);
-    turn(&sample->light.half_u, &sample->light.half_v, &sample->light.half_a, iu, iv, a);
+    permute_axes(&sample->field.gradient_u, &sample->field.gradient_v, &sample->field.gradient_a, iu, iv, a);
+    permute_axes(&sample->segments.step_u, &sample->segments.step_v, &sample->segments.step_a, iu, iv, a);
+    permute_axes(&sample->light.direction_u, &sample->light.direction_v, &sample->light.direction_a, iu, iv, a);
+    permute_axes(&sample->light.half_u, &sample->light.half_v, &sample->light.half_a, iu, iv, a);
 #ifdef SEVERAL_LIGHTS
     for (int i = 0; i < sample->light.more_lights; i++) {
         float *light = sample->light.lights + 8 * i, *half_way = light + 3;
-        turn(light, light + 1, light + 2, iu, iv, a);
-        turn(half_way, half_way + 1, half_way + 2, iu, iv, a);
+        permute_axes(light, light + 1, light + 2, iu, iv, a);
+        permute_axes(half_way, half_way + 1, half_way + 2, iu, iv, a);
     }
 #endif
-    const float d_a = OF_THREE(d, a), s_u = OF_THREE(d, iu) / d_a, s_v = OF_THREE(d, iv) / d_a;
+    const float d_a = SELECT_3(d, a), s_u = SELECT_3(d, iu) / d_a, s_v = SELECT_3(d, iv) / d_a;
     const float step_u = s_u * sample->segments.step_u, step_v = s_v * sample->segments.step_v, step_a = sample->segments.step_a;
-    const VolumeView view = {OF_THREE(p->stride, iu), OF_THREE(p->stride, iv), OF_THREE(p->stride, a), p->stride[3],
-                             OF_THREE(p->dims, iu),   OF_THREE(p->dims, iv),   OF_THREE(p->dims, a),   p->background,
+    const VolumeView view = {SELECT_3(p->stride, iu), SELECT_3(p->stride, iv), SELECT_3(p->stride, a), p->stride[3],
+                             SELECT_3(p->dims, iu),   SELECT_3(p->dims, iv),   SELECT_3(p->dims, a),   p->background,
                              p->offset,               0};
     const int blocks_u[3] = {p->blocks[0], p->blocks[2], p->blocks[4]}, blocks_v[3] = {p->blocks[1], p->blocks[3], p->blocks[5]};
-    const PixelRay ray = {view, a, d_a > 0.0f ? 1 : -1, OF_THREE(blocks_u, a), OF_THREE(blocks_v, a),
-                          {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, OF_THREE(o, iu), OF_THREE(o, iv), OF_THREE(o, a), d_a, s_u, s_v,
+    const PixelRay ray = {view, a, d_a > 0.0f ? 1 : -1, SELECT_3(blocks_u, a), SELECT_3(blocks_v, a),
+                          {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, SELECT_3(o, iu), SELECT_3(o, iv), SELECT_3(o, a), d_a, s_u, s_v,
                           sqrt(step_u * step_u + step_v * step_v + step_a * step_a)};
     return ray;
 }
 
-// The interval of a ray, in layers from o_a along it.
+// Clip interval of a ray, in layers from o_a along it.
 static inline Interval interval_in_layers(const DirectParams *p, const Clipping *clip, const PixelRay *ray) {
-    Interval e = interval_of(clip, ray->origin, ray->direction, p->start);
+    Interval interval = clip_rays(clip, ray->origin, ray->direction, p->start);
     const float layers = fabs(ray->d_a);
-    e.from *= layers, e.to *= layers;
-    return e;
+    interval.from *= layers, interval.to *= layers;
+    return interval;
 }

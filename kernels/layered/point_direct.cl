@@ -1,5 +1,5 @@
-// Layered rendering with point-sampled layers, per screen pixel: point_lattice.cl without a lattice. Used where none
-// reaches, and as its oracle.
+// Layered rendering with point-sampled layers, per screen pixel: point_lattice.cl without a lattice. Used where a lattice is impossible,
+// and as its oracle.
 //
 // One work-item per pixel, row by row; VW is 1.
 
@@ -7,8 +7,8 @@
 #include "layered/visible_cells.cl"
 #include "shared/segment.cl"
 
-// A ray at a plane of a layer, or between two.
-static inline float3 place_on(const PixelRay *ray, float k) {
+// Where a ray crosses the plane k, which can lie between layers.
+static inline float3 point_on_ray(const PixelRay *ray, float k) {
     return (float3)(ray->o_u + (k - ray->o_a) * ray->s_u, ray->o_v + (k - ray->o_a) * ray->s_v, k);
 }
 
@@ -20,7 +20,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
     if (pixel >= (size_t)width * height)
         return;
     SampleParams sample;
-    const PixelRay ray = ray_of_pixel(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample_of_z, &sample);
+    const PixelRay ray = make_pixel_ray(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample_of_z, &sample);
     const VolumeView view = ray.view;
     voxels += view.first;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
@@ -47,66 +47,66 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             continue;
         const float2 at = {u, v}, to = {to_u, to_v};
         const Window crossed = cells_between(MIN(at, to), MAX(at, to));
-        if (p.culling && !slab_shows(visible, ray.blocks_u, ray.blocks_v, q, crossed))
+        if (p.culling && !is_slab_visible(visible, ray.blocks_u, ray.blocks_v, q, crossed))
             continue;
         for (int i = 0; i < s; i++) {
             const int l0 = back ? (q + 1) * s - i : q * s + i, l1 = l0 + ray.layer_step;
-            // Both ends by the same code: looked up by a number, they would be in memory.
+            // Both ends in a loop: arrays indexed by a variable would be in memory.
             float from = 0.0f, field = 0.0f;
             for (int l = l0;; l = l1) {
-                const float3 place = place_on(&ray, (float)l / s - RADIUS);
+                const float3 place = point_on_ray(&ray, (float)l / s - RADIUS);
                 from = field;
                 field = value_at(voxels, &view, place.x, place.y, place.z, 1);
                 if (l == l1)
                     break;
             }
-            Lit lit = {0}, lit_behind = {0};
+            LitSample lit = {0}, lit_behind = {0};
 #if LIT_AT_ENDS
             for (int l = l0; sample.light.shading; l = l1) {
-                const float3 place = place_on(&ray, (float)l / s - RADIUS);
+                const float3 place = point_on_ray(&ray, (float)l / s - RADIUS);
                 const Point point = {place.x, place.y, place.z};
                 Gradient gradient;
                 gradient_at(voxels, &view, place.x, place.y, place.z, 1, &gradient.u, &gradient.v, &gradient.a);
                 lit = lit_behind;
-                lit_behind = lit_at(&sample, point, l == l0 ? from : field, gradient);
+                lit_behind = light_sample(&sample, point, l == l0 ? from : field, gradient);
                 if (l == l1)
                     break;
             }
 #endif
             const float k = (float)l0 / s - RADIUS, step = (float)ray.layer_step / s;
-            int ways = 1;
+            int spans = 1;
             float to = field;
-            Lit lit_to = lit_behind;
-#if HAS_SLOPES && LIT_AT_ENDS
+            LitSample lit_to = lit_behind;
+#if ANALYTIC_GRADIENTS && LIT_AT_ENDS
             if (sample.light.shading) {
-                const Way whole = way_on(ray.o_u, ray.s_u, ray.o_v, ray.s_v, ray.o_a, k, step, from, field);
-                lit_to = lit_in_the_middle(&sample, &whole, counts_between(&sample, integrals, from, field), &lit, &lit_behind, &to);
-                ways = 2;
+                const RaySpan whole = span_at_plane(ray.o_u, ray.s_u, ray.o_v, ray.s_v, ray.o_a, k, step, from, field);
+                lit_to = light_midpoint(&sample, &whole, contributes_between(&sample, integrals, from, field), &lit, &lit_behind, &to);
+                spans = 2;
             }
 #endif
 #pragma unroll 1
-            for (int w = 0; w < ways; w++) {
-                const float length = 1.0f / ways, from_k = k + w * length * step;
-                const Way way = way_on(ray.o_u, ray.s_u, ray.o_v, ray.s_v, ray.o_a, from_k, length * step, from, to);
+            for (int w = 0; w < spans; w++) {
+                const float length = 1.0f / spans, from_k = k + w * length * step;
+                const RaySpan span = span_at_plane(ray.o_u, ray.s_u, ray.o_v, ray.s_v, ray.o_a, from_k, length * step, from, to);
                 Part part = {0.0f, 1.0f};
 #ifdef CLIPPED
                 const float enters_at = ray.layer_step * (from_k - ray.o_a);
                 part = part_of(&interval, enters_at, enters_at + length / s);
 #endif
 #if BLEND == COMPOSITE
-                const float value_from = between(from, to, part.from), value_to = between(from, to, part.to);
-                const float dt = ray.dt * length * share_of(&part) * sample.classification.table_unit;
+                const float value_from = lerp(from, to, part.from), value_to = lerp(from, to, part.to);
+                const float dt = ray.dt * length * part_length(&part) * sample.classification.table_unit;
                 // Samples alternate between even and odd nodes.
-                const int place = ways * l0 + w * ray.layer_step;
-                const Node front = node_of(&sample, integrals, value_from, place & 1);
-                const Node behind = node_of(&sample, integrals, value_to, (place + 1) & 1);
+                const int place = spans * l0 + w * ray.layer_step;
+                const Node front = look_up_node(&sample, integrals, value_from, place & 1);
+                const Node behind = look_up_node(&sample, integrals, value_to, (place + 1) & 1);
                 const Segment segment =
-                    segment_between(&sample, integrals, &front, &behind, value_from, value_to, ends_of(&sample, l0, l1), dt);
-                composite_way(voxels, &view, &sample, integrals, &segment, &part, &way, dt, &lit, &lit_to, &gathered, &active);
+                    segment_between(&sample, integrals, &front, &behind, value_from, value_to, end_weights(&sample, l0, l1), dt);
+                composite_span(voxels, &view, &sample, integrals, &segment, &part, &span, dt, &lit, &lit_to, &gathered, &active);
 #elif BLEND == ISO
-                take_crossing(voxels, &view, &sample, &part, &way, &lit, &lit_to, &gathered, &active);
+                accumulate_surface(voxels, &view, &sample, &part, &span, &lit, &lit_to, &gathered, &active);
 #else
-                take_values(voxels, &view, &part, &way, share_of(&part) / s, &gathered, &active);
+                accumulate_span(voxels, &view, &part, &span, part_length(&part) / s, &gathered, &active);
 #endif
                 from = to, lit = lit_to;
                 to = field, lit_to = lit_behind;

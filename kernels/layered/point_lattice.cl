@@ -1,38 +1,39 @@
-// Layered rendering with point-sampled layers, on the lattice of any view.
+// Layered rendering with point-sampled layers, on a lattice for any view.
 //
-// A layer is sampled where the rays cross it: the reconstructed field itself, which on the plane of a layer needs that alone, with all
-// kernels but the B-spline (point_layer.cl). Between two samples the classification is pre-integrated.
-// One work-item per tile of VW x TILE_ROWS samples. lattice[J*width + I] = RGBA;
-// visible: a bit per block and slab, from slab_visibility.cl;
-// shown_slabs: the first and the last slab in which any is set, counted from the first layer that voxels hold, from shown_slabs.cl.
+// Samples are the reconstructed field where rays cross the layers. On the plane of a layer that needs this layer alone, with all kernels
+// but the B-spline (point_layer.cl). Classification is pre-integrated between two samples.
+//
+// One work-item per tile of VW x TILE_ROWS samples. lattice[J*width + I] = RGBA; visible: a bit per block and slab, from
+// slab_visibility.cl; shown_slabs: the first and the last slab with any bit set, counted from the first resident layer, from
+// shown_slabs.cl.
 
 #include "layered/visible_tile.cl"
 #include "shared/segment.cl"
 
 #ifdef CLIPPED
-// The outermost ends of a tile's intervals.
-static inline void bounds_of(const Interval *intervals, int patches, float *from, float *to) {
+// Union of the clip intervals of a tile.
+static inline void tile_bounds(const Interval *intervals, int patches, float *from, float *to) {
     *from = INFINITY, *to = -INFINITY;
     for (int n = 0; n < patches; n++) {
-        const intv met = intervals[n].from < intervals[n].to;
-        *from = MIN(*from, smallest_lane(met ? intervals[n].from : (realv)(INFINITY)));
-        *to = MAX(*to, largest_lane(met ? intervals[n].to : (realv)(-INFINITY)));
+        const intv hit = intervals[n].from < intervals[n].to;
+        *from = MIN(*from, smallest_lane(hit ? intervals[n].from : (realv)(INFINITY)));
+        *to = MAX(*to, largest_lane(hit ? intervals[n].to : (realv)(-INFINITY)));
     }
 }
 #endif
 
-// The sub-layers at both ends of a segment. Samples the patches of one that are not held.
-#define HELD(l) (&held[(l) & 1])
+// The two sub-layers at the ends of a segment. SAMPLE_SUB_LAYER computes the samples that are missing in the visible patches.
+#define SUB_LAYER(l) (&layers[(l) & 1])
 #define COLUMNS_AT(l) (tile.centre_u + ((float)(l) / s - RADIUS - p.centre_layer) * tile.shear_u)
-#define HOLD(l)                                                                                                        \
-    if (HELD(l)->held != (l) || over & ~HELD(l)->sampled)                                                              \
-    sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, over, HELD(l))
+#define SAMPLE_SUB_LAYER(l)                                          \
+    if (SUB_LAYER(l)->index != (l) || over & ~SUB_LAYER(l)->sampled) \
+    sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, over, SUB_LAYER(l))
 
-// Bytes that a processor fetches at once.
+// Bytes of a cache line.
 #define LINE 64
 
-// Asks for the voxels of a layer under a tile, which the slab after the next looks at: layers wait for memory. A part need not hold it:
-// asking for what is not there does nothing.
+// Prefetches the voxels of a layer under a tile, for the slab after the next: layers wait for memory. In a part of a volume the layer may
+// be missing; such a prefetch has no effect.
 static inline void fetch_ahead(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p, const Tile *tile, int k) {
     if (k < 0 || k >= view->dims_a)
         return;
@@ -40,7 +41,7 @@ static inline void fetch_ahead(__global const VOXEL *voxels, const VolumeView *v
     const int first_u = clamp(w.x - 1, 0, view->dims_u - 1), last_u = clamp(w.z + 2, 0, view->dims_u - 1);
     const int first = max(w.y - 1, 0), last = min(w.w + 2, view->dims_v - 1);
     __global const VOXEL *row = voxels + (k - view->first_a) * view->stride_a + first * view->stride_v;
-    // Rows of whole lines have their voxels in one of each, or in two.
+    // If rows are whole cache lines apart, their voxels are all in one line each, or all in two.
     const bool in_one = view->stride_v * sizeof(VOXEL) % LINE == 0 && (ulong)(row + first_u) / LINE == (ulong)(row + last_u) / LINE;
     for (int j = first; j <= last; j++, row += view->stride_v) {
         PREFETCH(row + first_u);
@@ -49,43 +50,43 @@ static inline void fetch_ahead(__global const VOXEL *voxels, const VolumeView *v
     }
 }
 
-// The way of a patch's rays from plane k on.
-static inline Way way_of(const RayLatticeParams *p, const Tile *tile, int patch, float k, float step, realv from, realv to) {
-    const SampleRays rays = rays_of_patch(p, tile, patch);
-    return way_on(rays.centre_u, rays.shear_u, rays.centre_v, rays.shear_v, p->centre_layer, k, step, from, to);
+// The span of a patch's rays that starts in plane k.
+static inline RaySpan patch_span(const RayLatticeParams *p, const Tile *tile, int patch, float k, float step, realv from, realv to) {
+    const SampleRays rays = patch_rays(p, tile, patch);
+    return span_at_plane(rays.centre_u, rays.shear_u, rays.centre_v, rays.shear_v, p->centre_layer, k, step, from, to);
 }
 
-#if HAS_SLOPES && LIT_AT_ENDS
-// Samples in the middle between those of two planes, of some patches.
+#if ANALYTIC_GRADIENTS && LIT_AT_ENDS
+// Computes the samples in the middle between two planes, for some patches.
 static inline void find_middle(const RayLatticeParams *p, const SampleParams *sample, __global const int4 *integrals, const Tile *tile,
                                float k, float step, int patches, const Samples *const *ends, Samples *middle) {
     for (int left = patches; left; left &= left - 1) {
-        const int n = LOWEST_OF(left);
-        const Way way = way_of(p, tile, n, k, step, ends[0]->field[n], ends[1]->field[n]);
-        const intv counts = counts_between(sample, integrals, way.from, way.to);
-        middle->lit[n] = lit_in_the_middle(sample, &way, counts, &ends[0]->lit[n], &ends[1]->lit[n], &middle->field[n]);
+        const int n = LOWEST_BIT(left);
+        const RaySpan span = patch_span(p, tile, n, k, step, ends[0]->field[n], ends[1]->field[n]);
+        const intv contributes = contributes_between(sample, integrals, span.from, span.to);
+        middle->lit[n] = light_midpoint(sample, &span, contributes, &ends[0]->lit[n], &ends[1]->lit[n], &middle->field[n]);
     }
 }
 #endif
 
-__kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
-                            __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table, RayLatticeParams p,
-                            SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples) {
-    const int turn = get_global_id(0);
-    if (turn >= p.tiles_u * p.tiles_v)
+__kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible, __global const int *shown_slabs,
+                            __global const int4 *integrals, __global const float4 *table, RayLatticeParams p, SampleParams sample,
+                            Clipping clip, __global float4 *lattice, __global uint *active_samples) {
+    const int order = get_global_id(0);
+    if (order >= p.tiles_u * p.tiles_v)
         return;
-    const int id = tile_in_turn(&p, turn);
+    const int id = scheduled_tile(&p, order);
     voxels += view.first;
     const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
-    const Tile tile = tile_of(&p, column, row);
-    Layer held[2];
-    held[0].held = held[1].held = INT_MIN;
+    const Tile tile = make_tile(&p, column, row);
+    Layer layers[2];
+    layers[0].index = layers[1].index = INT_MIN;
     Accumulator gathered[TILE_ROWS];
     Interval intervals[TILE_ROWS];
     intv has_ray[TILE_ROWS];
 #if BLEND == COMPOSITE
     realv dt[TILE_ROWS];
-    // Of the samples at even places and at odd ones, and which places these are.
+    // Table nodes of the samples at even and at odd positions, and these positions.
     Node nodes[2][TILE_ROWS];
     int nodes_at[2][TILE_ROWS];
 #endif
@@ -96,29 +97,29 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     if (p.continues) {
         for (int r = 0; r < tile.rows; r++)
             gathered[r] = load_raw(&sample, lattice + (size_t)(row + r) * p.width + column, tile.columns, 1);
-        regroup_all((realv *)gathered, RAW_NUMBERS, tile.bands);
+        regroup_all((realv *)gathered, RAW_FLOATS, tile.bands);
     }
     for (int n = 0; n < patches; n++) {
-        const SampleRays rays = rays_of_patch(&p, &tile, n);
-        has_ray[n] = has_rays(&tile, n);
+        const SampleRays rays = patch_rays(&p, &tile, n);
+        has_ray[n] = lanes_with_rays(&tile, n);
 #ifdef CLIPPED
-        intervals[n] = interval_of_rays(&p, &clip, &rays);
+        intervals[n] = clip_sample_rays(&p, &clip, &rays);
 #endif
 #if BLEND == COMPOSITE
-        dt[n] = length_of_rays(&sample, &rays) * sample.classification.table_unit;
+        dt[n] = length_per_layer(&sample, &rays) * sample.classification.table_unit;
         nodes_at[0][n] = nodes_at[1][n] = INT_MIN;
 #endif
     }
 #ifdef CLIPPED
     float begin, end;
-    bounds_of(intervals, patches, &begin, &end);
+    tile_bounds(intervals, patches, &begin, &end);
 #endif
 
     const int s = SAMPLES_PER_LAYER(&sample), enters = p.layer_step > 0 ? 0 : 1;
     int lowest = p.first_layer, highest = p.last_layer;
     if (p.culling)
         lowest = max(lowest, shown_slabs[0] + view.first_a), highest = min(highest, shown_slabs[1] + view.first_a);
-    int open = 0; // patches that anything more can change
+    int open = 0; // patches that further samples can change
     for (int n = 0; n < patches; n++)
         open |= (ANY(has_ray[n] && open_rays(&sample, &gathered[n])) ? 1 : 0) << n;
     Chunk chunk = {-1, 0};
@@ -129,7 +130,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         if (entry >= end || entry + 1.0f <= begin)
             continue;
 #endif
-        int over = FIRST_FEW(patches);
+        int over = LOW_BITS(patches);
         const int skip =
             p.culling ? slabs_to_skip(visible, &p, view.first_a, &tile, q, enters ? lowest : highest, enters, &chunk, &over) : 0;
         if (skip) {
@@ -139,39 +140,39 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         fetch_ahead(voxels, &view, &p, &tile, q - RADIUS + 1 - enters + (RADIUS + 1) * p.layer_step);
         for (int i = 0; i < s; i++) {
             const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;
-            HOLD(l0);
-            HOLD(l1);
-            Layer *front = HELD(l0), *behind = HELD(l1);
+            SAMPLE_SUB_LAYER(l0);
+            SAMPLE_SUB_LAYER(l1);
+            Layer *front = SUB_LAYER(l0), *behind = SUB_LAYER(l1);
             int shown = open & over;
 #if !GATHERS_VALUES
             for (int left = shown; left; left &= left - 1) {
-                const int n = LOWEST_OF(left);
-                const intv shows_any = shows(&sample, front->at.field[n], behind->at.field[n]);
-                if (!ANY(shows_any))
+                const int n = LOWEST_BIT(left);
+                const intv visible_lanes = is_visible_between(&sample, front->at.field[n], behind->at.field[n]);
+                if (!ANY(visible_lanes))
                     shown &= ~(1 << n);
             }
 #endif
             if (!shown)
                 continue;
-            // All lighting before all look-ups: shorter loops overlap better, 5 % on engine.
+            // Lighting of all patches before any look-ups: shorter loops overlap better, 5 % on engine.
             if (sample.light.shading && LIT_AT_ENDS) {
                 light_layer(voxels, &view, &p, &sample, column, row, s, COLUMNS_AT(l0), shown, front);
                 light_layer(voxels, &view, &p, &sample, column, row, s, COLUMNS_AT(l1), shown, behind);
             }
-            // Of the plane at which rays enter, and the distance to that at which they leave.
+            // The plane where rays enter, and the distance to the one where they leave.
             const float k = (float)l0 / s - RADIUS, step = (float)p.layer_step / s;
             const Samples *samples[3] = {&front->at, &behind->at, 0};
-            int ways = 1;
-#if HAS_SLOPES && LIT_AT_ENDS
+            int spans = 1;
+#if ANALYTIC_GRADIENTS && LIT_AT_ENDS
             Samples middle;
             if (sample.light.shading) {
                 find_middle(&p, &sample, integrals, &tile, k, step, shown, samples, &middle);
-                samples[1] = &middle, samples[2] = &behind->at, ways = 2;
+                samples[1] = &middle, samples[2] = &behind->at, spans = 2;
             }
 #endif
-            for (int w = 0; w < ways; w++) {
+            for (int w = 0; w < spans; w++) {
                 const Samples *one = samples[w], *other = samples[w + 1];
-                const float length = 1.0f / ways, from_k = k + w * length * step;
+                const float length = 1.0f / spans, from_k = k + w * length * step;
                 Part parts[TILE_ROWS];
 #ifdef CLIPPED
                 const float enters_at = p.layer_step * (from_k - p.centre_layer);
@@ -179,51 +180,51 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                     parts[n] = part_of(&intervals[n], (realv)(enters_at), (realv)(enters_at + length / s));
 #endif
 #if BLEND == COMPOSITE
-                const float2 weights = ends_of(&sample, l0, l1);
-                // Samples alternate between even and odd nodes. All look-ups before all segments: shorter loops overlap better, 4 % on
+                const float2 weights = end_weights(&sample, l0, l1);
+                // Samples alternate between even and odd nodes. All look-ups before any segment: shorter loops overlap better, 4 % on
                 // engine.
-                const int places[2] = {ways * l0 + w * p.layer_step, ways * l0 + (w + 1) * p.layer_step};
+                const int places[2] = {spans * l0 + w * p.layer_step, spans * l0 + (w + 1) * p.layer_step};
                 Node *at_front = nodes[places[0] & 1], *at_back = nodes[places[1] & 1];
                 for (int end = 0; end < 2; end++) {
                     const int place = places[end], odd = place & 1;
                     const Samples *here = end ? other : one;
                     for (int left = shown; left; left &= left - 1) {
-                        const int n = LOWEST_OF(left);
+                        const int n = LOWEST_BIT(left);
                         if (nodes_at[odd][n] == place)
                             continue;
-                        nodes[odd][n] = node_of(&sample, integrals, here->field[n], odd);
+                        nodes[odd][n] = look_up_node(&sample, integrals, here->field[n], odd);
                         nodes_at[odd][n] = place;
                     }
                 }
                 Segment segments[TILE_ROWS];
                 for (int left = shown; left; left &= left - 1) {
-                    const int n = LOWEST_OF(left);
+                    const int n = LOWEST_BIT(left);
                     const realv from = one->field[n], to = other->field[n], unit = length * dt[n];
 #ifdef CLIPPED
-                    if (any_cut(&parts[n])) {
-                        const realv cut_from = between(from, to, parts[n].from), cut_to = between(from, to, parts[n].to);
-                        const Node at_cut = node_of(&sample, integrals, cut_from, places[0] & 1);
-                        const Node behind_cut = node_of(&sample, integrals, cut_to, places[1] & 1);
+                    if (any_clipped(&parts[n])) {
+                        const realv cut_from = lerp(from, to, parts[n].from), cut_to = lerp(from, to, parts[n].to);
+                        const Node at_cut = look_up_node(&sample, integrals, cut_from, places[0] & 1);
+                        const Node behind_cut = look_up_node(&sample, integrals, cut_to, places[1] & 1);
                         segments[n] = segment_between(&sample, integrals, &at_cut, &behind_cut, cut_from, cut_to, weights,
-                                                      unit * share_of(&parts[n]));
+                                                      unit * part_length(&parts[n]));
                         continue;
                     }
 #endif
                     segments[n] = segment_between(&sample, integrals, &at_front[n], &at_back[n], from, to, weights,
-                                                  PART_OF(unit, &parts[n]));
+                                                  CLIPPED_LENGTH(unit, &parts[n]));
                 }
 #endif
                 for (int left = shown; left; left &= left - 1) {
-                    const int n = LOWEST_OF(left);
-                    const Way way = way_of(&p, &tile, n, from_k, length * step, one->field[n], other->field[n]);
+                    const int n = LOWEST_BIT(left);
+                    const RaySpan span = patch_span(&p, &tile, n, from_k, length * step, one->field[n], other->field[n]);
                     intv counts = 0;
 #if BLEND == COMPOSITE
-                    composite_way(voxels, &view, &sample, integrals, &segments[n], &parts[n], &way,
-                                  PART_OF(length * dt[n], &parts[n]), &one->lit[n], &other->lit[n], &gathered[n], &counts);
+                    composite_span(voxels, &view, &sample, integrals, &segments[n], &parts[n], &span,
+                                   CLIPPED_LENGTH(length * dt[n], &parts[n]), &one->lit[n], &other->lit[n], &gathered[n], &counts);
 #elif BLEND == ISO
-                    take_crossing(voxels, &view, &sample, &parts[n], &way, &one->lit[n], &other->lit[n], &gathered[n], &counts);
+                    accumulate_surface(voxels, &view, &sample, &parts[n], &span, &one->lit[n], &other->lit[n], &gathered[n], &counts);
 #else
-                    take_values(voxels, &view, &parts[n], &way, share_of(&parts[n]) / s, &gathered[n], &counts);
+                    accumulate_span(voxels, &view, &parts[n], &span, part_length(&parts[n]) / s, &gathered[n], &counts);
 #endif
                     active += counts & has_ray[n];
                     if (!ANY(has_ray[n] && open_rays(&sample, &gathered[n])))
@@ -233,12 +234,12 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         }
     }
 
-    regroup_all((realv *)gathered, RAW_NUMBERS, tile.bands);
+    regroup_all((realv *)gathered, RAW_FLOATS, tile.bands);
 #ifdef CLIPPED
     regroup_all((realv *)intervals, sizeof(Interval) / sizeof(realv), tile.bands);
 #endif
-    uint total = counted(active, VW);
+    uint total = sum_lanes(active, VW);
     for (int r = 0; r < tile.rows; r++)
-        END_RAYS(p, sample, table, &gathered[r], &intervals[r], tile.columns, 1, lattice + (size_t)(row + r) * p.width + column, total)
+        STORE_RAYS(p, sample, table, &gathered[r], &intervals[r], tile.columns, 1, lattice + (size_t)(row + r) * p.width + column, total)
     active_samples[id] = total;
 }

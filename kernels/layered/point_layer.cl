@@ -1,53 +1,53 @@
-// One point-sampled layer under a tile of a lattice: its field at the samples, and how these are lit.
+// Samples and lighting of one point-sampled layer under a tile of a lattice.
 //
-// All factors of a separable kernel are small: per voxel row that of u is applied to all columns of a tile at once (a resampled
-// row), and per lattice row that of v mixes the rows around it. Sub-layer l = 0 ... (n - 1 + 2 RADIUS) S, S samples per layer, lies at
-// k = l/S - RADIUS; its voxel rows are those of the layers around it, mixed. Gradients are slopes along their own axis and values along
-// the others, along the layer axis too: the layers around are resampled where the rays cross this one, not where they cross those.
+// The kernel is separable: each voxel row is first interpolated along u at all columns of the tile (a resampled row), then the rows
+// around each lattice row are combined along v. Sub-layer l = 0 ... (n - 1 + 2 RADIUS) S, with S samples per layer, lies at k = l/S -
+// RADIUS; its voxel rows are combined from the layers around it. A gradient component is the slope along its own axis and the value along
+// the others, also along the layer axis: neighbouring layers are resampled at the crossings of this layer, not of theirs.
 
 #include "layered/ray_lattice.cl"
 #include "layered/tile_rows.cl"
-#include "shared/lit_way.cl"
+#include "shared/span_lighting.cl"
 #include "shared/volume.cl"
 
-// Voxels between neighbouring samples, at most: MAX_VOXELS_PER_POINT in src/layers/lattice, and somewhat more.
+// Largest number of voxels between neighbouring samples: MAX_VOXELS_PER_POINT in src/layers/lattice, rounded up.
 #define VOXELS_PER_SAMPLE 2
-// Voxel rows and columns under a tile: the window of a sample is -1 ... 2.
+// Voxel rows and columns under a tile. A sample uses the voxels -1 ... 2.
 #define ROWS (VOXELS_PER_SAMPLE * TILE_ROWS + 4 + FARTHEST)
 #define SPAN_VECTORS ((VOXELS_PER_SAMPLE * VW + 4 + VW - 1) / VW)
 
-// Samples of a tile's patches: the field there, and the light, where that is known.
+// Samples of a tile's patches: field, and lighting where it has been computed.
 typedef struct {
     realv field[TILE_ROWS];
-    Lit lit[TILE_ROWS];
+    LitSample lit[TILE_ROWS];
 } Samples;
 
 // One sub-layer under a tile.
 typedef struct {
-    int held;                    // which one
-    int sampled, lit;            // patches whose field is known, and whose light
+    int index;                   // number of the sub-layer
+    int sampled, lit;            // bit masks of patches with a known field, and with known lighting
     Samples at;
     RowPlaces rows;
 } Layer;
 
-// The voxels under a tile's columns in one sub-layer.
+// Voxels under the columns of a tile in one sub-layer.
 typedef struct {
     int k;           // layer at or below it
-    float above;     // where it lies from that, 0, to the next, 1
-    float layers[4]; // what layers k-1 ... k+2 count
-    bool mixes;      // others than k do
-    int first;       // voxel of a span's first column: one before the one below the outermost sample, or further in
+    float above;     // distance from that layer, 0, to the next, 1
+    float layers[4]; // weights of layers k-1 ... k+2
+    bool mixes;      // layers other than k have a weight
+    int first;       // voxel column where spans begin: one before the cell of the outermost sample, or earlier
     int vectors;     // of a span
-    bool inside;     // no voxel of a span is beside the volume
+    bool inside;     // all columns of a span are inside the volume
     intv offset;     // of the voxel below each column, in the span
-    realv between;   // where each column lies from it, 0, to the next, 1
-    Weights u;       // what voxels -1 ... 2 count
+    realv between;   // distance of each column from it, 0, to the next, 1
+    Weights u;       // weights of voxels -1 ... 2
 } Columns;
 
-// Weights as numbers, of which all lanes are the same.
+// Stores weights that are equal in all lanes as scalars.
 static inline void store_first(const Weights *w, float *out) {
     for (int n = 0; n < 4; n++)
-        out[n] = ((const float *)&w->of[n])[0];
+        out[n] = ((const float *)&w->tap[n])[0];
 }
 
 static inline Columns columns_under(const VolumeView *view, int samples_per_layer, int l, realv u) {
@@ -57,40 +57,40 @@ static inline Columns columns_under(const VolumeView *view, int samples_per_laye
     const Weights layers = value_weights((realv)(c.above));
     store_first(&layers, c.layers);
     c.mixes = KERNEL == BSPLINE || c.above > 0.0f;
-    const intv below = wholes_below(u);
+    const intv below = floor_ints(u);
     c.between = u - CONVERT_REALV(below);
     c.u = value_weights(c.between);
     const int *ends = (const int *)&below;
     const int first = min(ends[0], ends[VW - 1]) - 1, behind = max(ends[0], ends[VW - 1]) + 3;
     c.vectors = (behind - first + VW - 1) / VW;
     c.inside = first >= 0 && behind <= view->dims_u && c.vectors * VW <= view->dims_u;
-    // A span that is wider than what is under the columns can begin before it, and need not reach beyond the volume.
+    // A span is at least as wide as the columns: it may begin earlier, so that it ends inside the volume.
     c.first = c.inside ? min(first, view->dims_u - c.vectors * VW) : first;
     c.offset = below - c.first;
     return c;
 }
 
-// Does something at each vector's first column i in a span of `vectors`. Unrolled: where it is a loop, what is in it lies in memory.
+// Runs a statement for each vector of a span of `vectors`; i is its first column. Unrolled: in a loop, arrays would be in memory.
 #define ON_SPAN(i)                                    \
     _Pragma("unroll") for (int i = 0; i < SPAN_VECTORS * VW; i += VW) \
         if (i < vectors * VW)
 
-// Row j of layer k under a tile's columns, `vectors` of them. `inside`: it is known to be in the volume from end to end.
-ALWAYS_INLINE void load_span(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int j, int k,
-                                int vectors, bool inside, float *span) {
+// Row j of layer k under the columns of a tile, `vectors` of them. `inside`: known to be entirely in the volume.
+ALWAYS_INLINE void load_span(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int j, int k, int vectors,
+                             bool inside, float *span) {
     if (inside || (c->inside && j >= 0 && j < view->dims_v && k >= 0 && k < view->dims_a)) {
         __global const VOXEL *start = voxels + (k - view->first_a) * view->stride_a + j * view->stride_v + c->first;
         ON_SPAN(i)
-            STOREV(span + i, VALUES_OF(view, LOAD_VOXELS(start + i)));
+            STOREV(span + i, VOXEL_VALUES(view, LOAD_VOXELS(start + i)));
     } else {
         load_row(voxels, view, c->first, j, k, vectors, span);
     }
 }
 
-// Whether a voxel row, column or layer, counted from the one before a place, counts for values beside the one below it.
+// Whether tap n, counted from the one before a position, has a weight for values and is not the tap below the position.
 #define IS_OTHER_TAP(n) ((n) != 1 && IS_TAP((n) - 1))
 
-// Row j of the layers around a sub-layer, mixed.
+// Row j, interpolated between the layers around a sub-layer.
 ALWAYS_INLINE void mixed_span(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int j, int vectors,
                               bool inside, float *span) {
     load_span(voxels, view, c, j, c->k, vectors, inside, span);
@@ -110,19 +110,19 @@ ALWAYS_INLINE void mixed_span(__global const VOXEL *voxels, const VolumeView *vi
     }
 }
 
-// The voxel below each column, or one `step` away from it.
+// The voxel below each column, at the offset `step`.
 #define UNDER(span, step) PICK(span, vectors, c->offset + (step))
-// And only if it counts for values.
+// The same, if that tap has a weight for values.
 #define TAP_UNDER(span, step) (IS_TAP(step) ? UNDER(span, step) : (realv)(0.0f))
 
-// Resampled voxel rows.
+// Resamples voxel rows along u.
 ALWAYS_INLINE void sample_rows(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int first, int last,
                                int vectors, bool inside, realv *value) {
     for (int j = first; j <= last; j++) {
         float span[SPAN_VECTORS * VW];
         mixed_span(voxels, view, c, j, vectors, inside, span);
         const realv before = TAP_UNDER(span, -1), low = UNDER(span, 0), high = UNDER(span, 1), behind = TAP_UNDER(span, 2);
-        *value++ = MIXED(c->u.of, before, low, high, behind);
+        *value++ = MIXED(c->u.tap, before, low, high, behind);
     }
 }
 
@@ -131,24 +131,24 @@ typedef struct {
     realv value[ROWS], along_u[ROWS], along_a[ROWS];
 } Slopes;
 
-// What voxels count for slopes, along u, and layers along theirs.
+// Weights of slopes along u and along the layer axis.
 typedef struct {
     Weights u;
     float layers[4];
 } SlopeWeights;
 
-// Row j of the layers around a sub-layer: mixed, and its slopes along the layer axis.
+// Row j, interpolated between the layers around a sub-layer, and its slope along the layer axis.
 ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, const SlopeWeights *w, int j,
                                       int vectors, bool inside, float *own, float *across) {
     load_span(voxels, view, c, j, c->k, vectors, inside, own);
 #if RADIUS == 1
-    // On a layer: between the two beside it.
+    // On a layer: central differences of the two neighbours.
     if (c->above == 0.0f) {
         if (inside) {
             __global const VOXEL *before = voxels + (c->k - 1 - view->first_a) * view->stride_a + j * view->stride_v + c->first;
             __global const VOXEL *behind = before + 2 * view->stride_a;
             ON_SPAN(i)
-                STOREV(across + i, w->layers[2] * DIFFERENCES_OF(view, behind + i, before + i));
+                STOREV(across + i, w->layers[2] * VOXEL_DIFFERENCES(view, behind + i, before + i));
         } else {
             float before[SPAN_VECTORS * VW];
             load_span(voxels, view, c, j, c->k - 1, vectors, inside, before);
@@ -185,15 +185,15 @@ ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const Volume
         float own[SPAN_VECTORS * VW], across[SPAN_VECTORS * VW];
         differentiate_span(voxels, view, c, w, j, vectors, inside, own, across);
         const realv o0 = UNDER(own, -1), o1 = UNDER(own, 0), o2 = UNDER(own, 1), o3 = UNDER(own, 2);
-        s->value[row] = MIXED(c->u.of, o0, o1, o2, o3);
-        s->along_u[row] = SLOPE(w->u.of, o0, o1, o2, o3);
+        s->value[row] = MIXED(c->u.tap, o0, o1, o2, o3);
+        s->along_u[row] = SLOPE(w->u.tap, o0, o1, o2, o3);
         const realv a0 = TAP_UNDER(across, -1), a1 = UNDER(across, 0), a2 = UNDER(across, 1), a3 = TAP_UNDER(across, 2);
-        s->along_a[row] = MIXED(c->u.of, a0, a1, a2, a3);
+        s->along_a[row] = MIXED(c->u.tap, a0, a1, a2, a3);
     }
 }
 
-// Runs WORK(vectors, inside) on rows [first, last] of layers [from, to], with constants where these are most frequent: that is,
-// without branches and loops.
+// Runs WORK(vectors, inside) on rows [first, last] of layers [from, to], with constant arguments in the most frequent cases, which
+// removes branches and loops.
 #define ON_ROWS(WORK, first, last, from, to)                                                                           \
     const bool inside =                                                                                                \
         columns.inside && (first) >= 0 && (last) < view->dims_v && (from) >= 0 && (to) < view->dims_a;                 \
@@ -204,16 +204,17 @@ ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const Volume
     else                                                                                                               \
         WORK(columns.vectors, false)
 
-// The patches of some bands, from resampled voxel rows, of which the first is row `first`.
-ALWAYS_INLINE void mix_rows(const RowPlaces *rows, const realv *value, int first, int first_band, int last_band, int farthest, realv *patches) {
+// Interpolates the patches of some bands along v, from resampled voxel rows that begin with row `first`.
+ALWAYS_INLINE void mix_rows(const RowPlaces *rows, const realv *value, int first, int first_band, int last_band, int farthest,
+                            realv *patches) {
     for (int band = first_band; band <= last_band; band++) {
         realv field[PATCH_ROWS];
 #pragma unroll
         for (int i = 0; i < PATCH_ROWS; i++) {
             const int r = band * PATCH_ROWS + i;
-            // From the row before the one below on; only those that count are there.
+            // From the row before the one below on. Only rows with a weight are present.
             const realv *v = value + (rows->below[r] - 1 - first);
-            const RowMix mix = mix_of(rows, r, farthest);
+            const RowMix mix = row_mix(rows, r, farthest);
             field[i] = MIXED_ROWS(mix, v, farthest);
         }
         regroup(field);
@@ -223,17 +224,17 @@ ALWAYS_INLINE void mix_rows(const RowPlaces *rows, const realv *value, int first
     }
 }
 
-// Samples patches of sub-layer l: the bands from the first to the last that has an unknown one. `u`: the columns, `tile_v`: the rows of the
-// tile.
-static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, float centre_layer, int samples_per_layer,
-                         int l, realv u, const TileRows *tile_v, int patches, Layer *layer) {
-    if (layer->held != l) {
-        layer->held = l, layer->sampled = layer->lit = 0;
+// Samples the missing patches of sub-layer l: all bands from the first to the last that lacks one. `u`: columns of the tile; `tile_v`:
+// its rows.
+static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, float centre_layer, int samples_per_layer, int l,
+                                realv u, const TileRows *tile_v, int patches, Layer *layer) {
+    if (layer->index != l) {
+        layer->index = l, layer->sampled = layer->lit = 0;
         place_rows(tile_v, (float)l / samples_per_layer - RADIUS - centre_layer, &layer->rows);
     }
     patches &= ~layer->sampled;
     layer->sampled |= patches;
-    const int first_band = LOWEST_OF(patches) / PATCH_ROWS, last_band = HIGHEST_OF(patches) / PATCH_ROWS;
+    const int first_band = LOWEST_BIT(patches) / PATCH_ROWS, last_band = HIGHEST_BIT(patches) / PATCH_ROWS;
     const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
     const int first = min(one, other) + FIRST_TAP, last = max(one, other) + LAST_TAP + layer->rows.farthest;
     const Columns columns = columns_under(view, samples_per_layer, l, u);
@@ -244,19 +245,19 @@ static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *
     ON_STAGGERED(MIX, layer->rows.farthest);
 }
 
-// The gradients of some patches, from resampled voxel rows, of which the first is row `first`.
-ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int first, int first_band, int last_band, int patches, int farthest,
-                              Gradient *gradients) {
+// Gradients of some patches, from resampled voxel rows that begin with row `first`.
+ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int first, int first_band, int last_band, int patches,
+                              int farthest, Gradient *gradients) {
     for (int band = first_band; band <= last_band; band++) {
-        if (!(patches & FIRST_FEW(PATCH_ROWS) << band * PATCH_ROWS))
+        if (!(patches & LOW_BITS(PATCH_ROWS) << band * PATCH_ROWS))
             continue;
         realv along_u[PATCH_ROWS], along_v[PATCH_ROWS], along_a[PATCH_ROWS];
 #pragma unroll
         for (int i = 0; i < PATCH_ROWS; i++) {
             const int r = band * PATCH_ROWS + i, j = rows->below[r] - 1 - first;
-            const RowMix mix = mix_of(rows, r, farthest);
+            const RowMix mix = row_mix(rows, r, farthest);
             along_u[i] = MIXED_ROWS(mix, slopes->along_u + j, farthest);
-            along_v[i] = SLOPE_OF_ROWS(mix, slopes->value + j, farthest);
+            along_v[i] = SLOPE_ROWS(mix, slopes->value + j, farthest);
             along_a[i] = MIXED_ROWS(mix, slopes->along_a + j, farthest);
         }
         regroup(along_u), regroup(along_v), regroup(along_a);
@@ -268,25 +269,25 @@ ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int f
     }
 }
 
-// Where the rays of a patch, of the tile from (column, row) on, cross plane k.
-static inline Point point_of_patch(const RayLatticeParams *p, int column, int row, int patch, float k) {
-    const SampleRays rays = rays_of_samples(p, columns_of_patch(patch) + column, rows_of_patch(patch) + row);
+// Where the rays of a patch cross plane k; the tile begins at (column, row).
+static inline Point patch_points(const RayLatticeParams *p, int column, int row, int patch, float k) {
+    const SampleRays rays = sample_rays(p, patch_columns(patch) + column, patch_sample_rows(patch) + row);
     const float depth = k - p->centre_layer;
     const Point point = {rays.centre_u + depth * rays.shear_u, rays.centre_v + depth * rays.shear_v, (realv)(k)};
     return point;
 }
 
-// Lights the samples of some patches of the tile from (column, row) on.
+// Lights the samples of some patches of the tile at (column, row).
 static inline void light_layer(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p, const SampleParams *sample,
                                int column, int row, int samples_per_layer, realv u, int patches, Layer *layer) {
     patches &= ~layer->lit;
     if (!patches)
         return;
     layer->lit |= patches;
-    const int first_band = LOWEST_OF(patches) / PATCH_ROWS, last_band = HIGHEST_OF(patches) / PATCH_ROWS;
+    const int first_band = LOWEST_BIT(patches) / PATCH_ROWS, last_band = HIGHEST_BIT(patches) / PATCH_ROWS;
     const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
     const int first = min(one, other) - 1, last = max(one, other) + 2 + layer->rows.farthest;
-    const Columns columns = columns_under(view, samples_per_layer, layer->held, u);
+    const Columns columns = columns_under(view, samples_per_layer, layer->index, u);
     SlopeWeights weights;
     weights.u = slope_weights(columns.between);
     const Weights layers = slope_weights((realv)(columns.above));
@@ -296,13 +297,13 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
 #define DIFFERENTIATE(vectors, inside) \
     differentiate_rows(voxels, view, &columns, &weights, first, last, vectors, inside, &slopes)
     ON_ROWS(DIFFERENTIATE, first, last, columns.k - 1, columns.k + 2);
-    // All gradients before any light: shorter loops overlap better, 10 % on engine.
+    // All gradients before any lighting: shorter loops overlap better, 10 % on engine.
     Gradient gradients[TILE_ROWS];
 #define MIX_SLOPES(farthest) mix_slopes(&layer->rows, &slopes, first, first_band, last_band, patches, farthest, gradients)
     ON_STAGGERED(MIX_SLOPES, layer->rows.farthest);
     for (int left = patches; left; left &= left - 1) {
-        const int n = LOWEST_OF(left);
-        const Point point = point_of_patch(p, column, row, n, (float)layer->held / samples_per_layer - RADIUS);
-        layer->at.lit[n] = lit_at(sample, point, layer->at.field[n], gradients[n]);
+        const int n = LOWEST_BIT(left);
+        const Point point = patch_points(p, column, row, n, (float)layer->index / samples_per_layer - RADIUS);
+        layer->at.lit[n] = light_sample(sample, point, layer->at.field[n], gradients[n]);
     }
 }

@@ -1,23 +1,23 @@
-// A point-sampled layer where one ray crosses it: how the field there is lit. VW is 1.
+// Sampling and lighting of a point-sampled layer for a single ray. VW is 1.
 
 #include "shared/field.cl"
-#include "shared/lit_way.cl"
+#include "shared/span_lighting.cl"
 
-// A ray of a lattice: where it crosses the layer of the volume's centre, and its shear, along u and v.
+// A ray of a lattice: its crossing with the layer of the volume's centre, and its shear, along u and v.
 typedef struct {
     float2 u, v;
 } LatticeRay;
 
-// Where it is in sub-layer l. Divided without signs: those are registers too.
+// Cell of a ray in sub-layer l. Unsigned divisions take fewer registers.
 static inline Cells cells_in(const VolumeView *view, const LatticeRay *ray, float centre_layer, uint samples_per_layer, uint l) {
     const float depth = (float)l / samples_per_layer - RADIUS - centre_layer;
-    return cells_behind(view, ray->u.x + depth * ray->u.y, ray->v.x + depth * ray->v.y, (int)(l / samples_per_layer) - RADIUS,
-                        (float)(l % samples_per_layer) / samples_per_layer, 1);
+    return cells_from_layer(view, ray->u.x + depth * ray->u.y, ray->v.x + depth * ray->v.y, (int)(l / samples_per_layer) - RADIUS,
+                            (float)(l % samples_per_layer) / samples_per_layer, 1);
 }
 
-static inline Lit lit_in(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, const Cells *c) {
-    const Found found = found_in(voxels, view, c);
+static inline LitSample light_in_cell(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, const Cells *c) {
+    const FieldSample field = field_in_cell(voxels, view, c);
     const Point point = {c->i + c->x, c->j + c->y, c->k + c->z};
-    const Gradient gradient = {found.along_u, found.along_v, found.along_a};
-    return lit_at(p, point, found.value, gradient);
+    const Gradient gradient = {field.along_u, field.along_v, field.along_a};
+    return light_sample(p, point, field.value, gradient);
 }

@@ -1,188 +1,195 @@
-// Layered rendering with point-sampled layers, on the lattice of any view: point_lattice.cl as graphics processors like it.
+// Layered rendering with point-sampled layers, on a lattice for any view: point_lattice.cl for GPUs.
 //
-// One work-item per sample of the lattice: VW is 1. A group takes a tile of SAMPLE_COLUMNS x SAMPLE_ROWS of them, whose rays
-// go through the slabs that any of them needs side by side, as their voxels lie. What a ray knows of a sample, its field and its light, goes from
-// the end of one segment to the beginning of the next: all of it fits into registers.
-// Everything else is as in point_lattice.cl; active_samples[tile] too.
+// One work-item per sample of the lattice: VW is 1. A work-group is a tile of SAMPLE_COLUMNS x SAMPLE_ROWS samples. Its rays cross the
+// slabs that any of them needs side by side, so that neighbouring work-items read neighbouring voxels. Field and lighting at the end of a
+// segment are reused at the beginning of the next one; the state of a ray fits in registers. All else, including active_samples[tile], is
+// as in point_lattice.cl.
 
-// All layouts that lattices are drawn from are.
+// True of all layouts that lattices are rendered from.
 #define ROWS_ALONG_U
 #include "layered/point_sample.cl"
 #include "layered/visible_group.cl"
 #include "shared/segment.cl"
 
-// ends_of() of all segments of a layer, for a group: looked up by a number, arguments would be copied to every work-item's memory.
-#define ENDS ((int)(sizeof((SampleParams *)0)->segments.ends / sizeof(float)))
-ALWAYS_INLINE void share_ends(const SampleParams *sample, __local float *ends) {
+// end_weights() of all segments of a layer, in local memory: indexing kernel arguments by a variable would copy them to the private
+// memory of every work-item.
+#define END_FLOATS ((int)(sizeof((SampleParams *)0)->segments.ends / sizeof(float)))
+ALWAYS_INLINE void share_end_weights(const SampleParams *sample, __local float *ends) {
 #ifdef CURVED
     if (!get_local_id(0)) {
 #pragma unroll
-        for (int n = 0; n < ENDS; n++)
+        for (int n = 0; n < END_FLOATS; n++)
             ends[n] = sample->segments.ends[n];
     }
     barrier(CLK_LOCAL_MEM_FENCE);
 #endif
 }
-static inline float2 ends_in(__local const float *ends, uint samples_per_layer, int l0, int l1) {
+static inline float2 shared_end_weights(__local const float *ends, uint samples_per_layer, int l0, int l1) {
 #ifdef CURVED
-    const float2 of_segment = vload2((uint)min(l0, l1) % samples_per_layer, ends);
-    return l0 < l1 ? of_segment : of_segment.yx;
+    const float2 weights = vload2((uint)min(l0, l1) % samples_per_layer, ends);
+    return l0 < l1 ? weights : weights.yx;
 #else
     return 0.0f;
 #endif
 }
 
-// What is known of the end of a segment, where the next one begins.
+// Sample at the end of a segment, which is reused where the next one begins.
 typedef struct {
     bool is_lit;
     float field;
-    Lit lit;
-} End;
+    LitSample lit;
+} SegmentEnd;
 
-static inline bool beam_sees(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam, int slab) {
+static inline bool is_visible_to_beam(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam,
+                                      int slab) {
     const float to_plane = slab + (p->layer_step > 0 ? 0 : 1) - RADIUS - p->centre_layer;
     const Window crossed = cells_crossed(beam, to_plane, to_plane + p->layer_step, 0.0f);
-    return slab_shows(visible, p->blocks_u, p->blocks_v, slab - view->first_a, crossed);
+    return is_slab_visible(visible, p->blocks_u, p->blocks_v, slab - view->first_a, crossed);
 }
 
-// A ray on its way through the layers.
+// State of a ray between layers.
 typedef struct {
     LatticeRay ray;
-    float dt; // from layer to layer, in the table's units
+    float dt; // length per layer, in the table's units
     Interval interval;
     Accumulator gathered;
-    End end;
-    int passed; // the slab that it ends
+    SegmentEnd end;
+    int last_slab; // slab at the end of which `end` lies
     int active; // segments with opacity
     bool open;
-} Traveller;
+} RayState;
 
-static inline Traveller traveller_of(const RayLatticeParams *p, const SampleParams *sample, const Clipping *clip, int column, int row,
-                                     __global const float4 *out) {
-    const SampleRays rays = rays_of_samples(p, column, row);
-    Traveller t;
-    t.ray.u = (float2)(rays.centre_u, rays.shear_u), t.ray.v = (float2)(rays.centre_v, rays.shear_v);
+static inline RayState start_ray(const RayLatticeParams *p, const SampleParams *sample, const Clipping *clip, int column, int row,
+                                 __global const float4 *out) {
+    const SampleRays rays = sample_rays(p, column, row);
+    RayState state;
+    state.ray.u = (float2)(rays.centre_u, rays.shear_u), state.ray.v = (float2)(rays.centre_v, rays.shear_v);
 #if BLEND == COMPOSITE
-    t.dt = length_of_rays(sample, &rays) * sample->classification.table_unit;
+    state.dt = length_per_layer(sample, &rays) * sample->classification.table_unit;
 #endif
 #ifdef CLIPPED
-    t.interval = interval_of_rays(p, clip, &rays);
+    state.interval = clip_sample_rays(p, clip, &rays);
 #endif
-    t.gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
-    t.passed = INT_MIN, t.active = 0; // of the end all else follows, and is not in registers before
-    t.open = !p->continues || any_open(sample, &t.gathered);
-    return t;
+    state.gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
+    state.last_slab = INT_MIN, state.active = 0; // all else in `end` is set later, and takes no registers before
+    state.open = !p->continues || any_open(sample, &state.gathered);
+    return state;
 }
 
-// Takes a ray through slab q.
-ALWAYS_INLINE void pass_slab(__global const VOXEL *voxels, const VolumeView *view, __global const int4 *integrals,
-                             const RayLatticeParams *p, const SampleParams *sample, __local const float *ends, int q, Traveller *t) {
+// Advances a ray through slab q.
+ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *view, __global const int4 *integrals,
+                              const RayLatticeParams *p, const SampleParams *sample, __local const float *ends, int q, RayState *state) {
     const int s = SAMPLES_PER_LAYER(sample), plane = q + (p->layer_step > 0 ? 0 : 1);
 #ifdef CLIPPED
     const float entry = p->layer_step * (plane - RADIUS - p->centre_layer);
-    if (entry >= t->interval.to || entry + 1.0f <= t->interval.from)
+    if (entry >= state->interval.to || entry + 1.0f <= state->interval.from)
         return;
 #endif
-    bool goes_on = t->passed == q - p->layer_step;
-    t->passed = q;
+    bool front_known = state->last_slab == q - p->layer_step;
+    state->last_slab = q;
     int l0 = plane * s;
-    for (int i = 0; i < s && t->open; i++, l0 += p->layer_step) {
+    for (int i = 0; i < s && state->open; i++, l0 += p->layer_step) {
         const int l1 = l0 + p->layer_step;
-        // Both ends, or the other alone; and so with light.
+        // Samples both ends, or only the back if the front is known; the same for lighting.
         float from;
-        t->end.is_lit = goes_on && t->end.is_lit;
-        for (int l = goes_on ? l1 : l0;; l = l1) {
-            const Cells c = cells_in(view, &t->ray, p->centre_layer, s, l);
-            from = t->end.field;
-            t->end.field = value_in(voxels, view, &c);
+        state->end.is_lit = front_known && state->end.is_lit;
+        for (int l = front_known ? l1 : l0;; l = l1) {
+            const Cells c = cells_in(view, &state->ray, p->centre_layer, s, l);
+            from = state->end.field;
+            state->end.field = value_in_cell(voxels, view, &c);
             if (l == l1)
                 break;
         }
-        goes_on = true;
+        front_known = true;
 #if !GATHERS_VALUES
-        if (!shows(sample, from, t->end.field)) {
-            t->end.is_lit = false;
+        if (!is_visible_between(sample, from, state->end.field)) {
+            state->end.is_lit = false;
             continue;
         }
 #endif
-        Lit lit;
+        LitSample lit;
         if (sample->light.shading && LIT_AT_ENDS) {
-            for (int l = t->end.is_lit ? l1 : l0;; l = l1) {
-                const Cells c = cells_in(view, &t->ray, p->centre_layer, s, l);
-                lit = t->end.lit;
-                t->end.lit = lit_in(voxels, view, sample, &c);
+            for (int l = state->end.is_lit ? l1 : l0;; l = l1) {
+                const Cells c = cells_in(view, &state->ray, p->centre_layer, s, l);
+                lit = state->end.lit;
+                state->end.lit = light_in_cell(voxels, view, sample, &c);
                 if (l == l1)
                     break;
             }
-            t->end.is_lit = true;
+            state->end.is_lit = true;
         }
         const float k = (float)l0 / s - RADIUS, step = (float)p->layer_step / s;
-        int ways = 1;
-        float to = t->end.field;
-        Lit lit_to = t->end.lit;
-#if HAS_SLOPES && LIT_AT_ENDS
+        int spans = 1;
+        float to = state->end.field;
+        LitSample lit_to = state->end.lit;
+#if ANALYTIC_GRADIENTS && LIT_AT_ENDS
         if (sample->light.shading) {
-            const Way whole = way_on(t->ray.u.x, t->ray.u.y, t->ray.v.x, t->ray.v.y, p->centre_layer, k, step, from, to);
-            lit_to = lit_in_the_middle(sample, &whole, counts_between(sample, integrals, from, t->end.field), &lit, &t->end.lit, &to);
-            ways = 2;
+            const RaySpan whole = span_at_plane(state->ray.u.x, state->ray.u.y, state->ray.v.x, state->ray.v.y, p->centre_layer, k, step,
+                                                from, to);
+            lit_to = light_midpoint(sample, &whole, contributes_between(sample, integrals, from, state->end.field), &lit, &state->end.lit,
+                                    &to);
+            spans = 2;
         }
 #endif
 #pragma unroll 1
-        for (int w = 0; w < ways; w++) {
-            const float length = 1.0f / ways, from_k = k + w * length * step;
-            const Way way = way_on(t->ray.u.x, t->ray.u.y, t->ray.v.x, t->ray.v.y, p->centre_layer, from_k, length * step, from, to);
+        for (int w = 0; w < spans; w++) {
+            const float length = 1.0f / spans, from_k = k + w * length * step;
+            const RaySpan span = span_at_plane(state->ray.u.x, state->ray.u.y, state->ray.v.x, state->ray.v.y, p->centre_layer, from_k,
+                                               length * step, from, to);
             Part part = {0.0f, 1.0f};
 #ifdef CLIPPED
             const float enters_at = p->layer_step * (from_k - p->centre_layer);
-            part = part_of(&t->interval, enters_at, enters_at + length / s);
+            part = part_of(&state->interval, enters_at, enters_at + length / s);
 #endif
 #if BLEND == COMPOSITE
-            // Nodes are looked up for both segments that a sample ends: kept, they would take six registers.
-            const float value_from = between(from, to, part.from), value_to = between(from, to, part.to);
-            const float part_dt = PART_OF(length * t->dt, &part);
-            const int place = ways * l0 + w * p->layer_step;
-            const Node front = node_of(sample, integrals, value_from, place & 1);
-            const Node back = node_of(sample, integrals, value_to, (place + 1) & 1);
+            // Nodes are looked up once for each segment: keeping them would take six registers.
+            const float value_from = lerp(from, to, part.from), value_to = lerp(from, to, part.to);
+            const float part_dt = CLIPPED_LENGTH(length * state->dt, &part);
+            const int place = spans * l0 + w * p->layer_step;
+            const Node front = look_up_node(sample, integrals, value_from, place & 1);
+            const Node back = look_up_node(sample, integrals, value_to, (place + 1) & 1);
             const Segment segment =
-                segment_between(sample, integrals, &front, &back, value_from, value_to, ends_in(ends, s, l0, l1), part_dt);
-            composite_way(voxels, view, sample, integrals, &segment, &part, &way, part_dt, &lit, &lit_to, &t->gathered, &t->active);
+                segment_between(sample, integrals, &front, &back, value_from, value_to, shared_end_weights(ends, s, l0, l1), part_dt);
+            composite_span(voxels, view, sample, integrals, &segment, &part, &span, part_dt, &lit, &lit_to, &state->gathered,
+                           &state->active);
 #elif BLEND == ISO
-            take_crossing(voxels, view, sample, &part, &way, &lit, &lit_to, &t->gathered, &t->active);
+            accumulate_surface(voxels, view, sample, &part, &span, &lit, &lit_to, &state->gathered, &state->active);
 #else
-            take_values(voxels, view, &part, &way, share_of(&part) / s, &t->gathered, &t->active);
+            accumulate_span(voxels, view, &part, &span, part_length(&part) / s, &state->gathered, &state->active);
 #endif
             from = to, lit = lit_to;
-            to = t->end.field, lit_to = t->end.lit;
+            to = state->end.field, lit_to = state->end.lit;
         }
-        t->open = any_open(sample, &t->gathered);
+        state->open = any_open(sample, &state->gathered);
     }
 }
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
-__kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
-                            __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table, RayLatticeParams p,
-                            SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples) {
+__kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible, __global const int *shown_slabs,
+                            __global const int4 *integrals, __global const float4 *table, RayLatticeParams p, SampleParams sample,
+                            Clipping clip, __global float4 *lattice, __global uint *active_samples) {
     __local uint active, slabs[WORDS_LOOKED_UP];
-    __local float ends[ENDS];
+    __local float ends[END_FLOATS];
     if (get_group_id(0) >= p.tiles_u * p.tiles_v)
         return;
-    share_ends(&sample, ends);
+    share_end_weights(&sample, ends);
     int lowest = p.first_layer, highest = p.last_layer;
     if (p.culling)
         lowest = max(lowest, shown_slabs[0] + view.first_a), highest = min(highest, shown_slabs[1] + view.first_a);
     const int tile = get_group_id(0), first = p.layer_step > 0 ? lowest : highest, count = highest - lowest + 1;
-    look_up(visible, &p, &view, tile, first, count, slabs);
+    find_visible(visible, &p, &view, tile, first, count, slabs);
 
-    const int2 place = sample_of_tile(tile, p.tiles_u);
+    const int2 place = work_item_sample(tile, p.tiles_u);
     uint own = 0;
     if (place.x < p.width && place.y < p.height) {
         __global float4 *out = lattice + (size_t)place.y * p.width + place.x;
-        Traveller t = traveller_of(&p, &sample, &clip, place.x, place.y, out);
-        for (int word = 0; 32 * word < count && t.open; word++)
-            for (uint left = word_of(slabs, word, count); left && t.open; left &= left - 1)
-                pass_slab(voxels + view.first, &view, integrals, &p, &sample, ends, first + lowest_of_word(word, left) * p.layer_step, &t);
-        own = t.active;
-        END_RAYS(p, sample, table, &t.gathered, &t.interval, 1, 1, out, own)
+        RayState state = start_ray(&p, &sample, &clip, place.x, place.y, out);
+        for (int word = 0; 32 * word < count && state.open; word++)
+            for (uint left = visible_word(slabs, word, count); left && state.open; left &= left - 1)
+                cross_slab(voxels + view.first, &view, integrals, &p, &sample, ends, first + lowest_in_word(word, left) * p.layer_step,
+                           &state);
+        own = state.active;
+        STORE_RAYS(p, sample, table, &state.gathered, &state.interval, 1, 1, out, own)
     }
     count_tile(own, &active, active_samples + tile);
 }

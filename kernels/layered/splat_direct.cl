@@ -1,9 +1,9 @@
-// Layered splatting per screen pixel: each pixel gathers the voxels whose footprints cover it. Used where no lattice
-// reaches, with the paper's set of footprints, and as the lattice's oracle.
+// Layered splatting per screen pixel: each pixel gathers the voxels whose footprints cover it. Used where a lattice is impossible, with
+// the paper's set of footprints, and as the lattice's oracle.
 //
-// One work-item per pixel, row by row; VW is 1. FOOTPRINT_SET: weights are read bilinearly from the image of the nearest
-// direction (footprint_set.cl); |s| <= 1. Their sum, near 1, divides what they splat: what is flat stays so. Otherwise the footprints are
-// exact (splat_sum.cl).
+// One work-item per pixel, row by row; VW is 1. FOOTPRINT_SET: weights are interpolated bilinearly in the image of the nearest direction
+// (footprint_set.cl); |s| <= 1. Splat sums are divided by the sum of weights, which is near 1, so that constant fields stay exact.
+// Otherwise footprints are exact (splat_sum.cl).
 
 #include "layered/pixel_ray.cl"
 #include "layered/splat_sum.cl"
@@ -31,8 +31,8 @@ static inline float footprint_from_set(__global const uchar *image, float2 shear
 }
 
 static inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *images,
-                       __global const float2 *shears, int k, float u, float v, float s_u, float s_v) {
-    if (BEYOND(k, view))
+                              __global const float2 *shears, int k, float u, float v, float s_u, float s_v) {
+    if (IS_OUTSIDE(k, view))
         return view->background;
     const int index = nearest_image(s_u, s_v), i0 = floor(u), j0 = floor(v);
     __global const uchar *image = images + index * 64 * 64;
@@ -47,7 +47,7 @@ static inline float splat_sum(__global const VOXEL *voxels, const VolumeView *vi
 }
 #else
 static inline float splat_sum(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *images,
-                       __global const float2 *shears, int k, float u, float v, float s_u, float s_v) {
+                              __global const float2 *shears, int k, float u, float v, float s_u, float s_v) {
     return exact_splat_sum(voxels, view, k, u, v, s_u, s_v);
 }
 #endif
@@ -61,7 +61,7 @@ struct SampleSource {
     float u, v, s_u, s_v;
 };
 
-// The voxels dk layers on, splatted where those of layer k are.
+// Splat sum of layer k + dk, with the voxels shifted to the positions in layer k.
 static inline float shifted_sum(const struct SampleSource *s, float du, float dv, int dk) {
     return splat_sum(s->voxels, s->view, s->images, s->shears, s->k + dk, s->u + du, s->v + dv, s->s_u, s->s_v);
 }
@@ -79,14 +79,14 @@ static inline Gradient sample_gradient(const struct SampleSource *s) {
 }
 
 __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *visible_x, __global const uchar *visible_y,
-                     __global const uchar *visible_z, __global const float4 *table, __global const float4 *slabs,
-                     __global const uchar *images, __global const float2 *shears, DirectParams p, SampleParams sample_of_z,
-                     Clipping clip, int width, int height, __global float4 *frame, __global uint *active_samples) {
+                           __global const uchar *visible_z, __global const float4 *table, __global const float4 *slabs,
+                           __global const uchar *images, __global const float2 *shears, DirectParams p, SampleParams sample_of_z,
+                           Clipping clip, int width, int height, __global float4 *frame, __global uint *active_samples) {
     const size_t pixel = get_global_id(0);
     if (pixel >= (size_t)width * height)
         return;
     SampleParams sample;
-    const PixelRay ray = ray_of_pixel(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample_of_z, &sample);
+    const PixelRay ray = make_pixel_ray(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample_of_z, &sample);
     const VolumeView view = ray.view;
     voxels += view.first;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
@@ -102,35 +102,35 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *v
 #endif
     int active = 0;
     float before = 0.0f, own = 0.0f, after = 0.0f;
-    int held = INT_MIN; // the layer whose sums they are
+    int sums_layer = INT_MIN; // layer of the current sums
     for (int n = 0; n < layers; n++) {
         const int k = layer_step > 0 ? n - 1 : view.dims_a - n;
         const float depth = k - ray.o_a;
 #ifdef CLIPPED
-        LayerWay way = {ray.dt, {interval.from - layer_step * depth, interval.to - layer_step * depth}};
-        if (way.interval.from >= 0.5f || way.interval.to <= -0.5f)
+        LayerSpan layer_span = {ray.dt, {interval.from - layer_step * depth, interval.to - layer_step * depth}};
+        if (layer_span.interval.from >= 0.5f || layer_span.interval.to <= -0.5f)
             continue;
 #else
-        const LayerWay way = {ray.dt};
+        const LayerSpan layer_span = {ray.dt};
 #endif
         const float u = ray.o_u + depth * s_u, v = ray.o_v + depth * s_v;
         if (u < -1.0f - reach.x || u > view.dims_u + reach.x || v < -1.0f - reach.y || v > view.dims_v + reach.y)
             continue;
         const Window splatted = cells_between((float2)(u, v) - reach, (float2)(u, v) + reach);
-        if (p.culling && !layer_shows(visible, ray.blocks_u, ray.blocks_v, view.dims_a, k, splatted))
+        if (p.culling && !is_layer_visible(visible, ray.blocks_u, ray.blocks_v, view.dims_a, k, splatted))
             continue;
-        // All three sums, or the last alone.
-        for (int l = held == k - layer_step ? k + layer_step : k - layer_step;; l += layer_step) {
+        // All three sums, or only the last if the others are known.
+        for (int l = sums_layer == k - layer_step ? k + layer_step : k - layer_step;; l += layer_step) {
             before = own, own = after;
             after = splat_sum(voxels, &view, images, shears, l, u + (l - k) * s_u, v + (l - k) * s_v, s_u, s_v);
             if (l == k + layer_step)
                 break;
         }
-        held = k;
+        sums_layer = k;
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
         const struct SampleSource source = {voxels, &view, images, shears, k, u, v, s_u, s_v};
-        take_layer(&sample, slabs, first, count, table, before, own, after, &way, &source, &gathered, &active);
+        accumulate_layer(&sample, slabs, first, count, table, before, own, after, &layer_span, &source, &gathered, &active);
         if (!any_open(&sample, &gathered))
             break;
     }

@@ -1,6 +1,6 @@
-// Splat sums of a tile of samples one voxel apart: one small stencil for all of them.
+// Splat sums of a tile of samples one voxel apart, as one small stencil.
 //
-// Inside a layer all samples of a phase lie alike between the voxels, so the weights of those in reach are the same (footprints.cl).
+// Within a layer all samples of a phase have the same position between the voxels, and so the same weights (footprints.cl).
 
 #include "layered/footprint.cl"
 #include "shared/volume.cl"
@@ -13,13 +13,13 @@
 #endif
 
 #define TILE_COLUMNS (TILE_VECTORS * VW)
-// The voxels under a tile and a row more on each side, with up to three taps more. Rows are whole vectors.
-#define MOST_TAPS 4
-#define UNDER_VECTORS ((TILE_COLUMNS + MOST_TAPS - 1 + VW - 1) / VW)
+// Voxels under a tile and one more row on each side, with up to three additional taps. Rows are whole vectors.
+#define MAX_TAPS 4
+#define UNDER_VECTORS ((TILE_COLUMNS + MAX_TAPS - 1 + VW - 1) / VW)
 #define UNDER_STRIDE (UNDER_VECTORS * VW)
-#define UNDER_ROWS (TILE_ROWS + 2 + MOST_TAPS - 1)
+#define UNDER_ROWS (TILE_ROWS + 2 + MAX_TAPS - 1)
 
-// One voxel row's share of a splat sum.
+// Contribution of one voxel row to a splat sum.
 #define ROW_2(b) (w[4 * b] * LOADV(row + b * UNDER_STRIDE) + w[4 * b + 1] * LOADV(row + b * UNDER_STRIDE + 1))
 #define ROW_3(b) (ROW_2(b) + w[4 * b + 2] * LOADV(row + b * UNDER_STRIDE + 2))
 #define ROW_4(b) (ROW_3(b) + w[4 * b + 3] * LOADV(row + b * UNDER_STRIDE + 3))
@@ -27,19 +27,19 @@
 #define ROWS_3(ROW) (ROWS_2(ROW) + ROW(2))
 #define ROWS_4(ROW) (ROWS_3(ROW) + ROW(3))
 
-// The stencil of TAPS_U x TAPS_V voxels over rows of a tile. Spelled out, with the weights in registers: PoCL does not unroll
-// loops over taps.
-#define SPLAT_SUMS(TAPS_U, TAPS_V)                                                                                     \
-    static inline void CAT(CAT(splat_sums_, TAPS_U), TAPS_V)(const float *under, __global const float *weights, int rows,      \
-                                                      float *sums) {                                                   \
-        float w[16];                                                                                                   \
-        for (int i = 0; i < 16; i++)                                                                                   \
-            w[i] = weights[i];                                                                                         \
-        for (int r = 0; r < rows; r++)                                                                                 \
-            for (int c = 0; c < TILE_COLUMNS; c += VW) {                                                               \
-                const float *row = under + r * UNDER_STRIDE + c;                                                       \
-                STOREV(sums + r * TILE_COLUMNS + c, CAT(ROWS_, TAPS_V)(CAT(ROW_, TAPS_U)));                            \
-            }                                                                                                          \
+// The stencil of TAPS_U x TAPS_V voxels over rows of a tile. Spelled out, with the weights in registers: PoCL does not unroll loops over
+// taps.
+#define SPLAT_SUMS(TAPS_U, TAPS_V)                                                                                        \
+    static inline void CAT(CAT(splat_sums_, TAPS_U), TAPS_V)(const float *under, __global const float *weights, int rows, \
+                                                             float *sums) {                                               \
+        float w[16];                                                                                                      \
+        for (int i = 0; i < 16; i++)                                                                                      \
+            w[i] = weights[i];                                                                                            \
+        for (int r = 0; r < rows; r++)                                                                                    \
+            for (int c = 0; c < TILE_COLUMNS; c += VW) {                                                                  \
+                const float *row = under + r * UNDER_STRIDE + c;                                                          \
+                STOREV(sums + r * TILE_COLUMNS + c, CAT(ROWS_, TAPS_V)(CAT(ROW_, TAPS_U)));                               \
+            }                                                                                                             \
     }
 SPLAT_SUMS(2, 2)
 SPLAT_SUMS(2, 3)
@@ -51,14 +51,15 @@ SPLAT_SUMS(4, 2)
 SPLAT_SUMS(4, 3)
 SPLAT_SUMS(4, 4)
 
-// What is splatted: voxels, or the difference between those one after them along u or the layer axis and those one before.
+// Offsets for central differences: (0, 0) splats voxels; otherwise the difference of the next and the previous ones along u or the layer
+// axis.
 typedef struct {
     int u, a;
 } Step;
 
-// Rows of voxels from (u, v) on in layer k, or their differences, all of them inside the volume.
+// Loads rows of voxels starting at (u, v) in layer k, or their differences, where all of them are inside the volume.
 static inline void load_under_inside(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, Step step, int rows,
-                              float *under) {
+                                     float *under) {
     __global const VOXEL *row = voxels + u + v * view->stride_v + (k - view->first_a) * view->stride_a;
     const long next = step.u + step.a * view->stride_a;
 #define FILL_UNDER(numbers)                                                                                            \
@@ -66,13 +67,14 @@ static inline void load_under_inside(__global const VOXEL *voxels, const VolumeV
         for (int i = 0; i < UNDER_STRIDE; i += VW)                                                                     \
             STOREV(under + r * UNDER_STRIDE + i, numbers)
     if (next)
-        FILL_UNDER(DIFFERENCES_OF(view, row + next + i, row - next + i));
+        FILL_UNDER(VOXEL_DIFFERENCES(view, row + next + i, row - next + i));
     else
-        FILL_UNDER(VALUES_OF(view, LOAD_VOXELS(row + i)));
+        FILL_UNDER(VOXEL_VALUES(view, LOAD_VOXELS(row + i)));
 }
 
-// The same wherever they are.
-static inline void load_under(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, Step step, int rows, float *under) {
+// The same without that restriction.
+static inline void load_under(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, Step step, int rows,
+                              float *under) {
     for (int r = 0; r < rows; r++, under += UNDER_STRIDE) {
         load_row(voxels, view, u + step.u, v + r, k + step.a, UNDER_VECTORS, under);
         if (!step.u && !step.a)
@@ -84,11 +86,12 @@ static inline void load_under(__global const VOXEL *voxels, const VolumeView *vi
     }
 }
 
-// Splat sums of layer k, or of differences, in rows of a tile whose first sample is (column, row): `u` and `v` say where that lies among
-// the voxels of layer k.
-static inline void splat_rows(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, LayerOffset u, LayerOffset v,
-                       __global const float *weights, int column, int row, int rows, int k, Step step, float *sums) {
-    if (!step.u && !step.a && BEYOND(k, view)) {
+// Splat sums of layer k, or of differences, in rows of a tile whose first sample is (column, row). `u` and `v`: offsets of the phase in
+// layer k.
+static inline void splat_rows(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, LayerOffset u,
+                              LayerOffset v, __global const float *weights, int column, int row, int rows, int k, Step step,
+                              float *sums) {
+    if (!step.u && !step.a && IS_OUTSIDE(k, view)) {
         for (int i = 0; i < rows * TILE_COLUMNS; i += VW)
             STOREV(sums + i, (realv)(view->background));
         return;
@@ -96,12 +99,13 @@ static inline void splat_rows(__global const VOXEL *voxels, const VolumeView *vi
     const int taps_u = tap_count(u.fraction, p->shear_u), taps_v = tap_count(v.fraction, p->shear_v);
     const int v0 = v.base + row + first_tap(v.fraction, p->shear_v), voxel_rows = rows + taps_v - 1;
     int u0 = u.base + column + first_tap(u.fraction, p->shear_u);
-    const bool inside = u0 - step.u >= 0 && u0 + TILE_COLUMNS + taps_u - 1 + step.u <= view->dims_u && UNDER_STRIDE + 2 * step.u <= view->dims_u &&
-                        v0 >= 0 && v0 + voxel_rows <= view->dims_v && k - step.a >= 0 && k + step.a < view->dims_a;
+    const bool inside = u0 - step.u >= 0 && u0 + TILE_COLUMNS + taps_u - 1 + step.u <= view->dims_u &&
+                        UNDER_STRIDE + 2 * step.u <= view->dims_u && v0 >= 0 && v0 + voxel_rows <= view->dims_v &&
+                        k - step.a >= 0 && k + step.a < view->dims_a;
     float under[UNDER_ROWS * UNDER_STRIDE];
     int behind = 0;
     if (inside) {
-        // Rows of whole vectors may begin before what is under the tile, so that they end in the volume.
+        // Rows of whole vectors may begin before the voxels under the tile, so that they end inside the volume.
         behind = max(u0 - (view->dims_u - step.u - UNDER_STRIDE), 0), u0 -= behind;
         load_under_inside(voxels, view, u0, v0, k, step, voxel_rows, under);
     } else {

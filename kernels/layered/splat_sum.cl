@@ -1,12 +1,12 @@
-// The splat sum of a layer where one ray crosses it, with exact footprints. VW is 1.
+// The splat sum of a layer for a single ray, with exact footprints. VW is 1.
 //
-// The integral over the kernel's depth is moved out of the sum, S = integral of f(z) g(u + s_u z, v + s_v z) dz, where g interpolates the
-// layer with f in u and v. Between the knots this is a polynomial of degree 9 over one cell: five Gauss nodes, four voxels.
+// The integral over the depth of the kernel is moved out of the sum: S = integral of f(z) g(u + s_u z, v + s_v z) dz, where g is the
+// layer interpolated with f in u and v. Between the knots this is a polynomial of degree 9 over one cell: five Gauss nodes, four voxels.
 
 #include "layered/footprint.cl"
 #include "shared/volume.cl"
 
-// Distance along z to where p + s z next crosses a whole number.
+// The next z at which p + s z is a whole number.
 static inline float next_cell(float p, float s, float z) {
     const float at = p + s * z;
     float knot = ((s > 0.0f ? floor(at) + 1.0f : ceil(at) - 1.0f) - p) / s;
@@ -16,7 +16,7 @@ static inline float next_cell(float p, float s, float z) {
 }
 
 static inline float exact_splat_sum(__global const VOXEL *voxels, const VolumeView *view, int k, float u, float v, float s_u, float s_v) {
-    if (BEYOND(k, view))
+    if (IS_OUTSIDE(k, view))
         return view->background;
     float sum = 0.0f;
     for (float z = -1.0f; z < 1.0f;) {

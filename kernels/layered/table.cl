@@ -1,4 +1,4 @@
-// The opacity table of a parallel frame: extinction turned into opacity for its one step length.
+// The opacity table of a parallel view: extinction converted to opacity for its constant step length.
 //
 // One work-item per entry: (r, g, b, tau) -> (r, g, b, 1 - exp(-tau dt)), or (r, g, b, alpha) -> min(1, alpha dt).
 

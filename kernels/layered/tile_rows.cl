@@ -1,16 +1,17 @@
-// The rows of a tile of a lattice between those of the voxels, and what is known of these, mixed for them.
+// Positions of a tile's rows between the voxel rows, and their weights.
 //
-// A row of samples lies between two rows of voxels: all its columns mix these alike. Not where columns are staggered
-// (src/layers/lattice/stagger.rs): each lies behind the row by some of its own, up to `farthest` voxel rows farther: 0 where they are not staggered,
-// 1 where rows are at most a voxel row apart, else 2. It is a variable of a program, but a constant in loops over rows: ON_STAGGERED.
+// All columns of a sample row share the weights of the voxel rows around it, unless columns are staggered
+// (src/layers/lattice/stagger.rs): each is then shifted by its own fraction of a row. `farthest` is the largest shift in whole voxel
+// rows: 0 without stagger, 1 where rows are at most a voxel row apart, else 2. It is a kernel argument, but a constant in loops over
+// rows: ON_STAGGERED.
 
 #include "layered/patches.cl"
 #include "shared/reconstruction.cl"
 
-// The largest.
+// Largest value of `farthest`.
 #define FARTHEST 2
 
-// Runs WORK(farthest) with a constant. A third row to choose from costs engine 9 %, two rows more than one.
+// Runs WORK(farthest) with a constant argument. A third row to select from costs engine 9 %, and two cost more than one.
 #define ON_STAGGERED(WORK, farthest) \
     if ((farthest) == 0)             \
         WORK(0);                     \
@@ -22,43 +23,43 @@
 // Padded to whole vectors.
 #define PADDED_ROWS ((TILE_ROWS + VW - 1) / VW * VW)
 
-// Where a tile's rows cross the middle layer, and how far its columns lie behind them, in voxels.
+// Where the rows of a tile cross the centre layer, their shears, and the shifts of its columns, in voxels.
 typedef struct {
     float centre[PADDED_ROWS], shear[PADDED_ROWS];
     realv stagger;
     int farthest;
 } TileRows;
 
-// What voxel rows -1 ... 2 count, per row.
+// Weights of voxel rows -1 ... 2, for each row of the tile.
 typedef struct {
-    float of[4][PADDED_ROWS];
+    float tap[4][PADDED_ROWS];
 } RowWeights;
 
-// Where they are in a layer: the voxel row below each row, and how far it lies from that one, 0, to the next, 1.
+// Rows of the tile in one layer: the voxel row below each, and the distance from that row, 0, to the next, 1.
 typedef struct {
     int below[PADDED_ROWS] __attribute__((aligned(64)));
     float between[PADDED_ROWS];
     realv stagger;
     int farthest;
-    RowWeights value, slope; // where columns are not staggered, slopes where they are asked for
+    RowWeights value, slope; // without stagger; slopes on demand
 } RowPlaces;
 
-// Of a row: how many voxel rows farther each column lies, and what those around it count.
+// One row: how many voxel rows each column is shifted by, and the weights of the rows around it.
 typedef struct {
     intv farther;
     Weights value, slope;
 } RowMix;
 
-static inline Weights weights_of_row(const RowWeights *rows, int row) {
-    const Weights w = {{rows->of[0][row], 0.0f, rows->of[2][row], rows->of[3][row]}};
+static inline Weights row_weights(const RowWeights *rows, int row) {
+    const Weights w = {{rows->tap[0][row], 0.0f, rows->tap[2][row], rows->tap[3][row]}};
     return w;
 }
 
-ALWAYS_INLINE RowMix mix_of(const RowPlaces *places, int row, int farthest) {
+ALWAYS_INLINE RowMix row_mix(const RowPlaces *places, int row, int farthest) {
     RowMix mix;
     if (farthest == 0) {
         mix.farther = 0;
-        mix.value = weights_of_row(&places->value, row), mix.slope = weights_of_row(&places->slope, row);
+        mix.value = row_weights(&places->value, row), mix.slope = row_weights(&places->slope, row);
         return mix;
     }
     const realv behind = places->between[row] + places->stagger;
@@ -72,8 +73,8 @@ ALWAYS_INLINE RowMix mix_of(const RowPlaces *places, int row, int farthest) {
     return mix;
 }
 
-// A voxel row, `number` rows from the one before the one below a row of samples.
-ALWAYS_INLINE realv row_of_mix(const RowMix *mix, const realv *row, int farthest) {
+// The voxel row for each column: `row` and the next ones are the candidates, by shift.
+ALWAYS_INLINE realv select_row(const RowMix *mix, const realv *row, int farthest) {
     if (farthest == 0)
         return row[0];
     if (farthest == 1)
@@ -81,24 +82,25 @@ ALWAYS_INLINE realv row_of_mix(const RowMix *mix, const realv *row, int farthest
     return mix->farther == 0 ? row[0] : mix->farther == 1 ? row[1] : row[2];
 }
 
-// A number of voxel rows, from the one before the one below a row of samples on, mixed for it, and its slope.
-#define OF_ROWS(TAKE, kind, mix, number, farthest)                                                             \
-    TAKE((mix).kind.of, row_of_mix(&(mix), number, farthest), row_of_mix(&(mix), (number) + 1, farthest),      \
-         row_of_mix(&(mix), (number) + 2, farthest), row_of_mix(&(mix), (number) + 3, farthest))
-#define MIXED_ROWS(mix, number, farthest) OF_ROWS(MIXED, value, mix, number, farthest)
-#define SLOPE_OF_ROWS(mix, number, farthest) OF_ROWS(SLOPE, slope, mix, number, farthest)
+// APPLY_TO_ROWS applies TAKE to the four voxel rows around a sample row, of which `first` points to the one before the row below.
+// MIXED_ROWS is their value, SLOPE_ROWS their slope.
+#define APPLY_TO_ROWS(TAKE, kind, mix, first, farthest)                                                   \
+    TAKE((mix).kind.tap, select_row(&(mix), first, farthest), select_row(&(mix), (first) + 1, farthest), \
+         select_row(&(mix), (first) + 2, farthest), select_row(&(mix), (first) + 3, farthest))
+#define MIXED_ROWS(mix, first, farthest) APPLY_TO_ROWS(MIXED, value, mix, first, farthest)
+#define SLOPE_ROWS(mix, first, farthest) APPLY_TO_ROWS(SLOPE, slope, mix, first, farthest)
 
 static inline void store_weights(const Weights *w, int row, RowWeights *rows) {
     for (int n = 0; n < 4; n++)
-        STOREV(rows->of[n] + row, w->of[n]);
+        STOREV(rows->tap[n] + row, w->tap[n]);
 }
 
-// `depth`: of the layer, from the middle one.
+// `depth`: distance of the layer from the centre layer.
 static inline void place_rows(const TileRows *rows, float depth, RowPlaces *places) {
     places->stagger = rows->stagger, places->farthest = rows->farthest;
     for (int r = 0; r < TILE_ROWS; r += VW) {
         const realv v = LOADV(rows->centre + r) + depth * LOADV(rows->shear + r);
-        const intv below = wholes_below(v);
+        const intv below = floor_ints(v);
         *(intv *)(places->below + r) = below;
         const realv between = v - CONVERT_REALV(below);
         STOREV(places->between + r, between);
@@ -109,7 +111,7 @@ static inline void place_rows(const TileRows *rows, float depth, RowPlaces *plac
     }
 }
 
-// Before slopes are asked for.
+// Must precede the use of slopes.
 static inline void prepare_slopes(RowPlaces *places) {
     if (places->farthest)
         return;

@@ -1,41 +1,41 @@
-// Which layers can show anything in splatted samples under a tile.
+// Visible layers and rows of splatted samples under a tile.
 
 #include "layered/beam.cl"
 
-// What is known of eight layers: bits of the slabs before them, and of the one behind the last.
+// Cached visibility of the eight layers of a chunk: bits of their slabs, and of the one behind the last.
 typedef struct {
     int index, slabs;
-} EightLayers;
+} LayerChunk;
 
-// Whether layer k is the last of its eight, so that the slab behind it is the next chunk's, if there is one.
-static inline bool ends_chunk(int last_slab, int k) { return (k & 7) == 7 && k < last_slab; }
+// Whether layer k is the last of its chunk, so that the slab behind it belongs to the next chunk, if there is one.
+static inline bool is_last_of_chunk(int last_slab, int k) { return (k & 7) == 7 && k < last_slab; }
 
-// The rows of a beam, of so many, in which splatted samples of layer k can show anything: the first and the last; none: the first beyond the
-// last. First by a look at eight layers. `last_slab`: the one behind the last layer that is asked for; `depth`: of layer 0, from where the
-// beam's crossings are.
-static inline int2 rows_shown(__global const uchar *visible, int blocks_u, int blocks_v, int last_slab, const Beam *beam, int rows, float2 reach,
-                              float depth, int k, EightLayers *known) {
+// First and last of the `rows` rows of a beam in which splatted samples of layer k can be visible; the first is beyond the last if there
+// is none. Tests the whole chunk of eight layers first. `last_slab`: the one behind the last layer in use. `depth`: of layer 0, from the
+// layer of the beam's crossings.
+static inline int2 visible_rows(__global const uchar *visible, int blocks_u, int blocks_v, int last_slab, const Beam *beam, int rows,
+                                float2 reach, float depth, int k, LayerChunk *layer_chunk) {
     const int own = max(k, 0), chunk = own >> 3, first = 8 * chunk;
-    if (chunk != known->index) {
+    if (chunk != layer_chunk->index) {
         const Window w = cells_crossed(beam, depth + first - 1, depth + first + 8, reach);
-        known->index = chunk;
-        known->slabs = slabs_over(visible, blocks_u, blocks_v, chunk, w);
-        if (ends_chunk(last_slab, first + 7))
-            known->slabs |= (slabs_over(visible, blocks_u, blocks_v, chunk + 1, w) & 1) << 8;
+        layer_chunk->index = chunk;
+        layer_chunk->slabs = slabs_in_window(visible, blocks_u, blocks_v, chunk, w);
+        if (is_last_of_chunk(last_slab, first + 7))
+            layer_chunk->slabs |= (slabs_in_window(visible, blocks_u, blocks_v, chunk + 1, w) & 1) << 8;
     }
     const int2 none = {0, -1};
-    if (!(known->slabs >> (own - first) & 3))
+    if (!(layer_chunk->slabs >> (own - first) & 3))
         return none;
-    const int4 blocks = blocks_over(blocks_u, blocks_v, cells_crossed(beam, depth + k, depth + k, reach));
-    int2 shown = rows_of_blocks(visible, blocks_u, blocks_v, chunk, 3 << (own - first) & 0xff, blocks);
-    if (ends_chunk(last_slab, own)) {
-        const int2 behind = rows_of_blocks(visible, blocks_u, blocks_v, chunk + 1, 1, blocks);
+    const int4 blocks = blocks_in_window(blocks_u, blocks_v, cells_crossed(beam, depth + k, depth + k, reach));
+    int2 shown = visible_block_rows(visible, blocks_u, blocks_v, chunk, 3 << (own - first) & 0xff, blocks);
+    if (is_last_of_chunk(last_slab, own)) {
+        const int2 behind = visible_block_rows(visible, blocks_u, blocks_v, chunk + 1, 1, blocks);
         shown = (int2)(min(shown.x, behind.x), max(shown.y, behind.y));
     }
     if (shown.x > shown.y)
         return none;
-    const float2 ends = ends_of_blocks(shown, blocks_v) + (float2)(-reach.y, reach.y);
+    const float2 ends = block_rows_extent(shown, blocks_v) + (float2)(-reach.y, reach.y);
     const float v = beam->crossing.y + (depth + k) * beam->shear.y, last_v = beam->crossing.w + (depth + k) * beam->shear.w;
-    const float2 over = rows_between(ends, v, rows > 1 ? (last_v - v) / (rows - 1) : 1.0f);
+    const float2 over = tile_rows_between(ends, v, rows > 1 ? (last_v - v) / (rows - 1) : 1.0f);
     return (int2)(CLAMP(over.x, 0.0f, (float)rows), CLAMP(over.y, -1.0f, rows - 1.0f));
 }

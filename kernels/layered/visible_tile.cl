@@ -1,37 +1,39 @@
-// Which slabs can show anything under a tile, and under which of its patches: `visible`, a bit per block and slab, from slab_visibility.cl.
+// Visible slabs under a tile and its patches: `visible`, a bit per block and slab, from slab_visibility.cl.
 
 #include "layered/tile.cl"
 
-// Where the first row of a tile crosses a plane, and how far from it the next one does.
-static inline float2 first_row(const RayLatticeParams *p, const Tile *tile, float depth) {
+// Where the first row of a tile crosses a plane, and the distance to the crossing of the next row.
+static inline float2 first_row_crossing(const RayLatticeParams *p, const Tile *tile, float depth) {
     return (float2)(tile->beam.crossing.y + depth * tile->beam.shear.y, p->rays[5] + depth * p->rays[7]);
 }
 
-// The patches of a tile over which a slab of a chunk, between two planes, can show anything: from the first to the last row of blocks that can.
-static inline int patches_visible(__global const uchar *visible, const RayLatticeParams *p, int chunk, int slab, const Tile *tile, float depth,
-                                  float to_depth) {
-    const int4 blocks = blocks_over(p->blocks_u, p->blocks_v, cells_crossed(&tile->beam, depth, to_depth, 0.0f));
-    const int2 shown = rows_of_blocks(visible, p->blocks_u, p->blocks_v, chunk, 1 << slab, blocks);
+// Patches of a tile over which a slab of a chunk, between two planes, can be visible: those between the first and the last visible row of
+// blocks.
+static inline int visible_patches(__global const uchar *visible, const RayLatticeParams *p, int chunk, int slab, const Tile *tile,
+                                  float depth, float to_depth) {
+    const int4 blocks = blocks_in_window(p->blocks_u, p->blocks_v, cells_crossed(&tile->beam, depth, to_depth, 0.0f));
+    const int2 shown = visible_block_rows(visible, p->blocks_u, p->blocks_v, chunk, 1 << slab, blocks);
     if (shown.x > shown.y)
         return 0;
     if (shown.x == blocks.y && shown.y == blocks.w)
-        return FIRST_FEW(tile->bands * PATCH_ROWS);
-    const float2 ends = ends_of_blocks(shown, p->blocks_v), at = first_row(p, tile, depth), to = first_row(p, tile, to_depth);
-    const float2 one = rows_between(ends, at.x, at.y), other = rows_between(ends, to.x, to.y);
-    // A staggered column lies less than a row behind.
+        return LOW_BITS(tile->bands * PATCH_ROWS);
+    const float2 ends = block_rows_extent(shown, p->blocks_v), at = first_row_crossing(p, tile, depth),
+        to = first_row_crossing(p, tile, to_depth);
+    const float2 one = tile_rows_between(ends, at.x, at.y), other = tile_rows_between(ends, to.x, to.y);
+    // The stagger of columns is less than a row.
     const int top = CLAMP(MIN(one.x, other.x) - (p->farthest ? 1.0f : 0.0f), 0.0f, (float)TILE_ROWS);
     const int bottom = CLAMP(MAX(one.y, other.y), -1.0f, tile->rows - 1.0f);
-    return FIRST_FEW(bottom / PATCH_ROWS * PATCH_ROWS + PATCH_ROWS) & ~FIRST_FEW(top / PATCH_ROWS * PATCH_ROWS);
+    return LOW_BITS(bottom / PATCH_ROWS * PATCH_ROWS + PATCH_ROWS) & ~LOW_BITS(top / PATCH_ROWS * PATCH_ROWS);
 }
 
-// Bits of the chunk of slabs that a tile is in.
+// Cached visibility bits of the chunk of slabs that a tile is in.
 typedef struct {
     int index, bits;
 } Chunk;
 
-// How many slabs from q on, up to `last` of a ray's order, can show nothing under a tile, as far as that is known: whole
-// chunks first, then a slab of its own, of which the `patches` are told. `visible` counts slabs from `first`, the first layer that voxels hold.
-// `enters`: 0 or 1, a ray enters slab q at layer q-RADIUS+enters.
+// Number of slabs, from q on up to `last` along the rays, that are known to be invisible under a tile: the rest of the chunk if it is
+// empty, otherwise one slab. If 0, returns in `patches` where slab q can be visible. Slab numbers count from the volume's first layer,
+// `visible` from `first`, the first resident one. `enters`: 0 or 1; a ray enters slab q at layer q-RADIUS+enters.
 ALWAYS_INLINE int slabs_to_skip(__global const uchar *visible, const RayLatticeParams *p, int first, const Tile *tile, int q,
                                 int last, int enters, Chunk *chunk, int *patches) {
     const float to_plane = first + enters - RADIUS - p->centre_layer, to_next = to_plane + (enters ? -1.0f : 1.0f);
@@ -39,13 +41,13 @@ ALWAYS_INLINE int slabs_to_skip(__global const uchar *visible, const RayLatticeP
     if (q >> 3 != chunk->index) {
         chunk->index = q >> 3;
         const int end = enters ? max(q & ~7, last) : min(q | 7, last);
-        chunk->bits = slabs_over(visible, p->blocks_u, p->blocks_v, chunk->index,
-                                 cells_crossed(&tile->beam, q + to_plane, end + to_next, 0.0f));
+        chunk->bits = slabs_in_window(visible, p->blocks_u, p->blocks_v, chunk->index,
+                                      cells_crossed(&tile->beam, q + to_plane, end + to_next, 0.0f));
         if (!chunk->bits)
             return abs(end - q) + 1;
     }
     if (!(chunk->bits >> (q & 7) & 1))
         return 1;
-    *patches = patches_visible(visible, p, chunk->index, q & 7, tile, q + to_plane, q + to_next);
+    *patches = visible_patches(visible, p, chunk->index, q & 7, tile, q + to_plane, q + to_next);
     return !*patches;
 }

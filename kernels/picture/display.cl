@@ -1,10 +1,10 @@
-// A finished pixel in 8 bits: over a background colour, or with straight alpha.
+// Conversion of a finished pixel to 8 bits: over a background colour, or with straight alpha.
 //
-// The same rule as src/image/display.rs, to the bit: fma() is named where the compiler could choose, and quotients of denormals
-// are kept out, which a device may take for 0.
+// Bit-identical to src/image/display.rs: fma() is explicit where the compiler could choose, and quotients of denormals are avoided, which
+// a device may flush to 0.
 
-// A pixel of less opacity shows nothing.
-#define LEAST_OPACITY 0x1p-100f
+// Pixels of less opacity are empty.
+#define MIN_OPACITY 0x1p-100f
 
 #include "shared/elementary.cl"
 
@@ -13,20 +13,20 @@ static inline uchar4 displayed(float4 color, float4 background) {
     float4 shown = 0.0f;
     if (background.w > 0.0f)
         shown = (float4)(fma((float3)(1.0f - color.w), background.xyz, color.xyz), 1.0f);
-    else if (color.w >= LEAST_OPACITY)
+    else if (color.w >= MIN_OPACITY)
         shown = (float4)(color.xyz / color.w, color.w);
     const float4 rounded = fma(shown, (float4)(255.0f), (float4)(0.5f));
     return convert_uchar4(CLAMP(rounded, (float4)(0.0f), (float4)(255.0f)));
 }
 
-// Of four colours, each in place of all that its colour has.
+// The opacities of four colours, each repeated for all components of its colour.
 #ifdef PERMUTE
 #define OPACITIES(colors) PERMUTE(colors, colors, (int16)(3, 3, 3, 3, 7, 7, 7, 7, 11, 11, 11, 11, 15, 15, 15, 15))
 #else
 #define OPACITIES(colors) (float16)((colors).s3333, (colors).s7777, (colors).sbbbb, (colors).sffff)
 #endif
 
-// Four at once.
+// Four pixels at once.
 static inline uchar16 displayed_four(float16 colors, float4 background) {
     if (!(background.w > 0.0f))
         return (uchar16)(displayed(colors.s0123, background), displayed(colors.s4567, background), displayed(colors.s89ab, background),

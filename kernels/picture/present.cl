@@ -1,4 +1,4 @@
-// The finished 8-bit picture of a frame.
+// Converts a frame to the finished 8-bit picture.
 //
 // One work-item per pixel.
 

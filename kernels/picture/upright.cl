@@ -1,6 +1,6 @@
-// Where rays of a column (or of a row) of the lattice stand above each other on the screen, as they do wherever a parallel view is not
-// rolled about an axis of the volume: these lines are mixed where rows of pixels cross them, and pixels of the lines around. Four samples
-// per line and four lines per pixel, instead of sixteen samples per pixel; and a single line where there is one for each column of pixels.
+// Warp of lattices whose columns (or rows) are vertical on the screen, as in any parallel view that is not rolled about an axis of the
+// volume. These lines are interpolated where a row of pixels crosses them, and pixels between neighbouring lines. That takes four samples
+// per line and four lines per pixel, instead of sixteen samples per pixel; and a single line where each column of pixels has its own.
 
 #include "picture/catmull_rom.cl"
 
@@ -8,36 +8,36 @@
 #error "BLOCK_COLUMNS: pixels of a block: about a tile of the lattice"
 #endif
 
-// What lines of the lattice stand upright: those of one u each; those of one v else.
+// Which lines of the lattice are vertical: those of constant u; otherwise those of constant v.
 #define LINES_OF_U 1
 
-// The lattice as lines that stand upright.
+// The lattice as vertical lines.
 typedef struct {
-    int lines, length;         // how many, of so many samples
-    int to_line, to_sample;    // steps in memory
-    float per_pixel, first;    // lines: at x is per_pixel x + first
-    float slope, down, origin; // samples along them: at line l and y, slope l + down y + origin
+    int lines, length;         // number of lines, and samples per line
+    int to_line, to_sample;    // strides in memory
+    float per_pixel, first;    // the line at x is per_pixel x + first
+    float slope, down, origin; // the sample at line l and y is slope l + down y + origin
 } Lines;
 
-static inline Lines lines_of(const WarpParams *p) {
+static inline Lines make_lines(const WarpParams *p) {
     const float *u = p->from_screen, *v = p->from_screen + 3;
-    const bool of_u = p->upright == LINES_OF_U;
-    const float *across = of_u ? u : v, *along = of_u ? v : u;
+    const bool lines_of_u = p->upright == LINES_OF_U;
+    const float *across = lines_of_u ? u : v, *along = lines_of_u ? v : u;
     Lines l;
-    l.lines = of_u ? p->width : p->height, l.length = of_u ? p->height : p->width;
-    l.to_line = of_u ? 1 : p->width, l.to_sample = of_u ? p->width : 1;
+    l.lines = lines_of_u ? p->width : p->height, l.length = lines_of_u ? p->height : p->width;
+    l.to_line = lines_of_u ? 1 : p->width, l.to_sample = lines_of_u ? p->width : 1;
     l.per_pixel = across[0], l.first = across[1] * (0.5f * p->rows) + across[2];
     l.slope = along[0] / across[0], l.down = along[1], l.origin = along[2] - l.slope * l.first;
     return l;
 }
 
-// Sample j of line i; beyond the lattice all is transparent.
-static inline float4 sample_of(__global const float4 *lattice, const Lines *l, int i, int j) {
+// Sample j of line i; transparent beyond the lattice.
+static inline float4 line_sample(__global const float4 *lattice, const Lines *l, int i, int j) {
     return i >= 0 && i < l->lines && j >= 0 && j < l->length ? lattice[(size_t)i * l->to_line + (size_t)j * l->to_sample] : (float4)(0.0f);
 }
 
-// A colour within the range of the two around it, and within its opacity: the filter overshoots at edges.
-static inline float4 mixed_of_one(float4 w, float4 before, float4 low, float4 high, float4 behind) {
+// The filter overshoots at edges: the colour is clamped to the range of its two neighbours, and to its opacity.
+static inline float4 filter_color(float4 w, float4 before, float4 low, float4 high, float4 behind) {
     const float4 color = w.x * before + w.y * low + w.z * high + w.w * behind;
     const float4 between = CLAMP(color, MIN(low, high), MAX(low, high));
     return MIN(between, between.wwww);
@@ -46,15 +46,15 @@ static inline float4 mixed_of_one(float4 w, float4 before, float4 low, float4 hi
 // A line where a row of pixels crosses it.
 static inline float4 one_line(__global const float4 *lattice, const Lines *l, int line, float y) {
     const float place = CLAMP(l->slope * line + (l->down * y + l->origin), -4.0f, l->length + 4.0f);
-    const int j = (int)(place + 4.0f) - 5; // one before the one below
-    return mixed_of_one(catmull_rom(place - (j + 1)), sample_of(lattice, l, line, j), sample_of(lattice, l, line, j + 1),
-                        sample_of(lattice, l, line, j + 2), sample_of(lattice, l, line, j + 3));
+    const int j = (int)(place + 4.0f) - 5; // one before the sample below
+    return filter_color(catmull_rom(place - (j + 1)), line_sample(lattice, l, line, j), line_sample(lattice, l, line, j + 1),
+                        line_sample(lattice, l, line, j + 2), line_sample(lattice, l, line, j + 3));
 }
 
-// A pixel by itself. One line after another: graphics processors have no registers for all samples at once.
+// A single pixel. One line after another: GPUs lack the registers for all samples at once.
 static inline float4 upright_pixel(__global const float4 *lattice, const Lines *l, bool on_pixels, float x, float y) {
     const float place = CLAMP(l->per_pixel * x + (l->first + (on_pixels ? 0.5f : 0.0f)), -8.0f, l->lines + 8.0f);
-    const int line = whole_below(place);
+    const int line = floor_int(place);
     if (on_pixels)
         return one_line(lattice, l, line, y);
     const float4 w = catmull_rom(place - line);
@@ -62,19 +62,19 @@ static inline float4 upright_pixel(__global const float4 *lattice, const Lines *
 #pragma unroll 1
     for (int n = -1; n < 3; n++)
         before = low, low = high, high = behind, behind = one_line(lattice, l, line + n, y);
-    return mixed_of_one(w, before, low, high, behind);
+    return filter_color(w, before, low, high, behind);
 }
 
 #if BLOCK_COLUMNS % 4 == 0 && BLOCK_COLUMNS <= 64
 // Pixels and lines four at a time.
-#define TAKES_LINES
+#define FOUR_LINES_AT_ONCE
 
-// Lines under a block of pixels, and in the filter's reach: in fours.
+// Lines under a block of pixels and within the filter's support, in fours.
 #define MOST_LINES_PER_PIXEL 4
 #define FOURS_OF_LINES ((MOST_LINES_PER_PIXEL * BLOCK_COLUMNS + 8) / 4)
 #define FOURS_OF_PIXELS (BLOCK_COLUMNS / 4)
 
-// Each of four numbers four times.
+// Repeats each of four numbers four times.
 static inline float16 spread_to_colors(float4 x) {
 #ifdef PERMUTE
     const float16 each = (float16)(x, x, x, x);
@@ -84,32 +84,32 @@ static inline float16 spread_to_colors(float4 x) {
 #endif
 }
 
-// Catmull-Rom weights of the samples -1 ... 2 from the one below, for four places at once.
+// Catmull-Rom weights of the samples -1 ... 2, counted from the one below, for four positions at once.
 typedef struct {
-    float16 of[4];
+    float16 tap[4];
 } FourWeights;
 
-static inline FourWeights weights_of_four(float4 t) {
+static inline FourWeights catmull_rom_four(float4 t) {
     const float4 before = t * (t * (1.0f - 0.5f * t) - 0.5f), behind = t * t * (0.5f * t - 0.5f);
     const float4 low = t * t * (1.5f * t - 2.5f) + 1.0f, high = t * (t * (2.0f - 1.5f * t) + 0.5f);
     const FourWeights w = {{spread_to_colors(before), spread_to_colors(low), spread_to_colors(high), spread_to_colors(behind)}};
     return w;
 }
 
-// Four colours within the range of the two around each, and within their opacity: the filter overshoots at edges.
-static inline float16 mixed_of_four(const FourWeights *w, float16 before, float16 low, float16 high, float16 behind) {
-    const float16 color = w->of[0] * before + w->of[1] * low + w->of[2] * high + w->of[3] * behind;
+// The same as filter_color for four colours.
+static inline float16 filter_four(const FourWeights *w, float16 before, float16 low, float16 high, float16 behind) {
+    const float16 color = w->tap[0] * before + w->tap[1] * low + w->tap[2] * high + w->tap[3] * behind;
     const float16 between = CLAMP(color, MIN(low, high), MAX(low, high));
     return MIN(between, OPACITIES(between));
 }
 
-// Four neighbouring lines from `line` on, where a row of pixels crosses them.
+// Four consecutive lines, starting with `line`, where a row of pixels crosses them.
 ALWAYS_INLINE float16 four_lines(__global const float4 *lattice, const Lines *l, int line, float y) {
     const int4 lines = line + (int4)(0, 1, 2, 3);
-    // Far beyond the lattice an int could not hold the places.
+    // Clamped, since an int cannot hold positions far beyond the lattice.
     const float4 place = CLAMP(l->slope * convert_float4(lines) + (l->down * y + l->origin), (float4)(-4.0f), (float4)(l->length + 4.0f));
     const int4 first = convert_int4(place + 4.0f) - 5;
-    const FourWeights w = weights_of_four(place - convert_float4(first + 1));
+    const FourWeights w = catmull_rom_four(place - convert_float4(first + 1));
     const int4 beyond = (first < 0) | (first + 4 > l->length);
     if (line >= 0 && line + 4 <= l->lines && !(beyond.x | beyond.y | beyond.z | beyond.w)) {
         __global const float4 *start = lattice + (size_t)line * l->to_line;
@@ -117,19 +117,19 @@ ALWAYS_INLINE float16 four_lines(__global const float4 *lattice, const Lines *l,
         __global const float4 *c = start + 2 * l->to_line + (size_t)first.z * l->to_sample;
         __global const float4 *d = start + 3 * l->to_line + (size_t)first.w * l->to_sample;
 #define SAMPLES(n) (float16)(a[(n) * l->to_sample], b[(n) * l->to_sample], c[(n) * l->to_sample], d[(n) * l->to_sample])
-        return mixed_of_four(&w, SAMPLES(0), SAMPLES(1), SAMPLES(2), SAMPLES(3));
+        return filter_four(&w, SAMPLES(0), SAMPLES(1), SAMPLES(2), SAMPLES(3));
     }
-    // At an edge one after the other: it is rare, and takes compilers as long as all the rest where it is unrolled.
+    // Samples at an edge are loaded in a loop: this case is rare, and unrolled it takes compilers as long as all the rest.
     float16 samples[4];
     const int *below = (const int *)&first;
     for (int n = 0; n < 16; n++)
-        ((float4 *)samples)[n] = sample_of(lattice, l, line + n % 4, below[n % 4] + n / 4);
-    return mixed_of_four(&w, samples[0], samples[1], samples[2], samples[3]);
+        ((float4 *)samples)[n] = line_sample(lattice, l, line + n % 4, below[n % 4] + n / 4);
+    return filter_four(&w, samples[0], samples[1], samples[2], samples[3]);
 }
 
-// The lines below columns of pixels: counted from the block's first, and their weights.
+// Lines below the columns of pixels, counted from the first line of the block, and their weights.
 typedef struct {
-    int line, fours;            // the first of them, and how many fours
+    int line, fours;            // first line, and number of fours
     int at[4 * FOURS_OF_PIXELS]; // the line below each column
     FourWeights weights[FOURS_OF_PIXELS];
 } ColumnLines;
@@ -137,20 +137,20 @@ typedef struct {
 static inline void lines_below(const Lines *l, int left, bool on_pixels, ColumnLines *c) {
     const float one = l->per_pixel * (left + 0.5f) + l->first, other = l->per_pixel * (left + BLOCK_COLUMNS - 0.5f) + l->first;
     const float lowest = CLAMP(MIN(one, other), -8.0f, l->lines + 8.0f), highest = CLAMP(MAX(one, other), -8.0f, l->lines + 8.0f);
-    c->line = whole_below(lowest) - 1;
-    c->fours = min((whole_below(highest) + 3 - c->line + 3) / 4, FOURS_OF_LINES);
+    c->line = floor_int(lowest) - 1;
+    c->fours = min((floor_int(highest) + 3 - c->line + 3) / 4, FOURS_OF_LINES);
     for (int g = 0; g < FOURS_OF_PIXELS; g++) {
         const float4 x = (float)(left + 4 * g) + (float4)(0.5f, 1.5f, 2.5f, 3.5f);
         const float4 place = l->per_pixel * x + (l->first - c->line + (on_pixels ? 0.5f : 0.0f));
-        // Columns beyond the picture, or far beyond the lattice, are as good as any.
+        // Columns beyond the picture, or far beyond the lattice, may have any position.
         const float4 held = CLAMP(place, (float4)(1.0f), (float4)(4 * c->fours - 2.5f));
         const int4 at = MIN(convert_int4(held), (int4)(4 * c->fours - 3));
         vstore4(at, g, c->at);
-        c->weights[g] = weights_of_four(CLAMP(place - convert_float4(at), (float4)(0.0f), (float4)(1.0f)));
+        c->weights[g] = catmull_rom_four(CLAMP(place - convert_float4(at), (float4)(0.0f), (float4)(1.0f)));
     }
 }
 
-// A row of a block's pixels.
+// A row of pixels of a block.
 ALWAYS_INLINE void upright_row(__global const float4 *lattice, const Lines *l, const ColumnLines *c, bool on_pixels, float y,
                                float16 *pixels) {
     float16 lines[FOURS_OF_LINES];
@@ -161,7 +161,7 @@ ALWAYS_INLINE void upright_row(__global const float4 *lattice, const Lines *l, c
         const int *at = c->at + 4 * g;
         const float4 *one = line + at[0], *two = line + at[1], *three = line + at[2], *four = line + at[3];
 #define LINES_AT(n) (float16)(one[n], two[n], three[n], four[n])
-        pixels[g] = on_pixels ? LINES_AT(0) : mixed_of_four(&c->weights[g], LINES_AT(-1), LINES_AT(0), LINES_AT(1), LINES_AT(2));
+        pixels[g] = on_pixels ? LINES_AT(0) : filter_four(&c->weights[g], LINES_AT(-1), LINES_AT(0), LINES_AT(1), LINES_AT(2));
     }
 }
 #endif

@@ -1,7 +1,7 @@
-// The composited lattice onto the screen, by Catmull-Rom interpolation of premultiplied RGBA.
+// Warps the composited lattice to the screen, by Catmull-Rom interpolation of premultiplied RGBA.
 //
-// One work-item per block of pixels, block by block in rows. `from_screen` takes pixel coordinates (x, y, 1) to lattice positions (I w, J w, w), sample
-// centres at whole numbers. Beyond the lattice all is transparent.
+// One work-item per block of pixels, numbered row by row. `from_screen` maps pixel coordinates (x, y, 1) to lattice positions (I w, J w,
+// w), with sample centres at whole numbers. Beyond the lattice all is transparent.
 
 #include "picture/own_samples.cl"
 #include "picture/upright.cl"
@@ -10,26 +10,26 @@
 #error "BLOCK_ROWS: rows of a block"
 #endif
 
-// Four neighbouring samples at once: half the time of one after another.
+// Four neighbouring samples in one load: half the time of single loads.
 typedef float16 __attribute__((aligned(16))) Four;
 #define FOUR_AT(p) (*(__global const Four *)(p))
 
-// A colour within the range of the four samples around it, two of each row: the filter overshoots at edges, and what is opaque
-// and of one colour must stay so; and colours within the opacity.
-static inline float4 within(float4 color, float8 upper, float8 lower) {
+// Clamps a colour to the range of the four samples around it, two per row, and to its opacity: the filter overshoots at edges, and opaque
+// regions of constant colour must stay so.
+static inline float4 clamp_color(float4 color, float8 upper, float8 lower) {
     const float8 lo = MIN(upper, lower), hi = MAX(upper, lower);
     color = CLAMP(color, MIN(lo.lo, lo.hi), MAX(hi.lo, hi.hi));
     return MIN(color, color.wwww);
 }
 
-// Blocks of one pixel are what graphics processors take, which have no registers for all samples at once.
+// GPUs use blocks of one pixel, and lack the registers for all samples at once.
 #if BLOCK_COLUMNS * BLOCK_ROWS == 1
 #define UNROLL_ROWS _Pragma("unroll 1")
 #else
 #define UNROLL_ROWS _Pragma("unroll")
 #endif
 
-// The 4 x 4 samples from (column, row) on, all in the lattice.
+// Interpolates the 4 x 4 samples from (column, row) on, all inside the lattice.
 static inline float4 mix_inside(__global const float4 *corner, int width, float4 wu, float4 wv) {
     const float16 upper = FOUR_AT(corner + width);
     float16 rows = wv.x * FOUR_AT(corner) + wv.y * upper;
@@ -42,10 +42,11 @@ static inline float4 mix_inside(__global const float4 *corner, int width, float4
     }
     const float16 weighted = rows * (float16)(wu.xxxx, wu.yyyy, wu.zzzz, wu.wwww);
     const float8 pairs = weighted.lo + weighted.hi;
-    return within(pairs.lo + pairs.hi, upper.s456789ab, lower);
+    return clamp_color(pairs.lo + pairs.hi, upper.s456789ab, lower);
 }
 
-// The same where some of them are beyond it, and transparent. Unrolled, so that all indices are constants and nothing lies in memory.
+// The same where some samples are beyond the lattice, and transparent. Unrolled, so that all indices are constants and no array is in
+// memory.
 static inline float4 mix_edge(__global const float4 *lattice, int width, int height, int column, int row, float4 wu, float4 wv) {
     const float weight_u[4] = {wu.x, wu.y, wu.z, wu.w}, weight_v[4] = {wv.x, wv.y, wv.z, wv.w};
     float4 sum = 0.0f, around[4] = {0.0f, 0.0f, 0.0f, 0.0f};
@@ -61,11 +62,11 @@ static inline float4 mix_edge(__global const float4 *lattice, int width, int hei
                 around[2 * (r - 1) + c - 1] = color;
         }
     }
-    return within(sum, (float8)(around[0], around[1]), (float8)(around[2], around[3]));
+    return clamp_color(sum, (float8)(around[0], around[1]), (float8)(around[2], around[3]));
 }
 
-// Where a pixel lies in the lattice: (column, row, w), w > 0 where it is in front of the eye.
-static inline float3 place(const WarpParams *p, float x, float y) {
+// Lattice position of a pixel: (column, row, w), w > 0 in front of the eye.
+static inline float3 lattice_position(const WarpParams *p, float x, float y) {
     const float *m = p->from_screen;
     // Parallel views need no division.
     if (m[6] == 0.0f && m[7] == 0.0f && m[8] == 1.0f)
@@ -75,11 +76,11 @@ static inline float3 place(const WarpParams *p, float x, float y) {
     return (float3)((m[0] * x + m[1] * y + m[2]) * scale, (m[3] * x + m[4] * y + m[5]) * scale, w);
 }
 
-ALWAYS_INLINE float4 warped(__global const float4 *lattice, const WarpParams *p, float x, float y) {
-    const float3 at = place(p, x, y);
+ALWAYS_INLINE float4 interpolated(__global const float4 *lattice, const WarpParams *p, float x, float y) {
+    const float3 at = lattice_position(p, x, y);
     if (!(at.z > 0.0f && at.x > -2.0f && at.x < p->width + 1.0f && at.y > -2.0f && at.y < p->height + 1.0f))
         return 0.0f;
-    const int i = whole_below(at.x), j = whole_below(at.y);
+    const int i = floor_int(at.x), j = floor_int(at.y);
     const float4 wu = catmull_rom(at.x - i), wv = catmull_rom(at.y - j);
     const int first = i - 1, top = j - 1;
     return first >= 0 && first + 4 <= p->width && top >= 0 && top + 4 <= p->height
@@ -87,27 +88,27 @@ ALWAYS_INLINE float4 warped(__global const float4 *lattice, const WarpParams *p,
                        : mix_edge(lattice, p->width, p->height, first, top, wu, wv);
 }
 
-// A pixel: the mean of the picture at `filter` by `filter` places of its square; one is its middle.
+// A pixel: the mean over `filter` x `filter` positions in its square. With a filter of 1, its centre.
 static inline float4 pixel_at(__global const float4 *lattice, const WarpParams *p, int column, int row) {
     const float step = 1.0f / p->filter;
     float4 sum = 0.0f;
     for (int j = 0; j < p->filter; j++)
         for (int i = 0; i < p->filter; i++)
-            sum += warped(lattice, p, column + (i + 0.5f) * step, row + (j + 0.5f) * step);
+            sum += interpolated(lattice, p, column + (i + 0.5f) * step, row + (j + 0.5f) * step);
     return sum * (step * step);
 }
 
-// Whether the lattice shows nothing under the pixels [x0, x1] x [y0, y1] and in the filter's reach.
-static inline bool nothing_under(__global const float4 *lattice, __global const uint *active_samples, const WarpParams *p,
-                          float x0, float x1, float y0, float y1) {
+// Whether the lattice is empty under the pixels [x0, x1] x [y0, y1] and within the filter's support.
+static inline bool is_empty_under(__global const float4 *lattice, __global const uint *active_samples, const WarpParams *p, float x0,
+                                  float x1, float y0, float y1) {
     float u0 = INFINITY, u1 = -INFINITY, v0 = INFINITY, v1 = -INFINITY;
     for (int corner = 0; corner < 4; corner++) {
-        const float3 at = place(p, corner & 1 ? x1 : x0, corner & 2 ? y1 : y0);
+        const float3 at = lattice_position(p, corner & 1 ? x1 : x0, corner & 2 ? y1 : y0);
         if (!(at.z > 0.0f))
             return false;
         u0 = MIN(u0, at.x), u1 = MAX(u1, at.x), v0 = MIN(v0, at.y), v1 = MAX(v1, at.y);
     }
-    // Far beyond the lattice an int could not hold the positions; one sample more keeps rounding away.
+    // Clamped, since an int cannot hold positions far beyond the lattice. One more sample on each side allows for rounding.
     const int first = CLAMP(u0 - 3.0f, 0.0f, (float)p->width), last = CLAMP(u1 + 4.0f, -1.0f, p->width - 1.0f);
     const int top = CLAMP(v0 - 3.0f, 0.0f, (float)p->height), bottom = CLAMP(v1 + 4.0f, -1.0f, p->height - 1.0f);
     if (first > last || top > bottom)
@@ -120,7 +121,7 @@ static inline bool nothing_under(__global const float4 *lattice, __global const 
                 active |= active_samples[(j * tiles_u + i) * p->counts + n] != 0;
     if (!active || (last - first) * (bottom - top) > BLOCK_COLUMNS * BLOCK_ROWS)
         return !active;
-    // Fewer samples than pixels: tiles are large on the screen, and looking at each sample pays.
+    // Fewer samples than pixels: tiles are large on the screen, and testing each sample is worthwhile.
     float opacity = 0.0f;
     for (int j = top; j <= bottom; j++)
         for (int i = first; i <= last; i++)
@@ -128,20 +129,20 @@ static inline bool nothing_under(__global const float4 *lattice, __global const 
     return opacity == 0.0f;
 }
 
-// A pixel of a row to the frame of floats, or, `displayed`, straight to the 8-bit picture: one pass over the frame's floats less, 0.5 ms of 2 at
-// 512 x 512. One kernel for both: it takes compilers longer than any other but the lattice's.
-static inline void put_pixel(const WarpParams *p, float4 color, float4 background, __global uchar *picture, size_t at) {
+// Stores a pixel in the float frame or, `displayed`, directly in the 8-bit picture. The latter saves a pass over the frame: 0.5 ms of 2
+// at 512 x 512. One kernel serves both, since only the lattice kernels take longer to compile.
+static inline void store_pixel(const WarpParams *p, float4 color, float4 background, __global uchar *picture, size_t at) {
     if (p->displayed) {
         ((__global uchar4 *)picture)[at] = displayed(color, background);
     } else {
-        // Means and shares of what is opaque add up to more than 1 by rounding.
+        // Rounding can make sums of means and shares exceed 1 where the frame is opaque.
         __global float4 *out = (__global float4 *)picture + at;
         *out = MIN((float4)(1.0f), (p->added ? *out : (float4)(0.0f)) + p->share * color);
     }
 }
 
-// And four.
-ALWAYS_INLINE void put_four(const WarpParams *p, float16 colors, float4 background, __global uchar *picture, size_t at) {
+// Stores four pixels.
+ALWAYS_INLINE void store_four(const WarpParams *p, float16 colors, float4 background, __global uchar *picture, size_t at) {
     if (p->displayed) {
         vstore16(displayed_four(colors, background), 0, picture + 4 * at);
     } else {
@@ -157,23 +158,23 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
         return;
     const int left = block % blocks * BLOCK_COLUMNS, top = block / blocks * BLOCK_ROWS;
     const int right = min(left + BLOCK_COLUMNS, p.columns), bottom = min(top + BLOCK_ROWS, p.rows);
-    // Known where it is one, so that graphics processors have it in registers.
+    // A constant where it is one, so that GPUs keep the pixel in registers.
     const int count = BLOCK_COLUMNS == 1 ? 1 : right - left;
     const float inset = 0.5f / p.filter;
-    const bool nothing =
-        nothing_under(lattice, active_samples, &p, left + inset, right - inset, top + inset, bottom - inset);
-    if (nothing) {
-        // By itself: what it is displayed as is found once.
+    const bool is_empty =
+        is_empty_under(lattice, active_samples, &p, left + inset, right - inset, top + inset, bottom - inset);
+    if (is_empty) {
+        // A separate loop, so that the displayed colour is computed once.
         for (int line = top; line < bottom; line++)
             for (int i = 0; i < count; i++)
-                put_pixel(&p, (float4)(0.0f), background, picture, (size_t)line * p.columns + left + i);
+                store_pixel(&p, (float4)(0.0f), background, picture, (size_t)line * p.columns + left + i);
         return;
     }
     const bool upright = p.upright && !p.for_each_pixel;
     Lines lines;
     if (upright)
-        lines = lines_of(&p);
-#ifdef TAKES_LINES
+        lines = make_lines(&p);
+#ifdef FOUR_LINES_AT_ONCE
     ColumnLines columns;
     if (upright)
         lines_below(&lines, left, p.on_pixels, &columns);
@@ -195,7 +196,7 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
                 i++;
             }
         } else if (upright) {
-#ifdef TAKES_LINES
+#ifdef FOUR_LINES_AT_ONCE
             upright_row(lattice, &lines, &columns, p.on_pixels, line + 0.5f, row);
 #else
             for (int i = 0; i < count; i++)
@@ -208,9 +209,9 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
         int i = 0;
 #if BLOCK_COLUMNS % 4 == 0
         for (; i + 4 <= count; i += 4)
-            put_four(&p, row[i / 4], background, picture, at + i);
+            store_four(&p, row[i / 4], background, picture, at + i);
 #endif
         for (; i < count; i++)
-            put_pixel(&p, pixels[i], background, picture, at + i);
+            store_pixel(&p, pixels[i], background, picture, at + i);
     }
 }

@@ -1,6 +1,6 @@
-// Marching along the rays of the screen. The file that includes this one says how a row of rays is marched, and what `table` holds.
+// Ray marching over the screen. The including file defines how a row of rays is marched, and what `table` holds.
 //
-// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, one row after the other.
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, one row after another.
 
 __kernel void march(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
                     __global const TABLE *table, ScreenParams s, MarchParams p, SampleParams sample, Clipping clip,
@@ -12,12 +12,12 @@ __kernel void march(__global const VOXEL *voxels, VolumeView view, __global cons
     const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
     intv active = 0;
     for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
-        const RowRays rays = rays_of_row(&s, column, r);
-        const Interval interval = interval_of(&clip, rays.o, rays.d, s.start);
+        const RowRays rays = row_rays(&s, column, r);
+        const Interval interval = clip_rays(&clip, rays.o, rays.d, s.start);
         Accumulator gathered = empty_accumulator(&sample);
         if (ANY(interval.from < interval.to))
             march_row(voxels, &view, visible, table, &p, &sample, &rays, &interval, &gathered, &active);
         store_pixels(&s, &sample, (__global const float4 *)table, column, r, &gathered, &interval, frame);
     }
-    active_samples[id] = counted(active, columns_of(&s, column));
+    active_samples[id] = sum_lanes(active, columns_on_screen(&s, column));
 }

@@ -1,20 +1,19 @@
-// Marching along the rays of a row of pixels, past what can show nothing.
+// Empty-space skipping for the rays of a row of pixels.
 
 #include "shared/reconstruction.cl"
 #include "shared/screen.cl"
 #include "shared/volume.cl"
 
-// Steps that are looked at together.
+// Number of steps that are tested together.
 #define CHUNK 8
 
 #define LAST_SLAB(view) ((view)->dims_a + (2 * RADIUS - 2))
 
-// visible: a bit per block and slab (slab_visibility.cl), for points in the cells between the slab's two layers.
-static inline intv cells_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, realv u, realv v,
-                          realv a) {
-    const intv b = CLAMP_WHOLES((wholes_below(u) >> BLOCK_U_BITS) + 1, 0, p->blocks_u - 1);
-    const intv c = CLAMP_WHOLES((wholes_below(v) >> BLOCK_V_BITS) + 1, 0, p->blocks_v - 1);
-    const intv q = CLAMP_WHOLES(wholes_below(a) + RADIUS, 0, LAST_SLAB(view));
+// visible: a bit per block and slab (slab_visibility.cl). Tests points, in the cells between the two layers of a slab.
+static inline intv cells_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, realv u, realv v, realv a) {
+    const intv b = CLAMP_INTV((floor_ints(u) >> BLOCK_U_BITS) + 1, 0, p->blocks_u - 1);
+    const intv c = CLAMP_INTV((floor_ints(v) >> BLOCK_V_BITS) + 1, 0, p->blocks_v - 1);
+    const intv q = CLAMP_INTV(floor_ints(a) + RADIUS, 0, LAST_SLAB(view));
     const intv at = ((q >> 3) * p->blocks_v + c) * p->blocks_u + b;
 #ifdef GATHER_WORDS
     const intv bits = GATHER_WORDS(visible, at);
@@ -24,9 +23,9 @@ static inline intv cells_visible(__global const uchar *visible, const MarchParam
     return -(bits >> (q & 7) & 1);
 }
 
-// Whether anything can be visible in the box of points between two ends of the rays.
+// Whether anything can be visible in the bounding box of two sets of ray points.
 static inline bool box_visible(__global const uchar *visible, const MarchParams *p, const VolumeView *view, const realv *one,
-                        const realv *other) {
+                               const realv *other) {
     int lo[3], hi[3];
     for (int i = 0; i < 3; i++) {
         lo[i] = (int)CLAMP(smallest_lane(MIN(one[i], other[i])) - 1e-3f, -1e6f, 1e6f);

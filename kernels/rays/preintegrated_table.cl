@@ -1,8 +1,8 @@
-// The table of pre-integrated slicing: colour and extinction of a slab, over the values in front of and behind it.
+// The table of pre-integrated slicing: colour and extinction of a slab, by the values at its front and back.
 //
-// One work-item per entry, out[front*size + back] = (r, g, b, mean extinction). Within the slab the value changes evenly; it
-// is cut into PARTS, each with the means of its segment of values, which dim those behind them. `integrals` as in
-// preintegration.cl, `nodes` of them from the first one on; entries are nodes that lie `nodes_per_entry` apart. `thickness` in unit distances.
+// One work-item per entry, out[front*size + back] = (r, g, b, mean extinction). The value changes linearly within the slab. The slab is
+// divided into up to PARTS parts, each with the mean over its range of values, composited front to back. `integrals`: `nodes` of them
+// starting with `first`, as in preintegration.cl; entries are `nodes_per_entry` nodes apart. `thickness` is in unit distances.
 
 #include "shared/elementary.cl"
 
@@ -19,13 +19,13 @@ __kernel void preintegrated_table(__global const int4 *integrals, int first, int
     float through = 1.0f, depth = 0.0f;
     for (int i = 0; i < parts; i++) {
         const float from = front + (back - front) * i / parts, to = front + (back - front) * (i + 1) / parts;
-        // Never empty: at least the segment between two nodes.
+        // At least the segment between two nodes, so never empty.
         const int lo = clamp((int)(fmin(from, to) + 0.5f), 0, nodes - 2);
         const int hi = clamp((int)(fmax(from, to) + 0.5f), lo + 1, nodes - 1);
         const float4 sum = convert_float4(integrals[first + hi] - integrals[first + lo]);
         const float mean = sum.w * unit / (hi - lo);
         const float part = mean * thickness / parts;
-        // A selection, not a branch: where a branch sets two values and only the next branch reads one of them, PoCL 6 aborts
+        // A selection instead of a branch: if a branch sets two values and only the next branch reads one of them, PoCL 6 aborts
         // (docs/portability.md).
         const float dimmed = absorbed(part), opacity = linear ? part : dimmed;
         if (sum.w > 0.0f)

@@ -1,6 +1,6 @@
-// Ray casting, front to back: the field at even steps along every ray, classified after interpolation.
+// Ray casting, front to back: the field is sampled at equal steps along each ray and classified after interpolation.
 //
-// Sample n lies in the middle of the n-th step, counted from the plane of the volume's centre. `table`: (r, g, b, tau) per value.
+// Sample n is in the middle of step n, counted from the plane of the volume's centre. `table`: (r, g, b, tau) per value.
 
 #define TABLE float4
 #include "rays/marching.cl"
@@ -25,7 +25,7 @@ static inline Gradient sample_gradient(const struct SampleSource *s) {
     return gradient;
 }
 
-// Casts one row of rays.
+// Marches one row of rays.
 ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
                              __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const RowRays *rays,
                              const Interval *interval, Accumulator *gathered, intv *active) {
@@ -62,12 +62,12 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
         const realv value = value_at(voxels, view, point[0], point[1], point[2], needed);
         const struct SampleSource source = {voxels, view, point, needed};
 #ifdef DEPTHS
-        is_between(MAX(first, (realv)(n)) * step, MIN(last, (realv)(n + 1.0f)) * step, gathered);
+        set_depth_range(MAX(first, (realv)(n)) * step, MIN(last, (realv)(n + 1.0f)) * step, gathered);
 #endif
         bool lit = false;
         Lighting lighting;
-        take_sample(sample, table, value, needed ? share : (realv)(0.0f), (realv)(p->length), step, &source, &lit, &lighting,
-                    gathered, active);
+        accumulate_sample(sample, table, value, needed ? share : (realv)(0.0f), (realv)(p->length), step, &source, &lit, &lighting,
+                          gathered, active);
         if (!ANY(hits && open_rays(sample, gathered)))
             break;
     }

@@ -1,5 +1,5 @@
-// What a ray gathers, and what becomes of it, by the blend mode that a program is built for (BLEND). Another blend mode is another
-// accumulator: how it starts, what it takes, which rays are still open, and what colour it ends as.
+// Ray accumulators, one for each blend mode that a program can be built for (BLEND). A blend mode defines the initial state, the
+// accumulation, which rays are still open, and the final colour.
 
 #include "shared/clipping.cl"
 #include "shared/shading.cl"
@@ -13,12 +13,12 @@
 #ifndef BLEND
 #error "BLEND: COMPOSITE, MAXIMUM, MINIMUM, AVERAGE or ISO"
 #endif
-// Whether values are gathered, to be shown as colours in the end; colours are gathered otherwise, or, with DEPTHS, where these are.
+// Values are accumulated, and become colours at the end. Otherwise colours are accumulated or, with DEPTHS, their positions.
 #define GATHERS_VALUES (BLEND == MAXIMUM || BLEND == MINIMUM || BLEND == AVERAGE)
 
 #if GATHERS_VALUES
 
-// The largest or smallest value so far, or the sum of values times the way through them, in ray parameters.
+// The largest or smallest value so far, or the integral of the value over the ray parameter.
 typedef struct {
     realv value;
 } Accumulator;
@@ -34,7 +34,7 @@ static inline Accumulator empty_accumulator(const SampleParams *p) {
     return a;
 }
 
-// The rays that anything more can change.
+// Rays that further samples can still change.
 static inline intv open_rays(const SampleParams *p, const Accumulator *a) {
 #if BLEND == MAXIMUM
     return a->value < p->field.largest;
@@ -45,32 +45,32 @@ static inline intv open_rays(const SampleParams *p, const Accumulator *a) {
 #endif
 }
 
-// Takes a segment between two values; `length` in ray parameters, 0 where it does not count.
+// Accumulates a segment between two values. `length`, in ray parameters, is 0 where the segment does not contribute.
 static inline void accumulate_values(realv from, realv to, realv length, Accumulator *a, intv *active) {
-    const intv counts = length > 0.0f;
-    *active += COUNT_IF(counts);
+    const intv contributes = length > 0.0f;
+    *active += COUNT_IF(contributes);
 #if BLEND == MAXIMUM
-    a->value = counts ? MAX(a->value, MAX(from, to)) : a->value;
+    a->value = contributes ? MAX(a->value, MAX(from, to)) : a->value;
 #elif BLEND == MINIMUM
-    a->value = counts ? MIN(a->value, MIN(from, to)) : a->value;
+    a->value = contributes ? MIN(a->value, MIN(from, to)) : a->value;
 #else
-    a->value += counts ? 0.5f * (from + to) * length : (realv)(0.0f);
+    a->value += contributes ? 0.5f * (from + to) * length : (realv)(0.0f);
 #endif
 }
 
-// The colour of a ray that counts in an interval: r, g, b, alpha.
+// Colour of a ray with a clip interval: r, g, b, alpha.
 static inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
-                    realv *color) {
-    const intv met = interval->from < interval->to;
+                           realv *color) {
+    const intv hit = interval->from < interval->to;
     realv value = a->value;
 #if BLEND == AVERAGE
-    value = value / (met ? interval->to - interval->from : (realv)(1.0f));
+    value = value / (hit ? interval->to - interval->from : (realv)(1.0f));
 #endif
-    // Kernels with negative weights overshoot: what is gathered stays among the voxels.
+    // Kernels with negative weights overshoot: the result is clamped to the range of the voxels.
     value = CLAMP(value, (realv)(p->field.least), (realv)(p->field.largest));
     realv extinction;
     table_entries(table, table_index(p, value), &color[0], &color[1], &color[2], &extinction);
-    color[3] = CONVERT_REALV(COUNT_IF(met));
+    color[3] = CONVERT_REALV(COUNT_IF(hit));
     for (int i = 0; i < 3; i++)
         color[i] *= color[3];
 }
@@ -79,13 +79,13 @@ static inline void resolve(const SampleParams *p, __global const float4 *table, 
 
 #ifdef DEPTHS
 
-// Transmittance where something is seen first: a step of an 8-bit picture is gone.
-#define FIRST_SEEN (1.0f - 1.0f / 256.0f)
+// Transmittance at the first hit: one step of an 8-bit picture has been absorbed.
+#define FIRST_HIT_TRANSMITTANCE (1.0f - 1.0f / 256.0f)
 
-// Where rays meet what shows, in ray parameters: first, and on the average, times the opacity; the transmittance left; and where the
-// rays are, from a place on for a way.
+// Depths in ray parameters: of the first hit, and the mean weighted by opacity. `t` is the transmittance left. `from` and `span` are the
+// position and the length of the current segment.
 typedef struct {
-    realv first, weighted, t, from, way;
+    realv first, weighted, t, from, span;
 } Accumulator;
 
 static inline Accumulator empty_accumulator(const SampleParams *p) {
@@ -93,26 +93,26 @@ static inline Accumulator empty_accumulator(const SampleParams *p) {
     return a;
 }
 
-static inline void is_between(realv from, realv to, Accumulator *a) { a->from = from, a->way = to - from; }
+static inline void set_depth_range(realv from, realv to, Accumulator *a) { a->from = from, a->span = to - from; }
 
-// Takes the opacity between these places.
+// Accumulates the depth of the current segment, weighted by its opacity.
 ALWAYS_INLINE void accumulate(realv r, realv g, realv b, realv opacity, Accumulator *a) {
     const realv weight = a->t * opacity;
-    const intv seen = a->t > FIRST_SEEN && a->t - weight <= FIRST_SEEN;
-    a->first = seen ? a->from + a->way * ((a->t - FIRST_SEEN) / weight) : a->first;
-    a->weighted += weight * (a->from + 0.5f * a->way);
+    const intv is_first_hit = a->t > FIRST_HIT_TRANSMITTANCE && a->t - weight <= FIRST_HIT_TRANSMITTANCE;
+    a->first = is_first_hit ? a->from + a->span * ((a->t - FIRST_HIT_TRANSMITTANCE) / weight) : a->first;
+    a->weighted += weight * (a->from + 0.5f * a->span);
     a->t -= weight;
 }
 
-// Of a ray: first, weighted, 0, alpha.
+// Depths of a ray: first, weighted, 0, alpha.
 static inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
-                    realv *color) {
+                           realv *color) {
     color[0] = a->first, color[1] = a->weighted, color[2] = (realv)(0.0f), color[3] = 1.0f - a->t;
 }
 
 #else
 
-// Premultiplied colour and the transmittance left.
+// Premultiplied colour, and the transmittance left.
 typedef struct {
     realv r, g, b, t;
 } Accumulator;
@@ -122,7 +122,7 @@ static inline Accumulator empty_accumulator(const SampleParams *p) {
     return a;
 }
 
-// Composites a colour behind what a ray has gathered.
+// Composites a colour behind the accumulated ones.
 ALWAYS_INLINE void accumulate(realv r, realv g, realv b, realv opacity, Accumulator *a) {
     const realv weight = a->t * opacity;
     a->r += weight * r;
@@ -131,18 +131,18 @@ ALWAYS_INLINE void accumulate(realv r, realv g, realv b, realv opacity, Accumula
     a->t -= weight;
 }
 
-// The colour of a ray: r, g, b, alpha.
+// Colour of a ray: r, g, b, alpha.
 static inline void resolve(const SampleParams *p, __global const float4 *table, const Accumulator *a, const Interval *interval,
-                    realv *color) {
+                           realv *color) {
     color[0] = a->r, color[1] = a->g, color[2] = a->b, color[3] = 1.0f - a->t;
 }
 
 #endif
 
-// The rays that let enough light pass to go on.
+// Rays whose transmittance is above the threshold of early ray termination.
 static inline intv open_rays(const SampleParams *p, const Accumulator *a) { return a->t > p->segments.opaque; }
 
-// Lights a colour before, and thins it.
+// Lights a colour, applies gradient opacity, and accumulates it.
 ALWAYS_INLINE void accumulate_lit(const SampleParams *p, realv r, realv g, realv b, realv opacity, const Lighting *lighting,
                                   Accumulator *a) {
     if (p->light.shading) {
@@ -150,7 +150,7 @@ ALWAYS_INLINE void accumulate_lit(const SampleParams *p, realv r, realv g, realv
         g = MIN(g * lighting->factor + lighting->highlight, (realv)(1.0f));
         b = MIN(b * lighting->factor + lighting->highlight, (realv)(1.0f));
 #ifdef THINNED
-        opacity = thinned(p, opacity, lighting->left);
+        opacity = scale_opacity(p, opacity, lighting->extinction_scale);
 #endif
     }
     accumulate(r, g, b, opacity, a);
@@ -158,19 +158,19 @@ ALWAYS_INLINE void accumulate_lit(const SampleParams *p, realv r, realv g, realv
 
 #endif
 
-// Whether anything more can change any of VW rays; or of the first `count` of them.
+// Whether further samples can change any of VW rays, or any of the first `count`.
 static inline bool any_open(const SampleParams *p, const Accumulator *a) { return ANY(open_rays(p, a)); }
-static inline bool any_open_of(const SampleParams *p, const Accumulator *a, int count) { return ANY(open_rays(p, a) && LANES < count); }
+static inline bool any_open_lanes(const SampleParams *p, const Accumulator *a, int count) { return ANY(open_rays(p, a) && LANES < count); }
 
-// The first `count` of VW colours, to places `stride` apart.
+// Stores the first `count` of VW colours, `stride` apart.
 static inline void store_colors(const realv *color, int count, int stride, __global float4 *out) {
 #if VW == 1
-    // Looked up by a number, a colour would be in memory.
+    // Not indexed by a variable: that would put the colour in memory.
     if (count > 0)
         *out = (float4)(color[0], color[1], color[2], color[3]);
 #else
     if (count == VW && stride == 1) {
-        // Every fourth sample of one vector.
+        // Vectors interleaved by sample: each holds every fourth one.
         realv samples[4];
         transpose_fours(color[0], color[1], color[2], color[3], &samples[0], &samples[1], &samples[2], &samples[3]);
 #ifdef PERMUTE
@@ -192,21 +192,21 @@ static inline void store_colors(const realv *color, int count, int stride, __glo
 }
 
 // Sum of the first `count` lanes.
-static inline uint counted(intv active, int count) {
+static inline uint sum_lanes(intv active, int count) {
     uint total = 0;
     for (int i = 0; i < count; i++)
         total += ((const int *)&active)[i];
     return total;
 }
 
-// The raw state of `count` of VW rays, from or to places `stride` apart.
-#define RAW_NUMBERS ((int)(sizeof(Accumulator) / sizeof(realv)))
+// Raw state of `count` of VW rays, loaded from or stored to elements `stride` apart.
+#define RAW_FLOATS ((int)(sizeof(Accumulator) / sizeof(realv)))
 static inline Accumulator load_raw(const SampleParams *p, __global const float4 *state, int count, int stride) {
     Accumulator a = empty_accumulator(p);
     float *lanes = (float *)&a;
     for (int i = 0; i < count; i++) {
         const float4 raw = state[(size_t)i * stride];
-        for (int n = 0; n < RAW_NUMBERS; n++)
+        for (int n = 0; n < RAW_FLOATS; n++)
             lanes[n * VW + i] = ((const float *)&raw)[n];
     }
     return a;
@@ -215,26 +215,26 @@ static inline void store_raw(const Accumulator *a, int count, int stride, __glob
     const float *lanes = (const float *)a;
     for (int i = 0; i < count; i++) {
         float4 raw = 0.0f;
-        for (int n = 0; n < RAW_NUMBERS; n++)
+        for (int n = 0; n < RAW_FLOATS; n++)
             ((float *)&raw)[n] = lanes[n * VW + i];
         out[(size_t)i * stride] = raw;
     }
 }
 
-// How many of `count` colours are not nothing.
-static inline uint shown(const realv *color, int count) {
-    return counted(COUNT_IF(color[0] != 0.0f || color[1] != 0.0f || color[2] != 0.0f || color[3] != 0.0f), count);
+// Number of colours, among the first `count`, that are not entirely zero.
+static inline uint count_visible(const realv *color, int count) {
+    return sum_lanes(COUNT_IF(color[0] != 0.0f || color[1] != 0.0f || color[2] != 0.0f || color[3] != 0.0f), count);
 }
 
-// Ends a lattice's rays as `p` says: raw, or resolved to colours. Counts those that show anything where what was taken here does not tell:
-// others were before, or rays start with a value that shows.
-#define END_RAYS(p, sample, table, gathered, interval, count, stride, out, total) \
-    if ((p).raw) {                                                                \
-        store_raw(gathered, count, stride, out);                                  \
-    } else {                                                                      \
-        realv color[4];                                                           \
-        resolve(&(sample), table, gathered, interval, color);                     \
-        store_colors(color, count, stride, out);                                  \
-        if ((p).continues || GATHERS_VALUES)                                      \
-            total += shown(color, count);                                         \
+// Stores the rays of a lattice as `p` requests: as raw state, or resolved to colours. Counts non-zero colours where the samples taken
+// here are not enough to tell: earlier parts contributed, or the initial value is visible.
+#define STORE_RAYS(p, sample, table, gathered, interval, count, stride, out, total) \
+    if ((p).raw) {                                                                  \
+        store_raw(gathered, count, stride, out);                                    \
+    } else {                                                                        \
+        realv color[4];                                                             \
+        resolve(&(sample), table, gathered, interval, color);                       \
+        store_colors(color, count, stride, out);                                    \
+        if ((p).continues || GATHERS_VALUES)                                        \
+            total += count_visible(color, count);                                   \
     }

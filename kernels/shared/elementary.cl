@@ -1,27 +1,27 @@
-// Elementary functions, fitted to what rendering needs. PoCL's own cost 20 % of the lattice stage and more.
+// Elementary functions with just the accuracy that rendering needs. PoCL's own cost 20 % of the lattice stage and more.
 
 #include "shared/vector.cl"
 
-// Without fmax's care for NaN, which takes four instructions more: where a is NaN, b.
+// fmax and fmin treat NaN, which takes four instructions more. Here the result is b if a is NaN.
 #define MAX(a, b) ((a) > (b) ? (a) : (b))
 #define MIN(a, b) ((a) < (b) ? (a) : (b))
 #define CLAMP(x, lo, hi) MIN(MAX(x, lo), hi)
 
-// The whole number at or below x, within an int; and for vectors.
-static inline int whole_below(float x) {
+// Largest integer not above x, for x in the range of int; scalar and vector.
+static inline int floor_int(float x) {
     const int i = (int)x;
     return i - (x < i);
 }
-static inline intv wholes_below(realv x) {
+static inline intv floor_ints(realv x) {
     const intv i = CONVERT_INTV(x);
     return i - COUNT_IF(x < CONVERT_REALV(i));
 }
 
-// 2^y for y in -126 ... 0, to 1.1e-7, exact where y is whole: adding 1.5 x 2^23 rounds y to a whole number in the low bits.
-static inline realv exp2_of(realv y) {
+// 2^y for y in -126 ... 0, to 1.1e-7, exact for integral y: adding 1.5 x 2^23 rounds y to an integer in the low bits.
+static inline realv fast_exp2(realv y) {
     const realv shifted = y + 12582912.0f;
     const realv f = y - (shifted - 12582912.0f);
-    // Pairs first: a chain of five would have to be waited for.
+    // Evaluated in pairs: a chain of five dependent operations has a longer latency.
     const realv f2 = f * f;
     const realv low = f * 0.6931469776f + 1.0f, middle = f * 0.0555073372f + 0.2402224208f;
     const realv high = f * 0.0013264732f + 0.0096715131f;
@@ -30,21 +30,21 @@ static inline realv exp2_of(realv y) {
 }
 
 // 1 - e^-x for x >= 0.
-static inline realv absorbed(realv x) { return 1.0f - exp2_of(MAX(x * -1.4426950409f, (realv)(-126.0f))); }
+static inline realv absorbed(realv x) { return 1.0f - fast_exp2(MAX(x * -1.4426950409f, (realv)(-126.0f))); }
 
-// x^exponent for x in 0 ... 1 and exponent >= 0, through log2 (right to 1.2e-6 of itself), a polynomial fitted at Chebyshev nodes.
-static inline realv raised(realv x, realv exponent) {
+// x^exponent for x in 0 ... 1 and exponent >= 0, through log2 (relative error 1.2e-6), a polynomial fitted at Chebyshev nodes.
+static inline realv general_power(realv x, realv exponent) {
     const intv bits = AS_INTV(MAX(x, (realv)(1e-6f)));
     const intv e = (bits - 0x3f400000) >> 23;
-    const realv t = AS_REALV(bits - (e << 23)) - 1.0f; // -0.25 ... 0.5: exact where x is 1
+    const realv t = AS_REALV(bits - (e << 23)) - 1.0f; // -0.25 ... 0.5; 0 where x is 1
     const realv t2 = t * t, t4 = t2 * t2;
     const realv p01 = t * 1.4426963325f + CONVERT_REALV(e), p23 = t * 0.4806241063f - 0.7213282648f;
     const realv p45 = t * 0.2982907009f - 0.3615473215f, p67 = t * 0.1199838635f - 0.2427637451f;
     const realv log2 = p01 + t2 * p23 + t4 * (p45 + t2 * p67);
-    return exp2_of(CLAMP(exponent * log2, (realv)(-126.0f), (realv)(0.0f)));
+    return fast_exp2(CLAMP(exponent * log2, (realv)(-126.0f), (realv)(0.0f)));
 }
 
-// x^exponent for x in 0 ... 1 and exponent > 0: whole ones up to 255 by squaring.
+// x^exponent for x in 0 ... 1 and exponent > 0. Integral exponents below 256 by squaring.
 static inline realv power(realv x, float exponent) {
     int whole = (int)exponent;
     if (whole == exponent && whole < 256) {
@@ -55,5 +55,5 @@ static inline realv power(realv x, float exponent) {
         }
         return result;
     }
-    return raised(x, (realv)(exponent));
+    return general_power(x, (realv)(exponent));
 }

@@ -1,4 +1,4 @@
-// Points of a field, and gradients.
+// Points and gradients.
 
 #include "shared/vector.cl"
 
@@ -7,7 +7,7 @@ typedef struct {
     realv u, v, a;
 } Point;
 
-// In voxel differences along these.
+// In voxel differences along the kernel's axes.
 typedef struct {
     realv u, v, a;
 } Gradient;

@@ -1,18 +1,20 @@
 // Pre-integrated classification: colour and opacity of the segment between two samples of a ray.
 //
-// Between the samples the value is taken to change evenly (Engel et al. 2001); or, CURVED, but for the share of a segment that
-// it spends at its ends: between layers the field rises as 3t^2 - 2t^3 and stays longer near them (segment_ends() in
-// src/layers). integrals[i] = (R, G, B, T): extinction times colour, and extinction, integrated from the first value to node i,
-// in whole numbers of one unit: a difference of two nodes is exact, so its quotient by the distance is the mean over
-// the segment. Behind all nodes, table_last + 1 of them, stand the same four at each node, as floats, and before them extinctions by
-// cells. Light lost inside a segment dims its lighting; its colour where DIMMED says so (dimmed_segment.cl). Nodes of samples alternate
-// between even and odd ones along the ray: no segment is empty, so nothing is divided by 0, and each sample is looked up once for both
-// segments it ends.
+// The value is assumed to change linearly between the samples (Engel et al. 2001). CURVED: except for a share of the segment that it
+// spends at its end values, since between layers the field follows 3t^2 - 2t^3 and stays near them longer (segment_ends() in src/layers).
+//
+// integrals[i] = (R, G, B, T): extinction times colour, and extinction, integrated from the first value to node i, as integers of one
+// unit. Differences of two nodes are exact, so dividing by their distance gives the mean over the segment. The table_last + 1 nodes are
+// followed by the same four quantities at each node, as floats, and preceded by the extinction cells.
+//
+// Absorption inside a segment dims its lighting, and its colour where DIMMED is set (dimmed_segment.cl). Samples along a ray alternate
+// between even and odd nodes: no segment is empty, so there is no division by 0, and each sample is looked up once for both of its
+// segments.
 
 #include "shared/accumulator.cl"
-#include "shared/lit_way.cl"
+#include "shared/span_lighting.cl"
 
-// A sample's place in the table.
+// Table entries of a sample.
 typedef struct {
     intv index, r, g, b, extinction; // integrals
     realv at_extinction;
@@ -21,17 +23,18 @@ typedef struct {
 #endif
 } Node;
 
-// The nearest even or odd node, one of the two that the value lies between.
+// The nearest even or odd node, one of the two around the value.
 static inline intv node_index(const SampleParams *p, realv value, int odd) {
     const realv x = (value - p->classification.table_first) * (0.5f * p->classification.table_per_value) + (odd ? 0.0f : 0.5f);
     return 2 * CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)((p->classification.table_last - odd) / 2))) + odd;
 }
 
-// Cells of EXTINCTION_CELLS in src/transfer/integrals.rs: extinctions, what they rise by, and where cells are; nodes come behind them.
+// Layout of the cells of EXTINCTION_CELLS in src/transfer/integrals.rs: extinctions, differences to the next cell, scale and offset of
+// cells. The nodes follow.
 #define EXTINCTION_CELLS 32
 #define NODES(integrals) ((integrals) + (2 * EXTINCTION_CELLS / 4 + 1))
 
-// The extinction at a node's own value.
+// The extinction at the value of a node.
 static inline realv extinction_at(__global const int4 *integrals, intv index) {
 #ifdef GATHER_WORDS
     const intv bits = GATHER_WORDS(NODES(integrals), index * 16 + 12);
@@ -42,10 +45,10 @@ static inline realv extinction_at(__global const int4 *integrals, intv index) {
     return AS_REALV(bits);
 }
 
-// The extinction near a value, from cells in which it changes evenly. These fit into registers: to gather extinctions from the table takes
-// Zen 4 a tenth of a frame.
+// The extinction near a value, linear within each cell. The cells fit in registers: gathering extinctions from the table costs Zen 4 a
+// tenth of a frame.
 static inline realv extinction_near(const SampleParams *p, __global const int4 *integrals, realv value) {
-    // How many there are per unit of value, and the place of 0 among them.
+    // Cells per unit of value, and the cell coordinate of value 0.
     const float2 scale = as_float4(integrals[2 * EXTINCTION_CELLS / 4]).xy;
     const realv place = CLAMP(value * scale.x + scale.y, (realv)(0.0f), (realv)(EXTINCTION_CELLS - 1e-3f));
     const intv cell = CONVERT_INTV(place);
@@ -60,9 +63,9 @@ static inline realv extinction_near(const SampleParams *p, __global const int4 *
     return first + (place - CONVERT_REALV(cell)) * to_next;
 }
 
-// Whether anything between two values counts: shows, and is no gap of the table. An even node and an odd one are never the same.
-static inline intv counts_between(const SampleParams *p, __global const int4 *integrals, realv from, realv to) {
-    intv counts = shows(p, from, to);
+// Whether any value between two contributes: it is visible and not in a gap of the table. An even and an odd node always differ.
+static inline intv contributes_between(const SampleParams *p, __global const int4 *integrals, realv from, realv to) {
+    intv contributes = is_visible_between(p, from, to);
 #if BLEND == COMPOSITE
     const intv front = AS_INTV(extinction_at(integrals, node_index(p, from, 0)));
     intv any = front != AS_INTV(extinction_at(integrals, node_index(p, to, 1)));
@@ -71,20 +74,20 @@ static inline intv counts_between(const SampleParams *p, __global const int4 *in
     any |= MIN(from, to) < first && NODES(integrals)[p->classification.table_last + 1].w != 0;
     any |= MAX(from, to) > last && NODES(integrals)[2 * p->classification.table_last + 1].w != 0;
 #endif
-    counts = counts && any;
+    contributes = contributes && any;
 #endif
-    return counts;
+    return contributes;
 }
 
-ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals, realv value, int odd) {
+ALWAYS_INLINE Node look_up_node(const SampleParams *p, __global const int4 *integrals, realv value, int odd) {
     Node node;
     node.index = node_index(p, value, odd);
     realv r, g, b, extinction;
     table_entries((__global const float4 *)NODES(integrals), node.index, &r, &g, &b, &extinction);
     node.r = AS_INTV(r), node.g = AS_INTV(g), node.b = AS_INTV(b), node.extinction = AS_INTV(extinction);
 #ifdef CURVED
-    table_entries((__global const float4 *)NODES(integrals) + p->classification.table_last + 1, node.index, &node.at_r, &node.at_g, &node.at_b,
-                  &node.at_extinction);
+    table_entries((__global const float4 *)NODES(integrals) + p->classification.table_last + 1, node.index, &node.at_r, &node.at_g,
+                  &node.at_b, &node.at_extinction);
 #else
     if (p->light.shading)
         node.at_extinction = extinction_near(p, integrals, value);
@@ -92,19 +95,19 @@ ALWAYS_INLINE Node node_of(const SampleParams *p, __global const int4 *integrals
     return node;
 }
 
-// Differences of the table's columns between two samples, in nodes, and their distance in nodes.
+// Differences of the integrals between two samples, and the distance of their nodes.
 typedef struct {
     realv r, g, b, extinction, distance;
 } Difference;
 
-// Beyond the table its first and last entry go on. One sample beyond it and one in it or beyond the other end: the
-// entry's share is added. Both beyond one end: the nodes are right as they are.
+// Beyond the table its first and last entries apply. If one sample is outside and the other inside or beyond the other end, the entry's
+// share is added. If both are beyond the same end, the differences are right already.
 static inline void extend_difference(const SampleParams *p, __global const int4 *integrals, realv from, realv to, Difference *d) {
     const realv last = p->classification.table_last;
     const float first = p->classification.table_first, per_value = p->classification.table_per_value;
     const realv x0 = (from - first) * per_value, x1 = (to - first) * per_value;
 #if VW == 1
-    // Both in it, and numbers.
+    // Both inside the table, and neither is NaN.
     if (x0 >= 0.0f && x0 <= last && x1 >= 0.0f && x1 <= last)
         return;
 #endif
@@ -121,7 +124,7 @@ static inline void extend_difference(const SampleParams *p, __global const int4 
     d->distance += inner * (below + above);
 }
 
-// TABLE_CUT: values can lie beyond the table. (As a variable it costs all tables 5 %.)
+// TABLE_CUT: values can lie beyond the table. (As a kernel argument it costs all tables 5 %.)
 ALWAYS_INLINE Difference difference_between(const SampleParams *p, __global const int4 *integrals, const Node *front,
                                             const Node *back, realv from, realv to) {
     Difference d;
@@ -136,27 +139,27 @@ ALWAYS_INLINE Difference difference_between(const SampleParams *p, __global cons
     return d;
 }
 
-// What lies between two samples: mean colour, optical depth, and where on the way the extinction lies in the mean, 0 ... 1.
+// Integrated segment: mean colour, optical depth, and the mean position of the extinction along the segment, 0 ... 1.
 typedef struct {
     realv r, g, b, depth, centroid;
 } Segment;
 
-// `from` and `to`: the values at the two nodes; `ends`: weights of front and back; `dt`: the length times the table's unit.
+// `from`, `to`: values at the two nodes. `ends`: weights of the front and back values. `dt`: length times the table's unit.
 ALWAYS_INLINE Segment segment_between(const SampleParams *p, __global const int4 *integrals, const Node *front,
                                       const Node *back, realv from, realv to, float2 ends, realv dt) {
     Difference d = difference_between(p, integrals, front, back, from, to);
-    // Where extinction lies: as of the parabola with the same ends and the same mean.
+    // Centroid of the parabola with the same extinction at both ends and the same mean.
     realv moment = 0.5f * d.extinction + 0.0833333f * d.distance * (back->at_extinction - front->at_extinction);
 #ifdef CURVED
     const float even = 1.0f - ends.x - ends.y;
-    const realv of_front = ends.x * d.distance, of_back = ends.y * d.distance;
-    moment = even * moment + of_back * back->at_extinction;
-    d.r = even * d.r + (of_front * front->at_r + of_back * back->at_r);
-    d.g = even * d.g + (of_front * front->at_g + of_back * back->at_g);
-    d.b = even * d.b + (of_front * front->at_b + of_back * back->at_b);
-    d.extinction = even * d.extinction + (of_front * front->at_extinction + of_back * back->at_extinction);
+    const realv weight_front = ends.x * d.distance, weight_back = ends.y * d.distance;
+    moment = even * moment + weight_back * back->at_extinction;
+    d.r = even * d.r + (weight_front * front->at_r + weight_back * back->at_r);
+    d.g = even * d.g + (weight_front * front->at_g + weight_back * back->at_g);
+    d.b = even * d.b + (weight_front * front->at_b + weight_back * back->at_b);
+    d.extinction = even * d.extinction + (weight_front * front->at_extinction + weight_back * back->at_extinction);
 #endif
-    // One division for two. Where there is no extinction there is no colour either: any divisor does.
+    // One division instead of two. Where the extinction is 0 the colour is too, and any divisor will do.
     const realv divisor = d.extinction == 0.0f ? (realv)(1.0f) : d.extinction;
     const realv inverse = reciprocal(d.distance * divisor), per_extinction = d.distance * inverse;
     Segment s;
@@ -166,34 +169,34 @@ ALWAYS_INLINE Segment segment_between(const SampleParams *p, __global const int4
     return s;
 }
 
-// Weights of front and back of the segment from sub-layer l0 to l1.
-static inline float2 ends_of(const SampleParams *p, int l0, int l1) {
+// Weights of the front and back values of the segment from sub-layer l0 to l1.
+static inline float2 end_weights(const SampleParams *p, int l0, int l1) {
     const float *ends = p->segments.ends + 2 * (min(l0, l1) % p->segments.inner_slabs);
     return l0 < l1 ? (float2)(ends[0], ends[1]) : (float2)(ends[1], ends[0]);
 }
 
-// How far the light of an even segment comes from before its middle, as a share of its length: 1/2 - 1/d + 1/(e^d - 1) for optical
-// depth d; within 0.05, and 0.003 up to a depth of 2.
-static inline realv towards_front(realv depth) {
+// How far the visible light of a homogeneous segment originates in front of its middle, as a fraction of its length: 1/2 - 1/d + 1/(e^d -
+// 1) for optical depth d; within 0.05, and 0.003 up to a depth of 2.
+static inline realv shift_to_front(realv depth) {
     return depth * (1.0f + 0.1f * depth) * rough_reciprocal(12.0f + depth * (1.41f + 0.2f * depth));
 }
 
 #if BLEND == COMPOSITE
-// Composites one segment as a whole, of which `part` is taken.
-ALWAYS_INLINE void composite_segment(const SampleParams *p, const Segment *s, const Part *part, realv opacity, const Lit *front,
-                                     const Lit *back, Accumulator *a, intv *active) {
+// Composites one segment, of which `part` is inside the clip interval.
+ALWAYS_INLINE void composite_segment(const SampleParams *p, const Segment *s, const Part *part, realv opacity, const LitSample *front,
+                                     const LitSample *back, Accumulator *a, intv *active) {
     *active += COUNT_IF(opacity > 0.0f);
     Lighting lighting;
     if (p->light.shading) {
-        // The nearer to one end extinction lies, the less of it is dimmed by the rest.
+        // The nearer the extinction is to one end, the less of it is dimmed by the rest.
         const realv spread = 4.0f * s->centroid * (1.0f - s->centroid);
-        const realv towards = s->centroid - spread * towards_front(s->depth);
-        // Not before the front, where there is no light to be found: in deep segments with most of it there. (Not MAX: what is no number, in
-        // ramps too steep for floats, stays none.)
-        const realv source = towards < 0.0f ? (realv)(0.0f) : towards;
-        lighting = light_on(p, front, back, IN_PART(part, source));
+        const realv unclamped = s->centroid - spread * shift_to_front(s->depth);
+        // Clamped to the front, beyond which no lighting is known; this happens in deep segments with most extinction near the front.
+        // (Not MAX: NaN, from ramps too steep for floats, must stay NaN.)
+        const realv source = unclamped < 0.0f ? (realv)(0.0f) : unclamped;
+        lighting = interpolate_lighting(p, front, back, SEGMENT_PARAMETER(part, source));
 #ifdef THINNED
-        lighting.left = left_on(front, back, IN_PART(part, s->centroid));
+        lighting.extinction_scale = extinction_scale_on_span(front, back, SEGMENT_PARAMETER(part, s->centroid));
 #endif
     }
     accumulate_lit(p, s->r, s->g, s->b, opacity, &lighting, a);

@@ -1,16 +1,14 @@
-// One sample by itself: classify, shade, accumulate.
-//
-// Here splatted layers, image-aligned sheets and cast rays end; segments between two samples in preintegration.cl and slicing.cl, and
-// axis-aligned sheets are classified in sorted_splats.cl.
+// Point samples: classify, shade, accumulate. Used by splatted layers, image-aligned sheets and ray casting. Segments between two samples
+// are in preintegration.cl and slicing.cl; axis-aligned sheets classify in sorted_splats.cl.
 
 #include "shared/accumulator.cl"
 
-// Each kernel defines where its samples lie and how their gradients are found. The samples of a layer share both.
+// Each kernel defines the position and the gradient of its samples. All samples of a layer share both.
 struct SampleSource;
 static inline Point sample_point(const struct SampleSource *source);
 static inline Gradient sample_gradient(const struct SampleSource *source);
 
-// What of a sample counts, in sub-slab thicknesses. PER_RAY_STEP: of each ray.
+// Share of a sample that counts, in sub-slab thicknesses. PER_RAY_STEP: one share per ray.
 #ifdef PER_RAY_STEP
 typedef realv Share;
 #else
@@ -18,29 +16,30 @@ typedef float Share;
 #endif
 
 #if !GATHERS_VALUES
-// Opacity of a sample. PER_RAY_STEP: the table holds tau (or alpha), and dt, the length of a sub-slab along each ray, comes with the
-// sample. Otherwise dt is one number per frame, and in the table.
-static inline realv opacity_of(const SampleParams *p, realv w, Share share, realv dt) {
+// Opacity of a sample. PER_RAY_STEP: the table holds tau (or alpha), and dt is the length of a sub-slab along each ray. Otherwise dt is
+// constant in a frame and included in the table.
+static inline realv sample_opacity(const SampleParams *p, realv w, Share share, realv dt) {
 #ifdef PER_RAY_STEP
     return p->classification.linear ? MIN(w * dt, (realv)(1.0f)) * share : absorbed(w * (dt * share));
 #else
     if (share == 1.0f)
         return w;
-    // The outer layers' half sub-slabs; no other share occurs.
+    // Half sub-slabs of the outer layers; no other share occurs.
     return p->classification.linear ? w * share : 1.0f - sqrt(1.0f - w);
 #endif
 }
 #endif
 
-// Of a sample that lies across the end of an interval, what a maximum or minimum takes notice of: less is rounding.
-#define LEAST_SHARE 1e-3f
+// Smallest share, at the end of a clip interval, that a maximum or minimum takes into account: less is rounding.
+#define MIN_SHARE 1e-3f
 
-// Takes one sample (of VW rays). The lighting of the layer is found when its first visible sample needs it. `length` of a whole sample
-// in ray parameters.
-ALWAYS_INLINE void take_sample(const SampleParams *p, __global const float4 *table, realv value, Share share, realv dt, realv length,
-                               const struct SampleSource *source, bool *lit, Lighting *lighting, Accumulator *a, intv *active) {
+// Accumulates one sample of VW rays. The lighting of a layer is computed for its first visible sample. `length`: of a whole sample, in
+// ray parameters.
+ALWAYS_INLINE void accumulate_sample(const SampleParams *p, __global const float4 *table, realv value, Share share, realv dt,
+                                     realv length, const struct SampleSource *source, bool *lit, Lighting *lighting, Accumulator *a,
+                                     intv *active) {
 #if BLEND == MAXIMUM || BLEND == MINIMUM
-    accumulate_values(value, value, share > LEAST_SHARE ? length * share : 0.0f, a, active);
+    accumulate_values(value, value, share > MIN_SHARE ? length * share : 0.0f, a, active);
 #elif GATHERS_VALUES
     accumulate_values(value, value, length * share, a, active);
 #else
@@ -49,7 +48,7 @@ ALWAYS_INLINE void take_sample(const SampleParams *p, __global const float4 *tab
         return;
     realv r, g, b, w;
     table_entries(table, index, &r, &g, &b, &w);
-    const realv opacity = opacity_of(p, w, share, dt);
+    const realv opacity = sample_opacity(p, w, share, dt);
     *active += COUNT_IF(opacity > 0.0f);
     if (p->light.shading && !*lit) {
         *lighting = shade(p, sample_point(source), value, sample_gradient(source));
@@ -59,14 +58,14 @@ ALWAYS_INLINE void take_sample(const SampleParams *p, __global const float4 *tab
 #endif
 }
 
-// A layer on its way: half a layer before and behind its plane.
+// Half a layer on each side of a layer's plane, along the ray.
 typedef struct {
     realv dt;           // length of a sub-slab, in unit distances
-    Interval interval;  // that counts, in layers from this one along the ray
-} LayerWay;
+    Interval interval;  // clip interval, in layers from this one along the ray
+} LayerSpan;
 
-// Whether any sample of one layer can show anything: all lie between the three splat sums.
-static inline bool layer_can_show(const SampleParams *p, realv before, realv own, realv after) {
+// Whether any sample of a layer can be visible: all of their values lie between the three splat sums.
+static inline bool layer_may_contribute(const SampleParams *p, realv before, realv own, realv after) {
 #if GATHERS_VALUES
     return true;
 #else
@@ -76,15 +75,15 @@ static inline bool layer_can_show(const SampleParams *p, realv before, realv own
 #endif
 }
 
-// All samples of one layer, from the splat sums of the layer met before, the layer itself and the one met next. Slabs
-// are (weight before, own, after, share), front to back: inner, front and back ones after each other.
-ALWAYS_INLINE void take_slabs(const SampleParams *p, __global const float4 *slabs, int first, int count,
-                              __global const float4 *table, realv before, realv own, realv after, const LayerWay *way,
-                              const struct SampleSource *source, Accumulator *a, intv *active) {
+// Accumulates all samples of one layer, from the splat sums of the previous layer along the ray, the layer itself and the next one. Each
+// slab is (weight before, own, after, share), front to back; slabs of inner, front and back layers are stored one after another.
+ALWAYS_INLINE void accumulate_slabs(const SampleParams *p, __global const float4 *slabs, int first, int count,
+                                    __global const float4 *table, realv before, realv own, realv after, const LayerSpan *layer_span,
+                                    const struct SampleSource *source, Accumulator *a, intv *active) {
     bool lit = false;
     Lighting lighting;
 #ifdef CLIPPED
-    // The front layer's slabs begin in its middle.
+    // The slabs of the front layer begin in its middle.
     float start = first == p->segments.inner_slabs ? 0.0f : -0.5f;
 #endif
     for (int i = first; i < first + count; i++) {
@@ -92,29 +91,30 @@ ALWAYS_INLINE void take_slabs(const SampleParams *p, __global const float4 *slab
         Share share = slab.w;
 #ifdef CLIPPED
         const float end = start + slab.w / p->segments.inner_slabs;
-        const realv inside = MIN(way->interval.to, (realv)(end)) - MAX(way->interval.from, (realv)(start));
+        const realv inside = MIN(layer_span->interval.to, (realv)(end)) - MAX(layer_span->interval.from, (realv)(start));
         share *= MAX(inside, (realv)(0.0f)) / (end - start);
         start = end;
         if (!ANY(share > 0.0f))
             continue;
 #endif
         const realv value = slab.x * before + slab.y * own + slab.z * after;
-        take_sample(p, table, value, share, way->dt, (realv)(1.0f / p->segments.inner_slabs), source, &lit, &lighting, a, active);
+        accumulate_sample(p, table, value, share, layer_span->dt, (realv)(1.0f / p->segments.inner_slabs), source, &lit, &lighting, a,
+                          active);
     }
 }
 
-// The same where none of them may show anything.
-ALWAYS_INLINE void take_layer(const SampleParams *p, __global const float4 *slabs, int first, int count, __global const float4 *table,
-                              realv before, realv own, realv after, const LayerWay *way, const struct SampleSource *source, Accumulator *a,
-                              intv *active) {
-    if (layer_can_show(p, before, own, after))
-        take_slabs(p, slabs, first, count, table, before, own, after, way, source, a, active);
+// The same, skipping layers that are not visible.
+ALWAYS_INLINE void accumulate_layer(const SampleParams *p, __global const float4 *slabs, int first, int count,
+                                    __global const float4 *table, realv before, realv own, realv after, const LayerSpan *layer_span,
+                                    const struct SampleSource *source, Accumulator *a, intv *active) {
+    if (layer_may_contribute(p, before, own, after))
+        accumulate_slabs(p, slabs, first, count, table, before, own, after, layer_span, source, a, active);
 }
 
 // First slab and number of slabs of the n-th layer (0 ... layers-1) along the ray.
 static inline void layer_slabs(const SampleParams *p, int n, int layers, int *first, int *count) {
     const bool is_front = n == 0, is_back = n == layers - 1;
-    // Read first: read where they are chosen, all parameters would be in memory (AMD's compiler).
+    // Read unconditionally: conditional reads make AMD's compiler copy all parameters to memory.
     const int inner = p->segments.inner_slabs, front = p->segments.front_slabs, back = p->segments.back_slabs;
     *first = is_front ? inner : is_back ? inner + front : 0;
     *count = is_front ? front : is_back ? back : inner;

@@ -1,4 +1,4 @@
-// Tiles of screen pixels, VW columns x TILE_ROWS rows, for the kernels that draw straight onto the screen.
+// Tiles of VW x TILE_ROWS screen pixels, for kernels that render directly to the screen.
 
 #include "shared/accumulator.cl"
 
@@ -6,14 +6,14 @@
 #error "TILE_ROWS: rows of a tile"
 #endif
 
-// The rays of VW neighbouring pixels.
+// Rays of VW neighbouring pixels.
 typedef struct {
     realv o[3], d[3];
     realv length; // of d, in unit distances
 } RowRays;
 
-// From a column on; columns beyond the screen take its last one's ray.
-static inline RowRays rays_of_row(const ScreenParams *s, int column, int row) {
+// Rays of the pixels from a column on; columns beyond the screen repeat the last ray.
+static inline RowRays row_rays(const ScreenParams *s, int column, int row) {
     const intv columns = MIN(LANES + column, (intv)(s->width - 1));
     const realv x = CONVERT_REALV(columns) + 0.5f;
     const float y = row + 0.5f;
@@ -28,12 +28,12 @@ static inline RowRays rays_of_row(const ScreenParams *s, int column, int row) {
     return rays;
 }
 
-// Columns of a tile that are on the screen.
-static inline int columns_of(const ScreenParams *s, int column) { return min(VW, s->width - column); }
+// Number of a tile's columns that are on the screen.
+static inline int columns_on_screen(const ScreenParams *s, int column) { return min(VW, s->width - column); }
 
 static inline void store_pixels(const ScreenParams *s, const SampleParams *p, __global const float4 *table, int column, int row,
-                         const Accumulator *a, const Interval *interval, __global float4 *frame) {
+                                const Accumulator *a, const Interval *interval, __global float4 *frame) {
     realv color[4];
     resolve(p, table, a, interval, color);
-    store_colors(color, columns_of(s, column), 1, frame + (size_t)row * s->width + column);
+    store_colors(color, columns_on_screen(s, column), 1, frame + (size_t)row * s->width + column);
 }

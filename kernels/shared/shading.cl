@@ -1,4 +1,4 @@
-// A sample's place in the table, and how it is lit.
+// Table look-up and lighting of samples.
 
 #include "shared/elementary.cl"
 #include "shared/point.cl"
@@ -9,30 +9,28 @@ static inline intv table_index(const SampleParams *p, realv value) {
     return CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)(p->classification.table_last)));
 }
 
-// What a colour is multiplied by, and what highlight is added to it; what it counts where it is mixed with another. THINNED: and what is
-// left of the extinction.
+// Factor of a colour, added highlight, and weight in interpolation with other lighting. THINNED: also the factor of the extinction.
 typedef struct {
     realv factor, highlight, weight;
 #ifdef THINNED
-    realv left;
+    realv extinction_scale;
 #endif
 } Lighting;
 
 #ifdef THINNED
-// What a gradient's length leaves of the extinction: src/settings/gradient_opacity.rs.
-static inline realv left_by(const SampleParams *p, realv length) {
-    realv left = p->light.least_thinned;
+// Factor of the extinction by gradient magnitude: src/settings/gradient_opacity.rs.
+static inline realv gradient_extinction_scale(const SampleParams *p, realv length) {
+    realv extinction_scale = p->light.least_thinned;
     for (int i = 0; i < (int)(sizeof p->light.rises / sizeof(float)) / 3; i++) {
         const float *rise = p->light.rises + 3 * i;
-        left += rise[1] * (CLAMP(length, (realv)(rise[0]), (realv)(rise[2])) - rise[0]);
+        extinction_scale += rise[1] * (CLAMP(length, (realv)(rise[0]), (realv)(rise[2])) - rise[0]);
     }
-    return CLAMP(left, (realv)(0.0f), (realv)(1.0f));
+    return CLAMP(extinction_scale, (realv)(0.0f), (realv)(1.0f));
 }
 #endif
 
-// The lighting of a point with this value and gradient: Blinn-Phong, two-sided, with white lights, which are the same everywhere and for all
-// values. Where the gradient is below 1e-3 of the value range per voxel the colour stays as it is, with a smooth fade up to 2e-3: rounding
-// must not flip it.
+// Lighting of a point with a value and gradient: two-sided Blinn-Phong with white directional lights. Gradients below 1e-3 of the value
+// range per voxel leave the colour unlit, with a smooth fade up to 2e-3, so that rounding cannot toggle the lighting.
 static inline Lighting shade(const SampleParams *p, Point point, realv value, Gradient gradient) {
     const realv u = gradient.u * p->field.gradient_u, v = gradient.v * p->field.gradient_v, a = gradient.a * p->field.gradient_a;
     const realv squared = u * u + v * v + a * a;
@@ -40,7 +38,7 @@ static inline Lighting shade(const SampleParams *p, Point point, realv value, Gr
     const realv faded = CLAMP((squared * inverse - 1e-3f) * 1e3f, (realv)(0.0f), (realv)(1.0f));
     const realv lit = SMOOTHSTEP(faded);
     const realv facing = fabs(u * p->light.direction_u + v * p->light.direction_v + a * p->light.direction_a) * inverse;
-    // A light at the camera has one direction for both. One lane computes it in less time than it asks.
+    // For a light at the camera both directions are equal. In one lane the check costs more than the computation.
 #if VW == 1
     const bool headlight = false;
 #else
@@ -49,12 +47,12 @@ static inline Lighting shade(const SampleParams *p, Point point, realv value, Gr
 #endif
     const realv mirror = headlight ? facing : fabs(u * p->light.half_u + v * p->light.half_v + a * p->light.half_a) * inverse;
     Lighting lighting;
-    // The root of the gradient's length: a weak one's direction is mostly noise, but a surface has weak ones too.
+    // Root of the gradient magnitude: the direction of a weak gradient is mostly noise, but surfaces have weak gradients too.
     lighting.weight = rough_inverse_sqrt(inverse);
     realv factor = p->light.ambient + p->light.diffuse * facing;
     lighting.highlight = lit * p->light.specular * power(mirror, p->light.power);
 #ifdef SEVERAL_LIGHTS
-    // Looked up by a number, graphics processors would have lights in memory.
+    // Unrolled: GPUs would keep lights indexed by a variable in memory.
 #if VW == 1
 #pragma unroll
 #endif
@@ -68,7 +66,7 @@ static inline Lighting shade(const SampleParams *p, Point point, realv value, Gr
 #endif
     lighting.factor = 1.0f + lit * (factor - 1.0f);
 #ifdef THINNED
-    lighting.left = p->light.thinned ? left_by(p, squared * inverse) : (realv)(1.0f);
+    lighting.extinction_scale = p->light.thinned ? gradient_extinction_scale(p, squared * inverse) : (realv)(1.0f);
 #endif
     return lighting;
 }
@@ -79,9 +77,9 @@ static inline realv opacity_of_depth(const SampleParams *p, realv depth) {
 }
 
 #ifdef THINNED
-// An opacity of which the gradient leaves a part: of the extinction. All of it to the bit.
-static inline realv thinned(const SampleParams *p, realv opacity, realv left) {
-    const realv less = p->classification.linear ? opacity * left : 1.0f - raised(1.0f - opacity, left);
-    return left < 1.0f ? less : opacity;
+// Applies gradient opacity: scales the extinction behind an opacity. A factor of 1 keeps the opacity exact to the bit.
+static inline realv scale_opacity(const SampleParams *p, realv opacity, realv extinction_scale) {
+    const realv scaled = p->classification.linear ? opacity * extinction_scale : 1.0f - general_power(1.0f - opacity, extinction_scale);
+    return extinction_scale < 1.0f ? scaled : opacity;
 }
 #endif

@@ -1,9 +1,10 @@
-// Reading tables of four-component entries.
+// Look-up in tables of four-component entries.
 
 #include "shared/vector.cl"
 
 #if VW > 1
-// (a0 b0 a1 b1, a4 b4 a5 b5, ...) and (a2 b2 a3 b3, a6 b6 a7 b7, ...): within groups of four, as vector units do it.
+// (a0 b0 a1 b1, a4 b4 a5 b5, ...) and (a2 b2 a3 b3, a6 b6 a7 b7, ...): within groups of four lanes, like the unpack instructions of
+// vector units.
 #if VW == 4
 #define INTERLEAVE_LOW(a, b) (realv)((a).s0, (b).s0, (a).s1, (b).s1)
 #define INTERLEAVE_HIGH(a, b) (realv)((a).s2, (b).s2, (a).s3, (b).s3)
@@ -11,7 +12,7 @@
 #define INTERLEAVE_LOW(a, b) (realv)((a).s0, (b).s0, (a).s1, (b).s1, (a).s4, (b).s4, (a).s5, (b).s5)
 #define INTERLEAVE_HIGH(a, b) (realv)((a).s2, (b).s2, (a).s3, (b).s3, (a).s6, (b).s6, (a).s7, (b).s7)
 #elif defined(PERMUTE)
-// Spelled out, LLVM makes one chain of eight dependent permutations per result of it.
+// Spelled out, LLVM generates a chain of eight dependent permutations for each result.
 #define INTERLEAVE_LOW(a, b) \
     PERMUTE(a, b, (intv)(0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29))
 #define INTERLEAVE_HIGH(a, b) \
@@ -25,7 +26,7 @@
             (a).sa, (b).sa, (a).sb, (b).sb, (a).se, (b).se, (a).sf, (b).sf)
 #endif
 
-// Rows (a, b, c, d) of 4 x 4 numbers, a matrix in each group of four lanes, to columns.
+// Transposes 4 x 4 matrices, one in each group of four lanes: rows (a, b, c, d) to columns.
 static inline void transpose_fours(realv a, realv b, realv c, realv d, realv *x, realv *y, realv *z, realv *w) {
     const realv ac_low = INTERLEAVE_LOW(a, c), ac_high = INTERLEAVE_HIGH(a, c);
     const realv bd_low = INTERLEAVE_LOW(b, d), bd_high = INTERLEAVE_HIGH(b, d);
@@ -42,7 +43,7 @@ static inline void transpose_fours(realv a, realv b, realv c, realv d, realv *x,
 #define HIGH_HALVES(a, b) PERMUTE(a, b, (intv)(8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31))
 #define EVEN_QUARTERS(a, b) PERMUTE(a, b, (intv)(0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27))
 #define ODD_QUARTERS(a, b) PERMUTE(a, b, (intv)(4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31))
-// Rows of four quarters to columns.
+// Transposes rows of four quarters to columns.
 static inline void transpose_quarters(const realv *rows, realv *columns) {
     const realv left = LOW_HALVES(rows[0], rows[1]), right = HIGH_HALVES(rows[0], rows[1]);
     const realv left_below = LOW_HALVES(rows[2], rows[3]), right_below = HIGH_HALVES(rows[2], rows[3]);
@@ -51,7 +52,7 @@ static inline void transpose_quarters(const realv *rows, realv *columns) {
 }
 #endif
 
-// Components of VW whole four-component ENTRY(0), ENTRY(1) ..., each loaded to where the transposition wants it.
+// Components of VW four-component entries ENTRY(0), ENTRY(1) ..., each loaded into its place for the transposition.
 #if VW == 4
 #define COMPONENTS(ENTRY, x, y, z, w) transpose_fours(ENTRY(0), ENTRY(1), ENTRY(2), ENTRY(3), x, y, z, w)
 #elif VW == 8
@@ -65,13 +66,13 @@ static inline void transpose_quarters(const realv *rows, realv *columns) {
                     z, w)
 #endif
 
-// VW whole entries instead of four gathers of VW floats: 229 -> 186 CPU ms in the prototype.
+// Loads VW whole entries instead of four gathers of VW floats: 229 -> 186 CPU ms in the prototype.
 static inline void table_entries(__global const float4 *table, intv index, realv *r, realv *g, realv *b, realv *w) {
 #if VW == 1
     const float4 e = table[index];
     *r = e.x, *g = e.y, *b = e.z, *w = e.w;
 #else
-    // Counted in halves: x86 addresses multiples of up to 8 bytes.
+    // Indices of half entries: x86 addressing scales by up to 8 bytes.
     const intv halves = index * 2;
     const int *i = (const int *)&halves;
 #define TABLE_ENTRY(n) (*(__global const float4 *)((__global const float2 *)table + i[n]))

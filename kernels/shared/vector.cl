@@ -1,4 +1,4 @@
-// Vectors of VW lanes, and what every kernel shares.
+// Vectors of VW lanes, and definitions that all kernels share.
 
 #ifndef VW
 #error "VW: lanes of realv: 16, 8, 4 or 1"
@@ -26,7 +26,7 @@ typedef float realv_unaligned;
 typedef CAT(float, VW) realv;
 typedef CAT(int, VW) intv;
 typedef CAT(uint, VW) uintv;
-// Unaligned rows through a typedef: vload16 on private memory costs more on PoCL.
+// Unaligned access through a typedef: vload16 on private memory is slower on PoCL.
 typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
 #define ANY(mask) (any_lane(mask))
 #define CONVERT_INTV(x) CAT(convert_int, VW)(x)
@@ -51,15 +51,15 @@ typedef CAT(float, VW) __attribute__((aligned(4))) realv_unaligned;
 #endif
 #endif
 
-// Of whole numbers, each lane between two numbers. Oclgrind reads lanes of the bounds also where these have none.
-#define CLAMP_WHOLES(x, lowest, highest) clamp(x, (intv)(lowest), (intv)(highest))
+// Clamp of integers. Vector bounds, since Oclgrind reads lanes even of scalar ones.
+#define CLAMP_INTV(x, lowest, highest) clamp(x, (intv)(lowest), (intv)(highest))
 #define GATHER(p, i) GATHER_AS(realv, p, i)
 #define LOADV(p) (*(const realv_unaligned *)(p))
 #define STOREV(p, x) (*(realv_unaligned *)(p) = (x))
 
 #if VW > 1
-// any() is a chain of branches on PoCL; this is one reduction, or one instruction where the compiler has that. What is made for SPIR others must
-// read: Oclgrind knows no reductions.
+// any() is a chain of branches on PoCL; this is one reduction, or one instruction if the compiler has a builtin. SPIR programs are for
+// other consumers, and Oclgrind has no reductions.
 #if defined(__has_builtin) && !defined(__SPIR__)
 #if __has_builtin(__builtin_reduce_or)
 #define REDUCE_OR(mask) __builtin_reduce_or(mask)
@@ -83,7 +83,7 @@ static inline bool any_lane(intv mask) {
 }
 #endif
 
-// The smallest and the largest lane. Fewer lanes fill up 16.
+// Smallest and largest lane. Narrower vectors are repeated to 16 lanes.
 #if VW == 16
 #define SIXTEEN(x) (x)
 #elif VW == 8
@@ -102,20 +102,20 @@ static inline float smallest_lane(realv x) {
 }
 static inline float largest_lane(realv x) { return -smallest_lane(-x); }
 
-// AVX-512 picks any of 32 floats for each lane in one instruction, which no OpenCL function is compiled to.
+// AVX-512 selects any of 32 floats for each lane in one instruction; no OpenCL function compiles to it.
 #if VW == 16 && defined(__AVX512F__)
 #define PERMUTE(a, b, index) __builtin_ia32_vpermi2varps512(a, index, b)
 #endif
 
-// AVX-512 also loads words (of any four bytes) from places of their own: offsets in bytes.
+// AVX-512 gathers 32-bit words from unaligned byte offsets.
 #if VW == 16 && defined(__AVX512F__)
 #define GATHER_WORDS(p, bytes) \
     __builtin_ia32_gathersiv16si((intv)(0), (const void *)(ulong)(p), bytes, (ushort)0xffff, 1)
 #endif
 
-// 1 / x and 1 / sqrt(x) for normal x > 0 (or, of the first, any sign), to 1e-7 and 5e-6. AVX-512 guesses both to 14 bits: a Newton step
-// more takes a quarter of a division's time. Roughly: to 1e-4 at least, where they weigh what is alike; four steps that wait for each other
-// less.
+// 1 / x (any sign) and 1 / sqrt(x) for normal x > 0, to 1e-7 and 5e-6. AVX-512 estimates both to 14 bits; a Newton step more takes a
+// quarter of a division's time. The rough versions, for weights of similar quantities, are accurate to at least 1e-4 and save four
+// dependent operations.
 #if VW == 16 && defined(__AVX512F__)
 static inline realv rough_reciprocal(realv x) { return __builtin_ia32_rcp14ps512_mask(x, (realv)(0.0f), (ushort)0xffff); }
 static inline realv rough_inverse_sqrt(realv x) { return __builtin_ia32_rsqrt14ps512_mask(x, (realv)(0.0f), (ushort)0xffff); }
@@ -131,7 +131,7 @@ static inline realv inverse_sqrt(realv x) {
 #define rough_reciprocal reciprocal
 #define rough_inverse_sqrt inverse_sqrt
 static inline realv reciprocal(realv x) { return 1.0f / x; }
-// A first guess from the exponent, and two Newton steps.
+// An initial estimate from the exponent, and two Newton steps.
 static inline realv inverse_sqrt(realv x) {
     realv y = AS_REALV(0x5f3759df - (AS_INTV(x) >> 1));
     y = y * (1.5f - 0.5f * x * y * y);
@@ -139,22 +139,22 @@ static inline realv inverse_sqrt(realv x) {
 }
 #endif
 
-// Element index[i] of a row of `vectors` (1 or 2; more without PERMUTE) x VW floats to lane i.
+// Element index[i] of a row of `vectors` (1 or 2; more without PERMUTE) x VW floats, in lane i.
 #ifdef PERMUTE
 #define PICK(row, vectors, index) PERMUTE(LOADV(row), LOADV((row) + ((vectors) - 1) * VW), index)
 #else
 #define PICK(row, vectors, index) GATHER(row, index)
 #endif
 
-// PoCL calls larger functions, and passes vectors through memory.
+// PoCL does not inline larger functions, and passes vectors through memory.
 #define ALWAYS_INLINE static inline __attribute__((always_inline))
 
-// Asks for what is needed soon. OpenCL's own prefetch() does nothing on PoCL.
+// Prefetch into the cache. OpenCL's own prefetch() does nothing on PoCL.
 #ifdef __x86_64__
 #define PREFETCH(p) __builtin_prefetch((const void *)(ulong)(p))
 #else
 #define PREFETCH(p)
 #endif
 
-// The interpolation kernel of the paper (Eq. 2) on [0, 1], turned round: 3t^2 - 2t^3, so that f(t) = 1 - smoothstep(t).
+// The interpolation kernel of the paper (Eq. 2) on [0, 1], reversed: 3t^2 - 2t^3, so that f(t) = 1 - smoothstep(t).
 #define SMOOTHSTEP(t) ((t) * (t) * (3.0f - 2.0f * (t)))

@@ -1,5 +1,4 @@
-// The voxels as kernels see them: a box of (u, v, a) in any of two layouts, and what lies around it: the background, or, EDGE_GOES_ON,
-// the nearest voxel.
+// Access to voxels: a box of (u, v, a) in either of two layouts. Outside is the background or, EDGE_GOES_ON, the nearest voxel.
 
 #include "shared/vector.cl"
 
@@ -7,31 +6,30 @@
 #error "VOXEL: type of a voxel"
 #endif
 
-// Whether a voxel has a value: not NaN, infinite or beyond 1e30. In src/volume, is_valid().
+// Whether a voxel is valid: not NaN, infinite or beyond 1e30. Same as is_valid() in src/volume.
 #define IS_VALID(voxel) (fabs(voxel) <= 1e30f)
 
-// A voxel's value, less the offset. UNCHECKED: in memory of the caller's own, whose floats nobody has looked at: those that are not
-// valid count as background, as they do in volumes that were uploaded.
+// A voxel's value, less the offset. UNCHECKED: the voxels are caller-owned memory with unchecked floats; invalid ones count as
+// background, as in uploaded volumes.
 #ifdef UNCHECKED
-#define VALUE_OF(view, voxel) (IS_VALID(voxel) ? (voxel) - (view)->offset : (view)->background)
-#define VALUES_OF(view, voxels) (IS_VALID(voxels) ? (voxels) - (view)->offset : (realv)((view)->background))
+#define VOXEL_VALUE(view, voxel) (IS_VALID(voxel) ? (voxel) - (view)->offset : (view)->background)
+#define VOXEL_VALUES(view, voxels) (IS_VALID(voxels) ? (voxels) - (view)->offset : (realv)((view)->background))
 #else
-#define VALUE_OF(view, voxel) ((voxel) - (view)->offset)
-#define VALUES_OF(view, voxels) ((voxels) - (view)->offset)
+#define VOXEL_VALUE(view, voxel) ((voxel) - (view)->offset)
+#define VOXEL_VALUES(view, voxels) ((voxels) - (view)->offset)
 #endif
 
-// By how much VW voxels are more than others, as the difference of their values is to the bit; bytes in vectors of half the width.
+// Differences of two vectors of voxels, bit-identical to the differences of their values; for bytes in vectors of half the width.
 #if VOXEL_BYTES == 1 && VW > 1
-#define WORDS_OF(voxels) CAT(convert_short, VW)(CAT(vload, VW)(0, voxels))
-#define DIFFERENCES_OF(view, voxels, others) CONVERT_REALV(WORDS_OF(voxels) - WORDS_OF(others))
+#define LOAD_SHORTS(voxels) CAT(convert_short, VW)(CAT(vload, VW)(0, voxels))
+#define VOXEL_DIFFERENCES(view, voxels, others) CONVERT_REALV(LOAD_SHORTS(voxels) - LOAD_SHORTS(others))
 #elif VOXEL_BYTES == 4
-#define DIFFERENCES_OF(view, voxels, others) (VALUES_OF(view, LOAD_VOXELS(voxels)) - VALUES_OF(view, LOAD_VOXELS(others)))
+#define VOXEL_DIFFERENCES(view, voxels, others) (VOXEL_VALUES(view, LOAD_VOXELS(voxels)) - VOXEL_VALUES(view, LOAD_VOXELS(others)))
 #else
-#define DIFFERENCES_OF(view, voxels, others) (LOAD_VOXELS(voxels) - LOAD_VOXELS(others))
+#define VOXEL_DIFFERENCES(view, voxels, others) (LOAD_VOXELS(voxels) - LOAD_VOXELS(others))
 #endif
 
-// The voxel nearest to a value that is not above it, and the one that is not below it; at the ends of the type's range what
-// there is.
+// The largest voxel not above a value, and the smallest not below it, saturated to the range of the type.
 #if VOXEL_BYTES == 4
 #define VOXEL_BELOW(value) (value)
 #define VOXEL_ABOVE(value) (value)
@@ -40,13 +38,13 @@
 #define VOXEL_ABOVE(value) CAT(CAT(convert_, VOXEL), _sat_rtp)(value)
 #endif
 
-// Place of layer k >= -2 in a ring of the three layers that a sample mixes.
+// Slot of layer k >= -2 in a ring of the three layers that a sample mixes.
 static inline int slot(int k) { return (k + 3) % 3; }
 
 #ifdef EDGE_GOES_ON
-// The voxel that stands for one at or beyond the edge: the nearest one. MIRRORED: the one as far inside, so that the spline which these
-// are the coefficients of goes on.
-static inline int stand_in(int i, int dims) {
+// Index of the voxel used for one at or beyond the edge: the nearest one. MIRRORED: the mirrored one, which continues a spline with these
+// coefficients.
+static inline int nearest_index(int i, int dims) {
 #ifdef MIRRORED
     i = abs(i);
     i = i < dims ? i : 2 * (dims - 1) - i;
@@ -55,70 +53,70 @@ static inline int stand_in(int i, int dims) {
 }
 #endif
 
-// Voxels from one to the n-th along u. ROWS_ALONG_U: rows lie along it, as in all layouts that are made for it.
+// Offset of n voxels along u. ROWS_ALONG_U: rows are contiguous along u, as in all layouts prepared for this.
 #ifdef ROWS_ALONG_U
-#define ALONG_U(view, n) (n)
+#define OFFSET_U(view, n) (n)
 #else
-#define ALONG_U(view, n) ((n) * (view)->stride_u)
+#define OFFSET_U(view, n) ((n) * (view)->stride_u)
 #endif
 
-// Any voxel, inside or around the volume.
+// Value of any voxel, inside or outside the volume.
 static inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k) {
 #ifdef EDGE_GOES_ON
-    u = stand_in(u, view->dims_u), v = stand_in(v, view->dims_v), k = stand_in(k, view->dims_a);
+    u = nearest_index(u, view->dims_u), v = nearest_index(v, view->dims_v), k = nearest_index(k, view->dims_a);
 #endif
     if (u < 0 || u >= view->dims_u || v < 0 || v >= view->dims_v || k < 0 || k >= view->dims_a)
         return view->background;
-    return VALUE_OF(view, convert_float(voxels[ALONG_U(view, u) + v * view->stride_v + (k - view->first_a) * view->stride_a]));
+    return VOXEL_VALUE(view, convert_float(voxels[OFFSET_U(view, u) + v * view->stride_v + (k - view->first_a) * view->stride_a]));
 }
 
-// Whether a layer has nothing but background.
+// Whether a layer is entirely background.
 #ifdef EDGE_GOES_ON
-#define BEYOND(k, view) false
+#define IS_OUTSIDE(k, view) false
 #else
-#define BEYOND(k, view) ((k) < 0 || (k) >= (view)->dims_a)
+#define IS_OUTSIDE(k, view) ((k) < 0 || (k) >= (view)->dims_a)
 #endif
 
-// `vectors` x VW voxels of row v, layer k, from u on, as floats. Needs stride_u = 1.
+// Loads `vectors` x VW voxels of row v, layer k, from u on, as floats. Needs stride_u = 1.
 static inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, int vectors, float *row) {
 #ifdef EDGE_GOES_ON
-    v = stand_in(v, view->dims_v), k = stand_in(k, view->dims_a);
+    v = nearest_index(v, view->dims_v), k = nearest_index(k, view->dims_a);
 #endif
     const bool inside = v >= 0 && v < view->dims_v && k >= 0 && k < view->dims_a;
     __global const VOXEL *start = voxels + v * view->stride_v + (k - view->first_a) * view->stride_a;
     for (int c = 0; c < vectors; c++, u += VW, row += VW) {
         if (inside && u >= 0 && u + VW <= view->dims_u) {
-            STOREV(row, VALUES_OF(view, LOAD_VOXELS(start + u)));
+            STOREV(row, VOXEL_VALUES(view, LOAD_VOXELS(start + u)));
 #ifdef EDGE_GOES_ON
         } else {
             for (int i = 0; i < VW; i++)
-                row[i] = VALUE_OF(view, convert_float(start[stand_in(u + i, view->dims_u)]));
+                row[i] = VOXEL_VALUE(view, convert_float(start[nearest_index(u + i, view->dims_u)]));
         }
 #else
         } else if (!inside || u + VW <= 0 || u >= view->dims_u) {
             STOREV(row, (realv)(view->background));
         } else if (view->dims_u >= VW) {
-            // Across the edge: the last whole vector inside, between two of background.
+            // Across the edge: a window of the nearest whole vector between two vectors of background.
             const int nearest = clamp(u, 0, view->dims_u - VW);
             float around[3 * VW];
             STOREV(around, (realv)(view->background));
-            STOREV(around + VW, VALUES_OF(view, LOAD_VOXELS(start + nearest)));
+            STOREV(around + VW, VOXEL_VALUES(view, LOAD_VOXELS(start + nearest)));
             STOREV(around + 2 * VW, (realv)(view->background));
             STOREV(row, LOADV(around + VW + (u - nearest)));
         } else {
             for (int i = 0; i < VW; i++)
-                row[i] = u + i >= 0 && u + i < view->dims_u ? VALUE_OF(view, convert_float(start[u + i])) : view->background;
+                row[i] = u + i >= 0 && u + i < view->dims_u ? VOXEL_VALUE(view, convert_float(start[u + i])) : view->background;
         }
 #endif
     }
 }
 
-// MinMaxBlocks: blocks of BLOCK_U x BLOCK_V voxels of one layer, one block of margin on each side. Mirrored by `BlockNumbers` in
+// Min-max blocks: BLOCK_U x BLOCK_V voxels of one layer, with a margin of one block on each side. Mirrored by `BlockNumbers` in
 // src/device/launch/blocks.rs.
 #define BLOCK_U_BITS 3
 #define BLOCK_V_BITS 2
 #define BLOCK_U (1 << BLOCK_U_BITS)
 #define BLOCK_V (1 << BLOCK_V_BITS)
 
-// Block 0 is the margin before voxel 0.
-#define FIRST_OF_BLOCK(block, size) (((block) - 1) * (size))
+// First voxel of a block; block 0 is the margin before voxel 0.
+#define FIRST_IN_BLOCK(block, size) (((block) - 1) * (size))

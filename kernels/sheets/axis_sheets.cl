@@ -1,12 +1,12 @@
-// Axis-aligned sheet-buffer splatting: voxels are classified and shaded before; those of a slice are summed in one sheet,
-// as extinction and as colour times extinction, and sheets are composited.
+// Axis-aligned sheet-buffer splatting: voxels are classified and shaded first; those of a slice are summed in one sheet, as extinction
+// and as colour times extinction, and the sheets are composited.
 //
-// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which walks its list of splats, slice by
-// slice from the front.
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which processes its list of splats slice by slice, front
+// to back.
 
 #include "sheets/sheet.cl"
 
-// What the rays of a tile have gathered, and their length per voxel of depth.
+// State of the rays of a tile, and their length per voxel of depth.
 typedef struct {
     Accumulator gathered[TILE_ROWS];
     Interval intervals[TILE_ROWS];
@@ -14,7 +14,7 @@ typedef struct {
     realv length[TILE_ROWS];
 } Tile;
 
-// Composites the sheet of rows [from, to], and empties it.
+// Composites the rows [from, to] of the sheet, and clears them.
 ALWAYS_INLINE void composite_sheet(const SampleParams *sample, Tile *tile, float layer, int from, int to, realv sheet[TILE_ROWS][4],
                                    intv *active) {
     EACH_ROW(r, from, to) {
@@ -23,7 +23,7 @@ ALWAYS_INLINE void composite_sheet(const SampleParams *sample, Tile *tile, float
         const realv along = tile->rays[r].d[2], sign = along > 0.0f ? (realv)(0.5f) : (realv)(-0.5f);
         const realv at = layer - tile->rays[r].o[2];
         const Part part = part_of(&tile->intervals[r], (at - sign) / along, (at + sign) / along);
-        length *= share_of(&part);
+        length *= part_length(&part);
 #endif
         const realv extinction = sheet[r][3], depth = extinction * length;
         const realv opacity = opacity_of_depth(sample, depth);
@@ -50,21 +50,21 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
     Tile tile;
     intv active = 0;
     EACH_ROW(r, 0, rows - 1) {
-        tile.rays[r] = rays_of_row(&s, column, row + r);
+        tile.rays[r] = row_rays(&s, column, row + r);
         tile.length[r] = length_per_depth(&p, &tile.rays[r]);
         tile.gathered[r] = empty_accumulator(&sample);
 #ifdef CLIPPED
-        // Splats before the eye are drawn as they are.
-        tile.intervals[r] = interval_of(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
+        // Splats in front of the eye are rendered unclipped.
+        tile.intervals[r] = clip_rays(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
 #endif
         for (int c = 0; c < 4; c++)
             sheet[r][c] = 0.0f;
     }
-    const uint2 list = list_of(ends, &s, chunks, id);
+    const uint2 list = tile_list(ends, &s, chunks, id);
     float layer = -1.0f;
     int from = TILE_ROWS, to = -1;
     for (uint e = list.x; e < list.y; e++) {
-        PREFETCH(sorted + lists[min(e + AHEAD, list.y - 1)]);
+        PREFETCH(sorted + lists[min(e + PREFETCH_DISTANCE, list.y - 1)]);
         const Splat splat = sorted[lists[e]];
         if (splat.reach != layer) {
             composite_sheet(&sample, &tile, layer, from, to, sheet, &active);
@@ -73,10 +73,10 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
             if (!any_row_open(&sample, tile.gathered, rows))
                 break;
         }
-        const Footprint f = footprint_of(&p, &splat, column, row, rows);
+        const Footprint f = splat_footprint(&p, &splat, column, row, rows);
         from = min(from, f.from), to = max(to, f.to);
         EACH_ROW(r, f.from, f.to) {
-            const realv footprint = weights_on(&p, &splat, &f, r);
+            const realv footprint = footprint_row(&p, &splat, &f, r);
             sheet[r][0] += splat.content.x * footprint;
             sheet[r][1] += splat.content.y * footprint;
             sheet[r][2] += splat.content.z * footprint;
@@ -86,5 +86,5 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
     composite_sheet(&sample, &tile, layer, from, to, sheet, &active);
     EACH_ROW(r, 0, rows - 1)
         store_pixels(&s, &sample, 0, column, row + r, &tile.gathered[r], &tile.intervals[r], frame);
-    active_samples[id] = counted(active, columns_of(&s, column));
+    active_samples[id] = sum_lanes(active, columns_on_screen(&s, column));
 }

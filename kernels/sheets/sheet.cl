@@ -1,4 +1,4 @@
-// Splatting onto the sheet buffer of a tile.
+// Splatting into the sheet buffer of a tile.
 
 #include "shared/screen.cl"
 #include "sheets/splat.cl"
@@ -11,18 +11,18 @@
 #error "LIST_TILES: tiles, along both axes, that have one list of splats"
 #endif
 
-// Rows of a tile from one to another, of which graphics processors, whose tiles have one, know the number.
+// Loop over rows of a tile. On GPUs tiles have one row, which makes the index a constant.
 #if TILE_ROWS == 1
 #define EACH_ROW(r, from, to) for (int r = 0; r < 1 && (from) <= 0 && (to) >= 0; r++)
 #else
 #define EACH_ROW(r, from, to) for (int r = (from); r <= (to); r++)
 #endif
 
-// How many splats are fetched before they are needed: they lie far apart.
-#define AHEAD 16
+// Prefetch distance in splats, which are scattered in memory.
+#define PREFETCH_DISTANCE 16
 
-// Where the list of a tile of the screen begins and ends.
-static inline uint2 list_of(__global const uint *ends, const ScreenParams *s, int chunks, int tile) {
+// Begin and end of the list of splats of a tile.
+static inline uint2 tile_list(__global const uint *ends, const ScreenParams *s, int chunks, int tile) {
     const int lists_u = (s->tiles_u + LIST_TILES - 1) / LIST_TILES, lists_v = (s->tiles_v + LIST_TILES - 1) / LIST_TILES;
     const int list = tile / s->tiles_u / LIST_TILES * lists_u + tile % s->tiles_u / LIST_TILES;
     __global const uint *last = ends + (size_t)(chunks - 1) * lists_u * lists_v;
@@ -32,49 +32,49 @@ static inline uint2 list_of(__global const uint *ends, const ScreenParams *s, in
 // c2 exp(-2 r^2) for r < 2: integral 1.
 #define FOOTPRINT_FACTOR 0.6368334f
 #define SQUARED_RADIUS (GAUSSIAN_RADIUS * GAUSSIAN_RADIUS)
-static inline realv gaussian_of_squared(realv squared) {
-    return exp2_of(MAX(squared * -2.8853900818f, (realv)(-126.0f)));
+static inline realv gaussian(realv squared) {
+    return fast_exp2(MAX(squared * -2.8853900818f, (realv)(-126.0f)));
 }
 
-// The footprint of a splat on the columns of a tile and, in vectors too, on its rows. Where pixel axes stay at right angles
-// across the view it is a product of both; otherwise every row has its own.
+// The footprint of a splat at the columns of a tile and, also in vectors, at its rows. If the pixel axes are perpendicular in the view
+// plane, it is a product of both; otherwise each row is evaluated separately.
 #define ROW_VECTORS ((TILE_ROWS + VW - 1) / VW)
 typedef struct {
     realv dx;                      // pixel offsets
     realv squared, weight;         // of the columns: squared distance in voxels, and weight
     float row_squared[ROW_VECTORS * VW], row_weight[ROW_VECTORS * VW], row_dy[ROW_VECTORS * VW];
-    int from, to;                  // rows of the tile that it reaches
+    int from, to;                  // rows of the tile that it covers
 } Footprint;
 
-ALWAYS_INLINE Footprint footprint_of(const SplatParams *p, const Splat *splat, int column, int row, int rows) {
+ALWAYS_INLINE Footprint splat_footprint(const SplatParams *p, const Splat *splat, int column, int row, int rows) {
     Footprint f;
     const float hy = p->half_height / splat->w + 0.5f;
-    f.from = whole_below(MAX(splat->y - hy - row, -1.0f)) + 1;
-    f.to = whole_below(MIN(splat->y + hy - row, (float)rows)) - 1;
+    f.from = floor_int(MAX(splat->y - hy - row, -1.0f)) + 1;
+    f.to = floor_int(MIN(splat->y + hy - row, (float)rows)) - 1;
     f.dx = CONVERT_REALV(LANES) + (column + 0.5f - splat->x);
     const realv ex = f.dx * (p->footprint[0] * splat->w);
     f.squared = ex * ex;
-    f.weight = FOOTPRINT_FACTOR * gaussian_of_squared(f.squared);
+    f.weight = FOOTPRINT_FACTOR * gaussian(f.squared);
     for (int r = 0; r < ROW_VECTORS * VW; r += VW) {
         const realv dy = CONVERT_REALV(LANES) + (row + r + 0.5f - splat->y);
         const realv ey = dy * (p->footprint[2] * splat->w);
         STOREV(f.row_dy + r, dy);
         STOREV(f.row_squared + r, ey * ey);
-        STOREV(f.row_weight + r, gaussian_of_squared(ey * ey));
+        STOREV(f.row_weight + r, gaussian(ey * ey));
     }
     return f;
 }
 
-// Its weights on one row.
-ALWAYS_INLINE realv weights_on(const SplatParams *p, const Splat *splat, const Footprint *f, int r) {
+// Footprint weights on one row.
+ALWAYS_INLINE realv footprint_row(const SplatParams *p, const Splat *splat, const Footprint *f, int r) {
     if (p->footprint[1] == 0.0f)
         return f->squared < (realv)(SQUARED_RADIUS - f->row_squared[r]) ? f->weight * f->row_weight[r] : (realv)(0.0f);
     const realv ex = (p->footprint[0] * f->dx + p->footprint[1] * f->row_dy[r]) * splat->w;
     const realv squared = ex * ex + f->row_squared[r];
-    return squared < SQUARED_RADIUS ? FOOTPRINT_FACTOR * gaussian_of_squared(squared) : (realv)(0.0f);
+    return squared < SQUARED_RADIUS ? FOOTPRINT_FACTOR * gaussian(squared) : (realv)(0.0f);
 }
 
-// Depth that a vector spans.
+// Depth difference along a vector.
 static inline realv depth_along(const SplatParams *p, const realv *vector) {
     return p->along[0] * vector[0] + p->along[1] * vector[1] + p->along[2] * vector[2];
 }
@@ -82,7 +82,7 @@ static inline realv depth_along(const SplatParams *p, const realv *vector) {
 // Length of the rays of a row per voxel of depth, in unit distances.
 static inline realv length_per_depth(const SplatParams *p, const RowRays *rays) { return rays->length / depth_along(p, rays->d); }
 
-// Whether anything more can change any ray of a tile. (With a flag instead of the returns, image-aligned sheets take 25 % longer on
+// Whether further splats can change any ray of a tile. (With a flag instead of the returns, image-aligned sheets take 25 % longer on
 // PoCL.)
 ALWAYS_INLINE bool any_row_open(const SampleParams *sample, const Accumulator *gathered, int rows) {
     EACH_ROW(r, 0, rows - 1)
@@ -91,7 +91,7 @@ ALWAYS_INLINE bool any_row_open(const SampleParams *sample, const Accumulator *g
     return false;
 }
 
-// The ray parameter of a depth.
-static inline realv parameter_of(const SplatParams *p, const RowRays *rays, float depth) {
+// The ray parameter at a depth.
+static inline realv ray_parameter(const SplatParams *p, const RowRays *rays, float depth) {
     return (depth - (depth_along(p, rays->o) + p->along[3])) / depth_along(p, rays->d);
 }

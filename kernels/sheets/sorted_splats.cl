@@ -1,13 +1,13 @@
-// Splats on the screen, sorted into the sheets where they begin; those beside the screen are left out.
+// Projects splats to the screen and sorts them by the sheet in which they begin; splats outside the screen are discarded.
 //
-// One work-item per chunk of `count` splats. Counts its splats per sheet, counts[chunk*buckets + bucket], or with `fill` writes
-// them to the places that the counts have become: the order within a sheet stays. PRECLASSIFIED, for axis-aligned sheets: in
-// one bucket, since the list is in the order of layers already; voxels are classified and shaded here.
+// One work-item per chunk of `count` splats. Counts its splats per sheet, counts[chunk*buckets + bucket], or with `fill` writes them to
+// the positions given by the scanned counts, which keeps their order within a sheet. PRECLASSIFIED, for axis-aligned sheets: uses one
+// bucket, since the list is in the order of layers already; classifies and shades the voxels.
 
 #include "shared/shading.cl"
 #include "sheets/splat.cl"
 
-// A transparent kernel of an opaque voxel: more would make its rim as opaque as its middle.
+// Limit for the kernel of an opaque voxel: with more, its rim would be as opaque as its middle.
 #define OPAQUE_EXTINCTION 16.0f
 
 __kernel void sorted_splats(__global const ushort4 *places, __global const float4 *contents, int count, SplatParams p,
@@ -39,7 +39,7 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
 #ifdef PRECLASSIFIED
         const int bucket = 0;
 #else
-        const float reach = reach_of(&p, depth);
+        const float reach = sheet_position(&p, depth);
         const int bucket = clamp(first_sheet(reach), 0, buckets - 1);
 #endif
         if (!fill) {
@@ -58,7 +58,7 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
             const Gradient gradient = {content.y, content.z, content.w};
             const Lighting lighting = shade(&sample, point, content.x, gradient);
             color.xyz = MIN(color.xyz * lighting.factor + lighting.highlight, (float3)(1.0f));
-            entry.w *= lighting.left;
+            entry.w *= lighting.extinction_scale;
         }
         splat->content = color * MIN(entry.w, OPAQUE_EXTINCTION);
 #else

@@ -1,14 +1,14 @@
-// The voxels that are splatted, in the order of their layout.
+// Selects the voxels to splat, in the order of their layout.
 //
-// One work-item per row of voxels along u. Counts those of its row, or with `fill` writes them from counts[row] on, the
-// counts having become sums. A voxel is splatted if its value or gradient differs from the background's and any value between
-// those of the voxels up to `reach` (at most 3) away and the background can be visible: where neighbours are left out, sums
-// fall towards it. With reach 0 it is if it is visible itself; with a negative one, if it differs from the background. `slack`:
-// see slab_visibility.cl.
+// One work-item per row of voxels along u. Counts the selected voxels of its row, or with `fill` writes them from counts[row] on, where
+// the counts have been replaced by prefix sums. A voxel is selected if its value or gradient differs from the background's, and any value
+// between the background and the voxels up to `reach` (at most 3) away can be visible: where neighbours are omitted, sums fall towards
+// the background. With a reach of 0, it is selected if it is visible itself; with a negative one, if it differs from the background.
+// `slack`: see slab_visibility.cl.
 
 #include "volume/opacity_range.cl"
 
-#define SEGMENT_VECTORS (64 / VW) // looked at together
+#define SEGMENT_VECTORS (64 / VW) // processed together
 #define PADDED (SEGMENT_VECTORS + 2 * ((3 + VW - 1) / VW))
 
 __kernel void splats(__global const VOXEL *voxels, VolumeView view, int reach, float slack, float table_first,

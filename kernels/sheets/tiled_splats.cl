@@ -1,8 +1,7 @@
 // Lists of splats per tile of the screen, in the order of the splats.
 //
-// One work-item per chunk of the `count` sorted splats. Counts its splats per tile, counts[chunk*tiles + tile], or with `fill`
-// writes their indices to the places that the counts have become: afterwards these are where each chunk's part of a list
-// ends.
+// One work-item per chunk of the `count` sorted splats. Counts its splats per tile, counts[chunk*tiles + tile], or with `fill` writes
+// their indices to the positions given by the scanned counts. Afterwards these are the ends of each chunk's part of a list.
 
 #include "sheets/splat.cl"
 

@@ -1,9 +1,9 @@
-// Image-aligned sheet-buffer splatting: every splat is cut into slabs, one for each sheet that it reaches; sheets hold the mean density and
-// gradient of their slab, and are classified, shaded and composited per pixel.
+// Image-aligned sheet-buffer splatting: each splat is divided into slabs, one for each sheet that it covers. Sheets hold the mean density
+// and gradient of their slab, and are classified, shaded and composited per pixel.
 //
-// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which walks its list of splats front to
-// back. A ring holds the SHEETS sheets that the splats at hand can reach; a sheet is composited when the next splat
-// begins behind it. slabs[i*SHEETS + n]: weight of the n-th sheet for the i-th of SLAB_STEPS+1 fractions.
+// One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which processes its list of splats front to back. A ring
+// holds the SHEETS sheets that the current splats can cover; a sheet is composited when the next splat begins behind it. slabs[i*SHEETS +
+// n]: weight of the n-th sheet for the i-th of SLAB_STEPS+1 fractions.
 
 #include "shared/sample.cl"
 #include "sheets/sheet.cl"
@@ -15,19 +15,19 @@
 #error "SLAB_STEPS: fractions, less one, that slab weights are given for"
 #endif
 
-// Where a sheet is in the ring. Graphics processors, which draw one row, move its sheets on instead, from one place to the one before:
-// looked up by numbers, they would be in memory.
-#define MOVES_ON (VW == 1 && TILE_ROWS == 1)
-#if MOVES_ON
-#define SLOT_OF(sheet) 0
+// Slot of a sheet in the ring. On GPUs, where tiles have one row, the sheets are shifted by one slot instead: arrays indexed by a
+// variable would be in memory.
+#define SHIFTS_RING (VW == 1 && TILE_ROWS == 1)
+#if SHIFTS_RING
+#define SLOT(sheet) 0
 #else
-#define SLOT_OF(sheet) ((sheet) % SHEETS)
+#define SLOT(sheet) ((sheet) % SHEETS)
 #endif
 
-// The sheets of a tile, those of a row together.
+// The sheets of a tile; those of a row are contiguous.
 typedef struct {
     realv at[TILE_ROWS][SHEETS][CHANNELS];
-    uint reached[SHEETS]; // rows that splats have reached, a bit each
+    uint reached[SHEETS]; // bit masks of the rows covered by splats
 } Ring;
 
 struct SampleSource {
@@ -46,7 +46,7 @@ static inline Gradient sample_gradient(const struct SampleSource *source) {
     return gradient;
 }
 
-// What the rays of a tile have gathered, and their length per voxel of depth.
+// State of the rays of a tile, and their length per voxel of depth.
 typedef struct {
     Accumulator gathered[TILE_ROWS];
     Interval intervals[TILE_ROWS];
@@ -56,8 +56,8 @@ typedef struct {
     int rows;
 } Tile;
 
-#if MOVES_ON
-static inline void move_on(Ring *ring) {
+#if SHIFTS_RING
+static inline void shift_ring(Ring *ring) {
 #pragma unroll
     for (int n = 0; n < SHEETS; n++) {
         ring->reached[n] = n + 1 < SHEETS ? ring->reached[n + 1] : 0;
@@ -68,12 +68,12 @@ static inline void move_on(Ring *ring) {
 }
 #endif
 
-// Composites a sheet, and empties its place in the ring. False when the tile is opaque.
+// Composites a sheet, and clears its slot in the ring. False when the tile is opaque.
 ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sample, __global const float4 *table,
                                    int sheet, Ring *ring, Tile *tile) {
-    const int slot = SLOT_OF(sheet);
+    const int slot = SLOT(sheet);
     const float depth = (sheet + p->first_sheet) * p->sheet_distance;
-    // Where the background shows, every sheet does; and where values are gathered.
+    // All rows count if the background is visible, or if values are accumulated.
     const uint shown = sample->classification.background_visible || GATHERS_VALUES ? ~0u : ring->reached[slot];
     const bool ahead = depth >= p->nearest_sheet;
     EACH_ROW(r, 0, tile->rows - 1) {
@@ -82,7 +82,7 @@ ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sam
         realv *channels = ring->at[r][slot];
         if (ahead) {
             const RowRays *rays = &tile->rays[r];
-            const realv at = parameter_of(p, rays, depth);
+            const realv at = ray_parameter(p, rays, depth);
             const Point point = {rays->o[0] + at * rays->d[0], rays->o[1] + at * rays->d[1], rays->o[2] + at * rays->d[2]};
             const struct SampleSource source = {channels, point};
             bool lit = false;
@@ -90,20 +90,20 @@ ALWAYS_INLINE bool composite_sheet(const SplatParams *p, const SampleParams *sam
             Share share = 1.0f;
             realv parameters = 1.0f;
 #ifdef CLIPPED
-            const realv enters = parameter_of(p, &tile->rays[r], depth - 0.5f * p->sheet_distance);
-            const realv leaves = parameter_of(p, &tile->rays[r], depth + 0.5f * p->sheet_distance);
+            const realv enters = ray_parameter(p, &tile->rays[r], depth - 0.5f * p->sheet_distance);
+            const realv leaves = ray_parameter(p, &tile->rays[r], depth + 0.5f * p->sheet_distance);
             const Part part = part_of(&tile->intervals[r], enters, leaves);
-            share = share_of(&part), parameters = leaves - enters;
+            share = part_length(&part), parameters = leaves - enters;
 #endif
-            take_sample(sample, table, p->background + channels[0], share, tile->length[r] * p->sheet_distance, parameters, &source,
-                        &lit, &lighting, &tile->gathered[r], &tile->active);
+            accumulate_sample(sample, table, p->background + channels[0], share, tile->length[r] * p->sheet_distance, parameters, &source,
+                              &lit, &lighting, &tile->gathered[r], &tile->active);
         }
         for (int c = 0; c < CHANNELS; c++)
             channels[c] = 0.0f;
     }
     ring->reached[slot] = 0;
-#if MOVES_ON
-    move_on(ring);
+#if SHIFTS_RING
+    shift_ring(ring);
 #endif
     return !shown || any_row_open(sample, tile->gathered, tile->rows);
 }
@@ -114,11 +114,11 @@ ALWAYS_INLINE void splat_slabs(const SplatParams *p, __global const float *slabs
     const float fraction = (first - splat->reach) * SLAB_STEPS;
     const int step = min((int)fraction, SLAB_STEPS - 1);
     __global const float *weights = slabs + step * SHEETS;
-    const Footprint f = footprint_of(p, splat, column, row, tile->rows);
+    const Footprint f = splat_footprint(p, splat, column, row, tile->rows);
     const float4 content = splat->content;
     const uint rows = f.from <= f.to ? (2u << f.to) - (1u << f.from) : 0;
     float4 amount[SHEETS];
-    int slot = SLOT_OF(first);
+    int slot = SLOT(first);
 #pragma unroll
     for (int n = 0; n < SHEETS; n++) {
         amount[slot] = mix(weights[n], weights[n + SHEETS], fraction - step) * content;
@@ -126,7 +126,7 @@ ALWAYS_INLINE void splat_slabs(const SplatParams *p, __global const float *slabs
         slot = slot + 1 == SHEETS ? 0 : slot + 1;
     }
     EACH_ROW(r, f.from, f.to) {
-        const realv footprint = weights_on(p, splat, &f, r);
+        const realv footprint = footprint_row(p, splat, &f, r);
 #pragma unroll
         for (int n = 0; n < SHEETS; n++)
 #pragma unroll
@@ -147,15 +147,15 @@ __kernel void view_sheets(__global const Splat *sorted, __global const uint *end
     tile.rows = min(TILE_ROWS, s.height - row);
     tile.active = 0;
     EACH_ROW(r, 0, tile.rows - 1) {
-        tile.rays[r] = rays_of_row(&s, column, row + r);
+        tile.rays[r] = row_rays(&s, column, row + r);
         tile.length[r] = length_per_depth(&p, &tile.rays[r]);
         tile.gathered[r] = empty_accumulator(&sample);
 #ifdef CLIPPED
-        // Sheets at the eye are left out as a whole.
-        tile.intervals[r] = interval_of(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
+        // Sheets at the eye are omitted as a whole.
+        tile.intervals[r] = clip_rays(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
 #endif
     }
-    const uint2 list = list_of(ends, &s, chunks, id);
+    const uint2 list = tile_list(ends, &s, chunks, id);
     const int sheets = p.last_sheet - p.first_sheet + 1;
     if (list.x < list.y || sample.classification.background_visible || GATHERS_VALUES) {
         Ring ring;
@@ -168,7 +168,7 @@ __kernel void view_sheets(__global const Splat *sorted, __global const uint *end
         bool open = true;
         int current = 0; // the first sheet that is not composited yet
         for (uint e = list.x; e < list.y && open; e++) {
-            PREFETCH(sorted + lists[min(e + AHEAD, list.y - 1)]);
+            PREFETCH(sorted + lists[min(e + PREFETCH_DISTANCE, list.y - 1)]);
             const Splat splat = sorted[lists[e]];
             const int first = first_sheet(splat.reach);
             while (current < first && open)
@@ -180,5 +180,5 @@ __kernel void view_sheets(__global const Splat *sorted, __global const uint *end
     }
     EACH_ROW(r, 0, tile.rows - 1)
         store_pixels(&s, &sample, table, column, row + r, &tile.gathered[r], &tile.intervals[r], frame);
-    active_samples[id] = counted(tile.active, columns_of(&s, column));
+    active_samples[id] = sum_lanes(tile.active, columns_on_screen(&s, column));
 }

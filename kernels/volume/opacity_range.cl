@@ -1,10 +1,11 @@
-// What a transfer table shows of a range of values.
+// Visibility of a range of values in a transfer table.
 
 #include "shared/elementary.cl"
 #include "shared/volume.cl"
 
-// The limits of a block of a layer, from min_max_blocks.cl. At an end of the voxels' range they stand for a background beyond it as well.
-static inline void limits_of(__global const VOXEL *limits, float background, float offset, size_t block, float *lo, float *hi) {
+// Value limits of a block of a layer, from min_max_blocks.cl. A limit at the end of the voxel type's range also stands for a background
+// beyond that range.
+static inline void block_limits(__global const VOXEL *limits, float background, float offset, size_t block, float *lo, float *hi) {
     const VOXEL below = VOXEL_BELOW(background + offset), above = VOXEL_ABOVE(background + offset);
     __global const VOXEL *limit = limits + 2 * block;
     const float least = convert_float(limit[0]) - offset, most = convert_float(limit[1]) - offset;
@@ -12,12 +13,12 @@ static inline void limits_of(__global const VOXEL *limits, float background, flo
     *hi = limit[1] >= above ? MAX(most, background) : most;
 }
 
-// Whether a value between lo and hi can change a picture: it has opacity, and lies between `least` and `largest`, those that the blend mode
-// can use.
+// Whether any value between lo and hi can be visible: it has opacity, and lies between `least` and `largest`, the values that matter to
+// the blend mode.
 static inline bool any_visible(float lo, float hi, float least, float largest, float table_first, float table_per_value, int table_last,
-                        __global const uint *visible_before) {
-    // Weights sum to 1 only to rounding: a little more on either side, relative to the values and in entries. No
-    // more: a volume is full of its smallest value, which often is the last invisible one.
+                               __global const uint *visible_before) {
+    // Weights sum to 1 only up to rounding: the range is extended slightly, relative to the values and in entries. No more than that:
+    // volumes are full of their smallest value, which often is the last invisible one.
     const float slack = 2e-5f * MAX(fabs(lo), fabs(hi)), last = table_last;
     if (hi + slack < least || lo - slack > largest)
         return false;

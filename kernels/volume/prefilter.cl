@@ -1,8 +1,9 @@
-// The coefficients of the interpolating B-spline, along one axis after the other: `taps` (src/layers/prefilter.rs), a symmetric filter
-// from its middle on, over numbers that are mirrored at the ends of the whole axis.
+// Coefficients of the interpolating B-spline, computed along one axis after another. `taps` (src/layers/prefilter.rs) is one half of a
+// symmetric filter, from its centre on; voxels are mirrored at the ends of the whole axis.
 //
-// Of an axis of `whole` voxels `held` are here, from `first` on. Where others would be needed, what comes out is of no use: parts hold
-// enough of them. All sums are taken in vectors and in one order, so that coefficients are those of the whole volume to the bit.
+// Of the `whole` voxels along an axis, `held` are resident, starting with `first`. Where others would be needed, the results are invalid:
+// parts of a volume include enough of them. All sums are in vectors and in one order, so that the coefficients are those of the whole
+// volume to the bit.
 
 #include "shared/vector.cl"
 
@@ -13,7 +14,7 @@
 #error "GROUP: work-items of a group, at most"
 #endif
 
-// Which of the held voxels stands for voxel i of them.
+// Index, among the resident voxels, of the one used for voxel i, which can lie outside.
 static inline int mirrored(int i, int first, int held, int whole) {
     const int period = max(2 * (whole - 1), 1);
     i = abs(first + i) % period;

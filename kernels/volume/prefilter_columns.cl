@@ -1,45 +1,45 @@
-// Along y or z, in place. One work-item per column of VW numbers at most, id = line * chunks + chunk: `line_stride` from line to line,
-// `stride` from one number of a column to the next.
+// Prefilter along y or z, in place. One work-item per column of at most VW numbers, id = line * chunks + chunk: `line_stride` from line
+// to line, `stride` between consecutive numbers of a column.
 
 #include "volume/prefilter.cl"
 
-// Numbers of a column that are kept as they were, a power of two.
-#define KEPT 32
+// Number of unfiltered numbers of a column in the ring, a power of two.
+#define RING_SIZE 32
 #if VW == 1
-// A ring is looked up by numbers: graphics processors have a group's memory for that, which its work-items share.
-#define KEEP_NUMBERS __local float kept[KEPT * GROUP]
-#define NUMBER(n) kept[((n) & (KEPT - 1)) * GROUP + get_local_id(0)]
+// The ring is indexed by a variable: on GPUs it is in local memory, which the work-items of a group share.
+#define DECLARE_RING __local float ring[RING_SIZE * GROUP]
+#define RING_AT(n) ring[((n) & (RING_SIZE - 1)) * GROUP + get_local_id(0)]
 #else
-#define KEEP_NUMBERS realv kept[KEPT]
-#define NUMBER(n) kept[(n) & (KEPT - 1)]
+#define DECLARE_RING realv ring[RING_SIZE]
+#define RING_AT(n) ring[(n) & (RING_SIZE - 1)]
 #endif
 
-static inline realv load_some(__global const float *from, int count) {
+static inline realv load_partial(__global const float *from, int count) {
     if (count == VW)
         return LOAD_VOXELS(from);
-    realv some = 0.0f;
+    realv partial = 0.0f;
     for (int n = 0; n < count; n++)
-        ((float *)&some)[n] = from[n];
-    return some;
+        ((float *)&partial)[n] = from[n];
+    return partial;
 }
 
 __kernel void prefilter_columns(__global float *coefficients, __global const float *taps, int first, int held, int whole, ulong stride,
                                 int chunks, int width, int lines, ulong line_stride) {
-    KEEP_NUMBERS;
+    DECLARE_RING;
     const size_t id = get_global_id(0);
     if (id >= (size_t)chunks * lines)
         return;
     const int chunk = id % chunks, count = min(VW, width - VW * chunk);
     __global float *column = coefficients + id / chunks * line_stride + VW * chunk;
     for (int n = -PREFILTER_RADIUS; n < PREFILTER_RADIUS; n++)
-        NUMBER(n) = load_some(column + mirrored(n, first, held, whole) * stride, count);
+        RING_AT(n) = load_partial(column + mirrored(n, first, held, whole) * stride, count);
     for (int n = 0; n < held; n++) {
-        // Those behind the end are mirrored ones, which are among the last that were kept.
+        // Numbers beyond the end are mirrored ones, which are still in the ring.
         const int next = n + PREFILTER_RADIUS;
-        NUMBER(next) = next < held ? load_some(column + next * stride, count) : NUMBER(mirrored(next, first, held, whole));
-        realv sum = taps[0] * NUMBER(n);
+        RING_AT(next) = next < held ? load_partial(column + next * stride, count) : RING_AT(mirrored(next, first, held, whole));
+        realv sum = taps[0] * RING_AT(n);
         for (int k = 1; k <= PREFILTER_RADIUS; k++)
-            sum += taps[k] * (NUMBER(n - k) + NUMBER(n + k));
+            sum += taps[k] * (RING_AT(n - k) + RING_AT(n + k));
         for (int i = 0; i < count; i++)
             column[n * stride + i] = ((const float *)&sum)[i];
     }

@@ -1,4 +1,4 @@
-// Along x: from voxels, less the offset, to coefficients. One work-item per row, of so many per layer.
+// Prefilter along x: from voxels, less the offset, to coefficients. One work-item per row, with `rows_per_layer` rows per layer.
 
 #include "shared/volume.cl"
 #include "volume/prefilter.cl"
@@ -11,13 +11,13 @@ __kernel void prefilter_rows(__global const VOXEL *voxels, VolumeView view, __gl
     __global const VOXEL *row = voxels + view.first + id % rows_per_layer * view.stride_v + id / rows_per_layer * view.stride_a;
     __global float *out = coefficients + id * held;
     for (int i = 0; i < held; i += VW) {
-        // The voxels of VW sums.
+        // The voxels for VW sums.
         float span[VW + 2 * PREFILTER_RADIUS];
         const bool inside = i >= PREFILTER_RADIUS && i + VW + PREFILTER_RADIUS <= held;
 #pragma unroll
         for (int n = 0; n < VW + 2 * PREFILTER_RADIUS; n++) {
             const int at = i + n - PREFILTER_RADIUS;
-            span[n] = VALUE_OF(&view, convert_float(row[inside ? at : mirrored(at, first, held, whole)]));
+            span[n] = VOXEL_VALUE(&view, convert_float(row[inside ? at : mirrored(at, first, held, whole)]));
         }
         realv sum = taps[0] * LOADV(span + PREFILTER_RADIUS);
 #pragma unroll

@@ -1,4 +1,4 @@
-// What every volume is prepared with, in one program: most of what these kernels take to compile is the same for each program, however small.
+// The kernels that prepare a volume, in one program: most of the compile time is a fixed cost per program, however small.
 
 #include "volume/min_max_blocks.cl"
 #include "volume/slab_visibility.cl"

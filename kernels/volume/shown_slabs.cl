@@ -1,8 +1,8 @@
-// The first and the last of the slabs in which anything can show (slab_visibility.cl), to whole chunks: none if the first is beyond the
-// last.
+// The first and the last slab in which anything can be visible (slab_visibility.cl), rounded to whole chunks. If there is none, the first
+// is beyond the last.
 //
-// Two passes: `shown_chunks`, one work-item per chunk of 8 slabs, tells whether any of its blocks can show anything; `shown_slabs`, one
-// work-item, finds the outermost of these.
+// Two passes: `shown_chunks`, one work-item per chunk of 8 slabs, tests whether any of its blocks can be visible; `shown_slabs`, one
+// work-item, finds the outermost visible chunks.
 
 __kernel void shown_chunks(__global const uchar *visible, int per_layer, int chunks, __global uchar *shows) {
     const int chunk = get_global_id(0);

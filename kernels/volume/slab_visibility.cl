@@ -1,17 +1,18 @@
-// Which blocks of a slab, the space between two layers, can show anything: some table entry between the smallest and the largest value that
-// is mixed in its cells has opacity. Blocks share voxels with those beside them, so whatever is mixed of several blocks, or lies on a way
-// from one to the next, has no opacity if none of them shows any.
+// Visibility of each block in each slab, the space between two layers: whether any table entry in the range of values interpolated in its
+// cells has opacity. Neighbouring blocks share voxels. A value interpolated from several blocks, or on a path from one to the next, has
+// no opacity if all of these blocks are invisible.
 //
-// One work-item per (block u, block v, chunk of 8 slabs), u fastest. Slab q = 0 ... n + 2 radius - 2 lies between layers q - radius and
-// q - radius + 1; samples in it reach radius - 1 layers farther. By how much sums of kernels overshoot: `overshoot` of the distance
-// between the smallest and the largest voxel in reach, and `slack` of that from the background. Bit q % 8 of visible[id].
+// One work-item per (block u, block v, chunk of 8 slabs), u fastest. Slab q = 0 ... n + 2 radius - 2 lies between layers q - radius and q
+// - radius + 1; its samples use radius - 1 further layers on each side. Sums of kernels can overshoot by `overshoot` times the distance
+// between the smallest and the largest voxel of the support, and by `slack` times that from the background. The result is bit q % 8 of
+// visible[id].
 
 #include "volume/opacity_range.cl"
 
-#define MOST_RADIUS 2
-// Layers that the slabs of a chunk reach.
-#define LAYERS (8 + 2 * MOST_RADIUS - 1)
-// What is numbered by constants, graphics processors have in registers. Processors take half as long again with so much code.
+#define MAX_RADIUS 2
+// Number of layers that the slabs of a chunk use.
+#define LAYERS (8 + 2 * MAX_RADIUS - 1)
+// Unrolled on GPUs, so that arrays are in registers. CPUs take half as long again with so much code.
 #if VW == 1
 #define UNROLLED _Pragma("unroll")
 #else
@@ -34,13 +35,13 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
         const bool outside = k < 0 || k >= layers || n >= 7 + reached;
         lo[n] = hi[n] = background;
         if (!outside)
-            limits_of(limits, background, offset, ((size_t)k * blocks_v + c) * blocks_u + b, &lo[n], &hi[n]);
+            block_limits(limits, background, offset, ((size_t)k * blocks_v + c) * blocks_u + b, &lo[n], &hi[n]);
     }
     int bits = 0;
     UNROLLED for (int i = 0; i < 8; i++) {
         float from = lo[i], to = hi[i];
 #pragma unroll
-        for (int n = 1; n < 2 * MOST_RADIUS; n++)
+        for (int n = 1; n < 2 * MAX_RADIUS; n++)
             if (n < reached)
                 from = MIN(from, lo[i + n]), to = MAX(to, hi[i + n]);
         const float below = overshoot * (to - from) + slack * fabs(from - background);

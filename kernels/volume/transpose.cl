@@ -1,10 +1,10 @@
-// The layout of layer axis x: from x fastest, then y, then z to z fastest, then y, then x.
+// The layout for layer axis x: from (x fastest, then y, then z) to (z fastest, then y, then x).
 //
-// One work-item per TRANSPOSED_ROWS rows of the result, of neighbouring x at fixed y. Where these are several, id = x / TRANSPOSED_ROWS *
-// dims_y + y, and it goes along z in steps of one cache line, so that each line that is read, and each that is written, is needed once: what
-// is read is put side by side first, since lines a power of two apart throw each other out of the cache. Where it is one, id = y * dims_x + x:
-// neighbouring work-items read neighbouring voxels, and nothing is kept. Rows begin `pitch_y` voxels apart, layers `pitch_z`, the first voxel
-// at `first`.
+// One work-item per TRANSPOSED_ROWS rows of the result, with neighbouring x and the same y. For several rows, id = x / TRANSPOSED_ROWS *
+// dims_y + y. The work-item advances along z in steps of one cache line, so that each line is read and written once. Voxels are first
+// copied to a compact block, since lines a power of two apart evict each other from the cache. For one row, id = y * dims_x + x:
+// neighbouring work-items read neighbouring voxels, and no block is needed. Source rows are `pitch_y` voxels apart, layers `pitch_z`; the
+// first voxel is at `first`.
 
 #include "shared/volume.cl"
 

@@ -1,7 +1,7 @@
-// The smallest and the largest valid voxel, and how many are invalid, for memory of the caller's own.
+// The smallest and the largest valid voxel, and the number of invalid ones, of caller-owned memory.
 //
-// One work-item per part of the rows: row id, id + parts ... of all layers; the host goes through what the parts found.
-// least[id] > largest[id] where a part has no valid voxel.
+// One work-item per part of the rows: rows id, id + parts ... of all layers. The host combines the results of the parts. least[id] >
+// largest[id] if a part has no valid voxel.
 
 #include "shared/elementary.cl"
 #include "shared/volume.cl"
@@ -13,7 +13,7 @@ __kernel void value_range(__global const VOXEL *voxels, VolumeView view, int par
         return;
     voxels += view.first;
     float lo = INFINITY, hi = -INFINITY;
-    uint odd = 0;
+    uint invalid_count = 0;
     for (long row = id; row < (long)view.dims_v * view.dims_a; row += parts) {
         __global const VOXEL *start = voxels + row % view.dims_v * view.stride_v + row / view.dims_v * view.stride_a;
         for (int u = 0; u < view.dims_u; u++) {
@@ -21,8 +21,8 @@ __kernel void value_range(__global const VOXEL *voxels, VolumeView view, int par
             const bool valid = IS_VALID(value);
             lo = valid ? MIN(lo, value) : lo;
             hi = valid ? MAX(hi, value) : hi;
-            odd += valid ? 0 : 1;
+            invalid_count += valid ? 0 : 1;
         }
     }
-    least[id] = lo, largest[id] = hi, invalid[id] = odd;
+    least[id] = lo, largest[id] = hi, invalid[id] = invalid_count;
 }

@@ -193,7 +193,7 @@ impl Segment {
     }
 }
 
-/// Fraction of the gradient correction at the middle that is applied along the segment, per squared voxel: kernels/shared/lit_way.cl.
+/// Fraction of the gradient correction at the middle that is applied along the segment, per squared voxel: kernels/shared/span_lighting.cl.
 const ALONG_THE_WAY: f64 = 0.8;
 
 /// Magnitude of a gradient, relative to the range of values, below which it has no meaningful direction.

@@ -45,7 +45,7 @@ pub(super) fn range_of_values(volume: &Volume) -> f64 {
     if hi > lo { hi - lo } else { 1.0 }
 }
 
-/// Constant term of the interpolation weight of lighting, for kernels with analytic gradients: kernels/shared/lit_way.cl.
+/// Constant term of the interpolation weight of lighting, for kernels with analytic gradients: kernels/shared/span_lighting.cl.
 const EVEN: f64 = 0.2;
 
 /// Lighting of a sample: factor of its colour, added highlight, interpolation weight (the root of the gradient's magnitude), and factor of its
