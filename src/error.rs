@@ -224,6 +224,15 @@ pub enum Error {
         /// Bytes that were given: [`Device::with_memory`](crate::Device::with_memory).
         budget: u64,
     },
+    /// A call that only a renderer of the whole volume supports, on one that streams the volume or shares it with other processes.
+    #[error(
+        "{what} needs a renderer that holds the whole volume, and this one streams or shares it: render into host memory instead, or \
+         use a device without a memory budget whose largest buffer holds the volume"
+    )]
+    NeedsWholeVolume {
+        /// The call.
+        what: &'static str,
+    },
     /// The device's memory is full.
     #[error(
         "{what} needs {needed} bytes, but {device} could not give them, with {left} not taken by this program ({source}): use a \
@@ -324,7 +333,7 @@ impl Error {
             Error::UnknownName { what, .. } => std::slice::from_ref(what),
             Error::FileSize { .. } => &["dims", "voxel_type", "header_bytes"],
             Error::DeviceFailed { .. } => &["device", "device_unchecked"],
-            Error::MemoryBudget { .. } => &["memory"],
+            Error::MemoryBudget { .. } | Error::NeedsWholeVolume { .. } => &["memory"],
             Error::TooLong { .. } => &["longest"],
             Error::DeviceMemory { .. } | Error::OutOfDeviceMemory { .. } => &["device"],
             _ => &[],

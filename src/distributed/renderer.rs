@@ -353,6 +353,10 @@ impl<'v> VolumeRenderer<'v> for Renderer<'v> {
         self.set_transfer_function(transfer);
     }
 
+    fn transfer_function(&self) -> &TransferFunction {
+        &self.transfer
+    }
+
     fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
         self.set_volume(volume)
     }

@@ -39,6 +39,9 @@ pub trait VolumeRenderer<'v> {
     /// Takes another transfer function from the next frame on.
     fn set_transfer_function(&mut self, transfer: &TransferFunction);
 
+    /// The transfer function in use.
+    fn transfer_function(&self) -> &TransferFunction;
+
     /// Takes another volume from the next frame on, of any size, type and range.
     ///
     /// # Errors
@@ -91,10 +94,27 @@ pub trait VolumeRenderer<'v> {
     /// Where not all voxels are on one device: rays need all of them.
     fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error>;
 
+    /// Builds the kernels and tables for frames like this one, and waits for them. A [`Renderer`] also prepares the other layer axes
+    /// ([`Renderer::prepare`]); the others render the view once.
+    ///
+    /// # Errors
+    /// Those of [`render`](Self::render).
+    fn prepare(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
+        self.render(camera, viewport, settings).map(|_| ())
+    }
+
     /// The renderer of the whole volume, which can do more: enqueue frames into memory of the caller, for instance. `None` where the volume
     /// is streamed or shared.
     fn whole(&mut self) -> Option<&mut Renderer> {
         None
+    }
+
+    /// The renderer of the whole volume, for the call named `what`.
+    ///
+    /// # Errors
+    /// [`Error::NeedsWholeVolume`] where the volume is streamed or shared.
+    fn require_whole(&mut self, what: &'static str) -> Result<&mut Renderer, Error> {
+        self.whole().ok_or(Error::NeedsWholeVolume { what })
     }
 }
 
@@ -118,6 +138,10 @@ pub fn volume_renderer<'v>(
 impl<'v> VolumeRenderer<'v> for Renderer {
     fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         self.set_transfer_function(transfer);
+    }
+
+    fn transfer_function(&self) -> &TransferFunction {
+        self.transfer_function()
     }
 
     fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
@@ -169,6 +193,10 @@ impl<'v> VolumeRenderer<'v> for Renderer {
         self.depths(camera, viewport, settings)
     }
 
+    fn prepare(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
+        self.prepare(camera, viewport, settings)
+    }
+
     fn whole(&mut self) -> Option<&mut Renderer> {
         Some(self)
     }
@@ -177,6 +205,10 @@ impl<'v> VolumeRenderer<'v> for Renderer {
 impl<'v> VolumeRenderer<'v> for StreamedRenderer<'v> {
     fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         self.set_transfer_function(transfer);
+    }
+
+    fn transfer_function(&self) -> &TransferFunction {
+        self.transfer_function()
     }
 
     fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {

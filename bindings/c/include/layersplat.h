@@ -62,7 +62,7 @@ typedef enum layersplat_status {
    */
   LAYERSPLAT_STATUS_NO_DEVICE = 6,
   /**
-   * The host or the device has too little memory.
+   * The host or the device has too little memory, or the memory budget is too small.
    */
   LAYERSPLAT_STATUS_OUT_OF_MEMORY = 7,
   /**
@@ -97,6 +97,11 @@ typedef enum layersplat_status {
    * A frame was cancelled by another thread.
    */
   LAYERSPLAT_STATUS_CANCELLED = 15,
+  /**
+   * The call needs all voxels on the device, and this renderer streams them. Use layersplat_render_rgba8() or
+   * layersplat_render_floats() instead, or a device without a memory budget.
+   */
+  LAYERSPLAT_STATUS_NEEDS_WHOLE_VOLUME = 16,
 } layersplat_status;
 
 /**
@@ -579,6 +584,33 @@ typedef struct layersplat_voxels {
 } layersplat_voxels;
 
 /**
+ * How a frame uploads its volume, of layersplat_renderer_stream_plan().
+ */
+typedef struct layersplat_stream_plan {
+  /**
+   * Parts that are uploaded one after the other; 1: all voxels are on the device at once.
+   */
+  size_t parts;
+  /**
+   * Bytes of voxels that are read and uploaded, with the layers that neighbouring parts share. This and all below are 0 where nothing
+   * is streamed.
+   */
+  uint64_t voxel_bytes;
+  /**
+   * Bytes of the whole volume's voxels.
+   */
+  uint64_t volume_bytes;
+  /**
+   * Most bytes of buffers on the device at a time.
+   */
+  uint64_t device_bytes;
+  /**
+   * Bytes that these may take: the memory budget less what other renderers take of it.
+   */
+  uint64_t available_bytes;
+} layersplat_stream_plan;
+
+/**
  * A data value and its colour.
  */
 typedef struct layersplat_color_point {
@@ -693,6 +725,16 @@ enum layersplat_status layersplat_device_from_queue(struct _cl_context *context,
                                                     struct _cl_device_id *id,
                                                     struct _cl_command_queue *queue,
                                                     struct layersplat_device **device);
+
+/**
+ * The same device with a memory budget: buffers that renderers make through the new handle take at most `bytes` together. Volumes that do
+ * not fit are streamed in parts, to the same picture. Streaming covers layers on a lattice; views and settings that need all
+ * voxels at once return LAYERSPLAT_STATUS_OUT_OF_MEMORY, and calls that do LAYERSPLAT_STATUS_NEEDS_WHOLE_VOLUME. The message of
+ * layersplat_last_error() says how many bytes are enough. Each handle has a budget of its own. To be freed by layersplat_device_free().
+ */
+enum layersplat_status layersplat_device_with_memory(const struct layersplat_device *device,
+                                                     uint64_t bytes,
+                                                     struct layersplat_device **limited);
 
 /**
  * The device's name, with the zero byte at its end, into `room` bytes.
@@ -864,8 +906,11 @@ enum layersplat_status layersplat_save(const float *pixels,
                                        const char *path);
 
 /**
- * Uploads a volume, to be seen through a transfer function. Device, volume and transfer function may be freed afterwards; the renderer
- * by layersplat_renderer_free().
+ * Makes a renderer of a volume, seen through a transfer function. Device, volume and transfer function may be freed afterwards; the
+ * renderer by layersplat_renderer_free().
+ *
+ * The voxels are uploaded at once. A renderer on a device with a memory budget (layersplat_device_with_memory()), and one whose
+ * volume is larger than the device's largest buffer, uploads them during frames instead: all of them if they fit, in parts if not.
  */
 enum layersplat_status layersplat_renderer_new(const struct layersplat_device *device,
                                                const struct layersplat_volume *volume,
@@ -899,6 +944,16 @@ void layersplat_renderer_free(struct layersplat_renderer *renderer);
 enum layersplat_status layersplat_settings_default(int32_t quality,
                                                    struct layersplat_settings *settings,
                                                    size_t size);
+
+/**
+ * How a frame would upload its volume, without drawing it. The errors are those that drawing it would return for want of memory.
+ */
+enum layersplat_status layersplat_renderer_stream_plan(struct layersplat_renderer *renderer,
+                                                       const struct layersplat_camera *camera,
+                                                       uint32_t width,
+                                                       uint32_t height,
+                                                       const struct layersplat_settings *settings,
+                                                       struct layersplat_stream_plan *plan);
 
 /**
  * A sensible first transfer function, from the histogram of a volume. To be freed by layersplat_transfer_free().
@@ -948,7 +1003,8 @@ enum layersplat_status layersplat_volume_copy(const void *voxels,
                                               struct layersplat_volume **volume);
 
 /**
- * The same without a copy: the voxels must stay there unchanged until the volume is freed. Renderers have their own.
+ * The same without a copy: the voxels must stay there unchanged until the volume is freed. Renderers have a copy on the device, but one
+ * that streams the volume (layersplat_renderer_new()) reads the voxels in every frame: they must stay until it is freed, too.
  */
 enum layersplat_status layersplat_volume_borrow(const void *voxels,
                                                 size_t bytes,
@@ -958,7 +1014,7 @@ enum layersplat_status layersplat_volume_borrow(const void *voxels,
 
 /**
  * Opens builtin:NAME, builtin:NAME@SIZE (voxels along each side) or a file of a format that layersplat reads. Files that hold voxels as
- * they are get mapped: they must not be cut short before the volume is freed.
+ * they are get mapped: they must not be cut short before the volume and all renderers that stream it are freed.
  */
 enum layersplat_status layersplat_volume_open(const char *source,
                                               struct layersplat_volume **volume);

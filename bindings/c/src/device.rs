@@ -55,6 +55,21 @@ pub unsafe extern "C" fn layersplat_device_from_queue(
     })
 }
 
+/// The same device with a memory budget: buffers that renderers make through the new handle take at most `bytes` together. Volumes that do
+/// not fit are streamed in parts, to the same picture. Streaming covers layers on a lattice; views and settings that need all
+/// voxels at once return LAYERSPLAT_STATUS_OUT_OF_MEMORY, and calls that do LAYERSPLAT_STATUS_NEEDS_WHOLE_VOLUME. The message of
+/// layersplat_last_error() says how many bytes are enough. Each handle has a budget of its own. To be freed by layersplat_device_free().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn layersplat_device_with_memory(device: *const Device, bytes: u64, limited: *mut *mut Device) -> Status {
+    guard(|| {
+        // SAFETY: the caller's promise, and below.
+        let out = unsafe { Out::handle(limited, "limited") }?;
+        let device = unsafe { borrowed(device, "device") }?;
+        out.give(Device(device.0.with_memory(bytes)));
+        Ok(())
+    })
+}
+
 /// The device's name, with the zero byte at its end, into `room` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_device_name(device: *const Device, name: *mut c_char, room: usize) -> Status {

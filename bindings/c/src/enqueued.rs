@@ -32,7 +32,7 @@ pub unsafe extern "C" fn layersplat_renderer_enqueue(
         let enqueue = |renderer: &mut layersplat::Renderer| {
             Ok(renderer.enqueue(&view.camera, view.viewport, &view.settings, &onto, &wait.events())?)
         };
-        unsafe { give(renderer::with(renderer, enqueue)?, event) };
+        unsafe { give(renderer::with_whole(renderer, "layersplat_renderer_enqueue", enqueue)?, event) };
         Ok(())
     })
 }
@@ -67,7 +67,7 @@ pub unsafe extern "C" fn layersplat_renderer_volume_changed(
         // SAFETY: the caller's promise, and below.
         let wait = unsafe { WaitList::new(wait_count, wait_list) }?;
         let changed = |renderer: &mut layersplat::Renderer| Ok(renderer.volume_changed(&wait.events())?);
-        unsafe { give(renderer::with(renderer, changed)?, event) };
+        unsafe { give(renderer::with_whole(renderer, "layersplat_renderer_volume_changed", changed)?, event) };
         Ok(())
     })
 }
@@ -94,7 +94,7 @@ pub unsafe extern "C" fn layersplat_renderer_scratch_sizes(
         let needed = |renderer: &mut layersplat::Renderer| {
             Ok(renderer.scratch_bytes(&view.camera, view.viewport, &view.settings, &onto)?)
         };
-        let needed = unsafe { renderer::with(renderer, needed) }?;
+        let needed = unsafe { renderer::with_whole(renderer, "layersplat_renderer_scratch_sizes", needed) }?;
         count.set(needed.len());
         if room == 0 { Ok(()) } else { unsafe { copy(&needed, sizes, room, "sizes") } }
     })
@@ -114,6 +114,7 @@ pub unsafe extern "C" fn layersplat_renderer_set_scratch(
         let buffers = unsafe { values(buffers, count, "buffers") }?;
         let retained = buffers.iter().map(|buffer| unsafe { DeviceMemory::from_raw(buffer.cast()) });
         let retained = retained.collect::<Result<Vec<_>, _>>()?;
-        unsafe { renderer::with(renderer, |renderer| Ok(renderer.set_scratch(&retained)?)) }
+        let set = |renderer: &mut layersplat::Renderer| Ok(renderer.set_scratch(&retained)?);
+        unsafe { renderer::with_whole(renderer, "layersplat_renderer_set_scratch", set) }
     })
 }

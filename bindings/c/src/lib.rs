@@ -20,6 +20,7 @@ mod render;
 mod renderer;
 mod settings;
 mod status;
+mod stream;
 mod transfer;
 mod volume;
 
@@ -37,5 +38,6 @@ pub use render::*;
 pub use renderer::*;
 pub use settings::*;
 pub use status::Status;
+pub use stream::*;
 pub use transfer::*;
 pub use volume::*;

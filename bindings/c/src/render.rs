@@ -1,9 +1,13 @@
 //! Pictures in the host's memory, and in files.
 
 use crate::border::{Failure, borrowed, copy, guard, require_room, text, values};
-use crate::{Camera, Renderer, Settings, Status, renderer, settings};
+use crate::renderer::{self, AnyRenderer};
+use crate::{Camera, Renderer, Settings, Status, settings};
 use layersplat::{Background, Frame, Viewport};
 use std::ffi::c_char;
+
+/// Renderers of this library run in one process, which has every picture.
+const ONE_PROCESS: &str = "a renderer of one process has the picture";
 
 /// What all pictures are made of.
 pub(crate) struct View {
@@ -50,8 +54,8 @@ pub unsafe extern "C" fn layersplat_render_rgba8(
         let view = unsafe { View::new(camera, width, height, settings) }?;
         require_room(4 * view.viewport.pixels(), pixels, bytes, "pixels")?;
         let background = unsafe { self::background(background) }?;
-        let draw = |renderer: &mut layersplat::Renderer| {
-            Ok(renderer.render_rgba8(&view.camera, view.viewport, &view.settings, background)?.0)
+        let draw = |renderer: &mut AnyRenderer| {
+            Ok(renderer.render_rgba8(&view.camera, view.viewport, &view.settings, background)?.0.expect(ONE_PROCESS))
         };
         let picture = unsafe { renderer::with(renderer, draw) }?;
         unsafe { copy(&picture, pixels, bytes, "pixels") }
@@ -74,7 +78,8 @@ pub unsafe extern "C" fn layersplat_render_floats(
         // SAFETY: the caller's promise, and below.
         let view = unsafe { View::new(camera, width, height, settings) }?;
         require_room(4 * view.viewport.pixels(), pixels, floats, "pixels")?;
-        let draw = |renderer: &mut layersplat::Renderer| Ok(renderer.render(&view.camera, view.viewport, &view.settings)?.0);
+        let draw =
+            |renderer: &mut AnyRenderer| Ok(renderer.render(&view.camera, view.viewport, &view.settings)?.0.expect(ONE_PROCESS));
         let frame = unsafe { renderer::with(renderer, draw) }?;
         unsafe { copy(frame.pixels().as_flattened(), pixels, floats, "pixels") }
     })
@@ -100,7 +105,7 @@ pub unsafe extern "C" fn layersplat_render_depths(
         let view = unsafe { View::new(camera, width, height, settings) }?;
         require_room(view.viewport.pixels(), first, floats, "first")?;
         require_room(view.viewport.pixels(), mean, floats, "mean")?;
-        let find = |renderer: &mut layersplat::Renderer| Ok(renderer.depths(&view.camera, view.viewport, &view.settings)?);
+        let find = |renderer: &mut AnyRenderer| Ok(renderer.depths(&view.camera, view.viewport, &view.settings)?);
         let depths = unsafe { renderer::with(renderer, find) }?;
         unsafe { copy(depths.first(), first, floats, "first") }?;
         unsafe { copy(depths.mean(), mean, floats, "mean") }

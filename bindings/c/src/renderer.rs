@@ -2,15 +2,19 @@
 
 use crate::border::{Failure, Out, borrowed, free, guard};
 use crate::{Device, Status, Transfer, Volume};
+use layersplat::renderer::{VolumeRenderer, volume_renderer};
 use std::sync::{Mutex, TryLockError};
 use std::time::Duration;
 
 /// Renders one volume on one device. It may go from thread to thread, but is used by one at a time: a second one is answered
 /// LAYERSPLAT_STATUS_BUSY.
-pub struct Renderer(Mutex<layersplat::Renderer>);
+pub struct Renderer(Mutex<Box<AnyRenderer>>);
+
+/// A renderer that holds the whole volume, or one that streams it.
+pub(crate) type AnyRenderer = dyn VolumeRenderer<'static> + Send;
 
 impl Renderer {
-    pub(crate) fn new(renderer: layersplat::Renderer) -> Self {
+    pub(crate) fn new(renderer: Box<AnyRenderer>) -> Self {
         Self(Mutex::new(renderer))
     }
 }
@@ -18,12 +22,12 @@ impl Renderer {
 /// Does something with a renderer that nobody else uses.
 pub(crate) unsafe fn with<R>(
     renderer: *const Renderer,
-    act: impl FnOnce(&mut layersplat::Renderer) -> Result<R, Failure>,
+    act: impl FnOnce(&mut AnyRenderer) -> Result<R, Failure>,
 ) -> Result<R, Failure> {
     // SAFETY: the caller's promise.
     let renderer = unsafe { borrowed(renderer, "renderer") }?;
     match renderer.0.try_lock() {
-        Ok(mut renderer) => act(&mut renderer),
+        Ok(mut renderer) => act(&mut **renderer),
         Err(TryLockError::WouldBlock) => Err(Failure::new(Status::Busy, "the renderer is in use by another thread")),
         Err(TryLockError::Poisoned(_)) => Err(Failure::new(
             Status::Panic,
@@ -32,8 +36,11 @@ pub(crate) unsafe fn with<R>(
     }
 }
 
-/// Uploads a volume, to be seen through a transfer function. Device, volume and transfer function may be freed afterwards; the renderer
-/// by layersplat_renderer_free().
+/// Makes a renderer of a volume, seen through a transfer function. Device, volume and transfer function may be freed afterwards; the
+/// renderer by layersplat_renderer_free().
+///
+/// The voxels are uploaded at once. A renderer on a device with a memory budget (layersplat_device_with_memory()), and one whose
+/// volume is larger than the device's largest buffer, uploads them during frames instead: all of them if they fit, in parts if not.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_renderer_new(
     device: *const Device,
@@ -47,9 +54,19 @@ pub unsafe extern "C" fn layersplat_renderer_new(
         let device = unsafe { borrowed(device, "device") }?;
         let volume = unsafe { borrowed(volume, "volume") }?;
         let transfer = unsafe { borrowed(transfer, "transfer") }?;
-        out.give(Renderer::new(layersplat::Renderer::new(&device.0, &volume.0, &transfer.0)?));
+        out.give(Renderer::new(volume_renderer(&device.0, &volume.0, &transfer.0)?));
         Ok(())
     })
+}
+
+/// Calls `act` with a renderer of the whole volume, as [`with`] does. Refuses the call `name` on a renderer that streams.
+pub(crate) unsafe fn with_whole<R>(
+    renderer: *const Renderer,
+    name: &'static str,
+    act: impl FnOnce(&mut layersplat::Renderer) -> Result<R, Failure>,
+) -> Result<R, Failure> {
+    // SAFETY: the caller's promise.
+    unsafe { with(renderer, |renderer| act(renderer.require_whole(name)?)) }
 }
 
 /// Takes another transfer function from the next frame on.
@@ -105,7 +122,7 @@ mod tests {
         let volume = layersplat::Volume::open("builtin:hydrogen@8", &OpenOptions::default()).unwrap();
         let transfer = TransferFunction::automatic(&volume);
         let device = layersplat::Device::open(&DeviceChoice::Default).unwrap();
-        let made = Renderer::new(layersplat::Renderer::new(&device, &volume, &transfer).unwrap());
+        let made = Renderer::new(volume_renderer(&device, &volume, &transfer).unwrap());
         let renderer = Box::into_raw(Box::new(made));
         // SAFETY: it is alive until it is freed.
         unsafe {

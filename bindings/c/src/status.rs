@@ -20,7 +20,7 @@ pub enum Status {
     File = 5,
     /// There is no OpenCL on this machine, or no device.
     NoDevice = 6,
-    /// The host or the device has too little memory.
+    /// The host or the device has too little memory, or the memory budget is too small.
     OutOfMemory = 7,
     /// A kernel did not build. The message has the compiler's log.
     Build = 8,
@@ -38,6 +38,9 @@ pub enum Status {
     Other = 14,
     /// A frame was cancelled by another thread.
     Cancelled = 15,
+    /// The call needs all voxels on the device, and this renderer streams them. Use layersplat_render_rgba8() or
+    /// layersplat_render_floats() instead, or a device without a memory budget.
+    NeedsWholeVolume = 16,
 }
 
 impl Status {
@@ -58,7 +61,11 @@ impl Status {
             | Error::Settings { .. }
             | Error::UnknownName { .. } => Status::InvalidArgument,
             Error::NoOpenCl { .. } | Error::NoDevice { .. } | Error::KernelCache { .. } => Status::NoDevice,
-            Error::HostMemory { .. } | Error::DeviceMemory { .. } | Error::OutOfDeviceMemory { .. } => Status::OutOfMemory,
+            Error::HostMemory { .. }
+            | Error::DeviceMemory { .. }
+            | Error::MemoryBudget { .. }
+            | Error::OutOfDeviceMemory { .. } => Status::OutOfMemory,
+            Error::NeedsWholeVolume { .. } => Status::NeedsWholeVolume,
             Error::Build { .. } => Status::Build,
             Error::Memory { .. } => Status::Unsuitable,
             Error::TooLong { .. } => Status::TooLong,

@@ -71,7 +71,8 @@ pub unsafe extern "C" fn layersplat_volume_copy(
     })
 }
 
-/// The same without a copy: the voxels must stay there unchanged until the volume is freed. Renderers have their own.
+/// The same without a copy: the voxels must stay there unchanged until the volume is freed. Renderers have a copy on the device, but one
+/// that streams the volume (layersplat_renderer_new()) reads the voxels in every frame: they must stay until it is freed, too.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_volume_borrow(
     voxels: *const c_void,
@@ -90,7 +91,7 @@ pub unsafe extern "C" fn layersplat_volume_borrow(
 }
 
 /// Opens builtin:NAME, builtin:NAME@SIZE (voxels along each side) or a file of a format that layersplat reads. Files that hold voxels as
-/// they are get mapped: they must not be cut short before the volume is freed.
+/// they are get mapped: they must not be cut short before the volume and all renderers that stream it are freed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_volume_open(source: *const c_char, volume: *mut *mut Volume) -> Status {
     guard(|| {

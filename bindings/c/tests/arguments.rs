@@ -27,6 +27,8 @@ fn null_is_an_error_that_names_the_argument() {
         [
             ("device", layersplat_device_open(null(), null_mut())),
             ("queue", layersplat_device_from_queue(null_mut(), null_mut(), null_mut(), device)),
+            ("device", layersplat_device_with_memory(null(), 9, device)),
+            ("limited", layersplat_device_with_memory(scene.device, 9, null_mut())),
             ("device", layersplat_device_name(null(), name.as_mut_ptr(), 99)),
             ("name", layersplat_device_name(scene.device, null_mut(), 99)),
             ("voxels", layersplat_volume_copy(null(), 1, 0, &grid, volume)),
@@ -64,6 +66,7 @@ fn null_is_an_error_that_names_the_argument() {
             ("wait_list", layersplat_renderer_volume_changed(renders, 1, null(), null_mut())),
             ("event 0 of wait_list", layersplat_renderer_volume_changed(renders, 1, &null_mut(), null_mut())),
             ("picture", layersplat_renderer_scratch_sizes(renders, view, 9, 9, null(), null(), size.as_mut_ptr(), 9, &mut count)),
+            ("plan", layersplat_renderer_stream_plan(renders, view, 9, 9, null(), null_mut())),
             ("cancel", layersplat_cancel_new(null_mut())),
             ("cancel", layersplat_cancel_frames(null())),
             ("cancel", layersplat_cancel_reset(null())),

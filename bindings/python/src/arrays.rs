@@ -8,7 +8,7 @@ use crate::errors::{Failure, Result, unknown};
 use crate::warned::warned;
 use layersplat::Volume;
 use layersplat::volume::{Endian, Grid, Storage, VoxelType};
-use numpy::{PyArrayDescrMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
@@ -49,7 +49,7 @@ pub fn volume(array: &Bound<PyUntypedArray>, name: &str, grid: Grid) -> Result<W
         _ => return Err(unknown("type of voxels", &array.dtype().to_string(), "integers or floats")),
     };
     // Looks at all voxels for their range.
-    warned(py, || Ok(Volume::new(name, grid, storage)?))
+    warned(py, move || Ok(Volume::new(name, grid, storage)?))
 }
 
 /// Voxels where they are.
@@ -84,5 +84,12 @@ where
     let flat = array.call_method1("reshape", (-1,))?;
     let flat: PyReadonlyArray1<T> = flat.extract().map_err(Failure::Python)?;
     let numbers = flat.as_slice().map_err(|error| Failure::Python(PyTypeError::new_err(error.to_string())))?;
-    warned(py, || Ok(Volume::from_wide(name, grid, numbers)?))
+    let count = numbers.len();
+    let bytes = std::mem::size_of_val(numbers);
+    let lent = Lent { _array: flat.as_untyped().clone().unbind(), lowest: numbers.as_ptr() as usize, bytes };
+    warned(py, move || {
+        // SAFETY: `lent` keeps this slice alive, and nobody writes to it (see the module).
+        let numbers = unsafe { std::slice::from_raw_parts(lent.as_ref().as_ptr().cast::<T>(), count) };
+        Ok(Volume::from_wide(name, grid, numbers)?)
+    })
 }

@@ -70,6 +70,15 @@ pub fn interruptible<T: Send + 'static>(
     })
 }
 
+/// Runs work that cannot be cancelled, with the interpreter's lock released. On Python's main thread, what a signal's handler raises is
+/// returned at once; the work then ends in the background, and its result is dropped.
+///
+/// # Errors
+/// Those of `work`; `InternalError` where it panics; what a signal's handler raises.
+pub fn abandonable<T: Send + 'static>(py: Python, work: impl FnOnce() -> Result<T> + Send + 'static) -> Result<T> {
+    if handles_signals(py)? { interruptible(py, &Cancel::new(), work) } else { detached(py, work) }
+}
+
 /// Threads of [`interruptible`] that have not ended.
 static RUNNING: Mutex<usize> = Mutex::new(0);
 static ENDED: Condvar = Condvar::new();

@@ -1,6 +1,6 @@
 //! Cameras, and the outline that they fit.
 
-use crate::calls::detached;
+use crate::calls::abandonable;
 use crate::errors::{Result, conflict, out_of_range};
 use crate::given::{Given, given};
 use crate::names::{Size, orbit};
@@ -200,11 +200,12 @@ impl Framing {
         given!(volume, transfer, settings);
         let settings = settings.map_or_else(OurSettings::default, |settings| *settings.get().ours());
         let (volume, transfer) = (volume.get().ours(), transfer.get().ours());
-        let framing = detached(py, || {
+        let (shared, transfer) = (volume.clone(), transfer.clone());
+        let framing = abandonable(py, move || {
             Ok(match settings.blend {
-                Blend::Composite => OurFraming::visible(volume, transfer, settings.unit_distance),
-                Blend::Iso(value) => OurFraming::iso(volume, value),
-                _ => OurFraming::whole(volume),
+                Blend::Composite => OurFraming::visible(&shared, &transfer, settings.unit_distance),
+                Blend::Iso(value) => OurFraming::iso(&shared, value),
+                _ => OurFraming::whole(&shared),
             })
         })?;
         Ok(Self(match settings.clipping.crop {

@@ -1,6 +1,6 @@
 //! Devices: opened by name, or a caller's context, device and queue.
 
-use crate::calls::detached;
+use crate::calls::{abandonable, detached};
 use crate::errors::{Result, conflict};
 use crate::given::{Given, accepted, either, given, refused};
 use crate::handles::{failed, handle};
@@ -17,6 +17,10 @@ use pyo3::types::PyDict;
 /// name: the index of one that is opened, or part of its name. Or one that is there already: context, device and queue, as objects with
 /// int_ptr (pyopencl's) or numbers, which are retained, and released with the last renderer. A queue says all; a context has a queue made in
 /// it, on its first device or the one given. Nothing at all: a GPU if there is one, else the CPU.
+///
+/// memory: a memory budget, the bytes that buffers of this Device's renderers may take together. Volumes that do not fit are streamed in
+/// parts, to the same picture. Streaming covers layers on a lattice; views and settings that need all voxels at once raise OutOfMemory, which
+/// says how many bytes are enough. Renderer.enqueue, Renderer.volume_changed and memory do not go together.
 ///
 /// Numbers that are no handles of live objects end the process.
 #[pyclass(frozen, module = "layersplat")]
@@ -62,23 +66,28 @@ impl Name {
 #[pymethods]
 impl Device {
     #[new]
-    #[pyo3(signature = (name = None, *, context = None, device = None, queue = None))]
+    #[pyo3(signature = (name = None, *, context = None, device = None, queue = None, memory = None))]
     fn new(
         py: Python,
         name: Option<Given<Name>>,
         context: Option<&Bound<PyAny>>,
         device: Option<&Bound<PyAny>>,
         queue: Option<&Bound<PyAny>>,
+        memory: Option<Given<u64>>,
     ) -> Result<Self> {
-        given!(name);
+        given!(name, memory);
         prepare_loader(py)?;
         if name.is_some() && [context, device, queue].iter().any(Option::is_some) {
             return Err(conflict("device", "give either its name or what is there of it already: context, device and queue"));
         }
-        match name {
-            Some(name) => Ok(Self(detached(py, || Ok(Ours::open(&name.choice())?))?)),
-            None => Ok(Self(of_handles(py, context, device, queue)?)),
-        }
+        let opened = match name {
+            Some(name) => abandonable(py, move || Ok(Ours::open(&name.choice())?))?,
+            None => of_handles(py, context, device, queue)?,
+        };
+        Ok(Self(match memory {
+            Some(bytes) => opened.with_memory(bytes),
+            None => opened,
+        }))
     }
 
     /// All devices, a dict of each: index, name, kind, platform, version, driver, compute_units, memory_bytes.
@@ -130,6 +139,12 @@ impl Device {
         self.0.queue() as usize
     }
 
+    /// The memory budget in bytes; None without one.
+    #[getter]
+    fn memory(&self) -> Option<u64> {
+        self.0.memory_budget()
+    }
+
     /// Bytes of buffers that are allocated there by renderers.
     #[getter]
     fn allocated_bytes(&self) -> u64 {
@@ -165,7 +180,7 @@ pub fn of_arguments(device: Option<&Bound<PyAny>>, context: Option<&Bound<PyAny>
         return if alone { Ok(ours.get().0.clone()) } else { Err(conflict("device", "it has a context and a queue already")) };
     }
     match given.extract::<Name>() {
-        Ok(name) if alone => detached(py, || Ok(Ours::open(&name.choice())?)),
+        Ok(name) if alone => abandonable(py, move || Ok(Ours::open(&name.choice())?)),
         Err(error) if alone && !given.hasattr("int_ptr")? => {
             Err(refused("device", given, error, "a layersplat.Device, the index of a device, or part of its name"))
         }
@@ -194,7 +209,7 @@ fn of_handles(
     let Some(queue) = queue else {
         let Some(context) = context else {
             return match device {
-                None => detached(py, || Ok(Ours::open(&DeviceChoice::Default)?)),
+                None => abandonable(py, || Ok(Ours::open(&DeviceChoice::Default)?)),
                 Some(_) => Err(conflict("device", "a device alone has no memory: give a context with it, or a queue")),
             };
         };

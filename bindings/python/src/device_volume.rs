@@ -83,7 +83,7 @@ impl DeviceVolume {
             voxels = voxels.with_pitches(row, slice);
         }
         let (wait, device) = (events(wait_for)?, device.get().ours().clone());
-        let (volume, warnings) = warned(py, || {
+        let (volume, warnings) = warned(py, move || {
             let description = match range {
                 Some(range) if voxel_type == layersplat::volume::VoxelType::Float32 => {
                     // Who says the range of floats has not said that all of them are numbers.

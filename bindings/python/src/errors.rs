@@ -94,6 +94,7 @@ fn class(error: &Error) -> &'static str {
             "OutOfMemory"
         }
         Error::TooLong { .. } => "TimedOut",
+        Error::Cancelled { .. } => "Cancelled",
         Error::VoxelCount { .. }
         | Error::Grid { .. }
         | Error::Transfer { .. }
@@ -101,6 +102,7 @@ fn class(error: &Error) -> &'static str {
         | Error::Camera { .. }
         | Error::Settings { .. }
         | Error::UnknownName { .. }
+        | Error::NeedsWholeVolume { .. }
         | Error::Memory { .. } => "InvalidValue",
         // No OpenCL, no device, one that fails; and what the library adds.
         _ => "DeviceError",

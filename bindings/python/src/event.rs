@@ -1,9 +1,8 @@
 //! Events of frames.
 
-use crate::calls::{detached, handles_signals, interruptible};
+use crate::calls::abandonable;
 use crate::errors::Result;
 use crate::handles::{command_failed, failed, retained};
-use layersplat::Cancel;
 use layersplat::opencl3::event::{CL_COMPLETE, Event as ClEvent};
 use layersplat::opencl3::types::cl_event;
 use pyo3::prelude::*;
@@ -35,8 +34,7 @@ impl Event {
     /// Raises DeviceError where what was enqueued, or what that waited for, has failed.
     fn wait(&self, py: Python) -> Result<()> {
         let event = retained(self.raw())?;
-        let wait = move || event.wait().map_err(|e| failed("clWaitForEvents", e.0));
-        if handles_signals(py)? { interruptible(py, &Cancel::new(), wait) } else { detached(py, wait) }
+        abandonable(py, move || event.wait().map_err(|e| failed("clWaitForEvents", e.0)))
     }
 
     /// Whether what was enqueued is complete; False while it waits or runs.

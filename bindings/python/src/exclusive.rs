@@ -1,62 +1,107 @@
-//! The library's renderer behind a Python object: one thread uses it at a time, and nobody after a panic.
+//! The library's renderer behind a Python object: one thread uses it at a time, and no thread after a panic.
 
 use crate::calls::{detached, handles_signals, interruptible};
 use crate::errors::{Failure, Result};
-use layersplat::{Cancel, Error, Renderer};
+use layersplat::renderer::VolumeRenderer;
+use layersplat::{Cancel, Error};
 use pyo3::prelude::*;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// A renderer that holds the whole volume, or one that streams it.
+pub type AnyRenderer = dyn VolumeRenderer<'static> + Send;
 
 /// A renderer that threads share.
 pub struct Exclusive {
-    // Taken with the interpreter's lock released, and nothing under it takes that one: neither waits for the other.
-    renderer: Mutex<Renderer>,
-    /// The Python object that voxels on the device belong to. It goes after the renderer.
+    // Locked with the interpreter's lock released. No code that holds it takes the interpreter's lock, so there is no deadlock.
+    renderer: Mutex<Box<AnyRenderer>>,
+    in_progress: Mutex<InProgress>,
+    /// The Python object that owns voxels on the device. Fields drop in order: the renderer goes first.
     _owner: Option<Py<PyAny>>,
 }
 
+/// Calls that may be cancelled, the ones that wait for the renderer included.
+#[derive(Default)]
+struct InProgress {
+    calls: BTreeMap<u64, Cancel>,
+    next: u64,
+}
+
+/// A call in progress. Dropping it ends the call.
+struct Call {
+    shared: Arc<Exclusive>,
+    number: u64,
+    cancel: Cancel,
+}
+
+impl Call {
+    fn new(shared: Arc<Exclusive>) -> Self {
+        // Each call has its own: Ctrl-C does not cancel frames of other threads.
+        let cancel = Cancel::new();
+        let mut in_progress = shared.in_progress();
+        let number = in_progress.next;
+        in_progress.next += 1;
+        in_progress.calls.insert(number, cancel.clone());
+        drop(in_progress);
+        Self { shared, number, cancel }
+    }
+}
+
+impl Drop for Call {
+    fn drop(&mut self) {
+        self.shared.in_progress().calls.remove(&self.number);
+    }
+}
+
 impl Exclusive {
-    pub fn new(renderer: Renderer, owner: Option<Py<PyAny>>) -> Self {
-        Self { renderer: Mutex::new(renderer), _owner: owner }
+    pub fn new(renderer: Box<AnyRenderer>, owner: Option<Py<PyAny>>) -> Self {
+        Self { renderer: Mutex::new(renderer), in_progress: Mutex::default(), _owner: owner }
     }
 
-    /// Does something with the renderer once no other thread uses it.
+    /// Calls `act` with the renderer once no other thread uses it.
     ///
     /// # Errors
-    /// Those of `act`, and `InternalError` where it panics, or something did in an earlier call: the renderer may be left half changed.
-    /// The C library refuses it too.
+    /// Those of `act`, and `InternalError` if it panics or an earlier call panicked: the renderer may be left half changed. The C library
+    /// refuses it too.
     pub fn with<T: Send>(
         &self,
         py: Python,
-        act: impl FnOnce(&mut Renderer) -> std::result::Result<T, Error> + Send,
+        act: impl FnOnce(&mut AnyRenderer) -> std::result::Result<T, Error> + Send,
     ) -> Result<T> {
-        detached(py, || Ok(act(&mut *self.lock()?)?))
+        detached(py, || Ok(act(&mut **self.lock()?)?))
     }
 
-    /// The same for what may take long: Ctrl-C ends it. What `draw` returns is dropped then.
+    /// The same for calls that may take long: Ctrl-C and [`cancel`](Self::cancel) end them, and their result is dropped.
     ///
     /// # Errors
-    /// Those of [`with`](Self::with), and what a signal's handler raises.
+    /// Those of [`with`](Self::with), [`Error::Cancelled`], and what a signal's handler raises.
     pub fn interruptible<T: Send + 'static>(
         self: &Arc<Self>,
         py: Python,
-        draw: impl FnOnce(&mut Renderer) -> std::result::Result<T, Error> + Send + 'static,
+        draw: impl FnOnce(&mut AnyRenderer) -> std::result::Result<T, Error> + Send + 'static,
     ) -> Result<T> {
-        if !handles_signals(py)? {
-            return self.with(py, draw);
-        }
-        // One of each call: a frame of another thread is not cancelled.
-        let cancel = Cancel::new();
-        let (shared, token) = (self.clone(), cancel.clone());
-        interruptible(py, &cancel, move || {
-            let mut renderer = shared.lock()?;
-            renderer.set_cancel(Some(token));
-            let drawn = draw(&mut renderer);
+        let call = Call::new(self.clone());
+        let cancel = call.cancel.clone();
+        let work = move || {
+            let mut renderer = call.shared.lock()?;
+            renderer.set_cancel(Some(call.cancel.clone()));
+            let drawn = draw(&mut **renderer);
             renderer.set_cancel(None);
             Ok(drawn?)
-        })
+        };
+        if handles_signals(py)? { interruptible(py, &cancel, work) } else { detached(py, work) }
     }
 
-    fn lock(&self) -> Result<MutexGuard<'_, Renderer>> {
+    /// Cancels the calls of [`interruptible`](Self::interruptible) that are in progress, and none that begin later.
+    pub fn cancel(&self) {
+        self.in_progress().calls.values().for_each(Cancel::cancel);
+    }
+
+    fn in_progress(&self) -> MutexGuard<'_, InProgress> {
+        self.in_progress.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn lock(&self) -> Result<MutexGuard<'_, Box<AnyRenderer>>> {
         let refused =
             |_| Failure::Panicked("layersplat panicked in this renderer before: it cannot be used any more, make another".into());
         self.renderer.lock().map_err(refused)

@@ -1,22 +1,23 @@
 //! Renderers.
 
-use crate::calls::detached;
+use crate::calls::abandonable;
 use crate::camera::{Camera, around};
 use crate::device::{Device, of_arguments};
 use crate::device_volume::DeviceVolume;
 use crate::errors::{Result, out_of_range};
 use crate::event::Event;
-use crate::exclusive::Exclusive;
+use crate::exclusive::{AnyRenderer, Exclusive};
 use crate::given::{Given, given};
 use crate::handles::{events, memory};
 use crate::names::{Over, Size, orbit, picture_format};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
-use layersplat::renderer::{PictureMemory, UploadedVolume};
+use layersplat::renderer::{PictureMemory, StreamPlan, volume_renderer};
 use layersplat::{Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -27,13 +28,19 @@ use std::time::Duration;
 /// Device, its name or index; or a caller's context, device and queue, see Device. time_limit: longest time of a frame in seconds, None
 /// without a limit.
 ///
-/// On Python's main thread, Ctrl-C ends render, render_float, depths and prepare: KeyboardInterrupt is raised at once. The device ends the
-/// kernel that it is running; the next call waits for that.
+/// A Device with a memory budget, or whose largest buffer is smaller than the volume, gets the voxels during frames, in parts if they do not
+/// fit: the renderer then keeps the Volume. See stream_plan.
+///
+/// On Python's main thread, Ctrl-C ends the constructor, render, render_float, depths and prepare: KeyboardInterrupt is raised at once. The
+/// device ends the kernel that it is running; the next call waits for that.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Renderer {
     shared: Arc<Exclusive>,
     time_limit: Mutex<Option<Duration>>,
 }
+
+/// Renderers of this package run in one process, which has every picture.
+const ONE_PROCESS: &str = "a renderer of one process has the picture";
 
 /// A picture's values as an array of (height, width, 4), without a copy.
 fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> PyResult<Bound<'_, PyArray3<T>>> {
@@ -43,6 +50,23 @@ fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> Py
 
 /// (height, width)
 type Depths<'py> = Bound<'py, PyArray2<f32>>;
+
+fn stream_plan<'py>(py: Python<'py>, plan: &StreamPlan) -> PyResult<Bound<'py, PyDict>> {
+    let lattices = plan.lattices.iter().map(|lattice| {
+        let dict = PyDict::new(py);
+        dict.set_item("axis", format!("{:?}", lattice.axis).to_lowercase())?;
+        dict.set_item("parts", lattice.parts)?;
+        dict.set_item("held_layers", lattice.held_layers)?;
+        Ok(dict)
+    });
+    let dict = PyDict::new(py);
+    dict.set_item("lattices", lattices.collect::<PyResult<Vec<_>>>()?)?;
+    dict.set_item("voxel_bytes", plan.voxel_bytes)?;
+    dict.set_item("volume_bytes", plan.volume_bytes)?;
+    dict.set_item("device_bytes", plan.device_bytes)?;
+    dict.set_item("available_bytes", plan.memory)?;
+    Ok(dict)
+}
 
 fn chosen(settings: Option<Bound<Settings>>) -> OurSettings {
     settings.map_or_else(OurSettings::default, |settings| *settings.get().ours())
@@ -94,9 +118,10 @@ impl Renderer {
         };
         let device = of_arguments(device, context, queue)?;
         let transfer = transfer.map(|transfer| transfer.ours().clone());
-        let renderer = detached(py, || {
-            let transfer = transfer.unwrap_or_else(|| Transfer::automatic(volume.ours()));
-            Ok(Ours::of(&UploadedVolume::new(&device, volume.ours())?, &transfer)?)
+        let volume = volume.ours().clone();
+        let renderer = abandonable(py, move || {
+            let transfer = transfer.unwrap_or_else(|| Transfer::automatic(&volume));
+            Ok(volume_renderer(&device, &volume, &transfer)?)
         })?;
         Ok(Self::with_limit(renderer, None, time_limit))
     }
@@ -119,7 +144,7 @@ impl Renderer {
         let (viewport, settings, background) = (size.viewport()?, chosen(settings), background.background()?);
         let (values, _) =
             self.shared.interruptible(py, move |ours| ours.render_rgba8(&camera, viewport, &settings, background))?;
-        Ok(picture(py, values, viewport)?)
+        Ok(picture(py, values.expect(ONE_PROCESS), viewport)?)
     }
 
     /// A picture: (height, width, 4), float32, premultiplied, 0 … 1, without a background; row 0 on top.
@@ -135,7 +160,7 @@ impl Renderer {
         let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
         let (frame, _) = self.shared.interruptible(py, move |ours| ours.render(&camera, viewport, &settings))?;
-        Ok(picture(py, frame.into_pixels().into_flattened(), viewport)?)
+        Ok(picture(py, frame.expect(ONE_PROCESS).into_pixels().into_flattened(), viewport)?)
     }
 
     /// How far away is what a picture shows: two arrays (height, width), float32, distances from the eye along the view's direction, in world
@@ -197,7 +222,7 @@ impl Renderer {
         let wait = events(wait_for)?;
         let event = self.shared.with(py, |ours| {
             let wait: Vec<_> = wait.iter().collect();
-            ours.enqueue(&camera, viewport, &settings, &onto, &wait)
+            ours.require_whole("Renderer.enqueue")?.enqueue(&camera, viewport, &settings, &onto, &wait)
         })?;
         Ok(Event::new(event))
     }
@@ -222,7 +247,38 @@ impl Renderer {
     fn volume_changed(&self, py: Python, wait_for: Option<Given<Vec<Bound<PyAny>>>>) -> Result<Event> {
         given!(wait_for);
         let wait = events(wait_for)?;
-        Ok(Event::new(self.shared.with(py, |ours| ours.volume_changed(&wait.iter().collect::<Vec<_>>()))?))
+        let event = self
+            .shared
+            .with(py, |ours| ours.require_whole("Renderer.volume_changed")?.volume_changed(&wait.iter().collect::<Vec<_>>()))?;
+        Ok(Event::new(event))
+    }
+
+    /// Cancels the calls of render, render_float, depths and prepare that are in progress on other threads, or wait for the renderer: they
+    /// raise Cancelled before their next kernel. Later calls are drawn in full. Returns at once, and does nothing where there are none.
+    fn cancel(&self) {
+        self.shared.cancel();
+    }
+
+    /// How a view would be streamed, a dict; None where the renderer holds all voxels, as without a memory budget.
+    ///
+    /// lattices: a list of dicts, each with the layer axis, the number of parts that are uploaded one after the other, and held_layers, the most
+    /// layers on the device at a time. voxel_bytes: bytes of voxels that a frame uploads. volume_bytes: bytes of all voxels. device_bytes: most
+    /// bytes of buffers at a time. available_bytes: bytes that these may take.
+    ///
+    /// Raises OutOfMemory where the budget is too small for the view.
+    #[pyo3(signature = (camera, size, settings = None))]
+    fn stream_plan<'py>(
+        &self,
+        py: Python<'py>,
+        camera: Given<Bound<Camera>>,
+        size: Given<Size>,
+        settings: Option<Given<Bound<Settings>>>,
+    ) -> Result<Option<Bound<'py, PyDict>>> {
+        given!(camera, size, settings);
+        let camera = *camera.get().ours();
+        let (viewport, settings) = (size.viewport()?, chosen(settings));
+        let plan = self.shared.with(py, |ours| ours.stream_plan(&camera, viewport, &settings))?;
+        Ok(plan.map(|plan| stream_plan(py, &plan)).transpose()?)
     }
 
     /// Longest time of a frame in seconds; None: no limit. A longer frame raises TimedOut before its next kernel. It may be set, for the next
@@ -294,7 +350,7 @@ impl Renderer {
 }
 
 impl Renderer {
-    fn with_limit(mut renderer: Ours, owner: Option<Py<PyAny>>, time_limit: Option<Duration>) -> Self {
+    fn with_limit(mut renderer: Box<AnyRenderer>, owner: Option<Py<PyAny>>, time_limit: Option<Duration>) -> Self {
         renderer.limit(time_limit);
         Self { shared: Arc::new(Exclusive::new(renderer, owner)), time_limit: Mutex::new(time_limit) }
     }
@@ -322,7 +378,7 @@ impl Renderer {
                 ));
             }
         };
-        let renderer = detached(py, || Ok(Ours::of(there.ours(), &transfer)?))?;
-        Ok(Self::with_limit(renderer, Some(there.owner().clone_ref(py)), time_limit))
+        let renderer = Ours::of(there.ours(), &transfer)?;
+        Ok(Self::with_limit(Box::new(renderer), Some(there.owner().clone_ref(py)), time_limit))
     }
 }

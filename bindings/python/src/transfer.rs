@@ -1,6 +1,6 @@
 //! Transfer functions.
 
-use crate::calls::detached;
+use crate::calls::abandonable;
 use crate::errors::Result;
 use crate::given::{Given, accepted, either, given};
 use crate::pickled::{Reduced, reduced};
@@ -77,16 +77,16 @@ impl TransferFunction {
     #[staticmethod]
     fn automatic(py: Python, volume: Given<Bound<Volume>>) -> Result<Self> {
         given!(volume);
-        let volume = volume.get().ours();
-        Ok(Self(detached(py, || Ok(Ours::automatic(volume)))?))
+        let volume = volume.get().ours().clone();
+        Ok(Self(abandonable(py, move || Ok(Ours::automatic(&volume)))?))
     }
 
     /// A built-in one by its name, or a ParaView colour map: FILE or FILE#PRESET.
     #[staticmethod]
     fn open(py: Python, source: Given<PathBuf>, volume: Given<Bound<Volume>>) -> Result<Self> {
         given!(source, volume);
-        let volume = volume.get().ours();
-        let (transfer, warnings) = warned(py, || Ok(Ours::open(source, volume)?))?;
+        let volume = volume.get().ours().clone();
+        let (transfer, warnings) = warned(py, move || Ok(Ours::open(source, &volume)?))?;
         warn(py, warnings)?;
         Ok(Self(transfer))
     }

@@ -117,7 +117,7 @@ impl Volume {
         let (spacing, level) = (spacing.map(DVec3::from), level.map(Level::Number));
         let options =
             OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level, memory: None };
-        let (volume, warnings) = warned(py, || Ok(Ours::open(path, &options)?))?;
+        let (volume, warnings) = warned(py, move || Ok(Ours::open(path, &options)?))?;
         warn(py, warnings)?;
         Ok(Self(match background {
             Some(value) => volume.with_background(value)?,

@@ -1,6 +1,6 @@
 //! The library's warnings, which it logs, as Python warnings.
 
-use crate::calls::detached;
+use crate::calls::abandonable;
 use crate::errors::Result;
 use pyo3::prelude::*;
 use std::fmt::Debug;
@@ -10,11 +10,11 @@ use tracing::level_filters::LevelFilter;
 use tracing::span::{Attributes, Id, Record};
 use tracing::{Dispatch, Event, Level, Metadata, Subscriber, dispatcher};
 
-/// Does something with the interpreter's lock released. Returns with its value what the library warned of on this thread.
-pub fn warned<T: Send>(py: Python, work: impl FnOnce() -> Result<T> + Send) -> Result<(T, Vec<String>)> {
+/// Runs `work` as [`abandonable`] does. Returns its value and the library's warnings.
+pub fn warned<T: Send + 'static>(py: Python, work: impl FnOnce() -> Result<T> + Send + 'static) -> Result<(T, Vec<String>)> {
     let collected = Arc::new(Collected::default());
     let dispatch = Dispatch::new(collected.clone());
-    let value = detached(py, || dispatcher::with_default(&dispatch, work))?;
+    let value = abandonable(py, move || dispatcher::with_default(&dispatch, work))?;
     let warnings = std::mem::take(&mut *collected.0.lock().unwrap_or_else(PoisonError::into_inner));
     Ok((value, warnings))
 }

@@ -1,6 +1,7 @@
 """Exceptions, and that stubs tell the truth."""
 
 import ast
+import concurrent.futures
 import errno
 import inspect
 import pathlib
@@ -21,6 +22,7 @@ def test_the_classes_are_pythons_own_too():
         (layersplat.InternalError, RuntimeError),
         (layersplat.OutOfMemory, MemoryError),
         (layersplat.TimedOut, TimeoutError),
+        (layersplat.Cancelled, concurrent.futures.CancelledError),
         (layersplat.FileError, OSError),
         (layersplat.FileNotFound, FileNotFoundError),
         (layersplat.PermissionDenied, PermissionError),

@@ -38,6 +38,8 @@ def interrupt():
 
 HELD = SCENE + """
 calls = {
+    "upload": lambda: layersplat.Renderer(array, transfer, queue=host.queue),
+    "range": lambda: layersplat.DeviceVolume(host.device(), host.filled(array), array.shape, np.uint8),
     "render": lambda: renderer.render(camera, SIZE),
     "render_float": lambda: renderer.render_float(camera, SIZE),
     "depths": lambda: renderer.depths(camera, SIZE),
@@ -79,7 +81,7 @@ def run(program, *arguments, **options):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends SIGINT")
-@pytest.mark.parametrize("call", ["render", "render_float", "depths", "wait"])
+@pytest.mark.parametrize("call", ["upload", "range", "render", "render_float", "depths", "wait"])
 def test_ctrl_c_ends_a_call_that_would_never_end(call):
     done = run(HELD, call)
     assert done.returncode == 0, done.stderr
@@ -163,3 +165,60 @@ def test_a_frame_of_another_thread_goes_on():
     """The main thread waits for the renderer, which another thread uses: only its own call ends."""
     done = run(OTHER)
     assert done.stdout.split() == ["interrupted", "whole"], done.stderr
+
+
+# A read-only view of one byte as many voxels, which are looked at for their range.
+SCAN = """
+import os, signal, sys, threading, time
+import numpy as np
+import layersplat
+
+array = np.broadcast_to(np.frombuffer(b"1", np.uint8), (int(sys.argv[1]), 1000, 1000))
+began = time.perf_counter()
+"""
+
+SCANNED = SCAN + """
+layersplat.Volume(array)
+print(time.perf_counter() - began)
+"""
+
+SCAN_INTERRUPTED = SCAN + """
+threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+try:
+    layersplat.Volume(array)
+except KeyboardInterrupt:
+    print(time.perf_counter() - began, flush=True)
+# Without waiting for the scan, as a second Ctrl-C would.
+os._exit(0)
+"""
+
+READ = """
+import os, signal, sys, threading, time
+import layersplat
+
+threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+began = time.perf_counter()
+try:
+    layersplat.Volume.open(sys.argv[1])
+except KeyboardInterrupt:
+    print(time.perf_counter() - began, flush=True)
+os._exit(0)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends SIGINT")
+def test_ctrl_c_ends_the_constructor_of_a_volume():
+    for layers in (1000, 4000, 16000, 64000):
+        whole = float(run(SCANNED, str(layers)).stdout)
+        if whole > SLOW:
+            break
+    assert whole > SLOW, "the machine is too fast for this test"
+    done = run(SCAN_INTERRUPTED, str(layers))
+    assert float(done.stdout) < 0.3 + PROMPT < whole, done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends SIGINT")
+def test_ctrl_c_ends_the_opening_of_a_volume():
+    """More than 2^30 voxels, which are evaluated for their range."""
+    done = run(READ, "builtin:hydrogen@1500")
+    assert float(done.stdout) < 0.3 + PROMPT, done.stderr

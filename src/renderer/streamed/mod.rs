@@ -113,6 +113,11 @@ impl<'v> StreamedRenderer<'v> {
         }
     }
 
+    /// The transfer function in use.
+    pub fn transfer_function(&self) -> &TransferFunction {
+        &self.transfer
+    }
+
     /// Takes another volume from the next frame on. Nothing is read yet.
     pub fn set_volume(&mut self, volume: &Volume<'v>) {
         self.world = World::of(volume.grid());

@@ -46,7 +46,11 @@ pub const SOURCE: &str = "builtin:hydrogen@20";
 
 impl Scene {
     pub fn new() -> Self {
-        let source = CString::new(SOURCE).unwrap();
+        Self::of(SOURCE)
+    }
+
+    pub fn of(source: &str) -> Self {
+        let source = CString::new(source).unwrap();
         // SAFETY: all arguments are alive.
         unsafe {
             let device = made(|out| layersplat_device_open(null(), out));

@@ -9,6 +9,7 @@ Arrays are (z, y, x), and so is ``spacing``, in the order of the array's axes. P
 import atexit
 
 from ._errors import (
+    Cancelled,
     DataWarning,
     DeviceError,
     Error,
@@ -42,6 +43,7 @@ atexit.register(wait_for_interrupted_calls)
 
 __all__ = [
     "Camera",
+    "Cancelled",
     "DataWarning",
     "Device",
     "DeviceError",

@@ -1,5 +1,6 @@
 """Exceptions: each is a layersplat.Error, and the built-in one that is usual for its kind."""
 
+import concurrent.futures
 from typing import Tuple
 
 
@@ -32,6 +33,10 @@ class OutOfMemory(Error, MemoryError):
 
 class TimedOut(Error, TimeoutError):
     """A frame that took longer than its time limit."""
+
+
+class Cancelled(Error, concurrent.futures.CancelledError):
+    """A frame that another thread cancelled: ``Renderer.cancel``."""
 
 
 class InternalError(Error, RuntimeError):
