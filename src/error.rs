@@ -1,4 +1,4 @@
-//! What can go wrong, with the file, the value and the remedy.
+//! Errors. Messages name the file, the value and the remedy.
 
 #[cfg(feature = "mpi")]
 mod distributed;
@@ -12,7 +12,7 @@ pub use gl::GlError;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Everything that can fail in this crate.
+/// An error of this crate.
 ///
 /// ```
 /// use layersplat::{Error, OpenOptions, Volume};
@@ -41,7 +41,7 @@ pub enum Error {
         /// Why.
         source: io::Error,
     },
-    /// A volume file that says too little or something wrong.
+    /// A volume file with missing or wrong information.
     #[error("{path}: {problem}")]
     Volume {
         /// The file.
@@ -58,7 +58,7 @@ pub enum Error {
         dims: [usize; 3],
         /// Name of the stated type.
         scalar: String,
-        /// Bytes that these need, a header included.
+        /// Bytes that these need, including the header.
         expected: u64,
         /// Bytes found.
         found: String,
@@ -92,30 +92,30 @@ pub enum Error {
     /// A number outside its range.
     #[error("{name} is {value}: expected {expected}")]
     OutOfRange {
-        /// The field or argument that it was given for.
+        /// Name of the field or argument.
         name: &'static str,
         /// The number.
         value: String,
-        /// What it may be.
+        /// Accepted values.
         expected: &'static str,
     },
-    /// A camera without a view.
+    /// An invalid camera.
     #[error("camera: {problem}")]
     Camera {
         /// What is wrong with it and what to do.
         problem: &'static str,
     },
-    /// A view in a file of cameras that cannot be taken.
+    /// An invalid view in a file of cameras.
     #[error("{path}, line {line}: {problem}")]
     Cameras {
         /// The file.
         path: PathBuf,
-        /// The line, the first is 1.
+        /// Line number, from 1.
         line: u64,
         /// What is wrong with it and what to do.
         problem: String,
     },
-    /// A file of key cameras that there is no way through.
+    /// An invalid file of key cameras.
     #[error("{path}: {problem}")]
     Keys {
         /// The file.
@@ -126,19 +126,19 @@ pub enum Error {
     /// Settings that contradict each other or the view.
     #[error("{field}: {problem}")]
     Settings {
-        /// The field that should be another.
+        /// The field to change.
         field: &'static str,
         /// What is wrong and what to do.
         problem: String,
     },
-    /// A name that does not exist.
+    /// An unknown name.
     #[error("unknown {what} '{name}': use {known}")]
     UnknownName {
-        /// What kind of name.
+        /// Kind of name.
         what: &'static str,
-        /// The name.
+        /// The unknown name.
         name: String,
-        /// Names that exist.
+        /// Known names.
         known: String,
     },
     /// A picture that cannot be read or compared.
@@ -149,79 +149,79 @@ pub enum Error {
         /// What is wrong with it.
         problem: String,
     },
-    /// There is no OpenCL on this machine.
+    /// No OpenCL implementation is installed on this machine.
     #[error(
         "no OpenCL {missing} found{}: install PoCL, which runs on any CPU (Debian, Ubuntu: apt install pocl-opencl-icd \
          ocl-icd-libopencl1; Fedora: dnf install pocl ocl-icd; macOS: brew install pocl), or your GPU's driver",
-        listed(failures)
+        in_parentheses(failures)
     )]
     NoOpenCl {
-        /// Loader or platform.
+        /// "loader" or "platform".
         missing: &'static str,
-        /// Why what is installed could not be loaded, if anything is.
+        /// Why installed implementations could not be loaded.
         failures: Vec<String>,
     },
-    /// OpenCL is there, but without a device.
-    #[error("no OpenCL device found, {platforms}: look after the driver, or install PoCL, which runs on any CPU")]
+    /// OpenCL is installed, but has no device.
+    #[error("no OpenCL device found, {platforms}: check the driver, or install PoCL, which runs on any CPU")]
     NoDevice {
-        /// The platforms, with what each of them answered.
+        /// The platforms with the answer of each.
         platforms: String,
     },
-    /// PoCL cannot keep the kernels that it compiles: it has no device then, or builds nothing.
+    /// PoCL cannot write its cache of compiled kernels. It then has no device or fails to build kernels.
     #[error(
-        "PoCL cannot keep compiled kernels in {folder} ({source}): set POCL_CACHE_DIR to a folder that it can write, on a disk with room"
+        "PoCL cannot keep compiled kernels in {folder} ({source}): set POCL_CACHE_DIR to a writable folder on a disk with free space"
     )]
     KernelCache {
         /// The folder.
         folder: PathBuf,
-        /// Why: a full disk, for example.
+        /// Why, for example a full disk.
         source: io::Error,
     },
-    /// A file's name does not tell what it holds, or tells it wrongly.
+    /// A raw file whose name lacks dimensions or type, or states them wrongly.
     #[error("{path}: {problem}: name it NAME_XxYxZ_TYPE.raw, or give {field}", path = path.display())]
     Unnamed {
         /// The file.
         path: PathBuf,
-        /// What can be given instead.
+        /// The field to give instead.
         field: &'static str,
         /// What is wrong with the name.
         problem: String,
     },
-    /// The machine does not have the memory.
+    /// Not enough host memory.
     #[error(
-        "{what} needs {needed} bytes of memory, which this process cannot get: {available} are free on the machine, and its own limit \
-         (ulimit -v) may be lower; use a smaller one, or free some"
+        "{what} needs {needed} bytes of memory, which this process cannot allocate: {available} are free on the machine, and the limit \
+         of the process (ulimit -v) may be lower; use a smaller one, or free memory"
     )]
     HostMemory {
-        /// What was to be stored.
+        /// The object to be stored.
         what: String,
         /// Bytes needed.
         needed: u64,
         /// Bytes free for this process.
         available: u64,
     },
-    /// More than the device has in one piece.
+    /// A buffer larger than the device allows.
     #[error("{what} needs {needed} bytes, but {device} allows {available} in one buffer: use a smaller one or another device")]
     DeviceMemory {
-        /// What was to be stored.
+        /// The object to be stored.
         what: String,
         /// The device.
         device: String,
         /// Bytes needed.
         needed: u64,
-        /// Bytes that the device allows.
+        /// Largest buffer of the device in bytes.
         available: u64,
     },
-    /// More than buffers on the device may take together.
-    #[error("{what} needs {needed} bytes on the device beside {taken} that are taken, and the memory budget is {budget}: give at least {}", needed.saturating_add(*taken))]
+    /// The memory budget of the device is exceeded.
+    #[error("{what} needs {needed} bytes on the device in addition to {taken} in use, but the memory budget is {budget}: set at least {}", needed.saturating_add(*taken))]
     MemoryBudget {
-        /// What was to be stored.
+        /// The object to be stored.
         what: String,
         /// Bytes needed.
         needed: u64,
-        /// Bytes of the budget that are taken.
+        /// Bytes of the budget in use.
         taken: u64,
-        /// Bytes that were given: [`Device::with_memory`](crate::Device::with_memory).
+        /// The budget in bytes: [`Device::with_memory`](crate::Device::with_memory).
         budget: u64,
     },
     /// A call that only a renderer of the whole volume supports, on one that streams the volume or shares it with other processes.
@@ -235,19 +235,19 @@ pub enum Error {
     },
     /// The device's memory is full.
     #[error(
-        "{what} needs {needed} bytes, but {device} could not give them, with {left} not taken by this program ({source}): use a \
+        "{what} needs {needed} bytes, but {device} could not allocate them, with {left} not used by this program ({source}): use a \
          smaller one or another device"
     )]
     OutOfDeviceMemory {
-        /// What was to be stored.
+        /// The object to be stored.
         what: String,
         /// The device.
         device: String,
         /// Bytes needed.
         needed: u64,
-        /// Bytes of the device that this program has not taken; others may have.
+        /// Bytes of the device that this program does not use. Other programs may.
         left: u64,
-        /// OpenCL's code.
+        /// OpenCL error code.
         source: opencl3::error_codes::ClError,
     },
     /// A kernel did not compile.
@@ -257,29 +257,29 @@ pub enum Error {
         program: &'static str,
         /// The device.
         device: String,
-        /// OpenCL's code.
+        /// OpenCL error code.
         source: opencl3::error_codes::ClError,
-        /// The compiler's words.
+        /// The compiler's log.
         log: String,
     },
-    /// A kernel that was to be built in the background is not, since its device is gone.
-    #[error("{program} was not built in the background: its device was closed before")]
+    /// A kernel was not built in the background, because its device was closed.
+    #[error("{program} was not built in the background: its device was closed first")]
     NotBuilt {
         /// The kernel file.
         program: &'static str,
     },
-    /// Memory or a queue of the caller's own that cannot be used.
+    /// Caller-owned memory, or a caller-owned queue, that cannot be used.
     #[error("{what} {problem}")]
     Memory {
-        /// What was handed over, and for what.
+        /// The object and its purpose.
         what: &'static str,
         /// What is wrong with it and what to do.
         problem: String,
     },
-    /// A frame that took longer than its time limit.
+    /// A frame that exceeded its time limit.
     #[error(
-        "the frame took longer than its limit of {longest:?} and ended before {stage}: raise the limit, or choose a smaller picture or a \
-         lower quality"
+        "the frame took longer than its limit of {longest:?} and was stopped before {stage}: raise the limit, or choose a smaller picture \
+         or a lower quality"
     )]
     TooLong {
         /// The stage that was not started.
@@ -293,39 +293,39 @@ pub enum Error {
         /// The stage that was not started.
         stage: &'static str,
     },
-    /// A device that does not draw what it should.
+    /// A device that renders wrong pictures.
     #[error(
-        "{device} does not draw what it should ({failures}): update its driver, choose another device, or use it unchecked if a wrong \
-         picture does no harm"
+        "{device} failed its check ({failures}): update its driver, choose another device, or skip the check if wrong pictures are \
+         acceptable"
     )]
     DeviceFailed {
         /// The device.
         device: String,
-        /// What failed, and how.
+        /// The failed kernel families with the reason.
         failures: String,
     },
-    /// OpenGL, or a texture, that pictures cannot go to.
+    /// An OpenGL context or texture that cannot receive pictures.
     #[cfg(feature = "gl-interop")]
     #[error(transparent)]
     Gl(#[from] GlError),
-    /// Processes that render together, and one of them could not.
+    /// An error in distributed rendering.
     #[cfg(feature = "mpi")]
     #[error(transparent)]
     Distributed(#[from] DistributedError),
     /// An OpenCL call failed.
     #[error("{call} failed on {device}: {source} ({})", source.0)]
     OpenCl {
-        /// What was called.
+        /// The function called.
         call: &'static str,
         /// The device.
         device: String,
-        /// OpenCL's code.
+        /// OpenCL error code.
         source: opencl3::error_codes::ClError,
     },
 }
 
 impl Error {
-    /// The fields or arguments that are at fault, by their names in this crate: for those who give them other names.
+    /// Names of the fields or arguments at fault, as in this crate. Applications with other names can map them.
     pub fn fields(&self) -> &[&'static str] {
         match self {
             Error::Settings { field, .. } | Error::Unnamed { field, .. } => std::slice::from_ref(field),
@@ -340,7 +340,7 @@ impl Error {
         }
     }
 
-    /// Whether a device, or its budget, has too little memory left: other buffers may make room.
+    /// Whether a device or its budget has too little memory left. Freeing other buffers may help.
     pub(crate) fn is_lack_of_device_memory(&self) -> bool {
         matches!(self, Error::MemoryBudget { .. } | Error::OutOfDeviceMemory { .. })
     }
@@ -358,7 +358,7 @@ impl Error {
     }
 }
 
-/// In brackets, if there are any.
-fn listed(reasons: &[String]) -> String {
+/// The reasons in parentheses, or nothing.
+fn in_parentheses(reasons: &[String]) -> String {
     if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join("; ")) }
 }

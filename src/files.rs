@@ -14,17 +14,17 @@ use tempfile::{NamedTempFile, TempPath};
 static WRITING: RwLock<()> = RwLock::new(());
 /// Files whose writing takes long. They are removed on exit, not waited for.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-/// Folders in which this process has looked for what others left.
+/// Folders in which this process has removed files left by killed processes.
 static SWEPT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// What names of files begin with while they are written; the number of the process follows.
+/// Prefix of temporary file names; the process id follows.
 const PREFIX: &str = ".layersplat-";
-/// How long nobody has written to a file that was left behind. Its process may live where this one cannot see it, in another container
-/// or on another machine; then it writes a frame of its film within that time.
-const LEFT: Duration = Duration::from_secs(24 * 3600);
+/// Minimum time since the last write to a leftover file. Its process may be invisible to this one, in another container or on
+/// another machine; if so, it writes a frame of its animation within that time.
+const LEFTOVER_AGE: Duration = Duration::from_secs(24 * 3600);
 
-/// While the returned guard exists, no signal ends the process.
-fn at_hand() -> RwLockReadGuard<'static, ()> {
+/// Keeps signals from ending the process while the returned guard exists.
+fn begin_write() -> RwLockReadGuard<'static, ()> {
     WRITING.read().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -40,7 +40,7 @@ pub(crate) fn between_files<T>(then: impl FnOnce() -> T) -> T {
 }
 
 /// Creates a temporary file in the folder of `path`, and returns it with its final path. Symbolic links are followed.
-fn beside(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
+fn create_temporary(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
     if target.exists() && !target.is_file() {
         return Err(io::Error::other("it exists and is not a regular file"));
@@ -65,24 +65,24 @@ fn beside(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
     Ok((file, target))
 }
 
-/// Removes the files of processes that were killed while they wrote: of those that no longer run, and not written to for a day.
+/// Removes temporary files of killed processes: the process no longer runs, and the file is older than [`LEFTOVER_AGE`].
 fn sweep(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let is_old = |entry: &std::fs::DirEntry| {
             let metadata = entry.metadata().ok().filter(std::fs::Metadata::is_file);
-            metadata.and_then(|found| found.modified().ok()?.elapsed().ok()).is_some_and(|since| since > LEFT)
+            metadata.and_then(|found| found.modified().ok()?.elapsed().ok()).is_some_and(|age| age > LEFTOVER_AGE)
         };
-        let process = entry.file_name().to_str().and_then(process_of);
-        // A file that is removed by another process at the same time is gone as well.
+        let process = entry.file_name().to_str().and_then(parse_process);
+        // Another process may remove the file at the same time, so errors are ignored.
         if process.is_some_and(|process| is_old(&entry) && !is_running(process)) && std::fs::remove_file(entry.path()).is_ok() {
-            tracing::info!("removed {}: its process was killed before it was finished", entry.path().display());
+            tracing::info!("removed the unfinished file {} of a killed process", entry.path().display());
         }
     }
 }
 
-/// The process that gave a file its temporary name.
-fn process_of(name: &str) -> Option<u32> {
+/// Process id in the name of a temporary file.
+fn parse_process(name: &str) -> Option<u32> {
     let (process, _random) = name.strip_prefix(PREFIX)?.split_once('-')?;
     process.parse().ok()
 }
@@ -98,9 +98,9 @@ fn is_running(process: u32) -> bool {
 /// # Errors
 /// [`Error::Write`], which names `path`. No file is left behind.
 pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
-    let _writing = at_hand();
+    let _writing = begin_write();
     let failed = |e| Error::write(path, e);
-    let (mut file, target) = beside(path).map_err(failed)?;
+    let (mut file, target) = create_temporary(path).map_err(failed)?;
     let mut buffered = io::BufWriter::new(file.as_file_mut());
     write(&mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;
     drop(buffered);
@@ -118,8 +118,8 @@ pub(crate) struct Unfinished {
 impl Unfinished {
     /// Creates the temporary file and opens it for writing.
     pub fn new(path: &Path) -> io::Result<(Self, File)> {
-        let _writing = at_hand();
-        let (file, target) = beside(path)?;
+        let _writing = begin_write();
+        let (file, target) = create_temporary(path)?;
         let (file, temporary) = file.into_parts();
         unfinished(|paths| paths.insert(temporary.to_path_buf()));
         Ok((Self { temporary: Some(temporary), target }, file))
@@ -132,7 +132,7 @@ impl Unfinished {
 
     /// Renames the complete file to its final path.
     pub fn finish(mut self) -> io::Result<()> {
-        let _writing = at_hand();
+        let _writing = begin_write();
         let temporary = self.temporary.take().expect("present until finished");
         unfinished(|paths| paths.remove(&temporary.to_path_buf()));
         temporary.persist(&self.target).map_err(|e| e.error)
@@ -163,7 +163,7 @@ pub(crate) struct Scratch(tempfile::TempDir);
 impl Scratch {
     /// Creates the folder in the system's temporary folder (`TMPDIR`).
     pub fn new() -> Result<Self, Error> {
-        let _writing = at_hand();
+        let _writing = begin_write();
         let folder = tempfile::Builder::new().prefix("layersplat-").tempdir();
         let folder = folder.map_err(temporary_failed)?;
         unfinished(|paths| paths.insert(folder.path().into()));
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_there_when_it_is_finished_and_gone_when_it_is_not() {
+    fn only_finished_files_exist() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.bin");
         let (unfinished, mut file) = Unfinished::new(&path).unwrap();

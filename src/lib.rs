@@ -1,6 +1,6 @@
-//! Layered volume splatting on any OpenCL device, a plain CPU included.
+//! Layered volume splatting on any OpenCL device, including plain CPUs.
 //!
-//! A [`Volume`] and a [`TransferFunction`] go to a [`Renderer`] on a [`Device`]; a [`Camera`] and [`Settings`] make a
+//! A [`Renderer`] holds a [`Volume`] and a [`TransferFunction`] on a [`Device`]. It renders a [`Camera`] with [`Settings`] to a
 //! [`Frame`]:
 //!
 //! ```no_run
@@ -21,12 +21,14 @@
 //! # }
 //! ```
 //!
-//! Vectors and matrices are those of [`glam`], contexts, queues and events of callers those of [`opencl3`]; both are passed on here. The command `layersplat` comes with the default
-//! feature `cli`; a program that only wants the library leaves it out (`default-features = false`). `layers` and
-//! `reference`, which the documentation does not show, are there for this crate's own tests and may change at any time.
+//! Vectors and matrices are types of [`glam`]; OpenCL contexts, queues and events are types of [`opencl3`]. Both crates are
+//! re-exported.
 //!
-//! The method is that of Schlegel & Pajarola, *Layered Volume Splatting* (ISVC 2009). ARCHITECTURE.md in the repository
-//! says which module does what.
+//! The default feature `cli` builds the `layersplat` command. Programs that use only the library disable it (`default-features =
+//! false`). The undocumented modules `layers` and `reference` exist for this crate's tests and may change at any time.
+//!
+//! The method is that of Schlegel & Pajarola, *Layered Volume Splatting* (ISVC 2009). ARCHITECTURE.md in the repository describes
+//! the modules.
 #![warn(missing_docs)]
 
 pub mod annotation;
@@ -70,7 +72,7 @@ pub use transfer::TransferFunction;
 pub use viewport::Viewport;
 pub use volume::{OpenOptions, Volume};
 
-/// What docs/embedding.md shows is built with the tests.
+/// Builds the examples of docs/embedding.md with the tests.
 #[cfg(doctest)]
 #[doc = include_str!("../docs/embedding.md")]
 struct Embedding;

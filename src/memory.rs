@@ -5,7 +5,7 @@ use bytemuck::Zeroable;
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
 /// Smallest request in bytes that is checked. Below, the check takes longer than the allocation.
-const WORTH_ASKING: u64 = 1 << 24;
+const MIN_CHECKED_BYTES: u64 = 1 << 24;
 
 /// Bytes that can be allocated without swapping or being killed: free or reclaimable memory, within container limits.
 pub(crate) fn available() -> u64 {
@@ -19,14 +19,13 @@ pub(crate) fn available() -> u64 {
 /// # Errors
 /// [`Error::HostMemory`], which names `what`.
 pub(crate) fn require(what: &str, bytes: u64) -> Result<(), Error> {
-    if bytes < WORTH_ASKING {
+    if bytes < MIN_CHECKED_BYTES {
         return Ok(());
     }
     let available = available();
-    let refused = || Error::HostMemory { what: what.into(), needed: bytes, available };
     // A reservation that is released untouched costs nothing, and reveals limits that the system does not report.
     let reserved = usize::try_from(bytes).is_ok_and(|len| Vec::<u8>::new().try_reserve_exact(len).is_ok());
-    if bytes <= available && reserved { Ok(()) } else { Err(refused()) }
+    if bytes <= available && reserved { Ok(()) } else { Err(Error::HostMemory { what: what.into(), needed: bytes, available }) }
 }
 
 /// Allocates `len` zeros.
@@ -44,11 +43,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_there_is_not_is_refused() {
+    fn too_large_requests_fail() {
         assert!(available() > 0);
         let message = require("the volume", 1 << 50).unwrap_err().to_string();
         assert!(message.contains("the volume") && message.contains("1125899906842624"), "{message}");
         assert!(zeroed::<f32>("the picture", 1 << 48).is_err());
-        assert_eq!(zeroed::<u16>("little", 3).unwrap(), [0; 3]);
+        assert_eq!(zeroed::<u16>("three numbers", 3).unwrap(), [0; 3]);
     }
 }

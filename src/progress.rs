@@ -14,24 +14,24 @@ type Watch = dyn Fn(&str, u64, u64) + Send + Sync;
 #[cfg(feature = "cli")]
 static WATCH: OnceLock<Box<Watch>> = OnceLock::new();
 
-/// Installs the observer of all tasks. It is called after every step, and with completed = total when a task ends. Only the first call
-/// has an effect.
+/// Installs the observer of all tasks. It is called after every step, and with completed = total when a task ends. Only the first
+/// call has an effect.
 #[cfg(feature = "cli")]
 pub(crate) fn watch(watch: impl Fn(&str, u64, u64) + Send + Sync + 'static) {
     let _ = WATCH.set(Box::new(watch));
 }
 
-/// Microseconds that building programs has taken in this process.
+/// Total build time of programs in this process, in microseconds.
 #[cfg(feature = "cli")]
 static BUILDING: AtomicU64 = AtomicU64::new(0);
 
-/// Adds the time that the build of a program took.
+/// Adds the build time of a program.
 #[cfg(feature = "cli")]
-pub(crate) fn add_building(taken: Duration) {
-    BUILDING.fetch_add(taken.as_micros() as u64, Ordering::Relaxed);
+pub(crate) fn add_building(elapsed: Duration) {
+    BUILDING.fetch_add(elapsed.as_micros() as u64, Ordering::Relaxed);
 }
 
-/// How long programs were built in this process.
+/// Total build time of programs in this process.
 #[cfg(feature = "cli")]
 pub(crate) fn building() -> Duration {
     Duration::from_micros(BUILDING.load(Ordering::Relaxed))
@@ -54,10 +54,10 @@ impl Task {
     /// Adds completed steps.
     pub fn add(&mut self, steps: u64) {
         self.done = self.done.saturating_add(steps);
-        self.tell();
+        self.notify();
     }
 
-    fn tell(&self) {
+    fn notify(&self) {
         #[cfg(feature = "cli")]
         if let Some(watch) = WATCH.get() {
             watch(&self.what, self.done, self.total);
@@ -70,7 +70,7 @@ impl Drop for Task {
         // A task without any steps is never reported.
         if self.done > 0 {
             (self.done, self.total) = (self.done.max(self.total), self.done.max(self.total));
-            self.tell();
+            self.notify();
         }
     }
 }

@@ -151,7 +151,7 @@ fn key_cameras() {
     assert!(apart("way/frame_0000.png", "way/frame_0008.png") > 0.1 && apart("way/frame_0000.png", "way/frame_0001.png") > 0.01);
     for (keys, words) in [
         ("[]", "at least 2"),
-        ("{}", "no JSON list"),
+        ("{}", "not a JSON list"),
         (r#"[{"time": 0}, {"azimuth": 3}]"#, "key 2: it has no time"),
         (r#"[{"time": 0}, {"time": 0}]"#, "key 2: its time, 0, is not after 0"),
         (r#"[{"time": 0}, {"time": 1, "zoom": 3}]"#, "key 2: unknown field `zoom`"),
@@ -280,8 +280,8 @@ fn lines_that_are_wrong_are_named() {
     let good = r#"{"output": "a.png"}"#;
     let long = format!(r#"{{"output": "{}.png"}}"#, "x".repeat(70_000));
     for (line, word) in [
-        (r#"{"output": "a.png""#, "no JSON object"),
-        ("[1]", "no JSON object"),
+        (r#"{"output": "a.png""#, "not a JSON object"),
+        ("[1]", "not a JSON object"),
         (r#"{"azimuth": 3}"#, "names no picture"),
         (r#"{"output": "a.bmp"}"#, ".exr"),
         (r#"{"output": "a.png", "size": [0, 3]}"#, "1 to 16384"),

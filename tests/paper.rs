@@ -99,7 +99,7 @@ fn the_papers_experiments_become_pages() {
     }
     let table = std::fs::read_to_string(f.join("pages/table1.md")).unwrap();
     assert!(table.contains("| fuel | 12×10×9 |") && table.contains("(14K)") && table.contains("(2.5)"), "{table}");
-    assert!(table.contains("Seen: fuel through "), "{table}");
+    assert!(table.contains("Data sets: fuel with "), "{table}");
     assert!(!table.contains("NaN") && !table.contains("inf"), "{table}");
     for picture in ["table1_fuel.png", "fig2.png", "fig3.png", "fig5.png", "popping.png"] {
         assert!(image::open(f.join("pages").join(picture)).unwrap().width() > 70);
@@ -123,7 +123,7 @@ fn without_data_sets_built_in_volumes_stand_in() {
     let f = folder.path();
     let written = json(f, &["paper", "popping", "--out", "pages", "--size", "24x24", "--volumes", "."]);
     assert!(written["data_sets"][0].as_str().unwrap().starts_with("hydrogen"), "{written}");
-    assert!(std::fs::read_to_string(f.join("pages/popping.md")).unwrap().contains("built-in volumes stand in"));
+    assert!(std::fs::read_to_string(f.join("pages/popping.md")).unwrap().contains("built-in volumes are used"));
 }
 
 #[test]

@@ -1,25 +1,24 @@
-//! The options that choose a renderer.
+//! Options that select the algorithm.
 
 use super::parse;
 use crate::layers::Kernel;
 use crate::settings::{Algorithm, LayerAxis, Layered};
 use clap::{Args, ValueEnum};
 
-/// Which renderer.
+/// Selection of the algorithm, with the options that only some algorithms have.
 #[derive(Args)]
 pub(super) struct AlgorithmOptions {
-    /// layered, or one of those that the paper compares with
-    #[arg(long, default_value = "layered")]
+    /// Rendering algorithm: layered, or one that the paper compares with
+    #[arg(long, default_value = "layered", value_name = "NAME")]
     algorithm: AlgorithmName,
-    /// Distance of view-sheets in voxels: 0.125 to 4 [default: 1]
+    /// Sheet distance of view-sheets in voxels, 0.125 to 4 [default: 1]
     #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
     sheet_distance: Option<f64>,
-    /// Distance of slices (slicing) or samples (raycast) in smallest spacings [default: 1 and 0.5]
+    /// Step of slicing or raycast, relative to the smallest spacing [default: slicing 1, raycast 0.5]
     #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
     step: Option<f64>,
-    /// What reconstructs the field, of layered (not with --classification post, which splats the cubic) and raycast; gaussian of raycast
-    /// only [default: by --quality; of raycast linear]
-    #[arg(long, visible_alias = "interpolation")]
+    /// Reconstruction kernel; splats (post) are always cubic, gaussian needs raycast [default: by --quality; raycast: linear]
+    #[arg(long, visible_alias = "interpolation", value_name = "NAME")]
     kernel: Option<KernelName>,
 }
 
@@ -44,7 +43,10 @@ enum KernelName {
 }
 
 impl AlgorithmOptions {
-    /// The algorithm that was asked for, or what is contradictory; `layered` and `layer_axis` are what other options say of these.
+    /// The selected algorithm. `layered` and `layer_axis` come from the other options.
+    ///
+    /// # Errors
+    /// [`crate::Error::Settings`] for options that the algorithm does not have.
     pub fn algorithm(&self, layered: Layered, layer_axis: LayerAxis) -> Result<Algorithm, crate::Error> {
         let algorithm = match self.algorithm {
             AlgorithmName::Layered => Algorithm::Layered(Layered { layer_axis, ..layered }),
@@ -64,11 +66,11 @@ impl AlgorithmOptions {
             (self.step.is_some() && !steps, "step"),
             (self.kernel.is_some() && !kernels, "kernel"),
         ];
-        no_meaning(algorithm, &given)?;
+        reject_unsupported(algorithm, &given)?;
         Ok(algorithm)
     }
 
-    /// The kernel that was asked for.
+    /// The kernel given by `--kernel`.
     pub fn kernel(&self) -> Option<Kernel> {
         self.kernel.map(|name| match name {
             KernelName::Cubic => Kernel::Cubic,
@@ -80,11 +82,11 @@ impl AlgorithmOptions {
     }
 }
 
-/// Refuses the first field that was given though an algorithm does not have it.
-pub(super) fn no_meaning(algorithm: Algorithm, given: &[(bool, &'static str)]) -> Result<(), crate::Error> {
+/// Fails for the first given field that the algorithm does not support.
+pub(super) fn reject_unsupported(algorithm: Algorithm, given: &[(bool, &'static str)]) -> Result<(), crate::Error> {
     match given.iter().find(|(given, _)| *given) {
         Some((_, field)) => {
-            let problem = format!("it has no meaning for {}: leave it out", algorithm.name());
+            let problem = format!("it has no meaning for {}: omit it", algorithm.name());
             Err(crate::Error::Settings { field, problem })
         }
         None => Ok(()),

@@ -1,4 +1,4 @@
-//! `layersplat bench`: the paper's protocol, a full turn about y.
+//! `layersplat bench`: frame times by the paper's protocol, a full turn around the y axis.
 
 use super::options::Fit;
 use super::processes::Processes;
@@ -18,17 +18,17 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// How often a change of transfer function or layer axis is timed.
+/// Number of timed changes of the transfer function, and of the layer axis.
 const CHANGES: usize = 9;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
     scene: SceneOptions,
-    /// Pictures of the turn
+    /// Number of frames of the turn
     #[arg(long, default_value_t = 125, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Print one line of JSON
+    /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
 }
@@ -49,23 +49,23 @@ struct Bench<'a> {
     axis_change_ms: f64,
     stages: BTreeMap<&'static str, f64>,
     effective_splats: u64,
-    /// Where one process draws all of them.
+    /// Present if a single process renders each frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     active_samples: Option<u64>,
     lattice: Option<LatticeReport>,
     device_bytes: u64,
     peak_bytes: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    processes: Option<InTeams>,
+    processes: Option<TeamReport>,
 }
 
-/// What several processes do at once. Times of frames are those of all, each on its own team; all else is that of the first process.
+/// Throughput of several processes. Frame times are from all teams; all other values are from the first process.
 #[derive(Serialize)]
-struct InTeams {
+struct TeamReport {
     processes: usize,
     teams: usize,
     frames_per_s: f64,
-    /// What the first team's processes did for the last picture, if it has several.
+    /// Report of the first team on its last picture, if the team has several processes.
     #[cfg(feature = "mpi")]
     #[serde(skip_serializing_if = "Option::is_none")]
     picture: Option<crate::distributed::DistributedReport>,
@@ -90,8 +90,8 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let streamed = viewer.is_streamed();
     let renderer = viewer.renderer();
     renderer.render_rgba8(&view(0), options.size, &scene.settings, background)?;
-    let first_ms = milliseconds(if streamed { scene.begun } else { started });
-    // Layouts, min-max blocks and kernels of the other layer axes: the medians exclude them.
+    let first_ms = milliseconds(if streamed { scene.opened_at } else { started });
+    // Warm-up: builds layouts, min-max blocks and kernels of every layer axis, which the medians exclude.
     for n in 0..frames.min(8) {
         renderer.render_rgba8(&view(n * frames / frames.min(8)), options.size, &scene.settings, background)?;
     }
@@ -135,7 +135,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     };
     let mut transfer_changes = Vec::new();
     let mut axis_changes = Vec::new();
-    // Hardly another one, but not the same: that would change nothing.
+    // A slightly different function, because setting an equal one has no effect.
     let (lo, hi) = scene.transfer.range();
     let other = scene.transfer.stretched(lo, hi + (hi - lo) * 1e-9).unwrap_or_else(|_| scene.transfer.clone());
     for transfer in [&other, &scene.transfer].into_iter().cycle().take(CHANGES) {
@@ -144,7 +144,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         timed(renderer, 0.0)?;
         transfer_changes.push(milliseconds(started));
     }
-    // Across the 45° line and back, once for all that the two layer axes need.
+    // Warm-up: the first change across 45° builds what the other layer axis needs.
     timed(renderer, 50.0)?;
     for _ in 0..CHANGES {
         timed(renderer, 40.0)?;
@@ -155,7 +155,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         *per_stage.entry(stage).or_insert(0.0) += ms / own.len() as f64;
     }
     let effective_splats = scene.transfer.effective_splats(&scene.volume);
-    let times = processes.gathered(if processes.leads_team() { times } else { Vec::new() });
+    let times = processes.gather(if processes.leads_team() { times } else { Vec::new() });
     if !processes.leads() {
         return Ok(ExitCode::SUCCESS);
     }
@@ -178,7 +178,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         lattice,
         device_bytes: if streamed { scene.device.peak_bytes() } else { scene.device.allocated_bytes() },
         peak_bytes: peak_bytes(),
-        processes: processes.counts().map(|(processes, teams)| InTeams {
+        processes: processes.counts().map(|(processes, teams)| TeamReport {
             processes,
             teams,
             frames_per_s,
@@ -194,14 +194,14 @@ fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
 }
 
-/// The middle of some values, or the mean of both.
+/// The median: the middle value, or the mean of the two middle ones.
 pub(super) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
     if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
 }
 
-/// Most memory that the process ever had, where the system tells (Linux).
+/// Peak resident memory of this process in bytes. `None` except on Linux.
 pub(super) fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -214,7 +214,7 @@ fn mib(bytes: u64) -> f64 {
 
 fn text(b: &Bench) -> String {
     let quality = b.quality.map_or(String::new(), |quality| format!(" {quality:?}").to_lowercase());
-    let lattice = b.lattice.map_or("none: per pixel".into(), |l| {
+    let lattice = b.lattice.map_or("none (per pixel)".into(), |l| {
         format!("{}x{} samples, {:.2}x{:.2} per voxel", l.width, l.height, l.samples_per_voxel[0], l.samples_per_voxel[1])
     });
     let mut lines = vec![
@@ -224,7 +224,7 @@ fn text(b: &Bench) -> String {
         format!("cpu       {:.2} ms per frame", b.cpu_ms),
         format!("first     {:.1} ms", b.first_ms),
         format!(
-            "changes   transfer function {:.2} ms, layer axis {:.2} ms, to the finished frame",
+            "changes   transfer function {:.2} ms, layer axis {:.2} ms, until the frame is finished",
             b.transfer_change_ms, b.axis_change_ms
         ),
         format!(
@@ -234,14 +234,14 @@ fn text(b: &Bench) -> String {
         ),
         format!("lattice   {lattice}"),
         format!(
-            "memory    {:.1} MiB on the device, {} of the process at most",
+            "memory    {:.1} MiB on the device, process peak {}",
             mib(b.device_bytes),
             b.peak_bytes.map_or("?".into(), |p| format!("{:.1} MiB", mib(p)))
         ),
     ];
     lines.extend(
         b.processes.as_ref().map(|all| {
-            format!("together  {:.1} frames/s by {} processes in {} teams", all.frames_per_s, all.processes, all.teams)
+            format!("total     {:.1} frames/s by {} processes in {} teams", all.frames_per_s, all.processes, all.teams)
         }),
     );
     lines.extend(b.stages.iter().map(|(stage, ms)| format!("  {stage:<12} {ms:.3} ms")));

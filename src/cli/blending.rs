@@ -1,4 +1,4 @@
-//! Options of blend modes and of clipping.
+//! Options for blend modes and clipping.
 
 use super::parse;
 use crate::Error;
@@ -6,21 +6,20 @@ use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Settings};
 use crate::transfer::Value;
 use clap::{Args, ValueEnum};
 
-/// What becomes of the values along a ray, and of what part of it.
+/// Blend mode and ray clip region.
 #[derive(Args)]
 #[command(next_help_heading = "Blending and clipping")]
 pub(super) struct BlendOptions {
-    /// What becomes of the values along a ray: maximum, minimum and average are shown in the transfer function's colours, opaque, without
-    /// its opacity; iso is a shaded surface
-    #[arg(long, default_value = "composite")]
+    /// How values along a ray combine; maximum, minimum and average ignore opacity, iso shades a surface
+    #[arg(long, default_value = "composite", value_name = "MODE")]
     blend: BlendName,
-    /// Data value of the surface of --blend iso: a number, or a percentile of the voxels, as p95
+    /// Value of the iso-surface: a number, or a percentile of the voxels such as p95
     #[arg(long, value_parser = parse::value, value_name = "V", allow_hyphen_values = true)]
     iso: Option<Value>,
-    /// Show only this box, in voxels: the first voxel is at 0, and what is left out goes on to the end
+    /// Show only this box, in voxels from 0; an omitted bound is open
     #[arg(long, value_parser = parse::crop, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
     crop: Option<CropBox>,
-    /// Show only the side of a plane that its normal points to: a point and the normal, in world units; up to six times
+    /// Show only the side of a plane to which its normal points; a point and the normal in world units. Repeatable, up to 6
     #[arg(long, value_parser = parse::clip_plane, value_name = "X,Y,Z,NX,NY,NZ", allow_hyphen_values = true)]
     clip: Vec<ClipPlane>,
 }
@@ -35,23 +34,23 @@ enum BlendName {
 }
 
 impl BlendOptions {
-    /// Refuses what is contradictory, for which no volume need be read.
+    /// Checks for conflicting options. Does not need the volume.
     pub fn check(&self) -> Result<(), Error> {
         let conflict = |problem: &str| Err(Error::Settings { field: "blend", problem: problem.into() });
         match (self.blend, self.iso) {
-            (BlendName::Iso, None) => return conflict("an iso-surface needs its data value: add --iso V"),
+            (BlendName::Iso, None) => return conflict("an iso-surface needs a data value: add --iso V"),
             (BlendName::Iso, Some(_)) | (_, None) => {}
-            (_, Some(_)) => return conflict("--iso is the value of an iso-surface: add --blend iso, or leave it out"),
+            (_, Some(_)) => return conflict("--iso sets the value of an iso-surface: add --blend iso, or omit --iso"),
         }
         if self.clip.len() > Clipping::MAX_PLANES {
             let problem =
-                format!("there are {} clip planes, more than {}: leave some out", self.clip.len(), Clipping::MAX_PLANES);
+                format!("{} clip planes given, at most {} are possible: omit some", self.clip.len(), Clipping::MAX_PLANES);
             return Err(Error::Settings { field: "clipping", problem });
         }
         Ok(())
     }
 
-    /// The settings with what was asked for, once checked.
+    /// Applies the options to `settings`. `find` converts a value to a number; percentiles need the volume.
     pub fn apply(&self, settings: Settings, find: impl Fn(Value) -> f64) -> Settings {
         let blend = match self.blend {
             BlendName::Composite => Blend::Composite,

@@ -8,17 +8,17 @@ use std::process::ExitCode;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// A .png, .jpg, .exr or .npy picture
+    /// First picture: .png, .jpg, .exr or .npy
     a: PathBuf,
-    /// Another of the same size
+    /// Second picture, of the same size
     b: PathBuf,
-    /// Exit with 1 if any channel of any pixel differs by more (0 to 1)
-    #[arg(long, value_parser = parse::finite)]
+    /// Exit with 1 if any channel of any pixel differs by more than D (0 to 1)
+    #[arg(long, value_parser = parse::finite, value_name = "D")]
     max_difference: Option<f64>,
-    /// Exit with 1 if the PSNR over red, green and blue is lower, in dB
-    #[arg(long, value_parser = parse::finite)]
+    /// Exit with 1 if the PSNR over red, green and blue is below DB decibels
+    #[arg(long, value_parser = parse::finite, value_name = "DB")]
     min_psnr: Option<f64>,
-    /// Print one line of JSON
+    /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
 }
@@ -42,7 +42,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(u8::from(too_far)))
 }
 
-/// A number with some digits; what rounds to 0 has no sign.
+/// Formats decibels with a number of digits. Values that round to 0 have no sign.
 pub(super) fn decibels(psnr: f64, digits: usize) -> String {
     let text = format!("{psnr:.digits$}");
     let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_zero_with_a_sign() {
+    fn zero_has_no_sign() {
         for (psnr, expected) in
             [(-0.0, "0.00"), (-0.004, "0.00"), (0.0, "0.00"), (-0.006, "-0.01"), (-10.0, "-10.00"), (42.125, "42.12")]
         {

@@ -9,22 +9,22 @@ use std::process::ExitCode;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// A file of any format that is read, a folder or NAME%d.ENDING of numbered slices, builtin:NAME, or - for standard input
+    /// Volume: a file, a folder or NAME%d.EXT of numbered slices, builtin:NAME, or - for standard input
     input: PathBuf,
-    /// A name ending in .raw (dimensions and type are put into it), .nrrd, .nii, .nii.gz, .npy or .vti; on standard output raw:-, nrrd:- and
-    /// so on
+    /// Output file: .raw (dimensions and type are added to its name), .nrrd, .nii, .nii.gz, .npy or .vti; nrrd:- and so on for
+    /// standard output
     output: PathBuf,
     #[command(flatten)]
     file: FileOptions,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let output = Output::of(&arguments.output, None)?;
+    let output = Output::new(&arguments.output, None)?;
     let options = arguments.file.raw(None)?;
     let converted = |input: &Path| convert(input, &options, output.path());
-    let written = standard::opened(&arguments.input, converted).map_err(|e| output.renamed(e))?;
-    // The name of a raw file says what it holds.
-    let told = if output.is_standard() { Path::new(written.file_name().unwrap_or_default()) } else { &written };
-    eprintln!("{}", told.display());
+    let written = standard::open_input(&arguments.input, converted).map_err(|e| output.with_given_name(e))?;
+    // Also for standard output: the name of a raw file states dimensions and type.
+    let name = if output.is_standard() { Path::new(written.file_name().unwrap_or_default()) } else { &written };
+    eprintln!("{}", name.display());
     output.finish(&written)
 }

@@ -9,43 +9,43 @@ use std::process::ExitCode;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Check that every device draws what it should, anew, and exit with 1 if one does not. It draws small pictures through every kernel,
-    /// which takes half a minute on PoCL where none is built yet, and seconds later on; what fails is refused from then on
+    /// Check every device again: render small pictures with all kernels and compare them with the reference; exit with 1 on
+    /// failure
     #[arg(long)]
     check: bool,
-    /// Print one line of JSON
+    /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Serialize)]
 struct Devices {
-    devices: Vec<Listed>,
+    devices: Vec<ListedDevice>,
 }
 
 #[derive(Serialize)]
-struct Listed {
+struct ListedDevice {
     #[serde(flatten)]
     device: DeviceInfo,
-    /// One per kernel family, if that was asked for.
+    /// One verdict per kernel family, with `--check`.
     #[serde(skip_serializing_if = "Option::is_none")]
     check: Option<Vec<Verdict>>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let listed = |device: DeviceInfo| Listed { check: arguments.check.then(|| check::check_all(&device)), device };
+    let listed = |device: DeviceInfo| ListedDevice { check: arguments.check.then(|| check::check_all(&device)), device };
     let devices = Devices { devices: Device::list()?.into_iter().map(listed).collect() };
     super::report(arguments.json, &devices, || devices.devices.iter().map(text).collect::<Vec<_>>().join("\n"))?;
     let all_passed = devices.devices.iter().filter_map(|listed| listed.check.as_ref()).flatten().all(Verdict::passed);
     Ok(if all_passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn text(Listed { device: d, check }: &Listed) -> String {
+fn text(ListedDevice { device: d, check }: &ListedDevice) -> String {
     let mib = |bytes: u64| bytes >> 20;
     let t = &d.tuning;
     let mut lines = vec![format!(
-        "{}  {} ({:?}, {} units)\n   platform  {}, {}, driver {}\n   memory    {} MiB, {} MiB in one buffer\n   \
-         tuning    vectors of {}, tiles of {}x{} samples, groups of {}, stages timed by {}",
+        "{}  {} ({:?}, {} compute units)\n   platform  {}, {}, driver {}\n   memory    {} MiB, largest buffer {} MiB\n   \
+         tuning    vector width {}, tiles of {}x{} samples, work-groups of {}, stages timed by {}",
         d.index.map_or(String::new(), |index| index.to_string()),
         d.name,
         d.kind,
@@ -68,6 +68,8 @@ fn text(Listed { device: d, check }: &Listed) -> String {
 fn verdict_text(verdict: &Verdict) -> String {
     match (&verdict.problem, verdict.largest_difference) {
         (Some(problem), _) => format!("   FAILED    {:<17} {problem}", verdict.family),
-        (None, largest) => format!("   right     {:<17} to {:.2} of 255 steps", verdict.family, 255.0 * largest.unwrap_or(0.0)),
+        (None, largest) => {
+            format!("   passed    {:<17} largest difference {:.2}/255", verdict.family, 255.0 * largest.unwrap_or(0.0))
+        }
     }
 }

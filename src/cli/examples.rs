@@ -1,41 +1,120 @@
-//! What `--help` shows as examples.
+//! Examples and formats at the end of each `--help`.
 
-pub(super) const RENDER: &str = "\
+/// Supported volumes.
+macro_rules! volumes {
+    () => {
+        "
+
+Volumes:
+  NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM and HDF5 files.
+  Raw files (.raw, .raw.gz); dimensions and type come from a name NAME_XxYxZ_TYPE.raw, or from --dims and --type.
+  Folders of Zarr, of DICOM images or of numbered slices; NAME%d.EXT for slices.
+  Built-in volumes: marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot and cube, sized as in builtin:hydrogen@64 or builtin:cube@3x4x5."
+    };
+}
+
+/// Supported transfer functions.
+macro_rules! transfer_functions {
+    () => {
+        "
+
+Transfer functions:
+  Names from `layersplat transfer --list`; append _r to reverse.
+  Files: ParaView (FILE.json or FILE.json#PRESET), 3D Slicer (.vp, .vp.json), or lines of value,r,g,b,a (.csv).
+  Data values are numbers, or percentiles of the voxels such as p99.5."
+    };
+}
+
+pub(super) const RENDER: &str = concat!(
+    "\
 Examples:
-  layersplat render                                          a built-in volume
+  layersplat render                                          # a built-in volume
   layersplat render engine_256x256x128_uint8.raw.gz --azimuth 30 --elevation 20 -o engine.png
   layersplat render head.raw --dims 256x256x109 --type uint16 --endian big --spacing 1,1,1.5
   layersplat render builtin:hydrogen --blend maximum --transfer viridis --size 1024x768
   layersplat render builtin:shepp-logan --legend --axes --samples 2 -o phantom.jpg
-  layersplat render builtin:hydrogen --cameras views.ndjson  a picture per line of the file
-  curl -s https://host/head.nrrd | layersplat render - -o - > head.png";
-pub(super) const ROTATE: &str = "\
+  layersplat render builtin:hydrogen --cameras views.ndjson  # one picture per line of the file
+  curl -s https://host/head.nrrd | layersplat render - -o - > head.png
+
+Cameras (--cameras FILE): one JSON object per line, for example
+  {\"output\": \"a.png\", \"azimuth\": 30, \"elevation\": 20}
+  {\"output\": \"b.png\", \"position\": [0, 0, 90], \"focal_point\": [9, 9, 9], \"view_up\": [0, 1, 0], \"perspective\": 30}
+  Other fields: roll, center, distance, parallel_scale, size. The command line sets the fields that a line omits.
+  For each picture, one line of JSON is printed.",
+    volumes!(),
+    transfer_functions!()
+);
+pub(super) const ROTATE: &str = concat!(
+    "\
 Examples:
-  layersplat rotate --frames 90 --output turn                turn/frame_0000.png and so on
+  layersplat rotate --frames 90 --output turn                # turn/frame_0000.png and so on
   layersplat rotate foot_256x256x256_uint8.raw --quality high --perspective 30 -o foot.mp4
-  layersplat rotate --keys way.json --output way.gif";
-pub(super) const INFO: &str = "\
+  layersplat rotate --keys path.json --output path.gif
+
+Key cameras (--keys FILE): a JSON list, for example
+  [{\"time\": 0, \"azimuth\": 0}, {\"time\": 2.5, \"azimuth\": 180, \"elevation\": 40}]
+  Times are in seconds. The other fields are those of `layersplat render --cameras`.",
+    volumes!(),
+    transfer_functions!()
+);
+pub(super) const VIEWS: &str = concat!(
+    "\
+Examples:
+  layersplat views builtin:shepp-logan --output phantom.png
+  layersplat views engine_256x256x128_uint8.raw.gz --size 256x256",
+    volumes!(),
+    transfer_functions!()
+);
+pub(super) const INFO: &str = concat!(
+    "\
 Examples:
   layersplat info engine_256x256x128_uint8.raw.gz
-  layersplat info builtin:hydrogen --json";
+  layersplat info builtin:hydrogen --json",
+    volumes!(),
+    transfer_functions!()
+);
+pub(super) const TRANSFER: &str = concat!(
+    "\
+Examples:
+  layersplat transfer --list
+  layersplat transfer engine_256x256x128_uint8.raw.gz --transfer inferno --tent p99,30 -o curve.png
+  layersplat transfer builtin:hydrogen --transfer preset.vp -o preset.json",
+    volumes!(),
+    transfer_functions!()
+);
+pub(super) const CONVERT: &str = concat!(
+    "\
+Examples:
+  layersplat convert head.nii.gz head.nrrd
+  layersplat convert density.npy density.vti --spacing 1,1,2
+  layersplat convert - nrrd:- < head.nii.gz | xz > head.nrrd.xz",
+    volumes!()
+);
 pub(super) const DEVICES: &str = "\
 Examples:
   layersplat devices
-  layersplat devices --check                                 draw small pictures on each, and compare them with what is right";
+  layersplat devices --check
+
+The check takes about half a minute on PoCL if no kernels are cached, and seconds later. Devices that fail it are not used.";
 pub(super) const COMPARE: &str = "\
 Examples:
   layersplat compare before.png after.png
   layersplat compare --json a.npy b.npy";
-pub(super) const BENCH: &str = "\
+pub(super) const BENCH: &str = concat!(
+    "\
 Examples:
   layersplat bench engine_256x256x128_uint8.raw.gz --quality draft
-  layersplat bench --algorithm raycast --json";
+  layersplat bench --algorithm raycast --json",
+    volumes!(),
+    transfer_functions!()
+);
 pub(super) const TUNE: &str = "\
 Examples:
   layersplat tune --device 1";
 pub(super) const PAPER: &str = "\
 Examples:
-  layersplat paper";
+  layersplat paper all --out results
+  layersplat paper table1 --volumes volumes";
 pub(super) const COMPLETIONS: &str = "\
 Examples:
   layersplat completions bash > ~/.local/share/bash-completion/completions/layersplat
@@ -43,17 +122,3 @@ Examples:
 pub(super) const MAN: &str = "\
 Examples:
   layersplat man --output ~/.local/share/man/man1";
-pub(super) const VIEWS: &str = "\
-Examples:
-  layersplat views builtin:shepp-logan --output phantom.png
-  layersplat views engine_256x256x128_uint8.raw.gz --size 256x256";
-pub(super) const TRANSFER: &str = "\
-Examples:
-  layersplat transfer --list
-  layersplat transfer engine_256x256x128_uint8.raw.gz --transfer inferno --tent p99,30 -o curve.png
-  layersplat transfer builtin:hydrogen --transfer preset.vp -o preset.json";
-pub(super) const CONVERT: &str = "\
-Examples:
-  layersplat convert head.nii.gz head.nrrd
-  layersplat convert density.npy density.vti --spacing 1,1,2
-  layersplat convert - nrrd:- < head.nii.gz | xz > head.nrrd.xz";

@@ -1,8 +1,8 @@
-//! What the command calls the fields of the library.
+//! Command line options for the library's field names.
 
 use crate::error::Error;
 
-/// Fields and arguments of the library, as [`Error::fields`] names them, and the options that set them.
+/// Field names as in [`Error::fields`], and the options that set them; sorted by field.
 const OPTIONS: [(&str, &str); 42] = [
     ("algorithm", "--algorithm"),
     ("array", "--array NAME"),
@@ -48,10 +48,10 @@ const OPTIONS: [(&str, &str); 42] = [
     ("window", "--window LEVEL,WIDTH"),
 ];
 
-/// The error's message, with the options that set what is at fault.
+/// The error's message, followed by the options that set the fields at fault.
 pub(super) fn with_options(error: &Error) -> String {
-    let option_of = |field: &&str| OPTIONS.iter().find(|(name, _)| name == field).map(|(_, option)| *option);
-    let options: Vec<&str> = error.fields().iter().filter_map(option_of).collect();
+    let find_option = |field: &&str| OPTIONS.iter().find(|(name, _)| name == field).map(|(_, option)| *option);
+    let options: Vec<&str> = error.fields().iter().filter_map(find_option).collect();
     if options.is_empty() { error.to_string() } else { format!("{error} ({})", options.join(", ")) }
 }
 
@@ -61,13 +61,13 @@ mod tests {
     use clap::CommandFactory;
 
     #[test]
-    fn options_are_there() {
+    fn options_exist() {
         let command = super::super::Cli::command();
         let render = command.find_subcommand("render").unwrap();
         for (field, option) in OPTIONS {
             let name = option.split(' ').next().unwrap().strip_prefix("--").unwrap();
             let found = render.get_arguments().find(|argument| argument.get_long() == Some(name));
-            let found = found.unwrap_or_else(|| panic!("{field}: there is no {option}"));
+            let found = found.unwrap_or_else(|| panic!("{field}: no option {option}"));
             let values: Vec<String> = found.get_possible_values().iter().map(|value| value.get_name().into()).collect();
             if let Some((_, named)) = option.split_once(' ').filter(|_| !values.is_empty()) {
                 assert_eq!(named.split('|').collect::<Vec<_>>(), values, "{option}");

@@ -1,48 +1,52 @@
-//! Where the frames of a sequence go: into one file, or a folder.
+//! Output of a sequence: an animation file, or a folder of numbered pictures.
 
 use super::options::CameraOptions;
 use crate::error::Error;
 use crate::image::{Animation, AnimationFormat, Background, Frame};
 use std::path::{Path, PathBuf};
 
-/// Endings of files that frames are not written to: a folder of such a name is not what was meant.
+/// Unsupported file name extensions. A folder with such a name is surely not intended.
 const OTHER_FILES: [&str; 9] = ["jpg", "jpeg", "exr", "npy", "webp", "webm", "mov", "mkv", "avi"];
 
-/// A file or a folder that takes frames.
+/// Destination of the frames.
 pub(super) enum Film {
     File(Box<Animation>),
-    Folder { folder: PathBuf, frames: u32, taken: usize, background: Option<Background> },
+    Folder { folder: PathBuf, frames: u32, written: usize, background: Option<Background> },
 }
 
 impl Film {
-    /// Files by their ending; what else there is, or is not yet, is a folder.
+    /// Creates a file if the extension is that of an animation, else a folder. The folder itself is created with the first frame.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for the extension of another file format, [`Error::Write`] if the output exists and is not a
+    /// folder.
     pub fn create(output: &Path, options: &CameraOptions, frames: u32, rate: u32) -> Result<Self, Error> {
-        let ending = output.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-        let file = !output.is_dir();
-        if file && AnimationFormat::of(output).is_some() {
+        let extension = output.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+        let is_file = !output.is_dir();
+        if is_file && AnimationFormat::of(output).is_some() {
             let background = options.background.unwrap_or(Background::BLACK);
             let animation = Animation::create(output, options.size, frames, rate, background)?;
             return Ok(Self::File(Box::new(animation)));
         }
-        if file && ending.is_some_and(|ending| OTHER_FILES.contains(&ending.as_str())) {
+        if is_file && extension.is_some_and(|extension| OTHER_FILES.contains(&extension.as_str())) {
             let known = "a name ending in .gif, .apng or .mp4, or a folder".into();
             return Err(Error::UnknownName { what: "format of a sequence", name: output.display().to_string(), known });
         }
-        if output.exists() && file {
-            return Err(Error::write(output, std::io::Error::other("it exists and is no folder")));
+        if output.exists() && is_file {
+            return Err(Error::write(output, std::io::Error::other("it exists and is not a folder")));
         }
-        Ok(Self::Folder { folder: output.into(), frames, taken: 0, background: options.background })
+        Ok(Self::Folder { folder: output.into(), frames, written: 0, background: options.background })
     }
 
     pub fn add(&mut self, frame: &Frame) -> Result<(), Error> {
         match self {
             Self::File(animation) => animation.add(frame),
-            Self::Folder { folder, frames, taken, background } => {
-                if *taken == 0 {
+            Self::Folder { folder, frames, written, background } => {
+                if *written == 0 {
                     std::fs::create_dir_all(&*folder).map_err(|e| Error::write(folder, e))?;
                 }
-                let name = frame_name(*taken, *frames);
-                *taken += 1;
+                let name = frame_name(*written, *frames);
+                *written += 1;
                 frame.save(folder.join(name), *background)
             }
         }
@@ -56,7 +60,7 @@ impl Film {
     }
 }
 
-/// `frame_0000.png` and so on, with as many digits as the last one needs, so that names sort as numbers do.
+/// `frame_0000.png` and so on, with enough digits for the last frame, so that names sort by number.
 fn frame_name(n: usize, frames: u32) -> String {
     let digits = (frames - 1).to_string().len().max(4);
     format!("frame_{n:0digits$}.png")
@@ -67,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_sort_as_numbers_do() {
+    fn names_sort_by_number() {
         assert_eq!((frame_name(0, 1), frame_name(9999, 10_000)), ("frame_0000.png".into(), "frame_9999.png".into()));
         for frames in [1, 125, 10_000, 10_001, 100_000] {
             let names: Vec<String> = (0..frames as usize).map(|n| frame_name(n, frames)).collect();

@@ -1,8 +1,8 @@
 //! `layersplat info`.
 
 use super::options::{TransferOptions, VolumeOptions};
-use super::scene::{described, open_transfer};
-use super::transfer::Told;
+use super::scene::{describe, open_transfer};
+use super::transfer::TransferReport;
 use crate::error::Error;
 use crate::transfer::TransferFunction;
 use crate::volume::{Statistics, Volume};
@@ -15,7 +15,7 @@ pub(super) struct Arguments {
     volume: VolumeOptions,
     #[command(flatten)]
     transfer: TransferOptions,
-    /// Print one line of JSON
+    /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
 }
@@ -31,7 +31,7 @@ struct Info {
     mean: f64,
     histogram: Vec<u64>,
     effective_splats: Option<u64>,
-    transfer: Told,
+    transfer: TransferReport,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -48,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         mean: statistics.mean,
         histogram: statistics.histogram.clone(),
         effective_splats,
-        transfer: Told::new(&transfer),
+        transfer: TransferReport::new(&transfer),
     };
     super::report(arguments.json, &info, || text(&info, &transfer, &statistics, &volume))?;
     Ok(ExitCode::SUCCESS)
@@ -68,12 +68,12 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
         let share = 100.0 * count as f64 / volume.grid().voxel_count() as f64;
         lines.push(format!("effective splats {count} ({share:.2} %)"));
     }
-    lines.push(format!("transfer  {}", described(transfer)));
+    lines.push(format!("transfer  {}", describe(transfer)));
     lines.extend(histogram(statistics));
     lines.join("\n")
 }
 
-/// Sixteen rows of bars, logarithmic, so that rare values show beside a background of millions.
+/// Sixteen rows of bars on a logarithmic scale, so that rare values are visible beside a background of millions.
 fn histogram(statistics: &Statistics) -> Vec<String> {
     const ROWS: usize = 16;
     const WIDTH: f64 = 50.0;

@@ -1,4 +1,4 @@
-//! Key cameras, and the way between them.
+//! Key cameras and the path between them.
 
 use super::scene::Cameras;
 use super::view::View;
@@ -8,37 +8,41 @@ use serde_json::{Map, Value};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Bytes of the largest file.
-const LARGEST: u64 = 1 << 24;
-/// Orbits between two keys that pictures are fitted to.
-const FITTED: u32 = 24;
+/// Largest file in bytes.
+const MAX_BYTES: u64 = 1 << 24;
+/// Orbits sampled between two keys to fit the pictures.
+const FIT_SAMPLES: u32 = 24;
 
-/// Key cameras of a file: a JSON list of views, each with a time in seconds.
+/// Key cameras from a file: a JSON list of views, each with a time in seconds.
 pub(super) struct Keys {
     path: PathBuf,
     keys: Vec<(f64, View)>,
 }
 
 impl Keys {
+    /// Reads at least two key cameras with ascending times.
+    ///
+    /// # Errors
+    /// [`Error::Read`], or [`Error::Keys`] for a malformed list.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let file = std::fs::File::open(path).map_err(|e| Error::read(path, e))?;
         let mut text = Vec::new();
-        file.take(LARGEST + 1).read_to_end(&mut text).map_err(|e| Error::read(path, e))?;
+        file.take(MAX_BYTES + 1).read_to_end(&mut text).map_err(|e| Error::read(path, e))?;
         let wrong = |problem: String| Error::Keys { path: path.into(), problem };
-        if text.len() as u64 > LARGEST {
-            return Err(wrong(format!("it is larger than {LARGEST} bytes, and no list of key cameras")));
+        if text.len() as u64 > MAX_BYTES {
+            return Err(wrong(format!("it is larger than {MAX_BYTES} bytes, too large for a list of key cameras")));
         }
         let list: Vec<Map<String, Value>> =
-            serde_json::from_slice(&text).map_err(|e| wrong(format!("it is no JSON list of key cameras: {e}")))?;
+            serde_json::from_slice(&text).map_err(|e| wrong(format!("it is not a JSON list of key cameras: {e}")))?;
         let key = |(n, mut fields): (usize, Map<String, Value>)| {
             let wrong = |problem| wrong(format!("key {}: {problem}", n + 1));
             let time = fields.remove("time").and_then(|time| time.as_f64());
-            let time = time.ok_or_else(|| wrong(r#"it has no time: give "time": SECONDS"#.into()))?;
-            Ok((time, View::of(fields).map_err(wrong)?))
+            let time = time.ok_or_else(|| wrong(r#"it has no time: add "time": SECONDS"#.into()))?;
+            Ok((time, View::from_fields(fields).map_err(wrong)?))
         };
         let keys: Vec<(f64, View)> = list.into_iter().enumerate().map(key).collect::<Result<_, Error>>()?;
         if keys.len() < 2 {
-            return Err(wrong(format!("it has {} key cameras: give at least 2", keys.len())));
+            return Err(wrong(format!("it has {} key cameras: at least 2 are needed", keys.len())));
         }
         if let Some(n) = (1..keys.len()).find(|&n| keys[n].0 <= keys[n - 1].0) {
             return Err(wrong(format!("key {}: its time, {}, is not after {}", n + 1, keys[n].0, keys[n - 1].0)));
@@ -46,16 +50,16 @@ impl Keys {
         Ok(Self { path: path.into(), keys })
     }
 
-    /// Seconds from the first to the last.
+    /// Time from the first to the last key in seconds.
     pub fn duration(&self) -> f64 {
         self.keys[self.keys.len() - 1].0 - self.keys[0].0
     }
 
-    /// Cameras along the way, evenly in time, from the first key to the last.
+    /// Cameras along the path, evenly spaced in time from the first key to the last.
     pub fn cameras(&self, cameras: &Cameras, base: Orbit, frames: u32) -> Result<Vec<Camera>, Error> {
         let wrong =
             |n: usize, problem: String| Error::Keys { path: self.path.clone(), problem: format!("key {}: {problem}", n + 1) };
-        let shared = self.sharing(cameras, base);
+        let shared = self.with_shared_fit(cameras, base);
         let key = |(n, (time, view)): (usize, &(f64, View))| {
             let camera = view.camera(&shared, base).map_err(|problem| wrong(n, problem))?;
             Ok(Key { time: *time, camera, orbit: view.orbit(base) })
@@ -67,11 +71,11 @@ impl Keys {
         Ok((0..frames).map(|n| path.at(from + (to - from) * f64::from(n) / last)).collect())
     }
 
-    /// What keys do not say is the same for all of them: point in the middle, scale and distance fit what is visible on the way.
-    fn sharing<'a>(&self, cameras: &Cameras<'a>, base: Orbit) -> Cameras<'a> {
+    /// Values for what keys omit, equal for all keys: centre, scale and distance fit the visible part along the whole path.
+    fn with_shared_fit<'a>(&self, cameras: &Cameras<'a>, base: Orbit) -> Cameras<'a> {
         let orbits: Vec<Orbit> = self.keys.iter().filter_map(|(_, view)| view.orbit(base)).collect();
-        let between =
-            orbits.windows(2).flat_map(|pair| (0..FITTED).map(|n| mixed(pair[0], pair[1], f64::from(n) / f64::from(FITTED))));
+        let mix = |pair: &[Orbit], n: u32| interpolate(pair[0], pair[1], f64::from(n) / f64::from(FIT_SAMPLES));
+        let between = orbits.windows(2).flat_map(|pair| (0..FIT_SAMPLES).map(move |n| mix(pair, n)));
         let Some(fitted) = cameras.sequence(between.chain(orbits.last().copied())).first().copied() else {
             return cameras.clone();
         };
@@ -81,11 +85,11 @@ impl Keys {
             Projection::Parallel { scale } => options.parallel_scale = Some(scale),
             Projection::Perspective { .. } => options.distance = Some(fitted.position.distance(fitted.focal_point)),
         }
-        cameras.with(options)
+        cameras.with_options(options)
     }
 }
 
-fn mixed(a: Orbit, b: Orbit, t: f64) -> Orbit {
+fn interpolate(a: Orbit, b: Orbit, t: f64) -> Orbit {
     let mix = |a: f64, b: f64| a + (b - a) * t;
     Orbit { azimuth: mix(a.azimuth, b.azimuth), elevation: mix(a.elevation, b.elevation), roll: mix(a.roll, b.roll) }
 }

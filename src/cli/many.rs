@@ -1,4 +1,4 @@
-//! `layersplat render --cameras`: many pictures of one volume, a line of JSON each.
+//! `layersplat render --cameras`: many pictures of one volume, one line of JSON each.
 
 use super::processes::Processes;
 use super::render::{Arguments, save};
@@ -21,14 +21,14 @@ use std::process::ExitCode;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Instant;
 
-/// Bytes of the longest line.
-const LONGEST_LINE: u64 = 1 << 16;
-/// Pictures that there may be where nobody has counted them.
-const MANY: u32 = 1000;
-/// Pictures that wait for being written: more would only take memory.
-const WAITING: usize = 2;
+/// Longest line in bytes.
+const MAX_LINE_BYTES: u64 = 1 << 16;
+/// Assumed number of pictures if standard input provides them.
+const ASSUMED_COUNT: u32 = 1000;
+/// Rendered pictures queued for writing. More would only take memory.
+const QUEUED: usize = 2;
 
-/// A picture that is asked for.
+/// A requested picture.
 struct Line {
     number: u64,
     view: View,
@@ -36,8 +36,8 @@ struct Line {
     size: Option<Viewport>,
 }
 
-/// A picture that is to be written.
-struct Taken {
+/// A rendered picture.
+struct Rendered {
     line: u64,
     output: PathBuf,
     frame: Frame,
@@ -54,43 +54,48 @@ struct Written {
     render_ms: f64,
 }
 
-/// Renders the lines of a file, or of standard input as they come.
+/// Renders the lines of a file, or of standard input as they arrive.
 pub(super) fn run(arguments: &Arguments, source: &Path, processes: &Processes) -> Result<ExitCode, Error> {
     let from_pipe = source == Path::new("-");
     let mut count = 0;
     if !from_pipe {
-        // All lines are looked at before any is rendered: what is wrong with the last one is said now.
+        // Checks every line before the first one is rendered.
         Lines::open(source, processes)?.try_for_each(|line| {
             count += 1;
-            line?.check(arguments).map_err(|e| e.of(source))
+            line?.check(arguments).map_err(|e| e.into_error(source))
         })?;
     }
-    // On a terminal, the lines that are reported show how far it is.
+    // If standard output is a terminal, the reported lines already show the progress.
     let bar = if from_pipe || stdout().is_terminal() { ProgressBar::hidden() } else { progress::steps(count, "rendering") };
     let size = arguments.scene.camera.size;
-    processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, size, if from_pipe { MANY } else { count } as usize)?;
+    processes.make_teams(
+        &arguments.scene.teams,
+        &arguments.scene.volume,
+        size,
+        if from_pipe { ASSUMED_COUNT } else { count } as usize,
+    )?;
     let scene = Scene::open(&arguments.scene, processes)?;
     let cameras = arguments.pictures.cameras(&arguments.scene.camera, &scene);
     let studio = Studio::new(&scene, &arguments.pictures, arguments.scene.camera.background)?;
     let lines = Lines::open(source, processes)?;
     std::thread::scope(|threads| {
-        let (sender, receiver) = sync_channel(WAITING);
+        let (sender, receiver) = sync_channel(QUEUED);
         let writer = threads.spawn(move || write_all(arguments, &receiver, &bar));
         let rendered = render_all(arguments, &cameras, studio, lines, &sender);
         drop(sender);
-        // What could not be written is the reason why rendering ended, if it did.
-        writer.join().expect("it does not panic").and(rendered)
+        // A write error takes precedence: it also ends rendering.
+        writer.join().expect("the writer does not panic").and(rendered)
     })?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Renders until the lines end, or whoever writes them does.
+/// Renders until the lines end or the writer stops.
 fn render_all(
     arguments: &Arguments,
     cameras: &Cameras,
     mut studio: Studio,
     lines: Lines,
-    written: &SyncSender<Taken>,
+    writer: &SyncSender<Rendered>,
 ) -> Result<(), Error> {
     let options = &arguments.scene.camera;
     let source = lines.source.clone();
@@ -101,24 +106,24 @@ fn render_all(
         if !processes.owns(n) {
             continue;
         }
-        line.check(arguments).map_err(|e| e.of(&source))?;
+        line.check(arguments).map_err(|e| e.into_error(&source))?;
         let size = line.size.unwrap_or(options.size);
-        let sized = cameras.with(super::options::CameraOptions { size, ..options.clone() });
-        let camera = line.view.camera(&sized, options.orbit(0.0)).map_err(|problem| line.wrong(problem).of(&source))?;
+        let sized = cameras.with_options(super::options::CameraOptions { size, ..options.clone() });
+        let camera = line.view.camera(&sized, options.orbit(0.0)).map_err(|problem| line.invalid(problem).into_error(&source))?;
         studio.scene().require_shared(size, &[camera])?;
         require_checked(arguments, &studio, camera, size, &mut checked)?;
         let started = Instant::now();
         let (Some(frame), _) = studio.picture(&camera, size)? else { continue };
         let depths = if arguments.depth { Some(studio.depths(&camera, size)?) } else { None };
         let render_ms = started.elapsed().as_secs_f64() * 1e3;
-        if written.send(Taken { line: line.number, output: line.output, frame, depths, render_ms }).is_err() {
+        if writer.send(Rendered { line: line.number, output: line.output, frame, depths, render_ms }).is_err() {
             break;
         }
     }
     Ok(())
 }
 
-/// As [`Scene::require_checked`], for what was not asked before.
+/// As [`Scene::require_checked`], for families that are not in `checked` yet.
 fn require_checked(
     arguments: &Arguments,
     studio: &Studio,
@@ -136,9 +141,9 @@ fn require_checked(
     Ok(())
 }
 
-/// Writes pictures while the next ones are rendered, and reports each.
-fn write_all(arguments: &Arguments, taken: &Receiver<Taken>, bar: &ProgressBar) -> Result<(), Error> {
-    for Taken { line, output, frame, depths, render_ms } in taken {
+/// Writes and reports pictures while the next ones are rendered.
+fn write_all(arguments: &Arguments, rendered: &Receiver<Rendered>, bar: &ProgressBar) -> Result<(), Error> {
+    for Rendered { line, output, frame, depths, render_ms } in rendered {
         save(&frame, depths.as_ref(), &output, arguments.scene.camera.background)?;
         let (width, height) = (frame.width(), frame.height());
         let written = Written { line, output: output.display().to_string(), width, height, render_ms };
@@ -149,58 +154,58 @@ fn write_all(arguments: &Arguments, taken: &Receiver<Taken>, bar: &ProgressBar) 
     Ok(())
 }
 
-/// What is wrong with a line.
-struct Wrong {
+/// An invalid line.
+struct InvalidLine {
     line: u64,
     problem: String,
 }
 
-impl Wrong {
-    fn of(self, source: &Path) -> Error {
-        let Wrong { line, problem } = self;
+impl InvalidLine {
+    fn into_error(self, source: &Path) -> Error {
+        let InvalidLine { line, problem } = self;
         let path = if source == Path::new("-") { "standard input".into() } else { source.into() };
         Error::Cameras { path, line, problem }
     }
 }
 
 impl Line {
-    fn parse(number: u64, text: &str) -> Result<Self, Wrong> {
-        let wrong = |problem| Wrong { line: number, problem };
+    fn parse(number: u64, text: &str) -> Result<Self, InvalidLine> {
+        let invalid = |problem| InvalidLine { line: number, problem };
         let mut fields: Map<String, Value> =
-            serde_json::from_str(text).map_err(|e| wrong(format!("it is no JSON object: {e}")))?;
+            serde_json::from_str(text).map_err(|e| invalid(format!("it is not a JSON object: {e}")))?;
         let output = match fields.remove("output") {
             Some(Value::String(output)) => PathBuf::from(output),
-            _ => return Err(wrong(r#"it names no picture: give "output": "NAME.png""#.into())),
+            _ => return Err(invalid(r#"it names no picture: add "output": "NAME.png""#.into())),
         };
-        let size = fields.remove("size").map(|size| sized(&size)).transpose().map_err(wrong)?;
-        let view = View::of(fields).map_err(wrong)?;
+        let size = fields.remove("size").map(|size| parse_size(&size)).transpose().map_err(invalid)?;
+        let view = View::from_fields(fields).map_err(invalid)?;
         Ok(Self { number, view, output, size })
     }
 
-    fn wrong(&self, problem: String) -> Wrong {
-        Wrong { line: self.number, problem }
+    fn invalid(&self, problem: String) -> InvalidLine {
+        InvalidLine { line: self.number, problem }
     }
 
-    /// Refuses what would only fail once the picture is there.
-    fn check(&self, arguments: &Arguments) -> Result<(), Wrong> {
+    /// Checks file name and size, which would otherwise fail only after rendering.
+    fn check(&self, arguments: &Arguments) -> Result<(), InvalidLine> {
         let size = arguments.pictures.rendered(self.size.unwrap_or(arguments.scene.camera.size));
-        arguments.check_output(&self.output).and(size).map(|_| ()).map_err(|e| self.wrong(e.to_string()))
+        arguments.check_output(&self.output).and(size).map(|_| ()).map_err(|e| self.invalid(e.to_string()))
     }
 }
 
-/// `"WxH"` or `[W, H]`.
-fn sized(value: &Value) -> Result<Viewport, String> {
+/// Parses a size: `"WxH"` or `[W, H]`.
+fn parse_size(value: &Value) -> Result<Viewport, String> {
     match value {
         Value::String(text) => parse::viewport(text),
         Value::Array(sides) => match sides.iter().map(Value::as_u64).collect::<Option<Vec<_>>>().as_deref() {
             Some(&[width, height]) => parse::viewport(&format!("{width}x{height}")),
-            _ => Err("size is [W, H], in pixels".into()),
+            _ => Err("size must be [W, H] in pixels".into()),
         },
-        _ => Err(r#"size is "WxH" or [W, H], in pixels"#.into()),
+        _ => Err(r#"size must be "WxH" or [W, H] in pixels"#.into()),
     }
 }
 
-/// Lines of JSON, empty ones left out.
+/// Iterator over lines of JSON; skips blank lines.
 struct Lines {
     source: PathBuf,
     reader: Box<dyn BufRead>,
@@ -208,21 +213,21 @@ struct Lines {
 }
 
 impl Lines {
-    /// The leader alone reads, where there are several processes.
+    /// Opens the source. With several processes, the leader reads all of it and broadcasts it.
     fn open(source: &Path, processes: &Processes) -> Result<Self, Error> {
         if processes.counts().is_some() {
             let read = || -> Result<Vec<u8>, Error> {
-                let mut lines = Self::of(source)?;
+                let mut lines = Self::open_local(source)?;
                 let mut text = Vec::new();
                 lines.reader.read_to_end(&mut text).map_err(|e| Error::read(source, e))?;
                 Ok(text)
             };
-            return Ok(Self { source: source.into(), reader: Box::new(Cursor::new(processes.told(read)?)), number: 0 });
+            return Ok(Self { source: source.into(), reader: Box::new(Cursor::new(processes.broadcast(read)?)), number: 0 });
         }
-        Self::of(source)
+        Self::open_local(source)
     }
 
-    fn of(source: &Path) -> Result<Self, Error> {
+    fn open_local(source: &Path) -> Result<Self, Error> {
         let reader: Box<dyn BufRead> = if source == Path::new("-") {
             Box::new(BufReader::new(std::io::stdin()))
         } else {
@@ -231,19 +236,19 @@ impl Lines {
         Ok(Self { source: source.into(), reader, number: 0 })
     }
 
-    /// The next line's text; `None` at the end.
-    fn text(&mut self) -> Result<Option<String>, Error> {
+    /// Text of the next line, or `None` at the end.
+    fn next_text(&mut self) -> Result<Option<String>, Error> {
         let mut text = Vec::new();
-        let read = (&mut self.reader).take(LONGEST_LINE).read_until(b'\n', &mut text);
+        let read = (&mut self.reader).take(MAX_LINE_BYTES).read_until(b'\n', &mut text);
         if read.map_err(|e| Error::read(&self.source, e))? == 0 {
             return Ok(None);
         }
         self.number += 1;
-        let wrong = |problem: String| Wrong { line: self.number, problem }.of(&self.source);
-        if text.len() as u64 == LONGEST_LINE && text.last() != Some(&b'\n') {
-            return Err(wrong(format!("it is longer than {LONGEST_LINE} bytes")));
+        let invalid = |problem: String| InvalidLine { line: self.number, problem }.into_error(&self.source);
+        if text.len() as u64 == MAX_LINE_BYTES && text.last() != Some(&b'\n') {
+            return Err(invalid(format!("it is longer than {MAX_LINE_BYTES} bytes")));
         }
-        String::from_utf8(text).map(Some).map_err(|_| wrong("it is no UTF-8".into()))
+        String::from_utf8(text).map(Some).map_err(|_| invalid("it is not UTF-8".into()))
     }
 }
 
@@ -252,12 +257,12 @@ impl Iterator for Lines {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            let text = match self.text() {
+            let text = match self.next_text() {
                 Ok(text) => text?,
                 Err(e) => return Some(Err(e)),
             };
             if !text.trim().is_empty() {
-                return Some(Line::parse(self.number, &text).map_err(|wrong| wrong.of(&self.source)));
+                return Some(Line::parse(self.number, &text).map_err(|invalid| invalid.into_error(&self.source)));
             }
         }
     }

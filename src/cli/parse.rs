@@ -1,4 +1,4 @@
-//! Values of options: sizes `XxYxZ`, vectors `X,Y,Z`, switches.
+//! Parsers of option values.
 
 use super::options::{LevelChoice, Opacities, Tent};
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
@@ -12,26 +12,26 @@ fn numbers(text: &str) -> Option<Vec<f64>> {
     text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect()
 }
 
-/// A finite number.
+/// Parses a finite number.
 pub(super) fn finite(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| format!("'{text}' is no finite number"))
+    text.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| format!("'{text}' is not a finite number"))
 }
 
-/// A finite number above 0.
+/// Parses a finite number above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|n| *n > 0.0).ok_or_else(|| format!("'{text}' is not a finite number above 0"))
 }
 
-/// A time above 0.
+/// Parses a time above 0 in seconds.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let time = positive(text).ok().and_then(|n| Duration::try_from_secs_f64(n).ok()).filter(|time| !time.is_zero());
-    time.ok_or_else(|| format!("'{text}' is no time above 0 in seconds"))
+    time.ok_or_else(|| format!("'{text}' is not a time above 0 in seconds"))
 }
 
-/// A number of bytes: `N`, `NK`, `NKiB` (1024) or `NKB` (1000), with K, M, G or T in any case.
+/// Parses a number of bytes: `N`, `NK`, `NKiB` (1024) or `NKB` (1000), with K, M, G or T in any case.
 pub(super) fn bytes(text: &str) -> Result<u64, String> {
     let refused =
-        || format!("'{text}' is no number of bytes above 0: write it as 900000, 512M, 512MiB (2^20 each) or 800MB (10^6)");
+        || format!("'{text}' is not a number of bytes above 0; use 900000, 512M or 512MiB (2^20 each), or 800MB (10^6)");
     let digits = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = text.split_at(digits);
     let unit = unit.trim().to_ascii_lowercase();
@@ -45,47 +45,42 @@ pub(super) fn bytes(text: &str) -> Result<u64, String> {
     bytes.filter(|&n| n >= 1.0 && n < u64::MAX as f64).map(|n| n as u64).ok_or_else(refused)
 }
 
-/// The number of a resolution, or `auto`.
+/// Parses a resolution level: a number, or `auto`.
 pub(super) fn level(text: &str) -> Result<LevelChoice, String> {
     match text {
         "auto" => Ok(LevelChoice::Auto),
-        _ => {
-            text.parse().map(LevelChoice::Number).map_err(|_| format!("'{text}' is no level: write a number from 0 on, or auto"))
-        }
+        _ => text.parse().map(LevelChoice::Number).map_err(|_| format!("invalid level '{text}'; use a number from 0, or auto")),
     }
 }
 
-/// Degrees between 0 and 180.
+/// Parses an angle between 0 and 180 degrees, exclusive.
 pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
     let fov = finite(text).ok().filter(|n| *n > 0.0 && *n < 180.0);
     fov.ok_or_else(|| format!("'{text}' is not between 0 and 180 degrees, exclusive"))
 }
 
-/// `X,Y,Z`.
+/// Parses `X,Y,Z`.
 pub(super) fn vector(text: &str) -> Result<DVec3, String> {
     let vector = numbers(text).and_then(|n| <[f64; 3]>::try_from(n).ok());
-    vector.map(DVec3::from_array).ok_or_else(|| format!("'{text}' is no vector: write X,Y,Z"))
+    vector.map(DVec3::from_array).ok_or_else(|| format!("invalid vector '{text}'; use X,Y,Z"))
 }
 
-/// `X,Y,Z` or `camera`, with `:STRENGTH` behind it where that is not 1.
+/// Parses `X,Y,Z` or `camera`, with an optional `:STRENGTH` (default 1).
 pub(super) fn light(text: &str) -> Result<Light, String> {
-    let refused = || {
-        format!(
-            "'{text}' is no light: write X,Y,Z or X,Y,Z:STRENGTH, a direction or the word camera, and a strength from 0 to 100"
-        )
-    };
+    let refused =
+        || format!("invalid light '{text}'; use X,Y,Z, X,Y,Z:STRENGTH, camera or camera:STRENGTH, with a strength from 0 to 100");
     let (place, strength) = text.split_once(':').unwrap_or((text, "1"));
     let direction = if place.trim() == "camera" { None } else { Some(vector(place).map_err(|_| refused())?) };
     Ok(Light { direction, strength: finite(strength.trim()).map_err(|_| refused())? })
 }
 
-/// `X,Y,Z`, all above 0.
+/// Parses `X,Y,Z`, all above 0.
 pub(super) fn spacing(text: &str) -> Result<DVec3, String> {
     let spacing = vector(text).ok().filter(|s| s.min_element() > 0.0);
-    spacing.ok_or_else(|| format!("'{text}' is no spacing: write X,Y,Z with numbers above 0"))
+    spacing.ok_or_else(|| format!("invalid spacing '{text}'; use X,Y,Z with numbers above 0"))
 }
 
-/// `X0:X1,Y0:Y1,Z0:Z1`, each lower before higher; nothing for no limit.
+/// Parses `X0:X1,Y0:Y1,Z0:Z1` with X0 < X1 and so on. Omitted bounds are open.
 pub(super) fn crop(text: &str) -> Result<CropBox, String> {
     let side = |side: &str, open: f64| if side.trim().is_empty() { Some(open) } else { finite(side.trim()).ok() };
     let extent = |extent: &str| {
@@ -95,25 +90,25 @@ pub(super) fn crop(text: &str) -> Result<CropBox, String> {
     };
     let extents: Option<Vec<_>> = text.split(',').map(extent).collect();
     let Some(&[x, y, z]) = extents.as_deref() else {
-        return Err(format!("'{text}' is no box: write X0:X1,Y0:Y1,Z0:Z1 with X0 below X1 and so on, in voxels"));
+        return Err(format!("invalid box '{text}'; use X0:X1,Y0:Y1,Z0:Z1 in voxels, with X0 below X1 and so on"));
     };
     Ok(CropBox { lowest: DVec3::new(x.0, y.0, z.0), highest: DVec3::new(x.1, y.1, z.1) })
 }
 
-/// `X,Y,Z,NX,NY,NZ`, the normal other than 0.
+/// Parses `X,Y,Z,NX,NY,NZ` with a non-zero normal.
 pub(super) fn clip_plane(text: &str) -> Result<ClipPlane, String> {
     let plane = numbers(text).and_then(|n| <[f64; 6]>::try_from(n).ok());
     let plane = plane.map(|[x, y, z, nx, ny, nz]| ClipPlane { point: DVec3::new(x, y, z), normal: DVec3::new(nx, ny, nz) });
-    let good = plane.filter(|plane| plane.normal.try_normalize().is_some());
-    good.ok_or_else(|| format!("'{text}' is no plane: write X,Y,Z,NX,NY,NZ, a point and a normal other than 0"))
+    let valid = plane.filter(|plane| plane.normal.try_normalize().is_some());
+    valid.ok_or_else(|| format!("invalid plane '{text}'; use X,Y,Z,NX,NY,NZ: a point and a normal other than 0"))
 }
 
-/// A data value: a number or a percentile.
+/// Parses a data value: a number or a percentile.
 pub(super) fn value(text: &str) -> Result<Value, String> {
-    text.parse().map_err(|_| format!("'{}' is no value: write a finite number, or a percentile from p0 to p100", text.trim()))
+    text.parse().map_err(|_| format!("invalid value '{}'; use a finite number, or a percentile from p0 to p100", text.trim()))
 }
 
-/// Whether one value can be below another: of percentiles only the volume tells.
+/// Whether `a` can be below `b`. The order of a number and a percentile depends on the volume.
 fn may_be_below(a: Value, b: Value) -> bool {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) | (Value::Percentile(a), Value::Percentile(b)) => a < b,
@@ -121,56 +116,54 @@ fn may_be_below(a: Value, b: Value) -> bool {
     }
 }
 
-/// `LO,HI`.
+/// Parses `LO,HI`.
 pub(super) fn range(text: &str) -> Result<(Value, Value), String> {
-    let refused = || format!("'{text}' is no range: write LO,HI with LO below HI, each a number or a percentile as p99.5");
+    let refused = || format!("invalid range '{text}'; use LO,HI with LO below HI, each a number or a percentile such as p99.5");
     let (lo, hi) = text.split_once(',').ok_or_else(refused)?;
     let range = value(lo).ok().zip(value(hi).ok());
     range.filter(|&(lo, hi)| may_be_below(lo, hi)).ok_or_else(refused)
 }
 
-/// `V:A,V:A,…`, opacities from 0 to 1, values ascending or twice the same.
+/// Parses `V:A,V:A,…` with opacities from 0 to 1 and ascending values. A value may occur twice for a step.
 pub(super) fn opacities(text: &str) -> Result<Opacities, String> {
     let point = |point: &str| {
         let (at, opacity) = point.split_once(':')?;
         Some((value(at).ok()?, finite(opacity.trim()).ok().filter(|a| (0.0..=1.0).contains(a))?))
     };
     let points: Option<Vec<_>> = text.split(',').map(point).collect();
-    let refused = "write V:A,V:A,… with values (numbers, or percentiles as p99.5) and their opacities from 0 to 1";
-    let points = points.ok_or_else(|| format!("'{text}' are no opacities: {refused}"))?;
+    let expected = "use V:A,V:A,… with values (numbers, or percentiles such as p99.5) and opacities from 0 to 1";
+    let points = points.ok_or_else(|| format!("invalid opacities '{text}'; {expected}"))?;
     match points.windows(2).find(|pair| pair[0].0 != pair[1].0 && !may_be_below(pair[0].0, pair[1].0)) {
-        Some(_) => Err(format!("'{text}' are no opacities: sort them by value")),
+        Some(_) => Err(format!("invalid opacities '{text}'; sort them by value")),
         None => Ok(Opacities(points)),
     }
 }
 
-/// `G:F,G:F,…`, lengths of gradients and factors of the opacity.
+/// Parses `G:F,G:F,…`: gradient magnitudes and opacity factors.
 pub(super) fn gradient_opacity(text: &str) -> Result<GradientOpacity, String> {
     let point = |point: &str| {
         let (length, factor) = point.split_once(':')?;
         Some((finite(length.trim()).ok()?, finite(factor.trim()).ok()?))
     };
     let points: Option<Vec<_>> = text.split(',').map(point).collect();
-    let given = points.and_then(|points| GradientOpacity::new(&points).ok());
-    given.ok_or_else(|| {
-        format!(
-            "'{text}' is no opacity by gradients: write G:F,G:F,…, at most 8 of them, with G from 0 on, sorted, and F from 0 to 1"
-        )
+    let valid = points.and_then(|points| GradientOpacity::new(&points).ok());
+    valid.ok_or_else(|| {
+        format!("invalid gradient opacity '{text}'; use up to 8 pairs G:F,G:F,… sorted by G, with G at least 0 and F from 0 to 1")
     })
 }
 
-/// `LEVEL,WIDTH`.
+/// Parses `LEVEL,WIDTH`.
 pub(super) fn window(text: &str) -> Result<(Value, f64), String> {
     let window = text.split_once(',').and_then(|(level, width)| Some((value(level).ok()?, positive(width.trim()).ok()?)));
     window.ok_or_else(|| {
-        format!("'{text}' is no window: write LEVEL,WIDTH, a value (a number, or a percentile as p50) and a number above 0")
+        format!("invalid window '{text}'; use LEVEL,WIDTH: a value (a number, or a percentile such as p50) and a number above 0")
     })
 }
 
-/// Opacity at the top of a tent that is given without.
+/// Default opacity at the peak of a tent.
 const TENT_OPACITY: f64 = 0.5;
 
-/// `V,WIDTH` or `V,WIDTH,OPACITY`.
+/// Parses `V,WIDTH` or `V,WIDTH,OPACITY`.
 pub(super) fn tent(text: &str) -> Result<Tent, String> {
     let mut parts = text.splitn(3, ',');
     let mut tent = || {
@@ -180,63 +173,64 @@ pub(super) fn tent(text: &str) -> Result<Tent, String> {
     };
     tent().ok_or_else(|| {
         format!(
-            "'{text}' is no tent: write V,WIDTH or V,WIDTH,OPACITY, a value (a number, or a percentile as p95), a width above 0 and an \
-             opacity from 0 to 1"
+            "invalid tent '{text}'; use V,WIDTH or V,WIDTH,OPACITY: a value (a number, or a percentile such as p95), a width above 0 \
+             and an opacity from 0 to 1"
         )
     })
 }
 
-/// `XxYxZ`, at least 1 each.
+/// Parses `XxYxZ`, each at least 1.
 pub(super) fn dims(text: &str) -> Result<[usize; 3], String> {
     let sizes: Option<Vec<usize>> = text.split('x').map(|n| n.parse().ok().filter(|&n| n > 0)).collect();
     let dims = sizes.and_then(|s| s.try_into().ok());
-    dims.ok_or_else(|| format!("'{text}' are no dimensions: write XxYxZ with whole numbers above 0"))
+    dims.ok_or_else(|| format!("invalid dimensions '{text}'; use XxYxZ with whole numbers above 0"))
 }
 
-/// `WxH`.
+/// Parses `WxH` in pixels.
 pub(super) fn viewport(text: &str) -> Result<Viewport, String> {
-    let (w, h) = text.split_once('x').ok_or_else(|| format!("'{text}' is no size: write WxH"))?;
-    let side = |n: &str| n.parse::<u32>().map_err(|_| format!("'{text}' is no size: write WxH with whole numbers"));
+    let invalid = || format!("invalid size '{text}'; use WIDTHxHEIGHT, e.g. 800x600");
+    let (w, h) = text.split_once('x').ok_or_else(invalid)?;
+    let side = |n: &str| n.parse::<u32>().map_err(|_| invalid());
     Viewport::new(side(w)?, side(h)?).map_err(|e| e.to_string())
 }
 
-/// `on` or `off`.
+/// Parses `on` or `off`.
 pub(super) fn switch(text: &str) -> Result<bool, String> {
     match text {
         "on" => Ok(true),
         "off" => Ok(false),
-        _ => Err(format!("'{text}' is neither on nor off")),
+        _ => Err("use on or off".into()),
     }
 }
 
-/// `auto`, `x`, `y` or `z`.
+/// Parses `auto`, `x`, `y` or `z`.
 pub(super) fn layer_axis(text: &str) -> Result<LayerAxis, String> {
     match text {
         "auto" => Ok(LayerAxis::Auto),
         "x" => Ok(LayerAxis::Forced(Axis::X)),
         "y" => Ok(LayerAxis::Forced(Axis::Y)),
         "z" => Ok(LayerAxis::Forced(Axis::Z)),
-        _ => Err(format!("'{text}' is no layer axis: use auto, x, y or z")),
+        _ => Err("use auto, x, y or z".into()),
     }
 }
 
-/// `auto`, `direct` or samples per voxel.
+/// Parses `auto`, `direct` or a number of samples per voxel.
 pub(super) fn lattice(text: &str) -> Result<Evaluation, String> {
     match (text, text.parse::<u32>()) {
         ("auto", _) => Ok(Evaluation::Lattice(Density::Relaxed)),
         ("direct", _) => Ok(Evaluation::Direct),
         (_, Ok(m)) if (1..=MAX_SAMPLES_PER_VOXEL).contains(&m) => Ok(Evaluation::Lattice(Density::Fixed(m))),
-        _ => Err(format!("'{text}' is no lattice: use auto, direct or 1 to {MAX_SAMPLES_PER_VOXEL} samples per voxel")),
+        _ => Err(format!("use auto, direct or 1 to {MAX_SAMPLES_PER_VOXEL} samples per voxel")),
     }
 }
 
-/// 1 to 16 sub-layers.
+/// Parses a number of sub-layers from 1 to 16.
 pub(super) fn sub_layers(text: &str) -> Result<u32, String> {
     let count = text.parse().ok().filter(|n| (1..=Correction::MAX_SUB_LAYERS).contains(n));
     count.ok_or_else(|| format!("'{text}' is not a number of sub-layers from 1 to {}", Correction::MAX_SUB_LAYERS))
 }
 
-/// 1 to 16 samples along the side of a pixel.
+/// Parses a number of samples along the side of a pixel, from 1 to 16.
 pub(super) fn samples(text: &str) -> Result<u32, String> {
     let count = text.parse().ok().filter(|n| (1..=16).contains(n));
     count.ok_or_else(|| format!("'{text}' is not a number of samples along a pixel's side, from 1 to 16"))

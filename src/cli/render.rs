@@ -25,20 +25,16 @@ pub(super) struct Arguments {
     pub scene: SceneOptions,
     #[command(flatten)]
     pub pictures: PictureOptions,
-    /// Picture to write: .png, .jpg, .exr or .npy; on standard output - for PNG, or jpg:-, exr:-, npy:-
-    #[arg(short, long, default_value = "layersplat.png")]
+    /// Output picture: .png, .jpg, .exr or .npy; standard output: - (PNG), jpg:-, exr:- or npy:-
+    #[arg(short, long, default_value = "layersplat.png", value_name = "FILE")]
     output: PathBuf,
-    /// Pictures of many views: a line of JSON each, of a file or, as they come, of standard input (-), as {"output": "a.png", "azimuth": 30,
-    /// "elevation": 20} or {"output": "b.png", "position": [0, 0, 90], "focal_point": [9, 9, 9], "view_up": [0, 1, 0], "perspective": 30};
-    /// also roll, center, distance, parallel_scale, size. The other options are for what a line leaves out. A line of JSON is printed for
-    /// each picture
+    /// Render many pictures, one per line of FILE, or of standard input (-) as lines arrive; see below
     #[arg(long, value_name = "FILE", conflicts_with_all = ["output", "json"])]
     cameras: Option<PathBuf>,
-    /// Write depths beside the picture, an .exr: channels Z, the distance from the eye along the view's direction where something is seen
-    /// first, and mean.Z, weighted by opacity; infinite where nothing is seen
+    /// Add depths to an .exr picture: channels Z (first visible sample) and mean.Z (weighted by opacity)
     #[arg(long)]
     pub depth: bool,
-    /// Print one line of JSON
+    /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
 }
@@ -52,7 +48,7 @@ struct Rendered<'a> {
     height: u32,
     first_ms: f64,
     lattice: Option<LatticeReport>,
-    /// Where one process draws all of them.
+    /// Present if a single process renders the picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     active_samples: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,7 +58,7 @@ struct Rendered<'a> {
     processes: Option<crate::distributed::DistributedReport>,
 }
 
-/// How it was streamed, and what that took.
+/// Stream plan, with measured times and memory.
 #[derive(Serialize)]
 struct Stream {
     #[serde(flatten)]
@@ -75,16 +71,16 @@ struct Stream {
 pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCode, Error> {
     if let Some(source) = &arguments.cameras {
         if is_input(source) && is_input(&arguments.scene.volume.volume) {
-            let problem = "standard input holds the cameras or the volume, not both: name a file for one of them".into();
+            let problem = "standard input cannot hold both the cameras and the volume: use a file for one of them".into();
             return Err(Error::Settings { field: "cameras", problem });
         }
         return many::run(arguments, source, processes);
     }
-    // A wrong ending is refused before any work.
+    // Checks file names and sizes before any work.
     let options = &arguments.scene.camera;
-    let output = Output::of(&arguments.output, Some("png"))?;
-    output.refuse_report(arguments.json)?;
-    arguments.check_output(output.path()).map_err(|e| output.renamed(e))?;
+    let output = Output::new(&arguments.output, Some("png"))?;
+    output.check_report(arguments.json)?;
+    arguments.check_output(output.path()).map_err(|e| output.with_given_name(e))?;
     arguments.pictures.rendered(options.size)?;
     processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, options.size, 1)?;
     if !processes.owns(0) {
@@ -102,10 +98,10 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let (frame, report) = studio.picture(&camera, options.size)?;
     let Some(frame) = frame else { return Ok(ExitCode::SUCCESS) };
     let depths = if arguments.depth { Some(studio.depths(&camera, options.size)?) } else { None };
-    let first_ms = if studio.is_streamed() { scene.begun } else { started }.elapsed().as_secs_f64() * 1e3;
+    let first_ms = if studio.is_streamed() { scene.opened_at } else { started }.elapsed().as_secs_f64() * 1e3;
     if plan.is_some() {
         let (all, picture, first) = (first_ms / 1e3, started.elapsed().as_secs_f64(), scene.first_pass.as_secs_f64());
-        eprintln!("memory: {all:.2} s, the first pass over the volume took {first:.2} of them, the picture {picture:.2}");
+        eprintln!("memory: {all:.2} s in total: {first:.2} s for the first pass over the volume, {picture:.2} s for the picture");
     }
     save(&frame, depths.as_ref(), output.path(), options.background)?;
     if output.is_standard() {
@@ -134,13 +130,13 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
 }
 
 impl Arguments {
-    /// Refuses a name of a picture that would only fail once the picture is there.
+    /// Checks that a picture with this name and the given options can be written.
     pub fn check_output(&self, path: &Path) -> Result<(), Error> {
         let format = if self.depth { ImageFormat::with_depths(path) } else { ImageFormat::of(path) };
         format?.accept(self.scene.camera.background)
     }
 
-    /// Families of kernels that a picture of this size takes, with its depths.
+    /// Kernel families that render a picture of this size, and its depths if requested.
     pub fn families(&self, scene: &Scene, camera: Camera, size: Viewport) -> Result<BTreeSet<Family>, Error> {
         let grid = scene.volume.grid();
         let mut families = check::families(&[camera], self.pictures.rendered(size)?, grid, &scene.settings);
@@ -151,7 +147,7 @@ impl Arguments {
     }
 }
 
-/// Writes a picture, with depths where there are some.
+/// Writes a picture, with depths if given.
 pub(super) fn save(frame: &Frame, depths: Option<&Depths>, path: &Path, background: Option<Background>) -> Result<(), Error> {
     match depths {
         Some(depths) => frame.save_with_depths(path, background, depths),

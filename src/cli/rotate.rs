@@ -12,11 +12,11 @@ use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Elevation of `rotate` and `bench`, as in the paper's protocol.
+/// Default elevation of `rotate` and `bench` in degrees, as in the paper's protocol.
 pub(super) const ELEVATION: f64 = 20.0;
-/// Frames of a turn, in the paper's protocol.
-const TURN: u32 = 125;
-const MOST_FRAMES: u32 = 100_000;
+/// Default number of frames of a turn, as in the paper's protocol.
+const TURN_FRAMES: u32 = 125;
+const MAX_FRAMES: u32 = 100_000;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -24,20 +24,19 @@ pub(super) struct Arguments {
     scene: SceneOptions,
     #[command(flatten)]
     pictures: PictureOptions,
-    /// Pictures of the turn, or of the way through --keys [default: 125; with --keys, --rate times seconds]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_FRAMES)))]
+    /// Number of frames [default: 125; with --keys, their duration times --rate]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)), value_name = "N")]
     frames: Option<u32>,
-    /// Instead of a turn, a smooth way through the key cameras of a JSON file, as [{"time": 0, "azimuth": 0}, {"time": 2.5, "azimuth": 180,
-    /// "elevation": 40}]: time in seconds, else as lines of `render --cameras`
+    /// Follow a smooth path through the key cameras of a JSON file instead of a turn; see below
     #[arg(long, value_name = "FILE")]
     keys: Option<PathBuf>,
-    /// Frames per second: 1 to 120, of a GIF to 50
-    #[arg(long, default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=120))]
+    /// Frames per second, 1 to 120; GIF up to 50
+    #[arg(long, default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=120), value_name = "N")]
     rate: u32,
-    /// NAME.gif, NAME.apng (or .png), or NAME.mp4 where there is ffmpeg; else a folder for frame_0000.png and so on, made if it is missing
-    #[arg(short, long, default_value = "frames")]
+    /// Output: NAME.gif, NAME.apng (or .png), NAME.mp4 (needs ffmpeg), or a folder for frame_0000.png and so on
+    #[arg(short, long, default_value = "frames", value_name = "PATH")]
     output: PathBuf,
-    /// Print one line of JSON
+    /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
 }
@@ -50,20 +49,20 @@ struct Rotated<'a> {
     device: &'a str,
 }
 
-/// The orbit of frame `n` of `frames`: a full turn about y.
+/// Orbit of frame `n` of `frames` in a full turn around the y axis.
 pub(super) fn turn(start: Orbit, n: u32, frames: u32) -> Orbit {
     Orbit { azimuth: start.azimuth + 360.0 * f64::from(n) / f64::from(frames), ..start }
 }
 
 impl Arguments {
-    /// How many frames there are.
-    fn frames(&self, keys: Option<&Keys>) -> Result<u32, Error> {
+    /// Number of frames.
+    fn frame_count(&self, keys: Option<&Keys>) -> Result<u32, Error> {
         let frames = match (self.frames, keys) {
             (Some(frames), _) => f64::from(frames),
             (None, Some(keys)) => (keys.duration() * f64::from(self.rate)).round() + 1.0,
-            (None, None) => f64::from(TURN),
+            (None, None) => f64::from(TURN_FRAMES),
         };
-        if frames > f64::from(MOST_FRAMES) {
+        if frames > f64::from(MAX_FRAMES) {
             let expected = "at most 100000: choose a lower rate, other times or a number of frames";
             return Err(Error::OutOfRange { name: "frames", value: frames.to_string(), expected });
         }
@@ -73,9 +72,9 @@ impl Arguments {
 
 pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
-    // What is wrong with files is said before any work.
+    // Checks files before any work.
     let keys = arguments.keys.as_deref().map(Keys::read).transpose()?;
-    let frames = arguments.frames(keys.as_ref())?;
+    let frames = arguments.frame_count(keys.as_ref())?;
     let size = arguments.pictures.rendered(options.size)?;
     processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, options.size, frames as usize)?;
     let film = || Film::create(&arguments.output, options, frames, arguments.rate);
@@ -92,8 +91,8 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     studio.announce(&cameras[0], options.size)?;
     let bar = progress::steps(frames, "rendering");
     for (n, camera) in cameras.iter().enumerate() {
-        let drawn = if processes.owns(n) { studio.picture(camera, options.size)?.0 } else { None };
-        if let (Some(film), Some(frame)) = (&mut film, processes.collected(n, drawn, options.size)) {
+        let rendered = if processes.owns(n) { studio.picture(camera, options.size)?.0 } else { None };
+        if let (Some(film), Some(frame)) = (&mut film, processes.collect(n, rendered, options.size)) {
             film.add(&frame)?;
             bar.inc(1);
         }

@@ -1,4 +1,4 @@
-//! Everything a picture needs, from the shared options.
+//! The scene of a picture, built from the shared options.
 
 use super::blending::BlendOptions;
 use super::check;
@@ -19,7 +19,7 @@ use glam::DVec3;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-/// Options of `render`, `rotate` and `bench`.
+/// Options shared by `render`, `rotate`, `views` and `bench`.
 #[derive(Args)]
 pub(super) struct SceneOptions {
     #[command(flatten)]
@@ -40,19 +40,19 @@ pub(super) struct SceneOptions {
     pub blend: BlendOptions,
 }
 
-/// A volume with its transfer function, and how it is to be rendered.
+/// A volume with its transfer function, settings and device.
 pub(super) struct Scene {
     pub volume: Volume<'static>,
     pub transfer: TransferFunction,
     pub settings: Settings,
     pub device: Device,
-    /// Those of the run, some of which may share the volume.
+    /// The processes of the run. Those of a team share the volume.
     pub processes: Processes,
-    /// That a picture may take on the device.
-    pub longest: Option<Duration>,
-    /// When the volume began to be opened.
-    pub begun: Instant,
-    /// What that took: a pass over all voxels for their range.
+    /// Time limit per frame on the device.
+    pub time_limit: Option<Duration>,
+    /// Time at which opening the volume began.
+    pub opened_at: Instant,
+    /// Duration of opening the volume, which is a pass over all voxels for their range.
     pub first_pass: Duration,
 }
 
@@ -60,33 +60,33 @@ impl Scene {
     /// Checks the options, opens the device and reads the volume, or this process's part of it.
     pub fn open(options: &SceneOptions, processes: &Processes) -> Result<Self, Error> {
         let settings = options.quality.settings()?;
-        // What is contradictory is refused before the volume is read.
+        // Conflicting options fail before the volume is read.
         options.blend.check()?;
         let memory = options.bounds.memory;
         if let Some(bytes) = memory {
             eprintln!(
-                "memory: {bytes} bytes on the device; before the picture, passes over the volume find its range, and what shows"
+                "memory: limit of {bytes} bytes on the device; first, passes over the volume find its range and its visible part"
             );
         }
-        let begun = Instant::now();
+        let opened_at = Instant::now();
         let volume = processes.open(&options.volume, Some(options.camera.size), memory)?;
-        let first_pass = begun.elapsed();
-        if let Some(notice) = notice::of_spacing(volume.grid().spacing()).filter(|_| processes.leads()) {
+        let first_pass = opened_at.elapsed();
+        if let Some(notice) = notice::explain_spacing(volume.grid().spacing()).filter(|_| processes.leads()) {
             eprintln!("layersplat: {notice}");
         }
         let settings = options.blend.apply(settings, Value::finder(&volume));
         let transfer = open_transfer(&options.transfer, &volume)?;
         if transfer.name() == TransferFunction::AUTOMATIC && processes.leads() {
-            eprintln!("transfer function: {} (--transfer takes another)", described(&transfer));
+            eprintln!("transfer function: {} (choose another with --transfer)", describe(&transfer));
         }
         let choice = options.device.choice();
         let device = processes.agree(Device::open(&choice))?;
         let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
-        let longest = options.bounds.time_limit;
-        Ok(Self { volume, transfer, settings, device, processes: processes.clone(), longest, begun, first_pass })
+        let time_limit = options.bounds.time_limit;
+        Ok(Self { volume, transfer, settings, device, processes: processes.clone(), time_limit, opened_at, first_pass })
     }
 
-    /// The outline of what is shown.
+    /// Bounds of the visible part.
     fn framing(&self) -> Framing {
         let framing = match self.settings.blend {
             Blend::Composite => Framing::visible(&self.volume, &self.transfer, self.settings.unit_distance),
@@ -99,12 +99,12 @@ impl Scene {
         }
     }
 
-    /// Refuses views that the processes which share the volume cannot draw, before any is drawn.
+    /// Fails for views that processes which share the volume cannot render.
     pub fn require_shared(&self, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
         self.processes.check_views(self.volume.description(), cameras, size, &self.settings)
     }
 
-    /// Refuses the device if it is known, or found now, not to draw such views as it should.
+    /// Fails if the device check of the kernels for these views failed, now or earlier.
     pub fn require_checked(&self, options: &SceneOptions, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
         self.require_shared(size, cameras)?;
         let families = check::families(cameras, size, self.volume.grid(), &self.settings);
@@ -112,7 +112,7 @@ impl Scene {
     }
 }
 
-/// The wanted transfer function, or one from the histogram.
+/// Opens the transfer function given by the options, or derives one from the histogram.
 pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume) -> Result<TransferFunction, Error> {
     let find = Value::finder(volume);
     let mut transfer = match &options.transfer {
@@ -139,8 +139,8 @@ pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume) -> Resul
     Ok(transfer)
 }
 
-/// A transfer function in a line: its name, and opacities where they change.
-pub(super) fn described(transfer: &TransferFunction) -> String {
+/// Describes a transfer function in one line: its name, and the ramps of its opacity.
+pub(super) fn describe(transfer: &TransferFunction) -> String {
     let mut points: Vec<String> = Vec::new();
     for pair in transfer.opacities().windows(2) {
         if pair[0].1 != pair[1].1 {
@@ -151,26 +151,26 @@ pub(super) fn described(transfer: &TransferFunction) -> String {
     format!("{}, opacity {changes}", transfer.name())
 }
 
-/// Cameras that the options ask for.
+/// Camera construction from the options.
 #[derive(Clone)]
 pub(super) struct Cameras<'a> {
     options: CameraOptions,
     grid: &'a Grid,
-    /// What is visible, if that is to be fitted: to find it takes a pass over the volume.
+    /// Bounds that views are fitted to. `None` fits the whole volume from all sides, which needs no pass over the volume.
     framing: Option<Rc<Framing>>,
 }
 
 impl<'a> Cameras<'a> {
-    /// `default`: what they fit unless the options say otherwise.
+    /// Creates cameras that fit `default` unless `--fit` is given.
     pub fn new(options: &CameraOptions, scene: &'a Scene, default: Fit) -> Self {
         let fit = options.fit.unwrap_or(default);
         let framing = (fit == Fit::Visible).then(|| Rc::new(scene.framing()));
         Self { options: options.clone(), grid: scene.volume.grid(), framing }
     }
 
-    /// What they fit unless options say otherwise is all of the volume's box: it is to be seen.
-    pub fn of_box(options: &CameraOptions, scene: &'a Scene) -> Self {
-        // That of a single voxel has no size.
+    /// Creates cameras that fit the volume's bounding box unless `--fit` is given.
+    pub fn with_bounding_box(options: &CameraOptions, scene: &'a Scene) -> Self {
+        // The box of a single voxel has no extent.
         let framing =
             (options.fit.is_none() && scene.volume.grid().voxel_count() > 1).then(|| Rc::new(Framing::whole(&scene.volume)));
         framing.map_or_else(
@@ -179,8 +179,8 @@ impl<'a> Cameras<'a> {
         )
     }
 
-    /// The same with other options, which fit the same.
-    pub fn with(&self, options: CameraOptions) -> Self {
+    /// Returns cameras with other options but the same fit.
+    pub fn with_options(&self, options: CameraOptions) -> Self {
         Self { options, ..self.clone() }
     }
 
@@ -188,7 +188,7 @@ impl<'a> Cameras<'a> {
         &self.options
     }
 
-    /// What a sequence turns around.
+    /// Centre of rotation of a sequence.
     pub fn centre(&self) -> DVec3 {
         let middle = || self.framing.as_ref().map_or_else(|| self.grid.centre(), |framing| framing.centre());
         self.options.center.unwrap_or_else(middle)
@@ -202,11 +202,11 @@ impl<'a> Cameras<'a> {
     pub fn still(&self, orbit: Orbit) -> Camera {
         match &self.framing {
             Some(framing) => self.fitted(framing, orbit, self.fixed()),
-            None => self.of_volume(orbit),
+            None => self.whole_volume(orbit),
         }
     }
 
-    /// A camera that fits what is visible, but for what is fixed.
+    /// A camera fitted to `framing`; values in `fixed` are used as given.
     fn fitted(&self, framing: &Framing, orbit: Orbit, fixed: Fixed) -> Camera {
         match self.options.perspective {
             None => framing.parallel(orbit, self.options.size, fixed),
@@ -214,9 +214,9 @@ impl<'a> Cameras<'a> {
         }
     }
 
-    /// The cameras of a sequence, all of the same scale and around the same point.
+    /// The cameras of a sequence, all with the same scale and centre.
     pub fn sequence(&self, orbits: impl Iterator<Item = Orbit>) -> Vec<Camera> {
-        let Some(framing) = &self.framing else { return orbits.map(|orbit| self.of_volume(orbit)).collect() };
+        let Some(framing) = &self.framing else { return orbits.map(|orbit| self.whole_volume(orbit)).collect() };
         let fixed = Fixed { centre: Some(self.centre()), ..self.fixed() };
         let cameras: Vec<Camera> = orbits.map(|orbit| self.fitted(framing, orbit, fixed)).collect();
         let size = |camera: &Camera| match camera.projection {
@@ -224,18 +224,18 @@ impl<'a> Cameras<'a> {
             Projection::Perspective { .. } => camera.position.distance(camera.focal_point),
         };
         let largest = cameras.iter().map(size).fold(0.0, f64::max);
-        let grown = |camera: Camera| match camera.projection {
+        let enlarge = |camera: Camera| match camera.projection {
             Projection::Parallel { .. } => Camera { projection: Projection::Parallel { scale: largest }, ..camera },
             Projection::Perspective { .. } => {
                 let to_eye = (camera.position - camera.focal_point).normalize_or_zero();
                 Camera { position: camera.focal_point + to_eye * largest, ..camera }
             }
         };
-        cameras.into_iter().map(grown).collect()
+        cameras.into_iter().map(enlarge).collect()
     }
 
-    /// The whole volume, from all sides.
-    fn of_volume(&self, orbit: Orbit) -> Camera {
+    /// A camera that fits the whole volume for every orbit.
+    fn whole_volume(&self, orbit: Orbit) -> Camera {
         let (options, grid) = (&self.options, self.grid);
         let centre = options.center.unwrap_or_else(|| grid.centre());
         match (options.perspective, options.parallel_scale, options.distance) {

@@ -1,4 +1,4 @@
-//! `layersplat completions` and `layersplat man`: what shells and `man` are told of the command, made from its own options.
+//! `layersplat completions` and `layersplat man`: shell completions and manual pages, generated from the command's options.
 
 use super::Cli;
 use crate::error::Error;
@@ -10,14 +10,14 @@ use std::process::ExitCode;
 
 #[derive(Args)]
 pub(super) struct Completions {
-    /// The shell whose completions are printed
+    /// Shell to print completions for
     shell: Shell,
 }
 
 #[derive(Args)]
 pub(super) struct ManPages {
-    /// Folder for layersplat.1, layersplat-render.1 and so on; made if it is missing
-    #[arg(short, long, default_value = "man")]
+    /// Folder for layersplat.1, layersplat-render.1 and so on; created if missing
+    #[arg(short, long, default_value = "man", value_name = "DIR")]
     output: PathBuf,
 }
 
@@ -26,7 +26,7 @@ pub(super) fn completions(arguments: &Completions) -> Result<ExitCode, Error> {
     clap_complete::generate(arguments.shell, &mut Cli::command(), "layersplat", &mut script);
     let mut out = io::stdout();
     match out.write_all(&script).and_then(|()| out.flush()) {
-        // A reader that went away (`| head`) is no error of ours.
+        // A closed pipe (`| head`) is not an error.
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::write(Path::new("standard output"), e)),
         _ => Ok(ExitCode::SUCCESS),
     }

@@ -1,4 +1,4 @@
-//! Signals that end the command. Files appear whole or not at all, then too.
+//! Signals that end the command. Output files are complete or absent even then.
 
 use crate::files::between_files;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -6,13 +6,13 @@ use signal_hook::iterator::Signals;
 use signal_hook::low_level::exit;
 use std::thread;
 
-/// From now on, a signal that ends the process waits until the file at hand is written; a second one does not. The exit code is 128
-/// and the signal's number, as shells have it: 130 for Ctrl-C.
-pub(super) fn let_files_be_finished() {
+/// Makes SIGINT, SIGTERM and SIGHUP wait for the current file write before the process exits. A second signal exits at once. The
+/// exit code is 128 plus the signal number, as in shells: 130 for Ctrl-C.
+pub(super) fn exit_after_writes() {
     let ignored = ignored_signals();
-    let ends = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
-    let Ok(mut signals) = Signals::new(ends) else {
-        return tracing::debug!("signals end the command at once");
+    let handled = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
+    let Ok(mut signals) = Signals::new(handled) else {
+        return tracing::debug!("cannot install signal handlers: signals end the command at once");
     };
     thread::spawn(move || {
         let mut signals = signals.forever();
@@ -25,8 +25,8 @@ pub(super) fn let_files_be_finished() {
     });
 }
 
-/// Bits of the signals that whoever started the process wants ignored, as `nohup` does and shells do in the background. Where the
-/// system does not tell, nohup's.
+/// Bit mask of the signals that the parent set to be ignored, as `nohup` does, and shells do for background jobs. SIGHUP alone if
+/// the system does not report them.
 fn ignored_signals() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let bits = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -1,7 +1,7 @@
-//! `-`: volumes from standard input, and results to standard output.
+//! `-`: volumes from standard input, and output to standard output.
 //!
-//! Files are read more than once and from several places at a time, and results appear whole or not at all: both pass through a temporary
-//! file, so memory does not grow with them.
+//! Volumes are read repeatedly and concurrently, and output must be complete or absent. Both pass through a temporary file, so
+//! memory does not grow with their size.
 
 use crate::error::Error;
 use crate::files::{Scratch, temporary_failed};
@@ -11,21 +11,21 @@ use std::io::{self, BufRead, BufReader, ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What messages call it.
+/// Names in messages.
 const INPUT: &str = "standard input";
 const OUTPUT: &str = "standard output";
-/// Bytes that are handed on at a time.
-const PIECE: usize = 1 << 20;
-/// What shells tell of a process that a broken pipe has ended: 128 and SIGPIPE.
+/// Bytes copied at a time.
+const CHUNK_BYTES: usize = 1 << 20;
+/// Exit code that shells report for a process that SIGPIPE ended: 128 plus the signal number.
 const BROKEN_PIPE: u8 = 141;
 
-/// Whether a name stands for standard input.
+/// Whether a path means standard input.
 pub(super) fn is_input(path: &Path) -> bool {
     path == Path::new("-")
 }
 
-/// Opens the file of a name; of `-` what standard input holds until it ends.
-pub(super) fn opened<T>(path: &Path, open: impl FnOnce(&Path) -> Result<T, Error>) -> Result<T, Error> {
+/// Calls `open` with `path`, or for `-` with a temporary file that holds all of standard input.
+pub(super) fn open_input<T>(path: &Path, open: impl FnOnce(&Path) -> Result<T, Error>) -> Result<T, Error> {
     if !is_input(path) {
         return open(path);
     }
@@ -33,41 +33,41 @@ pub(super) fn opened<T>(path: &Path, open: impl FnOnce(&Path) -> Result<T, Error
     if input.is_terminal() {
         return Err(Error::read(Path::new(INPUT), io::Error::other("it is a terminal: pipe a volume into it")));
     }
-    // What is mapped of the file stays there when it is removed.
+    // The file is removed on return; memory maps of it stay valid.
     let scratch = Scratch::new()?;
-    let file = spooled(BufReader::with_capacity(PIECE, input.lock()), scratch.path())?;
-    open(&file).map_err(|e| renamed(e, &file, INPUT))
+    let file = spool(BufReader::with_capacity(CHUNK_BYTES, input.lock()), scratch.path())?;
+    open(&file).map_err(|e| rename_in_error(e, &file, INPUT))
 }
 
-/// Writes all that comes to a file in a folder.
-fn spooled(mut input: impl BufRead, folder: &Path) -> Result<PathBuf, Error> {
+/// Copies all of `input` to a new file in `folder`.
+fn spool(mut input: impl BufRead, folder: &Path) -> Result<PathBuf, Error> {
     let unread = |e| Error::read(Path::new(INPUT), e);
     let start = input.fill_buf().map_err(unread)?;
     if start.is_empty() {
         return Err(Error::volume(Path::new(INPUT), "it is empty: expected a volume"));
     }
-    // Raw files that are packed are known by their names.
+    // Compressed raw files are recognised by name.
     let name = if start.starts_with(&[0x1f, 0x8b]) { "standard input.raw.gz" } else { INPUT };
     let path = folder.join(name);
     let mut file = File::create(&path).map_err(temporary_failed)?;
     let mut task = Task::new("reading standard input", 0);
     loop {
-        let piece = match input.fill_buf() {
+        let chunk = match input.fill_buf() {
             Err(e) if e.kind() == ErrorKind::Interrupted => continue,
-            piece => piece.map_err(unread)?,
+            chunk => chunk.map_err(unread)?,
         };
-        if piece.is_empty() {
+        if chunk.is_empty() {
             return Ok(path);
         }
-        file.write_all(piece).map_err(temporary_failed)?;
-        let len = piece.len();
+        file.write_all(chunk).map_err(temporary_failed)?;
+        let len = chunk.len();
         input.consume(len);
         task.add(len as u64);
     }
 }
 
-/// The error with a file's name in the place of that of the temporary one.
-fn renamed(error: Error, from: &Path, to: &str) -> Error {
+/// Replaces the temporary file's name in an error.
+fn rename_in_error(error: Error, from: &Path, to: &str) -> Error {
     let path = |path: PathBuf| if path == from { to.into() } else { path };
     let text = |text: String| text.replace(&from.display().to_string(), to);
     match error {
@@ -83,23 +83,26 @@ fn renamed(error: Error, from: &Path, to: &str) -> Error {
     }
 }
 
-/// Where a result goes: a file, or, of the names `-` and `FORMAT:-`, standard output.
+/// Destination of a result: a file, or standard output for `-` and `FORMAT:-`.
 pub(super) struct Output {
     given: PathBuf,
-    /// The folder, and the file in it, which is handed on once it is whole.
+    /// For standard output: the temporary folder and file. The file is copied to standard output when complete.
     standard: Option<(Scratch, PathBuf)>,
 }
 
 impl Output {
-    /// What `-` alone is written as is `default`.
-    pub fn of(given: &Path, default: Option<&str>) -> Result<Self, Error> {
+    /// Creates an output from a path. `default` is the format of `-`.
+    ///
+    /// # Errors
+    /// [`Error::Settings`] if standard output is a terminal.
+    pub fn new(given: &Path, default: Option<&str>) -> Result<Self, Error> {
         let name = given.to_str().unwrap_or_default();
         let format = if name == "-" { default.or(Some("")) } else { name.strip_suffix(":-") };
         let Some(format) = format.filter(|format| !format.contains(['/', '\\'])) else {
             return Ok(Self { given: given.into(), standard: None });
         };
         if io::stdout().is_terminal() {
-            let problem = "standard output is a terminal, which shows no files: pipe it into a program or a file";
+            let problem = "standard output is a terminal: redirect it to a file or pipe it into a program";
             return Err(Error::Settings { field: "output", problem: problem.into() });
         }
         let scratch = Scratch::new()?;
@@ -107,7 +110,7 @@ impl Output {
         Ok(Self { given: given.into(), standard: Some((scratch, file)) })
     }
 
-    /// Where to write.
+    /// Path of the file to write.
     pub fn path(&self) -> &Path {
         self.standard.as_ref().map_or(&self.given, |(_, file)| file)
     }
@@ -116,27 +119,27 @@ impl Output {
         self.standard.is_some()
     }
 
-    /// Refuses that a report goes where the result goes.
-    pub fn refuse_report(&self, json: bool) -> Result<(), Error> {
+    /// Fails if report and result would both go to standard output.
+    pub fn check_report(&self, json: bool) -> Result<(), Error> {
         if json && self.is_standard() {
-            let problem = "standard output is where the result goes: leave --json out, or write to a file";
+            let problem = "standard output receives the result: omit --json, or write to a file";
             return Err(Error::Settings { field: "output", problem: problem.into() });
         }
         Ok(())
     }
 
-    /// The error with the name that was given.
-    pub fn renamed(&self, error: Error) -> Error {
+    /// Replaces the name of the temporary file in an error by the given one.
+    pub fn with_given_name(&self, error: Error) -> Error {
         let given = self.given.display().to_string();
         match error {
             Error::UnknownName { what, known, .. } if self.is_standard() => {
-                Error::UnknownName { what, name: given, known: format!("{known}; on standard output as in png:- or nrrd:-") }
+                Error::UnknownName { what, name: given, known: format!("{known}; for standard output as in png:- or nrrd:-") }
             }
-            error => renamed(error, self.path(), &given),
+            error => rename_in_error(error, self.path(), &given),
         }
     }
 
-    /// Hands a finished file on, if it is to go to standard output. If there is nobody who reads that, the exit code says so.
+    /// Copies the complete file to standard output, if that is the destination. The exit code reports a closed pipe.
     pub fn finish(&self, written: &Path) -> Result<ExitCode, Error> {
         if self.standard.is_none() {
             return Ok(ExitCode::SUCCESS);

@@ -1,4 +1,4 @@
-//! Where finished pictures are made: rendered, averaged, annotated.
+//! Finished pictures: rendered, supersampled, annotated.
 
 use super::notice;
 use super::options::{CameraOptions, Fit};
@@ -14,26 +14,26 @@ use crate::renderer::{FrameReport, StreamPlan};
 use crate::viewport::Viewport;
 use clap::Args;
 
-/// What is done to pictures beyond rendering them.
+/// Supersampling and annotations.
 #[derive(Args)]
 #[command(next_help_heading = "Camera and picture")]
 pub(super) struct PictureOptions {
-    /// Supersampling: the mean of N×N rays per pixel, 1 to 16
+    /// Supersample with N×N rays per pixel, 1 to 16
     #[arg(long, default_value_t = 1, value_parser = parse::samples, value_name = "N", allow_hyphen_values = true)]
     pub samples: u32,
-    /// Draw a colour bar with the transfer function's opacities beside it, and a scale bar where the projection is parallel
+    /// Draw a colour bar with opacities, and with a parallel projection a scale bar
     #[arg(long)]
     pub legend: bool,
-    /// Draw the box around the voxels, back edges behind the volume, front edges before it, and fit it unless --fit says otherwise
+    /// Draw the bounding box, and frame it unless --fit is given
     #[arg(long = "box")]
     pub bounding_box: bool,
-    /// Draw the world's axes in the lower left corner
+    /// Draw the world axes in the lower left corner
     #[arg(long)]
     pub axes: bool,
-    /// What data values are in, for the colour bar
+    /// Unit of the values, for the colour bar
     #[arg(long, value_name = "TEXT", requires = "legend")]
     pub units: Option<String>,
-    /// What world units are, for the scale bar
+    /// Unit of length, for the scale bar
     #[arg(long, value_name = "TEXT", requires = "legend")]
     pub length_units: Option<String>,
 }
@@ -45,23 +45,24 @@ pub(super) struct Studio<'a> {
     background: Background,
     annotations: Annotations,
     viewer: Viewer,
-    /// Whether it was said what is wrong with pictures, if anything is.
-    looked: bool,
+    /// Whether the first picture was checked for being empty or of one colour.
+    first_checked: bool,
 }
 
 impl<'a> Studio<'a> {
-    /// Its pictures will stand on a `background`, or on black where there is none.
+    /// Creates a studio. `background` selects contrasting annotation colours; the default is black.
     pub fn new(scene: &'a Scene, options: &'a PictureOptions, background: Option<Background>) -> Result<Self, Error> {
         let background = background.unwrap_or(Background::BLACK);
-        Ok(Self { scene, options, background, annotations: options.annotations(), viewer: Viewer::new(scene)?, looked: false })
+        let annotations = options.annotations();
+        Ok(Self { scene, options, background, annotations, viewer: Viewer::new(scene)?, first_checked: false })
     }
 
-    /// Draws a legend from the next picture on, or none.
+    /// Enables or disables the legend of the following pictures.
     pub fn set_legend(&mut self, legend: bool) {
         self.annotations.legend = legend;
     }
 
-    /// How a view will be streamed, also told on standard error; `None` where it will not.
+    /// Stream plan of a view, also printed to standard error. `None` if the view is not streamed.
     pub fn announce(&self, camera: &Camera, size: Viewport) -> Result<Option<StreamPlan>, Error> {
         self.viewer.announce(camera, self.options.rendered(size)?, &self.scene.settings)
     }
@@ -74,7 +75,7 @@ impl<'a> Studio<'a> {
         self.viewer.is_streamed()
     }
 
-    /// What renders its pictures.
+    /// The viewer that renders the pictures.
     #[cfg(feature = "mpi")]
     pub fn viewer(&self) -> &Viewer {
         &self.viewer
@@ -84,17 +85,17 @@ impl<'a> Studio<'a> {
         self.viewer.renderer().measure(measuring);
     }
 
-    /// A finished picture, without a background. If the first one shows nothing, that is explained on standard error. Of those that
-    /// processes share, one of these has it.
+    /// Renders a finished picture without a background. If the first one is empty, prints a hint to standard error. If processes
+    /// share the volume, only the leader of the team receives the picture.
     pub fn picture(&mut self, camera: &Camera, size: Viewport) -> Result<(Option<Frame>, FrameReport), Error> {
         let rendered = self.options.rendered(size)?;
         let (frame, report) = {
             let Self { viewer, scene, .. } = self;
-            progress::tell_compiling(|| viewer.renderer().render(camera, rendered, &scene.settings))?
+            progress::report_compiling(|| viewer.renderer().render(camera, rendered, &scene.settings))?
         };
         let Some(frame) = frame else { return Ok((None, report)) };
-        if !std::mem::replace(&mut self.looked, true)
-            && let Some(notice) = notice::of_picture(&frame, camera, self.scene)
+        if !std::mem::replace(&mut self.first_checked, true)
+            && let Some(notice) = notice::explain_picture(&frame, camera, self.scene)
         {
             eprintln!("layersplat: {notice}");
         }
@@ -104,16 +105,16 @@ impl<'a> Studio<'a> {
         Ok((Some(self.annotations.drawn(frame, shown)?), report))
     }
 
-    /// How far away is what a picture shows, through the centres of its pixels.
+    /// Depths of a picture, along rays through the pixel centres.
     pub fn depths(&mut self, camera: &Camera, size: Viewport) -> Result<Depths, Error> {
         self.viewer.depths(camera, size, &self.scene.settings)
     }
 }
 
 impl PictureOptions {
-    /// Cameras that fit what is visible, and what is drawn around it.
+    /// Cameras that fit the visible part, or the bounding box if it is drawn.
     pub fn cameras<'a>(&self, options: &CameraOptions, scene: &'a Scene) -> Cameras<'a> {
-        if self.bounding_box { Cameras::of_box(options, scene) } else { Cameras::new(options, scene, Fit::Visible) }
+        if self.bounding_box { Cameras::with_bounding_box(options, scene) } else { Cameras::new(options, scene, Fit::Visible) }
     }
 
     fn annotations(&self) -> Annotations {
@@ -121,14 +122,17 @@ impl PictureOptions {
         Annotations { legend, bounding_box, axes, units: self.units.clone(), length_units: self.length_units.clone() }
     }
 
-    /// Size of the frame that is averaged to a picture of this size.
+    /// Size of the supersampled frame for a picture of `size`.
+    ///
+    /// # Errors
+    /// [`Error::Settings`] if the frame would exceed [`Viewport::MAX_SIDE`].
     pub fn rendered(&self, size: Viewport) -> Result<Viewport, Error> {
         let n = self.samples;
         let [width, height] = [size.width, size.height].map(|side| side.saturating_mul(n));
         Viewport::new(width, height).map_err(|_| {
             let Viewport { width: w, height: h } = size;
             let problem = format!(
-                "{n}x{n} samples of {w}x{h} pixels are a frame of {width}x{height}, and {} per side is the most: at most {} fit here",
+                "{n}x{n} samples of {w}x{h} pixels need a frame of {width}x{height}, larger than the maximum of {} per side: use at most {}",
                 Viewport::MAX_SIDE,
                 Viewport::MAX_SIDE / w.max(h)
             );

@@ -1,4 +1,4 @@
-//! `layersplat tune`: the tuning values that a device is fastest with, for whoever brings layersplat to a new one.
+//! `layersplat tune`: finds the fastest tuning values of a device, to port layersplat to a new one.
 
 use super::check;
 use super::options::DeviceOptions;
@@ -17,8 +17,8 @@ use serde::Serialize;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Shares of the time by which another value must be faster to be taken: less is noise.
-const WORTH_IT: f64 = 0.97;
+/// A value replaces the current one if its time is below this fraction; smaller gains are noise.
+const MAX_RATIO: f64 = 0.97;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -27,33 +27,35 @@ pub(super) struct Arguments {
     /// Volume to measure on
     #[arg(long, default_value = "builtin:hydrogen@128")]
     volume: String,
-    /// Pictures per value, from as many sides; values take turns
-    #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    /// Frames per value, each from another direction; values alternate
+    #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1000), value_name = "N")]
     frames: u32,
-    /// Print one line of JSON
+    /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
 }
 
-/// A tuning value, what it is tried with, and the frames that depend on it.
+/// A tuning parameter.
 struct Knob {
     name: &'static str,
+    /// Candidate values with their names.
     values: fn(Tuning) -> Vec<(String, Tuning)>,
+    /// Settings whose frame time depends on the parameter.
     frames: fn() -> Settings,
 }
 
 impl Knob {
-    /// What it is tried with where a tuning is used, which is one of these.
-    fn values_beside(&self, tuning: Tuning) -> Vec<(String, Tuning)> {
+    /// All candidates, including the current tuning.
+    fn candidates(&self, tuning: Tuning) -> Vec<(String, Tuning)> {
         let mut values = (self.values)(tuning);
         if values.iter().all(|(_, with)| *with != tuning) {
-            values.push(("as it is".into(), tuning));
+            values.push(("current".into(), tuning));
         }
         values
     }
 }
 
-/// A tuning for each of the numbers, and what it is called.
+/// A named tuning for each number.
 fn each<const N: usize>(numbers: [u32; N], with: impl Fn(u32) -> Tuning) -> Vec<(String, Tuning)> {
     numbers.map(|n| (n.to_string(), with(n))).into()
 }
@@ -94,7 +96,7 @@ fn sheets() -> Settings {
     Algorithm::ViewSheets { sheet_distance: 1.0 }.into()
 }
 
-/// In the order in which they are settled: what others depend on comes first.
+/// The parameters in the order of tuning: those that others depend on come first.
 const KNOBS: [Knob; 11] = [
     Knob { name: "vector_width", values: |t| each([16, 8, 4, 1], |n| Tuning { vector_width: n, ..t }), frames: layers },
     Knob { name: "tile_group", values: |t| each([1, 8, 32, 64], |n| Tuning { tile_group: n as usize, ..t }), frames: layers },
@@ -122,12 +124,12 @@ struct Report {
     measured: Vec<Measured>,
 }
 
-/// A value that was tried.
+/// A measured candidate.
 #[derive(Serialize)]
 struct Measured {
     knob: &'static str,
     value: String,
-    /// Median of a frame; none where the device does not take the value.
+    /// Median frame time. `None` if the device does not support the value.
     milliseconds: Option<f64>,
     taken: bool,
 }
@@ -151,7 +153,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Tries the values of a knob, and takes the fastest one if that is worth it.
+/// Measures the candidates of a knob and returns the fastest one if it is faster by more than noise.
 fn settle(
     knob: &Knob,
     tuning: Tuning,
@@ -169,10 +171,10 @@ fn settle(
     };
     let draw = |renderer: &mut Renderer, n| renderer.render_rgba8(&camera(n), viewport, &settings, Background::BLACK);
     let mut tried = Vec::new();
-    for (value, with) in knob.values_beside(tuning) {
+    for (value, with) in knob.candidates(tuning) {
         let built = device.with_tuning(with).and_then(|device| {
             let mut renderer = Renderer::new(&device, volume, transfer)?;
-            // Kernels are built, and layouts of all axes made.
+            // Warm-up: builds kernels and the layouts of all axes.
             (0..frames).try_for_each(|n| draw(&mut renderer, n).map(drop))?;
             Ok(renderer)
         });
@@ -190,10 +192,10 @@ fn settle(
         }
     }
     let medians: Vec<_> = tried.iter().map(|(.., times)| median(times.clone())).collect();
-    let own = tried.iter().position(|(_, with, ..)| *with == tuning).and_then(|n| medians[n]).unwrap_or(f64::INFINITY);
+    let current = tried.iter().position(|(_, with, ..)| *with == tuning).and_then(|n| medians[n]).unwrap_or(f64::INFINITY);
     let fastest =
         (0..tried.len()).filter(|&n| medians[n].is_some()).min_by(|&a, &b| medians[a].partial_cmp(&medians[b]).expect("times"));
-    let best = fastest.filter(|&n| medians[n].is_some_and(|ms| ms < own * WORTH_IT)).map_or(tuning, |n| tried[n].1);
+    let best = fastest.filter(|&n| medians[n].is_some_and(|ms| ms < current * MAX_RATIO)).map_or(tuning, |n| tried[n].1);
     for ((value, with, ..), milliseconds) in tried.into_iter().zip(medians) {
         measured.push(Measured { knob: knob.name, value, milliseconds, taken: with == best });
     }
@@ -208,13 +210,13 @@ fn median(mut times: Vec<f64>) -> Option<f64> {
 fn text(report: &Report) -> String {
     let mut lines = vec![format!("{}, {}:", report.device, report.volume)];
     for m in &report.measured {
-        let time = m.milliseconds.map_or("refused".into(), |ms| format!("{ms:.2} ms"));
-        lines.push(format!("  {:<17} {:>6} {time:>12}{}", m.knob, m.value, if m.taken { "  taken" } else { "" }));
+        let time = m.milliseconds.map_or("unsupported".into(), |ms| format!("{ms:.2} ms"));
+        lines.push(format!("  {:<17} {:>6} {time:>12}{}", m.knob, m.value, if m.taken { "  selected" } else { "" }));
     }
     if report.after == report.before {
-        lines.push("These are the values in use.".into());
+        lines.push("The values in use are the fastest.".into());
     } else {
-        lines.push("For Tuning::new in src/device/tuning.rs, or Device::with_tuning:".into());
+        lines.push("Values for Tuning::new in src/device/tuning.rs, or Device::with_tuning:".into());
         lines.push(format!("{:#?}", report.after));
     }
     lines.join("\n")
@@ -225,13 +227,13 @@ mod tests {
     use super::*;
     use crate::device::DeviceKind;
 
-    /// What is not measured loses to anything.
+    /// Otherwise its time would count as infinite, and any other value would win.
     #[test]
-    fn what_a_device_has_is_tried() {
+    fn the_current_tuning_is_a_candidate() {
         for own in [DeviceKind::Cpu, DeviceKind::Gpu].map(|kind| Tuning::new(kind, "", 16)) {
             let odd = Tuning { block: [48, 5], tile_rows: 3, ..own };
             for (tuning, knob) in [own, odd].iter().flat_map(|tuning| KNOBS.iter().map(move |knob| (tuning, knob))) {
-                let tried = knob.values_beside(*tuning);
+                let tried = knob.candidates(*tuning);
                 assert_eq!(tried.iter().filter(|(_, with)| with == tuning).count(), 1, "{}, {tuning:?}", knob.name);
             }
         }

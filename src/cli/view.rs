@@ -1,4 +1,4 @@
-//! Views in JSON: of files of cameras, and of key cameras.
+//! Views in JSON, for `--cameras` and `--keys`.
 
 use super::scene::Cameras;
 use crate::camera::{Camera, Orbit, Projection};
@@ -6,10 +6,10 @@ use glam::DVec3;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-/// Of an angle: so many turns still differ by what can be seen.
-const MOST_DEGREES: f64 = 1e6;
+/// Largest angle. Up to it, visible differences are still resolved.
+const MAX_DEGREES: f64 = 1e6;
 
-/// Where a camera stands, and what it does not say the command line does. By position, or in an orbit.
+/// A camera by position or orbit. The command line provides omitted fields.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct View {
@@ -26,8 +26,11 @@ pub(super) struct View {
 }
 
 impl View {
-    /// What is left of a JSON object once its other fields are taken.
-    pub fn of(fields: Map<String, Value>) -> Result<Self, String> {
+    /// Creates a view from the fields of a JSON object.
+    ///
+    /// # Errors
+    /// A description of the problem for unknown, conflicting or invalid fields.
+    pub fn from_fields(fields: Map<String, Value>) -> Result<Self, String> {
         let view: View = serde_json::from_value(Value::Object(fields)).map_err(|e| e.to_string())?;
         view.check()?;
         Ok(view)
@@ -43,18 +46,18 @@ impl View {
         ];
         let orbit = placed.iter().find(|(given, _)| *given).map(|(_, name)| name);
         match (self.position, orbit) {
-            (Some(_), Some(name)) => return Err(format!("position and {name}: a view has one or the other")),
+            (Some(_), Some(name)) => return Err(format!("position and {name} conflict: a view has one or the other")),
             (None, _) if self.focal_point.is_some() || self.view_up.is_some() => {
-                return Err("focal_point and view_up go with a position: give that too".into());
+                return Err("focal_point and view_up need a position: add it".into());
             }
             _ => (),
         }
         if self.parallel_scale.is_some() && self.perspective.is_some() {
-            return Err("parallel_scale and perspective: a view has one or the other".into());
+            return Err("parallel_scale and perspective conflict: a view has one or the other".into());
         }
         for (name, angle) in [("azimuth", self.azimuth), ("elevation", self.elevation), ("roll", self.roll)] {
-            if angle.is_some_and(|angle| angle.abs() > MOST_DEGREES) {
-                return Err(format!("{name} must be within {MOST_DEGREES} degrees of 0"));
+            if angle.is_some_and(|angle| angle.abs() > MAX_DEGREES) {
+                return Err(format!("{name} must be within {MAX_DEGREES} degrees of 0"));
             }
         }
         for (name, value) in [("distance", self.distance), ("parallel_scale", self.parallel_scale)] {
@@ -70,7 +73,7 @@ impl View {
         }
     }
 
-    /// The orbit that it stands in, unless it has a position of its own.
+    /// The orbit, unless the view has a position.
     pub fn orbit(&self, base: Orbit) -> Option<Orbit> {
         let orbit = Orbit {
             azimuth: self.azimuth.unwrap_or(base.azimuth),
@@ -80,7 +83,7 @@ impl View {
         self.position.is_none().then_some(orbit)
     }
 
-    /// The camera; what is not given is as `cameras` have it.
+    /// The camera of this view. `cameras` provides omitted values.
     pub fn camera(&self, cameras: &Cameras, base: Orbit) -> Result<Camera, String> {
         let mut options = cameras.options().clone();
         match (self.parallel_scale, self.perspective) {
@@ -90,9 +93,9 @@ impl View {
         }
         options.distance = self.distance.or(options.distance).filter(|_| options.perspective.is_some());
         options.center = self.center.map(DVec3::from_array).or(options.center);
-        let seeing = |camera: Camera| camera.basis().map(|_| camera).map_err(|e| e.to_string());
+        let checked = |camera: Camera| camera.basis().map(|_| camera).map_err(|e| e.to_string());
         if let Some(orbit) = self.orbit(base) {
-            return seeing(cameras.with(options).still(orbit));
+            return checked(cameras.with_options(options).still(orbit));
         }
         let focal_point = self.focal_point.map_or_else(|| cameras.centre(), DVec3::from_array);
         let projection = match (options.perspective, options.parallel_scale) {
@@ -102,7 +105,7 @@ impl View {
         };
         let position = self.position.map_or(focal_point, DVec3::from_array);
         let view_up = self.view_up.map_or(DVec3::Y, DVec3::from_array);
-        seeing(Camera { position, focal_point, view_up, projection })
+        checked(Camera { position, focal_point, view_up, projection })
     }
 }
 
@@ -111,7 +114,7 @@ mod tests {
     use super::*;
 
     fn view(text: &str) -> Result<View, String> {
-        View::of(serde_json::from_str(text).unwrap())
+        View::from_fields(serde_json::from_str(text).unwrap())
     }
 
     #[test]

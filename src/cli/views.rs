@@ -1,4 +1,4 @@
-//! `layersplat views`: a contact sheet.
+//! `layersplat views`: a contact sheet of eight views.
 
 use super::processes::Processes;
 use super::progress;
@@ -17,7 +17,7 @@ use std::process::ExitCode;
 
 /// Columns of the sheet.
 const COLUMNS: usize = 4;
-/// Names, azimuths and elevations, row by row.
+/// Names, azimuths and elevations in degrees, row by row.
 const VIEWS: [(&str, f64, f64); 8] = [
     ("front, from +z", 0.0, 0.0),
     ("right, from +x", 90.0, 0.0),
@@ -35,10 +35,10 @@ pub(super) struct Arguments {
     scene: SceneOptions,
     #[command(flatten)]
     pictures: PictureOptions,
-    /// Picture to write: .png, .jpg, .exr or .npy, or - for PNG on standard output; --size is that of each of its eight views
-    #[arg(short, long, default_value = "views.png")]
+    /// Output picture: .png, .jpg, .exr or .npy; - for PNG on standard output. --size applies to each of the eight views
+    #[arg(short, long, default_value = "views.png", value_name = "FILE")]
     output: PathBuf,
-    /// Print one line of JSON
+    /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
 }
@@ -55,14 +55,14 @@ struct Sheet<'a> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
-    let output = Output::of(&arguments.output, Some("png"))?;
-    output.refuse_report(arguments.json)?;
-    ImageFormat::of(output.path()).map_err(|e| output.renamed(e))?.accept(options.background)?;
+    let output = Output::new(&arguments.output, Some("png"))?;
+    output.check_report(arguments.json)?;
+    ImageFormat::of(output.path()).map_err(|e| output.with_given_name(e))?.accept(options.background)?;
     let sheet = sheet_size(options.size)?;
     memory::require("the contact sheet", sheet.pixels() as u64 * size_of::<[f32; 4]>() as u64)?;
     let size = arguments.pictures.rendered(options.size)?;
     let scene = Scene::open(&arguments.scene, &Processes::alone())?;
-    // All of the same scale, so that they can be compared.
+    // A sequence has one scale, so views can be compared.
     let start = options.orbit(0.0);
     let orbit = |&(_, azimuth, elevation): &(&str, f64, f64)| Orbit {
         azimuth: start.azimuth + azimuth,
@@ -73,7 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     scene.require_checked(&arguments.scene, size, &cameras)?;
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     studio.announce(&cameras[0], options.size)?;
-    let pixels = drawn(arguments, &mut studio, &cameras, sheet)?;
+    let pixels = render_views(arguments, &mut studio, &cameras, sheet)?;
     Frame::new(sheet, pixels).save(output.path(), options.background)?;
     if output.is_standard() {
         return output.finish(output.path());
@@ -90,23 +90,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The views, beside and below each other.
-fn drawn(arguments: &Arguments, studio: &mut Studio, cameras: &[Camera], sheet: Viewport) -> Result<Vec<[f32; 4]>, Error> {
+/// Renders the views into the pixels of the sheet.
+fn render_views(arguments: &Arguments, studio: &mut Studio, cameras: &[Camera], sheet: Viewport) -> Result<Vec<[f32; 4]>, Error> {
     let options = &arguments.scene.camera;
     let background = options.background.unwrap_or(Background::BLACK);
     let (width, height, row_length) = (options.size.width as usize, options.size.height as usize, sheet.width as usize);
     let mut pixels = memory::zeroed("the contact sheet", sheet.pixels())?;
     let bar = progress::steps(VIEWS.len() as u32, "rendering");
     for (n, (camera, (name, ..))) in cameras.iter().zip(VIEWS).enumerate() {
-        // One legend is for all.
+        // One legend for all views.
         studio.set_legend(arguments.pictures.legend && n + 1 == COLUMNS);
         let (frame, _) = studio.picture(camera, options.size)?;
-        // One process has all of its pictures.
+        // Always present: this command runs in a single process.
         let Some(frame) = frame else { continue };
         let frame = labelled(frame, name, background)?;
         let first = n / COLUMNS * height * row_length + n % COLUMNS * width;
-        for (row, seen) in frame.pixels().chunks_exact(width).enumerate() {
-            pixels[first + row * row_length..][..width].copy_from_slice(seen);
+        for (row, source) in frame.pixels().chunks_exact(width).enumerate() {
+            pixels[first + row * row_length..][..width].copy_from_slice(source);
         }
         bar.inc(1);
     }
@@ -114,11 +114,11 @@ fn drawn(arguments: &Arguments, studio: &mut Studio, cameras: &[Camera], sheet: 
     Ok(pixels)
 }
 
-/// Size of the sheet, of views of this size.
+/// Size of the sheet for views of this size.
 fn sheet_size(view: Viewport) -> Result<Viewport, Error> {
     let (columns, rows) = (COLUMNS as u32, (VIEWS.len() / COLUMNS) as u32);
     Viewport::new(view.width.saturating_mul(columns), view.height.saturating_mul(rows)).map_err(|_| {
-        let expected = "at most 4096x8192, of each of a contact sheet's views";
+        let expected = "at most 4096x8192 for each view of a contact sheet";
         Error::OutOfRange { name: "viewport", value: format!("{}x{}", view.width, view.height), expected }
     })
 }

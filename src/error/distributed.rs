@@ -1,25 +1,25 @@
-//! What can go wrong where several processes are one renderer.
+//! Errors of distributed rendering.
 
 use super::Error;
 
-/// What fails between processes.
+/// An error in distributed rendering.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DistributedError {
-    /// MPI may be called from one thread only.
+    /// MPI does not provide the required level of thread support.
     #[error("MPI was initialised for {found} threads: initialise it with Threading::Serialized or Multiple")]
     Threads {
-        /// What it was initialised for.
+        /// The provided level.
         found: String,
     },
-    /// Something failed on one of the processes; all have this error.
+    /// A failure on one process. All processes receive this error.
     #[error("rank {rank}: {message}")]
     Rank {
-        /// The process.
+        /// Rank of the process.
         rank: usize,
-        /// What it said.
+        /// Its error message.
         message: String,
-        /// Its error, on that process itself.
+        /// The error itself, on that process only.
         own: Option<Box<Error>>,
     },
 }

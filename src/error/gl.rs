@@ -1,8 +1,8 @@
-//! What can go wrong with OpenGL.
+//! Errors of OpenGL interoperability.
 
 use std::num::NonZeroU32;
 
-/// OpenGL, or a texture of the caller's, that pictures cannot go to.
+/// An OpenGL context, or a caller-owned texture, that cannot receive pictures.
 ///
 /// ```
 /// use layersplat::gl::{GlError, GlFunctions};
@@ -13,37 +13,37 @@ use std::num::NonZeroU32;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GlError {
-    /// There is no context to work with.
-    #[error("no OpenGL context is current in this thread: make the texture's current before")]
+    /// No OpenGL context is current in this thread.
+    #[error("no OpenGL context is current in this thread: make the texture's context current first")]
     NoContext,
-    /// The loader does not know a function.
+    /// The loader does not find a function.
     #[error(
-        "the loader finds no {function}: give the one of the context that is current, of OpenGL 3.0 or OpenGL ES 3.1 at least"
+        "the loader does not find {function}: pass the loader of the current context, which must be OpenGL 3.0, OpenGL ES 3.1 or later"
     )]
     Function {
-        /// What was asked for.
+        /// Name of the function.
         function: String,
     },
-    /// A version that cannot tell what a texture is.
-    #[error("the context is of {version}: pictures need OpenGL 3.0 or OpenGL ES 3.1 at least")]
+    /// An OpenGL version without queries of texture properties.
+    #[error("the context is {version}: pictures need OpenGL 3.0, OpenGL ES 3.1 or later")]
     Version {
-        /// What the context says of itself.
+        /// Version string of the context.
         version: String,
     },
-    /// A name of no texture.
-    #[error("{texture} is no texture of the current context: bind it there once, or make its own context current")]
+    /// A name that is not a texture.
+    #[error("{texture} is not a texture of the current context: bind it there once, or make its own context current")]
     NoTexture {
         /// The name.
         texture: NonZeroU32,
     },
-    /// A texture of another shape.
-    #[error("texture {texture} is of another target: pictures go to a GL_TEXTURE_2D")]
+    /// A texture with another target than `GL_TEXTURE_2D`.
+    #[error("texture {texture} has another target: pictures need a GL_TEXTURE_2D")]
     Target {
         /// The texture.
         texture: NonZeroU32,
     },
-    /// A texture of other pixels.
-    #[error("texture {texture} is of internal format 0x{format:04x}: pictures go to GL_RGBA8 (0x8058), as by glTexStorage2D")]
+    /// A texture with another internal format than `GL_RGBA8`.
+    #[error("texture {texture} has internal format 0x{format:04x}: pictures need GL_RGBA8 (0x8058), e.g. by glTexStorage2D")]
     Format {
         /// The texture.
         texture: NonZeroU32,
@@ -51,13 +51,13 @@ pub enum GlError {
         format: u32,
     },
     /// A texture whose size has changed.
-    #[error("texture {texture} is {found} and was {expected}: make the GlTexture anew whenever the texture's storage is")]
+    #[error("texture {texture} is {found} but was {expected}: create a new GlTexture whenever the texture's storage changes")]
     Changed {
         /// The texture.
         texture: NonZeroU32,
-        /// What it was when it was handed over.
+        /// Size when the `GlTexture` was created.
         expected: String,
-        /// What it is now.
+        /// Current size.
         found: String,
     },
 }

@@ -1,4 +1,4 @@
-//! The functions that pictures need, and nothing else of OpenGL.
+//! The OpenGL functions used to write pictures to textures.
 
 use super::bound::{Bound, Unpacked};
 use crate::error::{Error, GlError};
@@ -8,7 +8,7 @@ use std::ffi::{CStr, c_char, c_void};
 use std::num::NonZeroU32;
 use std::sync::Arc;
 
-/// Those that are called.
+/// Names of the functions used.
 const NEEDED: [&CStr; 10] = [
     c"glBindBuffer",
     c"glBindTexture",
@@ -22,14 +22,14 @@ const NEEDED: [&CStr; 10] = [
     c"glTexSubImage2D",
 ];
 
-/// OpenGL, as the caller's loader finds it. Cheap to clone.
+/// OpenGL functions from the caller's loader. Cheap to clone.
 ///
-/// It is used by the thread that has the context current: each call looks whether one is.
+/// Must be used in the thread in which the context is current. Each call checks that a context is current.
 ///
 /// ```
 /// use layersplat::gl::GlFunctions;
 ///
-/// // A loader that finds nothing is told so.
+/// // This loader finds no function.
 /// let error = unsafe { GlFunctions::load(|_| std::ptr::null()) }.err().expect("no function");
 /// println!("{error}");
 /// ```
@@ -44,30 +44,32 @@ struct Loaded {
 type GetString = unsafe extern "system" fn(u32) -> *const c_char;
 
 impl GlFunctions {
-    /// Loads the functions of the context that is current in this thread: `eglGetProcAddress`, glutin's `get_proc_address` and the like.
+    /// Loads the functions of the context that is current in this thread. The loader is `eglGetProcAddress`, glutin's
+    /// `get_proc_address` or similar.
     ///
     /// # Errors
-    /// No context that is current, an old one, and a loader that does not know what is needed.
+    /// [`GlError::NoContext`] without a current context, [`GlError::Version`] for an old one, [`GlError::Function`] if the loader
+    /// lacks a function.
     ///
     /// # Safety
-    /// What the loader returns for a name is null or OpenGL's function of that name, for every context of this thread and others in
-    /// which what is loaded here will be used.
+    /// The loader must return null or OpenGL's function of the given name. The functions must be valid for every context, in any
+    /// thread, in which the result is used.
     pub unsafe fn load(mut loader: impl FnMut(&CStr) -> *const c_void) -> Result<Self, GlError> {
         for name in NEEDED {
             if loader(name).is_null() {
                 return Err(GlError::Function { function: name.to_string_lossy().into() });
             }
         }
-        // SAFETY: the caller's promise; it is not null.
+        // SAFETY: not null, and OpenGL's function by the caller's guarantee.
         let get_string = unsafe { std::mem::transmute::<*const c_void, GetString>(loader(c"glGetString")) };
-        // SAFETY: it may be asked without a context, and answers null then.
+        // SAFETY: may be called without a context, and returns null then.
         let version = unsafe { get_string(glow::VERSION) };
         if version.is_null() {
             return Err(GlError::NoContext);
         }
-        // SAFETY: OpenGL's strings end in zero and live as long as the context.
+        // SAFETY: OpenGL strings are null-terminated and live as long as the context.
         let version = unsafe { CStr::from_ptr(version) }.to_string_lossy().into_owned();
-        // SAFETY: the caller's promise; a context is current.
+        // SAFETY: a context is current, and the caller guarantees the loader.
         let gl = unsafe { glow::Context::from_loader_function_cstr(loader) };
         let number = gl.version();
         if (number.major, number.minor) < if number.is_embedded { (3, 1) } else { (3, 0) } {
@@ -76,14 +78,14 @@ impl GlFunctions {
         Ok(Self(Arc::new(Loaded { gl, get_string })))
     }
 
-    /// Of the current context, which there has to be.
+    /// The functions, after a check that a context is current.
     fn current(&self) -> Result<&glow::Context, GlError> {
-        // SAFETY: it may be asked without a context, and answers null then.
+        // SAFETY: may be called without a context, and returns null then.
         let version = unsafe { (self.0.get_string)(glow::VERSION) };
         if version.is_null() { Err(GlError::NoContext) } else { Ok(&self.0.gl) }
     }
 
-    /// How large a texture is that pictures can go to.
+    /// Size of a texture that can receive pictures.
     pub(crate) fn size(&self, texture: NonZeroU32) -> Result<Viewport, Error> {
         let gl = self.current()?;
         // SAFETY: the context is current.
@@ -98,13 +100,13 @@ impl GlFunctions {
         Viewport::new(width, height)
     }
 
-    /// Writes a picture of the texture's size, its first row first.
+    /// Writes an RGBA8 picture of the texture's size, first row first.
     pub(crate) fn write(&self, texture: NonZeroU32, size: Viewport, picture: &[u8]) -> Result<(), GlError> {
-        assert_eq!(picture.len(), 4 * size.pixels(), "a picture of another size than its texture");
+        assert_eq!(picture.len(), 4 * size.pixels(), "picture and texture differ in size");
         let gl = self.current()?;
         let [width, height] = [size.width, size.height].map(|n| n as i32);
         let pixels = glow::PixelUnpackData::Slice(Some(picture));
-        // SAFETY: the context is current, and there are as many pixels, without gaps.
+        // SAFETY: the context is current, and the slice holds all pixels, tightly packed.
         unsafe {
             let _bound = Bound::new(gl, texture)?;
             let _unpacked = Unpacked::new(gl);
@@ -113,7 +115,7 @@ impl GlFunctions {
         Ok(())
     }
 
-    /// Waits until OpenGL is done with all that it was told.
+    /// Waits until OpenGL has finished all commands.
     pub(crate) fn finish(&self) -> Result<(), GlError> {
         // SAFETY: the context is current.
         unsafe { self.current()?.finish() };

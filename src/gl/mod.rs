@@ -1,6 +1,6 @@
-//! The only room that knows OpenGL: its functions, as the caller's loader finds them, and textures that pictures go to.
+//! OpenGL interoperability: functions from the caller's loader, and textures that receive pictures. No other module calls OpenGL.
 //!
-//! With the feature `gl-interop`. Which OpenGL shares what with which OpenCL is in docs/gl.md.
+//! Requires the feature `gl-interop`. docs/gl.md lists which OpenGL and OpenCL implementations share textures.
 
 mod bound;
 mod functions;

@@ -237,7 +237,7 @@ fn pictures_of_nothing_are_explained() {
     for (more, reason) in [
         ("--transfer-range 5000,6000", "--transfer-range 0,"),
         ("--blend iso --iso 9000", "no surface at 9000"),
-        ("--clip 0,0,0,-1,-1,-1", "cut away"),
+        ("--clip 0,0,0,-1,-1,-1", "clipped away"),
         ("--parallel-scale 1 --center 900,900,900", "--fit visible"),
         ("--blend maximum --parallel-scale 1 --center 900,900,900", "--fit volume"),
         ("--blend maximum --parallel-scale 0.01 --transfer grey --transfer-range 5000,6000", "one colour"),

@@ -1,4 +1,4 @@
-//! Devices are checked before they draw: once for each device, driver and build of the command, and each family of kernels.
+//! Device checks before rendering: once per device, driver, build of the command and kernel family.
 
 pub(super) mod child;
 mod verdicts;
@@ -21,9 +21,9 @@ use std::time::{Duration, Instant};
 use verdicts::Verdicts;
 
 /// A check that takes longer has compiled kernels.
-const WORTH_TELLING: Duration = Duration::from_secs(1);
+const REPORTED_AFTER: Duration = Duration::from_secs(1);
 
-/// Families that draw these views. What cannot be drawn has none: the renderer says why.
+/// Kernel families that render these views. Views that cannot be rendered are skipped; the renderer reports them later.
 pub(super) fn families(cameras: &[Camera], size: Viewport, grid: &Grid, settings: &Settings) -> BTreeSet<Family> {
     let family = |camera: &Camera| {
         let rays = Rays::new(camera, size, grid).ok()?;
@@ -32,18 +32,21 @@ pub(super) fn families(cameras: &[Camera], size: Viewport, grid: &Grid, settings
     cameras.iter().filter_map(family).collect()
 }
 
-/// Refuses a device that does not draw these families as it should, unless it is to be used unchecked.
+/// Checks these families unless their verdicts are cached or `--device-unchecked` is given.
+///
+/// # Errors
+/// [`Error::DeviceFailed`] if a family failed its check.
 pub(super) fn require(device: &Device, families: &BTreeSet<Family>, options: &DeviceOptions) -> Result<(), Error> {
     if options.device_unchecked {
         return Ok(());
     }
-    let kept = Verdicts::of(device.info());
+    let cache = Verdicts::new(device.info());
     let (known, unknown): (Vec<_>, Vec<_>) =
-        families.iter().map(|&family| (family, kept.read(family))).partition(|(_, v)| v.is_some());
+        families.iter().map(|&family| (family, cache.read(family))).partition(|(_, v)| v.is_some());
     let mut verdicts: Vec<Verdict> = known.into_iter().filter_map(|(_, verdict)| verdict).collect();
     let unknown: Vec<Family> = unknown.into_iter().map(|(family, _)| family).collect();
-    let outcomes = checked(device.info(), &kept, &unknown);
-    // The picture would fail for the same reason, and PoCL's compiler ends the process then.
+    let outcomes = run_checks(device.info(), &cache, &unknown);
+    // Rendering would fail for the same reason, and PoCL's compiler would end the process.
     if outcomes.iter().any(|outcome| matches!(outcome, Outcome::Undecided(..)))
         && let Some(error) = unusable_cache(&device.info().platform)
     {
@@ -53,40 +56,40 @@ pub(super) fn require(device: &Device, families: &BTreeSet<Family>, options: &De
     CheckReport::new(device, verdicts).require()
 }
 
-/// Checks a device anew, whatever was known: all families. What could not be checked has not passed.
+/// Checks all families of a device again and ignores cached verdicts. Families that cannot be checked count as failed.
 pub(super) fn check_all(device: &DeviceInfo) -> Vec<Verdict> {
     let verdict = |outcome| match outcome {
         Outcome::Decided(verdict) => verdict,
-        Outcome::Undecided(family, why) => Verdict::failed(family, format!("it could not be checked: {why}")),
+        Outcome::Undecided(family, reason) => Verdict::failed(family, format!("it could not be checked: {reason}")),
     };
-    checked(device, &Verdicts::of(device), &Family::ALL).into_iter().map(verdict).collect()
+    run_checks(device, &Verdicts::new(device), &Family::ALL).into_iter().map(verdict).collect()
 }
 
-/// Checks these families in a process of their own, shows that on a terminal, and keeps the verdicts.
-fn checked(device: &DeviceInfo, kept: &Verdicts, families: &[Family]) -> Vec<Outcome> {
+/// Checks families in a child process, with a progress display, and caches the verdicts.
+fn run_checks(device: &DeviceInfo, cache: &Verdicts, families: &[Family]) -> Vec<Outcome> {
     if families.is_empty() {
         return Vec::new();
     }
     let bar = ProgressBar::new_spinner();
     bar.enable_steady_tick(Duration::from_millis(200));
-    let what = format!("checking {} (once for its driver and this version)", device.name);
-    let begun = Instant::now();
+    let what = format!("checking {} (once per driver and version of layersplat)", device.name);
+    let started = Instant::now();
     let outcomes = child::check(device, families, |family| bar.set_message(format!("{what}: {family}")));
     bar.finish_and_clear();
     // The pictures themselves take milliseconds.
-    if begun.elapsed() >= WORTH_TELLING {
-        progress::say_compiled(begun.elapsed());
+    if started.elapsed() >= REPORTED_AFTER {
+        progress::print_compile_time(started.elapsed());
     }
-    let outcomes = without_room(outcomes, || unusable_cache(&device.platform));
-    kept.keep(outcomes.iter().filter_map(|outcome| match outcome {
+    let outcomes = discount_cache_failures(outcomes, || unusable_cache(&device.platform));
+    cache.write(outcomes.iter().filter_map(|outcome| match outcome {
         Outcome::Decided(verdict) => Some(verdict),
         Outcome::Undecided(..) => None,
     }));
     outcomes
 }
 
-/// A family that fails while the kernel cache cannot be written says nothing about the device.
-fn without_room(outcomes: Vec<Outcome>, unusable: impl FnOnce() -> Option<Error>) -> Vec<Outcome> {
+/// Turns failures into undecided outcomes if the kernel cache cannot be written: then the device may not be at fault.
+fn discount_cache_failures(outcomes: Vec<Outcome>, unusable: impl FnOnce() -> Option<Error>) -> Vec<Outcome> {
     let failed = |outcome: &Outcome| matches!(outcome, Outcome::Decided(verdict) if !verdict.passed());
     let Some(error) = outcomes.iter().any(failed).then(unusable).flatten() else { return outcomes };
     let undecided = |outcome| match outcome {
@@ -96,12 +99,12 @@ fn without_room(outcomes: Vec<Outcome>, unusable: impl FnOnce() -> Option<Error>
     outcomes.into_iter().map(undecided).collect()
 }
 
-/// The verdicts among outcomes. Where there is none, it is not the device that is at fault: what is, the picture itself will meet too.
+/// The verdicts among the outcomes. Warns of undecided families; rendering itself will report their cause.
 fn decided(outcomes: Vec<Outcome>) -> Vec<Verdict> {
     let verdict = |outcome| match outcome {
         Outcome::Decided(verdict) => Some(verdict),
-        Outcome::Undecided(family, why) => {
-            tracing::warn!("{family} could not be checked: {why}");
+        Outcome::Undecided(family, reason) => {
+            tracing::warn!("{family} could not be checked: {reason}");
             None
         }
     };

@@ -1,4 +1,4 @@
-//! The paper's data sets: which there are, and what the paper says of them.
+//! The paper's data sets, and the paper's results on them.
 
 use crate::error::Error;
 use crate::transfer::TransferFunction;
@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 /// A row of the paper's Table 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PaperRow {
-    /// How its files' names begin.
+    /// Name of the data set, with which file names begin.
     pub name: &'static str,
-    /// Effective splats.
+    /// Number of effective splats.
     pub splats: &'static str,
     /// Frames per second of axis-aligned sheets, view-aligned sheets, layered splatting and slicing.
     pub fps: [Option<f64>; 4],
@@ -32,20 +32,20 @@ const TABLE_1: [PaperRow; 8] = [
     row("vertebra", "1.6M", 3.0, 2.4, 14.9, None),
 ];
 
-/// What stands in where there are no data sets, and how it is seen.
+/// Built-in volumes used if no data set is found, with their transfer functions.
 const BUILT_IN: [(&str, Demonstration); 2] = [("builtin:hydrogen@64", shells), ("builtin:marschner-lobb@64", solid)];
 
 /// Makes the transfer function of a built-in volume.
 type Demonstration = fn() -> Result<TransferFunction, Error>;
 
-/// A faint outer shell around a dense inner one: edges that show what a renderer does to them.
+/// A faint outer shell around a dense inner one. Its edges show differences between renderers.
 fn shells() -> Result<TransferFunction, Error> {
     let colors = vec![(0.0, [0.25, 0.5, 1.0]), (70.0, [0.4, 0.8, 0.9]), (110.0, [1.0, 0.6, 0.25]), (255.0, [1.0, 0.9, 0.6])];
     let opacities = vec![(0.0, 0.0), (18.0, 0.0), (26.0, 0.12), (36.0, 0.01), (100.0, 0.01), (120.0, 0.6), (255.0, 0.6)];
     TransferFunction::new("shells", colors, opacities)
 }
 
-/// Everything above the mean.
+/// Opaque above the mean value.
 fn solid() -> Result<TransferFunction, Error> {
     let colors = vec![(0.0, [0.8, 0.75, 0.65]), (130.0, [0.8, 0.75, 0.65]), (255.0, [0.3, 0.5, 0.8])];
     TransferFunction::new("solid", colors, vec![(0.0, 0.0), (118.0, 0.0), (138.0, 0.8), (255.0, 0.8)])
@@ -56,12 +56,12 @@ pub(super) struct Source {
     pub name: String,
     /// File or built-in name.
     path: PathBuf,
-    transfer: Seen,
+    transfer: TransferSource,
     pub paper: Option<PaperRow>,
 }
 
-/// Through which transfer function a data set is seen.
-enum Seen {
+/// Source of the transfer function of a data set.
+enum TransferSource {
     File(PathBuf),
     Automatic,
     Demonstration(Demonstration),
@@ -73,14 +73,15 @@ pub(super) struct DataSet {
     pub transfer: TransferFunction,
 }
 
-/// What there is, and what of the paper's table is not there.
+/// Available data sets.
 pub(super) struct Library {
     pub found: Vec<Source>,
+    /// Data sets of the paper's table that were not found.
     pub missing: Vec<&'static str>,
 }
 
 impl Library {
-    /// Looks for the paper's data sets in a folder, and for their transfer functions in another.
+    /// Looks for the paper's data sets in the folder `volumes` and for their transfer functions in `transfers`.
     pub fn new(volumes: Option<&Path>, transfers: Option<&Path>) -> Result<Self, Error> {
         let mut files: Vec<PathBuf> = Vec::new();
         if let Some(folder) = volumes {
@@ -100,7 +101,7 @@ impl Library {
             match file {
                 Some(path) => {
                     let transfer = transfers.as_ref().map(|folder| folder.join(format!("{}.json", paper.name)));
-                    let transfer = transfer.filter(|file| file.is_file()).map_or(Seen::Automatic, Seen::File);
+                    let transfer = transfer.filter(|file| file.is_file()).map_or(TransferSource::Automatic, TransferSource::File);
                     found.push(Source { name: paper.name.into(), path: path.into(), transfer, paper: Some(paper) });
                 }
                 None => missing.push(paper.name),
@@ -108,8 +109,8 @@ impl Library {
         }
         if found.is_empty() {
             found = BUILT_IN
-                .map(|(path, seen)| {
-                    let transfer = Seen::Demonstration(seen);
+                .map(|(path, demonstration)| {
+                    let transfer = TransferSource::Demonstration(demonstration);
                     Source { name: path.replace("builtin:", ""), path: path.into(), transfer, paper: None }
                 })
                 .into();
@@ -117,27 +118,28 @@ impl Library {
         Ok(Self { found, missing })
     }
 
-    /// Opens every data set once, so that a bad file is found before any work is done, and tells how each is seen.
+    /// Opens every data set once, so that errors appear before any work. Returns descriptions of data sets and transfer
+    /// functions.
     pub fn check(&self) -> Result<Vec<String>, Error> {
-        let seen = |set: &Source| {
+        let describe = |set: &Source| {
             let transfer = set.open()?.transfer;
-            let through = match &set.transfer {
-                Seen::File(file) => file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-                Seen::Automatic => "a transfer function from its histogram".into(),
-                Seen::Demonstration(_) => format!("'{}'", transfer.name()),
+            let name = match &set.transfer {
+                TransferSource::File(file) => file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+                TransferSource::Automatic => "a transfer function from its histogram".into(),
+                TransferSource::Demonstration(_) => format!("'{}'", transfer.name()),
             };
-            Ok(format!("{} through {through}", set.name))
+            Ok(format!("{} with {name}", set.name))
         };
-        self.found.iter().map(seen).collect()
+        self.found.iter().map(describe).collect()
     }
 
-    /// The one that a figure of a single data set shows: engine as in the paper, or the first.
+    /// The data set for figures of a single one: engine as in the paper, or the first.
     pub fn shown(&self) -> &Source {
         self.found.iter().find(|set| set.name == "engine").unwrap_or(&self.found[0])
     }
 }
 
-/// `NAME_…_uint8.raw.gz` and so on; the paper's files are unsigned.
+/// Whether a file is a raw volume `NAME_…_uint8.raw.gz` or similar. The paper's files are unsigned.
 fn is_volume(path: &Path, name: &str) -> bool {
     let file = path.file_name().and_then(|file| file.to_str()).unwrap_or_default();
     let lower = file.to_ascii_lowercase();
@@ -149,9 +151,9 @@ impl Source {
     pub fn open(&self) -> Result<DataSet, Error> {
         let volume = Volume::open(&self.path, &OpenOptions::default())?;
         let transfer = match &self.transfer {
-            Seen::File(file) => TransferFunction::from_file(file, None)?,
-            Seen::Automatic => TransferFunction::automatic(&volume),
-            Seen::Demonstration(transfer) => transfer()?,
+            TransferSource::File(file) => TransferFunction::from_file(file, None)?,
+            TransferSource::Automatic => TransferFunction::automatic(&volume),
+            TransferSource::Demonstration(transfer) => transfer()?,
         };
         Ok(DataSet { volume, transfer })
     }
@@ -169,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn built_in_volumes_stand_in_for_what_is_missing() {
+    fn built_in_volumes_replace_missing_data_sets() {
         let library = Library::new(None, None).unwrap();
         assert_eq!((library.found.len(), library.missing.len()), (BUILT_IN.len(), TABLE_1.len()));
         assert!(library.shown().open().unwrap().volume.grid().dims()[0] > 0);

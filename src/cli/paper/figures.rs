@@ -4,7 +4,7 @@ use super::Laboratory;
 use super::data_sets::Source;
 use super::page::{Page, decibels, enlarged_difference, psnr};
 use super::plot::{Series, svg};
-use super::systems::{Bench, OF_THE_PAPER, SYSTEMS, VIEW};
+use super::systems::{Bench, PAPER_SYSTEMS, SYSTEMS, VIEW};
 use crate::camera::{Camera, Orbit};
 use crate::error::Error;
 use crate::image::Frame;
@@ -15,12 +15,13 @@ use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::{OpenOptions, Volume};
 
-/// Samples per layer where only the extinction is to count.
-const FINELY: u32 = 3;
-/// How much differences are enlarged in the pictures.
+/// Samples per layer at which the extinction model dominates the error.
+const FINE_SAMPLES: u32 = 3;
+/// Magnification of differences in the pictures.
 const TIMES: f32 = 16.0;
 
-/// Settings on every data set: their fidelities, and of one data set the first two's pictures, shaded, with their difference.
+/// Compares settings on every data set: a table of fidelities, and for one data set shaded pictures of the first two settings
+/// with their difference.
 fn compare(
     laboratory: &Laboratory,
     page: &mut Page,
@@ -53,7 +54,7 @@ fn compare(
     Ok(())
 }
 
-/// Splatted layers per pixel with exact footprints, classified after interpolation.
+/// Post-classified splats per pixel with exact footprints.
 fn splatted(correction: Correction) -> Settings {
     Settings {
         algorithm: Layered {
@@ -78,13 +79,13 @@ fn preintegrated(samples_per_layer: u32) -> Settings {
 /// Fig. 2: with and without κ.
 pub(super) fn kappa(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error> {
     page.paragraph(
-        "Every voxel is splatted once, into its own layer. Left with κ, as the paper does it; then without: what kernels spill \
-         into the neighbouring layers is lost to them. Per pixel, exact footprints, one sample per layer.",
+        "Every voxel is splatted once, into its own layer. Left with κ, as in the paper, then without: the parts of kernels that \
+         reach into neighbouring layers are lost. Per pixel, exact footprints, one sample per layer.",
     );
     let settings = [
         ("with κ", splatted(Correction::Constant)),
         ("without κ", splatted(Correction::None)),
-        ("pre-integrated, which needs none", preintegrated(1)),
+        ("pre-integrated (needs no κ)", preintegrated(1)),
     ];
     compare(laboratory, page, "fig2", VIEW, &settings)
 }
@@ -92,23 +93,23 @@ pub(super) fn kappa(laboratory: &Laboratory, page: &mut Page) -> Result<(), Erro
 /// Fig. 3: linear α and the exponential.
 pub(super) fn extinction(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error> {
     page.paragraph(
-        "One sample per layer with κ, as in the paper; the last two columns pre-integrated, three samples per layer, where what is left \
-         is the extinction. The view along the diagonal of cubic voxels, where a ray is √3 voxels in a layer: with α = 1 − e^−τ, the linear form \
-         min(1, α·Δt) agrees with the exponential 1 − e^−τΔt at Δt = 1 only.",
+        "One sample per layer with κ, as in the paper. The last two columns are pre-integrated with three samples per layer, where the \
+         extinction model dominates the error. The view is along the diagonal of cubic voxels, where a ray passes √3 voxels in each layer. With \
+         α = 1 − e^−τ, the linear form min(1, α·Δt) agrees with the exponential 1 − e^−τΔt at Δt = 1 only.",
     );
     let view = Orbit { azimuth: 45.0, elevation: 35.264, roll: 0.0 };
     let linear = |settings| Settings { extinction: Extinction::Linear, ..settings };
-    let (once, finely) = (splatted(Correction::Constant), preintegrated(FINELY));
+    let (coarse, fine) = (splatted(Correction::Constant), preintegrated(FINE_SAMPLES));
     let settings = [
-        ("linear α", linear(once)),
-        ("exponential", once),
-        ("linear, three samples per layer", linear(finely)),
-        ("exponential, three samples per layer", finely),
+        ("linear α", linear(coarse)),
+        ("exponential", coarse),
+        ("linear, three samples per layer", linear(fine)),
+        ("exponential, three samples per layer", fine),
     ];
     compare(laboratory, page, "fig3", view, &settings)
 }
 
-/// Fig. 4 (a): the curves, with points measured on a homogeneous cube.
+/// Fig. 4 (a): transmittance curves, with points measured on a homogeneous cube.
 pub(super) fn curves(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error> {
     const MOST: f64 = 2.0;
     laboratory.bar.set_message("fig4");
@@ -120,8 +121,10 @@ pub(super) fn curves(laboratory: &Laboratory, page: &mut Page) -> Result<(), Err
     let mut measured = [Vec::new(), Vec::new()];
     for i in 1..=10 {
         let x = f64::from(i) / 10.0 * MOST;
-        let found =
-            [through_a_layer(laboratory, x, Extinction::Exponential)?, through_a_layer(laboratory, x, Extinction::Linear)?];
+        let found = [
+            layer_transmittance(laboratory, x, Extinction::Exponential)?,
+            layer_transmittance(laboratory, x, Extinction::Linear)?,
+        ];
         for (points, &t) in measured.iter_mut().zip(&found) {
             points.push((x, t));
         }
@@ -133,7 +136,7 @@ pub(super) fn curves(laboratory: &Laboratory, page: &mut Page) -> Result<(), Err
     let dots = |name, color, points| Series { name, color, points, measured: true };
     let series = [
         line("e^−τΔt", (20, 90, 180), curve(exponential)),
-        line("1 − τΔt, not below 0", (200, 70, 30), curve(linear)),
+        line("max(0, 1 − τΔt)", (200, 70, 30), curve(linear)),
         line("difference", (120, 120, 120), curve(difference)),
         dots("measured, exponential", (20, 90, 180), by_exponential),
         dots("measured, linear", (200, 70, 30), by_linear),
@@ -141,17 +144,18 @@ pub(super) fn curves(laboratory: &Laboratory, page: &mut Page) -> Result<(), Err
     let drawing = svg((0.0, MOST), (0.0, 1.0), ["τΔt", "transmittance of a layer"], &series);
     page.drawing(
         "fig4.svg",
-        "The transmittance of one layer: e^−τΔt, the first two terms of its series, and their difference",
+        "Transmittance of one layer: e^−τΔt, the first two terms of its series, and their difference",
         &drawing,
     )?;
-    page.paragraph("Measured: the picture's middle pixel on a homogeneous cube of two layers, per layer.");
+    page.paragraph("Measured: centre pixel of a homogeneous cube of two layers, per layer.");
     page.table(&["τΔt", "e^−τΔt", "measured", "1 − τΔt", "measured"], &rows);
     laboratory.bar.inc(1);
     Ok(())
 }
 
-/// Transmittance per layer of a homogeneous cube seen straight on, where a layer's extinction (or α) times its length is `x`.
-fn through_a_layer(laboratory: &Laboratory, x: f64, extinction: Extinction) -> Result<f64, Error> {
+/// Transmittance per layer of a homogeneous cube, viewed along an axis. `x` is the extinction (or α) of a layer times its
+/// thickness.
+fn layer_transmittance(laboratory: &Laboratory, x: f64, extinction: Extinction) -> Result<f64, Error> {
     const ALPHA: f64 = 0.05;
     let volume = Volume::open("builtin:cube@2", &OpenOptions::default())?;
     let (_, value) = volume.range();
@@ -169,9 +173,9 @@ fn through_a_layer(laboratory: &Laboratory, x: f64, extinction: Extinction) -> R
     Ok((1.0 - f64::from(frame.pixel(0, 0)[3])).max(0.0).sqrt())
 }
 
-/// Fig. 5: all four systems with a transparent transfer function.
+/// Fig. 5: the four systems with a transparent transfer function.
 pub(super) fn systems(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error> {
-    /// What opacities are multiplied by.
+    /// Factor of the opacities.
     const FADED: f64 = 0.25;
     let source: &Source = laboratory.library.shown();
     laboratory.bar.set_message(format!("fig5: {}", source.name));
@@ -180,17 +184,17 @@ pub(super) fn systems(laboratory: &Laboratory, page: &mut Page) -> Result<(), Er
     let mut bench = Bench::new(laboratory, &set)?;
     let truth = bench.truth(VIEW, Kernel::Cubic)?;
     let (mut pictures, mut rows): (Vec<Frame>, Vec<Vec<String>>) = Default::default();
-    for system in &SYSTEMS[..OF_THE_PAPER] {
+    for system in &SYSTEMS[..PAPER_SYSTEMS] {
         pictures.push(bench.picture(VIEW, &system.settings())?);
         let own = bench.truth(VIEW, system.kernel)?;
         let unshaded = bench.unshaded(VIEW, &system.settings())?;
         rows.push(vec![system.name.into(), decibels(psnr(&unshaded, &own)), decibels(psnr(&unshaded, &truth))]);
     }
-    let names = SYSTEMS[..OF_THE_PAPER].iter().map(|s| s.name).collect::<Vec<_>>().join(", ");
+    let names = SYSTEMS[..PAPER_SYSTEMS].iter().map(|s| s.name).collect::<Vec<_>>().join(", ");
     let caption = format!("{} with its opacities times {FADED}: {names}", source.name);
     page.sheet("fig5.png", &caption, &pictures, 2)?;
-    page.paragraph("PSNR in dB (RGB, unshaded) to the converged integral of the own kernel and of Eq. 2:");
-    page.table(&["system", "own", "Eq. 2"], &rows);
+    page.paragraph("PSNR in dB (RGB, unshaded) to the converged integral of the system's own kernel and of Eq. 2:");
+    page.table(&["system", "own kernel", "Eq. 2"], &rows);
     laboratory.bar.inc(1);
     Ok(())
 }

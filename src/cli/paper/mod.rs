@@ -1,4 +1,4 @@
-//! `layersplat paper`: the experiments of Schlegel & Pajarola, repeated. Every one writes pictures and a Markdown page.
+//! `layersplat paper`: reproduces the experiments of Schlegel & Pajarola. Each writes pictures and a Markdown page.
 
 mod data_sets;
 mod figures;
@@ -25,26 +25,27 @@ use std::process::ExitCode;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Which experiment
+    /// Experiment to run
+    #[arg(value_name = "EXPERIMENT")]
     what: What,
-    /// Folder for pages and pictures; made if it is missing
-    #[arg(short, long, default_value = "paper")]
+    /// Folder for pages and pictures; created if missing
+    #[arg(short, long, default_value = "paper", value_name = "DIR")]
     out: PathBuf,
-    /// Folder with the paper's data sets; without any of them, built-in volumes serve as a demonstration
+    /// Folder with the paper's data sets; if it has none of them, built-in volumes are used
     #[arg(long, env = "LAYERSPLAT_VOLUMES", value_name = "DIR")]
     volumes: Option<PathBuf>,
-    /// Folder with a transfer function NAME.json per data set [default: transfer beside the volumes' folder]
+    /// Folder with a transfer function NAME.json per data set [default: folder transfer beside --volumes]
     #[arg(long, value_name = "DIR")]
     transfers: Option<PathBuf>,
-    /// Pictures of the turn that is timed
-    #[arg(long, default_value_t = 125, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    /// Number of frames of the timed turn
+    #[arg(long, default_value_t = 125, value_parser = clap::value_parser!(u32).range(1..=100_000), value_name = "N")]
     frames: u32,
     /// Size of the pictures in pixels
     #[arg(long, default_value = "512x512", value_parser = parse::viewport, value_name = "WxH", allow_hyphen_values = true)]
     size: Viewport,
     #[command(flatten)]
     device: DeviceOptions,
-    /// Print one line of JSON
+    /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
 }
@@ -53,22 +54,22 @@ pub(super) struct Arguments {
 enum What {
     /// Frame rates and fidelity of the four systems
     Table1,
-    /// With and without κ
+    /// Splats with and without κ
     Fig2,
-    /// Linear α against the exponential
+    /// Linear α and the exponential
     Fig3,
-    /// 1 − α against e^−τ, as curves
+    /// Curves of 1 − α and e^−τ
     Fig4,
     /// The four systems with a transparent transfer function
     Fig5,
-    /// Both layer axes on one view at 45°
+    /// Both layer axes for the same view at 45°
     Popping,
-    /// All of them
+    /// All experiments
     All,
 }
 
 impl What {
-    /// The experiments that a name stands for, in the paper's order.
+    /// The experiments to run, in the paper's order.
     fn experiments(self) -> Vec<What> {
         match self {
             What::All => vec![What::Table1, What::Fig2, What::Fig3, What::Fig4, What::Fig5, What::Popping],
@@ -100,7 +101,7 @@ impl What {
         }
     }
 
-    /// Steps of its progress bar.
+    /// Steps of the experiment's progress bar.
     fn steps(self, library: &Library) -> u32 {
         let sets = library.found.len() as u32;
         match self {
@@ -112,12 +113,12 @@ impl What {
     }
 }
 
-/// What every experiment is made with.
+/// The environment of all experiments.
 struct Laboratory<'a> {
     device: Device,
     library: Library,
-    /// Each data set with its transfer function.
-    seen: Vec<String>,
+    /// Description of each data set and its transfer function.
+    descriptions: Vec<String>,
     frames: u32,
     size: Viewport,
     out: &'a Path,
@@ -134,16 +135,16 @@ struct Written {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let library = Library::new(arguments.volumes.as_deref(), arguments.transfers.as_deref())?;
-    let seen = library.check()?;
+    let descriptions = library.check()?;
     page::sheet_size(arguments.size)?;
     let device = Device::open(&arguments.device.choice())?;
-    // The experiments go through nearly all of them.
+    // The experiments use nearly all families.
     check::require(&device, &Family::ALL.into(), &arguments.device)?;
     std::fs::create_dir_all(&arguments.out).map_err(|e| Error::write(&arguments.out, e))?;
     let experiments = arguments.what.experiments();
-    let bar = progress::steps(experiments.iter().map(|what| what.steps(&library)).sum(), "beginning");
+    let bar = progress::steps(experiments.iter().map(|what| what.steps(&library)).sum(), "starting");
     let laboratory =
-        Laboratory { device, library, seen, frames: arguments.frames, size: arguments.size, out: &arguments.out, bar };
+        Laboratory { device, library, descriptions, frames: arguments.frames, size: arguments.size, out: &arguments.out, bar };
     let mut pages = Vec::new();
     for &what in &experiments {
         let mut page = Page::new(what.title(), &laboratory);

@@ -1,4 +1,4 @@
-//! Pages in Markdown, and the pictures on them.
+//! Markdown pages with pictures.
 
 use super::super::compare;
 use super::Laboratory;
@@ -7,17 +7,17 @@ use crate::image::{Background, Frame, write_whole};
 use crate::viewport::Viewport;
 use std::path::{Path, PathBuf};
 
-/// Pixels between pictures of a sheet.
+/// Gap between pictures of a sheet in pixels.
 const GAP: u32 = 4;
 
-/// A page that is being written.
+/// A page under construction.
 pub(super) struct Page<'a> {
     out: &'a Path,
     text: String,
 }
 
 impl<'a> Page<'a> {
-    /// A page that begins with what it was made on.
+    /// Creates a page that begins with title, device and data sets.
     pub fn new(title: &str, laboratory: &'a Laboratory) -> Self {
         let info = laboratory.device.info();
         let mut page = Self { out: laboratory.out, text: format!("# {title}\n") };
@@ -31,27 +31,27 @@ impl<'a> Page<'a> {
             size.width,
             size.height
         ));
-        page.paragraph(&format!("Seen: {}.", laboratory.seen.join(", ")));
+        page.paragraph(&format!("Data sets: {}.", laboratory.descriptions.join(", ")));
         let library = &laboratory.library;
         if library.found.iter().all(|set| set.paper.is_none()) {
-            page.paragraph("None of the paper's data sets was at hand: built-in volumes stand in.");
+            page.paragraph("None of the paper's data sets was found; built-in volumes are used instead.");
         } else if !library.missing.is_empty() {
             page.paragraph(&format!("Missing data sets: {}.", library.missing.join(", ")));
         }
         page
     }
 
-    /// A line of its own.
+    /// Adds a line.
     pub fn line(&mut self, text: &str) {
         self.text += &format!("\n{text}");
     }
 
-    /// A paragraph.
+    /// Adds a paragraph.
     pub fn paragraph(&mut self, text: &str) {
         self.text += &format!("\n{text}\n");
     }
 
-    /// A table: its head, and rows of as many cells.
+    /// Adds a table. Rows have as many cells as the head.
     pub fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
         self.text += &format!("\n| {} |\n|{}\n", head.join(" | "), "---|".repeat(head.len()));
@@ -60,7 +60,7 @@ impl<'a> Page<'a> {
         }
     }
 
-    /// Frames side by side, `columns` to a row, as a picture on the page and a file of its own.
+    /// Adds a picture of several frames in rows of `columns`, and writes it to `file`.
     pub fn sheet(&mut self, file: &str, caption: &str, frames: &[Frame], columns: usize) -> Result<(), Error> {
         let sheet = contact_sheet(frames, columns)?;
         sheet.save(self.out.join(file), Some(Background::BLACK))?;
@@ -68,14 +68,14 @@ impl<'a> Page<'a> {
         Ok(())
     }
 
-    /// A drawing, in a file of its own.
+    /// Adds an SVG drawing, and writes it to `file`.
     pub fn drawing(&mut self, file: &str, caption: &str, svg: &str) -> Result<(), Error> {
         write_whole(&self.out.join(file), |out| out.write_all(svg.as_bytes()))?;
         self.paragraph(&format!("![{caption}]({file})\n\n*{caption}*"));
         Ok(())
     }
 
-    /// Writes `NAME.md`, and tells where it is.
+    /// Writes `NAME.md` and returns its path.
     pub fn write(self, name: &str) -> Result<PathBuf, Error> {
         let path = self.out.join(format!("{name}.md"));
         write_whole(&path, |out| out.write_all(format!("{}\n", self.text.trim_end()).as_bytes()))?;
@@ -83,15 +83,18 @@ impl<'a> Page<'a> {
     }
 }
 
-/// Most pictures of a sheet, across and down.
-const MOST: [u32; 2] = [3, 2];
+/// Largest number of pictures of a sheet, across and down.
+const MAX_PICTURES: [u32; 2] = [3, 2];
 
-/// The size of the largest sheet of pictures, or an error where that is no size of a picture.
+/// Size of the largest sheet of pictures.
+///
+/// # Errors
+/// [`Error::OutOfRange`] if a sheet would be larger than a picture may be.
 pub(super) fn sheet_size(size: Viewport) -> Result<Viewport, Error> {
-    Viewport::new((size.width + GAP) * MOST[0] - GAP, (size.height + GAP) * MOST[1] - GAP)
+    Viewport::new((size.width + GAP) * MAX_PICTURES[0] - GAP, (size.height + GAP) * MAX_PICTURES[1] - GAP)
 }
 
-/// Frames of one size on one picture, with grey gaps.
+/// Combines frames of equal size into one picture with grey gaps.
 fn contact_sheet(frames: &[Frame], columns: usize) -> Result<Frame, Error> {
     let (w, h) = (frames[0].width() + GAP, frames[0].height() + GAP);
     let rows = frames.len().div_ceil(columns) as u32;
@@ -107,7 +110,7 @@ fn contact_sheet(frames: &[Frame], columns: usize) -> Result<Frame, Error> {
     Ok(Frame::new(size, pixels.collect()))
 }
 
-/// The difference of two frames, a number of times enlarged, opaque.
+/// Absolute difference of two frames, magnified by `times`, opaque.
 pub(super) fn enlarged_difference(a: &Frame, b: &Frame, times: f32) -> Frame {
     let pixels = a.pixels().iter().zip(b.pixels()).map(|(p, q)| {
         let [r, g, b] = [0, 1, 2].map(|c| ((p[c] - q[c]).abs() * times).min(1.0));
@@ -116,12 +119,12 @@ pub(super) fn enlarged_difference(a: &Frame, b: &Frame, times: f32) -> Frame {
     Frame::new(Viewport { width: a.width(), height: a.height() }, pixels.collect())
 }
 
-/// PSNR over red, green and blue of two pictures of one size; infinite if they are identical.
+/// PSNR over red, green and blue of two pictures of equal size; infinite if they are identical.
 pub(super) fn psnr(a: &Frame, b: &Frame) -> f64 {
-    a.compare(b).expect("pictures of one size").psnr.unwrap_or(f64::INFINITY)
+    a.compare(b).expect("pictures of equal size").psnr.unwrap_or(f64::INFINITY)
 }
 
-/// A number of dB in a table.
+/// Formats decibels for a table.
 pub(super) fn decibels(psnr: f64) -> String {
     if psnr.is_finite() { compare::decibels(psnr, 1) } else { "identical".into() }
 }

@@ -2,16 +2,16 @@
 
 use plotters::prelude::*;
 
-/// A curve over [0, 1] × [0, 1] of the drawing's axes, or points on it.
+/// A curve, or measured points.
 pub(super) struct Series {
     pub name: &'static str,
     pub color: (u8, u8, u8),
     pub points: Vec<(f64, f64)>,
-    /// Dots instead of a line.
+    /// Draws dots instead of a line.
     pub measured: bool,
 }
 
-/// Series over `x` and `y` ranges, with a legend.
+/// Draws series over the ranges `x` and `y`, with axis labels and a legend.
 pub(super) fn svg(x: (f64, f64), y: (f64, f64), labels: [&str; 2], series: &[Series]) -> String {
     let mut text = String::new();
     draw(&mut text, x, y, labels, series).expect("drawing into a string does not fail");

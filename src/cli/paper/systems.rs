@@ -1,4 +1,4 @@
-//! The systems that are compared, and their truths.
+//! The compared systems and their ground truth.
 
 use super::super::rotate::{ELEVATION, turn};
 use super::Laboratory;
@@ -11,13 +11,13 @@ use crate::renderer::Renderer;
 use crate::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Quality, Settings};
 use std::time::Instant;
 
-/// The view of pictures and fidelities, as in docs/fidelity.md.
+/// View of pictures and fidelities, as in docs/fidelity.md.
 pub(super) const VIEW: Orbit = Orbit { azimuth: 72.0, elevation: ELEVATION, roll: 0.0 };
 
-/// Step of the converged integral, in smallest spacings.
+/// Step of the converged integral, relative to the smallest spacing.
 const CONVERGED: f64 = 1.0 / 16.0;
 
-/// The systems of Table 1, in its order, and two more qualities of ours.
+/// The systems of Table 1 in its order, then two more quality presets of layered.
 pub(super) const SYSTEMS: [System; 6] = [
     System {
         name: "axis-sheets",
@@ -39,22 +39,22 @@ pub(super) const SYSTEMS: [System; 6] = [
     System { name: "layered high", kernel: Kernel::Cubic, make: Make::Layered(Quality::High) },
 ];
 
-/// How many of [`SYSTEMS`] the paper has.
-pub(super) const OF_THE_PAPER: usize = 4;
-/// Places in [`SYSTEMS`].
+/// Number of [`SYSTEMS`] in the paper.
+pub(super) const PAPER_SYSTEMS: usize = 4;
+/// Indices in [`SYSTEMS`].
 pub(super) const VIEW_SHEETS: usize = 1;
 pub(super) const LAYERED: usize = 2;
 pub(super) const SLICING: usize = 3;
-/// The qualities of layered, from the fastest on.
+/// Indices of the quality presets of layered, fastest first.
 pub(super) const QUALITIES: [usize; 3] = [4, LAYERED, 5];
-/// The others.
+/// Indices of the other systems.
 pub(super) const OTHERS: [usize; 3] = [0, VIEW_SHEETS, SLICING];
 
-/// A system at its default settings, layered with the paper's kernel.
+/// A system at its default settings; layered uses the paper's kernel.
 #[derive(Clone, Copy)]
 pub(super) struct System {
     pub name: &'static str,
-    /// What reconstructs its field.
+    /// Reconstruction kernel.
     pub kernel: Kernel,
     make: Make,
 }
@@ -77,13 +77,13 @@ impl System {
     }
 }
 
-/// Layered at a density of samples, some per layer.
+/// Layered rendering with a lattice density and a number of samples per layer.
 pub(super) fn layered(density: Density, samples_per_layer: u32) -> Settings {
     let classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer };
     Layered { evaluation: Evaluation::Lattice(density), classification, ..Layered::default() }.into()
 }
 
-/// A renderer of one data set, with its views.
+/// Renderer of one data set.
 pub(super) struct Bench<'a> {
     laboratory: &'a Laboratory<'a>,
     set: &'a DataSet,
@@ -101,13 +101,13 @@ impl<'a> Bench<'a> {
         Camera::fit_parallel(grid.centre(), grid.diagonal(), self.laboratory.size, orbit)
     }
 
-    /// A picture from an orbit.
+    /// Renders a picture from an orbit.
     pub fn picture(&mut self, orbit: Orbit, settings: &Settings) -> Result<Frame, Error> {
         let camera = self.camera(orbit);
         Ok(self.renderer.render(&camera, self.laboratory.size, settings)?.0)
     }
 
-    /// The same without shading, of which there is no truth.
+    /// Renders a picture without shading, for comparison with the ground truth, which is unshaded.
     pub fn unshaded(&mut self, orbit: Orbit, settings: &Settings) -> Result<Frame, Error> {
         self.picture(orbit, &Settings { shading: None, ..*settings })
     }
@@ -118,7 +118,7 @@ impl<'a> Bench<'a> {
         self.unshaded(orbit, &Settings { algorithm, early_termination: false, ..Settings::default() })
     }
 
-    /// Milliseconds of frames `from … to` of `frames` of a turn, finished 8-bit pictures.
+    /// Times in milliseconds of frames `from..to` of a turn of `frames`, up to the finished 8-bit picture.
     pub fn times(&mut self, settings: &Settings, from: u32, to: u32, frames: u32) -> Result<Vec<f64>, Error> {
         (from..to)
             .map(|n| {

@@ -1,42 +1,45 @@
-//! Table 1: frame rates of the four systems and how near they are to the integral, also at equal fidelity.
+//! Table 1: frame rates and fidelity of the four systems, at default settings and at equal fidelity.
 
 use super::super::bench::median;
 use super::Laboratory;
 use super::data_sets::{PaperRow, Source};
 use super::page::{Page, decibels, psnr};
-use super::systems::{Bench, LAYERED, OF_THE_PAPER, OTHERS, QUALITIES, SLICING, SYSTEMS, System, VIEW, VIEW_SHEETS, layered};
+use super::systems::{Bench, LAYERED, OTHERS, PAPER_SYSTEMS, QUALITIES, SLICING, SYSTEMS, System, VIEW, VIEW_SHEETS, layered};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Density, Kernel};
 use crate::settings::{Algorithm, Settings};
 use std::collections::HashMap;
 
-/// Parts of a turn: systems take turns at them.
+/// Parts of a turn. Systems alternate between parts, so that all see the same load of the machine.
 const PARTS: u32 = 5;
-/// Frames that a setting is timed with where fidelities are to be equal.
+/// Frames per setting in the search for equal fidelity.
 const SHORT_TURN: u32 = 25;
-/// Steps of the progress bar per data set: truths, default settings, equal fidelities.
+/// Steps of the progress bar per data set: ground truths, default settings, equal fidelity.
 pub(super) const STEPS: u32 = 3 + PARTS + 1;
 
-/// What was measured of one data set.
+/// Measurements on one data set.
 struct Measured {
     name: String,
     paper: Option<PaperRow>,
     dims: [usize; 3],
     splats: u64,
-    /// By system, as the next two.
+    /// Median frame time by system.
     milliseconds: Vec<f64>,
+    /// PSNR to the integral of the system's own kernel, by system.
     own: Vec<f64>,
+    /// PSNR to the integral of the paper's cubic (Eq. 2), by system.
     cubic: Vec<f64>,
-    equal: Vec<Equal>,
-    /// Shaded, of the paper's systems.
+    equal: Vec<EqualFidelity>,
+    /// Shaded pictures of the paper's systems.
     pictures: Vec<Frame>,
 }
 
-/// Two systems at settings that come equally near to their own integrals; no times if one does not come as near.
-struct Equal {
+/// Two systems at settings of equal fidelity to the integrals of their own kernels.
+struct EqualFidelity {
     what: String,
     psnr: [f64; 2],
+    /// `None` if one system does not reach the other's fidelity.
     milliseconds: Option<[f64; 2]>,
 }
 
@@ -47,15 +50,15 @@ pub(super) fn run(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error>
     ratios(page, &measured);
     fidelities(page, &measured);
     equal(page, &measured);
-    let names = SYSTEMS[..OF_THE_PAPER].iter().map(|system| system.name).collect::<Vec<_>>().join(", ");
+    let names = SYSTEMS[..PAPER_SYSTEMS].iter().map(|system| system.name).collect::<Vec<_>>().join(", ");
     for m in &measured {
-        let caption = format!("{}: {names}, at their defaults", m.name);
+        let caption = format!("{}: {names}, at default settings", m.name);
         page.sheet(&format!("table1_{}.png", m.name.replace('@', "_")), &caption, &m.pictures, 2)?;
     }
     Ok(())
 }
 
-/// A table with a row per data set: its name, what it has to say of itself, and a number for each system.
+/// Adds a table with a row per data set: its name, the cells of `own`, and a cell for each system.
 fn by_system(
     page: &mut Page,
     head: &[&str],
@@ -73,8 +76,8 @@ fn by_system(
 
 fn frame_rates(laboratory: &Laboratory, page: &mut Page, measured: &[Measured]) {
     page.paragraph(&format!(
-        "Frames per second, from the median of {} frames of a full turn about y at elevation 20°, shaded, finished 8-bit pictures, \
-         default settings. Systems took turns at fifths of the turn. In brackets, where the paper has it, its own number.",
+        "Frames per second, from the median of {} frames of a full turn around y at elevation 20°, shaded, up to the finished 8-bit \
+         picture, with default settings. Systems alternated every fifth of the turn. The paper's own numbers are in parentheses.",
         laboratory.frames
     ));
     let own = |m: &Measured| {
@@ -88,7 +91,7 @@ fn frame_rates(laboratory: &Laboratory, page: &mut Page, measured: &[Measured]) 
 }
 
 fn ratios(page: &mut Page, measured: &[Measured]) {
-    page.paragraph("How many times faster layered is, with its default (`standard`) and two other qualities.");
+    page.paragraph("Speed-up of layered over the other systems, at its default quality (`standard`) and two others.");
     let ratio = |m: &Measured, quality: usize, other: usize| {
         let paper = m.paper.and_then(|p| Some(p.fps[LAYERED]? / p.fps[other]?)).filter(|_| quality == LAYERED);
         with_paper(m.milliseconds[other] / m.milliseconds[quality], paper)
@@ -104,8 +107,9 @@ fn ratios(page: &mut Page, measured: &[Measured]) {
 
 fn fidelities(page: &mut Page, measured: &[Measured]) {
     page.paragraph(
-        "Fidelity in dB (RGB, unshaded, azimuth 72°, elevation 20°): to the converged integral of the system's own kernel, and to \
-         that of the paper's cubic (Eq. 2), both by `--algorithm raycast --step 0.0625 --shading off --early-termination off` with that `--kernel`.",
+        "Fidelity in dB (RGB, unshaded, azimuth 72°, elevation 20°) to the converged integral of the system's own kernel, and to \
+         that of the paper's cubic (Eq. 2). Both are rendered by `--algorithm raycast --step 0.0625 --shading off --early-termination off` with \
+         that `--kernel`.",
     );
     by_system(
         page,
@@ -118,10 +122,10 @@ fn fidelities(page: &mut Page, measured: &[Measured]) {
 
 fn equal(page: &mut Page, measured: &[Measured]) {
     page.paragraph(&format!(
-        "At equal fidelity: the fastest settings of layered that come as near to their integral as the other system does to its own at \
-         its default, and the coarsest of the other system that come as near to theirs as `standard`. Medians of {SHORT_TURN} frames."
+        "At equal fidelity: first the fastest settings of layered that reach the fidelity of the other system at its defaults, then the \
+         coarsest settings of the other system that reach the fidelity of `standard`. Medians of {SHORT_TURN} frames."
     ));
-    let row = |m: &Measured, e: &Equal| {
+    let row = |m: &Measured, e: &EqualFidelity| {
         let [times, ratio] = match e.milliseconds {
             Some([a, b]) => [format!("{a:.2} : {b:.2}"), format!("{:.1}", b / a)],
             None => ["not reached".into(), "–".into()],
@@ -139,7 +143,7 @@ fn with_paper(own: f64, paper: Option<f64>) -> String {
     }
 }
 
-/// The converged integral of each kernel.
+/// Converged integrals by kernel.
 type Truths = HashMap<Kernel, Frame>;
 
 fn measure(laboratory: &Laboratory, source: &Source) -> Result<Measured, Error> {
@@ -159,7 +163,7 @@ fn measure(laboratory: &Laboratory, source: &Source) -> Result<Measured, Error> 
         cubic.push(psnr(&picture, &truths[&Kernel::Cubic]));
     }
     let pictures =
-        SYSTEMS[..OF_THE_PAPER].iter().map(|system| bench.picture(VIEW, &system.settings())).collect::<Result<_, Error>>()?;
+        SYSTEMS[..PAPER_SYSTEMS].iter().map(|system| bench.picture(VIEW, &system.settings())).collect::<Result<_, Error>>()?;
     let milliseconds = at_defaults(laboratory, &mut bench)?;
     let equal = equal_fidelities(&mut bench, &truths, &own)?;
     bar.inc(1);
@@ -176,12 +180,12 @@ fn measure(laboratory: &Laboratory, source: &Source) -> Result<Measured, Error> 
     })
 }
 
-/// Median milliseconds of each system.
+/// Median frame time of each system in milliseconds.
 fn at_defaults(laboratory: &Laboratory, bench: &mut Bench) -> Result<Vec<f64>, Error> {
     let frames = laboratory.frames;
     let mut times = vec![Vec::new(); SYSTEMS.len()];
     for system in SYSTEMS {
-        // Kernels, layouts and lists of every layer axis.
+        // Warm-up: builds kernels, layouts and lists of every layer axis.
         bench.times(&system.settings(), 0, frames.min(8), frames.min(8))?;
     }
     for part in 0..PARTS {
@@ -204,8 +208,8 @@ fn layered_settings() -> Vec<(String, Settings)> {
     all.collect()
 }
 
-/// Layered against view-sheets and slicing.
-fn equal_fidelities(bench: &mut Bench, truths: &Truths, own: &[f64]) -> Result<Vec<Equal>, Error> {
+/// Compares layered with view-sheets and slicing.
+fn equal_fidelities(bench: &mut Bench, truths: &Truths, own: &[f64]) -> Result<Vec<EqualFidelity>, Error> {
     let mut ladder = Vec::new();
     for (name, settings) in layered_settings() {
         let fidelity = psnr(&bench.unshaded(VIEW, &settings)?, &truths[&Kernel::Cubic]);
@@ -221,21 +225,21 @@ fn equal_fidelities(bench: &mut Bench, truths: &Truths, own: &[f64]) -> Result<V
             Some(_) => Some([*ms, short_turn(bench, &system.settings())?]),
             None => None,
         };
-        equal.push(Equal { what: format!("{name} : {}", system.name), psnr: [*fidelity, own[other]], milliseconds });
+        equal.push(EqualFidelity { what: format!("{name} : {}", system.name), psnr: [*fidelity, own[other]], milliseconds });
 
         let (distance, fidelity, settings) = coarsest(bench, system, &truths[&system.kernel], own[LAYERED])?;
         let milliseconds = match fidelity >= own[LAYERED] {
             true => Some([short_turn(bench, &SYSTEMS[LAYERED].settings())?, short_turn(bench, &settings)?]),
             false => None,
         };
-        let what = format!("standard : {} {distance} apart", system.name);
-        equal.push(Equal { what, psnr: [own[LAYERED], fidelity], milliseconds });
+        let what = format!("standard : {} at distance {distance}", system.name);
+        equal.push(EqualFidelity { what, psnr: [own[LAYERED], fidelity], milliseconds });
     }
     Ok(equal)
 }
 
-/// The largest distance of sheets or slices with which a system comes as near to a truth as is wanted, or the smallest tried;
-/// how near that is, and the settings.
+/// The largest distance of sheets or slices at which a system reaches the fidelity `wanted`, or else the smallest distance.
+/// Returns distance, fidelity and settings.
 fn coarsest(bench: &mut Bench, system: System, truth: &Frame, wanted: f64) -> Result<(f64, f64, Settings), Error> {
     const FINEST: f64 = 0.125;
     for distance in [4.0, 3.0, 2.0, 1.5, 1.25, 1.0, 0.75, 0.5, 0.35, 0.25, FINEST] {
@@ -252,7 +256,7 @@ fn coarsest(bench: &mut Bench, system: System, truth: &Frame, wanted: f64) -> Re
     unreachable!("the finest distance is the last")
 }
 
-/// Median milliseconds of a short turn.
+/// Median frame time of a short turn in milliseconds.
 fn short_turn(bench: &mut Bench, settings: &Settings) -> Result<f64, Error> {
     bench.times(settings, 0, 4, 4)?;
     Ok(median(bench.times(settings, 0, SHORT_TURN, SHORT_TURN)?))

@@ -1,4 +1,4 @@
-//! One process, which knows nothing of MPI.
+//! A single process, for builds without MPI. Mirrors the interface of `several`.
 
 use crate::camera::Camera;
 use crate::cli::options::VolumeOptions;
@@ -10,7 +10,7 @@ use crate::volume::{Description, Volume};
 use clap::Args;
 use std::process::ExitCode;
 
-/// Nothing to choose.
+/// No options: there is one process.
 #[derive(Args, Clone)]
 pub(in crate::cli) struct TeamOptions {}
 
@@ -20,21 +20,21 @@ pub(in crate::cli) struct Processes;
 
 impl Processes {
     /// # Errors
-    /// Where several were started, each of which would do all of the work.
+    /// [`Error::Settings`] if MPI started several processes, because each of them would do all of the work.
     pub fn start() -> Result<Self, Error> {
         match super::started().filter(|&count| count > 1) {
             None => Ok(Self),
             Some(count) => {
                 let problem = format!(
-                    "{count} processes were started by MPI, of which this layersplat knows nothing: build it with --features mpi, or \
-                     start it without mpirun"
+                    "MPI started {count} processes, but this layersplat is built without MPI: build it with --features mpi, or start it \
+                     without mpirun"
                 );
                 Err(Error::Settings { field: "mpi", problem })
             }
         }
     }
 
-    /// Where the command is one of a process.
+    /// A run with a single process.
     pub fn alone() -> Self {
         Self
     }
@@ -60,16 +60,16 @@ impl Processes {
         Ok(())
     }
 
-    pub fn in_turn(&self, mut done: impl FnMut() -> Result<(), Error>) -> Result<(), Error> {
-        done()
+    pub fn in_turn(&self, mut work: impl FnMut() -> Result<(), Error>) -> Result<(), Error> {
+        work()
     }
 
     pub fn agree<T>(&self, result: Result<T, Error>) -> Result<T, Error> {
         result
     }
 
-    pub fn open(&self, options: &VolumeOptions, size: Option<Viewport>, most: Option<u64>) -> Result<Volume<'static>, Error> {
-        options.open(size, most)
+    pub fn open(&self, options: &VolumeOptions, size: Option<Viewport>, memory: Option<u64>) -> Result<Volume<'static>, Error> {
+        options.open(size, memory)
     }
 
     pub fn check_views(&self, _: &Description, _: &[Camera], _: Viewport, _: &Settings) -> Result<(), Error> {
@@ -80,15 +80,15 @@ impl Processes {
         true
     }
 
-    pub fn collected(&self, _: usize, frame: Option<Frame>, _: Viewport) -> Option<Frame> {
+    pub fn collect(&self, _: usize, frame: Option<Frame>, _: Viewport) -> Option<Frame> {
         frame
     }
 
-    pub fn gathered(&self, numbers: Vec<f64>) -> Vec<f64> {
+    pub fn gather(&self, numbers: Vec<f64>) -> Vec<f64> {
         numbers
     }
 
-    pub fn told(&self, read: impl FnOnce() -> Result<Vec<u8>, Error>) -> Result<Vec<u8>, Error> {
+    pub fn broadcast(&self, read: impl FnOnce() -> Result<Vec<u8>, Error>) -> Result<Vec<u8>, Error> {
         read()
     }
 

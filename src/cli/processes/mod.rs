@@ -1,4 +1,4 @@
-//! The processes of a run: one, or several that MPI started together.
+//! The processes of a run: one, or several started by MPI.
 
 #[cfg(not(feature = "mpi"))]
 mod alone;
@@ -10,7 +10,7 @@ pub(super) use alone::{Processes, TeamOptions};
 #[cfg(feature = "mpi")]
 pub(super) use several::{Processes, TeamOptions};
 
-/// How many processes MPI started, as far as it says so in the environment: Open MPI, and others by PMI.
+/// Number of processes that MPI started, from the environment variables of Open MPI and PMI.
 fn started() -> Option<usize> {
     ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].iter().find_map(|name| std::env::var(name).ok()?.parse().ok())
 }

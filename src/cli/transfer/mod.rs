@@ -1,10 +1,10 @@
-//! `layersplat transfer`: transfer functions by themselves.
+//! `layersplat transfer`: lists, plots and converts transfer functions.
 
 mod picture;
 
 use super::options::{TransferOptions, VolumeOptions};
 use super::parse;
-use super::scene::{described, open_transfer};
+use super::scene::{describe, open_transfer};
 use super::standard::Output;
 use crate::error::Error;
 use crate::image::{ImageFormat, write_whole};
@@ -21,30 +21,31 @@ pub(super) struct Arguments {
     volume: VolumeOptions,
     #[command(flatten)]
     transfer: TransferOptions,
-    /// List the names that --transfer takes
+    /// List the names accepted by --transfer
     #[arg(long, conflicts_with_all = ["output", "json"])]
     list: bool,
-    /// Picture of histogram, opacities and colours (.png, .npy), or the function itself for ParaView (.json), 3D Slicer (.vp, .vp.json) or
-    /// as lines of value,r,g,b,a (.csv); on standard output - for PNG, or json:- and so on [default: tell it in a line]
+    /// Write a plot (.png, .npy), or the function (.json, .vp, .vp.json, .csv); standard output: -, json:- and so on
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Size of the picture in pixels
+    /// Size of the plot in pixels
     #[arg(long, default_value = "640x360", value_parser = parse::viewport, value_name = "WxH", allow_hyphen_values = true)]
     size: Viewport,
-    /// Print one line of JSON
+    /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
 }
 
-/// A transfer function as it is told: values with opacities; values with red, green and blue.
+/// Report on a transfer function.
 #[derive(Serialize)]
-pub(super) struct Told {
+pub(super) struct TransferReport {
     name: String,
+    /// Values with opacities.
     opacities: Vec<[f64; 2]>,
+    /// Values with red, green and blue.
     colors: Vec<[f64; 4]>,
 }
 
-impl Told {
+impl TransferReport {
     pub fn new(transfer: &TransferFunction) -> Self {
         Self {
             name: transfer.name().into(),
@@ -60,47 +61,48 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         super::report(false, &names, || names.join("\n"))?;
         return Ok(ExitCode::SUCCESS);
     }
-    // A wrong ending is refused before any work.
-    let target = arguments.output.as_deref().map(|path| Output::of(path, Some("png"))).transpose()?;
-    let output = target.as_ref().map(|target| Content::of(target.path()).map_err(|e| target.renamed(e))).transpose()?;
-    target.as_ref().map_or(Ok(()), |target| target.refuse_report(arguments.json))?;
+    // Checks the file name before any work.
+    let target = arguments.output.as_deref().map(|path| Output::new(path, Some("png"))).transpose()?;
+    let content =
+        target.as_ref().map(|target| Content::from_path(target.path()).map_err(|e| target.with_given_name(e))).transpose()?;
+    target.as_ref().map_or(Ok(()), |target| target.check_report(arguments.json))?;
     let volume = arguments.volume.open(None, None)?;
     let transfer = open_transfer(&arguments.transfer, &volume)?;
-    if let (Some(target), Some(output)) = (&target, output) {
-        output.write(target.path(), &transfer, &volume, arguments.size)?;
+    if let (Some(target), Some(content)) = (&target, content) {
+        content.write(target.path(), &transfer, &volume, arguments.size)?;
         if target.is_standard() {
             return target.finish(target.path());
         }
     }
-    super::report(arguments.json, &Told::new(&transfer), || match &arguments.output {
+    super::report(arguments.json, &TransferReport::new(&transfer), || match &arguments.output {
         Some(path) => path.display().to_string(),
-        None => described(&transfer),
+        None => describe(&transfer),
     })?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is written.
+/// Content of the output file.
 enum Content {
-    Picture,
+    Plot,
     Function(FileFormat),
 }
 
 impl Content {
-    /// What a file name's ending asks for.
-    fn of(path: &Path) -> Result<Self, Error> {
+    /// The content for a file name's extension.
+    fn from_path(path: &Path) -> Result<Self, Error> {
         if ImageFormat::of(path).is_ok() {
-            return Ok(Content::Picture);
+            return Ok(Content::Plot);
         }
         FileFormat::of(path).map(Content::Function).map_err(|_| Error::UnknownName {
             what: "transfer function format",
             name: path.display().to_string(),
-            known: "a name ending in .png or .npy for a picture, .json (ParaView), .vp or .vp.json (3D Slicer), or .csv".into(),
+            known: "a name ending in .png or .npy for a plot, .json (ParaView), .vp or .vp.json (3D Slicer), or .csv".into(),
         })
     }
 
     fn write(&self, path: &Path, transfer: &TransferFunction, volume: &Volume, size: Viewport) -> Result<(), Error> {
         match self {
-            Content::Picture => picture::drawn(transfer, volume, size)?.save(path, None),
+            Content::Plot => picture::plot(transfer, volume, size)?.save(path, None),
             Content::Function(format) => {
                 let text = transfer.to_text(*format);
                 write_whole(path, |out| out.write_all(text.as_bytes()))

@@ -1,4 +1,4 @@
-//! A transfer function as a picture: the volume's histogram, opacity over it, and the colours below.
+//! Plot of a transfer function: the volume's histogram, the opacity curve over it, and a colour bar below.
 
 use crate::error::Error;
 use crate::image::{Frame, draw_text, text_size};
@@ -6,27 +6,27 @@ use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Statistics, Volume};
 
-const PAPER: [u8; 4] = [24, 26, 31, 255];
+const BACKGROUND: [u8; 4] = [24, 26, 31, 255];
 const PLOT: [u8; 4] = [33, 36, 43, 255];
 const HISTOGRAM: [u8; 4] = [76, 83, 98, 255];
 const GRID: [u8; 4] = [255, 255, 255, 26];
 const CURVE: [u8; 4] = [255, 255, 255, 255];
 const TEXT: [u8; 4] = [226, 229, 235, 255];
 const FAINT: [u8; 4] = [150, 157, 170, 255];
-/// How much of the colours shows below the curve.
-const FILLED: u8 = 150;
+/// Alpha of the colours below the curve.
+const FILL_ALPHA: u8 = 150;
 /// Samples per pixel and axis.
 const FINE: u32 = 4;
-/// Sides that give pictures with letters of 8 pixels; larger ones have larger letters.
+/// Size of pictures with 8-pixel letters. Multiples of it have larger letters.
 const BASE: [u32; 2] = [640, 360];
-/// Least sides: all that is written has its place.
-const LEAST: [u32; 2] = [320, 180];
-/// About how many values are written below.
+/// Smallest size in which all labels fit.
+const MIN_SIZE: [u32; 2] = [320, 180];
+/// Approximate number of values on the horizontal axis.
 const VALUES: f64 = 7.0;
 
-/// The picture of a function over the values of a volume.
-pub(super) fn drawn(transfer: &TransferFunction, volume: &Volume, size: Viewport) -> Result<Frame, Error> {
-    if size.width < LEAST[0] || size.height < LEAST[1] {
+/// Plots a transfer function over the values of a volume.
+pub(super) fn plot(transfer: &TransferFunction, volume: &Volume, size: Viewport) -> Result<Frame, Error> {
+    if size.width < MIN_SIZE[0] || size.height < MIN_SIZE[1] {
         let value = format!("{}x{}", size.width, size.height);
         return Err(Error::OutOfRange { name: "viewport", value, expected: "a picture of 320x180 pixels or more" });
     }
@@ -41,19 +41,19 @@ pub(super) fn drawn(transfer: &TransferFunction, volume: &Volume, size: Viewport
     Ok(Frame::new(size, frame))
 }
 
-/// Values from left to right: the data's, or the function's own where all voxels are alike.
+/// Range of the horizontal axis: that of the data, or of the function if all voxels have one value.
 fn shown_range(statistics: &Statistics, transfer: &TransferFunction) -> (f64, f64) {
     let ranges = [(statistics.min, statistics.max), transfer.range()];
     ranges.into_iter().find(|(lo, hi)| lo < hi).unwrap_or((statistics.min - 0.5, statistics.min + 0.5))
 }
 
-/// Opacity at the top of the plot: the first round number that all opacities are below.
+/// Opacity at the top of the plot: the smallest of some round numbers that no opacity exceeds.
 fn top(transfer: &TransferFunction) -> f64 {
     let largest = transfer.opacities().iter().map(|point| point.1).fold(0.0, f64::max);
     [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5].into_iter().find(|&top| largest <= top).unwrap_or(1.0)
 }
 
-/// Columns and rows from – to.
+/// A rectangle in pixels; `right` and `bottom` are exclusive.
 #[derive(Clone, Copy)]
 struct Area {
     left: u32,
@@ -89,16 +89,16 @@ impl Page {
         let (left, right) = (56 * scale, width - 20 * scale);
         let bar = Area { left, right, top: height - 56 * scale, bottom: height - 32 * scale };
         let plot = Area { left, right, top: 34 * scale, bottom: bar.top - 8 * scale };
-        let pixels = PAPER.repeat(size.pixels());
+        let pixels = BACKGROUND.repeat(size.pixels());
         Self { pixels, size: [width, height], scale, plot, bar, range, top }
     }
 
-    /// The value at a share of the plot's width.
+    /// The value at a fraction of the plot's width.
     fn value(&self, share: f64) -> f64 {
         self.range.0 + (self.range.1 - self.range.0) * share
     }
 
-    /// Histogram, and opacity over it.
+    /// Draws the histogram and the opacity curve.
     fn plot(&mut self, transfer: &TransferFunction, statistics: &Statistics) {
         let area = self.plot;
         let columns = (area.width() * FINE) as usize;
@@ -106,8 +106,8 @@ impl Page {
         let share = |column: usize| (column as f64 + 0.5) / columns as f64;
         let bars: Vec<f64> = (0..columns).map(|c| bar(statistics, self.value(share(c))) * rows).collect();
         let heights: Vec<f64> = (0..columns).map(|c| transfer.opacity(self.value(share(c))) / self.top * rows).collect();
-        let colors: Vec<[u8; 4]> = (0..columns).map(|c| shade(transfer.color(self.value(share(c))), FILLED)).collect();
-        // Half the line's width. It reaches as far to either side as up and down, so that steps are drawn too.
+        let colors: Vec<[u8; 4]> = (0..columns).map(|c| shade(transfer.color(self.value(share(c))), FILL_ALPHA)).collect();
+        // Half the line width, horizontally and vertically, so that vertical steps are drawn too.
         let half = (FINE * self.scale) as usize;
         let ends: Vec<(f64, f64)> = (0..columns)
             .map(|c| {
@@ -144,7 +144,7 @@ impl Page {
         }
     }
 
-    /// Lines at round opacities, ticks at round values, and their numbers.
+    /// Draws grid lines at round opacities, ticks at round values, and their labels.
     fn axes(&mut self) {
         let (plot, bar, scale) = (self.plot, self.bar, self.scale);
         for step in 0..=4 {
@@ -161,7 +161,7 @@ impl Page {
         let step = round_step((hi - lo) / VALUES);
         let first = (lo / step).ceil();
         let mut free = 0;
-        // Far from 0, where numbers are farther apart than the steps, there is none.
+        // Bounded, and possibly empty far from 0, where neighbouring floats differ by more than a step.
         let values = (0..=2 * VALUES as u32).map(|n| (first + f64::from(n)) * step).filter(|value| (lo..=hi).contains(value));
         for value in values {
             let x = bar.left + ((value - lo) / (hi - lo) * f64::from(bar.width() - 1)).round() as u32;
@@ -182,7 +182,7 @@ impl Page {
         let kinds = "opacity, log histogram";
         let letters = |width: u32| (width / (8 * scale)) as usize;
         let kinds_width = text_size(kinds, scale)[0];
-        // Of a file, its name without the folders.
+        // File name without folders.
         let transfer = transfer.rsplit(['/', '\\']).next().unwrap_or(transfer);
         let title = shortened(&format!("{transfer} on {volume}"), letters(right - left - kinds_width - 16 * scale));
         self.write([left as i32, 14 * scale as i32], &title, TEXT);
@@ -205,7 +205,7 @@ impl Page {
     }
 }
 
-/// Height of the histogram's bar at a value, 0 … 1 and logarithmic, so that rare values show beside millions.
+/// Height of the histogram at a value, 0 … 1 on a logarithmic scale, so that rare values are visible.
 fn bar(statistics: &Statistics, value: f64) -> f64 {
     let (min, max) = (statistics.min, statistics.max);
     let bins = statistics.histogram.len();
@@ -220,7 +220,7 @@ fn shade(color: [f64; 3], alpha: u8) -> [u8; 4] {
     [r, g, b, alpha]
 }
 
-/// A colour over an opaque one.
+/// Composites a colour over an opaque one.
 fn over(above: [u8; 4], below: [u8; 4]) -> [u8; 4] {
     let alpha = u32::from(above[3]);
     let mixed = |c: usize| ((u32::from(above[c]) * alpha + u32::from(below[c]) * (255 - alpha) + 127) / 255) as u8;
@@ -236,13 +236,13 @@ fn mean(samples: impl Iterator<Item = [u8; 4]>) -> [u8; 4] {
     sums.map(|sum| ((sum + count / 2) / count) as u8)
 }
 
-/// The smallest of 1, 2 and 5 times a power of ten that is no less than this.
+/// The smallest 1, 2 or 5 times a power of ten that is at least `least`.
 fn round_step(least: f64) -> f64 {
     let power = 10f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0].map(|n| n * power).into_iter().find(|&step| step >= least).unwrap_or(10.0 * power)
 }
 
-/// A number with as many digits as its steps need.
+/// Formats a number with the digits that steps of `step` need.
 fn number(value: f64, step: f64) -> String {
     let size = value.abs().max(step);
     if value != 0.0 && !(1e-4..1e6).contains(&size) {
