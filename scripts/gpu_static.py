@@ -1,16 +1,16 @@
-"""Resources of each kernel on GPUs, from compilers alone: registers, stack, spills, occupancy. Started by scripts/gpu-static.
+"""Reports registers, stack, spills and occupancy of each kernel on GPUs, from offline compilers. Started by scripts/gpu-static.
 
-NVIDIA: clang with libclc generates PTX, and ptxas generates code from it. The driver has another compiler before ptxas, so its figures are
-similar, not equal. AMD: clang with libclc generates code, like AMD's driver, which uses another library. Intel: ocloc is in neither
-Debian 12 nor PyPI, so there are no figures.
+NVIDIA: clang with libclc generates PTX, from which ptxas generates code. The driver uses another compiler before ptxas, so its figures are
+similar but not equal. AMD: clang with libclc generates code, like AMD's driver, which uses another library. Intel: there are no figures,
+because ocloc is in neither Debian 12 nor PyPI.
 
-The occupancy is the share of the waves a processor can hold that it does hold, at most:
-    waves of a SIMD  = min(most, registers of a lane / registers of the kernel, rounded up to how they are shared out)
-    groups           = min(SIMDs x these / waves of a group, most groups, local memory / that of the kernel), all rounded down
-    occupancy        = groups x waves of a group / (SIMDs x most waves)
-Stack is bytes of a work-item, local memory bytes of a group (AMD's compiler moves arrays there, of groups of up to 256); spills are bytes
-with NVIDIA, registers with AMD. A star: started by default, by the qualities that are named. A kernel in a file of another name is named
-file:kernel.
+Occupancy is the maximum number of resident waves relative to the capacity of a compute unit:
+    waves per SIMD   = min(limit, registers per lane / registers of the kernel, rounded up to the allocation granularity)
+    groups           = min(SIMDs x waves per SIMD / waves per group, group limit, local memory / that of the kernel), all rounded down
+    occupancy        = groups x waves per group / (SIMDs x wave limit)
+Stack is in bytes per work-item, local memory in bytes per work-group (AMD's compiler moves arrays there, for groups of up to 256). Spills are
+bytes on NVIDIA and registers on AMD. A star marks kernels of the default render paths, with their quality presets. A kernel in a file of
+another name is shown as file:kernel.
 """
 
 import argparse
@@ -27,13 +27,13 @@ from typing import NamedTuple
 
 from gpu_static_instructions import counted
 
-# Limits of --check: no kernel may have a stack, except one that lists the voxels of a transfer function for sheets. Kernels that render a
-# frame by default (the warp also to 8 bits) have a limit of registers.
+# Limits of --check: no kernel may have a stack, except one that lists the visible voxels for sheets. Kernels of the default render path (the
+# warp also to 8 bits) have a register limit.
 CHECKED = ["sm_90", "gfx1100"]
 WITH_STACK = ["splats"]
 DEFAULT_PATH = ["point_samples", "warp"]
 MOST_REGISTERS = {"standard": 96, "high": 128}
-# Segments that are subdivided read the field between samples: more registers, and scalars that AMD's compiler keeps in lanes.
+# Subdivided segments read the field between samples. They need more registers, and scalars that AMD's compiler keeps in lanes.
 DIMMED = {"registers": 128, "spills": 8}
 
 
@@ -45,7 +45,7 @@ class Unit(NamedTuple):
     # Registers per lane of a SIMD, and allocation granularity per wave.
     registers: int
     portion: int
-    # Largest number of waves per SIMD; of groups, with several waves and with one.
+    # Largest number of waves per SIMD, of groups with several waves, and of groups with one wave.
     waves: int
     groups: int
     single: int
@@ -58,17 +58,17 @@ ARCHITECTURES = {
     "sm_80": Unit(4, 32, registers=512, portion=8, waves=16, groups=32, single=32, local=164 << 10),
     "sm_90": Unit(4, 32, registers=512, portion=8, waves=16, groups=32, single=32, local=228 << 10),
     "gfx90a": Unit(4, 64, registers=512, portion=8, waves=8, groups=16, single=32, local=64 << 10, scalars=800),
-    # Two compute units, which a group shares.
+    # A pair of compute units, which a group shares.
     "gfx1100": Unit(4, 32, registers=1536, portion=24, waves=16, groups=32, single=64, local=128 << 10),
 }
 
-# As OpenCL permits and NVIDIA's compiler does: divisions to 2.5 ulp, square roots to 3 ulp, denormals are flushed to zero.
+# As OpenCL permits and NVIDIA's compiler does: division to 2.5 ulp, square root to 3 ulp, denormals flushed to zero.
 OPTIONS_OF_NVPTX = "-mllvm -nvptx-prec-divf32=1 -mllvm -nvptx-prec-sqrtf32=0 -Xclang -fdenormal-fp-math-f32=preserve-sign,preserve-sign"
 COMMON_OPTIONS = "-x cl -Xclang -finclude-default-header -O3 -Wno-linker-warnings -Wno-unused-command-line-argument -S"
 
 
 def run(*command):
-    """Standard output and standard error of a command; raises an error with its output if it fails."""
+    """Standard output and standard error of a command. Raises an error with its standard error if it fails."""
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"{shlex.join(command)}\n{done.stderr}")
@@ -76,7 +76,7 @@ def run(*command):
 
 
 def clang(arguments, options, target, library, text, folder):
-    """Path of the assembly of a program."""
+    """Compiles a program; returns the path of its assembly."""
     source, assembly = os.path.join(folder, "program.cl"), os.path.join(folder, "program.s")
     with open(source, "w", encoding="utf-8") as file:
         file.write(text)
@@ -95,14 +95,14 @@ def numbers(pattern, text):
 
 
 def nvidia(arguments, architecture, options, text, folder):
-    """Figures by kernel."""
+    """Figures by kernel, for NVIDIA."""
     target = f"-target nvptx64-nvidia-nvcl -Xclang -target-cpu -Xclang {architecture} {OPTIONS_OF_NVPTX}"
     ptx = clang(arguments, options, target, "nvptx64--nvidiacl", text, folder)
     code = ptx + ".cubin"
-    said = run(tool(arguments, "ptxas"), "-v", "-arch", architecture, "-o", code, ptx)
+    output = run(tool(arguments, "ptxas"), "-v", "-arch", architecture, "-o", code, ptx)
     instructions = counted("nvidia", run(tool(arguments, "nvdisasm"), "-c", code)) if arguments.json else {}
     found = {}
-    for part in said.split("Compiling entry function ")[1:]:
+    for part in output.split("Compiling entry function ")[1:]:
         name = part.split("'")[1]
         found[name] = {
             "registers": sum(numbers(r"Used (\d+) registers", part)),
@@ -116,7 +116,7 @@ def nvidia(arguments, architecture, options, text, folder):
 
 
 def amd(arguments, architecture, options, text, folder):
-    """Figures by kernel."""
+    """Figures by kernel, for AMD."""
     target = f"-target amdgcn-amd-amdhsa -mcpu={architecture} -nogpulib"
     with open(clang(arguments, options, target, "amdgcn--amdhsa", text, folder), encoding="utf-8") as file:
         assembly = file.read()
@@ -156,7 +156,7 @@ def compiled(arguments, architecture, options, text):
 
 
 def measured(arguments, kernels):
-    """A row per kernel, options and architecture. Programs with several kernels or equal source are compiled once."""
+    """Rows by kernel, options and architecture. Programs with several kernels or equal source are compiled once."""
     programs = sorted({(a, k["options"], k["source"]) for k in kernels for a in arguments.arch})
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         results = dict(zip(programs, pool.map(lambda program: compiled(arguments, *program), programs)))
@@ -171,21 +171,21 @@ def measured(arguments, kernels):
 
 
 def edited(kernels, edits):
-    """The kernels once for each edit, by name. An edit is a list of pairs: a text and its replacement."""
+    """A copy of the kernels for each named edit. An edit is a list of pairs: a text and its replacement."""
     copies = []
     for name, pairs in edits.items():
         for kernel in kernels:
             text = kernel["source"]
             for old, new in pairs:
                 if old not in text:
-                    raise RuntimeError(f"edit {name} of {kernel['name']}: it has no {old!r}; please adapt the edit to the kernel")
+                    raise RuntimeError(f"edit {name} of {kernel['name']}: its source has no {old!r}; adapt the edit to the kernel")
                 text = text.replace(old, new)
             copies.append({**kernel, "name": f"{kernel['name']}, {name}", "source": text})
     return copies
 
 
 def defines(row):
-    """Description of a program's build options."""
+    """The macro definitions of a program's build options."""
     return " ".join(option.removeprefix("-D") for option in row["options"].split() if option.startswith("-D"))
 
 
@@ -202,7 +202,7 @@ def print_table(rows):
 
 
 def check(rows, wanted):
-    """Description of exceeded limits."""
+    """Descriptions of exceeded limits."""
     started = {row["kernel"] for row in rows if row["qualities"]}
     wrong = [f"{kernel}: not started by default" for kernel in DEFAULT_PATH if kernel not in started and kernel in (wanted or {kernel})]
     for row in rows:
@@ -220,13 +220,13 @@ def check(rows, wanted):
 def arguments_given():
     as_it_is = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser("scripts/gpu-static", description=__doc__, formatter_class=as_it_is)
-    parser.add_argument("--json", action="store_true", help="as JSON, with counts of instructions by kind, as they stand in the code")
-    parser.add_argument("--arch", help=f"of {','.join(ARCHITECTURES)}; all of them, or those of --check: {','.join(CHECKED)}")
-    parser.add_argument("--default", action="store_true", help="only what is started by default, by the qualities standard and high")
-    parser.add_argument("--edits", metavar="FILE", help="of kernels that are named, with other texts, {name: [[text, what stands in its place], …], …} as JSON")
-    checked = f"fail where kernels have stack, or by default spills or more registers than {MOST_REGISTERS}; but with DIMMED {DIMMED}"
+    parser.add_argument("--json", action="store_true", help="print JSON, with static instruction counts by kind")
+    parser.add_argument("--arch", help=f"comma-separated list of {','.join(ARCHITECTURES)} [default: all; with --check {','.join(CHECKED)}]")
+    parser.add_argument("--default", action="store_true", help="only kernels of the default render paths, by the qualities standard and high")
+    parser.add_argument("--edits", metavar="FILE", help="compile the kernels with edited source; JSON of the form {name: [[text, replacement], …], …}")
+    checked = f"fail if a kernel has a stack, or one of the default path spills or needs more registers than {MOST_REGISTERS}; with DIMMED {DIMMED}"
     parser.add_argument("--check", action="store_true", help=checked)
-    parser.add_argument("kernels", nargs="*", metavar="KERNEL", help="only these")
+    parser.add_argument("kernels", nargs="*", metavar="KERNEL", help="only these kernels [default: all]")
     for name in ("--clang", "--nvidia", "--programs"):
         parser.add_argument(name, required=True, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
@@ -234,7 +234,7 @@ def arguments_given():
     arguments.arch = arguments.arch.split(",") if arguments.arch else usual
     unknown = set(arguments.arch) - set(ARCHITECTURES)
     if unknown:
-        parser.error(f"unknown: {', '.join(sorted(unknown))}; there are {', '.join(ARCHITECTURES)}")
+        parser.error(f"unknown architecture {', '.join(sorted(unknown))}; use {', '.join(ARCHITECTURES)}")
     return parser, arguments
 
 
@@ -248,7 +248,7 @@ def main():
         kernel["name"] = kernel["kernel"] if kernel["kernel"] == stem else f"{stem}:{kernel['kernel']}"
     known = {kernel[by] for kernel in kernels for by in ("name", "kernel")} | set(programs["others"])
     if wanted - known:
-        parser.error(f"no kernel {', '.join(sorted(wanted - known))}; there are {', '.join(sorted(known))}")
+        parser.error(f"unknown kernel {', '.join(sorted(wanted - known))}; use {', '.join(sorted(known))}")
     if wanted:
         kernels = [kernel for kernel in kernels if {kernel["name"], kernel["kernel"]} & wanted]
     if arguments.default:
@@ -263,7 +263,7 @@ def main():
     else:
         print_table(rows)
         if programs["others"]:
-            print(f"Not started by graphics processors: {', '.join(programs['others'])}")
+            print(f"Not used on GPUs: {', '.join(programs['others'])}")
     wrong = check(rows, wanted) if arguments.check else []
     print(*wrong, sep="\n", end="\n" if wrong else "", file=sys.stderr)
     return 1 if wrong else 0

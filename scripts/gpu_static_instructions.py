@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 
-# The first match counts. `float`: additions and multiplications; `local`: the stack and spills; `generic`: any memory space, decided by the
+# The first match counts. `float`: additions and multiplications; `local`: stack and spills; `generic`: any memory space, selected by the
 # address; `shared`: OpenCL's local memory.
 KINDS = {
     "nvidia": {
@@ -39,7 +39,7 @@ KINDS = {
         "integer": r"[vs]_",
     },
 }
-# Start of a function, and an instruction.
+# Patterns of the start of a function, and of an instruction.
 BEGIN = {"nvidia": re.compile(r"^\s*\.section\s+\.text\.([^\s,]+)"), "amd": re.compile(r"^([A-Za-z_]\w*):.*; @")}
 INSTRUCTION = {
     "nvidia": re.compile(r"^\s*/\*[0-9a-f]{4,}\*/\s+\{?\s*(?:@!?U?P\w+\s+)?([A-Z][A-Z0-9_.]*)"),
@@ -52,7 +52,7 @@ def kind_of(vendor, name):
 
 
 def counted(vendor, assembly):
-    """Counts by kind, by kernel. Called functions count where they are defined."""
+    """Instruction counts by kernel and kind. Called functions count where they are defined."""
     counts, current = {}, None
     for line in assembly.splitlines():
         begin = BEGIN[vendor].match(line)

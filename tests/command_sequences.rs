@@ -122,7 +122,7 @@ fn turns_in_one_file() {
     refused(f, &["rotate", NAME, "-o", "a.gif", "--rate", "51"], 2, &["1 to 50"]);
     refused(f, &["rotate", NAME, "-o", "b.gif", "--background", "transparent"], 2, &[".apng"]);
     refused(f, &["rotate", NAME, "-o", "b.webm"], 2, &[".mp4"]);
-    refused(f, &["rotate", NAME, "-o", NAME], 1, &["no folder"]);
+    refused(f, &["rotate", NAME, "-o", NAME], 1, &["not a folder"]);
     refused(f, &["rotate", NAME, "-o", "missing/a.gif"], 1, &["missing"]);
 }
 

@@ -237,7 +237,7 @@ fn files_of_several_volumes() {
         let dims = |level: &str| json(f, &["info", &path("zarr/ome_04.zarr"), "--level", level])["dims"].clone();
         assert_eq!((dims("0"), dims("1")), (serde_json::json!([5, 4, 3]), serde_json::json!([2, 2, 3])));
         refused(f, &["info", &path("zarr/ome_04.zarr"), "--level", "2"], 2, &["levels are 0 to 1", "--level"]);
-        refused(f, &["info", &path("zarr/ome_04.zarr"), "--level", "auto"], 2, &["give a number", "--level"]);
+        refused(f, &["info", &path("zarr/ome_04.zarr"), "--level", "auto"], 2, &["use a number", "--level"]);
         refused(f, &["info", &path("zarr/ome_04.zarr"), "--level", "fine"], 2, &["fine", "auto"]);
         // A picture of 3 pixels needs the coarse level.
         let picture = |level: &str, name: &str| {
