@@ -90,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let grid = Grid::new([SIDE; 3], layersplat::glam::DVec3::ONE)?;
     let description = Description::new("v", grid.clone(), VoxelType::Float32, (0.0, 0.45))?;
     let voxels = DeviceVoxels::new(&DeviceMemory::from_buffer(&v)?, VoxelType::Float32);
-    let mut renderer = Renderer::of(&UploadedVolume::in_place(&device, &description, &voxels)?, &transfer()?)?;
+    let mut renderer = Renderer::from_uploaded(&UploadedVolume::in_place(&device, &description, &voxels)?, &transfer()?)?;
     let viewport = Viewport::new(512, 512)?;
     let settings = Settings::default();
     let camera = |frame: usize| {

@@ -333,7 +333,7 @@ fn voxels_on_the_device_are_shared() {
     let uploaded = UploadedVolume::new(&device, &volume).unwrap();
     let bytes = device.allocated_bytes();
     assert_eq!(bytes, 2 * DIMS.iter().product::<usize>() as u64);
-    let mut renderers = transfers.each_ref().map(|transfer| Renderer::of(&uploaded, transfer).unwrap());
+    let mut renderers = transfers.each_ref().map(|transfer| Renderer::from_uploaded(&uploaded, transfer).unwrap());
     assert_eq!(device.allocated_bytes(), bytes);
     drop(uploaded);
     for (renderer, transfer) in renderers.iter_mut().zip(&transfers) {
@@ -341,7 +341,9 @@ fn voxels_on_the_device_are_shared() {
         assert_close(transfer.name(), &frame, &render(&volume, transfer, &camera, size, &Settings::default()), 0.0);
     }
     let part = UploadedVolume::part(&device, &volume.part([0, 0, 1], [9, 8, 3]).unwrap()).unwrap();
-    assert!(!part.is_whole() && Renderer::of(&part, &transfers[0]).err().unwrap().to_string().contains("PartRenderer"));
+    assert!(
+        !part.is_whole() && Renderer::from_uploaded(&part, &transfers[0]).err().unwrap().to_string().contains("PartRenderer")
+    );
 }
 
 /// Floats that 32-bit sums cannot hold, or cannot tell apart, are told once for each volume; others are not.

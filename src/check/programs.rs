@@ -77,7 +77,7 @@ fn started_by_check() -> BTreeSet<Started> {
     let voxels = DeviceVoxels::new(&Buffer::from_slice(&device, &floats, "floats").unwrap().as_memory(), VoxelType::Float32);
     let description = voxels.describe(&device, "floats", pictures::volume().grid().clone(), &[]).unwrap();
     let volume = UploadedVolume::in_place(&device, &description, &voxels).unwrap();
-    draw(&mut Renderer::of(&volume, &pictures::transfer()).unwrap(), Quality::Standard);
+    draw(&mut Renderer::from_uploaded(&volume, &pictures::transfer()).unwrap(), Quality::Standard);
     device.started()
 }
 

@@ -11,7 +11,7 @@ use crate::camera::Camera;
 use crate::check::Family;
 use crate::error::Error;
 use crate::image::{Background, Depths, Frame, ImageFormat};
-use crate::renderer::{LatticeReport, StreamPlan, marched};
+use crate::renderer::{LatticeReport, StreamPlan, depth_settings};
 use crate::viewport::Viewport;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -141,7 +141,7 @@ impl Arguments {
         let grid = scene.volume.grid();
         let mut families = check::families(&[camera], self.pictures.rendered(size)?, grid, &scene.settings);
         if self.depth {
-            families.extend(check::families(&[camera], size, grid, &marched(&scene.settings)));
+            families.extend(check::families(&[camera], size, grid, &depth_settings(&scene.settings)));
         }
         Ok(families)
     }

@@ -1,4 +1,4 @@
-//! Accumulation: the mean of frames whose rays lie at different places in their pixels.
+//! Progressive accumulation: the mean of frames with different sub-pixel offsets of the rays.
 
 use super::report::FrameReport;
 use super::{Planned, Renderer};
@@ -9,8 +9,8 @@ use crate::memory;
 use crate::settings::Settings;
 use crate::viewport::Viewport;
 
-/// The mean of the frames of one view so far, each with its rays moved within their pixels. A picture at rest becomes better with each
-/// frame: 16 frames have the rays of a picture that is supersampled 4 × 4.
+/// The mean of the frames of one view so far. Each frame has another sub-pixel offset of its rays, so the picture of a static
+/// view improves with each frame. 16 frames have the rays of a picture with 4 × 4 supersampling.
 ///
 /// All frames must have the same camera and settings: start a new accumulation when either changes. A frame has one
 /// unfiltered ray per pixel: where voxels are smaller than pixels, the mean of fewer than eight is noisier than one plain frame.
@@ -41,30 +41,30 @@ pub struct Accumulation {
     frames: u32,
 }
 
-/// Places per pixel and axis.
+/// Sub-pixel positions per axis.
 const GRID: u32 = 4;
 
 impl Accumulation {
-    /// Frames after which all places within a pixel have had their ray. Later frames repeat them.
+    /// Number of frames that cover all sub-pixel positions. Later frames repeat them.
     pub const FRAMES: u32 = GRID * GRID;
 
-    /// No frame yet.
+    /// An accumulation without frames.
     ///
     /// # Errors
-    /// A picture that does not fit into the memory of the host.
+    /// If the picture does not fit into host memory.
     pub fn new(viewport: Viewport) -> Result<Self, Error> {
         Ok(Self { viewport, sums: memory::zeroed("the accumulated picture", viewport.pixels())?, frames: 0 })
     }
 
-    /// Frames so far.
+    /// Number of accumulated frames.
     pub fn frames(&self) -> u32 {
         self.frames
     }
 
-    /// The picture so far: premultiplied floats, without a background. Transparent before the first frame.
+    /// The current mean as premultiplied floats, without a background. Transparent before the first frame.
     ///
     /// # Errors
-    /// A picture that does not fit into the memory of the host.
+    /// If the picture does not fit into host memory.
     pub fn mean(&self) -> Result<Frame, Error> {
         let mut pixels: Vec<[f32; 4]> = memory::zeroed("the accumulated picture", self.sums.len())?;
         let count = f64::from(self.frames.max(1));
@@ -82,21 +82,21 @@ impl Accumulation {
     }
 }
 
-/// Where the rays of a frame lie, in pixels from the middle of theirs. The 16 places of a 4 × 4 grid come in an order in which any first
-/// few are spread over the pixel: the first of two bits of `n` chooses the column's half, the other the row's, and so on.
+/// Sub-pixel offset of frame `n`, in pixels from the pixel centre. The order of the 16 positions of the 4 × 4 grid spreads any
+/// first few over the pixel: the first of two bits of `n` chooses the half of the column, the other that of the row, and so on.
 fn offset(n: u32) -> [f64; 2] {
     let n = n % Accumulation::FRAMES;
     let bit = |i: u32| (n >> i) & 1;
-    // Rows follow columns by an exclusive or, so that two frames lie on a diagonal.
+    // The exclusive or places the first two frames on a diagonal.
     let (column, row) = (2 * bit(0) + bit(2), 2 * (bit(0) ^ bit(1)) + (bit(2) ^ bit(3)));
     [column, row].map(|place| (f64::from(place) + 0.5) / f64::from(GRID) - 0.5)
 }
 
 impl Renderer {
-    /// Renders the next frame of an accumulation, and adds it.
+    /// Renders the next frame of an accumulation and adds it.
     ///
     /// # Errors
-    /// Those of [`render`](Self::render). The accumulation then is as before.
+    /// Those of [`render`](Self::render). The accumulation is then unchanged.
     pub fn accumulate(
         &mut self,
         camera: &Camera,
@@ -109,10 +109,10 @@ impl Renderer {
         Ok(report)
     }
 
-    /// A view whose rays are moved by so many pixels.
+    /// Plans a view whose rays are offset by `pixels`.
     fn planned_at(&self, camera: &Camera, viewport: Viewport, settings: &Settings, pixels: [f64; 2]) -> Result<Planned, Error> {
         let field = &self.engine.field;
-        let (rays, settings) = field.world().seen(field.grid(), camera, viewport, settings)?;
+        let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
         Planned::new(rays.through_parts(pixels, GRID), viewport, settings, field.grid())
     }
 }

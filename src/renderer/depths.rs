@@ -1,9 +1,9 @@
-//! Depths of a picture, by ray casting, whatever draws the picture.
+//! Depths of a picture, always found by ray casting.
 
 use super::frame::{Frame, Mode, Stage, Step};
 use super::picture::Finished;
 use super::plan::Plan;
-use super::rays::Gathers;
+use super::rays::RayOutput;
 use super::tiles::read_samples;
 use super::{Planned, Renderer};
 use crate::camera::{Camera, Projection};
@@ -14,44 +14,46 @@ use crate::layers::Kernel;
 use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
 use crate::viewport::Viewport;
 
-/// Smallest spacings from a sample to the next, where settings do not tell.
+/// Default step between samples, in smallest spacings.
 const STEP: f64 = 0.5;
 
 impl Renderer {
-    /// How far away is what [`render`](Self::render) shows through pixels' centres: found by casting rays through the field of the
-    /// settings' kernel, with their step if they cast rays and half a smallest spacing otherwise, whatever draws the picture.
+    /// Depths of what [`render`](Self::render) shows at the pixel centres. They are found by ray casting, independent of the
+    /// algorithm of the picture, in the field of the settings' kernel. The step is that of the settings if they cast rays, and
+    /// half the smallest spacing otherwise.
     ///
     /// # Errors
-    /// Those of `render`, and blend modes other than composite and iso, where what is seen has no depth.
+    /// Those of `render`, and blend modes other than composite and iso, because their pictures have no depth.
     pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
-        let planned = self.planned(camera, viewport, &marched(settings))?;
+        let planned = self.planned(camera, viewport, &depth_settings(settings))?;
         let has_depths = match planned.plan {
             Plan::Raycast(..) => true,
             Plan::CastValues(..) => matches!(planned.settings.blend, Blend::Iso(_)),
             _ => false,
         };
         if !has_depths {
-            let problem = "only the blend modes composite and iso show things that have a depth".into();
+            let problem = "depths exist only for the blend modes composite and iso".into();
             return Err(Error::Settings { field: "blend", problem });
         }
-        let gathered = self.gathered(&planned)?;
-        // Rays' parameters are depths in the renderer's own units, from the plane of the volume's centre or, if that is behind it, the eye.
+        let gathered = self.gather_depths(&planned)?;
+        // Ray parameters are depths in normalised units from the plane through the volume's centre, or from the eye if that plane
+        // is behind it.
         let centre = (self.grid().centre() - camera.position).dot(camera.basis()?.forward);
         let start = if matches!(camera.projection, Projection::Perspective { .. }) { centre.max(0.0) } else { centre };
         let unit = self.engine.field.world().unit();
         let depth = |parameter: f32| (start + f64::from(parameter) * unit) as f32;
-        let of = |&[first, weighted, _, alpha]: &[f32; 4]| {
-            // Of the faintest pixels most is met before as much is gone as counts.
+        let depths = |&[first, weighted, _, alpha]: &[f32; 4]| {
+            // In the faintest pixels the mean can lie in front of the first depth, which requires an opacity of 1/256.
             let mean = if first.is_finite() { (weighted / alpha).max(first) } else { first };
             (depth(first), depth(mean))
         };
-        let (first, mean) = gathered.iter().map(of).unzip();
+        let (first, mean) = gathered.iter().map(depths).unzip();
         Ok(Depths::new(viewport, first, mean))
     }
 
-    /// For each pixel the ray parameter where something is seen first, the mean one times the opacity, and the opacity last.
-    fn gathered(&mut self, Planned { rays, viewport, settings, plan }: &Planned) -> Result<Vec<[f32; 4]>, Error> {
-        let steps = vec![Step::Screen(plan, Gathers::Depths)];
+    /// Per pixel: ray parameter of the first visible point, mean ray parameter times opacity, an unused component, and opacity.
+    fn gather_depths(&mut self, Planned { rays, viewport, settings, plan }: &Planned) -> Result<Vec<[f32; 4]>, Error> {
+        let steps = vec![Step::Screen(plan, RayOutput::Depths)];
         let stage = self.engine.declaring(*viewport, |declaring| Stage::new(steps, false, declaring));
         let host_bytes = (size_of::<[f32; 4]>() + 2 * size_of::<f32>()) as u64 * viewport.pixels() as u64;
         let frame = Frame { rays, viewport: *viewport, settings, stages: vec![stage], volume: None, into: None, host_bytes };
@@ -60,8 +62,8 @@ impl Renderer {
     }
 }
 
-/// What depths are found with: rays through the field of the settings' kernel, without looking at colours.
-pub(crate) fn marched(settings: &Settings) -> Settings {
+/// Settings for finding depths: ray casting in the field of the settings' kernel, unlit.
+pub(crate) fn depth_settings(settings: &Settings) -> Settings {
     let (kernel, step) = match settings.algorithm {
         Algorithm::Raycast { kernel, step } => (kernel, step),
         Algorithm::Layered(Layered { classification: Classification::Preintegrated { kernel, .. }, .. }) => (kernel, STEP),

@@ -1,4 +1,4 @@
-//! Frames that are enqueued and not waited for, into memory of the caller's own.
+//! Asynchronous frames, enqueued into the caller's memory.
 
 use super::frame::{Frame, Mode, Output, Stage};
 use super::onto::{PictureFormat, PictureMemory};
@@ -15,20 +15,20 @@ use glam::DVec3;
 use opencl3::event::Event;
 use std::sync::Arc;
 
-/// Of the small pictures that [`Renderer::prepare`] renders along each axis.
+/// Size of the small pictures that [`Renderer::prepare`] renders along each axis.
 const PREPARING: Viewport = Viewport { width: 16, height: 16 };
 
 impl Renderer {
-    /// Enqueues a frame into memory of the caller's own, after `wait`, and returns at once: with the event that is complete when the
-    /// picture is there. Nothing is read back and no queue is waited for. Kernels that were not built yet are, and tables that were not
-    /// made; [`prepare`](Self::prepare) does that beforehand.
+    /// Enqueues a frame into the caller's memory, after the events `wait`, and returns at once. The returned event completes when
+    /// the picture is ready. Nothing is read back and no queue is waited for. Missing programs are built and missing tables are
+    /// made during the call; [`prepare`](Self::prepare) does so in advance.
     ///
-    /// Frames of one renderer come one after the other, on any queue. Camera, transfer function and settings may change as soon as this
-    /// returns.
+    /// Frames of one renderer execute in order, on any kind of queue. Camera, transfer function and settings may change as soon
+    /// as this returns.
     ///
     /// # Errors
-    /// Sheets, which read back how many splats they have; memory that the picture does not fit; all that [`render`](Self::render)
-    /// refuses. What was enqueued before an error leaves the queue usable and the picture undefined.
+    /// Sheets, which read back their number of splats; memory that does not fit the picture; everything that
+    /// [`render`](Self::render) rejects. After an error the queue remains usable and the picture is undefined.
     pub fn enqueue(
         &mut self,
         camera: &Camera,
@@ -39,7 +39,7 @@ impl Renderer {
     ) -> Result<Event, Error> {
         onto.check(&self.engine.device, viewport)?;
         let planned = self.planned(camera, viewport, settings)?;
-        check_reads_nothing(&planned.plan)?;
+        check_no_readback(&planned.plan)?;
         tracing::debug!("{}", planned.plan);
         let (stage, direct) = self.stage_onto(&planned, onto)?;
         let Planned { rays, viewport, settings, .. } = &planned;
@@ -56,11 +56,12 @@ impl Renderer {
         Ok(event)
     }
 
-    /// The steps of a frame into memory of the caller, and that memory where kernels can write it directly.
+    /// The steps of a frame into the caller's memory, and that memory if kernels can write to it directly.
     fn stage_onto<'a>(&self, planned: &'a Planned, onto: &PictureMemory) -> Result<(Stage<'a>, Option<Finished>), Error> {
         let (device, viewport) = (&self.engine.device, planned.viewport);
         let (output, direct) = match onto.format() {
-            // Several lattices add up to a picture, and the memory may be write-only; without a lattice nothing is warped.
+            // The pictures of several lattices are added, which reads the picture, but the caller's memory may be write-only.
+            // Without a lattice there is no warp that could write to it.
             PictureFormat::Floats if !matches!(planned.plan, Plan::Lattice(..)) => (Output::Floats, None),
             PictureFormat::Floats => {
                 (Output::Floats, onto.direct(device, viewport)?.map(|buffer| Finished::Floats(Arc::new(buffer))))
@@ -70,12 +71,12 @@ impl Renderer {
             }
         };
         let bound = direct.is_some();
-        let stage = self.engine.declaring(viewport, |declaring| Stage::of_plan(&planned.plan, output, bound, declaring));
+        let stage = self.engine.declaring(viewport, |declaring| Stage::from_plan(&planned.plan, output, bound, declaring));
         Ok((stage, direct))
     }
 
-    /// Makes what frames like this one need, from any side: kernels are built; layouts, blocks and tables are made. It waits until all of
-    /// it is there.
+    /// Prepares frames like this one from all directions: builds programs, and makes layouts, min-max blocks and tables. Waits
+    /// until all of them are ready.
     pub fn prepare(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
         self.render_rgba8(camera, viewport, settings, Background::Transparent)?;
         self.render(camera, viewport, settings)?;
@@ -85,7 +86,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// What a camera would see of the middle of the volume along each axis, in pixels as large as its own.
+    /// Cameras that look at the centre of the volume along each axis, with the pixel size of `camera`.
     fn cameras_along_axes(&self, camera: &Camera, viewport: Viewport) -> [Camera; 3] {
         let centre = self.grid().centre();
         let distance = camera.position.distance(camera.focal_point).max(self.grid().diagonal());
@@ -105,26 +106,26 @@ impl Renderer {
         })
     }
 
-    /// The voxels have changed, where they are in memory of the caller's own: what is made of them (occupancy, the layout of layer axis x,
-    /// the B-spline's coefficients) is made again by the next frame that needs it, on the device and in the same buffers, after `wait`.
-    /// Returns an event that is complete when `wait` is; frames wait for it by themselves.
+    /// Declares that the voxels in the caller's memory have changed. Data derived from them (occupancy, the layout of layer axis
+    /// x, the B-spline coefficients) are made again by the next frame that needs them, on the device, in the same buffers, after
+    /// the events `wait`. The returned event completes when those do; frames wait for it automatically.
     pub fn volume_changed(&mut self, wait: &[&Event]) -> Result<Event, Error> {
         self.engine.device.begin(wait)?;
         self.engine.field.voxels_changed();
         self.engine.device.end()
     }
 
-    /// Gives memory for what enqueued frames write: the lattice and, where that does not go straight into the caller's memory, the
-    /// picture. A frame takes a buffer for each of the [sizes that it needs](Self::scratch_bytes); no buffers, and it makes its own
-    /// again. They must not be given to another renderer whose frames may be drawn at the same time.
+    /// Sets the scratch memory that enqueued frames write to: the lattice and, unless it goes directly into the caller's memory,
+    /// the picture. A frame takes one buffer for each of its [sizes](Self::scratch_bytes). With no buffers the renderer allocates
+    /// its own again. The buffers must not be shared with another renderer whose frames may execute at the same time.
     pub fn set_scratch(&mut self, buffers: &[DeviceMemory]) -> Result<(), Error> {
         let given = (!buffers.is_empty()).then(|| ScratchMemory::new(&self.engine.device, buffers));
         self.engine.scratch = given.transpose()?.map(Arc::new);
         Ok(())
     }
 
-    /// Bytes of each buffer of [scratch](Self::set_scratch) that a frame needs, in no order. Besides, a renderer keeps tables, occupancy
-    /// and layouts of its own.
+    /// Sizes in bytes of the [scratch](Self::set_scratch) buffers that a frame needs, in no particular order. In addition, a
+    /// renderer keeps its own tables, occupancy and layouts.
     pub fn scratch_bytes(
         &self,
         camera: &Camera,
@@ -133,16 +134,16 @@ impl Renderer {
         onto: &PictureMemory,
     ) -> Result<Vec<usize>, Error> {
         let planned = self.planned(camera, viewport, settings)?;
-        check_reads_nothing(&planned.plan)?;
+        check_no_readback(&planned.plan)?;
         let (stage, _) = self.stage_onto(&planned, onto)?;
-        Ok(stage.resources.of_arena().map(|resource| resource.bytes as usize).collect())
+        Ok(stage.resources.arena_buffers().map(|resource| resource.bytes as usize).collect())
     }
 }
 
-/// Refuses what has to read from the device what it goes on with.
-fn check_reads_nothing(plan: &Plan) -> Result<(), Error> {
+/// Rejects plans that need host readback.
+fn check_no_readback(plan: &Plan) -> Result<(), Error> {
     let (Plan::AxisSheets(_) | Plan::ViewSheets(_)) = plan else { return Ok(()) };
     let problem =
-        "sheets read back how many splats they have, which takes a queue that is waited for: use `render`, or another algorithm";
+        "sheets read back their number of splats, so they cannot be enqueued without waiting: use `render`, or another algorithm";
     Err(Error::Settings { field: "algorithm", problem: problem.into() })
 }

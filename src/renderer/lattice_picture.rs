@@ -1,4 +1,4 @@
-//! What layers are before the warp.
+//! The composited lattice before the warp.
 
 use super::Renderer;
 use super::frame::Output;
@@ -10,7 +10,7 @@ use crate::layers::{Lattice, Ray};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
 
-/// A composited lattice, before the warp.
+/// A composited lattice before the warp.
 ///
 /// ```
 /// use layersplat::{Renderer, Settings};
@@ -29,7 +29,7 @@ use crate::viewport::Viewport;
 #[derive(Clone, Debug)]
 pub struct LatticePicture {
     lattice: Lattice,
-    /// Samples along u and v.
+    /// Number of samples along u and v.
     pub size: [u32; 2],
     /// Premultiplied RGBA, row by row.
     pub samples: Vec<[f32; 4]>,
@@ -43,8 +43,8 @@ impl LatticePicture {
 }
 
 impl Renderer {
-    /// The composited lattice before it is warped to the screen, with the ray of each sample; `None` where the view has
-    /// no lattice. Where axes share a picture, that of the most parallel one.
+    /// Renders the composited lattice before the warp to the screen, with the ray of each sample; `None` if the view has no
+    /// lattice. If several layer axes contribute to the picture, this is the lattice of the most parallel one.
     pub fn lattice_picture(
         &mut self,
         camera: &Camera,

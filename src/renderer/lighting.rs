@@ -1,4 +1,4 @@
-//! Lighting of a frame: its lights, and what gradients leave of the opacity.
+//! Lighting of a frame: lights and gradient opacity.
 
 use super::field::Field;
 use crate::device::launch::structs::LightParams;
@@ -6,29 +6,29 @@ use crate::layers::{AxisFrame, Rays};
 use crate::settings::{GradientOpacity, Light, Lights, Settings, Shading};
 use glam::DVec3;
 
-/// Leaves colours unchanged. For frames that need gradients for the opacity alone.
+/// Shading that leaves colours unchanged, for frames that need gradients only for the opacity.
 const UNLIT: Shading = Shading { ambient: 1.0, diffuse: 0.0, specular: 0.0, power: 1.0, lights: Lights::AT_CAMERA };
 
-/// The lighting of a field in one view. Directions are along the grid's axes.
+/// The lighting of a field in one view. Directions are along the axes of the grid.
 ///
-/// These lights are the same everywhere. A light volume, whose light depends on the place, belongs here: as a buffer that the store of the
-/// classification keeps under these lights and the versions of field and classification, and that `shade` in kernels/shared/shading.cl
-/// samples at its point.
+/// These lights do not depend on the position. A light volume would be added here: as a buffer in the store of the
+/// classification, keyed by these lights and the versions of field and classification, and sampled by `shade` in
+/// kernels/shared/shading.cl.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Lighting {
     shading: Shading,
-    /// Of each light.
+    /// Directions of each light.
     directions: Vec<LightDirections>,
-    /// By gradients in value ranges per voxel of the smallest spacing.
+    /// Gradient opacity, for gradients in value ranges per voxel of the smallest spacing.
     gradient_opacity: Option<GradientOpacity>,
     needs_gradients: bool,
 }
 
-/// Unit vectors.
+/// Unit vectors of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LightDirections {
     to_light: DVec3,
-    /// Between the directions to the light and to the eye.
+    /// Half vector between the directions to the light and to the eye.
     half_way: DVec3,
 }
 
@@ -56,7 +56,7 @@ impl Lighting {
         }
     }
 
-    /// The lighting along the axes of `frame`.
+    /// Kernel argument, in the axes of `frame`.
     pub fn params(&self, frame: AxisFrame) -> LightParams {
         let Shading { ambient, diffuse, specular, power, .. } = self.shading;
         let lights = self.shading.lights.as_slice();

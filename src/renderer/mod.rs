@@ -1,4 +1,4 @@
-//! Renders frames: what is kept on the device, what a frame is planned to do, and how it runs.
+//! Rendering: resources kept on the device, frame planning and execution.
 
 mod accumulation;
 mod classification;
@@ -34,7 +34,7 @@ mod world;
 
 pub use accumulation::Accumulation;
 #[cfg(feature = "cli")]
-pub(crate) use depths::marched;
+pub(crate) use depths::depth_settings;
 pub use field::{DeviceVoxels, UploadedVolume};
 pub use lattice_picture::LatticePicture;
 pub use onto::{PictureFormat, PictureMemory};
@@ -66,8 +66,8 @@ use tiles::read_samples;
 
 /// Renders one volume on one device.
 ///
-/// The voxels live on the device, and what can be kept is kept: the layout and min-max blocks of each layer axis from its
-/// first use, tables from one transfer function to the next, buffers from frame to frame.
+/// The voxels reside on the device. Derived data are cached: the layout and the min-max blocks of each layer axis from their
+/// first use, tables until the transfer function changes, and buffers from frame to frame.
 ///
 /// ```
 /// use layersplat::{Renderer, Settings};
@@ -87,91 +87,95 @@ pub struct Renderer {
     engine: Engine,
 }
 
-/// A view that is planned.
+/// A planned view.
 struct Planned {
     rays: Rays,
     viewport: Viewport,
-    /// In the world of frames.
+    /// In normalised world units.
     settings: Settings,
     plan: Plan,
 }
 
 impl Renderer {
-    /// Uploads a volume, to be seen through a transfer function.
+    /// Uploads a volume and creates a renderer for it with this transfer function.
     pub fn new(device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Self, Error> {
-        Self::of(&UploadedVolume::new(device, volume)?, transfer)
+        Self::from_uploaded(&UploadedVolume::new(device, volume)?, transfer)
     }
 
-    /// Renders a volume that is on a device already. Renderers of one uploaded volume share its voxels and what is made from these.
+    /// Creates a renderer for a volume that is already on a device. Renderers of one uploaded volume share its voxels and all
+    /// data derived from them.
     ///
     /// # Errors
-    /// Where only a part of it is: that is for a [`PartRenderer`].
-    pub fn of(volume: &UploadedVolume, transfer: &TransferFunction) -> Result<Self, Error> {
+    /// If only a part of the volume is on the device; use a [`PartRenderer`] for that.
+    pub fn from_uploaded(volume: &UploadedVolume, transfer: &TransferFunction) -> Result<Self, Error> {
         check_whole(volume)?;
         Ok(Self { engine: Engine::new(volume, transfer) })
     }
 
-    /// Takes another transfer function from the next frame on.
+    /// Replaces the transfer function, from the next frame on.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         self.engine.set_transfer_function(transfer);
     }
 
-    /// The transfer function in use.
+    /// The current transfer function.
     pub fn transfer_function(&self) -> &TransferFunction {
         self.engine.classification.transfer_function()
     }
 
-    /// Takes another volume from the next frame on, of any size, type and range. Its voxels go into the buffer of the last one where they
-    /// fit and no other renderer uses that; where the type stays, no device program is built again.
+    /// Replaces the volume, from the next frame on. Size, type and range may differ. The new voxels reuse the old buffer if they
+    /// fit and no other renderer uses it. If the voxel type is unchanged, no device program is rebuilt.
     ///
     /// # Errors
-    /// A device without enough memory; the renderer then has its old volume or none that can be drawn, and takes another.
+    /// If device memory is insufficient. The renderer then has its old volume, or none that can be rendered; another volume can
+    /// still be set.
     pub fn set_volume(&mut self, volume: &Volume) -> Result<(), Error> {
         self.engine.replace_field(&volume.held())
     }
 
-    /// Takes another volume that is on the device already from the next frame on: it may have been uploaded while frames of the last one
-    /// were drawn.
+    /// Replaces the volume, from the next frame on, by one that is already on the device. It may have been uploaded while frames
+    /// of the previous volume were rendered.
     ///
     /// # Errors
-    /// Where only a part of it is on the device, or where it is on a device of another context.
+    /// If only a part of it is on the device, or if the device has another context.
     pub fn set_uploaded_volume(&mut self, volume: &UploadedVolume) -> Result<(), Error> {
         check_whole(volume)?;
         self.engine.set_field(volume)
     }
 
-    /// Where the voxels lie in the world.
+    /// The grid that places the voxels in the world.
     pub fn grid(&self) -> &Grid {
         self.engine.field.description().grid()
     }
 
-    /// Whether the reports of frames say what these took, from the next one on. Without, a frame is read back once, and the queue is
-    /// waited for only so long; but sheets, in either case, read how many splats they have.
+    /// Enables frame statistics in reports, from the next frame on. Without them a frame is read back once, and that is the only
+    /// wait for the queue. Sheets always read back their number of splats.
     pub fn measure(&mut self, measuring: bool) {
         self.engine.measuring = measuring;
     }
 
-    /// Whether frames may be drawn by more general programs from now on, where the best one is not built yet and a general one is
-    /// ([`warm_up`](Self::warm_up) builds these first). The best one is then built in the background; frames take longer until it is, and
-    /// are within 2e-3 per channel of its own, rounding mostly. [`FrameReport::general_program`] tells. Only layers that are sampled at points
-    /// and composited on a lattice have general programs; frames that are [enqueued](Self::enqueue) are drawn by the best.
+    /// Allows more general programs from now on, for frames whose specialised program is not built yet while a general one is
+    /// ([`warm_up`](Self::warm_up) builds those first). The specialised program is then built in the background. Until it is
+    /// ready, frames take longer and differ from its frames by at most 2e-3 per channel, mostly through rounding.
+    /// [`FrameReport::general_program`] tells whether a general program was used. General programs exist only for point-sampled
+    /// layers composited on a lattice. [Enqueued](Self::enqueue) frames always use the specialised program.
     pub fn use_general_programs(&mut self, allowed: bool) {
         self.engine.general_programs = allowed;
     }
 
-    /// Limits the time of a frame, from the next one on: a longer one ends with [`Error::TooLong`]. Time is looked at before each kernel;
-    /// a running kernel ends first. [Enqueued](Self::enqueue) frames have no limit.
+    /// Limits the time of a frame, from the next one on. A frame that exceeds it ends with [`Error::TooLong`]. The time is
+    /// checked before each kernel; a running kernel is completed. [Enqueued](Self::enqueue) frames have no limit.
     pub fn limit(&mut self, longest: Option<Duration>) {
         self.engine.limits.longest = longest;
     }
 
-    /// Lets another thread cancel frames, from the next one on, or no longer (`None`). A cancelled frame ends before its next kernel with
-    /// [`Error::Cancelled`], and the next frame is drawn in full. [Enqueued](Self::enqueue) frames are not cancelled.
+    /// Sets the handle with which another thread can cancel frames, from the next frame on; `None` removes it. A cancelled frame
+    /// ends before its next kernel with [`Error::Cancelled`], and the next frame is rendered in full. [Enqueued](Self::enqueue)
+    /// frames cannot be cancelled.
     pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
         self.engine.limits.cancel = cancel;
     }
 
-    /// Renders a picture: premultiplied floats, without a background.
+    /// Renders a picture as premultiplied floats, without a background.
     pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
         self.render_planned(&self.planned(camera, viewport, settings)?)
     }
@@ -194,7 +198,7 @@ impl Renderer {
         self.render_displayed(camera, viewport, settings, background, |device, picture| read_displayed(device, picture, viewport))
     }
 
-    /// Renders an 8-bit picture, which `take` takes from the device.
+    /// Renders an 8-bit picture; `take` reads it from the device.
     fn render_displayed<T>(
         &mut self,
         camera: &Camera,
@@ -207,7 +211,7 @@ impl Renderer {
         self.run(&planned, Output::Rgba8(background), |device, finished| take(device, finished.rgba8()))
     }
 
-    /// Runs a planned frame that is waited for.
+    /// Runs a planned frame and waits for it.
     fn run<T>(
         &mut self,
         planned: &Planned,
@@ -216,7 +220,7 @@ impl Renderer {
     ) -> Result<(T, FrameReport), Error> {
         let Planned { rays, viewport, settings, plan } = planned;
         tracing::debug!("{plan}");
-        let stage = self.engine.declaring(*viewport, |declaring| Stage::of_plan(plan, output, false, declaring));
+        let stage = self.engine.declaring(*viewport, |declaring| Stage::from_plan(plan, output, false, declaring));
         let per_pixel = if matches!(output, Output::Rgba8(_)) { RGBA8 } else { FLOATS };
         let host_bytes = per_pixel * viewport.pixels() as u64;
         let frame =
@@ -227,26 +231,26 @@ impl Renderer {
 
     fn planned(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Planned, Error> {
         let field = &self.engine.field;
-        let (rays, settings) = field.world().seen(field.grid(), camera, viewport, settings)?;
+        let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
         Planned::new(rays, viewport, settings, field.grid())
     }
 }
 
 impl Planned {
-    /// `settings` and `grid` in the world of frames.
+    /// `settings` and `grid` are in normalised world units.
     fn new(rays: Rays, viewport: Viewport, settings: Settings, grid: &Grid) -> Result<Self, Error> {
         let plan = Plan::new(&rays, viewport, grid, &settings)?;
         Ok(Self { rays, viewport, settings, plan })
     }
 }
 
-/// Refuses a part of a volume.
+/// Rejects a part of a volume.
 fn check_whole(volume: &UploadedVolume) -> Result<(), Error> {
     if volume.is_whole() {
         return Ok(());
     }
     let name = std::path::Path::new(volume.description().name());
-    Err(Error::volume(name, "only a part of it is on the device: render it with a PartRenderer"))
+    Err(Error::volume(name, "only a part of the volume is on the device: render it with a PartRenderer"))
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
-//! Memory of the caller's own that pictures go to.
+//! The caller's memory that receives pictures.
 
 use crate::device::{Buffer, Device, DeviceMemory, ImageFormat, MemoryKind};
 use crate::error::Error;
 use crate::image::Background;
 use crate::viewport::Viewport;
 
-const WHAT: &str = "the memory of the picture";
+const WHAT: &str = "the picture memory";
 
-/// Pixels of a picture.
+/// Pixel format of a picture.
 ///
 /// ```
 /// use layersplat::Background;
@@ -17,14 +17,14 @@ const WHAT: &str = "the memory of the picture";
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PictureFormat {
-    /// A byte per channel, over a background.
+    /// 8 bits per channel, composited over a background.
     Rgba8(Background),
-    /// A float per channel, premultiplied, without a background.
+    /// 32-bit floats, premultiplied, without a background.
     Floats,
 }
 
 impl PictureFormat {
-    /// Bytes of a pixel.
+    /// Bytes per pixel.
     pub fn bytes(self) -> usize {
         match self {
             PictureFormat::Rgba8(_) => size_of::<[u8; 4]>(),
@@ -33,7 +33,7 @@ impl PictureFormat {
     }
 }
 
-/// A buffer or a 2D image of the caller's that pictures go to: RGBA, row by row, row 0 on top.
+/// The caller's buffer or 2D image that receives pictures: RGBA, row by row, row 0 on top.
 ///
 /// ```
 /// use layersplat::device::DeviceMemory;
@@ -65,22 +65,22 @@ pub struct PictureMemory {
 }
 
 impl PictureMemory {
-    /// Pictures from the beginning of a buffer on, without gaps, or in an image.
+    /// Pictures in an image, or in a buffer from its beginning, without gaps.
     pub fn new(memory: &DeviceMemory, format: PictureFormat) -> Self {
         Self { memory: memory.clone(), format, first: 0, row_pitch: None }
     }
 
-    /// The same with the first pixel `first` bytes into the buffer.
+    /// Sets the byte offset of the first pixel in the buffer.
     pub fn with_first(self, first: usize) -> Self {
         Self { first, ..self }
     }
 
-    /// The same with rows that begin so many bytes apart.
+    /// Sets the distance between the beginnings of rows, in bytes.
     pub fn with_row_pitch(self, row_pitch: usize) -> Self {
         Self { row_pitch: Some(row_pitch), ..self }
     }
 
-    /// What pixels are.
+    /// The pixel format.
     pub fn format(&self) -> PictureFormat {
         self.format
     }
@@ -89,7 +89,7 @@ impl PictureMemory {
         self.row_pitch.unwrap_or(viewport.width as usize * self.format.bytes())
     }
 
-    /// Refuses memory that a picture of this size cannot go to.
+    /// Rejects memory that does not fit a picture of this size.
     pub(super) fn check(&self, device: &Device, viewport: Viewport) -> Result<(), Error> {
         self.memory.check(device, WHAT, true)?;
         let refuse = |problem: String| Err(Error::Memory { what: WHAT, problem });
@@ -99,10 +99,10 @@ impl PictureMemory {
                 let (row, pitch) = (columns * self.format.bytes(), self.pitch(viewport));
                 let end = self.first as u128 + (rows as u128 - 1) * pitch as u128 + row as u128;
                 if pitch < row {
-                    return refuse(format!("has rows {pitch} bytes apart, and one of {columns} pixels has {row}"));
+                    return refuse(format!("has rows {pitch} bytes apart, but a row of {columns} pixels takes {row} bytes"));
                 }
                 if end > bytes as u128 {
-                    return refuse(format!("has {bytes} bytes, and a picture of {columns}x{rows} ends at {end}"));
+                    return refuse(format!("has {bytes} bytes, but a picture of {columns}x{rows} ends at byte {end}"));
                 }
                 Ok(())
             }
@@ -112,11 +112,11 @@ impl PictureMemory {
                     PictureFormat::Floats => ImageFormat::Floats,
                 };
                 if format != expected {
-                    return refuse(format!("is an image of {format:?}, and the picture is of {expected:?}"));
+                    return refuse(format!("is an image of {format:?}, but the picture is {expected:?}"));
                 }
                 if [width, height] != [columns, rows] || self.first != 0 || self.row_pitch.is_some() {
                     return refuse(format!(
-                        "is an image of {width}x{height}: pictures fill images, and this is one of {columns}x{rows}"
+                        "is an image of {width}x{height}, but the picture has {columns}x{rows} pixels: it must fill the image"
                     ));
                 }
                 Ok(())
@@ -124,7 +124,7 @@ impl PictureMemory {
         }
     }
 
-    /// The caller's buffer as one that kernels can draw into, where pixels lie in it as kernels write them.
+    /// The caller's buffer, if its layout is the one that kernels write.
     pub(super) fn direct<T: Copy>(&self, device: &Device, viewport: Viewport) -> Result<Option<Buffer<T>>, Error> {
         let tight = self.pitch(viewport) == viewport.width as usize * self.format.bytes();
         match self.memory.kind() {
@@ -135,7 +135,7 @@ impl PictureMemory {
         }
     }
 
-    /// Copies a picture there.
+    /// Copies a picture to the memory.
     pub(super) fn copy<T: Copy>(&self, device: &Device, from: &Buffer<T>, viewport: Viewport) -> Result<(), Error> {
         let [columns, rows] = [viewport.width, viewport.height].map(|n| n as usize);
         match self.memory.kind() {

@@ -1,4 +1,4 @@
-//! From what was drawn to the finished picture.
+//! The warp and the finished picture.
 
 use super::frame::{Resources, Slot};
 use super::tiles::{Drawn, Target, Tiles};
@@ -14,45 +14,45 @@ use crate::viewport::Viewport;
 use glam::DMat3;
 use std::sync::Arc;
 
-/// Most places per pixel and axis that are averaged where it covers many voxels.
-const MOST_FILTERED: f64 = 16.0;
+/// Largest number of filter taps per pixel and axis, for pixels that cover many voxels.
+const MAX_FILTER_TAPS: f64 = 16.0;
 
-/// The picture in floats, of lattices.
-pub(super) const FRAME: Slot<Float4> = Slot::new("the picture in floats");
-/// The displayed picture.
-const RGBA: Slot<[u8; 4]> = Slot::new("the picture of 8 bits");
+/// Float picture that lattices are warped into.
+pub(super) const FRAME: Slot<Float4> = Slot::new("the float picture");
+/// Displayed 8-bit picture.
+const RGBA: Slot<[u8; 4]> = Slot::new("the 8-bit picture");
 
-/// Warps lattices onto the screen, and presents pictures.
+/// Warps lattices to the screen and converts float pictures to 8 bits.
 #[derive(Default)]
 pub(super) struct Picture {
     warp: Launcher<Warp>,
     present: Launcher<Present>,
 }
 
-/// A frame's picture on the device.
+/// Result of a frame on the device.
 #[derive(Clone)]
 pub(super) enum Finished {
-    /// No step has drawn yet.
+    /// No step has rendered yet.
     Nothing,
     Floats(Arc<Buffer<Float4>>),
     Rgba8(Arc<Buffer<[u8; 4]>>),
 }
 
 impl Finished {
-    /// The picture in floats, or the samples of a lattice.
+    /// The float picture, or the samples of a lattice.
     pub fn floats(&self) -> &Arc<Buffer<Float4>> {
         let Self::Floats(floats) = self else { unreachable!("the steps end in floats") };
         floats
     }
 
-    /// The picture of 8 bits.
+    /// The 8-bit picture.
     pub fn rgba8(&self) -> &Arc<Buffer<[u8; 4]>> {
         let Self::Rgba8(rgba8) = self else { unreachable!("the steps end in 8 bits") };
         rgba8
     }
 }
 
-/// Declares the picture in floats.
+/// Declares the float picture.
 pub(super) fn declare_floats(viewport: Viewport, resources: &mut Resources) {
     resources.frame(&FRAME, viewport.pixels());
 }
@@ -62,7 +62,7 @@ pub(super) fn declare_displayed(viewport: Viewport, resources: &mut Resources) {
     resources.frame(&RGBA, viewport.pixels());
 }
 
-/// Lets the next picture go into a buffer of the caller.
+/// Binds a buffer of the caller for the next picture.
 pub(super) fn bind(target: &mut Target, into: Finished) {
     match into {
         Finished::Floats(buffer) => target.arena.bind(&FRAME, buffer),
@@ -71,32 +71,32 @@ pub(super) fn bind(target: &mut Target, into: Finished) {
     }
 }
 
-/// The share of a lattice in a frame.
+/// Contribution of a lattice to a frame.
 #[derive(Clone, Copy)]
 pub(super) struct Share {
     pub share: f64,
-    /// Whether it is added to what the frame has of other lattices.
+    /// Whether it is added to the contributions of other lattices.
     pub added: bool,
 }
 
 impl Share {
-    /// Of a lattice that makes the frame alone.
+    /// A single lattice that makes up the whole frame.
     pub const WHOLE: Share = Share { share: 1.0, added: false };
 }
 
-/// What a lattice needs on its way onto the screen.
+/// Inputs of the warp to the screen.
 #[derive(Clone, Copy)]
-pub(super) struct OntoScreen<'a> {
+pub(super) struct WarpInputs<'a> {
     pub lattice: &'a Lattice,
     pub rays: &'a Rays,
     pub viewport: Viewport,
 }
 
-impl OntoScreen<'_> {
+impl WarpInputs<'_> {
     fn params(self, tiles: Tiles, share: Share) -> WarpParams {
         let Self { lattice, rays, viewport } = self;
         let from_screen = lattice.from_screen(rays);
-        let filter = rays.voxels_per_pixel(lattice.frame).ceil().clamp(1.0, MOST_FILTERED) as i32;
+        let filter = rays.voxels_per_pixel(lattice.frame).ceil().clamp(1.0, MAX_FILTER_TAPS) as i32;
         let upright = if lattice.is_parallel() && filter == 1 { upright_lines(&from_screen, viewport) } else { None };
         WarpParams {
             from_screen: from_screen.transpose().to_cols_array().map(|m| m as f32),
@@ -117,22 +117,22 @@ impl OntoScreen<'_> {
     }
 }
 
-/// Samples by which a line of the lattice may lean and still be taken for upright, from one end of the viewport to the other.
-const MOST_LEAN: f64 = 0.01;
-/// Lines per pixel for which kernels/picture/upright.cl has room.
-const MOST_LINES_PER_PIXEL: f64 = 4.0;
+/// Largest deviation from upright of a lattice line that still counts as upright, in samples over the height of the viewport.
+const MAX_LEAN: f64 = 0.01;
+/// Largest number of lattice lines per pixel that kernels/picture/upright.cl supports.
+const MAX_LINES_PER_PIXEL: f64 = 4.0;
 
-/// The axis of a parallel view's lattice that changes with x alone, if there is one: 0 for u, 1 for v.
+/// The lattice axis that depends on screen x alone, if there is one: 0 for u, 1 for v. For parallel projections.
 fn upright_lines(from_screen: &DMat3, viewport: Viewport) -> Option<usize> {
     let [x, y, _] = from_screen.to_cols_array_2d();
     let upright =
-        |&i: &usize| y[i].abs() * f64::from(viewport.height) <= MOST_LEAN && x[i] != 0.0 && x[i].abs() <= MOST_LINES_PER_PIXEL;
+        |&i: &usize| y[i].abs() * f64::from(viewport.height) <= MAX_LEAN && x[i] != 0.0 && x[i].abs() <= MAX_LINES_PER_PIXEL;
     [0, 1].into_iter().find(upright)
 }
 
 impl Picture {
-    /// Warps a lattice into the picture in floats.
-    pub fn warp(&mut self, device: &Device, target: &Target, onto: OntoScreen, share: Share) -> Result<Finished, Error> {
+    /// Warps a lattice into the float picture.
+    pub fn warp(&mut self, device: &Device, target: &Target, onto: WarpInputs, share: Share) -> Result<Finished, Error> {
         let Drawn { samples: lattice, active_samples, tiles } = &target.drawn();
         let picture = target.arena.get(&FRAME);
         let background = Float4([0.0; 4]);
@@ -142,12 +142,12 @@ impl Picture {
         Ok(Finished::Floats(picture))
     }
 
-    /// Warps a lattice straight into an 8-bit picture.
+    /// Warps a lattice directly into an 8-bit picture.
     pub fn warp_displayed(
         &mut self,
         device: &Device,
         target: &Target,
-        onto: OntoScreen,
+        onto: WarpInputs,
         background: Background,
     ) -> Result<Finished, Error> {
         let Drawn { samples: lattice, active_samples, tiles } = &target.drawn();
@@ -159,7 +159,7 @@ impl Picture {
         Ok(Finished::Rgba8(picture))
     }
 
-    /// Makes an 8-bit picture of one in floats.
+    /// Converts a float picture to 8 bits.
     pub fn present(
         &mut self,
         device: &Device,
@@ -175,11 +175,11 @@ impl Picture {
     }
 }
 
-/// Bytes of a pixel on the host: as floats, and displayed.
+/// Bytes per pixel of float and 8-bit pictures on the host.
 pub(super) const FLOATS: u64 = size_of::<[f32; 4]>() as u64;
 pub(super) const RGBA8: u64 = size_of::<[u8; 4]>() as u64;
 
-/// A displayed picture, on the host.
+/// Reads an 8-bit picture to the host.
 pub(super) fn read_displayed(device: &Device, rgba: &Buffer<[u8; 4]>, viewport: Viewport) -> Result<Vec<u8>, Error> {
     let mut picture = memory::zeroed::<[u8; 4]>("the picture", viewport.pixels())?;
     rgba.read(device, &mut picture)?;
@@ -202,32 +202,33 @@ mod tests {
     use crate::volume::Grid;
     use glam::DVec3;
 
-    /// Floats of positions of up to a hundred samples, and of weights.
+    /// Rounding of float positions up to a hundred samples, and of weights.
     const ROUNDING: f64 = 2e-5;
     const SIZE: [u32; 2] = [83, 61];
 
-    /// A colour that changes over the lattice as quadratic functions do, which cubic interpolation takes as they are; it rises all over,
-    /// so that the filter stays within the samples around.
+    /// A quadratic colour function over the lattice, which cubic interpolation reproduces exactly. It increases everywhere, so
+    /// that the filter stays within the range of the surrounding samples.
     fn color([i, j]: [f64; 2]) -> [f64; 4] {
         let (u, v) = (i / 400.0, j / 400.0);
         [u * u + 0.3 * v, 0.5 * v * v + 0.1 * u, 0.2 * (u + v) + 0.1 * (u + v) * (u + v), 0.9]
     }
 
-    /// The largest difference between the picture of a lattice of such colours and these, where four samples and more are around.
+    /// Largest difference between the warped picture of this colour function and the function, at pixels surrounded by at least
+    /// four samples.
     fn difference(device: &Device, lattice: &Lattice, rays: &Rays, moved: f64) -> f64 {
         let [width, height] = lattice.size.map(f64::from);
         let stagger = lattice.stagger;
         let places =
             (0..lattice.size[1]).flat_map(|j| (0..lattice.size[0]).map(move |i| [f64::from(i), f64::from(j) + stagger.of(i)]));
         let samples: Vec<_> = places.map(|place| color(place).map(|c| c as f32)).collect();
-        let mut target = Target::holding(device, &samples, Tiles::of_points(lattice, device.tuning())).unwrap();
+        let mut target = Target::with_samples(device, &samples, Tiles::for_points(lattice, device.tuning())).unwrap();
         let viewport = Viewport::new(SIZE[0], SIZE[1]).unwrap();
         let mut resources = Resources::default();
         declare_floats(viewport, &mut resources);
         target.arena.reserve(device, &resources).unwrap();
-        let onto = OntoScreen { lattice, rays, viewport };
+        let onto = WarpInputs { lattice, rays, viewport };
         let Finished::Floats(warped) = Picture::default().warp(device, &target, onto, Share::WHOLE).unwrap() else {
-            panic!("the picture is one of floats");
+            panic!("the warp yields a float picture");
         };
         let mut pixels = vec![Float4([0.0; 4]); viewport.pixels()];
         warped.read(device, &mut pixels).unwrap();

@@ -1,4 +1,4 @@
-//! Which evaluation a view gets.
+//! Render-path selection.
 
 use crate::error::Error;
 use crate::layers::{Axis, Density, Kernel, Lattice, Rays, Sampling};
@@ -7,46 +7,47 @@ use crate::viewport::Viewport;
 use crate::volume::Grid;
 use std::fmt;
 
-/// Largest |s| of a forced layer axis: kernels/layered/splat_direct.cl culls up to here.
+/// Largest |s| of a forced layer axis; kernels/layered/splat_direct.cl supports culling up to this shear.
 const MAX_FORCED_SHEAR: f64 = 3.0;
 
-/// How a frame is evaluated.
+/// Render path of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Plan {
-    /// On a lattice.
+    /// Layers on a lattice.
     Lattice(Lattice, Layered),
-    /// On the lattices of two or three layer axes between which the view lies, each with its share of the picture, the most parallel
-    /// first.
+    /// Layers on the lattices of the two or three layer axes near the view direction. Each has its share of the picture; the most
+    /// parallel axis comes first.
     Shared(Vec<(Lattice, f64)>, Layered),
-    /// Per pixel: with one layer axis, or with each ray's own.
+    /// Layers per pixel, with one layer axis for all rays or, with `None`, one per ray.
     Direct(Option<Axis>, Layered),
-    /// By axis-aligned sheets.
+    /// Axis-aligned sheets.
     AxisSheets(Axis),
-    /// By sheets across the view, of a distance in voxels.
+    /// Image-aligned sheets, with their distance in voxels.
     ViewSheets(f64),
-    /// By slices, of a distance in smallest spacings.
+    /// Slicing, with the slice distance in smallest spacings.
     Slicing(f64),
-    /// By ray casting, with a step in smallest spacings.
+    /// Ray casting, with the step in smallest spacings.
     Raycast(Kernel, f64),
-    /// By ray casting where values are gathered, or an iso-surface is found: planes of a distance in smallest spacings.
+    /// Ray casting that reduces values or finds an iso-surface, with the distance of planes in smallest spacings.
     CastValues(Kernel, f64),
-    /// By ray casting with pre-integrated segments of a length in smallest spacings: layers where no lattice reaches.
+    /// Ray casting with pre-integrated segments, with their length in smallest spacings. It replaces layers where no lattice
+    /// covers the view.
     CastSegments(Kernel, f64),
 }
 
 impl Plan {
-    /// Chooses layer axis and evaluation for a view.
+    /// Selects layer axis and render path of a view.
     ///
-    /// All rays share the central ray's axis as long as none leans too far from it; otherwise (wide angles, an eye
-    /// inside the volume) rays are cast, or, per pixel, each takes its own.
+    /// All rays share the layer axis of the central ray if none leans too far from it. Otherwise (wide angles, an eye inside the
+    /// volume) rays are cast or, with per-pixel evaluation, each ray has its own layer axis.
     pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, settings: &Settings) -> Result<Self, Error> {
         match settings.algorithm {
             Algorithm::Layered(layered) => Self::layered(rays, viewport, grid, layered, settings.blend),
             Algorithm::AxisSheets { layer_axis } => {
-                let axis = chosen(layer_axis, rays);
+                let axis = choose_axis(layer_axis, rays);
                 let shear = axis.frame().shear(rays.central_direction());
                 let reached = shear.iter().all(|s| s.abs() <= MAX_FORCED_SHEAR);
-                if reached { Ok(Plan::AxisSheets(axis)) } else { Err(too_far(axis)) }
+                if reached { Ok(Plan::AxisSheets(axis)) } else { Err(axis_error(axis)) }
             }
             Algorithm::ViewSheets { sheet_distance } => Ok(Plan::ViewSheets(sheet_distance)),
             Algorithm::Slicing { step } if settings.blend == Blend::Composite => Ok(Plan::Slicing(step)),
@@ -56,7 +57,7 @@ impl Plan {
     }
 
     fn layered(rays: &Rays, viewport: Viewport, grid: &Grid, layered: Layered, blend: Blend) -> Result<Self, Error> {
-        let axis = chosen(layered.layer_axis, rays);
+        let axis = choose_axis(layered.layer_axis, rays);
         let direct = Self::direct(rays, grid, axis, layered)?;
         let Evaluation::Lattice(density) = layered.evaluation else {
             return Ok(direct);
@@ -66,15 +67,15 @@ impl Plan {
         }
         let lattice = Lattice::new(rays, viewport, grid, axis, density, sampling(layered.classification));
         Ok(lattice.map(|lattice| Plan::Lattice(lattice, layered)).unwrap_or_else(|| {
-            // A forced axis is not left.
+            // A forced layer axis is kept.
             let plan = if layered.layer_axis == LayerAxis::Auto { Self::cast(density, layered, blend) } else { direct };
-            tracing::info!("no lattice reaches this view: {plan}");
+            tracing::info!("no lattice covers this view: {plan}");
             plan
         }))
     }
 
-    /// Lattices of all axes that have a share in the view, if these are several and all reach. Splatted layers switch from one
-    /// axis to the next, as in the paper.
+    /// The lattices of all layer axes with a share in the view, if there are several and each covers the view. Splatted layers
+    /// switch between axes instead, as in the paper.
     fn shared(rays: &Rays, viewport: Viewport, grid: &Grid, density: Density, layered: Layered) -> Option<Self> {
         let Classification::Preintegrated { kernel, .. } = layered.classification else { return None };
         let shares = match layered.layer_axis {
@@ -86,8 +87,9 @@ impl Plan {
         parts.filter(|parts| parts.len() > 1).map(|parts| Plan::Shared(parts, layered))
     }
 
-    /// Ray casting of at least the fidelity that a lattice would have: 44 to 70 dB with four steps per layer where one sample per layer
-    /// has 28 to 47 per pixel, in a fifth of the time (engine and tooth, from inside and at wide angles, lit).
+    /// Ray casting of at least the fidelity of a lattice. With four steps per layer it reaches 44 to 70 dB. One sample per layer,
+    /// evaluated per pixel, reaches 28 to 47 dB and takes five times as long (engine and tooth, from inside and at wide angles,
+    /// lit).
     fn cast(density: Density, Layered { classification, .. }: Layered, blend: Blend) -> Self {
         let per_layer = if matches!(density, Density::Fixed(_)) { 2.0 } else { 4.0 };
         let step = 1.0 / (per_layer * f64::from(classification.samples_per_layer()));
@@ -117,25 +119,25 @@ impl Plan {
         match (reached, layered.layer_axis) {
             (true, _) => Ok(Plan::Direct(Some(axis), layered)),
             (false, LayerAxis::Auto) => Ok(Plan::Direct(None, layered)),
-            (false, LayerAxis::Forced(_)) => Err(too_far(axis)),
+            (false, LayerAxis::Forced(_)) => Err(axis_error(axis)),
         }
     }
 }
 
-/// The axis that is asked for, or the most parallel one.
-fn chosen(layer_axis: LayerAxis, rays: &Rays) -> Axis {
+/// The forced layer axis, or the most parallel one.
+fn choose_axis(layer_axis: LayerAxis, rays: &Rays) -> Axis {
     match layer_axis {
         LayerAxis::Auto => Axis::most_parallel(rays.central_direction()),
         LayerAxis::Forced(axis) => axis,
     }
 }
 
-fn too_far(axis: Axis) -> Error {
-    let problem = format!("some rays lean too far from layer axis {axis:?}: choose another, or leave it to the view");
+fn axis_error(axis: Axis) -> Error {
+    let problem = format!("some rays lean too far from layer axis {axis:?}: choose another axis, or automatic selection");
     Error::Settings { field: "layer_axis", problem }
 }
 
-/// How lattices for a kind of classification are sampled.
+/// Lattice sampling of a kind of classification.
 fn sampling(classification: Classification) -> Sampling {
     match classification {
         Classification::Post(_) => Sampling::Splats,

@@ -1,31 +1,31 @@
-//! Which layers of a lattice are composited, and onto what.
+//! Ranges of layers to composite, and their initial state.
 
 use crate::layers::Lattice;
 use std::ops::Range;
 
-/// Layers of a lattice, under their numbers in the whole volume.
+/// Layers of a lattice, numbered as in the whole volume.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LayerRange {
-    /// Of the voxels. The outer layers, which have none, go with the first and the last.
+    /// Layers of voxels. The outer layers without voxels belong to the first and the last range.
     pub voxels: Range<usize>,
-    /// Whether they continue what the lattice holds, in its raw state.
+    /// Whether compositing continues from the raw samples in the lattice.
     pub continues: bool,
-    /// Whether they leave it so.
+    /// Whether the result stays raw, so that later layers can continue.
     pub raw: bool,
 }
 
 impl LayerRange {
-    /// All layers of a lattice, from nothing to the end.
+    /// All layers of a lattice, composited from an empty state and resolved.
     pub fn whole(lattice: &Lattice) -> Self {
         Self { voxels: 0..lattice.dims[2], continues: false, raw: false }
     }
 
-    /// No layers: what the lattice holds becomes colours.
+    /// Resolve only: no layers, the raw samples of the lattice become colours.
     pub fn end() -> Self {
         Self { voxels: 0..0, continues: true, raw: false }
     }
 
-    /// First and last layer of −1 … n that splats are composited in.
+    /// First and last layer, −1 … n, in which splats are composited.
     pub fn layers(&self, lattice: &Lattice) -> [i32; 2] {
         let Range { start, end } = self.voxels;
         if start == end {
@@ -35,17 +35,17 @@ impl LayerRange {
         [if first == 0 { -1 } else { first }, if end == lattice.dims[2] { last + 1 } else { last }]
     }
 
-    /// First and last slab of a kernel's field, slab q lying between layers q − radius and q − radius + 1. A slab goes with the later of
-    /// its layers; those around the voxels with the first and the last.
+    /// First and last slab of a kernel's field. Slab q lies between layers q − radius and q − radius + 1. A slab belongs to the
+    /// later of its two layers; slabs outside the voxels belong to the first and the last layer.
     pub fn slabs(&self, lattice: &Lattice, radius: i32) -> [i32; 2] {
         let Range { start, end } = self.voxels;
         if start == end {
             return [0, -1];
         }
         let all = lattice.dims[2];
-        let of_layer = |k: usize| k as i32 + radius - 1;
-        let first = if start == 0 { 0 } else { of_layer(start) };
-        [first, of_layer(end - 1) + if end == all { radius } else { 0 }]
+        let slab_of_layer = |k: usize| k as i32 + radius - 1;
+        let first = if start == 0 { 0 } else { slab_of_layer(start) };
+        [first, slab_of_layer(end - 1) + if end == all { radius } else { 0 }]
     }
 }
 

@@ -1,4 +1,4 @@
-//! Frames by ray casting, with and without pre-integrated segments, and by slicing.
+//! Ray casting, with and without pre-integrated segments, and slicing.
 
 use super::classification::{SLAB_VALUES, Table, TableSizes};
 use super::frame::{Declaring, Resources};
@@ -15,21 +15,21 @@ use crate::device::launch::{Launcher, Rendering};
 use crate::error::Error;
 use crate::layers::{Axis, Kernel};
 
-/// Rays are marched in the upload's own layout.
+/// Layer axis of the uploaded layout, in which rays are marched.
 const AXIS: Axis = Axis::Z;
-/// Most steps across a volume.
-const MOST_STEPS: f64 = (1 << 22) as f64;
+/// Largest number of steps across a volume.
+const MAX_STEPS: f64 = (1 << 22) as f64;
 
-/// What rays bring back.
+/// Output of rays.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Gathers {
-    /// A picture.
+pub(super) enum RayOutput {
+    /// Colour and opacity.
     Colors,
-    /// In place of colours, the ray parameter where something is seen first, and the mean one times the opacity.
+    /// Instead of colours: ray parameter of the first visible point, and mean ray parameter times opacity.
     Depths,
 }
 
-/// Draws by marching along the rays of screen pixels. Steps are lengths in smallest spacings.
+/// Renders by marching along the rays of screen pixels. Steps are in smallest spacings.
 #[derive(Default)]
 pub(super) struct MarchedRays {
     raycast: Launcher<Raycast>,
@@ -38,36 +38,36 @@ pub(super) struct MarchedRays {
     values: Launcher<CastValues>,
 }
 
-/// Declares what [`MarchedRays::cast`] and [`MarchedRays::cast_values`] need.
+/// Declares the resources of [`MarchedRays::cast`] and [`MarchedRays::cast_values`].
 pub(super) fn declare_casting(declaring: &Declaring, kernel: Kernel, resources: &mut Resources) {
     declare_rays(declaring, resources);
     declaring.visibility(AXIS, kernel, resources);
 }
 
-/// Declares what [`MarchedRays::slice`] needs.
+/// Declares the resources of [`MarchedRays::slice`].
 pub(super) fn declare_slicing(declaring: &Declaring, resources: &mut Resources) {
     declare_segments(declaring, Kernel::Linear, resources);
     resources.kept(("the table of slicing", None, None), [TableSizes::slicing()]);
 }
 
-/// Declares what [`MarchedRays::cast_segments`] needs.
+/// Declares the resources of [`MarchedRays::cast_segments`].
 pub(super) fn declare_segments(declaring: &Declaring, kernel: Kernel, resources: &mut Resources) {
     declare_casting(declaring, kernel, resources);
     declaring.integrals(kernel, resources);
 }
 
 fn declare_rays(declaring: &Declaring, resources: &mut Resources) {
-    declare_target(declaring.viewport.pixels(), Tiles::of_screen(declaring.viewport, declaring.tuning), resources);
+    declare_target(declaring.viewport.pixels(), Tiles::for_screen(declaring.viewport, declaring.tuning), resources);
 }
 
 impl MarchedRays {
-    /// Casts rays, each sample classified by itself.
+    /// Casts rays with post-classified samples.
     pub fn cast(
         &mut self,
         scene: &mut Scene,
         kernel: Kernel,
         step: f64,
-        gathers: Gathers,
+        gathers: RayOutput,
         target: &mut Target,
     ) -> Result<(), Error> {
         check_steps(scene, step)?;
@@ -81,11 +81,11 @@ impl MarchedRays {
         let steps = scene.steps(1);
         let sample = point_params(scene, &table, steps);
         let region = Region::marched(scene, kernel, step);
-        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let tiles = Tiles::for_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
         self.raycast.launch(
             device,
-            (layout.voxels.kind(), kernel, Rendering { depths: gathers == Gathers::Depths, ..region.rendering }),
+            (layout.voxels.kind(), kernel, Rendering { depths: gathers == RayOutput::Depths, ..region.rendering }),
             &RaycastArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -101,13 +101,13 @@ impl MarchedRays {
         )
     }
 
-    /// Gathers values, or finds an iso-surface, between planes that are a step apart.
+    /// Reduces values, or finds an iso-surface, between planes one step apart.
     pub fn cast_values(
         &mut self,
         scene: &mut Scene,
         kernel: Kernel,
         step: f64,
-        gathers: Gathers,
+        gathers: RayOutput,
         target: &mut Target,
     ) -> Result<(), Error> {
         check_steps(scene, step)?;
@@ -119,12 +119,12 @@ impl MarchedRays {
         let steps = scene.steps(1);
         let sample = point_params(scene, &table, steps);
         let region = Region::marched(scene, kernel, longest_slab(scene, step));
-        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let tiles = Tiles::for_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
         let useful = scene.field.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         self.values.launch(
             device,
-            (layout.voxels.kind(), kernel, Rendering { depths: gathers == Gathers::Depths, ..region.rendering }),
+            (layout.voxels.kind(), kernel, Rendering { depths: gathers == RayOutput::Depths, ..region.rendering }),
             &CastValuesArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -140,7 +140,7 @@ impl MarchedRays {
         )
     }
 
-    /// Slices.
+    /// Renders pre-integrated slices.
     pub fn slice(&mut self, scene: &mut Scene, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, viewport, .. } = *scene;
@@ -152,7 +152,7 @@ impl MarchedRays {
         let layout = scene.layout(AXIS)?;
         let sample = point_params(scene, &table, steps);
         let region = Region::marched(scene, Kernel::Linear, longest_slab(scene, step));
-        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let tiles = Tiles::for_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
         self.slicing.launch(
             device,
@@ -181,7 +181,7 @@ impl MarchedRays {
     pub fn cast_segments(&mut self, scene: &mut Scene, kernel: Kernel, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
-        // Here steps are what divides a layer, not samples.
+        // Layers are divided by the ray step here, not by samples per layer.
         let steps = scene.steps(1);
         let per_layer = (1.0 / step).round() as u32;
         let thinnest = step * steps.shortest();
@@ -193,7 +193,7 @@ impl MarchedRays {
         let sample = scene.sample(AXIS.frame(), classification, segment_params);
         let segments = integrals.segments(settings.extinction, Kernel::Linear, 1);
         let region = Region::marched(scene, kernel, longest_slab(scene, step));
-        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let tiles = Tiles::for_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
         self.segments.launch(
             device,
@@ -214,27 +214,27 @@ impl MarchedRays {
     }
 }
 
-/// Refuses what would take practically forever, or more steps than floats can count.
+/// Rejects steps so short that a frame would take unreasonably long, or that floats could not count them.
 fn check_steps(scene: &Scene, step: f64) -> Result<(), Error> {
     let grid = scene.field.grid();
     let steps = grid.diagonal() / (step * grid.spacing().min_element());
-    if steps <= MOST_STEPS {
+    if steps <= MAX_STEPS {
         return Ok(());
     }
     let problem = format!(
-        "a step of {step} smallest spacings cuts the volume's diagonal into {steps:.0} steps, more than {MOST_STEPS:.0}: make \
+        "a step of {step} smallest spacings cuts the volume's diagonal into {steps:.0} steps, more than {MAX_STEPS:.0}: make \
          it longer"
     );
     Err(Error::Settings { field: "step", problem })
 }
 
-/// Parameters of samples that are looked up in a table, each by itself.
+/// Parameters of post-classified samples.
 fn point_params(scene: &Scene, table: &Table, steps: Steps) -> SampleParams {
     let frame = AXIS.frame();
     scene.sample(frame, ClassificationParams::from_table(scene, table), SegmentParams::single(scene, steps, frame))
 }
 
-/// What all ways of marching need.
+/// Parameters shared by all kernels that march rays.
 fn march_params(blocks: [i32; 2], culling: bool) -> MarchParams {
     MarchParams {
         blocks,
@@ -249,8 +249,8 @@ fn march_params(blocks: [i32; 2], culling: bool) -> MarchParams {
     }
 }
 
-/// What marching from plane to plane needs, between values that are of use, planes being `step` smallest spacings apart along the
-/// central ray; other rays of a perspective cross them at an angle.
+/// Parameters for marching between planes `step` smallest spacings apart along the central ray. Other rays of a perspective
+/// projection cross the planes at an angle. Only values in the range `useful` matter.
 fn slab_params(scene: &Scene, step: f64, useful: [f32; 2], blocks: [i32; 2]) -> MarchParams {
     MarchParams {
         slice_step: slab_parameter(scene, step) as f32,
@@ -260,16 +260,16 @@ fn slab_params(scene: &Scene, step: f64, useful: [f32; 2], blocks: [i32; 2]) -> 
     }
 }
 
-/// Ray parameter from one plane to the next: the same for all rays.
+/// Difference of the ray parameter between adjacent planes; equal for all rays.
 fn slab_parameter(scene: &Scene, step: f64) -> f64 {
     let Scene { rays, field, .. } = *scene;
     let spacing = field.grid().spacing();
-    // World distance along the central ray per unit of the rays' parameter.
+    // World distance along the central ray per unit of the ray parameter.
     let depth_per_parameter = -(rays.direction[0] * spacing).dot(rays.to_eye);
     step * spacing.min_element() / depth_per_parameter
 }
 
-/// The longest way of any ray through a slab along any axis, in voxels: a corner's, since directions are affine in pixels.
+/// Longest path of any ray through a slab along any axis, in voxels. Directions are affine in pixels, so a corner ray has it.
 fn longest_slab(scene: &Scene, step: f64) -> f64 {
     let longest = scene.rays.corners(scene.viewport).iter().map(|ray| ray.direction.abs().max_element()).fold(0.0, f64::max);
     longest * slab_parameter(scene, step)

@@ -1,4 +1,4 @@
-//! Where rays of a view count.
+//! Ray clip region.
 
 use super::scene::Scene;
 use crate::device::launch::structs::Clipping;
@@ -9,41 +9,41 @@ use crate::settings::ClipPlane;
 use crate::volume::Grid;
 use glam::DVec3;
 
-/// Room for rounding where steps end.
-const LONGER: f64 = 1.01;
-/// A plane that nothing lies before: a box turned inside out would hold what lies between its faces.
-const NOTHING: (DVec3, f64) = (DVec3::ZERO, -1.0);
+/// Rounding margin for the ends of steps.
+const STEP_MARGIN: f64 = 1.01;
+/// A half-space without points. An inverted box would not do: kernels would keep what lies between its faces.
+const EMPTY_HALF_SPACE: (DVec3, f64) = (DVec3::ZERO, -1.0);
 
-/// The part of a volume in which rays count, in voxels (x, y, z): a box and planes.
+/// The part of a volume in which rays are evaluated: a box and half-spaces, in voxels (x, y, z).
 pub(super) struct Region {
     lowest: DVec3,
     highest: DVec3,
-    /// (n, d), n of unit length: n·p + d ≥ 0 counts.
+    /// Half-spaces n·p + d ≥ 0 as (n, d), n of unit length.
     planes: Vec<(DVec3, f64)>,
-    /// How rays end, and whether something that shows lies beyond the region, so that these must be cut.
+    /// Kernel permutation flags. `clipped` is set if something visible lies outside the region, so that rays must be clipped.
     pub rendering: Rendering,
 }
 
 impl Region {
-    /// For layers of a kernel's field, with so many samples per layer.
+    /// The region for layers of a kernel's field, with this number of samples per layer.
     pub fn new(scene: &Scene, kernel: Kernel, samples_per_layer: u32) -> Self {
         Self::reached(scene, kernel, samples_per_layer, f64::INFINITY)
     }
 
-    /// For rays that are marched through such a field, with steps of at most this many voxels along any axis: what lies beyond the field
-    /// by more is never met.
+    /// The region for rays marched through a kernel's field, with steps of at most `step` voxels along any axis. No step that
+    /// reaches into the field starts farther outside than that.
     pub fn marched(scene: &Scene, kernel: Kernel, step: f64) -> Self {
-        Self::reached(scene, kernel, 1, LONGER * step)
+        Self::reached(scene, kernel, 1, STEP_MARGIN * step)
     }
 
-    /// For splats that are drawn as they are, wherever the field ends or the eye is.
+    /// The region for splats. Only clipping limits it, not the end of the field or the eye.
     pub fn for_splats(scene: &Scene) -> Self {
         let clipped = !scene.settings.clipping.is_empty();
         let everything = DVec3::splat(f64::INFINITY);
         Self::cropped(scene, (-everything, everything), rendering(scene, BlendMode::Composite, clipped))
     }
 
-    /// `beyond`: how far from the field steps can begin or end that reach into it.
+    /// `beyond`: maximum distance from the field at which a step that reaches into it can begin or end.
     fn reached(scene: &Scene, kernel: Kernel, samples_per_layer: u32, beyond: f64) -> Self {
         let Scene { field, settings, .. } = scene;
         let radius = f64::from(kernel.radius());
@@ -55,11 +55,11 @@ impl Region {
             || background_shows
             || !scene.rays.all_ahead(support.0, support.1);
         let whole = if settings.blend.gathers_values() {
-            // An axis of a single voxel has no length among voxels: its layer has.
+            // An axis with a single voxel has no length between voxels; use the extent of its layer.
             let half_layer = DVec3::select(last.cmpeq(DVec3::ZERO), DVec3::splat(0.5), DVec3::ZERO);
             (-half_layer, last + half_layer)
         } else if clipped && !background_shows {
-            // Nothing shows beyond the field: to cut steps where it ends would only take from what they hold inside.
+            // Nothing outside the field is visible. Clipping steps at its end would only shorten the part inside.
             (support.0 - beyond, support.1 + beyond)
         } else {
             support
@@ -74,7 +74,7 @@ impl Region {
         Self::cropped(scene, whole, rendering(scene, blend, clipped))
     }
 
-    /// What clipping leaves of a box.
+    /// Intersects a box with the crop box and the clip planes.
     fn cropped(scene: &Scene, (mut lowest, mut highest): (DVec3, DVec3), rendering: Rendering) -> Self {
         let Scene { field, settings, .. } = scene;
         if let Some(crop) = settings.clipping.crop {
@@ -83,12 +83,12 @@ impl Region {
         let planes = if lowest.cmplt(highest).all() {
             settings.clipping.planes.iter().flatten().map(|plane| in_voxels(plane, field.grid())).collect()
         } else {
-            vec![NOTHING]
+            vec![EMPTY_HALF_SPACE]
         };
         Self { lowest, highest, planes, rendering }
     }
 
-    /// As kernels take it, in the axes of `frame`.
+    /// Kernel argument, in the axes of `frame`.
     pub fn for_kernels(&self, frame: AxisFrame) -> Clipping {
         let narrow = |p: DVec3| frame.local(p).as_vec3().to_array();
         let mut planes = [[0.0; 4]; crate::settings::Clipping::MAX_PLANES];
@@ -98,14 +98,15 @@ impl Region {
         Clipping { lowest: narrow(self.lowest), highest: narrow(self.highest), planes, plane_count: self.planes.len() as i32 }
     }
 
-    /// The same for a program of layers that may cut rays though this view's need not be: nothing is cut.
+    /// Kernel argument for layers. A general program clips rays even if this view needs no clipping; it then gets an unbounded
+    /// region.
     pub fn for_layers(&self, frame: AxisFrame) -> Clipping {
         let everything = DVec3::splat(f64::INFINITY);
         let uncut = Self { lowest: -everything, highest: everything, planes: Vec::new(), rendering: self.rendering };
         if self.rendering.clipped { self.for_kernels(frame) } else { uncut.for_kernels(frame) }
     }
 
-    /// The same along x, y, z.
+    /// Kernel argument along x, y, z.
     pub fn for_pixels(&self) -> Clipping {
         self.for_kernels(AxisFrame { u: 0, v: 1, a: 2 })
     }
@@ -117,7 +118,7 @@ fn rendering(scene: &Scene, blend: BlendMode, clipped: bool) -> Rendering {
     Rendering { blend, clipped, gradient_opacity: settings.gradient_opacity.is_some(), several_lights, depths: false }
 }
 
-/// A plane in voxels.
+/// Converts a clip plane to voxel coordinates.
 fn in_voxels(plane: &ClipPlane, grid: &Grid) -> (DVec3, f64) {
     let normal = grid.direction().transpose() * plane.normal.normalize() * grid.spacing();
     let d = -normal.dot(grid.world_to_voxel(plane.point));

@@ -1,11 +1,11 @@
-//! What is told of a frame.
+//! Frame reports.
 
 use super::plan::Plan;
 use crate::device::StageTimes;
 use crate::layers::Lattice;
 use serde::Serialize;
 
-/// What a frame was.
+/// Frame report.
 ///
 /// ```
 /// use layersplat::{Renderer, Settings};
@@ -23,15 +23,17 @@ use serde::Serialize;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct FrameReport {
-    /// The lattice, unless the frame was evaluated without one; where axes share a frame, that of the most parallel one.
+    /// The lattice; `None` if the frame was rendered without one. If several layer axes contribute to the frame, this is the
+    /// lattice of the most parallel one.
     pub lattice: Option<LatticeReport>,
-    /// What it took, if that was asked for: [`super::Renderer::measure`].
+    /// Frame statistics, if enabled by [`super::Renderer::measure`].
     pub measured: Option<Measured>,
-    /// Whether it was drawn by a more general program, since the best one is not built yet: [`super::Renderer::use_general_programs`].
+    /// Whether a more general program rendered the frame because the specialised one is not built yet; see
+    /// [`super::Renderer::use_general_programs`].
     pub general_program: bool,
 }
 
-/// What a frame took.
+/// Frame statistics.
 ///
 /// ```
 /// use layersplat::{Renderer, Settings};
@@ -55,7 +57,7 @@ pub struct FrameReport {
 pub struct Measured {
     /// Milliseconds per stage.
     pub stages: StageTimes,
-    /// Composited samples whose opacity was above 0.
+    /// Number of composited samples with an opacity above 0.
     pub active_samples: u64,
 }
 
@@ -77,15 +79,15 @@ pub struct Measured {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LatticeReport {
-    /// Samples per voxel along u and v; in a perspective, in the nearest layer.
+    /// Samples per voxel along u and v; in a perspective projection, those in the nearest layer.
     pub samples_per_voxel: [f64; 2],
-    /// Samples along u.
+    /// Number of samples along u.
     pub width: u32,
-    /// Samples along v.
+    /// Number of samples along v.
     pub height: u32,
 }
 
-/// What a frame took, whatever was planned.
+/// The part of a report that does not depend on the plan.
 #[derive(Default)]
 pub(super) struct Statistics {
     pub measured: Option<Measured>,
@@ -99,12 +101,12 @@ impl FrameReport {
             Plan::Shared(parts, _) => Some(&parts[0].0),
             _ => None,
         };
-        Self { lattice: lattice.map(LatticeReport::of), measured, general_program }
+        Self { lattice: lattice.map(LatticeReport::new), measured, general_program }
     }
 }
 
 impl LatticeReport {
-    pub(super) fn of(lattice: &Lattice) -> Self {
+    pub(super) fn new(lattice: &Lattice) -> Self {
         let [width, height] = lattice.size;
         Self { samples_per_voxel: lattice.samples_per_voxel, width, height }
     }

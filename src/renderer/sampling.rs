@@ -1,4 +1,4 @@
-//! How rays are sampled: steps, samples per layer, and segments between them.
+//! Sampling along rays: steps, samples per layer, and the segments between samples.
 
 use super::scene::Scene;
 use crate::device::launch::structs::SegmentParams;
@@ -6,31 +6,31 @@ use crate::layers::{AxisFrame, Kernel, LayerSlabs, lighting_curve, segment_ends}
 use crate::settings::{Classification, Settings};
 use glam::DVec3;
 
-/// World sizes of voxel steps along the grid's axes x, y, z, in unit distances times samples per layer.
+/// World lengths of voxel steps along the grid axes x, y, z, in unit distances, divided by the samples per layer.
 #[derive(Clone, Copy)]
 pub(super) struct Steps(pub DVec3);
 
 impl Steps {
-    /// The steps of a scene with so many samples per layer.
+    /// The steps of a scene with this number of samples per layer.
     pub fn new(scene: &Scene, samples_per_layer: u32) -> Self {
         let spacing = scene.field.grid().spacing();
         let unit = scene.settings.unit_distance.unwrap_or(spacing.min_element()) * f64::from(samples_per_layer);
         Self(spacing / unit)
     }
 
-    /// The shortest one.
+    /// The shortest of the three steps.
     pub fn shortest(self) -> f64 {
         self.0.min_element()
     }
 
-    /// Length of a sample along rays of one direction, in unit distances.
+    /// Length of a sample along rays of this shear, in unit distances.
     pub fn sample_length(self, frame: AxisFrame, shear: [f64; 2]) -> f64 {
         (DVec3::new(shear[0], shear[1], 1.0) * frame.local(self.0)).length()
     }
 }
 
 impl SegmentParams {
-    /// One sample per layer, or steps that know no layers.
+    /// One sample per layer, or steps independent of layers.
     pub(super) fn single(scene: &Scene, steps: Steps, frame: AxisFrame) -> Self {
         Self {
             samples_per_layer: [1, 0, 0],
@@ -41,7 +41,7 @@ impl SegmentParams {
         }
     }
 
-    /// Segments between samples of a kernel's field, so many per layer.
+    /// Segments between point samples of a kernel's field, `per_layer` per layer.
     pub(super) fn between_points(scene: &Scene, steps: Steps, frame: AxisFrame, kernel: Kernel, per_layer: u32) -> Self {
         let mut ends = [[0.0; 2]; Classification::MAX_POINTS as usize];
         for (n, ends) in (0..per_layer).zip(&mut ends) {
@@ -55,7 +55,7 @@ impl SegmentParams {
         }
     }
 
-    /// The sub-slabs of splatted layers.
+    /// Sub-slabs of splatted layers.
     pub(super) fn sub_slabs(scene: &Scene, steps: Steps, frame: AxisFrame, slabs: &LayerSlabs) -> Self {
         let LayerSlabs { inner, front, back } = slabs;
         Self { samples_per_layer: [inner, front, back].map(|slabs| slabs.len() as i32), ..Self::single(scene, steps, frame) }

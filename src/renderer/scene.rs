@@ -1,4 +1,4 @@
-//! The scene that every pass draws: a view of a field through a transfer function.
+//! Inputs shared by all passes: a view of a field through a transfer function.
 
 use super::classification::{Classification, Integrals, PreparationKernels, SplatList, Splatted, Table, VisibleBlocks};
 use super::field::{Field, Layout};
@@ -12,7 +12,7 @@ use crate::settings::Settings;
 use crate::viewport::Viewport;
 use std::sync::Arc;
 
-/// A view, to be drawn.
+/// A view to render.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub device: &'a Device,
@@ -21,7 +21,7 @@ pub(super) struct View<'a> {
     pub settings: &'a Settings,
 }
 
-/// A view of a field through a transfer function, to be drawn.
+/// A view of a field through a transfer function.
 pub(super) struct Scene<'a> {
     pub device: &'a Device,
     pub field: &'a Field,
@@ -33,7 +33,6 @@ pub(super) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// A view of a field through a classification.
     pub fn new(
         View { device, rays, viewport, settings }: View<'a>,
         field: &'a Field,
@@ -44,24 +43,24 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// What passes find prepared on the device.
+/// Data that passes need on the device; made on first use, then cached.
 impl Scene<'_> {
     /// The voxels for a layer axis.
     pub fn layout(&mut self, axis: Axis) -> Result<Layout, Error> {
         self.field.layout(&mut self.kernels.field, self.device, axis)
     }
 
-    /// The numbers that a kernel weights, for a layer axis.
+    /// Kernel input, voxels or B-spline coefficients, for a layer axis.
     pub fn weighted(&mut self, axis: Axis, kernel: Kernel) -> Result<Layout, Error> {
         self.field.weighted(&mut self.kernels.field, self.device, axis, kernel)
     }
 
-    /// The voxels as a Gaussian weights them, for layer axis z.
+    /// The voxels as input of the Gaussian kernel, for layer axis z.
     pub fn gaussian_layout(&mut self) -> Result<Layout, Error> {
         self.classification.gaussian_layout(self.kernels, self.device, self.field, self.settings.extinction)
     }
 
-    /// The blocks of a layer axis in which a kernel's field can show anything.
+    /// Visibility of the min-max blocks of a layer axis, for a kernel's field.
     pub fn visible_blocks(&mut self, axis: Axis, kernel: Kernel) -> Result<Arc<VisibleBlocks>, Error> {
         let Settings { extinction, blend, .. } = *self.settings;
         self.classification.visible_blocks(self.kernels, self.device, self.field, (axis, kernel), extinction, blend)
@@ -72,22 +71,23 @@ impl Scene<'_> {
         self.classification.table(self.device, self.field, self.settings.extinction, kernel)
     }
 
-    /// The integrals for segments of at least `thinnest` unit distances, so many per layer, of a kernel's field.
+    /// Segment integrals of a kernel's field, for segments of at least `thinnest` unit distances and `per_layer` segments per
+    /// layer.
     pub fn integrals(&mut self, kernel: Kernel, thinnest: f64, per_layer: u32) -> Result<Arc<Integrals>, Error> {
         self.classification.integrals(self.device, self.field, self.settings.extinction, kernel, (thinnest, per_layer))
     }
 
-    /// The integrals and the table of slicing for slabs of a thickness in unit distances.
+    /// The integrals and the slicing table for slabs of this thickness in unit distances.
     pub fn slicing_table(&mut self, thickness: f64) -> Result<(Arc<Integrals>, Arc<Buffer<Float4>>), Error> {
         self.classification.slicing_table(self.kernels, self.device, self.field, self.settings.extinction, thickness)
     }
 
-    /// The splats of sheets along an axis.
+    /// The splats of axis-aligned sheets.
     pub fn axis_splats(&mut self, axis: Axis) -> Result<Arc<SplatList>, Error> {
         self.classification.axis_splats(self.kernels, self.device, self.field, axis, self.settings.extinction)
     }
 
-    /// The splats of sheets across the view, and the layout that they are from.
+    /// The splats of image-aligned sheets, and the layout that they refer to.
     pub fn view_splats(&mut self, splatted: Splatted) -> Result<(Arc<SplatList>, Layout), Error> {
         self.classification.view_splats(self.kernels, self.device, self.field, self.settings.extinction, splatted)
     }
@@ -99,12 +99,13 @@ impl Scene<'_> {
 }
 
 impl Scene<'_> {
-    /// Length of steps with so many samples per layer.
+    /// Step lengths with this number of samples per layer.
     pub fn steps(&self, samples_per_layer: u32) -> Steps {
         Steps::new(self, samples_per_layer)
     }
 
-    /// The parameters of samples along the axes of `frame`. Kernels whose rays may differ in their axis turn them from axis z themselves.
+    /// Sample parameters along the axes of `frame`. Kernels in which each ray may have its own layer axis permute them from axis
+    /// z themselves.
     pub fn sample(&self, frame: AxisFrame, classification: ClassificationParams, segments: SegmentParams) -> SampleParams {
         let light = Lighting::new(self.settings, self.field, self.rays).params(frame);
         SampleParams { field: self.field.params(frame), classification, light, segments }

@@ -1,4 +1,4 @@
-//! The rays of screen pixels, for kernels that draw in tiles of these.
+//! Rays of screen pixels, for kernels that render in screen tiles.
 
 use super::sampling::Steps;
 use super::scene::Scene;
@@ -7,7 +7,7 @@ use crate::device::launch::structs::ScreenParams;
 use crate::layers::AxisFrame;
 use glam::DVec3;
 
-/// The rays in the axes of `frame`.
+/// Kernel argument with the rays in the axes of `frame`.
 pub(super) fn screen_params(scene: &Scene, steps: Steps, frame: AxisFrame, tiles: Tiles) -> ScreenParams {
     let Scene { rays, viewport, .. } = *scene;
     let affine = |p: &[DVec3; 3]| p.map(|v| frame.local(v).as_vec3().extend(0.0).to_array());

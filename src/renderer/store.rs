@@ -1,4 +1,4 @@
-//! Values on the device that are kept between frames: each has a key, the versions of its inputs, and the commands that wrote it.
+//! Cache of values on the device. Each has a key, the versions of its inputs, and the commands that wrote it.
 
 use crate::device::{Device, Produced, Usability};
 use crate::error::Error;
@@ -6,29 +6,29 @@ use std::any::Any;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A state of something that values are made from.
+/// Version of an input of cached values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Version {
     id: u64,
     changes: u64,
 }
 
-/// Ids of versions.
+/// Next version id.
 static NEXT_ID: AtomicU64 = AtomicU64::new(1);
 
 impl Version {
-    /// A version that nothing had before.
+    /// A unique new version.
     pub fn new() -> Self {
         Self { id: NEXT_ID.fetch_add(1, Ordering::Relaxed), changes: 0 }
     }
 
-    /// The same after so many changes. All owners that counted as many changes mean the same state.
+    /// The version after `changes` changes. Equal counts mean equal states for all owners.
     pub fn after(self, changes: u64) -> Self {
         Self { changes, ..self }
     }
 }
 
-/// The versions of what a value is made from; `None` where it does not depend on that.
+/// Versions of the inputs of a value; `None` if the value does not depend on that input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Inputs {
     pub field: Option<Version>,
@@ -37,22 +37,22 @@ pub(super) struct Inputs {
 
 /// A value that a store can keep.
 pub(super) trait Stored: Send + Sync + 'static {
-    /// Bytes on the device.
+    /// Size on the device in bytes.
     fn bytes(&self) -> usize;
 }
 
-/// What a value is: everything but the versions of its inputs.
+/// Identity of a value, apart from the versions of its inputs.
 pub(super) trait Key: PartialEq + Send + 'static {
     /// The type of the value.
     type Value: Stored;
 }
 
-/// Keeps the values that were used last, within a budget of bytes.
+/// Keeps the most recently used values within a budget in bytes.
 pub(super) struct Store {
-    /// The last one was used last.
+    /// Ordered from least to most recently used.
     entries: Vec<Entry>,
     budget: usize,
-    /// Values made so far.
+    /// Number of values made so far.
     #[cfg(test)]
     pub made: usize,
 }
@@ -63,7 +63,7 @@ struct Entry {
     value: Arc<dyn Any + Send + Sync>,
     bytes: usize,
     produced: Produced,
-    /// Whether another sequence of commands uses the value, too: it must not be written again.
+    /// Whether another command sequence also uses the value; it must not be overwritten then.
     shared: bool,
 }
 
@@ -74,7 +74,7 @@ impl Entry {
 }
 
 impl Store {
-    /// `budget` in bytes. The newest value stays even if it is larger.
+    /// `budget` is in bytes. The newest value is kept even if it is larger.
     pub fn new(budget: usize) -> Self {
         Self {
             entries: Vec::new(),
@@ -84,7 +84,7 @@ impl Store {
         }
     }
 
-    /// The value of a key for these inputs, if the frame of this device handle may use it.
+    /// The value of a key for these inputs, if commands of this device handle may use it.
     pub fn get<K: Key>(&mut self, device: &Device, key: &K, inputs: Inputs) -> Result<Option<Arc<K::Value>>, Error> {
         let mut n = 0;
         while n < self.entries.len() {
@@ -108,7 +108,7 @@ impl Store {
         Ok(None)
     }
 
-    /// The value of a key for older inputs, of as many bytes, to be written again; it is no longer kept.
+    /// Removes the value of a key for older inputs and returns it for overwriting, if it has this size and nothing else uses it.
     pub fn reuse<K: Key>(&mut self, device: &Device, key: &K, inputs: Inputs, bytes: usize) -> Option<Arc<K::Value>> {
         let found = self.entries.iter().position(|entry| entry.inputs != inputs && entry.has(key))?;
         let entry = self.entries.remove(found);
@@ -116,8 +116,8 @@ impl Store {
         entry.value.downcast().ok().filter(|_| fits)
     }
 
-    /// Keeps a value, in place of those of the same key and older inputs. Of the same inputs there may be another one, which depends on
-    /// events that have not completed.
+    /// Keeps a value and drops values of the same key with older inputs. There may be another value with the same inputs, which
+    /// depends on events that have not completed.
     pub fn keep<K: Key>(&mut self, key: K, inputs: Inputs, produced: Produced, value: impl Into<Arc<K::Value>>) -> Arc<K::Value> {
         #[cfg(test)]
         {
@@ -137,7 +137,7 @@ impl Store {
         value
     }
 
-    /// Drops all values, to make room for others.
+    /// Drops all values to free memory.
     pub fn clear(&mut self) {
         self.entries.clear();
     }
@@ -174,7 +174,7 @@ mod tests {
             .with_own_sequence()
     }
 
-    fn of_field(version: Version) -> Inputs {
+    fn field_inputs(version: Version) -> Inputs {
         Inputs { field: Some(version), ..Inputs::default() }
     }
 
@@ -186,9 +186,9 @@ mod tests {
         let get = |store: &mut Store, n| store.get(&device, &Number(n), inputs).unwrap();
         keep(&mut store, 1, 10);
         store.keep(Name(1), inputs, Produced::by_host(), vec![9; 10]);
-        assert_eq!(get(&mut store, 1).unwrap()[0], 1, "keys of another type are other keys");
+        assert_eq!(get(&mut store, 1).unwrap()[0], 1, "keys of different types differ");
         keep(&mut store, 2, 10);
-        assert!(store.get(&device, &Name(1), inputs).unwrap().is_none(), "it was used before the others");
+        assert!(store.get(&device, &Name(1), inputs).unwrap().is_none(), "it was least recently used");
         assert!(get(&mut store, 1).is_some() && get(&mut store, 2).is_some());
         keep(&mut store, 3, 100);
         assert!(get(&mut store, 2).is_none() && get(&mut store, 3).is_some(), "the newest stays");
@@ -199,23 +199,23 @@ mod tests {
     #[test]
     fn values_of_older_inputs_are_written_again() {
         let (device, first) = (device(), Version::new());
-        let [old, new] = [first, first.after(1)].map(of_field);
+        let [old, new] = [first, first.after(1)].map(field_inputs);
         assert_ne!(Version::new(), first);
         let mut store = Store::new(100);
         let value = store.keep(Number(1), old, device.produced().unwrap(), vec![1; 10]);
-        assert!(store.reuse(&device, &Number(1), old, 10).is_none(), "its inputs are what they were");
+        assert!(store.reuse(&device, &Number(1), old, 10).is_none(), "its inputs are unchanged");
         assert!(store.get(&device, &Number(1), new).unwrap().is_none());
         let reused = store.reuse(&device, &Number(1), new, 10).unwrap();
         assert!(Arc::ptr_eq(&value, &reused) && store.get(&device, &Number(1), old).unwrap().is_none());
         store.keep(Number(1), new, device.produced().unwrap(), reused);
         assert!(Arc::ptr_eq(&value, &store.get(&device, &Number(1), new).unwrap().unwrap()));
-        assert!(store.reuse(&device, &Number(1), old, 11).is_none(), "another size is another buffer");
+        assert!(store.reuse(&device, &Number(1), old, 11).is_none(), "a different size needs another buffer");
     }
 
     #[test]
     fn a_value_that_another_sequence_uses_is_not_written_again() {
         let (device, first) = (device(), Version::new());
-        let [old, new] = [first, first.after(1)].map(of_field);
+        let [old, new] = [first, first.after(1)].map(field_inputs);
         let mut store = Store::new(100);
         store.keep(Number(1), old, device.produced().unwrap(), vec![1; 10]);
         let other = device.with_own_sequence();

@@ -1,4 +1,4 @@
-//! What renderers keep and share.
+//! Caching and sharing in renderers.
 
 use super::field::Placement;
 use super::*;
@@ -25,7 +25,7 @@ fn camera(volume: &Volume, viewport: Viewport, azimuth: f64) -> Camera {
     Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit)
 }
 
-/// A renderer, and two views of different layer axes.
+/// A renderer, and two views with different layer axes.
 fn renderer() -> (Renderer, [Camera; 2], Viewport) {
     let (volume, transfer) = hydrogen("24");
     let viewport = Viewport::new(40, 32).unwrap();
@@ -33,20 +33,20 @@ fn renderer() -> (Renderer, [Camera; 2], Viewport) {
     (Renderer::new(&device(), &volume, &transfer).unwrap(), cameras, viewport)
 }
 
-/// Values that a renderer has made.
+/// Number of values that a renderer has made.
 fn made(renderer: &Renderer) -> usize {
     renderer.engine.field.made() + renderer.engine.classification.made()
 }
 
 #[test]
-fn renderers_go_from_thread_to_thread() {
+fn renderers_can_move_between_threads() {
     fn movable<T: Send>() {}
     movable::<Renderer>();
 }
 
-/// Dragging in `draft` and letting go in `high`, lit and unlit, from several sides, again and again.
+/// Repeated dragging in `draft` and resting in `high`, lit and unlit, from several sides.
 #[test]
-fn what_was_made_once_is_not_made_again() {
+fn derived_data_are_made_once() {
     let (mut renderer, cameras, viewport) = renderer();
     let unlit = |settings: Settings| Settings { shading: None, ..settings };
     let drag = |renderer: &mut Renderer| {
@@ -63,18 +63,18 @@ fn what_was_made_once_is_not_made_again() {
     assert_eq!(made(&renderer), before);
     renderer.set_transfer_function(&renderer.transfer_function().clone());
     drag(&mut renderer);
-    assert_eq!(made(&renderer), before, "the same transfer function again is no other");
+    assert_eq!(made(&renderer), before, "setting an equal transfer function changes nothing");
 }
 
-/// What is made from the voxels alone is made once for all renderers, also in bytes on the device.
+/// Data derived from the voxels alone are made once for all renderers, also measured in bytes on the device.
 #[test]
-fn renderers_of_an_uploaded_volume_share_what_is_made_from_it() {
+fn renderers_of_an_uploaded_volume_share_derived_data() {
     let (volume, transfer) = hydrogen("40");
     let viewport = Viewport::new(40, 32).unwrap();
     let device = device().with_memory(u64::MAX - 1);
     let uploaded = UploadedVolume::new(&device, &volume).unwrap();
-    let mut renderers = [0.5, 1.0].map(|share| Renderer::of(&uploaded, &transfer.faded(share).unwrap()).unwrap());
-    // Along x, in the B-spline's coefficients: a layout, and two times four bytes per voxel.
+    let mut renderers = [0.5, 1.0].map(|share| Renderer::from_uploaded(&uploaded, &transfer.faded(share).unwrap()).unwrap());
+    // The B-spline along x needs coefficients and their layout: twice four bytes per voxel.
     let (along_x, settings) = (camera(&volume, viewport, 80.0), Quality::High.settings());
     let mut grown = renderers.each_mut().map(|renderer| {
         let before = device.taken_bytes();
@@ -84,7 +84,7 @@ fn renderers_of_an_uploaded_volume_share_what_is_made_from_it() {
     let coefficients = 2 * size_of::<f32>() * volume.grid().voxel_count();
     assert!(grown[0] > coefficients as u64, "{grown:?}");
     assert!(grown[1] < grown[0] - coefficients as u64, "{grown:?}: the second has only its tables and pictures");
-    // The test notices renderers that share nothing.
+    // Check that the test detects renderers that share nothing.
     let before = device.taken_bytes();
     let mut alone = Renderer::new(&device, &volume, &transfer).unwrap();
     alone.render(&along_x, viewport, &settings).unwrap();
@@ -93,7 +93,7 @@ fn renderers_of_an_uploaded_volume_share_what_is_made_from_it() {
 }
 
 #[test]
-fn another_volume_takes_the_place_of_the_last_one() {
+fn a_new_volume_replaces_the_previous_one() {
     let device = device();
     let viewport = Viewport::new(40, 32).unwrap();
     let [(first, transfer), (second, _), (smaller, _)] = ["24", "24x20x22", "12"].map(hydrogen);
@@ -101,7 +101,7 @@ fn another_volume_takes_the_place_of_the_last_one() {
     let settings = Settings::default();
     renderer.render(&camera(&first, viewport, 20.0), viewport, &settings).unwrap();
     let volumes = [&second, &smaller, &first];
-    // Views differ in their programs: these are built now.
+    // Views need different programs; build them now.
     let expected = volumes.map(|volume| {
         let camera = camera(volume, viewport, 20.0);
         Renderer::new(&device, volume, &transfer).unwrap().render(&camera, viewport, &settings).unwrap().0
@@ -115,18 +115,18 @@ fn another_volume_takes_the_place_of_the_last_one() {
     }
     assert_eq!(device.programs(), programs, "no program is built again");
     assert_eq!(renderer.engine.field.voxel_buffer(), buffer, "the voxels are in the buffer of the first volume");
-    // One that was uploaded meanwhile, and one that another renderer uses.
+    // A volume uploaded in the meantime, and one that another renderer uses.
     let uploaded = UploadedVolume::new(&device, &second).unwrap();
     let camera = camera(&second, viewport, 20.0);
-    let expected = Renderer::of(&uploaded, &transfer).unwrap().render(&camera, viewport, &settings).unwrap().0;
+    let expected = Renderer::from_uploaded(&uploaded, &transfer).unwrap().render(&camera, viewport, &settings).unwrap().0;
     renderer.set_uploaded_volume(&uploaded).unwrap();
     assert!(renderer.render(&camera, viewport, &settings).unwrap().0 == expected);
     renderer.set_volume(&smaller).unwrap();
-    let shared = Renderer::of(&uploaded, &transfer).unwrap().render(&camera, viewport, &settings).unwrap().0;
+    let shared = Renderer::from_uploaded(&uploaded, &transfer).unwrap().render(&camera, viewport, &settings).unwrap().0;
     assert!(shared == expected, "voxels that others use are not overwritten");
 }
 
-/// Another range takes other tables.
+/// A different range needs different tables.
 #[test]
 fn another_volume_brings_its_own_range() {
     let device = device();
@@ -146,9 +146,9 @@ fn another_volume_brings_its_own_range() {
     assert!(renderer.render(&camera, viewport, &settings).unwrap().0 == expected && before != expected);
 }
 
-/// Values that earlier frames left make room where memory is short.
+/// Cached data of earlier frames are dropped if memory is insufficient.
 #[test]
-fn what_earlier_frames_left_gives_way() {
+fn cached_data_are_dropped_if_memory_is_insufficient() {
     let (volume, transfer) = hydrogen("40");
     let viewport = Viewport::new(40, 32).unwrap();
     let cameras = [20.0, 80.0].map(|azimuth| camera(&volume, viewport, azimuth));
@@ -171,10 +171,10 @@ fn what_earlier_frames_left_gives_way() {
     assert!(matches!(refused, Err(Error::MemoryBudget { .. })));
 }
 
-/// Layers so far apart that the distance from one to another in bytes is more than an int counts: rays gather the same voxels there.
+/// Layers whose distance in bytes exceeds an int: rays sample the same voxels there.
 #[test]
 fn voxels_far_apart() {
-    /// Rows that a layer would have; 6 layers of it are 2.3 GB, which are never touched but for the few rows that there are.
+    /// Row count that sets the layer distance. 6 layers are 2.3 GB, of which only a few rows are touched.
     const ROWS: usize = 42_000_000;
     const DIMS: [usize; 3] = [9, 8, 6];
     let device = device();
@@ -183,7 +183,7 @@ fn voxels_far_apart() {
     let volume = Volume::new("far", grid, bytes.as_slice()).unwrap();
     let transfer = TransferFunction::builtin("fire", &volume).unwrap();
     let viewport = Viewport::new(24, 20).unwrap();
-    // Across the layers, so that the rays of a vector are in several.
+    // A view across the layers, so that the rays of a vector are in several layers.
     let orbit = Orbit { azimuth: 85.0, elevation: 8.0, roll: 70.0 };
     let camera = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
     let mut renderer = Renderer::new(&device, &volume, &transfer).unwrap();
@@ -194,19 +194,19 @@ fn voxels_far_apart() {
     let near = frames(&mut renderer);
     assert!(near.iter().all(|frame| frame.pixels().iter().any(|p| p[3] > 0.1)));
     let layer = DIMS[0] * DIMS[1];
-    // Layers of so many rows lie where those of the buffer do; min-max blocks are kept from before.
+    // Layers of this many rows match the buffer; the min-max blocks are cached from before.
     let placed = Placement::dense([DIMS[0], ROWS, DIMS[2]]);
     match VoxelBuffer::with_gaps(&device, bytes.chunks(layer), DIMS[0] * ROWS) {
         Ok(voxels) => {
             assert!(voxels.kind().far);
             renderer.engine.field.exchange(voxels, placed);
         }
-        Err(e) => return eprintln!("SKIPPED: this device has no room for voxels far apart: {e}"),
+        Err(e) => return eprintln!("SKIPPED: not enough device memory for voxels far apart: {e}"),
     }
-    assert!(frames(&mut renderer) == near, "voxels far apart are other ones");
+    assert!(frames(&mut renderer) == near, "voxels far apart differ");
 }
 
-/// A frame that failed after its first kernel: the report of the next one has none of its stages.
+/// After a frame fails behind its first kernel, the next report contains none of its stages.
 #[test]
 fn a_failed_frame_leaves_nothing_to_the_next() {
     let (mut renderer, [camera, _], viewport) = renderer();

@@ -1,4 +1,4 @@
-//! Pictures in textures of OpenGL's.
+//! Pictures in OpenGL textures.
 
 use super::{FrameReport, Renderer};
 use crate::camera::Camera;
@@ -10,9 +10,9 @@ use crate::settings::Settings;
 use crate::viewport::Viewport;
 use std::num::NonZeroU32;
 
-/// A 2D texture of the caller's, of `GL_RGBA8`, that pictures fill: level 0, its first row the picture's top.
+/// The caller's 2D texture of format `GL_RGBA8` that receives pictures: level 0, first row at the top of the picture.
 ///
-/// It does not own the texture; drop it before that is deleted, and make it anew when its storage is.
+/// This does not own the texture. Drop it before the texture is deleted, and create it anew when the storage of the texture is.
 ///
 /// ```no_run
 /// # use layersplat::{Background, Camera, Device, DeviceChoice, Error, Settings, TransferFunction, Volume};
@@ -39,27 +39,27 @@ pub struct GlTexture {
 }
 
 impl GlTexture {
-    /// For pictures of a device, in a thread that has the texture's context current. Where the device does not
-    /// [share with it](Device::open_with_gl), pictures go through the host, which is said once per device.
+    /// Registers a texture for pictures of a device. The texture's context must be current in the calling thread. If the device
+    /// does not [share with the context](Device::open_with_gl), pictures go through the host; this is logged once per device.
     ///
     /// # Errors
-    /// No context that is current, and what is no 2D texture of `GL_RGBA8`.
+    /// If no context is current, or if the name is not a 2D texture of format `GL_RGBA8`.
     pub fn new(device: &Device, functions: &GlFunctions, name: NonZeroU32) -> Result<Self, Error> {
         let size = functions.size(name)?;
         Ok(Self { functions: functions.clone(), name, size, shared: device.share_texture(name) })
     }
 
-    /// Of the texture, and so of the pictures.
+    /// Size of the texture and of its pictures.
     pub fn size(&self) -> Viewport {
         self.size
     }
 
-    /// Whether pictures go there on the device; else they go through the host.
+    /// Whether pictures are written to the texture on the device; otherwise they go through the host.
     pub fn is_shared(&self) -> bool {
         self.shared.is_some()
     }
 
-    /// Refuses a texture that is not any more what was handed over.
+    /// Rejects a texture whose size has changed.
     fn check(&self) -> Result<(), Error> {
         let size = self.functions.size(self.name)?;
         if size == self.size {
@@ -71,12 +71,13 @@ impl GlTexture {
 }
 
 impl Renderer {
-    /// Renders a finished 8-bit picture that fills a texture, the bits of [`render_rgba8`](Self::render_rgba8): on the device where it
-    /// shares the texture, else through the host. When this returns, the picture is there. The thread has the texture's context current,
-    /// whose state is as before.
+    /// Renders a finished 8-bit picture into a texture, identical to that of [`render_rgba8`](Self::render_rgba8). It is written
+    /// on the device if that shares the texture, otherwise through the host. The picture is complete when this returns. The
+    /// texture's context must be current in the calling thread; its state is preserved.
     ///
     /// # Errors
-    /// No context that is current; a texture that has changed, or that another device shares; all that [`render`](Self::render) refuses.
+    /// If no context is current, if the texture has changed or is shared by another device, and everything that
+    /// [`render`](Self::render) rejects.
     pub fn render_into_texture(
         &mut self,
         camera: &Camera,
@@ -92,7 +93,7 @@ impl Renderer {
             return Ok(report);
         };
         let (_, report) = self.render_displayed(camera, *size, settings, background, |device, picture| {
-            // Neither waits for the other by itself, but where both offer extensions for that.
+            // OpenGL and OpenCL wait for each other only with extensions that both must support.
             functions.finish()?;
             shared.receive(device, picture, *size)?;
             device.finish()

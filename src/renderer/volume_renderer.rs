@@ -1,4 +1,4 @@
-//! One interface for every way to render a volume: as a whole, streamed, or with other processes.
+//! Common interface of all volume renderers: whole, streamed and distributed.
 
 use super::report::FrameReport;
 use super::streamed::{StreamPlan, StreamedRenderer};
@@ -13,8 +13,8 @@ use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
 use std::time::Duration;
 
-/// Renders a volume of lifetime `'v`: a [`Renderer`] that holds all of it, a [`StreamedRenderer`] within a budget of memory, or a renderer
-/// in several processes. [`volume_renderer`] chooses between the first two.
+/// Renders a volume of lifetime `'v`. Implementations are [`Renderer`], which holds the whole volume, [`StreamedRenderer`], which
+/// works within a memory budget, and the renderer of several processes. [`volume_renderer`] chooses between the first two.
 ///
 /// ```
 /// use layersplat::Settings;
@@ -26,7 +26,7 @@ use std::time::Duration;
 /// # let orbit = layersplat::Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 };
 /// # let camera = layersplat::Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, orbit);
 ///
-/// // The same picture, whatever the memory.
+/// // The picture does not depend on the memory.
 /// let mut pictures = Vec::new();
 /// for device in [device.clone(), device.with_memory(900_000)] {
 ///     let mut renderer = volume_renderer(&device, &volume, &transfer)?;
@@ -36,44 +36,44 @@ use std::time::Duration;
 /// # Ok::<(), layersplat::Error>(())
 /// ```
 pub trait VolumeRenderer<'v> {
-    /// Takes another transfer function from the next frame on.
+    /// Replaces the transfer function, from the next frame on.
     fn set_transfer_function(&mut self, transfer: &TransferFunction);
 
     /// The transfer function in use.
     fn transfer_function(&self) -> &TransferFunction;
 
-    /// Takes another volume from the next frame on, of any size, type and range.
+    /// Replaces the volume, from the next frame on. Size, type and range may differ.
     ///
     /// # Errors
-    /// A device without enough memory, and bricks of processes that do not make up a volume.
+    /// If device memory is insufficient, or if the bricks of the processes do not form a volume.
     fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error>;
 
-    /// Where the voxels lie in the world.
+    /// The grid that places the voxels in the world.
     fn grid(&self) -> &Grid;
 
-    /// Whether the reports of frames say what these took, from the next one on. Several processes measure nothing here.
+    /// Enables frame statistics in reports, from the next frame on. A renderer of several processes ignores this.
     fn measure(&mut self, measuring: bool);
 
     /// Limits the time of a frame, from the next one on.
     fn limit(&mut self, longest: Option<Duration>);
 
-    /// Lets another thread cancel frames, from the next one on, or no longer.
+    /// Sets the handle with which another thread can cancel frames, from the next frame on; `None` removes it.
     fn set_cancel(&mut self, cancel: Option<Cancel>);
 
-    /// How a view would be streamed; `None` where all voxels are on the device at once.
+    /// The streaming plan of a view; `None` if all voxels are on the device at once.
     ///
     /// # Errors
     /// Those of [`render`](Self::render).
     fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error>;
 
-    /// Renders a picture: premultiplied floats, without a background. Of several processes one has it.
+    /// Renders a picture as premultiplied floats, without a background. With several processes, one of them returns it.
     ///
     /// # Errors
-    /// Wrong settings, views that need the whole volume where it is not at hand, and what fails on the device.
+    /// Invalid settings, views that need the whole volume if it is not available, and failures of the device.
     fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings)
     -> Result<(Option<Frame>, FrameReport), Error>;
 
-    /// Renders a finished 8-bit RGBA picture, row by row, row 0 on top. Of several processes one has it.
+    /// Renders a finished 8-bit RGBA picture, row by row, row 0 on top. With several processes, one of them returns it.
     ///
     /// # Errors
     /// Those of [`render`](Self::render).
@@ -88,10 +88,10 @@ pub trait VolumeRenderer<'v> {
         Ok((frame.map(|frame| frame.to_rgba8(background)), report))
     }
 
-    /// How far away is what a picture shows ([`Renderer::depths`]).
+    /// Depths of the visible surfaces of a picture; see [`Renderer::depths`].
     ///
     /// # Errors
-    /// Where not all voxels are on one device: rays need all of them.
+    /// If not all voxels are on one device, because rays need all of them.
     fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error>;
 
     /// Builds the kernels and tables for frames like this one, and waits for them. A [`Renderer`] also prepares the other layer axes
@@ -103,8 +103,8 @@ pub trait VolumeRenderer<'v> {
         self.render(camera, viewport, settings).map(|_| ())
     }
 
-    /// The renderer of the whole volume, which can do more: enqueue frames into memory of the caller, for instance. `None` where the volume
-    /// is streamed or shared.
+    /// The underlying [`Renderer`] if it holds the whole volume; `None` if the volume is streamed or distributed. It has more
+    /// features, such as enqueueing frames into the caller's memory.
     fn whole(&mut self) -> Option<&mut Renderer> {
         None
     }
@@ -118,11 +118,11 @@ pub trait VolumeRenderer<'v> {
     }
 }
 
-/// Renders a volume on a device: as a whole, or streamed where the memory of the device handle is bounded ([`Device::with_memory`]) or the
-/// device has no buffer that is large enough.
+/// Creates a renderer for a volume on a device. The volume is streamed if the device handle has a memory budget
+/// ([`Device::with_memory`]) or if no single buffer of the device is large enough; otherwise it is held as a whole.
 ///
 /// # Errors
-/// A device without enough memory for the volume.
+/// If device memory is insufficient for the volume.
 pub fn volume_renderer<'v>(
     device: &Device,
     volume: &Volume<'v>,

@@ -1,4 +1,4 @@
-//! Programs of frames to come, built in the background.
+//! Building the programs of future frames in the background.
 
 use super::classification::SegmentNeeds;
 use super::frame::Output;
@@ -14,24 +14,25 @@ use crate::volume::Grid;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// Degrees about the y axis of representative views: near each layer axis, between two, and exactly there.
+/// Azimuths of representative views in degrees about the y axis: near each layer axis, between two axes, and exactly along them.
 const AZIMUTHS: [f64; 6] = [0.0, 20.0, 45.0, 70.0, 90.0, 200.0];
-/// Degrees above the xz plane.
+/// Elevations above the xz plane in degrees.
 const ELEVATIONS: [f64; 4] = [0.0, 20.0, 45.0, 80.0];
-/// Degrees about the view: upright, which lattices can follow, and not.
+/// Rolls in degrees: upright, to which lattices can align, and rolled.
 const ROLLS: [f64; 2] = [0.0, 10.0];
-/// How many times larger than a view that all of the volume fits into.
+/// Magnifications relative to a view that fits the whole volume.
 const ZOOMS: [f64; 12] = [0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 13.0, 20.0];
-/// Eyes of perspectives, in distances from which all of the volume fits into the picture: from far to inside.
+/// Eye distances of perspective projections, relative to the distance that fits the whole volume: from far away to inside.
 const DISTANCES: [f64; 6] = [4.0, 1.0, 0.6, 0.4, 0.25, 0.1];
 
-/// Frames that a caller may want to draw, for [`Renderer::warm_up`]: sets of settings, each with all views and all transfer functions.
+/// Frames expected by the caller, for [`Renderer::warm_up`]: sets of settings, each combined with all views and all transfer
+/// functions.
 ///
 /// ```
 /// use layersplat::renderer::ExpectedFrames;
 /// use layersplat::{Quality, Settings, Viewport};
 ///
-/// // A viewer that drags in `draft`, rests in `standard`, has a perspective of 30° and lets its user edit the transfer function.
+/// // A viewer that drags in `draft`, rests in `standard`, uses a 30° perspective and lets the user edit the transfer function.
 /// let settings = [Settings::default(), Quality::Draft.settings()];
 /// let expected = ExpectedFrames::new(&settings, Viewport::new(640, 480)?);
 /// let expected = expected.with_parallel_views().with_perspective_views(30.0).with_any_transfer_function();
@@ -48,7 +49,7 @@ pub struct ExpectedFrames {
 }
 
 impl ExpectedFrames {
-    /// Frames of a size with these settings, no views yet.
+    /// Frames of this size with these settings, initially without views.
     pub fn new(settings: &[Settings], viewport: Viewport) -> Self {
         Self {
             settings: settings.to_vec(),
@@ -60,31 +61,32 @@ impl ExpectedFrames {
         }
     }
 
-    /// And these views.
+    /// Adds these views.
     pub fn with_cameras(mut self, cameras: &[Camera]) -> Self {
         self.cameras.extend_from_slice(cameras);
         self
     }
 
-    /// And parallel views from all sides, from far and near.
+    /// Adds parallel projections from all directions, at many magnifications.
     pub fn with_parallel_views(mut self) -> Self {
         self.parallel = true;
         self
     }
 
-    /// And perspectives of a vertical field of view in degrees, between 0 and 180 exclusive, from all sides, outside and inside the volume.
+    /// Adds perspective projections from all directions, from outside and inside the volume. `field_of_view` is vertical, in
+    /// degrees, between 0 and 180 exclusive.
     pub fn with_perspective_views(mut self, field_of_view: f64) -> Self {
         self.fields_of_view.push(field_of_view);
         self
     }
 
-    /// With every transfer function, not only the one in use: up to four times as many programs.
+    /// Covers every transfer function, not only the current one: up to four times as many programs.
     pub fn with_any_transfer_function(mut self) -> Self {
         self.any_transfer_function = true;
         self
     }
 
-    /// All cameras, the caller's first.
+    /// All cameras, beginning with the caller's.
     fn all_cameras(&self, grid: &Grid) -> Vec<Camera> {
         let (centre, diagonal, viewport) = (grid.centre(), grid.diagonal(), self.viewport);
         let mut cameras = self.cameras.clone();
@@ -109,51 +111,51 @@ fn orbits() -> impl Iterator<Item = Orbit> {
     AZIMUTHS.into_iter().flat_map(raised)
 }
 
-/// A parallel view, larger.
+/// Magnifies a parallel projection.
 fn zoomed(camera: Camera, zoom: f64) -> Camera {
     let Projection::Parallel { scale } = camera.projection else { return camera };
     Camera { projection: Projection::Parallel { scale: scale / zoom }, ..camera }
 }
 
-/// A renderer whose frames are not drawn, and where the kernels are taken down that they would start.
-struct Understudy {
+/// A renderer whose frames only record the kernels that they would launch.
+struct RehearsalRenderer {
     renderer: Renderer,
     rehearsal: Arc<Rehearsal>,
 }
 
 impl Renderer {
-    /// Builds in the background what these frames need, and calls `on_ready` when all of it is there; or with the reason why it could not
-    /// be found (settings or cameras that frames refuse), or why the first program that failed could not be built. Frames can be drawn
-    /// meanwhile; what they need and is not there yet is built for them, as without this call.
+    /// Builds the programs of the expected frames in the background and calls `on_ready` when all are ready. On failure
+    /// `on_ready` receives the error: invalid settings or cameras, or the first program that failed to build. Frames can be
+    /// rendered meanwhile; missing programs are then built on demand.
     ///
-    /// Programs belong to the [`Device`](crate::Device): all its renderers have them. When the last of its clones and renderers is dropped,
-    /// what has not begun is given up. `on_ready` is called on another thread. A forced layer axis that does not reach one of the views is
-    /// no error.
+    /// Programs belong to the [`Device`](crate::Device) and are shared by all its renderers. When the last clone of the device
+    /// and its last renderer are dropped, builds that have not started are cancelled. `on_ready` is called on another thread.
+    /// Views that a forced layer axis cannot render are ignored.
     pub fn warm_up(&self, expected: &ExpectedFrames, on_ready: impl FnOnce(Result<(), Error>) + Send + 'static) -> ProgramBuilds {
         let any = SegmentNeeds::ALL.map(Some);
         let more = if expected.any_transfer_function { any.as_slice() } else { &[] };
-        let understudies: Vec<_> = [None].iter().chain(more).map(|&needs| self.understudy(needs)).collect();
+        let renderers: Vec<_> = [None].iter().chain(more).map(|&needs| self.rehearsal_renderer(needs)).collect();
         let expected = expected.clone();
-        self.engine.device.build_ahead(move || kernels(understudies, &expected), on_ready)
+        self.engine.device.build_ahead(move || kernels(renderers, &expected), on_ready)
     }
 
-    /// A renderer of the same volume for frames that are not drawn.
-    fn understudy(&self, needs: Option<SegmentNeeds>) -> Understudy {
+    /// A renderer of the same volume that only records launches.
+    fn rehearsal_renderer(&self, needs: Option<SegmentNeeds>) -> RehearsalRenderer {
         let (engine, rehearsal) = self.engine.for_rehearsal(needs);
-        Understudy { renderer: Self { engine }, rehearsal }
+        RehearsalRenderer { renderer: Self { engine }, rehearsal }
     }
 }
 
-/// The kernels of all frames: general programs first, then those of the transfer function in use, in the order of the settings.
-fn kernels(mut understudies: Vec<Understudy>, expected: &ExpectedFrames) -> Result<Vec<KernelRequest>, Error> {
+/// The kernels of all frames: general programs first, then those of the current transfer function, in the order of the settings.
+fn kernels(mut renderers: Vec<RehearsalRenderer>, expected: &ExpectedFrames) -> Result<Vec<KernelRequest>, Error> {
     let (mut best, mut general) = (Vec::new(), Vec::new());
     let mut known = HashSet::new();
-    for understudy in &mut understudies {
-        let cameras = expected.all_cameras(understudy.renderer.grid());
+    for rehearsing in &mut renderers {
+        let cameras = expected.all_cameras(rehearsing.renderer.grid());
         for settings in &expected.settings {
             for camera in &cameras {
-                understudy.rehearse(camera, expected.viewport, settings)?;
-                let launched = understudy.rehearsal.take();
+                rehearsing.rehearse(camera, expected.viewport, settings)?;
+                let launched = rehearsing.rehearsal.take();
                 general.extend(launched.general.into_iter().filter(|kernel| known.insert(kernel.clone())));
                 best.extend(launched.best.into_iter().filter(|kernel| known.insert(kernel.clone())));
             }
@@ -164,8 +166,8 @@ fn kernels(mut understudies: Vec<Understudy>, expected: &ExpectedFrames) -> Resu
     Ok(general)
 }
 
-impl Understudy {
-    /// Goes through a frame, as floats and as an 8-bit picture.
+impl RehearsalRenderer {
+    /// Records the launches of a frame, as a float picture and as an 8-bit picture.
     fn rehearse(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
         let renderer = &mut self.renderer;
         let planned = match renderer.planned(camera, viewport, settings) {
@@ -173,7 +175,7 @@ impl Understudy {
             planned => planned?,
         };
         let outputs = [Output::Rgba8(Background::BLACK), Output::Floats];
-        // Without a lattice, pictures of 8 bits take all that those in floats do.
+        // Without a lattice, the kernels of an 8-bit picture include those of a float picture.
         let count = if matches!(planned.plan, Plan::Lattice(..)) { 2 } else { 1 };
         outputs.into_iter().take(count).try_for_each(|output| renderer.run(&planned, output, |_, _| Ok(())).map(drop))
     }
@@ -212,7 +214,7 @@ mod tests {
             Camera::fit_parallel(grid.centre(), grid.diagonal(), VIEWPORT, Orbit { azimuth, elevation: 20.0, roll })
         }
 
-        /// The frames of benches/stalls, and what else makes programs of its own.
+        /// The frames of benches/stalls, and others with programs of their own.
         fn frames(&self) -> Vec<(Camera, Settings)> {
             let (view, standard) = (self.camera(30.0, 0.0), Settings::default());
             let layered = |classification| Settings::from(Layered { classification, ..Layered::default() });
@@ -249,20 +251,20 @@ mod tests {
         }
     }
 
-    /// What compilers are given, by kernel.
+    /// Kernel name, build options and work-group size.
     type Programs = BTreeSet<(String, String, usize)>;
 
     #[test]
-    fn a_rehearsal_starts_the_kernels_of_the_frame() {
+    fn a_rehearsal_records_the_kernels_of_the_frame() {
         let scene = Scene::new();
         for (camera, settings) in scene.frames() {
             let device = device();
             let mut renderer = Renderer::new(&device, &scene.volume, &scene.transfer).unwrap();
             let expected = ExpectedFrames::new(&[settings], VIEWPORT).with_cameras(&[camera]);
-            let rehearsed = kernels(vec![renderer.understudy(None)], &expected).unwrap();
+            let rehearsed = kernels(vec![renderer.rehearsal_renderer(None)], &expected).unwrap();
             let in_rehearsal: Programs =
                 rehearsed.iter().map(|kernel| (kernel.kernel.to_string(), kernel.options(), kernel.group)).collect();
-            assert!(device.started().is_empty() && device.programs() == 0, "a rehearsal starts nothing");
+            assert!(device.started().is_empty() && device.programs() == 0, "a rehearsal launches nothing");
             renderer.render(&camera, VIEWPORT, &settings).unwrap();
             renderer.render_rgba8(&camera, VIEWPORT, &settings, Background::BLACK).unwrap();
             let in_frame: Programs =
@@ -276,9 +278,9 @@ mod tests {
         let (scene, device) = (Scene::new(), device());
         let renderer = Renderer::new(&device, &scene.volume, &scene.transfer).unwrap();
         let before = device.allocated_bytes();
-        let mut understudy = renderer.understudy(None);
+        let mut rehearsing = renderer.rehearsal_renderer(None);
         for (camera, settings) in scene.frames() {
-            understudy.rehearse(&camera, VIEWPORT, &settings).unwrap();
+            rehearsing.rehearse(&camera, VIEWPORT, &settings).unwrap();
         }
         assert_eq!(device.allocated_bytes(), before);
     }
@@ -289,10 +291,10 @@ mod tests {
         let mut renderer = Renderer::new(&device, &scene.volume, &scene.transfer).unwrap();
         let settings = Settings::default();
         let expected = ExpectedFrames::new(&[settings], VIEWPORT).with_parallel_views().with_any_transfer_function();
-        let (tell, told) = std::sync::mpsc::channel();
-        let builds = renderer.warm_up(&expected, move |built| tell.send(built).unwrap());
+        let (sender, receiver) = std::sync::mpsc::channel();
+        let builds = renderer.warm_up(&expected, move |built| sender.send(built).unwrap());
         builds.wait();
-        told.recv().unwrap().unwrap();
+        receiver.recv().unwrap().unwrap();
         let built = device.programs();
         assert_eq!(builds.progress().1, Some(builds.progress().0));
         let opaque = scene.transfer.opacities().iter().map(|&(value, opacity)| (value, f64::from(opacity > 0.0))).collect();
@@ -309,21 +311,21 @@ mod tests {
     }
 
     #[test]
-    fn settings_that_frames_refuse_are_told() {
+    fn settings_that_frames_refuse_are_reported() {
         let (scene, device) = (Scene::new(), device());
         let renderer = Renderer::new(&device, &scene.volume, &scene.transfer).unwrap();
         let wrong = Algorithm::Slicing { step: -1.0 }.into();
-        let (tell, told) = std::sync::mpsc::channel();
+        let (sender, receiver) = std::sync::mpsc::channel();
         let expected = ExpectedFrames::new(&[wrong], VIEWPORT).with_parallel_views();
-        renderer.warm_up(&expected, move |built| tell.send(built).unwrap()).wait();
-        assert!(matches!(told.recv().unwrap(), Err(Error::OutOfRange { .. } | Error::Settings { .. })));
+        renderer.warm_up(&expected, move |built| sender.send(built).unwrap()).wait();
+        assert!(matches!(receiver.recv().unwrap(), Err(Error::OutOfRange { .. } | Error::Settings { .. })));
     }
 
-    /// Rounding of sums in another order. Programs that differ in what samples are asked contract arithmetic otherwise.
+    /// Rounding of sums in a different order. Programs with different branches contract floating-point arithmetic differently.
     const GENERAL_TOLERANCE: f32 = 2e-3;
 
     #[test]
-    fn general_programs_draw_what_the_best_do() {
+    fn general_programs_match_the_specialised_ones() {
         let scene = Scene::new();
         let opaque = scene.transfer.opacities().iter().map(|&(value, opacity)| (value, f64::from(opacity > 0.0))).collect();
         let opaque = scene.transfer.with_opacities(opaque).unwrap();
@@ -336,18 +338,18 @@ mod tests {
 
             let mut renderer = Renderer::new(&device(), &scene.volume, transfer).unwrap();
             renderer.use_general_programs(true);
-            let mut understudy = renderer.understudy(None);
-            understudy.rehearse(&camera, VIEWPORT, &settings).unwrap();
-            let general = understudy.rehearsal.take().general;
+            let mut rehearsing = renderer.rehearsal_renderer(None);
+            rehearsing.rehearse(&camera, VIEWPORT, &settings).unwrap();
+            let general = rehearsing.rehearsal.take().general;
             assert!(!general.is_empty());
             renderer.engine.device.build_ahead(move || Ok(general), |built| built.unwrap()).wait();
             let (meanwhile, report) = renderer.render(&camera, VIEWPORT, &settings).unwrap();
-            assert!(report.general_program, "the best program is not built");
+            assert!(report.general_program, "the specialised program is not built");
             let pairs = best.pixels().as_flattened().iter().zip(meanwhile.pixels().as_flattened());
             let difference = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(difference <= GENERAL_TOLERANCE, "{difference} apart");
 
-            // The best one was requested: frames take it once it is there.
+            // The specialised program was requested above; frames use it once it is built.
             let expected = ExpectedFrames::new(&[settings], VIEWPORT).with_cameras(&[camera]);
             renderer.warm_up(&expected, |built| built.unwrap()).wait();
             let (after, report) = renderer.render(&camera, VIEWPORT, &settings).unwrap();

@@ -1,4 +1,5 @@
-//! The world as frames see it: with the smallest spacing as its unit, since float kernels know no world of 1e-20 or 1e20.
+//! Normalised world units: the smallest spacing is 1, because the floats of kernels cannot represent worlds with sizes of 1e-20
+//! or 1e20.
 
 use crate::camera::{Camera, Projection};
 use crate::error::Error;
@@ -8,23 +9,23 @@ use crate::viewport::Viewport;
 use crate::volume::Grid;
 use std::ops::RangeInclusive;
 
-/// Half heights of parallel views, in smallest spacings, that floats can hold with their reciprocals.
+/// Valid half heights of parallel views, in smallest spacings: floats can represent them and their reciprocals.
 const SCALES: RangeInclusive<f64> = 1e-30..=1e30;
 
-/// A scale of the world.
+/// Scale between the caller's world units and the normalised ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct World {
-    /// World units of the caller's that are one here.
+    /// Normalised unit of length in the caller's world units.
     unit: f64,
 }
 
 impl World {
-    /// That of a grid.
-    pub fn of(grid: &Grid) -> Self {
+    /// Normalises by the smallest spacing of a grid.
+    pub fn new(grid: &Grid) -> Self {
         Self { unit: grid.spacing().min_element() }
     }
 
-    /// World units of the caller's that are one of the frames'.
+    /// Normalised unit of length in the caller's world units.
     pub fn unit(self) -> f64 {
         self.unit
     }
@@ -41,19 +42,25 @@ impl World {
         Camera { position: camera.position / self.unit, focal_point: camera.focal_point / self.unit, projection, ..*camera }
     }
 
-    /// A view as frames see it; `grid` in their world, all else in the caller's.
-    pub fn seen(self, grid: &Grid, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Rays, Settings), Error> {
-        // What is wrong is told in the caller's units.
+    /// Rays and settings of a view in normalised units; `grid` is normalised, all other arguments are in the caller's units.
+    pub fn normalised_view(
+        self,
+        grid: &Grid,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(Rays, Settings), Error> {
+        // Check first: messages are in the caller's units.
         settings.check()?;
         camera.basis()?;
-        let seen = self.camera(camera);
-        if let Projection::Parallel { scale } = seen.projection
+        let normalised = self.camera(camera);
+        if let Projection::Parallel { scale } = normalised.projection
             && !SCALES.contains(&scale)
         {
             let expected = "between 1e-30 and 1e30 times the smallest spacing";
             return Err(Error::OutOfRange { name: "scale", value: format!("{:e}", scale * self.unit), expected });
         }
-        Ok((Rays::new(&seen, viewport, grid)?, self.settings(settings)))
+        Ok((Rays::new(&normalised, viewport, grid)?, self.settings(settings)))
     }
 
     pub fn settings(self, settings: &Settings) -> Settings {

@@ -31,7 +31,7 @@ fn reference_counts_are_as_before_when_all_is_dropped() {
             let placed = DeviceVoxels::new(&memory, VoxelType::Uint8);
             let description = placed.describe(&device, "foreign", volume.grid().clone(), &[]).unwrap();
             let foreign = UploadedVolume::in_place(&device, &description, &placed).unwrap();
-            let mut renderer = Renderer::of(&foreign, &transfer).unwrap();
+            let mut renderer = Renderer::from_uploaded(&foreign, &transfer).unwrap();
             let onto = PictureMemory::new(&DeviceMemory::from_buffer(&picture).unwrap(), PictureFormat::Floats);
             let event = renderer.enqueue(&camera, SIZE, &Settings::default(), &onto, &[]).unwrap();
             assert!(of_memory().iter().zip(memory_before).all(|(now, before)| *now > before));

@@ -99,5 +99,5 @@ pub fn scene() -> (Volume<'static>, TransferFunction, Camera) {
 }
 
 pub fn renderer(device: &Device, volume: &Volume, transfer: &TransferFunction) -> Renderer {
-    Renderer::of(&UploadedVolume::new(device, volume).unwrap(), transfer).unwrap()
+    Renderer::from_uploaded(&UploadedVolume::new(device, volume).unwrap(), transfer).unwrap()
 }

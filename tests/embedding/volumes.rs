@@ -84,7 +84,7 @@ fn in_place<T: Copy>(
     let description = placed.describe(&host.device(), "in place", volume.grid().clone(), &[]).unwrap();
     assert_eq!(description.range(), volume.range());
     assert_eq!(description.has_invalid_voxels(), volume.invalid() > 0);
-    Renderer::of(&UploadedVolume::in_place(&host.device(), &description, &placed).unwrap(), transfer).unwrap()
+    Renderer::from_uploaded(&UploadedVolume::in_place(&host.device(), &description, &placed).unwrap(), transfer).unwrap()
 }
 
 /// The declared range is not verified, so integrals extend beyond it: a sum in another order.
@@ -133,7 +133,7 @@ fn changed_voxels_are_seen() {
         .unwrap();
         let placed = DeviceVoxels::new(&memory, VoxelType::Uint8);
         let volume_there = UploadedVolume::in_place(&buffer.device(), &whole, &placed).unwrap();
-        pictures(&mut Renderer::of(&volume_there, &transfer).unwrap(), volume)
+        pictures(&mut Renderer::from_uploaded(&volume_there, &transfer).unwrap(), volume)
     };
     let expected = [&old, &new].map(expect);
     assert!(expected[0] != expected[1]);
@@ -141,7 +141,7 @@ fn changed_voxels_are_seen() {
         let mut buffer = host.filled(&before);
         let placed = DeviceVoxels::new(&DeviceMemory::from_buffer(&buffer).unwrap(), VoxelType::Uint8);
         let volume = UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();
-        let mut renderer = Renderer::of(&volume, &transfer).unwrap();
+        let mut renderer = Renderer::from_uploaded(&volume, &transfer).unwrap();
         assert!(pictures(&mut renderer, &old) == expected[0]);
         // SAFETY: the write does not block, and `after` lives until it completes.
         let written = unsafe { host.queue.enqueue_write_buffer(&mut buffer, 0, 0, &after, &[]) }.unwrap();
@@ -162,7 +162,7 @@ fn promised(host: &Host, floats: &[f32]) -> (Renderer, Volume<'static>) {
     let placed = DeviceVoxels::new(&DeviceMemory::from_buffer(&host.filled(floats)).unwrap(), VoxelType::Float32);
     let description = Description::new("promised", volume.grid().clone(), VoxelType::Float32, (60.0, 180.0)).unwrap();
     let there = UploadedVolume::in_place(&host.device(), &description, &placed).unwrap();
-    (Renderer::of(&there, &transfer).unwrap(), volume)
+    (Renderer::from_uploaded(&there, &transfer).unwrap(), volume)
 }
 
 /// Values outside the declared range are rendered like its ends.
@@ -216,7 +216,7 @@ fn two_threads_render_one_field() {
                 let (field, start, frames, draw) = (field.clone(), &start, &frames, &draw);
                 let (transfer, expected) = (&transfers[n], &alone[n]);
                 scope.spawn(move || {
-                    let mut renderer = Renderer::of(&field, transfer).unwrap();
+                    let mut renderer = Renderer::from_uploaded(&field, transfer).unwrap();
                     start.wait();
                     for frame in (0..frames.len()).map(|i| (first[n] + i) % frames.len()) {
                         let found = draw(&mut renderer, &frames[frame]);

@@ -99,7 +99,7 @@ pub unsafe extern "C" fn layersplat_renderer_in_place(
         let transfer = unsafe { borrowed(transfer, "transfer") }?;
         let placed = unsafe { voxels.placed() }?;
         let there = UploadedVolume::in_place(&device.0, &voxels.description()?, &placed)?;
-        out.give(Renderer::new(Box::new(layersplat::Renderer::of(&there, &transfer.0)?)));
+        out.give(Renderer::new(Box::new(layersplat::Renderer::from_uploaded(&there, &transfer.0)?)));
         Ok(())
     })
 }

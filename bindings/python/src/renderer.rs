@@ -378,7 +378,7 @@ impl Renderer {
                 ));
             }
         };
-        let renderer = Ours::of(there.ours(), &transfer)?;
+        let renderer = Ours::from_uploaded(there.ours(), &transfer)?;
         Ok(Self::with_limit(Box::new(renderer), Some(there.owner().clone_ref(py)), time_limit))
     }
 }

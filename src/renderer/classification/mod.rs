@@ -1,4 +1,5 @@
-//! The classification: one transfer function over one field. Its tables and integrals, and what of the field it can show.
+//! The classification: a transfer function applied to a field, with its tables, its integrals, and the visibility of min-max
+//! blocks.
 
 mod params;
 mod splat_list;
@@ -18,22 +19,22 @@ use crate::device::launch::volume::{ShownChunks, ShownSlabs, SlabVisibility};
 use crate::transfer::TransferFunction;
 use crate::volume::Rescale;
 
-/// Bytes that a classification keeps.
+/// Cache budget of a classification in bytes.
 const BUDGET: usize = 256 << 20;
 
-/// A transfer function, and what is made from it and a field.
+/// A transfer function, and data derived from it and a field.
 pub(super) struct Classification {
-    /// Of values.
+    /// Transfer function of values.
     given: TransferFunction,
-    /// Of stored numbers.
+    /// Transfer function of stored numbers.
     transfer: TransferFunction,
     version: Version,
     store: Store,
-    /// In a rehearsal, in place of what the transfer function needs.
+    /// In a rehearsal, replaces the segment needs of the transfer function.
     segment_needs: Option<SegmentNeeds>,
 }
 
-/// The kernels that make things for frames from a field and a transfer function.
+/// Kernels that derive data from a field and a transfer function.
 #[derive(Default)]
 pub(super) struct PreparationKernels {
     pub field: FieldKernels,
@@ -46,7 +47,7 @@ pub(super) struct PreparationKernels {
 }
 
 impl Classification {
-    /// A transfer function of values, for stored numbers that become values by `rescale`.
+    /// A classification by a transfer function of values, for stored numbers that `rescale` converts to values.
     pub fn new(transfer: &TransferFunction, rescale: Rescale) -> Self {
         Self {
             given: transfer.clone(),
@@ -57,20 +58,20 @@ impl Classification {
         }
     }
 
-    /// The same with nothing made yet, for frames that are not drawn. `needs`: of segments, in place of what the transfer function needs.
+    /// A clone for rehearsals, with an empty cache. `needs` replaces the segment needs of the transfer function.
     pub fn for_rehearsal(&self, needs: Option<SegmentNeeds>) -> Self {
         let (given, transfer) = (self.given.clone(), self.transfer.clone());
         Self { given, transfer, version: Version::new(), store: Store::new(BUDGET), segment_needs: needs }
     }
 
-    /// Takes another transfer function. What was made from the last one is written again where it is needed.
+    /// Replaces the transfer function. Derived data are made again on demand.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction, rescale: Rescale) {
         if self.given != *transfer {
             (self.given, self.transfer, self.version) = (transfer.clone(), transfer.of_stored(rescale), Version::new());
         }
     }
 
-    /// Takes a field of another range.
+    /// Replaces the field by one with other stored numbers.
     pub fn set_field(&mut self, field: &Field) {
         (self.transfer, self.version) = (self.given.of_stored(field.description().rescale()), Version::new());
     }
@@ -85,8 +86,8 @@ impl Classification {
         self.transfer.opacity(field.stored().background) > 0.0
     }
 
-    /// Drops what was made from the transfer function.
-    pub fn make_room(&mut self) {
+    /// Drops all derived data.
+    pub fn drop_cached(&mut self) {
         self.store.clear();
     }
 
@@ -98,7 +99,7 @@ impl Classification {
         Inputs { classification: Some(self.version), field: Some(field.version()) }
     }
 
-    /// Values made so far.
+    /// Number of values made so far.
     #[cfg(test)]
     pub fn made(&self) -> usize {
         self.store.made

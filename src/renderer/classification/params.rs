@@ -1,4 +1,4 @@
-//! The parameters of kernels that classify.
+//! Kernel arguments for classification.
 
 use super::super::scene::Scene;
 use super::tables::{Integrals, Scale, Table};
@@ -7,7 +7,7 @@ use crate::settings::Blend;
 use crate::transfer::Extinction;
 
 impl ClassificationParams {
-    /// All values in a table of this scale and of this unit of extinction.
+    /// Parameters for a table of this scale and unit of extinction, without limits of visible values.
     fn new(scene: &Scene, scale: Scale, table_unit: f32) -> Self {
         let iso = if let Blend::Iso(value) = scene.settings.blend { Some(value) } else { None };
         Self {
@@ -24,17 +24,17 @@ impl ClassificationParams {
         }
     }
 
-    /// Samples that are looked up in a table.
+    /// Parameters of post-classified samples.
     pub(in crate::renderer) fn from_table(scene: &Scene, table: &Table) -> Self {
         Self { visible: table.visible_entries, ..Self::new(scene, table.scale, 1.0) }
     }
 
-    /// Composited segments, which are looked up in integrals.
+    /// Parameters of composited pre-integrated segments.
     pub(in crate::renderer) fn from_integrals(scene: &Scene, integrals: &Integrals) -> Self {
         Self { shown: integrals.visible_values, ..Self::new(scene, integrals.scale, integrals.unit) }
     }
 
-    /// Values that are gathered along segments, or compared with that of a surface. Colours are in the table.
+    /// Parameters of values that are reduced along segments or compared with the iso-value. Their colours come from the table.
     pub(in crate::renderer) fn from_useful_values(scene: &Scene, table: &Table) -> Self {
         let all = Self::from_table(scene, table);
         Self { shown: scene.field.useful_values(scene.settings.blend).unwrap_or(all.shown), ..all }

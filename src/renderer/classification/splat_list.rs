@@ -1,4 +1,4 @@
-//! The voxels that sheets splat.
+//! Lists of the voxels that sheets splat.
 
 use super::super::field::{Field, Layout};
 use super::super::store::{Key, Stored};
@@ -12,21 +12,21 @@ use crate::layers::{Axis, GAUSSIAN_OVERSHOOT, Kernel};
 use crate::transfer::Extinction;
 use std::sync::Arc;
 
-/// The voxels that are splatted, in the order of a layout.
+/// Splatted voxels in the order of a layout.
 pub(in crate::renderer) struct SplatList {
     pub places: Buffer<Place>,
     pub contents: Buffer<Float4>,
     pub count: usize,
 }
 
-/// Which voxels a list holds.
+/// Selection of the voxels in a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::renderer) enum Splatted {
-    /// Those that are visible themselves: for classification before splatting.
+    /// Visible voxels, for pre-classification.
     Visible,
-    /// Those that any visible sample can see: for classification after it.
+    /// Voxels within reach of any visible sample, for post-classification.
     InReach,
-    /// All that differ from the background: the same without culling.
+    /// All voxels that differ from the background, for post-classification without culling.
     All,
 }
 
@@ -44,7 +44,7 @@ impl Stored for SplatList {
 }
 
 impl Classification {
-    /// The splats of sheets along an axis.
+    /// The splats of axis-aligned sheets.
     pub fn axis_splats(
         &mut self,
         kernels: &mut PreparationKernels,
@@ -57,7 +57,7 @@ impl Classification {
         self.splat_list(kernels, device, field, (axis, layout), extinction, Splatted::Visible)
     }
 
-    /// The splats of sheets across the view, and the layout that they are from.
+    /// The splats of image-aligned sheets, and the layout that they refer to.
     pub fn view_splats(
         &mut self,
         kernels: &mut PreparationKernels,
@@ -71,7 +71,7 @@ impl Classification {
         Ok((self.splat_list(kernels, device, field, (Axis::Z, layout), extinction, splatted)?, again))
     }
 
-    /// The upload as samples reconstructed with a Gaussian see it: missing voxels have a background of its own.
+    /// The uploaded layout as input of the Gaussian kernel, with a background of its own for missing voxels.
     pub fn gaussian_layout(
         &mut self,
         kernels: &mut PreparationKernels,
@@ -99,7 +99,7 @@ impl Classification {
             return Ok(kept);
         }
         if let Some(n) = view.dims.iter().find(|&&n| n > i32::from(u16::MAX)) {
-            let problem = format!("sheets take up to 65535 voxels along an axis, not {n}: use another");
+            let problem = format!("sheets support up to 65535 voxels along an axis, not {n}: use another algorithm");
             return Err(Error::Settings { field: "algorithm", problem });
         }
         let table = self.table(device, field, extinction, Kernel::Gaussian)?;
@@ -144,7 +144,7 @@ impl Classification {
     }
 }
 
-/// A total of splats, or an error where there are more than kernels can count.
+/// Reads a number of splats. Fails if it exceeds the range of the kernels' counters.
 pub(in crate::renderer) fn read_total(device: &Device, total: &Buffer<u64>, what: &str) -> Result<usize, Error> {
     let mut count = [0];
     total.read(device, &mut count)?;

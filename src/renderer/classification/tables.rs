@@ -18,19 +18,19 @@ const TABLE: &str = "the transfer table";
 const INTEGRALS: &str = "the table of integrals";
 const SLICING_TABLE: &str = "the pre-integration table";
 
-/// Values in front and behind that the table of slicing has entries for.
+/// Number of front and of back values in the slicing table.
 pub(in crate::renderer) const SLAB_VALUES: usize = 256;
 
-/// Error of a segment's colour from which on it is worth three times the time: 20 dB where it happens. Transfer functions with it
-/// are opaque and of several hues; aneurism's has 0.07.
+/// Threshold of the colour error of a segment at which correcting it is worth three times the time: 20 dB locally. Transfer
+/// functions that exceed it are opaque and of several hues; that of aneurism has 0.07.
 const DIMMING: f64 = 0.1;
 
-/// Where values lie in a table.
+/// Mapping from values to table indices.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::renderer) struct Scale {
-    /// Value of the first entry, less the offset.
+    /// Value of the first entry with the offset subtracted.
     pub first: f32,
-    /// Entries per value.
+    /// Entries per unit of value.
     pub per_value: f32,
     /// Index of the last entry.
     pub last: i32,
@@ -47,40 +47,40 @@ pub(in crate::renderer) struct Table {
     on_host: TransferTable,
     /// (r, g, b, τ), or with linear extinction (r, g, b, α), per value.
     pub entries: Buffer<Float4>,
-    /// How many entries before each one have opacity.
+    /// Number of entries with opacity before each entry.
     pub visible_before: Buffer<u32>,
-    /// How many entries are before each one.
+    /// Number of entries before each entry.
     pub all_before: Buffer<u32>,
     pub scale: Scale,
-    /// First and last entry with opacity; if there is none, the first is beyond the last.
+    /// First and last entry with opacity; the first exceeds the last if there is none.
     pub visible_entries: [i32; 2],
-    /// See [`crate::TransferFunction::gaussian_background`]; less the offset.
+    /// See [`crate::TransferFunction::gaussian_background`]; with the offset subtracted.
     pub gaussian_background: f32,
 }
 
-/// The integrals of a transfer table.
+/// Segment integrals of a transfer table.
 pub(in crate::renderer) struct Integrals {
-    /// As bits extinctions by cells; integrals of all nodes; and as bits these nodes' own values.
+    /// Extinctions by cell, as bits; the integrals of all nodes; the values at these nodes, as bits.
     pub nodes: Buffer<[i32; 4]>,
     pub scale: Scale,
-    /// Values, less the offset, between which lies all opacity.
+    /// Range of the values with opacity, with the offset subtracted.
     pub visible_values: [f32; 2],
     /// Extinction of one unit.
     pub unit: f32,
     pub needs: SegmentNeeds,
 }
 
-/// What segments between these nodes need of a program.
+/// Program features that segments of these integrals need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::renderer) struct SegmentNeeds {
-    /// Values can lie beyond the nodes.
+    /// Whether values can lie outside the nodes.
     pub cut: bool,
-    /// Light lost within a layer can change its colour.
+    /// Whether absorption within a layer can change its colour noticeably.
     pub dimmed: bool,
 }
 
 impl SegmentNeeds {
-    /// Of all transfer functions.
+    /// All combinations that transfer functions can need.
     pub const ALL: [Self; 4] = [
         Self { cut: false, dimmed: false },
         Self { cut: true, dimmed: false },
@@ -90,7 +90,7 @@ impl SegmentNeeds {
 }
 
 impl Integrals {
-    /// How segments are built from these integrals, so many per layer.
+    /// Segment permutation for these integrals with `per_layer` samples per layer.
     pub fn segments(&self, extinction: Extinction, kernel: Kernel, per_layer: u32) -> Segments {
         Segments {
             cut: self.needs.cut,
@@ -101,7 +101,7 @@ impl Integrals {
     }
 }
 
-/// The kind of extinction, and how far the field overshoots the voxels.
+/// Key: kind of extinction, overshoot of the field beyond the voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TableKey(Extinction, f64);
 
@@ -115,7 +115,7 @@ impl Stored for Table {
     }
 }
 
-/// And the shortest segment, in unit distances, of so many per layer.
+/// Key: table, shortest segment in unit distances, samples per layer.
 #[derive(Clone, Copy, PartialEq)]
 struct IntegralsKey(TableKey, f64, u32);
 
@@ -129,7 +129,7 @@ impl Stored for Integrals {
     }
 }
 
-/// And the thickness of a slab, in unit distances.
+/// Key: integrals, slab thickness in unit distances.
 #[derive(PartialEq)]
 struct SlicingKey(IntegralsKey, f32);
 
@@ -144,7 +144,7 @@ impl TableKey {
 }
 
 impl Classification {
-    /// The table of the transfer function, for the values of a kernel's field.
+    /// The transfer table for the values of a kernel's field.
     pub fn table(&mut self, device: &Device, field: &Field, extinction: Extinction, kernel: Kernel) -> Result<Arc<Table>, Error> {
         let (key, inputs) = (TableKey::new(extinction, kernel), self.inputs());
         if let Some(kept) = self.store.get(device, &key, inputs)? {
@@ -166,7 +166,8 @@ impl Classification {
         Ok(self.store.keep(key, inputs, Produced::by_host(), table))
     }
 
-    /// The integrals of the transfer function for segments of at least `thinnest` unit distances, so many per layer, of a kernel's field.
+    /// Segment integrals of a kernel's field, for segments of at least `thinnest` unit distances and `per_layer` segments per
+    /// layer.
     pub fn integrals(
         &mut self,
         device: &Device,
@@ -195,7 +196,7 @@ impl Classification {
         Ok(self.store.keep(key, inputs, Produced::by_host(), integrals))
     }
 
-    /// The integrals and the table of slicing for slabs of a thickness in unit distances.
+    /// The integrals and the slicing table for slabs of this thickness in unit distances.
     pub fn slicing_table(
         &mut self,
         kernels: &mut PreparationKernels,
@@ -205,8 +206,8 @@ impl Classification {
         thickness: f64,
     ) -> Result<(Arc<Integrals>, Arc<Buffer<Float4>>), Error> {
         let integrals = self.integrals(device, field, extinction, Kernel::Linear, (thickness, 1))?;
-        let of_integrals = IntegralsKey(TableKey::new(extinction, Kernel::Linear), thickness, 1);
-        let (key, inputs) = (SlicingKey(of_integrals, thickness as f32), self.inputs());
+        let integrals_key = IntegralsKey(TableKey::new(extinction, Kernel::Linear), thickness, 1);
+        let (key, inputs) = (SlicingKey(integrals_key, thickness as f32), self.inputs());
         if let Some(kept) = self.store.get(device, &key, inputs)? {
             return Ok((integrals, kept));
         }
@@ -232,56 +233,56 @@ impl Classification {
     }
 }
 
-/// Range of the values that a kernel can reconstruct, as numbers.
+/// Range of the stored numbers that a kernel can reconstruct.
 fn field_range(stored: &StoredNumbers, kernel: Kernel) -> (f64, f64) {
     let (lo, hi) = stored.field_range();
     let beyond = kernel.field_overshoot() * (hi - lo);
     (lo - beyond, hi + beyond)
 }
 
-/// How large the tables of a transfer function are: frames declare these sizes before anything is made.
+/// Sizes of the tables of a transfer function, for resource declarations.
 pub(in crate::renderer) struct TableSizes<'t> {
     transfer: Cow<'t, TransferFunction>,
     stored: StoredNumbers,
 }
 
 impl<'t> TableSizes<'t> {
-    /// Of a transfer function of values over a volume.
+    /// Sizes for a transfer function of values and a volume.
     pub fn new(transfer: &TransferFunction, description: &Description) -> Self {
         Self { transfer: Cow::Owned(transfer.of_stored(description.rescale())), stored: description.stored() }
     }
 
-    /// Of a classification of a field.
-    pub fn of(classification: &'t Classification, field: &Field) -> Self {
+    /// Sizes for a classification of a field.
+    pub fn from_classification(classification: &'t Classification, field: &Field) -> Self {
         Self { transfer: Cow::Borrowed(&classification.transfer), stored: field.stored() }
     }
 
-    /// Entries of the table for the values of a kernel's field.
+    /// Number of entries of the transfer table of a kernel's field.
     pub fn entries(&self, kernel: Kernel) -> usize {
         TransferTable::entry_count(&self.transfer, field_range(&self.stored, kernel))
     }
 
-    /// Bytes of each buffer of a table of so many entries.
+    /// Bytes of each buffer of a table with this number of entries.
     pub fn table(entries: usize) -> [(&'static str, usize); 3] {
         let before = (entries + 1) * size_of::<u32>();
         [(TABLE, entries * size_of::<Float4>()), (TABLE, before), (TABLE, before)]
     }
 
-    /// The most bytes of the integrals of a table of so many entries; fewer where it is mostly opaque.
+    /// Upper limit in bytes of the integrals of a table with this number of entries; fewer if it is mostly opaque.
     pub fn integrals(entries: usize) -> (&'static str, usize) {
         (INTEGRALS, (2 * (entries + 1) + CELL_ENTRIES) * size_of::<[i32; 4]>())
     }
 
-    /// Bytes of the table of slicing.
+    /// Bytes of the slicing table.
     pub fn slicing() -> (&'static str, usize) {
         (SLICING_TABLE, SLAB_VALUES * SLAB_VALUES * size_of::<Float4>())
     }
 }
 
-/// Entries before the first node: extinctions by cells, and these cells' scale.
+/// Entries before the first node: extinctions by cell, and the scale of the cells.
 const CELL_ENTRIES: usize = 2 * EXTINCTION_CELLS / 4 + 1;
 
-/// What [`Integrals`] have in `nodes`: behind the cells, how many there are per unit of value, and the place of 0 among them.
+/// Contents of [`Integrals::nodes`]. The cells are followed by their scale: cells per unit of value, and the position of value 0.
 fn for_kernels(table: &IntegralTable, offset: f64) -> Vec<[i32; 4]> {
     let bits = |four: &[f32; 4]| four.map(|c| c.to_bits() as i32);
     let cells = table.extinction_cells();

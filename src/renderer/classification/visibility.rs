@@ -1,4 +1,4 @@
-//! Which min-max blocks of a field a transfer function can show.
+//! Visibility of min-max blocks, for empty-space skipping.
 
 use super::super::field::{Field, Layout};
 use super::super::store::{Key, Stored};
@@ -15,16 +15,16 @@ use crate::settings::Blend;
 use crate::transfer::Extinction;
 use std::sync::Arc;
 
-/// Which blocks of the layers that are held can show anything.
+/// Visibility of the blocks in the layers on the device.
 pub(in crate::renderer) struct VisibleBlocks {
-    /// A bit per block and slab (kernels/volume/slab_visibility.cl).
+    /// One bit per block and slab (kernels/volume/slab_visibility.cl).
     pub flags: Buffer<u8>,
-    /// Blocks along u and v.
+    /// Number of blocks along u and v.
     pub blocks: [i32; 2],
-    /// First and last slab of the chunks in which any block can, counted from the first layer that is held; the first is beyond the last
-    /// if there is none.
+    /// First and last slab of the chunks with visible blocks, counted from the first layer on the device; the first exceeds the
+    /// last if there is none.
     pub shown: Buffer<i32>,
-    /// Which chunks of slabs show anything: where the outermost ones are found.
+    /// Visibility of chunks of slabs, from which `shown` is found.
     shows: Buffer<u8>,
 }
 
@@ -39,15 +39,15 @@ impl VisibleBlocks {
         })
     }
 
-    fn bytes_of(numbers: &BlockNumbers, radius: i32) -> usize {
+    fn bytes_needed(numbers: &BlockNumbers, radius: i32) -> usize {
         numbers.slab_bytes(radius) + SHOWN_SLABS * size_of::<i32>() + numbers.chunks(radius).max(1)
     }
 }
 
-/// The first and the last.
+/// Length of [`VisibleBlocks::shown`].
 const SHOWN_SLABS: usize = 2;
 
-/// Of a kernel's field, for a blend mode.
+/// Key: table, layer axis, kernel, blend mode.
 #[derive(PartialEq)]
 struct VisibleKey(TableKey, Axis, Kernel, Blend);
 
@@ -62,7 +62,7 @@ impl Stored for VisibleBlocks {
 }
 
 impl Classification {
-    /// The blocks of a layer axis in which a kernel's field can show anything. Splatted layers mix the voxels of the paper's cubic.
+    /// Visibility of the blocks of a layer axis for a kernel's field. Splatted layers use the paper's cubic kernel.
     pub fn visible_blocks(
         &mut self,
         kernels: &mut PreparationKernels,
@@ -79,14 +79,14 @@ impl Classification {
         let radius = kernel.radius();
         let blocks = field.min_max_blocks(&mut kernels.field, device, axis, kernel)?;
         let table = self.table(device, field, extinction, kernel)?;
-        let bytes = VisibleBlocks::bytes_of(&blocks.numbers, radius);
+        let bytes = VisibleBlocks::bytes_needed(&blocks.numbers, radius);
         let found = match self.store.reuse(device, &key, inputs, bytes) {
             Some(reused) if reused.blocks == blocks.numbers.blocks => reused,
             _ => Arc::new(VisibleBlocks::new(device, &blocks.numbers, radius)?),
         };
-        // Limits are of numbers as they are stored.
+        // Block limits are numbers as stored, before the offset is subtracted.
         let Layout { voxels, view } = field.weighted(&mut kernels.field, device, axis, kernel)?;
-        // What ray casting takes missing voxels for is what its sums overshoot the distance from.
+        // The overshoot is relative to the background that ray casting uses for missing voxels.
         let gaussian = kernel == Kernel::Gaussian && blend == Blend::Composite;
         let background = if gaussian { table.gaussian_background } else { field.background_for(blend) };
         let [blocks_u, blocks_v] = blocks.numbers.blocks;
@@ -115,7 +115,7 @@ impl Classification {
     }
 }
 
-/// Finds [`VisibleBlocks::shown`] on the device, where it stays, so that no queue is waited for.
+/// Computes [`VisibleBlocks::shown`] on the device without reading it back, so that no queue is waited for.
 fn find_shown_slabs(
     kernels: &mut PreparationKernels,
     device: &Device,

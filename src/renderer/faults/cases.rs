@@ -1,4 +1,4 @@
-//! Every way to a picture, from the upload on.
+//! Every render path, from the upload on.
 
 use super::host::Host;
 use crate::camera::{Camera, Orbit};
@@ -14,31 +14,31 @@ use crate::volume::{OpenOptions, Volume};
 
 const SIZE: Viewport = Viewport { width: 21, height: 17 };
 
-/// Something that draws a picture each time it is asked to.
+/// Renders a picture each time it is called.
 pub type Draw<'a> = Box<dyn FnMut() -> Result<Vec<u8>, Error> + 'a>;
 
-/// Makes what draws.
+/// Creates a renderer.
 type Make<'a> = dyn Fn(&Device) -> Result<Draw<'a>, Error> + 'a;
 
-/// A way to a picture: everything that it needs is made on a device.
+/// A render path: creates everything it needs on a device.
 pub struct Case<'a> {
     pub name: String,
     pub make: Box<Make<'a>>,
 }
 
-/// What is drawn.
+/// Test volume and transfer function.
 pub struct Scene {
     pub volume: Volume<'static>,
     pub transfer: TransferFunction,
 }
 
 impl Scene {
-    pub fn of(volume: &str) -> Self {
+    pub fn new(volume: &str) -> Self {
         let volume = Volume::open(volume, &OpenOptions::default()).unwrap();
         Self { transfer: TransferFunction::builtin("fire", &volume).unwrap(), volume }
     }
 
-    /// Parallel, or a perspective.
+    /// A perspective camera if a field of view is given, else a parallel one.
     pub fn camera(&self, azimuth: f64, field_of_view: Option<f64>) -> Camera {
         let (centre, diagonal) = (self.volume.grid().centre(), self.volume.grid().diagonal());
         let orbit = Orbit { azimuth, elevation: 0.0, roll: 8.0 };
@@ -64,10 +64,10 @@ fn along_x(kernel: Kernel) -> Settings {
     })
 }
 
-/// Frames of floats, by each algorithm.
+/// Float frames of each algorithm.
 pub fn frames(scene: &Scene) -> Vec<Case<'_>> {
     let own = Settings::default();
-    let ways = [
+    let paths = [
         ("points", own, scene.camera(20.0, None)),
         ("points in a perspective", own, scene.camera(20.0, Some(25.0))),
         ("points, shared by two axes", own, scene.camera(45.3, None)),
@@ -93,12 +93,12 @@ pub fn frames(scene: &Scene) -> Vec<Case<'_>> {
             Ok(Box::new(move || Ok(bytemuck::cast_slice(renderer.render(&camera, SIZE, &settings)?.0.pixels()).to_vec())))
         }),
     };
-    ways.map(case).into()
+    paths.map(case).into()
 }
 
-/// Pictures of 8 bits: of a lattice, shared, and drawn on the screen.
+/// 8-bit pictures: of one lattice, of two lattices, and of screen pixels.
 pub fn displayed(scene: &Scene) -> Vec<Case<'_>> {
-    let of = |name: &str, azimuth: f64, settings: Settings| Case {
+    let case = |name: &str, azimuth: f64, settings: Settings| Case {
         name: format!("8 bits of {name}"),
         make: Box::new(move |device| {
             let mut renderer = Renderer::new(device, &scene.volume, &scene.transfer)?;
@@ -107,22 +107,23 @@ pub fn displayed(scene: &Scene) -> Vec<Case<'_>> {
         }),
     };
     let slicing = Algorithm::Slicing { step: 0.8 }.into();
-    vec![of("points", 20.0, Settings::default()), of("two axes", 45.3, Settings::default()), of("slicing", 20.0, slicing)]
+    vec![case("points", 20.0, Settings::default()), case("two axes", 45.3, Settings::default()), case("slicing", 20.0, slicing)]
 }
 
-/// Frames into memory of the host's.
+/// Frames enqueued into the embedding application's memory.
 pub fn enqueued<'a>(scene: &'a Scene, host: &'a Host) -> Vec<Case<'a>> {
     let format = |rgba8| if rgba8 { PictureFormat::Rgba8(Background::BLACK) } else { PictureFormat::Floats };
-    let of = |name: &str, azimuth: f64, with_scratch: bool, rgba8: bool| Case {
+    let case = |name: &str, azimuth: f64, with_scratch: bool, rgba8: bool| Case {
         name: format!("enqueued {name}, scratch {with_scratch}"),
         make: Box::new(move |device| {
             let mut renderer = Renderer::new(device, &scene.volume, &scene.transfer)?;
             let (camera, settings) = (scene.camera(azimuth, None), Settings::default());
-            let picture = host.room(16 * SIZE.pixels());
+            let picture = host.buffer(16 * SIZE.pixels());
             let onto = PictureMemory::new(&DeviceMemory::from_buffer(&picture)?, format(rgba8));
             if with_scratch {
                 let scratch = renderer.scratch_bytes(&camera, SIZE, &settings, &onto)?;
-                let scratch: Result<Vec<_>, _> = scratch.into_iter().map(|n| DeviceMemory::from_buffer(&host.room(n))).collect();
+                let scratch: Result<Vec<_>, _> =
+                    scratch.into_iter().map(|n| DeviceMemory::from_buffer(&host.buffer(n))).collect();
                 renderer.set_scratch(&scratch?)?;
             }
             let bytes = SIZE.pixels() * if rgba8 { 4 } else { 16 };
@@ -132,10 +133,10 @@ pub fn enqueued<'a>(scene: &'a Scene, host: &'a Host) -> Vec<Case<'a>> {
             }))
         }),
     };
-    vec![of("points", 20.0, false, false), of("points", 20.0, true, true), of("two axes", 45.3, true, false)]
+    vec![case("points", 20.0, false, false), case("points", 20.0, true, true), case("two axes", 45.3, true, false)]
 }
 
-/// Layers composited by two renderers, each of a part.
+/// Layers composited by two part renderers.
 pub fn in_parts(scene: &Scene) -> Case<'_> {
     Case {
         name: "parts".into(),
@@ -157,9 +158,9 @@ pub fn in_parts(scene: &Scene) -> Case<'_> {
     }
 }
 
-/// A volume that is streamed in several parts, and one that just fits.
+/// A volume streamed in several parts, and one that fits as a whole.
 pub fn streamed(scene: &Scene) -> Vec<Case<'_>> {
-    let of = |name: &str, budget: Option<u64>, parts: fn(usize) -> bool| Case {
+    let case = |name: &str, budget: Option<u64>, parts: fn(usize) -> bool| Case {
         name: format!("streamed {name}"),
         make: Box::new(move |device| {
             let device = budget.map_or(device.clone(), |bytes| device.with_memory(bytes));
@@ -170,8 +171,8 @@ pub fn streamed(scene: &Scene) -> Vec<Case<'_>> {
             Ok(Box::new(move || Ok(bytemuck::cast_slice(renderer.render(&camera, SIZE, &settings)?.0.pixels()).to_vec())))
         }),
     };
-    vec![of("in parts", Some(BUDGET), |parts| parts > 1), of("as a whole", None, |parts| parts == 1)]
+    vec![case("in parts", Some(BUDGET), |parts| parts > 1), case("as a whole", None, |parts| parts == 1)]
 }
 
-/// Less than the streamed volume.
+/// Memory budget in bytes: less than the streamed volume.
 const BUDGET: u64 = 400 << 10;

@@ -1,4 +1,4 @@
-//! A program that layersplat is a guest of: its context is nobody else's, so that references to it can be counted.
+//! An embedding application. Its context is not shared with anything else, so that references to it can be counted.
 
 use crate::device::{Device, DeviceChoice};
 use opencl3::command_queue::{CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, CommandQueue};
@@ -9,7 +9,7 @@ use opencl3::memory::{Buffer, CL_MEM_READ_WRITE};
 use opencl3::types::CL_BLOCKING;
 use std::time::Duration;
 
-/// Times that references are counted.
+/// Maximum number of attempts at counting references.
 const PATIENCE: usize = 100;
 
 pub struct Host {
@@ -31,7 +31,7 @@ impl Host {
         Device::from_queue(&self.queue).unwrap()
     }
 
-    pub fn room(&self, bytes: usize) -> Buffer<u8> {
+    pub fn buffer(&self, bytes: usize) -> Buffer<u8> {
         // SAFETY: no host pointer is given.
         unsafe { Buffer::create(&self.context, CL_MEM_READ_WRITE, bytes, std::ptr::null_mut()) }.unwrap()
     }
@@ -43,8 +43,8 @@ impl Host {
         values
     }
 
-    /// References to the context and to the queue: as many as are expected, or what there are when nothing is on its way. PoCL's threads
-    /// let go of a command a moment after they have said that it is over.
+    /// Reference counts of the context and the queue, as soon as they are `expected`, or at the latest after some time. PoCL's
+    /// threads release a command a moment after they report it as complete.
     pub fn references(&self, expected: Option<[u32; 2]>) -> [u32; 2] {
         self.queue.finish().unwrap();
         let mut found = [0; 2];

@@ -1,4 +1,4 @@
-//! Min-max blocks: the smallest and largest number that a kernel mixes in each block of voxels.
+//! Min-max blocks: the smallest and the largest kernel input in each block of voxels.
 
 use super::super::store::{Key, Stored};
 use super::layouts::{Layout, Weighted};
@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::layers::{Axis, Kernel};
 use std::sync::Arc;
 
-/// A layer axis, the radius of a kernel, and the numbers that it weights.
+/// Key: layer axis, kernel radius, kernel input.
 #[derive(PartialEq)]
 struct BlocksKey(Axis, i32, Weighted);
 
@@ -33,7 +33,7 @@ impl Field {
         axis: Axis,
         kernel: Kernel,
     ) -> Result<Arc<MinMaxBlocks>, Error> {
-        let (key, inputs) = (BlocksKey(axis, kernel.radius(), Weighted::by(kernel)), self.inputs());
+        let (key, inputs) = (BlocksKey(axis, kernel.radius(), Weighted::for_kernel(kernel)), self.inputs());
         if let Some(kept) = self.store().get(device, &key, inputs)? {
             return Ok(kept);
         }
@@ -44,7 +44,8 @@ impl Field {
             Some(reused) => reused,
             None => Arc::new(MinMaxBlocks::new(device, numbers, voxels.voxel_type())?),
         };
-        // Only of the voxels that are held: the outermost blocks of a part are wrong, and no layer that it draws reaches them.
+        // Covers only the voxels on the device. The outermost blocks of a part are therefore wrong, but no layer that it renders
+        // reaches them.
         let view = VolumeView { dims: [view.dims[0], view.dims[1], blocks.numbers.layers], first_a: 0, ..view };
         let arguments = MinMaxArguments::new(&voxels, view, kernel.radius(), &blocks);
         kernels.min_max_blocks.launch(device, voxels.kind(), &arguments)?;

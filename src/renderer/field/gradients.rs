@@ -5,19 +5,19 @@ use crate::device::launch::structs::FieldParams;
 use crate::layers::AxisFrame;
 
 impl Field {
-    /// The stored numbers that gradients are measured by.
+    /// Range of the stored numbers, the unit of gradients.
     fn gradient_range(&self) -> f64 {
         let (lo, hi) = self.stored().range;
         if hi > lo { hi - lo } else { 1.0 }
     }
 
-    /// Value ranges per voxel of the smallest spacing that a gradient of one value per world unit has.
+    /// A gradient of one value per world unit, in value ranges per voxel of the smallest spacing.
     pub fn gradient_per_value(&self) -> f64 {
         let stored_per_value = (self.stored_value(1.0) - self.stored_value(0.0)).abs();
         stored_per_value * self.grid().spacing().min_element() / self.gradient_range()
     }
 
-    /// The parameters of kernels along the axes of `frame`.
+    /// Kernel argument, in the axes of `frame`.
     pub fn params(&self, frame: AxisFrame) -> FieldParams {
         let spacing = self.grid().spacing();
         let gradient = spacing.min_element() / spacing / self.gradient_range();

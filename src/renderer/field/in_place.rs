@@ -1,4 +1,4 @@
-//! Volumes in memory of the caller's own on the device.
+//! Volumes in the caller's device memory.
 
 use super::{Field, Placement, UploadedVolume};
 use crate::device::launch::structs::VolumeView;
@@ -9,12 +9,12 @@ use crate::error::Error;
 use crate::volume::{Description, Grid, VoxelBox, VoxelType};
 use opencl3::event::Event;
 
-/// Parts in which the range of voxels is looked for: enough for the threads of any device.
+/// Number of parts of the range search: enough for the threads of any device.
 const PARTS: usize = 1024;
 
-const WHAT: &str = "the buffer of the voxels";
+const WHAT: &str = "the voxel buffer";
 
-/// Voxels in a buffer of the caller's: of one type, x fastest, rows and layers as far apart as is said.
+/// Voxels of one type in the caller's buffer, x fastest, with given row and slice pitches.
 ///
 /// ```
 /// use layersplat::Device;
@@ -49,26 +49,26 @@ pub struct DeviceVoxels {
 }
 
 impl DeviceVoxels {
-    /// Voxels of a type from the beginning of a buffer on, without gaps.
+    /// Voxels from the beginning of a buffer, without gaps.
     pub fn new(memory: &DeviceMemory, voxel_type: VoxelType) -> Self {
         Self { memory: memory.clone(), voxel_type, first: 0, row_pitch: None, slice_pitch: None }
     }
 
-    /// The same with the first voxel `first` bytes into the buffer.
+    /// Sets the byte offset of the first voxel in the buffer.
     pub fn with_first(self, first: usize) -> Self {
         Self { first, ..self }
     }
 
-    /// The same with rows and layers that begin so many bytes apart.
+    /// Sets the row and slice pitches in bytes.
     pub fn with_pitches(self, row: usize, slice: usize) -> Self {
         Self { row_pitch: Some(row), slice_pitch: Some(slice), ..self }
     }
 
-    /// What there is to know of a volume of these voxels, the range found by looking at all of them, after `wait`. This waits until it is
-    /// found; who knows the range says it: [`Description::new`].
+    /// Describes a volume of these voxels. The range is found by reading all voxels on the device, after the events `wait`; this
+    /// call waits for the result. If the range is known, pass it to [`Description::new`] instead.
     ///
     /// # Errors
-    /// A buffer that is too small or of another context, and what OpenCL answers.
+    /// If the buffer is too small or of another context, and OpenCL errors.
     pub fn describe(&self, device: &Device, name: impl Into<String>, grid: Grid, wait: &[&Event]) -> Result<Description, Error> {
         let dims = grid.dims();
         let (voxels, placed) = self.placed(device, dims)?;
@@ -106,7 +106,7 @@ impl DeviceVoxels {
         Ok(if invalid > 0 { description.with_invalid_voxels() } else { description })
     }
 
-    /// The buffer, and where the voxels of a grid lie in it.
+    /// The buffer, and the placement of the voxels of a grid in it.
     fn placed(&self, device: &Device, dims: [usize; 3]) -> Result<(VoxelBuffer, Placement), Error> {
         self.memory.check(device, WHAT, false)?;
         let refuse = |problem: String| Err(Error::Memory { what: WHAT, problem });
@@ -118,7 +118,7 @@ impl DeviceVoxels {
         let end = self.first as u128 + (z - 1) * slice as u128 + (y - 1) * row as u128 + x * size as u128;
         if [self.first, row, slice].iter().any(|n| n % size != 0) {
             let problem = format!(
-                "has its first voxel at byte {}, rows {row} and layers {slice} bytes apart: all must be multiples of a voxel's {size}",
+                "has its first voxel at byte {}, rows {row} and layers {slice} bytes apart: all must be multiples of the voxel size {size}",
                 self.first
             );
             return refuse(problem);
@@ -129,7 +129,7 @@ impl DeviceVoxels {
             ));
         }
         if end > bytes as u128 {
-            return refuse(format!("has {bytes} bytes, and {dims:?} voxels of {} end at {end}", self.voxel_type));
+            return refuse(format!("has {bytes} bytes, but {dims:?} voxels of {} end at byte {end}", self.voxel_type));
         }
         let placed = Placement { first: (self.first / size) as i64, row: (row / size) as i64, slice: (slice / size) as i64 };
         Ok((VoxelBuffer::from_memory(device, &self.memory, bytes, self.voxel_type)?, placed))
@@ -137,19 +137,20 @@ impl DeviceVoxels {
 }
 
 impl UploadedVolume {
-    /// A volume whose voxels stay where the caller has them, in a buffer of the device's context, which is retained.
+    /// A volume whose voxels stay in the caller's buffer, which is retained. It must be of the device's context.
     ///
-    /// They may change from frame to frame, in the order of the queue and its events, if every renderer is told so
-    /// ([`volume_changed`](crate::Renderer::volume_changed)). The range of the description is a promise: values beyond it show as its ends
-    /// do. Floats that are NaN, infinite or beyond ±1e30 count as the background.
+    /// The voxels may change between frames, ordered by the queue and its events, if every renderer is notified with
+    /// [`volume_changed`](crate::Renderer::volume_changed). The caller guarantees the range of the description; values outside it
+    /// are rendered as its ends. Floats that are NaN, infinite or beyond ±1e30 count as the background.
     ///
     /// # Errors
-    /// A buffer that is too small, of another context or written only, and pitches that are no multiples of a voxel or overlap.
+    /// If the buffer is too small, of another context or write-only, and if pitches overlap or are not multiples of a voxel.
     pub fn in_place(device: &Device, description: &Description, voxels: &DeviceVoxels) -> Result<Self, Error> {
         Self::part_in_place(device, description, VoxelBox::whole(description.grid().dims()), voxels)
     }
 
-    /// The same of a box of the volume that is described, for a [`PartRenderer`](crate::renderer::PartRenderer).
+    /// Like [`in_place`](Self::in_place) for a box of the described volume, for a
+    /// [`PartRenderer`](crate::renderer::PartRenderer).
     pub fn part_in_place(
         device: &Device,
         description: &Description,
@@ -157,14 +158,14 @@ impl UploadedVolume {
         voxels: &DeviceVoxels,
     ) -> Result<Self, Error> {
         if description.voxel_type() != voxels.voxel_type {
-            let problem = format!("holds {}, and the description says {}", voxels.voxel_type, description.voxel_type());
+            let problem = format!("holds {}, but the description says {}", voxels.voxel_type, description.voxel_type());
             return Err(Error::Memory { what: WHAT, problem });
         }
         let all = VoxelBox::whole(description.grid().dims());
         if part.count() == 0 || !all.holds(&part) {
             return Err(Error::Memory {
                 what: WHAT,
-                problem: format!("has {part:?}, which is no part of {:?} voxels", all.dims),
+                problem: format!("holds {part:?}, which must be a non-empty part of {:?} voxels", all.dims),
             });
         }
         let (voxels, placed) = voxels.placed(device, part.dims)?;

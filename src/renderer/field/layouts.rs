@@ -1,4 +1,4 @@
-//! The numbers that kernels weight, in the layouts that layer axes need: voxels, or the B-spline's coefficients.
+//! Layouts of kernel input (voxels or B-spline coefficients) for each layer axis.
 
 use super::super::store::Key;
 use super::{Field, FieldKernels};
@@ -11,13 +11,13 @@ use crate::layers::{Axis, Kernel, prefilter};
 use crate::volume::VoxelType;
 use std::sync::Arc;
 
-/// Numbers in which u has unit stride, and where they lie.
+/// Kernel input in which u has unit stride, and its placement.
 pub(in crate::renderer) struct Layout {
     pub voxels: Arc<VoxelBuffer>,
     pub view: VolumeView,
 }
 
-/// Where voxels lie in their buffer, all in voxels: the first one, and how far it is from row to row and from layer to layer.
+/// Placement of voxels in their buffer: offset of the first one, row pitch and slice pitch, all in voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::renderer) struct Placement {
     pub first: i64,
@@ -26,13 +26,13 @@ pub(in crate::renderer) struct Placement {
 }
 
 impl Placement {
-    /// Without gaps.
+    /// Placement without gaps.
     pub fn dense([x, y, _]: [usize; 3]) -> Self {
         Self { first: 0, row: x as i64, slice: x as i64 * y as i64 }
     }
 }
 
-/// The numbers that a kernel weights.
+/// Kernel input: voxels or B-spline coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Weighted {
     Voxels,
@@ -40,11 +40,11 @@ pub(super) enum Weighted {
 }
 
 impl Weighted {
-    pub fn by(kernel: Kernel) -> Self {
+    pub fn for_kernel(kernel: Kernel) -> Self {
         if kernel == Kernel::BSpline { Weighted::Coefficients } else { Weighted::Voxels }
     }
 
-    /// Their type, where voxels have the type `voxels`.
+    /// Data type, for voxels of type `voxels`.
     pub fn voxel_type(self, voxels: VoxelType) -> VoxelType {
         match self {
             Weighted::Voxels => voxels,
@@ -53,7 +53,7 @@ impl Weighted {
     }
 }
 
-/// The layout of layer axis x.
+/// Key of the layout of layer axis x.
 #[derive(PartialEq)]
 struct Transposed(Weighted);
 
@@ -61,7 +61,7 @@ impl Key for Transposed {
     type Value = VoxelBuffer;
 }
 
-/// The coefficients, in the layout of the upload.
+/// Key of the B-spline coefficients in the uploaded layout.
 #[derive(PartialEq)]
 struct Coefficients;
 
@@ -70,17 +70,23 @@ impl Key for Coefficients {
 }
 
 impl Field {
-    /// The voxels for a layer axis. Axes y and z read the upload; x has a layout of its own.
+    /// The voxels for a layer axis. Axes y and z use the uploaded layout; x has its own.
     pub fn layout(&self, kernels: &mut FieldKernels, device: &Device, axis: Axis) -> Result<Layout, Error> {
-        self.layout_of(kernels, device, axis, Weighted::Voxels)
+        self.weighted_layout(kernels, device, axis, Weighted::Voxels)
     }
 
-    /// The numbers that a kernel weights, for a layer axis.
+    /// Kernel input for a layer axis.
     pub fn weighted(&self, kernels: &mut FieldKernels, device: &Device, axis: Axis, kernel: Kernel) -> Result<Layout, Error> {
-        self.layout_of(kernels, device, axis, Weighted::by(kernel))
+        self.weighted_layout(kernels, device, axis, Weighted::for_kernel(kernel))
     }
 
-    fn layout_of(&self, kernels: &mut FieldKernels, device: &Device, axis: Axis, weighted: Weighted) -> Result<Layout, Error> {
+    fn weighted_layout(
+        &self,
+        kernels: &mut FieldKernels,
+        device: &Device,
+        axis: Axis,
+        weighted: Weighted,
+    ) -> Result<Layout, Error> {
         let placed = match weighted {
             Weighted::Voxels => self.placed,
             Weighted::Coefficients => Placement::dense(self.held.dims),
@@ -100,14 +106,14 @@ impl Field {
                 first,
                 dims: [frame.u, frame.v, frame.a].map(|i| self.grid.dims()[i] as i32),
                 background,
-                // Coefficients are made without it.
+                // Coefficients are made with the offset subtracted.
                 offset: if weighted == Weighted::Voxels { offset } else { 0.0 },
                 first_a: self.held.first[frame.a] as i32,
             },
         })
     }
 
-    /// In the layout of the upload.
+    /// Kernel input in the uploaded layout.
     fn upright(&self, kernels: &mut FieldKernels, device: &Device, weighted: Weighted) -> Result<Arc<VoxelBuffer>, Error> {
         match weighted {
             Weighted::Voxels => Ok(self.voxels.clone()),
@@ -140,7 +146,8 @@ impl Field {
         Ok(self.store().keep(key, inputs, device.produced()?, transposed))
     }
 
-    /// The B-spline's coefficients of the voxels that are held, less the offset: a prefilter along each axis, once per volume.
+    /// B-spline coefficients of the voxels on the device, with the offset subtracted: a prefilter along each axis, once per
+    /// volume.
     fn coefficients(&self, kernels: &mut FieldKernels, device: &Device) -> Result<Arc<VoxelBuffer>, Error> {
         let (key, inputs) = (Coefficients, self.inputs());
         if let Some(kept) = self.store().get(device, &key, inputs)? {

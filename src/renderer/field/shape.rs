@@ -1,11 +1,11 @@
-//! How large the buffers are that are made from a field: the field's own code and the declarations of frames ask here.
+//! Buffer sizes of data derived from a field, for the field's own code and for resource declarations.
 
 use super::layouts::Weighted;
 use crate::device::launch::volume::BlockNumbers;
 use crate::layers::{Axis, Kernel, PREFILTER_RADIUS};
 use crate::volume::{Description, VoxelType};
 
-/// Voxels on a device: their type, and how many along x, y, z.
+/// Voxels on a device: type, and dimensions along x, y, z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::renderer) struct FieldShape {
     pub voxel_type: VoxelType,
@@ -13,7 +13,7 @@ pub(in crate::renderer) struct FieldShape {
 }
 
 impl FieldShape {
-    /// `dims` voxels of a volume.
+    /// The shape of `dims` voxels of a volume.
     pub fn new(description: &Description, dims: [usize; 3]) -> Self {
         Self { voxel_type: description.voxel_type(), dims }
     }
@@ -23,21 +23,21 @@ impl FieldShape {
         self.dims.iter().product()
     }
 
-    /// Bytes of the voxels.
+    /// Size of the voxels in bytes.
     pub fn voxel_bytes(&self) -> usize {
         self.count() * self.voxel_type.bytes()
     }
 
-    /// The type of what a kernel weights.
+    /// Data type of a kernel's input.
     fn weighted(&self, kernel: Kernel) -> VoxelType {
-        Weighted::by(kernel).voxel_type(self.voxel_type)
+        Weighted::for_kernel(kernel).voxel_type(self.voxel_type)
     }
 
-    /// Bytes of each buffer that a kernel needs besides the voxels for views along an axis.
+    /// Bytes of each buffer besides the voxels that a kernel needs for views along an axis.
     pub fn layouts(&self, axis: Axis, kernel: Kernel) -> Vec<(&'static str, usize)> {
         let weighted = self.count() * self.weighted(kernel).bytes();
         let mut buffers = Vec::new();
-        if Weighted::by(kernel) == Weighted::Coefficients {
+        if Weighted::for_kernel(kernel) == Weighted::Coefficients {
             buffers.push(("the coefficients of the B-spline", weighted));
             buffers.push(("the prefilter", (PREFILTER_RADIUS + 1) * size_of::<f32>()));
         }
@@ -47,13 +47,13 @@ impl FieldShape {
         buffers
     }
 
-    /// The blocks of a layer axis.
+    /// Numbers of min-max blocks for a layer axis.
     pub fn blocks(&self, axis: Axis) -> BlockNumbers {
         let frame = axis.frame();
         BlockNumbers::new([frame.u, frame.v, frame.a].map(|i| self.dims[i]))
     }
 
-    /// Bytes of the min-max blocks of a layer axis, and of each buffer of their visibility.
+    /// Bytes of the min-max blocks of a layer axis, and of each of their visibility buffers.
     pub fn visibility(&self, axis: Axis, kernel: Kernel) -> Vec<(&'static str, usize)> {
         let (numbers, radius) = (self.blocks(axis), kernel.radius());
         vec![

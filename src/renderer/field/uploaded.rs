@@ -1,4 +1,4 @@
-//! Voxels on a device, for any number of renderers.
+//! Voxels on a device, shared by renderers.
 
 use super::{Field, Placement};
 use crate::device::Device;
@@ -6,9 +6,9 @@ use crate::device::launch::VoxelBuffer;
 use crate::error::Error;
 use crate::volume::{Description, Held, Volume, VolumePart, VoxelBox};
 
-/// The voxels of a volume, or of a part of one, on a device: uploaded, or in memory of the caller
-/// ([`in_place`](Self::in_place)). Cheap to clone. Clones, and all renderers made from it, share the voxels and everything that is made
-/// from them alone: the layout of layer axis x, the coefficients of the B-spline, the min-max blocks.
+/// The voxels of a volume, or of a part of one, on a device: uploaded, or in the caller's memory ([`in_place`](Self::in_place)).
+/// Cheap to clone. Clones and all renderers created from it share the voxels and the data derived from them alone: the layout of
+/// layer axis x, the B-spline coefficients, the min-max blocks.
 ///
 /// ```
 /// use layersplat::renderer::UploadedVolume;
@@ -22,7 +22,7 @@ use crate::volume::{Description, Held, Volume, VolumePart, VoxelBox};
 ///
 /// // Two transfer functions for voxels that are on the device once.
 /// let uploaded = UploadedVolume::new(&device, &volume)?;
-/// let renderers = [Renderer::of(&uploaded, &transfer)?, Renderer::of(&uploaded, &transfer.faded(0.5)?)?];
+/// let renderers = [Renderer::from_uploaded(&uploaded, &transfer)?, Renderer::from_uploaded(&uploaded, &transfer.faded(0.5)?)?];
 /// assert_eq!(renderers[0].grid(), renderers[1].grid());
 /// # Ok::<(), layersplat::Error>(())
 /// ```
@@ -36,29 +36,29 @@ impl UploadedVolume {
     /// Uploads a volume.
     pub fn new(device: &Device, volume: &Volume) -> Result<Self, Error> {
         let held = &volume.held();
-        Self::with_room(device, held, held.dims().iter().product())
+        Self::with_capacity(device, held, held.dims().iter().product())
     }
 
-    /// Uploads a part of a volume, for [`PartRenderer::of`](crate::renderer::PartRenderer::of).
+    /// Uploads a part of a volume, for [`PartRenderer::from_uploaded`](crate::renderer::PartRenderer::from_uploaded).
     pub fn part(device: &Device, part: &VolumePart) -> Result<Self, Error> {
         let held = &part.held();
-        Self::with_room(device, held, held.dims().iter().product())
+        Self::with_capacity(device, held, held.dims().iter().product())
     }
 
-    /// The same in a buffer with room for so many voxels: parts to come.
-    pub(in crate::renderer) fn with_room(device: &Device, held: &Held, room: usize) -> Result<Self, Error> {
-        let voxels = VoxelBuffer::upload_with_capacity(device, held, room)?;
+    /// Uploads into a buffer with a capacity of this many voxels, for later parts.
+    pub(in crate::renderer) fn with_capacity(device: &Device, held: &Held, capacity: usize) -> Result<Self, Error> {
+        let voxels = VoxelBuffer::upload_with_capacity(device, held, capacity)?;
         let held_box = VoxelBox { first: held.first, dims: held.dims() };
         let field = Field::new(held.description, held_box, voxels, Placement::dense(held_box.dims), false);
         Ok(Self { device: device.clone(), field })
     }
 
-    /// What is known of the whole volume.
+    /// Description of the whole volume.
     pub fn description(&self) -> &Description {
         self.field.description()
     }
 
-    /// Whether all voxels are held.
+    /// Whether all voxels are on the device.
     pub fn is_whole(&self) -> bool {
         self.field.held().dims == self.description().grid().dims()
     }

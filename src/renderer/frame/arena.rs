@@ -1,4 +1,4 @@
-//! The buffers that frames write: allocated from what a frame declares, and kept for the next one.
+//! Buffers that frames write: allocated from the frame's declarations and reused across frames.
 
 use super::resources::{Resources, Slot};
 use crate::device::{Buffer, Device, ScratchMemory};
@@ -7,58 +7,61 @@ use std::any::Any;
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
-/// Buffers by the names of their slots.
+/// Buffers by slot name.
 #[derive(Default)]
 pub(in crate::renderer) struct Arena {
     held: HashMap<&'static str, Held>,
 }
 
 struct Held {
-    /// A `Buffer<T>` of the slot's `T`.
+    /// A `Buffer<T>` with the slot's `T`.
     buffer: Arc<dyn Any + Send + Sync>,
     bytes: u64,
     place: Place,
 }
 
-/// Where a buffer lies.
+/// Memory of a buffer.
 enum Place {
     Own,
-    /// In the caller's scratch memory, for one frame.
+    /// The caller's scratch memory, for one frame.
     Scratch(Weak<ScratchMemory>, u64),
-    /// The caller's memory that a picture goes to, for one frame.
+    /// The caller's picture memory, for one frame.
     Bound,
 }
 
 impl Held {
-    /// Whether a frame of this device handle that needs so many bytes can use the buffer.
+    /// Whether a frame of this device handle can use the buffer for this number of bytes.
     fn serves(&self, device: &Device, bytes: u64) -> bool {
-        let of_frame = match (&self.place, device.scratch()) {
+        let current = match (&self.place, device.scratch()) {
             (Place::Own, None) => true,
-            (Place::Scratch(of, frame), Some(scratch)) => of.ptr_eq(&Arc::downgrade(scratch)) && *frame == scratch.frame(),
+            (Place::Scratch(memory, frame), Some(scratch)) => {
+                memory.ptr_eq(&Arc::downgrade(scratch)) && *frame == scratch.frame()
+            }
             _ => false,
         };
-        of_frame && self.bytes >= bytes
+        current && self.bytes >= bytes
     }
 }
 
 impl Arena {
-    /// Bytes that the buffers of a frame still need.
+    /// Bytes of a frame's buffers that are not allocated yet.
     pub fn missing(&self, device: &Device, resources: &Resources) -> u64 {
         if device.scratch().is_some() {
             return 0;
         }
-        let missing = resources.of_arena().filter(|r| !self.held.get(r.name).is_some_and(|held| held.serves(device, r.bytes)));
+        let missing =
+            resources.arena_buffers().filter(|r| !self.held.get(r.name).is_some_and(|held| held.serves(device, r.bytes)));
         missing.map(|resource| resource.bytes).sum()
     }
 
-    /// Makes the buffers that a frame declares and that are not there.
+    /// Allocates the missing buffers of a frame.
     pub fn reserve(&mut self, device: &Device, resources: &Resources) -> Result<(), Error> {
         self.held.retain(|_, held| !matches!(held.place, Place::Bound));
-        for resource in resources.of_arena() {
+        for resource in resources.arena_buffers() {
             if self.held.get(resource.name).is_some_and(|held| held.serves(device, resource.bytes)) {
                 continue;
             }
-            // The old one goes first: there may be no room for both.
+            // Free the old buffer first: there may not be enough memory for both.
             self.held.remove(resource.name);
             let scratch = device.scratch();
             let (allocate, len) = resource.allocate.expect("resources of the arena are typed");
@@ -69,13 +72,13 @@ impl Arena {
         Ok(())
     }
 
-    /// A buffer that the frame declares.
+    /// A buffer declared by the frame.
     pub fn get<T: Copy + Send + Sync + 'static>(&self, slot: &Slot<T>) -> Arc<Buffer<T>> {
         let held = self.held.get(slot.name).unwrap_or_else(|| panic!("the frame does not declare {}", slot.name));
         held.buffer.clone().downcast().expect("a slot has one type")
     }
 
-    /// A new buffer with a copy of values: the one before may still be read by enqueued frames.
+    /// A new buffer with a copy of `values`. Enqueued frames may still read the previous one.
     pub fn fill<T: Copy + Send + Sync + 'static>(
         &mut self,
         device: &Device,
@@ -88,7 +91,7 @@ impl Arena {
         Ok(buffer)
     }
 
-    /// A buffer of at least `len` values, where that number is only known once the device has counted.
+    /// A buffer for at least `len` values, for sizes that are only known after the device has counted.
     pub fn counted<T: Copy + Send + Sync + 'static>(
         &mut self,
         device: &Device,
@@ -104,13 +107,13 @@ impl Arena {
         Ok(self.get(slot))
     }
 
-    /// Lets this frame write into memory of the caller instead of a buffer of the arena.
+    /// Makes this frame write to the caller's memory instead of a buffer of the arena.
     pub fn bind<T: Copy + Send + Sync + 'static>(&mut self, slot: &Slot<T>, buffer: Arc<Buffer<T>>) {
         let bytes = buffer.bytes() as u64;
         self.held.insert(slot.name, Held { buffer, bytes, place: Place::Bound });
     }
 
-    /// Drops all buffers but one.
+    /// Drops all buffers except one.
     pub fn keep_only<T>(&mut self, slot: &Slot<T>) {
         self.held.retain(|name, _| *name == slot.name);
     }

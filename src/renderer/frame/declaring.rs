@@ -1,4 +1,4 @@
-//! What passes need to know to declare what a frame needs: sizes, and nothing of a device's memory.
+//! Input of resource declarations: sizes only, no device memory.
 
 use super::super::classification::TableSizes;
 use super::super::field::FieldShape;
@@ -7,9 +7,9 @@ use crate::device::Tuning;
 use crate::layers::{Axis, Kernel};
 use crate::viewport::Viewport;
 
-/// A frame to be declared.
+/// Sizes from which passes declare the resources of a frame.
 pub(in crate::renderer) struct Declaring<'a> {
-    /// The voxels on the device, or those that would be.
+    /// Shape of the voxels that are, or would be, on the device.
     pub shape: FieldShape,
     pub tables: &'a TableSizes<'a>,
     pub tuning: &'a Tuning,
@@ -17,7 +17,7 @@ pub(in crate::renderer) struct Declaring<'a> {
 }
 
 impl Declaring<'_> {
-    /// What a kernel reads of the voxels of a layer axis, and which blocks of them show anything.
+    /// The layouts of a layer axis for a kernel, the visibility of its min-max blocks, and the transfer table.
     pub fn visibility(&self, axis: Axis, kernel: Kernel, resources: &mut Resources) {
         self.layouts(axis, kernel, resources);
         resources.kept(("visibility", Some(axis), Some(kernel)), self.shape.visibility(axis, kernel));
@@ -34,7 +34,7 @@ impl Declaring<'_> {
         resources.kept(("table", None, Some(kernel)), TableSizes::table(self.tables.entries(kernel)));
     }
 
-    /// Its integrals.
+    /// The segment integrals of a kernel's field, and its transfer table.
     pub fn integrals(&self, kernel: Kernel, resources: &mut Resources) {
         self.table(kernel, resources);
         resources.kept(("integrals", None, Some(kernel)), [TableSizes::integrals(self.tables.entries(kernel))]);

@@ -1,12 +1,12 @@
-//! Runs frames: begin, steps, deliver, report. Every way to a picture goes through [`Engine::run`].
+//! Runs frames: begin, steps, deliver, report. All render paths go through [`Engine::run`].
 
 use super::super::classification::{Classification, PreparationKernels, SegmentNeeds, TableSizes};
 use super::super::field::{Field, UploadedVolume};
 use super::super::layered::{PointLayers, SplatLayers};
-use super::super::picture::{Finished, OntoScreen, Picture, bind};
+use super::super::picture::{Finished, Picture, WarpInputs, bind};
 use super::super::plan::Plan;
 use super::super::range::LayerRange;
-use super::super::rays::{Gathers, MarchedRays};
+use super::super::rays::{MarchedRays, RayOutput};
 use super::super::report::{Measured, Statistics};
 use super::super::scene::{Scene, View};
 use super::super::sheets::{AxisAlignedSheets, ImageAlignedSheets};
@@ -24,7 +24,7 @@ use crate::volume::{Held, Rescale, Stored as StoredNumbers, Volume};
 use opencl3::event::Event;
 use std::sync::Arc;
 
-/// Everything that frames of one renderer use, from one frame to the next.
+/// State of a renderer that is reused across frames.
 pub(in crate::renderer) struct Engine {
     pub device: Device,
     pub field: Field,
@@ -32,12 +32,12 @@ pub(in crate::renderer) struct Engine {
     kernels: PreparationKernels,
     passes: Passes,
     target: Target,
-    /// Whether reports say what frames took.
+    /// Whether reports include frame statistics.
     pub measuring: bool,
     pub limits: Limits,
-    /// Whether general programs draw while the best ones are being built.
+    /// Whether general programs render while the specialised ones are being built.
     pub general_programs: bool,
-    /// The caller's memory for what enqueued frames write.
+    /// The caller's scratch memory for enqueued frames.
     pub scratch: Option<Arc<ScratchMemory>>,
 }
 
@@ -51,7 +51,7 @@ struct Passes {
     picture: Picture,
 }
 
-/// What tables depend on of a field.
+/// Properties of a field on which tables depend.
 #[derive(PartialEq)]
 struct Numbers {
     stored: StoredNumbers,
@@ -60,39 +60,39 @@ struct Numbers {
 }
 
 impl Numbers {
-    fn of(field: &Field) -> Self {
+    fn new(field: &Field) -> Self {
         let rescale = field.description().rescale();
         Self { stored: field.stored(), rescale, range_is_declared: field.range_is_declared() }
     }
 }
 
-/// A frame to be run.
+/// A frame to run.
 pub(in crate::renderer) struct Frame<'a> {
     pub rays: &'a Rays,
     pub viewport: Viewport,
-    /// In the world of frames.
+    /// In normalised world units.
     pub settings: &'a Settings,
-    /// One after the other; buffers of the one before make room, but for the picture in floats.
+    /// Stages run in sequence. Each frees the buffers of the previous one, except the float picture.
     pub stages: Vec<Stage<'a>>,
-    /// Where voxels are read from that do not fit on the device.
+    /// Source of the voxels of a streamed frame.
     pub volume: Option<&'a Volume<'a>>,
-    /// Memory of the caller that the picture goes to.
+    /// The caller's memory that receives the picture.
     pub into: Option<Finished>,
-    /// Bytes that the picture needs on the host.
+    /// Bytes of the picture on the host.
     pub host_bytes: u64,
 }
 
-/// Whether a frame is waited for.
+/// Whether the caller waits for a frame.
 #[derive(Clone, Copy)]
 pub(in crate::renderer) enum Mode<'a> {
-    /// It is measured if that was asked for, and has limits.
+    /// The frame has limits, and is measured if measuring is enabled.
     Waited,
-    /// It comes after these events.
+    /// The frame executes after these events.
     Enqueued(&'a [&'a Event]),
 }
 
 impl Engine {
-    /// Renders a field, which others may share, on the device of an uploaded volume.
+    /// An engine for an uploaded volume. Other engines may share its field.
     pub fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
         let field = volume.field.for_renderer();
         Self {
@@ -109,8 +109,8 @@ impl Engine {
         }
     }
 
-    /// An engine of the same field and transfer function whose frames are not drawn, and the kernels that they would start. `needs`: of
-    /// segments, in place of what the transfer function needs.
+    /// An engine of the same field and transfer function that records the kernels its frames would launch. `needs` replaces the
+    /// segment needs of the transfer function.
     pub fn for_rehearsal(&self, needs: Option<SegmentNeeds>) -> (Self, Arc<Rehearsal>) {
         let (device, rehearsal) = self.device.with_own_sequence().rehearsing();
         let engine = Self {
@@ -128,50 +128,51 @@ impl Engine {
         (engine, rehearsal)
     }
 
-    /// Exchanges the field for one on the same device. Device programs stay; tables are made again where the range differs.
+    /// Replaces the field by one on the same device. Device programs are kept; tables are made again if the range differs.
     pub fn set_field(&mut self, volume: &UploadedVolume) -> Result<(), Error> {
         if volume.device.context() != self.device.context() {
             let problem = "is on a device of another context than the renderer".into();
             return Err(Error::Memory { what: "the uploaded volume", problem });
         }
-        let before = Numbers::of(&self.field);
+        let before = Numbers::new(&self.field);
         self.field = volume.field.for_renderer();
         self.reclassify(before);
         Ok(())
     }
 
-    /// Uploads other voxels in place of the field's.
+    /// Uploads other voxels to replace those of the field.
     pub fn replace_field(&mut self, held: &Held) -> Result<(), Error> {
         self.device.begin(&[])?;
-        let before = Numbers::of(&self.field);
-        let room = held.dims().iter().product();
-        let replaced = self.field.replace(&self.device, held, room);
+        let before = Numbers::new(&self.field);
+        let capacity = held.dims().iter().product();
+        let replaced = self.field.replace(&self.device, held, capacity);
         self.reclassify(before);
         replaced
     }
 
-    /// Makes tables for the numbers of the field, unless they are those before.
+    /// Invalidates the tables if the stored numbers of the field have changed.
     fn reclassify(&mut self, before: Numbers) {
-        if Numbers::of(&self.field) != before {
+        if Numbers::new(&self.field) != before {
             self.classification.set_field(&self.field);
         }
     }
 
-    /// Takes another transfer function.
+    /// Replaces the transfer function.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         self.classification.set_transfer_function(transfer, self.field.description().rescale());
     }
 
-    /// Calls `declare` with the sizes that frames of this engine have.
+    /// Calls `declare` with the sizes of this engine's frames.
     pub fn declaring<T>(&self, viewport: Viewport, declare: impl FnOnce(&Declaring) -> T) -> T {
-        let tables = &TableSizes::of(&self.classification, &self.field);
+        let tables = &TableSizes::from_classification(&self.classification, &self.field);
         declare(&Declaring { shape: self.field.shape(), tables, tuning: self.device.tuning(), viewport })
     }
 
-    /// Runs a frame; `deliver` takes its picture from the device. Returns what that returned, and what the frame took, if that is measured.
+    /// Runs a frame; `deliver` reads its picture from the device. Returns the result of `deliver` and the frame statistics, if
+    /// measured.
     ///
-    /// Where device memory is short, everything that earlier frames left is dropped and the frame begins anew. Streamed frames cannot: the
-    /// voxels that they began with are gone.
+    /// If device memory is insufficient, all cached data and buffers of earlier frames are dropped and the frame is restarted.
+    /// Streamed frames cannot restart, because their first voxels are already replaced.
     pub fn run<T>(
         &mut self,
         frame: &Frame,
@@ -180,8 +181,8 @@ impl Engine {
     ) -> Result<(T, Statistics), Error> {
         let (device, drawn) = match self.draw(frame, mode) {
             Err(error) if frame.volume.is_none() && error.is_lack_of_device_memory() => {
-                self.make_room();
-                tracing::debug!("{error}; trying again without what earlier frames left");
+                self.drop_cached();
+                tracing::debug!("{error}; retrying without the cached data of earlier frames");
                 self.draw(frame, mode)?
             }
             drawn => drawn?,
@@ -194,7 +195,7 @@ impl Engine {
         Ok((delivered, Statistics { measured, general_program: device.used_general_program() }))
     }
 
-    /// The handle of a frame, whose commands begin now: what a failed frame leaves behind, no other sees.
+    /// Begins the commands of a frame and returns its device handle. State of a failed frame stays with its handle.
     fn begin(&self, mode: Mode) -> Result<Device, Error> {
         match mode {
             Mode::Waited => {
@@ -221,8 +222,8 @@ impl Engine {
         for (n, stage) in frame.stages.iter().enumerate() {
             tracing::debug!("{}", stage.resources);
             if n > 0 {
-                self.field.make_room();
-                self.classification.make_room();
+                self.field.drop_cached();
+                self.classification.drop_cached();
                 self.target.keep_picture();
             }
             self.require(&device, frame, &stage.resources)?;
@@ -237,7 +238,7 @@ impl Engine {
         Ok((device, done))
     }
 
-    /// Refuses a frame whose buffers do not fit into memory, before any of them is made.
+    /// Rejects a frame whose buffers do not fit into memory, before any is allocated.
     fn require(&self, device: &Device, frame: &Frame, resources: &Resources) -> Result<(), Error> {
         let Viewport { width, height } = frame.viewport;
         let missing = self.target.arena.missing(device, resources);
@@ -247,10 +248,10 @@ impl Engine {
     fn step(&mut self, view: View, frame: &Frame, step: &Step, done: &mut Done) -> Result<(), Error> {
         let View { device, rays, viewport, .. } = view;
         match *step {
-            Step::Hold { voxels, room } => {
-                let volume = frame.volume.expect("only streamed frames exchange voxels");
+            Step::Hold { voxels, capacity } => {
+                let volume = frame.volume.expect("only streamed frames replace voxels");
                 let part = volume.part(voxels.first, voxels.dims)?;
-                self.field.replace(device, &part.held(), room)?;
+                self.field.replace(device, &part.held(), capacity)?;
             }
             Step::Continue(samples) => self.target.fill(device, samples)?,
             Step::Layers { lattice, layered, ref range } => {
@@ -264,11 +265,11 @@ impl Engine {
                 done.finished = Finished::Floats(self.target.drawn().samples);
             }
             Step::Warp { lattice, share } => {
-                let onto = OntoScreen { lattice, rays, viewport };
+                let onto = WarpInputs { lattice, rays, viewport };
                 done.finished = self.passes.picture.warp(device, &self.target, onto, share)?;
             }
             Step::WarpDisplayed { lattice, background } => {
-                let onto = OntoScreen { lattice, rays, viewport };
+                let onto = WarpInputs { lattice, rays, viewport };
                 done.finished = self.passes.picture.warp_displayed(device, &self.target, onto, background)?;
             }
             Step::Present(background) => {
@@ -279,7 +280,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Adds the samples with opacity of what was just drawn, if the frame is measured.
+    /// Adds the number of samples with opacity of the last pass, if the frame is measured.
     fn count(&self, device: &Device, done: &mut Done) -> Result<(), Error> {
         if let Some(active_samples) = &mut done.active_samples {
             *active_samples += self.target.count_active(device)?;
@@ -298,7 +299,7 @@ impl Engine {
         }
     }
 
-    fn draw_screen(&mut self, view: View, plan: &Plan, gathers: Gathers) -> Result<(), Error> {
+    fn draw_screen(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<(), Error> {
         let Self { field, classification, kernels, passes, target, .. } = self;
         let scene = &mut Scene::new(view, field, classification, kernels);
         match *plan {
@@ -316,21 +317,21 @@ impl Engine {
             Plan::Slicing(step) => passes.rays.slice(scene, step, target),
             Plan::AxisSheets(axis) => passes.axis_sheets.draw(scene, axis, target),
             Plan::ViewSheets(distance) => passes.view_sheets.draw(scene, distance, target),
-            Plan::Lattice(..) | Plan::Shared(..) => unreachable!("lattices are drawn in layers"),
+            Plan::Lattice(..) | Plan::Shared(..) => unreachable!("lattices are rendered as layers"),
         }
     }
 
-    /// Drops what earlier frames left on the device but the voxels.
-    fn make_room(&mut self) {
-        self.field.make_room();
-        self.classification.make_room();
+    /// Drops all cached data and buffers on the device except the voxels.
+    fn drop_cached(&mut self) {
+        self.field.drop_cached();
+        self.classification.drop_cached();
         self.target.arena.clear();
     }
 }
 
-/// What the steps of a frame have done so far.
+/// Results of the steps so far.
 struct Done {
     finished: Finished,
-    /// Samples with opacity, where they are counted.
+    /// Number of samples with opacity, if counted.
     active_samples: Option<u64>,
 }

@@ -1,4 +1,4 @@
-//! A frame: what it does step by step, what it needs, and the one place where it runs.
+//! Frames: their steps, their resources, and the engine that runs them.
 
 mod arena;
 mod declaring;

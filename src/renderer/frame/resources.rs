@@ -1,6 +1,6 @@
-//! What a frame needs on the device, as its passes declare it before anything is made.
+//! Device resources of a frame, declared by its passes before anything is allocated.
 //!
-//! One list serves the arena that allocates, the caller's scratch memory, the memory budget, the plan of streaming, and the log.
+//! The same list serves the arena, the caller's scratch memory, the memory budget, the streaming plan, and the log.
 
 use super::super::field::FieldShape;
 use crate::device::{Buffer, Device, ScratchMemory};
@@ -11,7 +11,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// A buffer of values `T` that frames write, by its name in messages.
+/// A buffer of values `T` that frames write, identified by its name in messages.
 pub(in crate::renderer) struct Slot<T> {
     pub name: &'static str,
     values: PhantomData<fn() -> T>,
@@ -23,12 +23,12 @@ impl<T> Slot<T> {
     }
 }
 
-/// How long a buffer lives, and who makes it.
+/// Lifetime and origin of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::renderer) enum Lifetime {
-    /// Written by kernels in each frame. The arena keeps it for the next one; it can lie in the caller's scratch memory.
+    /// Written by kernels in each frame. The arena reuses it across frames; it may be placed in the caller's scratch memory.
     Frame,
-    /// Copied from the host for each frame.
+    /// Copied from the host in each frame.
     Host,
     /// Kept in a store until its inputs change.
     Kept,
@@ -42,11 +42,11 @@ pub(in crate::renderer) struct Resource {
     pub name: &'static str,
     pub bytes: u64,
     pub lifetime: Lifetime,
-    /// How the arena makes a buffer of so many values.
+    /// Allocation function of the arena, and number of values.
     pub(super) allocate: Option<(Allocate, usize)>,
 }
 
-/// Makes a buffer of so many values, in the caller's scratch memory if there is any.
+/// Allocates a buffer of this many values, in the caller's scratch memory if there is any.
 pub(super) type Allocate = fn(&Device, Option<&ScratchMemory>, usize, &str) -> Result<Arc<dyn Any + Send + Sync>, Error>;
 
 fn allocate<T: Copy + Send + Sync + 'static>(
@@ -61,7 +61,7 @@ fn allocate<T: Copy + Send + Sync + 'static>(
     }))
 }
 
-/// Which values of a kind a store keeps: of an axis, of a kernel.
+/// Kind of cached data: name, layer axis, kernel.
 type Kind = (&'static str, Option<Axis>, Option<Kernel>);
 
 /// All buffers that a frame needs.
@@ -72,9 +72,9 @@ pub(in crate::renderer) struct Resources {
 }
 
 impl Resources {
-    /// A buffer of `len` values that kernels write in each frame. Passes that declare the same slot share it.
+    /// Declares a buffer of `len` values that kernels write in each frame. Passes that declare the same slot share it.
     pub fn frame<T: Copy + Send + Sync + 'static>(&mut self, slot: &Slot<T>, len: usize) {
-        let bytes = bytes_of::<T>(len);
+        let bytes = buffer_bytes::<T>(len);
         let resource =
             Resource { name: slot.name, bytes, lifetime: Lifetime::Frame, allocate: Some((allocate::<T>, len.max(1))) };
         match self.list.iter_mut().find(|r| r.name == slot.name && r.lifetime == Lifetime::Frame) {
@@ -84,16 +84,16 @@ impl Resources {
         }
     }
 
-    /// A buffer of `len` values that are copied from the host for each frame.
+    /// Declares a buffer of `len` values copied from the host in each frame.
     pub fn host<T>(&mut self, slot: &Slot<T>, len: usize) {
-        let bytes = bytes_of::<T>(len);
+        let bytes = buffer_bytes::<T>(len);
         match self.list.iter_mut().find(|r| r.name == slot.name) {
             Some(declared) => declared.bytes = declared.bytes.max(bytes),
             None => self.list.push(Resource { name: slot.name, bytes, lifetime: Lifetime::Host, allocate: None }),
         }
     }
 
-    /// Buffers that stores keep, once for each kind of values.
+    /// Declares cached buffers, once per kind.
     pub fn kept(&mut self, kind: Kind, buffers: impl IntoIterator<Item = (&'static str, usize)>) {
         if !self.kinds.contains(&kind) {
             self.kinds.push(kind);
@@ -101,13 +101,13 @@ impl Resources {
         }
     }
 
-    /// The voxels.
+    /// Declares the voxels.
     pub fn field(&mut self, shape: &FieldShape) {
         self.add(Lifetime::Field, [("the voxels", shape.voxel_bytes())]);
     }
 
     fn add(&mut self, lifetime: Lifetime, buffers: impl IntoIterator<Item = (&'static str, usize)>) {
-        // Empty buffers have a byte.
+        // Empty buffers are allocated with one byte.
         let resources =
             buffers.into_iter().map(|(name, bytes)| Resource { name, bytes: bytes.max(1) as u64, lifetime, allocate: None });
         self.list.extend(resources);
@@ -118,28 +118,28 @@ impl Resources {
         self.list.iter()
     }
 
-    /// Those that the arena makes.
-    pub fn of_arena(&self) -> impl Iterator<Item = &Resource> {
+    /// The buffers that the arena allocates.
+    pub fn arena_buffers(&self) -> impl Iterator<Item = &Resource> {
         self.iter().filter(|resource| resource.lifetime == Lifetime::Frame)
     }
 
-    /// Bytes of all of them.
+    /// Bytes of all buffers.
     pub fn bytes(&self) -> Bytes {
         self.iter().fold(Bytes::default(), |all, r| Bytes { sum: all.sum + r.bytes, largest: all.largest.max(r.bytes) })
     }
 }
 
-/// Bytes of a buffer of so many values: of one at least.
-fn bytes_of<T>(len: usize) -> u64 {
+/// Bytes of a buffer of `len` values, at least one.
+fn buffer_bytes<T>(len: usize) -> u64 {
     len.max(1) as u64 * size_of::<T>() as u64
 }
 
-/// Bytes of buffers.
+/// Sizes of a set of buffers in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(in crate::renderer) struct Bytes {
-    /// Of all together.
+    /// Sum of all buffers.
     pub sum: u64,
-    /// Of the largest one.
+    /// Largest buffer.
     pub largest: u64,
 }
 

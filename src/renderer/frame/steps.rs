@@ -1,10 +1,10 @@
-//! What a frame does on the device, in order, and what each step needs.
+//! Steps of a frame on the device and their resources.
 
 use super::super::layered::{points, splats};
 use super::super::picture::{Share, declare_displayed, declare_floats};
 use super::super::plan::Plan;
 use super::super::range::LayerRange;
-use super::super::rays::{self, Gathers};
+use super::super::rays::{self, RayOutput};
 use super::super::sheets;
 use super::declaring::Declaring;
 use super::resources::Resources;
@@ -16,34 +16,34 @@ use crate::volume::VoxelBox;
 /// A step of a frame.
 #[derive(Clone)]
 pub(in crate::renderer) enum Step<'a> {
-    /// Puts the voxels of a box in place of those before, in a buffer with room for so many.
-    Hold { voxels: VoxelBox, room: usize },
-    /// Puts raw samples where layers go on.
+    /// Replaces the voxels on the device by those of a box, in a buffer for `capacity` voxels.
+    Hold { voxels: VoxelBox, capacity: usize },
+    /// Uploads raw samples from which layers continue.
     Continue(&'a [[f32; 4]]),
     /// Composites layers of a lattice.
     Layers { lattice: &'a Lattice, layered: Layered, range: LayerRange },
-    /// Draws on the screen, without a lattice.
-    Screen(&'a Plan, Gathers),
-    /// Warps the lattice into the picture in floats, with its share.
+    /// Renders screen pixels, without a lattice.
+    Screen(&'a Plan, RayOutput),
+    /// Warps the lattice into the float picture, with its share.
     Warp { lattice: &'a Lattice, share: Share },
-    /// Warps the lattice straight into the displayed picture.
+    /// Warps the lattice directly into the displayed picture.
     WarpDisplayed { lattice: &'a Lattice, background: Background },
-    /// Displays the picture in floats.
+    /// Converts the float picture to 8 bits over a background.
     Present(Background),
 }
 
-/// What a frame delivers.
+/// Output of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::renderer) enum Output {
-    /// The samples of the lattice, before the warp; of several lattices those of the first one.
+    /// The lattice samples before the warp; with several lattices, those of the first one.
     Samples,
-    /// A picture in premultiplied floats.
+    /// A picture of premultiplied floats.
     Floats,
-    /// A picture of 8 bits over a background.
+    /// An 8-bit picture over a background.
     Rgba8(Background),
 }
 
-/// Steps that share their buffers.
+/// Steps that share buffers.
 #[derive(Clone, Default)]
 pub(in crate::renderer) struct Stage<'a> {
     pub steps: Steps<'a>,
@@ -54,12 +54,12 @@ pub(in crate::renderer) struct Stage<'a> {
 pub(in crate::renderer) type Steps<'a> = Vec<Step<'a>>;
 
 impl<'a> Stage<'a> {
-    /// Draws a plan with all voxels on the device. With `bound` the picture goes to memory of the caller.
-    pub fn of_plan(plan: &'a Plan, output: Output, bound: bool, declaring: &Declaring) -> Self {
+    /// A stage that renders a plan with all voxels on the device. With `bound`, the picture goes to the caller's memory.
+    pub fn from_plan(plan: &'a Plan, output: Output, bound: bool, declaring: &Declaring) -> Self {
         Self::new(steps(plan, output), bound, declaring)
     }
 
-    /// Any steps.
+    /// A stage of the given steps.
     pub fn new(steps: Steps<'a>, bound: bool, declaring: &Declaring) -> Self {
         let mut resources = Resources::default();
         resources.field(&declaring.shape);
@@ -87,11 +87,11 @@ fn steps(plan: &Plan, output: Output) -> Steps<'_> {
             }
             displayed(steps, output)
         }
-        (plan, output) => displayed(vec![Step::Screen(plan, Gathers::Colors)], output),
+        (plan, output) => displayed(vec![Step::Screen(plan, RayOutput::Colors)], output),
     }
 }
 
-/// Steps that end in a picture in floats, and what displays it.
+/// Appends the conversion to the output format to steps that end in a float picture.
 fn displayed(mut steps: Steps<'_>, output: Output) -> Steps<'_> {
     if let Output::Rgba8(background) = output {
         steps.push(Step::Present(background));
@@ -100,7 +100,7 @@ fn displayed(mut steps: Steps<'_>, output: Output) -> Steps<'_> {
 }
 
 impl Step<'_> {
-    /// Declares what this step needs. With `bound` the finished picture goes to memory of the caller.
+    /// Declares the resources of this step. With `bound`, the finished picture goes to the caller's memory.
     fn declare(&self, declaring: &Declaring, bound: bool, resources: &mut Resources) {
         match self {
             Step::Hold { .. } | Step::Continue(_) => {}
@@ -129,6 +129,6 @@ fn declare_screen(plan: &Plan, declaring: &Declaring, resources: &mut Resources)
         Plan::Slicing(_) => rays::declare_slicing(declaring, resources),
         Plan::Raycast(kernel, _) | Plan::CastValues(kernel, _) => rays::declare_casting(declaring, *kernel, resources),
         Plan::CastSegments(kernel, _) => rays::declare_segments(declaring, *kernel, resources),
-        Plan::Lattice(..) | Plan::Shared(..) => unreachable!("lattices are drawn in layers"),
+        Plan::Lattice(..) | Plan::Shared(..) => unreachable!("lattices are rendered as layers"),
     }
 }

@@ -1,4 +1,4 @@
-//! The paper's set of footprint images.
+//! The footprint set of the paper.
 
 use super::super::store::{Inputs, Key, Store, Stored};
 use crate::device::launch::Launcher;
@@ -10,16 +10,16 @@ use std::sync::Arc;
 
 const NAME: &str = "the footprint set";
 
-/// Texels of all images.
+/// Number of texels of all images.
 const TEXELS: usize = FOOTPRINT_SET_LEN * FOOTPRINT_SET_SIZE * FOOTPRINT_SET_SIZE;
 
-/// Makes the footprint images, once.
+/// Makes the footprint images on first use.
 pub(super) struct FootprintSet {
     kernel: Launcher<kernels::FootprintSet>,
     store: Store,
 }
 
-/// The images, and the shears that they are for.
+/// Footprint images and their shears.
 pub(super) struct FootprintImages {
     pub images: Buffer<u8>,
     pub shears: Buffer<[f32; 2]>,
@@ -45,12 +45,12 @@ impl Default for FootprintSet {
 }
 
 impl FootprintSet {
-    /// Bytes of the buffers of the set.
+    /// Names and sizes in bytes of the set's buffers.
     pub fn buffers() -> [(&'static str, usize); 2] {
         [(NAME, TEXELS), (NAME, FOOTPRINT_SET_LEN * size_of::<[f32; 2]>())]
     }
 
-    /// The images, which depend on nothing.
+    /// The footprint images, which have no inputs.
     pub fn images(&mut self, device: &Device) -> Result<Arc<FootprintImages>, Error> {
         if let Some(kept) = self.store.get(device, &ImagesKey, Inputs::default())? {
             return Ok(kept);

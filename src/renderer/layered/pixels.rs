@@ -1,16 +1,16 @@
-//! What both ways of drawing layers per screen pixel need.
+//! Parameters shared by both per-pixel renderings of layers.
 
 use super::super::scene::Scene;
 use crate::device::launch::structs::{DirectParams, VolumeView};
 use crate::layers::Axis;
 use glam::DVec3;
 
-/// The axes whose blocks kernels get for x, y, z: where all rays have one, those of the others are not read.
+/// Layer axes whose blocks are passed to kernels for x, y, z. If all rays share one axis, the blocks of the others are not read.
 pub(super) fn layer_axes(axis: Option<Axis>) -> [Axis; 3] {
     axis.map_or(Axis::ALL, |axis| [axis; 3])
 }
 
-/// The rays. `view` of layer axis z; `blocks` for layer axes x, y, z.
+/// Kernel argument with the rays. `view` is that of layer axis z; `blocks` are those of layer axes x, y, z.
 pub(super) fn direct_params(scene: &Scene, axis: Option<Axis>, view: &VolumeView, blocks: [[i32; 2]; 3]) -> DirectParams {
     let affine = |p: &[DVec3; 3]| p.map(|v| v.as_vec3().extend(0.0).to_array());
     let Scene { rays, settings, .. } = *scene;

@@ -1,4 +1,4 @@
-//! Layers sampled at points, with pre-integrated segments between them.
+//! Point-sampled layers with pre-integrated segments.
 
 use super::super::classification::{Integrals, Table};
 use super::super::frame::{Declaring, Resources};
@@ -19,7 +19,7 @@ use crate::layers::{Axis, AxisFrame, Density, Kernel, Lattice, Stagger};
 use crate::settings::Blend;
 use crate::settings::{Classification, Evaluation};
 
-/// Draws point-sampled layers.
+/// Renders point-sampled layers.
 #[derive(Default)]
 pub(in crate::renderer) struct PointLayers {
     lattice: Launcher<PointLattice>,
@@ -27,33 +27,33 @@ pub(in crate::renderer) struct PointLayers {
     direct: Launcher<PointDirect>,
 }
 
-/// Pixels that a layer is thick from which on it is sampled once more, and twice more.
+/// Layer thicknesses in pixels from which a layer gets one and two additional samples.
 const MAGNIFIED: [f64; 2] = [6.0, 12.0];
 
-/// Samples per layer of layers that are so many pixels thick: where lattices follow the screen, samples along rays do too. Few
-/// voxels are in view then, and what happens between layers is large enough to be seen.
+/// Samples per layer for layers of this thickness in pixels. Lattices that adapt to the screen also adapt the sampling along
+/// rays: at high magnification few voxels are in view, and what happens between layers becomes visible.
 fn magnified(samples_per_layer: u32, evaluation: Evaluation, pixels: f64) -> u32 {
     let Evaluation::Lattice(Density::Relaxed | Density::Fine) = evaluation else { return samples_per_layer };
     let more = MAGNIFIED.iter().filter(|&&limit| pixels >= limit).count() as u32;
     (samples_per_layer + more).min(Classification::MAX_POINTS)
 }
 
-/// Declares what [`PointLayers::draw_lattice`] needs.
+/// Declares the resources of [`PointLayers::draw_lattice`].
 pub(in crate::renderer) fn declare_lattice(declaring: &Declaring, lattice: &Lattice, kernel: Kernel, resources: &mut Resources) {
-    declare_target(lattice.samples(), Tiles::of_points(lattice, declaring.tuning), resources);
+    declare_target(lattice.samples(), Tiles::for_points(lattice, declaring.tuning), resources);
     declaring.visibility(lattice.frame.layer_axis(), kernel, resources);
     declaring.integrals(kernel, resources);
 }
 
-/// Declares what [`PointLayers::draw_pixels`] needs.
+/// Declares the resources of [`PointLayers::draw_pixels`].
 pub(in crate::renderer) fn declare_pixels(declaring: &Declaring, axis: Option<Axis>, kernel: Kernel, resources: &mut Resources) {
-    declare_target(declaring.viewport.pixels(), Tiles::of_pixels(declaring.viewport), resources);
+    declare_target(declaring.viewport.pixels(), Tiles::for_pixels(declaring.viewport), resources);
     layer_axes(axis).into_iter().for_each(|axis| declaring.visibility(axis, kernel, resources));
     declaring.integrals(kernel, resources);
 }
 
 impl PointLayers {
-    /// Draws a lattice.
+    /// Renders a lattice.
     pub fn draw_lattice(
         &mut self,
         scene: &mut Scene,
@@ -68,7 +68,7 @@ impl PointLayers {
         let axis = frame.layer_axis();
         let per_layer = magnified(samples_per_layer, evaluation, scene.rays.pixels_along(frame.a));
         let steps = scene.steps(per_layer);
-        let tiles = Tiles::of_points(lattice, device.tuning());
+        let tiles = Tiles::for_points(lattice, device.tuning());
         let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
         if lattice.samples() == 0 {
             return Ok(());
@@ -103,7 +103,7 @@ impl PointLayers {
         }
     }
 
-    /// Draws per screen pixel, with one layer axis for all rays or each ray's own.
+    /// Renders per screen pixel, with one layer axis for all rays or one per ray.
     pub fn draw_pixels(
         &mut self,
         scene: &mut Scene,
@@ -124,7 +124,7 @@ impl PointLayers {
         let table = scene.table(kernel)?;
         let sample = point_params(scene, (&integrals, &table), steps, Axis::Z.frame(), (kernel, samples_per_layer));
         let layout = scene.weighted(Axis::Z, kernel)?;
-        let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::of_pixels(viewport));
+        let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::for_pixels(viewport));
         self.direct.launch(
             device,
             (layout.voxels.kind(), kernel, segments, region.rendering),
@@ -147,7 +147,7 @@ impl PointLayers {
     }
 }
 
-/// How segments are built: with their integrals only where they are composited.
+/// Segment permutation; integrals are needed only for compositing.
 fn segments(scene: &Scene, integrals: &Integrals, kernel: Kernel, per_layer: u32) -> Segments {
     match scene.settings.blend {
         Blend::Composite => integrals.segments(scene.settings.extinction, kernel, per_layer),
@@ -155,7 +155,7 @@ fn segments(scene: &Scene, integrals: &Integrals, kernel: Kernel, per_layer: u32
     }
 }
 
-/// Parameters of samples of a kernel's field, so many per layer, and of the segments between them.
+/// Parameters of point samples of a kernel's field, `per_layer` per layer, and of the segments between them.
 fn point_params(
     scene: &Scene,
     (integrals, table): (&Integrals, &Table),
@@ -170,13 +170,13 @@ fn point_params(
     scene.sample(frame, classification, SegmentParams::between_points(scene, steps, frame, kernel, per_layer))
 }
 
-/// How many voxel rows farther than their row the columns of a lattice lie, at most.
+/// Maximum distance of a staggered column from its row, in voxel rows.
 fn farthest(lattice: &Lattice) -> i32 {
     let staggered = lattice.stagger != Stagger::default();
     if staggered { lattice.rays[1].crossing[1].ceil() as i32 } else { 0 }
 }
 
-/// A lattice as kernels see it, without what is a matter of points.
+/// Kernel argument for a lattice, without the fields of point samples.
 pub(super) fn lattice_params(
     lattice: &Lattice,
     range: &LayerRange,

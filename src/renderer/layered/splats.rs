@@ -1,4 +1,4 @@
-//! Splatted layers, classified after interpolation: the paper's own way.
+//! Splatted layers, post-classified: the algorithm of the paper.
 
 use super::super::classification::Table;
 use super::super::frame::{Declaring, Resources, Slot};
@@ -24,7 +24,7 @@ use crate::layers::{Axis, AxisFrame, Correction, Kernel, Lattice, LayerSlabs, Ph
 use crate::settings::{Classification, Footprints};
 use crate::transfer::Extinction;
 
-/// Draws splatted layers.
+/// Renders splatted layers.
 #[derive(Default)]
 pub(in crate::renderer) struct SplatLayers {
     lattice: Launcher<SplatLattice>,
@@ -42,7 +42,7 @@ const OPACITY_TABLE: Slot<Float4> = Slot::new("the opacity table");
 const SUB_SLABS: Slot<Float4> = Slot::new("the sub-slabs");
 const NODES: Slot<[f32; 2]> = Slot::new("the quadrature nodes");
 
-/// Declares what [`SplatLayers::draw_lattice`] needs.
+/// Declares the resources of [`SplatLayers::draw_lattice`].
 pub(in crate::renderer) fn declare_lattice(
     declaring: &Declaring,
     lattice: &Lattice,
@@ -50,7 +50,7 @@ pub(in crate::renderer) fn declare_lattice(
     resources: &mut Resources,
 ) {
     let schedule = declaring.tuning.lattice_schedule;
-    let tiles = Tiles::of_lattice(lattice, Classification::Post(correction), declaring.tuning);
+    let tiles = Tiles::for_lattice(lattice, Classification::Post(correction), declaring.tuning);
     declare_target(lattice.samples(), tiles, resources);
     declaring.visibility(lattice.frame.layer_axis(), Kernel::Cubic, resources);
     declaring.table(Kernel::Cubic, resources);
@@ -68,7 +68,7 @@ pub(in crate::renderer) fn declare_lattice(
     }
 }
 
-/// Declares what [`SplatLayers::draw_pixels`] needs.
+/// Declares the resources of [`SplatLayers::draw_pixels`].
 pub(in crate::renderer) fn declare_pixels(
     declaring: &Declaring,
     axis: Option<Axis>,
@@ -76,7 +76,7 @@ pub(in crate::renderer) fn declare_pixels(
     footprints: Footprints,
     resources: &mut Resources,
 ) {
-    declare_target(declaring.viewport.pixels(), Tiles::of_pixels(declaring.viewport), resources);
+    declare_target(declaring.viewport.pixels(), Tiles::for_pixels(declaring.viewport), resources);
     layer_axes(axis).into_iter().for_each(|axis| declaring.visibility(axis, Kernel::Cubic, resources));
     declaring.table(Kernel::Cubic, resources);
     resources.host(&SUB_SLABS, slab_count(correction));
@@ -87,7 +87,7 @@ pub(in crate::renderer) fn declare_pixels(
 }
 
 impl SplatLayers {
-    /// Draws a lattice.
+    /// Renders a lattice.
     pub fn draw_lattice(
         &mut self,
         scene: &mut Scene,
@@ -113,7 +113,7 @@ impl SplatLayers {
     ) -> Result<(), Error> {
         let Scene { device, settings, .. } = *scene;
         let (frame, axis) = (lattice.frame, lattice.frame.layer_axis());
-        let tiles = Tiles::of_phases(phases, device.tuning());
+        let tiles = Tiles::for_phases(phases, device.tuning());
         let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
         if lattice.samples() == 0 {
             return Ok(());
@@ -207,7 +207,7 @@ impl SplatLayers {
     ) -> Result<(), Error> {
         let Scene { device, settings, .. } = *scene;
         let axis = lattice.frame.layer_axis();
-        let tiles = Tiles::of_splats(lattice, device.tuning());
+        let tiles = Tiles::for_splats(lattice, device.tuning());
         let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
         if lattice.samples() == 0 {
             return Ok(());
@@ -253,7 +253,7 @@ impl SplatLayers {
         }
     }
 
-    /// Draws per screen pixel, with one layer axis for all rays or each ray's own.
+    /// Renders per screen pixel, with one layer axis for all rays or one per ray.
     pub fn draw_pixels(
         &mut self,
         scene: &mut Scene,
@@ -270,7 +270,7 @@ impl SplatLayers {
         }
         let set = footprints == Footprints::Set;
         let images = if set { Some(self.footprint_set.images(device)?) } else { None };
-        // A kernel with exact footprints reads neither: any buffers do.
+        // A kernel with exact footprints reads neither; pass any valid buffers.
         let no_shears = target.arena.get(&NODES);
         let (images, shears) = images.as_ref().map_or((&visible[0].flags, &*no_shears), |set| (&set.images, &set.shears));
         let table = scene.table(Kernel::Cubic)?;
@@ -280,7 +280,7 @@ impl SplatLayers {
         let region = Region::new(scene, Kernel::Cubic, 1);
         let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(&slabs))?;
         let layout = scene.layout(Axis::Z)?;
-        let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::of_pixels(viewport));
+        let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::for_pixels(viewport));
         self.direct.launch(
             device,
             (layout.voxels.kind(), set, region.rendering),
@@ -305,13 +305,13 @@ impl SplatLayers {
     }
 }
 
-/// How many sub-slabs the kernels read.
+/// Number of sub-slabs that the kernels read.
 fn slab_count(correction: Correction) -> usize {
     let LayerSlabs { inner, front, back } = LayerSlabs::new(correction);
     inner.len() + front.len() + back.len()
 }
 
-/// Sub-slabs as the kernels read them: inner, front and back ones after each other.
+/// Sub-slabs in the order of the kernels: inner, front, back.
 fn slab_table(slabs: &LayerSlabs) -> Vec<Float4> {
     let entry = |s: &SubSlab| Float4([s.before, s.own, s.after, s.share].map(|w| w as f32));
     slabs.inner.iter().chain(&slabs.front).chain(&slabs.back).map(entry).collect()

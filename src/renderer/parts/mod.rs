@@ -1,4 +1,4 @@
-//! Volumes of which not all layers are at hand: each part composites its own, onto those before.
+//! Rendering of volume parts: each part composites its own layers behind those composited before.
 
 #[cfg(feature = "mpi")]
 mod ranks;
@@ -26,14 +26,14 @@ use crate::viewport::Viewport;
 use crate::volume::{VolumePart, VoxelBox};
 use std::ops::Range;
 use std::time::Duration;
-use view::refused;
+use view::view_error;
 
-/// Renders some layers of a volume: those of a [`VolumePart`].
+/// Renders a range of layers of a volume, those of a [`VolumePart`].
 ///
-/// Layers are composited on a lattice (both classifications) and handed on in their raw state, so that a volume rendered part by part
-/// has the bits of one rendered as a whole. Everything that is a property of the whole volume comes from the part's description. Views
-/// without a lattice, where each ray may have a layer axis of its own, and pictures shared by several layer axes need the whole volume:
-/// they are refused with an error that says so.
+/// Layers are composited on a lattice (both classifications) and passed on in their raw state, so that a volume rendered in parts
+/// is bit-identical to one rendered as a whole. All properties of the whole volume come from the part's description. Views
+/// without a lattice, where each ray may have its own layer axis, and pictures shared by several layer axes need the whole
+/// volume. They are rejected with an error that says so.
 ///
 /// ```
 /// use layersplat::renderer::{CompositedLayers, PartRenderer};
@@ -62,7 +62,7 @@ pub struct PartRenderer {
     engine: Engine,
 }
 
-/// Layers that were composited, front to back, as a later one can go on with: not yet a picture.
+/// Composited layers in their raw state, front to back. Later layers can continue from them; they are not yet a picture.
 ///
 /// ```
 /// use layersplat::Settings;
@@ -83,25 +83,28 @@ pub struct PartRenderer {
 pub struct CompositedLayers {
     view: LatticeView,
     layers: Range<usize>,
-    /// By the blend mode: premultiplied colour and transmittance, or a value.
+    /// Depending on the blend mode: premultiplied colour and transmittance, or a value.
     samples: Vec<[f32; 4]>,
 }
 
 impl CompositedLayers {
-    /// Which layers, under their numbers in the whole volume.
+    /// The range of layers, numbered as in the whole volume.
     pub fn layers(&self) -> Range<usize> {
         self.layers.clone()
     }
 
-    /// What `front` and the layers right `behind` it are together, by the blend mode's own rule: each composited from nothing.
-    /// `over` of floats is not associative, and what is behind was not told what ends in front of it: the picture is that of the whole
-    /// volume within rounding (and [`Settings::OPAQUE`], with early termination), not to the bit.
+    /// Combines `front` and the layers directly `behind` it with the operator of the blend mode. Each was composited from an
+    /// empty state. `over` is not associative in floats, and the layers behind were composited without early termination by those
+    /// in front. The picture therefore equals that of the whole volume up to rounding (and [`Settings::OPAQUE`], with early
+    /// termination), not bit for bit.
     ///
     /// # Errors
-    /// Layers of different views, or that are not next to each other in the order of the view.
+    /// If the layers belong to different views, or are not adjacent in view order.
     pub fn combine(front: &Self, behind: &Self) -> Result<Self, Error> {
         if front.view != behind.view {
-            return Err(refused("these layers are of different views: composite them with the same camera and settings".into()));
+            return Err(view_error(
+                "these layers belong to different views: composite them with the same camera and settings".into(),
+            ));
         }
         front.view.check_joined(&front.layers, &behind.layers)?;
         let blend = front.view.blend;
@@ -111,8 +114,8 @@ impl CompositedLayers {
 }
 
 impl PartRenderer {
-    /// Layers that must be at hand before and behind those that are composited: two for kernels and gradients, and of the B-spline those
-    /// that its coefficients are made from.
+    /// Number of ghost layers that must be held on each side of the composited layers: two for kernels and gradients, plus the
+    /// prefilter radius for the B-spline.
     pub fn around(settings: &Settings) -> usize {
         let classification = settings.layered().map(|layered| layered.classification);
         match classification {
@@ -121,48 +124,49 @@ impl PartRenderer {
         }
     }
 
-    /// The layers that a part must hold to composite `layers` of a volume of so many.
-    pub fn needed(layers: &Range<usize>, of: usize, settings: &Settings) -> Range<usize> {
+    /// The layers that a part must hold to composite `layers` of a volume with `total` layers.
+    pub fn needed(layers: &Range<usize>, total: usize, settings: &Settings) -> Range<usize> {
         let around = Self::around(settings);
-        layers.start.saturating_sub(around)..(layers.end + around).min(of)
+        layers.start.saturating_sub(around)..(layers.end + around).min(total)
     }
 
-    /// Uploads a part, to be seen through a transfer function.
+    /// Uploads a part and creates a renderer for it with this transfer function.
     pub fn new(device: &Device, part: &VolumePart, transfer: &TransferFunction) -> Result<Self, Error> {
-        Ok(Self::of(&UploadedVolume::part(device, part)?, transfer))
+        Ok(Self::from_uploaded(&UploadedVolume::part(device, part)?, transfer))
     }
 
-    /// Renders layers of a volume, or of a part of one, that is on a device already.
-    pub fn of(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
+    /// Creates a renderer for a volume, or a part of one, that is already on a device.
+    pub fn from_uploaded(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
         Self { engine: Engine::new(volume, transfer) }
     }
 
-    /// Takes another transfer function from the next layers on.
+    /// Replaces the transfer function, from the next call on.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         self.engine.set_transfer_function(transfer);
     }
 
-    /// How long compositing or finishing may take from now on, as [`Renderer::limit`](crate::Renderer::limit).
+    /// Limits the time of compositing and finishing, as [`Renderer::limit`](crate::Renderer::limit).
     pub fn limit(&mut self, longest: Option<Duration>) {
         self.engine.limits.longest = longest;
     }
 
-    /// Lets another thread cancel compositing or finishing, as [`Renderer::set_cancel`](crate::Renderer::set_cancel).
+    /// Sets the handle with which another thread can cancel compositing and finishing, as
+    /// [`Renderer::set_cancel`](crate::Renderer::set_cancel).
     pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
         self.engine.limits.cancel = cancel;
     }
 
-    /// The layer axis of a view, and whether its rays meet layers in the order of their numbers.
+    /// The layer axis of a view, and whether its rays cross layers in ascending order.
     pub fn order(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Axis, bool), Error> {
         let view = self.view(camera, viewport, settings)?;
         Ok((view.axis(), view.ascending()))
     }
 
-    /// Composites layers, right behind those that were composited `before`, or from nothing.
+    /// Composites layers, directly behind those composited `before`, or from an empty state.
     ///
     /// # Errors
-    /// Layers that the part does not hold with those [`around`](Self::around) that they need, that do not follow those before in the
-    /// [order](Self::order) of the view, and views without a lattice of their own.
+    /// If the part does not hold the layers and the ghost layers [`around`](Self::around) them, if they do not follow those
+    /// composited before in the [order](Self::order) of the view, and if the view does not have a single lattice.
     pub fn composite(
         &mut self,
         camera: &Camera,
@@ -176,8 +180,8 @@ impl PartRenderer {
         let mut done = layers.clone();
         if let Some(before) = before {
             if before.view != view {
-                return Err(refused(
-                    "the layers before are of another view: composite all with the same camera and settings".into(),
+                return Err(view_error(
+                    "the layers before belong to another view: composite all with the same camera and settings".into(),
                 ));
             }
             view.check_joined(&before.layers, &layers)?;
@@ -187,7 +191,7 @@ impl PartRenderer {
         Ok(CompositedLayers { view, layers: done, samples })
     }
 
-    /// The picture of composited layers: premultiplied floats, without a background. Any part of the volume can make it.
+    /// The picture of composited layers as premultiplied floats, without a background. The renderer of any part can make it.
     pub fn finish(&mut self, composited: &CompositedLayers) -> Result<Frame, Error> {
         let view = &composited.view;
         let read = |device: &Device, finished: &Finished| read_samples(finished.floats(), device, view.viewport.pixels());
@@ -201,7 +205,7 @@ impl PartRenderer {
             Some((view, _)) if views.is_empty() => Ok(view),
             last => {
                 let axes: Vec<_> = views.iter().chain(&last).map(|(view, _)| view.axis()).collect();
-                Err(refused(format!("this view is shared by the layer axes {axes:?}: choose one of them")))
+                Err(view_error(format!("this view is shared by the layer axes {axes:?}: choose one of them")))
             }
         }
     }
@@ -215,13 +219,13 @@ impl PartRenderer {
         let (held, needed) = (self.engine.field.held(), Self::needed(layers, all, &view.settings));
         if !held.holds(&VoxelBox::layers(self.engine.field.grid().dims(), axis.index(), &needed)) {
             let problem =
-                format!("layers {layers:?} of axis {axis:?} need layers {needed:?} as a whole, which this part does not hold");
-            return Err(refused(problem));
+                format!("layers {layers:?} of axis {axis:?} need all of layers {needed:?}, which this part does not hold");
+            return Err(view_error(problem));
         }
         Ok(())
     }
 
-    /// The raw samples of layers behind those `before`, or behind nothing.
+    /// Composites layers behind the raw samples `before`, or from an empty state, and returns raw samples.
     fn samples(&mut self, view: &LatticeView, voxels: Range<usize>, before: Option<&[[f32; 4]]>) -> Result<Vec<[f32; 4]>, Error> {
         let range = LayerRange { voxels, continues: before.is_some(), raw: true };
         let layers = Step::Layers { lattice: &view.lattice, layered: view.layered, range };
@@ -229,14 +233,14 @@ impl PartRenderer {
         self.run(view, steps, None, |device, finished| read_samples(finished.floats(), device, view.lattice.samples()))
     }
 
-    /// The steps that warp the raw samples of all layers of a view.
+    /// The steps that resolve and warp the raw samples of all layers of a view.
     fn warped<'a>(&self, view: &'a LatticeView, samples: &'a [[f32; 4]], share: Share) -> Vec<Step<'a>> {
         let LatticeView { lattice, layered, .. } = view;
         let end = Step::Layers { lattice, layered: *layered, range: LayerRange::end() };
         vec![Step::Continue(samples), end, Step::Warp { lattice, share }]
     }
 
-    /// Runs steps of a view, of which the last one can write into a buffer that is given.
+    /// Runs steps of a view; the last one writes to `into` if it is given.
     fn run<T>(
         &mut self,
         view: &LatticeView,

@@ -1,4 +1,4 @@
-//! What processes that share a volume need of a renderer of their layers.
+//! Interface of part renderers for distributed rendering.
 
 use super::PartRenderer;
 use super::view::LatticeView;
@@ -9,23 +9,24 @@ use opencl3::event::Event;
 use std::ops::Range;
 
 impl LatticeView {
-    /// Samples along u and v.
+    /// Number of samples along u and v.
     pub fn size(&self) -> [usize; 2] {
         self.lattice.size.map(|n| n as usize)
     }
 
-    /// The blend mode of stored numbers.
+    /// Blend mode of stored numbers.
     pub fn blend(&self) -> Blend {
         self.blend
     }
 
     pub fn report(&self) -> LatticeReport {
-        LatticeReport::of(&self.lattice)
+        LatticeReport::new(&self.lattice)
     }
 }
 
 impl PartRenderer {
-    /// The raw samples of some layers of a view, composited behind those `before`, or from nothing; no layers are nothing.
+    /// Composites a range of layers of a view behind the raw samples `before`, or from an empty state, and returns raw samples.
+    /// The range may be empty.
     pub(crate) fn raw(
         &mut self,
         view: &LatticeView,
@@ -38,7 +39,7 @@ impl PartRenderer {
         self.samples(view, if layers.is_empty() { 0..0 } else { layers.clone() }, before)
     }
 
-    /// The voxels have changed, where they are in memory of the caller's own.
+    /// Declares that the voxels in the caller's memory have changed.
     pub(crate) fn volume_changed(&mut self, wait: &[&Event]) -> Result<(), Error> {
         self.engine.device.begin(wait)?;
         self.engine.field.voxels_changed();

@@ -1,4 +1,4 @@
-//! A picture that several renderers warp lattices into.
+//! A picture into which several renderers warp lattices.
 
 use super::super::picture::{Finished, Share};
 use super::super::tiles::read_samples;
@@ -7,22 +7,22 @@ use super::view::LatticeView;
 use crate::error::Error;
 use crate::image::Frame;
 
-/// The picture of several lattices, each warped by a renderer that holds voxels for it.
+/// Picture of several lattices, each warped by a renderer that holds some of the voxels.
 #[derive(Default)]
 pub(crate) struct Shares {
-    /// What the lattices so far add up to.
+    /// Sum of the lattices so far.
     picture: Option<Finished>,
-    /// The buffer of the last picture, to be written again.
+    /// Buffer of the previous picture, for reuse.
     last: Option<(usize, Finished)>,
 }
 
 impl Shares {
-    /// Begins another picture.
+    /// Begins a new picture.
     pub fn begin(&mut self) {
         self.picture = None;
     }
 
-    /// Warps the samples of all layers of a lattice, with its share of the picture.
+    /// Adds a lattice with its share of the picture; `samples` are the raw samples of all its layers.
     pub fn add(
         &mut self,
         renderer: &mut PartRenderer,
@@ -41,7 +41,7 @@ impl Shares {
         Ok(())
     }
 
-    /// The picture of all: premultiplied floats, without a background.
+    /// The finished picture as premultiplied floats, without a background.
     pub fn frame(&mut self, renderer: &PartRenderer, view: &LatticeView) -> Result<Frame, Error> {
         let device = &renderer.engine.device;
         let picture = self.picture.as_ref().expect("a lattice was warped");

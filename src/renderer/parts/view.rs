@@ -1,4 +1,4 @@
-//! Views of a volume through lattices, and what their layers are together.
+//! Lattice views of a volume, and the combination of their raw samples.
 
 use super::super::plan::Plan;
 use super::super::world::World;
@@ -10,7 +10,7 @@ use crate::viewport::Viewport;
 use crate::volume::Description;
 use std::ops::Range;
 
-/// A view of a volume through a lattice.
+/// A view of a volume with one lattice.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LatticeView {
     pub(super) lattice: Lattice,
@@ -18,32 +18,32 @@ pub(crate) struct LatticeView {
     pub(super) viewport: Viewport,
     pub(super) layered: Layered,
     pub(super) settings: Settings,
-    /// Of stored numbers.
+    /// Blend mode of stored numbers.
     pub(super) blend: Blend,
 }
 
 impl LatticeView {
-    /// The lattices of a view, and the share of the picture that each has: one, or near 45° those of two or three layer axes.
+    /// The lattices of a view with their shares of the picture: one, or near 45° those of two or three layer axes.
     ///
     /// # Errors
-    /// Views without a lattice.
+    /// If the view has no lattice.
     pub fn all(
         description: &Description,
         camera: &Camera,
         viewport: Viewport,
         settings: &Settings,
     ) -> Result<Vec<(Self, f64)>, Error> {
-        let world = World::of(description.grid());
+        let world = World::new(description.grid());
         let grid = world.grid(description.grid());
-        let (rays, settings) = world.seen(&grid, camera, viewport, settings)?;
+        let (rays, settings) = world.normalised_view(&grid, camera, viewport, settings)?;
         let reversed = description.rescale().slope() < 0.0;
         let blend = if reversed { settings.blend.reversed() } else { settings.blend };
         let (lattices, layered) = match Plan::new(&rays, viewport, &grid, &settings)? {
             Plan::Lattice(lattice, layered) => (vec![(lattice, 1.0)], layered),
             Plan::Shared(parts, layered) => (parts, layered),
             other => {
-                let problem = format!("only layers on a lattice can be rendered in parts, not {other}: hold the whole volume");
-                return Err(refused(problem));
+                let problem = format!("only layers on a lattice can be rendered in parts, not {other}: use the whole volume");
+                return Err(view_error(problem));
             }
         };
         let view = |lattice| Self { lattice, rays, viewport, layered, settings, blend };
@@ -54,7 +54,7 @@ impl LatticeView {
         self.lattice.frame.layer_axis()
     }
 
-    /// Whether rays meet layers in the order of their numbers.
+    /// Whether rays cross layers in ascending order.
     pub fn ascending(&self) -> bool {
         self.lattice.layer_step > 0
     }
@@ -69,16 +69,16 @@ impl LatticeView {
             return Ok(());
         }
         let order = if self.ascending() { "from the first layer to the last" } else { "from the last layer to the first" };
-        Err(refused(format!("layers {behind:?} are not right behind layers {front:?}: this view goes {order}")))
+        Err(view_error(format!("layers {behind:?} are not right behind layers {front:?}: the view order is {order}")))
     }
 }
 
-/// Of what concerns the layers of a view.
-pub(super) fn refused(problem: String) -> Error {
+/// Error about the layers of a view.
+pub(super) fn view_error(problem: String) -> Error {
     Error::Settings { field: "layer_axis", problem }
 }
 
-/// Two raw samples, one behind the other, as kernels/shared/accumulator.cl has them.
+/// Combines two raw samples, one behind the other, as kernels/shared/accumulator.cl does.
 pub(crate) fn combined(blend: Blend, front: [f32; 4], behind: [f32; 4]) -> [f32; 4] {
     let value = |value| [value, 0.0, 0.0, 0.0];
     match blend {

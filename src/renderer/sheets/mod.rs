@@ -1,4 +1,4 @@
-//! Frames by axis-aligned and by image-aligned sheets.
+//! Splatting onto axis-aligned and image-aligned sheets.
 
 mod order;
 
@@ -18,36 +18,35 @@ use crate::volume::Grid;
 use glam::DVec3;
 use order::{SplatOrder, Unsorted};
 
-/// Draws by splatting onto one sheet per layer.
+/// Splats onto one sheet per layer.
 #[derive(Default)]
 pub(super) struct AxisAlignedSheets {
     kernel: Launcher<AxisSheets>,
     order: SplatOrder,
 }
 
-/// Draws by splatting slabs onto sheets across the view.
+/// Splats slabs onto sheets perpendicular to the view direction.
 #[derive(Default)]
 pub(super) struct ImageAlignedSheets {
     kernel: Launcher<ViewSheets>,
     order: SplatOrder,
 }
 
-/// Weights of the slabs of a splat.
 const SLAB_WEIGHTS: Slot<f32> = Slot::new("the slabs of a splat");
 
-/// Declares what [`AxisAlignedSheets`] need, but for the buffers whose sizes the device counts.
+/// Declares the resources of [`AxisAlignedSheets`], except buffers whose sizes the device counts.
 pub(super) fn declare_axis_sheets(declaring: &Declaring, axis: Axis, resources: &mut Resources) {
     declare_sheets(declaring, axis, resources);
 }
 
-/// Declares what [`ImageAlignedSheets`] need, but for the buffers whose sizes the device counts.
+/// Declares the resources of [`ImageAlignedSheets`], except buffers whose sizes the device counts.
 pub(super) fn declare_view_sheets(declaring: &Declaring, distance: f64, resources: &mut Resources) {
     declare_sheets(declaring, Axis::Z, resources);
     resources.host(&SLAB_WEIGHTS, slab_weights(SplatSlabs { distance }).len());
 }
 
 fn declare_sheets(declaring: &Declaring, axis: Axis, resources: &mut Resources) {
-    declare_target(declaring.viewport.pixels(), Tiles::of_screen(declaring.viewport, declaring.tuning), resources);
+    declare_target(declaring.viewport.pixels(), Tiles::for_screen(declaring.viewport, declaring.tuning), resources);
     declaring.layouts(axis, Kernel::Gaussian, resources);
     declaring.table(Kernel::Gaussian, resources);
 }
@@ -64,7 +63,7 @@ impl AxisAlignedSheets {
         let (background, _) = scene.field.background();
         let backwards = i32::from(rays.central_direction()[axis.index()] < 0.0);
         let params = SplatParams { backwards, ..splat_params(&projection, frame, background) };
-        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let tiles = Tiles::for_screen(viewport, device.tuning());
         let splatted = Splatted::Visible;
         let order = self.order.sort(
             device,
@@ -90,7 +89,7 @@ impl AxisAlignedSheets {
 }
 
 impl ImageAlignedSheets {
-    /// `distance` of sheets in voxels.
+    /// Renders sheets `distance` voxels apart.
     pub fn draw(&mut self, scene: &mut Scene, distance: f64, target: &mut Target) -> Result<(), Error> {
         const AXIS: Axis = Axis::Z;
         let Scene { device, rays, viewport, settings, .. } = *scene;
@@ -107,7 +106,7 @@ impl ImageAlignedSheets {
             sheets: sheets(scene.field.grid(), &projection, distance),
             ..splat_params(&projection, AXIS.frame(), layout.view.background)
         };
-        let tiles = Tiles::of_screen(viewport, device.tuning());
+        let tiles = Tiles::for_screen(viewport, device.tuning());
         let order = self.order.sort(
             device,
             &mut target.arena,
@@ -133,12 +132,12 @@ impl ImageAlignedSheets {
     }
 }
 
-/// Parameters of sheets' samples, which are looked up in a table.
+/// Parameters of the post-classified samples of sheets.
 fn splat_samples(scene: &Scene, table: &Table, steps: Steps, frame: AxisFrame) -> SampleParams {
     scene.sample(frame, ClassificationParams::from_table(scene, table), SegmentParams::single(scene, steps, frame))
 }
 
-/// The projection as kernels see it, in the axes of `frame`; without sheets.
+/// Kernel argument with the projection in the axes of `frame`; the range of sheets is not set.
 fn splat_params(projection: &SplatProjection, frame: AxisFrame, background: f32) -> SplatParams {
     let row = |coefficients: DVec3, constant: f64| frame.local(coefficients).extend(constant).as_vec4().to_array();
     let half_size = projection.half_size().as_vec2();
@@ -157,14 +156,14 @@ fn splat_params(projection: &SplatProjection, frame: AxisFrame, background: f32)
     }
 }
 
-/// First and last sheet that any voxel's splat can reach.
+/// First and last sheet that the splat of any voxel can reach.
 fn sheets(grid: &Grid, projection: &SplatProjection, distance: f64) -> [i32; 2] {
     let size = DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0));
     let deepest = (projection.along.abs().dot(size) / 2.0 + GAUSSIAN_RADIUS) / distance;
     [(-deepest - 1.5).floor() as i32, (deepest + 1.5).ceil() as i32]
 }
 
-/// Weights of all sheets that a splat reaches, for evenly spaced fractions.
+/// Weights of a splat on all sheets that it reaches, for evenly spaced fractional positions.
 fn slab_weights(slabs: SplatSlabs) -> Vec<f32> {
     let steps = ViewSheets::SLAB_STEPS;
     let at = |i: usize| (0..slabs.count()).map(move |n| slabs.weight(n, i as f64 / steps as f64) as f32);

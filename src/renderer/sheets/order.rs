@@ -1,4 +1,4 @@
-//! The order of splats in a frame.
+//! Sorting and tiling of splats.
 
 use super::super::classification::{SplatList, Splatted, Table, read_total};
 use super::super::frame::{Arena, Slot};
@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::viewport::Viewport;
 use std::sync::Arc;
 
-/// Projects, sorts and lists splats per tile.
+/// Projects and sorts splats, and lists them per tile.
 #[derive(Default)]
 pub(super) struct SplatOrder {
     sorting: Launcher<SortedSplats>,
@@ -21,14 +21,14 @@ pub(super) struct SplatOrder {
     scan: Launcher<Scan>,
 }
 
-// All sizes but that of `TOTAL` are known only once the device has counted splats: frames cannot declare them.
+// The device counts splats first, so frames can declare only the size of `TOTAL`.
 const TOTAL: Slot<u64> = Slot::new("the number of splats");
 const SHEET_COUNTS: Slot<u32> = Slot::new("the splats per sheet");
 const SORTED: Slot<Splat> = Slot::new("the sorted splats");
 const TILE_ENDS: Slot<u32> = Slot::new("the splats per tile");
 const LISTS: Slot<u32> = Slot::new("the lists of tiles");
 
-/// Splats to be sorted.
+/// Splats to sort.
 pub(super) struct Unsorted<'a> {
     pub splats: &'a SplatList,
     pub splatted: Splatted,
@@ -38,16 +38,16 @@ pub(super) struct Unsorted<'a> {
     pub viewport: Viewport,
 }
 
-/// Splats in their order, and the lists of each tile of the screen.
+/// Sorted splats, and the lists of splats per screen tile.
 pub(super) struct Sorted {
     pub sorted: Arc<Buffer<Splat>>,
-    /// Where the lists of tiles end, per chunk.
+    /// Ends of the tile lists, per chunk.
     pub ends: Arc<Buffer<u32>>,
     pub lists: Arc<Buffer<u32>>,
 }
 
 impl SplatOrder {
-    /// Reads back how many splats and entries of lists there are, to make room for them.
+    /// Sorts splats. Reads back the numbers of splats and of list entries to allocate their buffers.
     pub fn sort(&mut self, device: &Device, arena: &mut Arena, from: &Unsorted) -> Result<Sorted, Error> {
         let Unsorted { splats, params, .. } = *from;
         let chunks = device.tuning().splat_chunks;
@@ -83,7 +83,7 @@ impl SplatOrder {
         }
         let count = read_total(device, total, "the list of splats")?;
 
-        let tiles = Tiles::of_lists(from.viewport, device.tuning());
+        let tiles = Tiles::for_lists(from.viewport, device.tuning());
         let [tiles_u, tiles_v] = tiles.for_kernels();
         let tiles = tiles.all_counts();
         let ends = arena.counted(device, &TILE_ENDS, chunks * tiles)?;

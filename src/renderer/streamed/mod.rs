@@ -1,4 +1,4 @@
-//! Volumes that do not fit on the device: their layers go there part by part.
+//! Streaming of volumes that do not fit on the device: their layers are uploaded in parts.
 
 mod needs;
 mod plan;
@@ -24,20 +24,21 @@ use crate::settings::{Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume, VoxelBox};
-use needs::{Needs, Room};
+use needs::{MemoryLimits, Needs};
 use plan::Parts;
 use std::ops::Range;
 use std::time::Duration;
 
-/// Renders a volume within the memory of a device handle ([`Device::with_memory`], [`Device::with_largest_buffer`]), however large the
-/// volume is: the same bits as a [`Renderer`] that holds all of it.
+/// Renders a volume of any size within the memory of a device handle ([`Device::with_memory`], [`Device::with_largest_buffer`]).
+/// The result is bit-identical to that of a [`Renderer`] that holds the whole volume.
 ///
-/// Layers on a lattice go to the device in parts along the layer axis, each as many layers as there is room for; along x and y these are
-/// gathered where the voxels lie, in a mapped file for instance, and of built-in volumes of more than 2^28 voxels they are made. What
-/// else a frame needs, lattice, tables and picture, counts too, and is given back after each frame, unless all voxels fit: then these
-/// stay, and what is prepared as long as there is room.
-/// Everything else (views in which each ray may have a layer axis of its own, sheets, slices, rays) needs the whole volume, and is
-/// refused where it does not fit.
+/// Layers on a lattice are uploaded in parts along the layer axis, each with as many layers as fit. Along x and y, layers are
+/// gathered where the voxels are stored, for instance in a mapped file. Built-in volumes of more than 2^28 voxels are generated
+/// on demand. The other resources of a frame (lattice, tables, picture) count against the memory, too, and are released after
+/// each frame. If all voxels fit, they stay on the device, together with cached data as far as the memory allows.
+///
+/// All other render paths (views in which each ray may have its own layer axis, sheets, slices, rays) need the whole volume and
+/// are rejected if it does not fit.
 ///
 /// ```
 /// use layersplat::Settings;
@@ -59,25 +60,25 @@ pub struct StreamedRenderer<'v> {
     volume: Volume<'v>,
     transfer: TransferFunction,
     world: World,
-    /// In the world of frames.
+    /// In normalised world units.
     grid: Grid,
-    /// All voxels, where they fit, and what renders them.
+    /// All voxels, if they fit, and their renderer.
     whole: Option<UploadedVolume>,
     kept: Option<Renderer>,
-    /// Bytes that these have on the device.
+    /// Bytes on the device held by `whole` and `kept`.
     own: u64,
     measuring: bool,
     limits: Limits,
 }
 
-/// A view of which all lattices are known.
+/// A view with planned lattices.
 struct Streamed {
     plan: Plan,
     rays: Rays,
     settings: Settings,
     layered: Layered,
     lattices: Vec<(Lattice, f64, Parts)>,
-    told: StreamPlan,
+    summary: StreamPlan,
 }
 
 impl Streamed {
@@ -88,9 +89,9 @@ impl Streamed {
 }
 
 impl<'v> StreamedRenderer<'v> {
-    /// Nothing is read or uploaded yet.
+    /// Creates a renderer. Nothing is read or uploaded yet.
     pub fn new(device: &Device, volume: &Volume<'v>, transfer: &TransferFunction) -> Self {
-        let world = World::of(volume.grid());
+        let world = World::new(volume.grid());
         Self {
             device: device.clone(),
             volume: volume.clone(),
@@ -105,7 +106,7 @@ impl<'v> StreamedRenderer<'v> {
         }
     }
 
-    /// Takes another transfer function from the next frame on.
+    /// Replaces the transfer function, from the next frame on.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         self.transfer = transfer.clone();
         if let Some(kept) = &mut self.kept {
@@ -118,54 +119,54 @@ impl<'v> StreamedRenderer<'v> {
         &self.transfer
     }
 
-    /// Takes another volume from the next frame on. Nothing is read yet.
+    /// Replaces the volume, from the next frame on. Nothing is read yet.
     pub fn set_volume(&mut self, volume: &Volume<'v>) {
-        self.world = World::of(volume.grid());
+        self.world = World::new(volume.grid());
         (self.grid, self.volume) = (self.world.grid(volume.grid()), volume.clone());
         (self.whole, self.kept, self.own) = (None, None, 0);
     }
 
-    /// Where the voxels lie in the world.
+    /// The grid that places the voxels in the world.
     pub fn grid(&self) -> &Grid {
         self.volume.grid()
     }
 
-    /// Whether the reports of frames say what these took, from the next one on.
+    /// Enables frame statistics in reports, from the next frame on.
     pub fn measure(&mut self, measuring: bool) {
         self.measuring = measuring;
     }
 
-    /// How long a frame may take from now on, as [`Renderer::limit`](super::Renderer::limit): reading and uploading parts counts, too,
-    /// and that of a volume that is kept as a whole does not.
+    /// Limits the time of a frame, as [`Renderer::limit`](super::Renderer::limit). Reading and uploading parts counts, but not
+    /// the upload of a volume that is held as a whole.
     pub fn limit(&mut self, longest: Option<Duration>) {
         self.limits.longest = longest;
     }
 
-    /// Lets another thread cancel frames, as [`Renderer::set_cancel`](super::Renderer::set_cancel).
+    /// Sets the handle with which another thread can cancel frames, as [`Renderer::set_cancel`](super::Renderer::set_cancel).
     pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
         self.limits.cancel = cancel;
     }
 
-    /// How a view would be rendered, and what that would take; `None` where it needs the whole volume, and that fits.
+    /// The streaming plan of a view; `None` if the view needs the whole volume and that fits.
     ///
     /// # Errors
     /// As [`render`](Self::render).
     pub fn plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
-        let (rays, seen) = self.world.seen(&self.grid, camera, viewport, settings)?;
+        let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, settings)?;
         let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
         match self.streamed(plan, rays, viewport, seen)? {
-            Ok(streamed) => Ok(Some(streamed.told)),
+            Ok(streamed) => Ok(Some(streamed.summary)),
             Err(whole) => self.require_whole(&whole, viewport).map(|()| None),
         }
     }
 
-    /// Renders a picture: premultiplied floats, without a background. What it takes is logged before it begins.
+    /// Renders a picture as premultiplied floats, without a background. The streaming plan is logged first.
     ///
     /// # Errors
-    /// [`Error::MemoryBudget`] and [`Error::DeviceMemory`], which say how much would be needed at least: where not even one layer and
-    /// those around it fit beside what a frame needs, and views that cannot be streamed where the whole volume does not.
+    /// [`Error::MemoryBudget`] and [`Error::DeviceMemory`], with the least memory required: if not even one layer and its
+    /// neighbours fit beside the other resources of a frame, or if the view cannot be streamed and the whole volume does not fit.
     pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
-        let (rays, seen) = self.world.seen(&self.grid, camera, viewport, settings)?;
+        let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, settings)?;
         let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
         let streamed = self.streamed(plan, rays, viewport, seen)?;
         let others = self.others();
@@ -173,7 +174,7 @@ impl<'v> StreamedRenderer<'v> {
             Ok(streamed) => !streamed.holds_all(),
             Err(whole) => self.require_whole(whole, viewport).map(|()| false)?,
         };
-        // What is kept of frames before may leave too little room.
+        // Cached data of earlier frames may leave too little memory: retry without them.
         let rendered = match if in_parts { None } else { Some(self.render_whole(camera, viewport, settings)) } {
             Some(Err(Error::MemoryBudget { .. } | Error::OutOfDeviceMemory { .. })) | None => {
                 self.kept = None;
@@ -188,10 +189,10 @@ impl<'v> StreamedRenderer<'v> {
         rendered
     }
 
-    /// How far away is what a picture shows, as [`Renderer::depths`](super::Renderer::depths).
+    /// Depths of the visible surfaces of a picture, as [`Renderer::depths`](super::Renderer::depths).
     ///
     /// # Errors
-    /// Where not all voxels fit on the device: rays need all of them.
+    /// If not all voxels fit on the device, because rays need all of them.
     pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
         let others = self.others();
         let found = self.whole_renderer().and_then(|mut renderer| {
@@ -202,7 +203,7 @@ impl<'v> StreamedRenderer<'v> {
         self.own = self.device.taken_bytes().saturating_sub(others);
         found.map_err(|error| match error {
             Error::MemoryBudget { what, needed, taken, budget } => Error::MemoryBudget {
-                what: format!("a picture of depths, which needs the whole volume ({what}),"),
+                what: format!("a depth picture, which needs the whole volume ({what}),"),
                 needed,
                 taken,
                 budget,
@@ -211,7 +212,7 @@ impl<'v> StreamedRenderer<'v> {
         })
     }
 
-    /// Renders with all voxels on the device, and keeps what was prepared for the next frame.
+    /// Renders with all voxels on the device, and keeps the renderer for the next frame.
     fn render_whole(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
         let mut renderer = self.whole_renderer()?;
         let rendered = renderer.render(camera, viewport, settings);
@@ -219,33 +220,33 @@ impl<'v> StreamedRenderer<'v> {
         rendered
     }
 
-    /// A renderer of all voxels: the one that was kept, or a new one.
+    /// A renderer of all voxels: the kept one, or a new one.
     fn whole_renderer(&mut self) -> Result<Renderer, Error> {
         let mut renderer = match self.kept.take() {
             Some(kept) => kept,
-            None => Renderer::of(&self.whole()?, &self.transfer)?,
+            None => Renderer::from_uploaded(&self.whole()?, &self.transfer)?,
         };
         renderer.measure(self.measuring);
         renderer.engine.limits = self.limits.clone();
         Ok(renderer)
     }
 
-    /// The parts of a plan's lattices; the plan itself where it has none.
+    /// Divides the lattices of a plan into parts; returns the plan itself if it has no lattices.
     fn streamed(&self, plan: Plan, rays: Rays, viewport: Viewport, settings: Settings) -> Result<Result<Streamed, Plan>, Error> {
         let (lattices, layered) = match &plan {
             Plan::Lattice(lattice, layered) => (vec![(lattice.clone(), Share::WHOLE.share)], *layered),
             Plan::Shared(lattices, layered) => (lattices.clone(), *layered),
             _ => return Ok(Err(plan)),
         };
-        let room = self.room();
+        let limits = self.memory_limits();
         let tables = TableSizes::new(&self.transfer, self.volume.description());
         let with_parts = lattices.into_iter().map(|(lattice, share)| {
             let needs = Needs::new(&lattice, layered, viewport, self.device.tuning(), self.volume.description(), &tables);
-            let parts = Parts::new(&self.device, &lattice, &settings, &needs, room)?;
+            let parts = Parts::new(&self.device, &lattice, &settings, &needs, limits)?;
             Ok((lattice, share, parts))
         });
         let lattices = with_parts.collect::<Result<Vec<_>, Error>>()?;
-        let told = StreamPlan {
+        let summary = StreamPlan {
             lattices: lattices
                 .iter()
                 .map(|(lattice, _, parts)| StreamedLattice {
@@ -257,14 +258,14 @@ impl<'v> StreamedRenderer<'v> {
             voxel_bytes: lattices.iter().map(|(.., parts)| parts.read).sum(),
             volume_bytes: self.volume_bytes(),
             device_bytes: lattices.iter().map(|(.., parts)| parts.bytes.sum).max().unwrap_or(0),
-            memory: room.free(),
+            memory: limits.free(),
         };
-        Ok(Ok(Streamed { plan, rays, settings, layered, lattices, told }))
+        Ok(Ok(Streamed { plan, rays, settings, layered, lattices, summary }))
     }
 
     fn draw(&mut self, streamed: &Streamed, viewport: Viewport) -> Result<(Frame, FrameReport), Error> {
-        let Streamed { plan, rays, settings, lattices, told, .. } = streamed;
-        tracing::info!("{}: {told}", self.volume.name());
+        let Streamed { plan, rays, settings, lattices, summary, .. } = streamed;
+        tracing::info!("{}: {summary}", self.volume.name());
         let mut engine = self.first_engine(streamed)?;
         (engine.measuring, engine.limits) = (self.measuring, self.limits.clone());
         let stages =
@@ -283,7 +284,8 @@ impl<'v> StreamedRenderer<'v> {
         Ok((Frame::new(viewport, pixels), FrameReport::new(plan, statistics)))
     }
 
-    /// The steps of a lattice, the `n`-th of its view: each part in turn, of which the very first is there already.
+    /// The steps of the `n`-th lattice of a view: each part in turn. The first part of the first lattice is already on the
+    /// device.
     fn stage<'a>(
         &self,
         engine: &Engine,
@@ -299,7 +301,7 @@ impl<'v> StreamedRenderer<'v> {
         let holds_all = streamed.holds_all();
         for (m, layers) in parts.ranges.iter().enumerate() {
             if !holds_all && (n, m) != (0, 0) {
-                steps.push(Step::Hold { voxels: self.part_box(lattice, settings, layers), room: u * v * parts.held });
+                steps.push(Step::Hold { voxels: self.part_box(lattice, settings, layers), capacity: u * v * parts.held });
             }
             let range = LayerRange { voxels: layers.clone(), continues: m > 0, raw: m < last };
             steps.push(Step::Layers { lattice, layered: *layered, range });
@@ -308,29 +310,30 @@ impl<'v> StreamedRenderer<'v> {
         engine.declaring(viewport, |declaring| Stage::new(steps, false, declaring))
     }
 
-    /// An engine with the first part of the first lattice, and room for the others; or with all voxels, where each lattice has one part.
+    /// An engine that holds the first part of the first lattice, with capacity for the others; or all voxels, if each lattice has
+    /// one part.
     fn first_engine(&mut self, streamed: &Streamed) -> Result<Engine, Error> {
         if streamed.holds_all() {
             return Ok(Engine::new(&self.whole()?, &self.transfer));
         }
         let Streamed { lattices, settings, .. } = streamed;
         let (lattice, _, parts) = &lattices[0];
-        // Their room is needed.
+        // Free their memory for the parts.
         (self.kept, self.whole) = (None, None);
         let VoxelBox { first, dims } = self.part_box(lattice, settings, &parts.ranges[0]);
         let part = self.volume.part(first, dims)?;
         let [u, v, _] = lattice.dims;
-        let uploaded = UploadedVolume::with_room(&self.device, &part.held(), u * v * parts.held)?;
+        let uploaded = UploadedVolume::with_capacity(&self.device, &part.held(), u * v * parts.held)?;
         Ok(Engine::new(&uploaded, &self.transfer))
     }
 
-    /// The voxels that some layers of a lattice need.
+    /// The voxels that a range of layers of a lattice needs.
     fn part_box(&self, lattice: &Lattice, settings: &Settings, layers: &Range<usize>) -> VoxelBox {
         let (a, dims) = (lattice.frame.a, self.grid.dims());
         VoxelBox::layers(dims, a, &PartRenderer::needed(layers, dims[a], settings))
     }
 
-    /// All voxels on the device.
+    /// Uploads all voxels on first use.
     fn whole(&mut self) -> Result<UploadedVolume, Error> {
         match &self.whole {
             Some(uploaded) => Ok(uploaded.clone()),
@@ -342,28 +345,29 @@ impl<'v> StreamedRenderer<'v> {
         self.grid.voxel_count() as u64 * self.volume.voxel_type().bytes() as u64
     }
 
-    /// Bytes that a frame's buffers may have, voxels included.
-    fn room(&self) -> Room {
+    /// Limits for the buffers of a frame, including voxels.
+    fn memory_limits(&self) -> MemoryLimits {
         let info = self.device.info();
-        // A processor's memory is the host's, which needs some for the voxels and the picture itself.
-        let there = if info.kind == DeviceKind::Cpu { memory::available() / 2 } else { info.memory_bytes };
-        let budget = self.device.memory_budget().unwrap_or(there).min(info.memory_bytes);
-        Room { budget, taken: self.others(), largest: self.device.largest_buffer_bytes() }
+        // A CPU device shares the host's memory, which also holds the source voxels and the picture.
+        let available = if info.kind == DeviceKind::Cpu { memory::available() / 2 } else { info.memory_bytes };
+        let budget = self.device.memory_budget().unwrap_or(available).min(info.memory_bytes);
+        MemoryLimits { budget, taken: self.others(), largest: self.device.largest_buffer_bytes() }
     }
 
-    /// Bytes that others have on the device.
+    /// Bytes on the device that other objects hold.
     fn others(&self) -> u64 {
         self.device.taken_bytes().saturating_sub(self.own)
     }
 
-    /// Refuses what needs the whole volume where that does not fit with a picture beside it.
+    /// Rejects a plan that needs the whole volume if that does not fit together with a picture.
     fn require_whole(&self, plan: &Plan, viewport: Viewport) -> Result<(), Error> {
         let (voxels, picture) = (self.volume_bytes(), (viewport.pixels() * size_of::<[f32; 4]>()) as u64);
-        let (needed, room) = (Bytes { sum: voxels + picture, largest: voxels.max(picture) }, self.room());
-        if room.fits(needed) {
+        let (needed, limits) = (Bytes { sum: voxels + picture, largest: voxels.max(picture) }, self.memory_limits());
+        if limits.fits(needed) {
             return Ok(());
         }
-        let what = format!("this view ({plan}), which needs the whole volume at once as only layers on a lattice do not,");
-        Err(plan::refused(&self.device, &what, needed, room))
+        let what =
+            format!("this view ({plan}), which needs the whole volume at once because only layers on a lattice can be streamed,");
+        Err(plan::out_of_memory(&self.device, &what, needed, limits))
     }
 }

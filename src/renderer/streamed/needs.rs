@@ -1,4 +1,4 @@
-//! What a lattice needs on the device, by how many layers are held there: as its frame would declare it.
+//! Device memory of a lattice by the number of layers held, from the resource declarations of its frame.
 
 use super::super::classification::TableSizes;
 use super::super::field::FieldShape;
@@ -11,30 +11,30 @@ use crate::settings::Layered;
 use crate::viewport::Viewport;
 use crate::volume::Description;
 
-/// What a device has room for.
+/// Memory limits of a device.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Room {
-    /// Bytes that buffers may have together.
+pub(super) struct MemoryLimits {
+    /// Total bytes of all buffers.
     pub budget: u64,
-    /// Bytes that others have of these.
+    /// Bytes of the budget that other objects hold.
     pub taken: u64,
-    /// Bytes that one buffer may have.
+    /// Bytes of the largest possible buffer.
     pub largest: u64,
 }
 
-impl Room {
-    /// Bytes that are left.
+impl MemoryLimits {
+    /// Available bytes.
     pub fn free(self) -> u64 {
         self.budget.saturating_sub(self.taken)
     }
 
-    /// Whether buffers fit.
+    /// Whether buffers fit into the limits.
     pub fn fits(self, needed: Bytes) -> bool {
         needed.sum <= self.free() && needed.largest <= self.largest
     }
 }
 
-/// A lattice that is drawn and warped.
+/// Inputs of the resource declarations of a lattice and its warp.
 pub(super) struct Needs<'a> {
     lattice: &'a Lattice,
     layered: Layered,
@@ -56,8 +56,8 @@ impl<'a> Needs<'a> {
         Self { lattice, layered, viewport, tuning, description, tables }
     }
 
-    /// Bytes while so many layers are held.
-    pub fn holding(&self, layers: usize) -> Bytes {
+    /// Device memory with this number of layers held.
+    pub fn bytes(&self, layers: usize) -> Bytes {
         let Self { lattice, layered, viewport, tuning, description, tables } = *self;
         let mut dims = description.grid().dims();
         dims[lattice.frame.a] = layers;
@@ -69,14 +69,14 @@ impl<'a> Needs<'a> {
         Stage::new(steps, false, &declaring).resources.bytes()
     }
 
-    /// Bytes of the voxels of a layer.
-    pub fn layer(&self) -> u64 {
+    /// Bytes of the voxels of one layer.
+    pub fn layer_bytes(&self) -> u64 {
         let [u, v, _] = self.lattice.dims;
         (u * v * self.description.voxel_type().bytes()) as u64
     }
 
-    /// Layers of the whole volume.
-    pub fn layers(&self) -> usize {
+    /// Number of layers of the whole volume.
+    pub fn layer_count(&self) -> usize {
         self.lattice.dims[2]
     }
 }

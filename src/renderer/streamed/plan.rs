@@ -1,8 +1,8 @@
-//! How volumes are streamed: which layers are held together, what that takes, and how it is told.
+//! Streaming plans: division into parts, memory, and display.
 
 use super::super::PartRenderer;
 use super::super::frame::Bytes;
-use super::needs::{Needs, Room};
+use super::needs::{MemoryLimits, Needs};
 use crate::device::Device;
 use crate::error::Error;
 use crate::layers::{Axis, Lattice};
@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::fmt;
 use std::ops::Range;
 
-/// How a view of a volume is streamed.
+/// Streaming plan of a view.
 ///
 /// ```
 /// use layersplat::Settings;
@@ -32,19 +32,19 @@ use std::ops::Range;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct StreamPlan {
-    /// What is drawn, one after the other: one lattice, or near 45° those of two or three layer axes.
+    /// The lattices, rendered in sequence: one, or near 45° those of two or three layer axes.
     pub lattices: Vec<StreamedLattice>,
-    /// Bytes of voxels that are read and go to the device, layers that neighbours need too each time.
+    /// Bytes of voxels that are read and uploaded; layers shared by neighbouring parts count each time.
     pub voxel_bytes: u64,
-    /// Bytes of the volume's voxels.
+    /// Bytes of the voxels of the volume.
     pub volume_bytes: u64,
-    /// Most bytes of buffers on the device at once.
+    /// Peak bytes of buffers on the device.
     pub device_bytes: u64,
-    /// Bytes that these may have: of a budget, what others have not taken.
+    /// Bytes available for these buffers: the budget minus what other objects hold.
     pub memory: u64,
 }
 
-/// How a lattice of a streamed view is drawn.
+/// Streaming of one lattice of a view.
 ///
 /// ```
 /// use layersplat::Settings;
@@ -67,9 +67,9 @@ pub struct StreamPlan {
 pub struct StreamedLattice {
     /// The layer axis.
     pub axis: Axis,
-    /// Parts that are held one after the other.
+    /// Number of parts.
     pub parts: usize,
-    /// Most layers that are held at once, those around the part's own included.
+    /// Largest number of layers held at once, including the neighbouring layers of a part.
     pub held_layers: usize,
 }
 
@@ -88,48 +88,54 @@ impl fmt::Display for StreamPlan {
     }
 }
 
-/// The parts of a lattice, in the order of the view.
+/// Parts of a lattice, in view order.
 pub(super) struct Parts {
-    /// Layers that are composited together.
+    /// Layers composited by each part.
     pub ranges: Vec<Range<usize>>,
-    /// Layers that they need, of which the most are held at once.
+    /// Largest number of layers held at once, including neighbouring layers.
     pub held: usize,
-    /// On the device.
+    /// Memory on the device.
     pub bytes: Bytes,
-    /// Of voxels that are read.
+    /// Bytes of voxels that are read.
     pub read: u64,
 }
 
 impl Parts {
-    /// As few as there is room for, as even as they come.
+    /// Divides into as few parts as the limits allow, as equal as possible.
     ///
     /// # Errors
-    /// Not even a single layer fits; what it needs is told.
-    pub fn new(device: &Device, lattice: &Lattice, settings: &Settings, needs: &Needs, room: Room) -> Result<Self, Error> {
-        let (all, around) = (needs.layers(), PartRenderer::around(settings));
+    /// If not even a single layer fits; the error contains the memory that it needs.
+    pub fn new(
+        device: &Device,
+        lattice: &Lattice,
+        settings: &Settings,
+        needs: &Needs,
+        limits: MemoryLimits,
+    ) -> Result<Self, Error> {
+        let (all, around) = (needs.layer_count(), PartRenderer::around(settings));
         let held = |layers: usize| (layers + 2 * around).min(all);
         let numbers: Vec<usize> = (1..=all).collect();
-        let most = numbers.partition_point(|&layers| room.fits(needs.holding(held(layers))));
+        let most = numbers.partition_point(|&layers| limits.fits(needs.bytes(held(layers))));
         if most == 0 {
-            return Err(refused(device, "this view of the volume, a layer at a time,", needs.holding(held(1)), room));
+            return Err(out_of_memory(device, "this view of the volume, one layer at a time,", needs.bytes(held(1)), limits));
         }
-        let parts = if room.fits(needs.holding(all)) { 1 } else { all.div_ceil(most) };
+        let parts = if limits.fits(needs.bytes(all)) { 1 } else { all.div_ceil(most) };
         let mut ranges: Vec<_> = (0..parts).map(|n| n * all / parts..(n + 1) * all / parts).collect();
         if lattice.layer_step < 0 {
             ranges.reverse();
         }
         let lengths = || ranges.iter().map(|layers| PartRenderer::needed(layers, all, settings).len());
         let (held, sum) = (lengths().max().unwrap_or(all), lengths().sum::<usize>());
-        Ok(Self { held, bytes: needs.holding(held), read: sum as u64 * needs.layer(), ranges })
+        Ok(Self { held, bytes: needs.bytes(held), read: sum as u64 * needs.layer_bytes(), ranges })
     }
 }
 
-/// Why bytes have no room.
-pub(super) fn refused(device: &Device, what: &str, bytes: Bytes, room: Room) -> Error {
+/// Builds the out-of-memory error.
+pub(super) fn out_of_memory(device: &Device, what: &str, bytes: Bytes, limits: MemoryLimits) -> Error {
     let what = what.to_owned();
-    if bytes.sum > room.free() {
-        return Error::MemoryBudget { what, needed: bytes.sum, taken: room.taken, budget: room.budget };
+    if bytes.sum > limits.free() {
+        return Error::MemoryBudget { what, needed: bytes.sum, taken: limits.taken, budget: limits.budget };
     }
-    let (needed, available) = (bytes.largest, room.largest);
+    let (needed, available) = (bytes.largest, limits.largest);
     Error::DeviceMemory { what, device: device.info().name.clone(), needed, available }
 }
