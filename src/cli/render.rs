@@ -136,7 +136,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
 impl Arguments {
     /// Refuses a name of a picture that would only fail once the picture is there.
     pub fn check_output(&self, path: &Path) -> Result<(), Error> {
-        let format = if self.depth { ImageFormat::with_depths(path) } else { ImageFormat::of(path) };
+        let format = if self.depth { ImageFormat::with_depths(path) } else { ImageFormat::from_path(path) };
         format?.accept(self.scene.camera.background)
     }
 
