@@ -78,13 +78,13 @@ impl Framing {
 
     /// Bounds of all voxels.
     pub fn whole(volume: &Volume) -> Self {
-        Self::of(volume.grid(), corners([0; 3], volume.grid().dims().map(|n| n as i64 - 1)))
+        Self::from_voxels(volume.grid(), corners([0; 3], volume.grid().dims().map(|n| n as i64 - 1)))
     }
 
     /// Clips the bounds to a box in voxel coordinates.
     pub fn cropped(self, grid: &Grid, lowest: DVec3, highest: DVec3) -> Self {
         let points = self.points.into_iter().map(|p| grid.world_to_voxel(p).max(lowest).min(highest)).collect();
-        Self::of(grid, points)
+        Self::from_voxels(grid, points)
     }
 
     /// Bounds of the blocks for whose range of values `shows` returns true.
@@ -96,11 +96,11 @@ impl Framing {
             rows.flat_map_iter(|row| row_outline(volume, &shows, dims, [row % blocks[1], row / blocks[1]])).collect();
         let points = volume.gather_all(points.into_iter().flat_map(|p| p.to_array()).collect());
         let points: Vec<DVec3> = points.chunks_exact(3).map(DVec3::from_slice).collect();
-        Self::of(volume.grid(), if points.is_empty() { corners([-1; 3], dims) } else { points })
+        Self::from_voxels(volume.grid(), if points.is_empty() { corners([-1; 3], dims) } else { points })
     }
 
     /// Converts bounds in voxel coordinates.
-    fn of(grid: &Grid, points: Vec<DVec3>) -> Self {
+    fn from_voxels(grid: &Grid, points: Vec<DVec3>) -> Self {
         let world = |p: DVec3| grid.origin() + grid.direction() * (p * grid.spacing());
         Self { points: points.into_iter().map(world).collect() }
     }

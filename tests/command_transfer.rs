@@ -231,5 +231,5 @@ fn what_cannot_be_written_or_shown_is_refused() {
     ] {
         refused(f, &arguments.split(' ').collect::<Vec<_>>(), code, &words);
     }
-    assert_eq!(FileFormat::of(Path::new("x.VP.JSON")).unwrap(), FileFormat::SlicerJson);
+    assert_eq!(FileFormat::from_path(Path::new("x.VP.JSON")).unwrap(), FileFormat::SlicerJson);
 }

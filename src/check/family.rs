@@ -100,7 +100,7 @@ impl Family {
     }
 
     /// The family that renders a plan; `parallel`: whether the projection is parallel.
-    pub fn of(plan: &Plan, settings: &Settings, parallel: bool) -> Self {
+    pub fn from_plan(plan: &Plan, settings: &Settings, parallel: bool) -> Self {
         match plan {
             Plan::Lattice(_, layered) | Plan::Shared(_, layered) => Self::on_lattice(layered, settings.blend, parallel),
             Plan::Direct(_, Layered { classification: Classification::Preintegrated { .. }, .. }) => Family::PointPixels,

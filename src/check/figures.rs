@@ -61,7 +61,7 @@ pub(super) fn displayed_difference(found: &[u8], expected: &Frame) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::pictures::of;
+    use super::super::pictures::views;
     use super::super::truth::drawn;
     use super::*;
     use image::{ImageBuffer, Rgba};
@@ -72,7 +72,7 @@ mod tests {
 
     fn sheet() -> ImageBuffer<Rgba<u16>, Vec<u16>> {
         let frames: Vec<Vec<Frame>> =
-            Family::ALL.iter().map(|&family| of(family).iter().map(|picture| drawn(family, picture)).collect()).collect();
+            Family::ALL.iter().map(|&family| views(family).iter().map(|picture| drawn(family, picture)).collect()).collect();
         ImageBuffer::from_fn(columns() as u32, Family::ALL.len() as u32 * SIZE.height, |x, y| {
             let frame = &frames[(y / SIZE.height) as usize][(x / SIZE.width) as usize];
             let pixel = frame.pixel(x % SIZE.width, y % SIZE.height);

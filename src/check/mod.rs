@@ -42,7 +42,7 @@ pub struct Verdict {
 
 impl Verdict {
     /// Verdict for a family with this largest difference.
-    fn of(family: Family, largest_difference: f64) -> Self {
+    fn new(family: Family, largest_difference: f64) -> Self {
         let [off, allowed] = [largest_difference, TOLERANCE].map(|d| d * 255.0);
         let problem = if off.is_finite() {
             (off > allowed)
@@ -137,7 +137,7 @@ impl Device {
     /// As [`check`](Self::check).
     pub fn check_family(&self, family: Family) -> Result<Verdict, Error> {
         match self.largest_difference(family) {
-            Ok(largest) => Ok(Verdict::of(family, largest)),
+            Ok(largest) => Ok(Verdict::new(family, largest)),
             Err(error @ (Error::Build { .. } | Error::OpenCl { .. })) => Ok(Verdict::failed(family, error.to_string())),
             Err(other) => Err(other),
         }
@@ -147,7 +147,7 @@ impl Device {
     fn largest_difference(&self, family: Family) -> Result<f64, Error> {
         let mut renderer = Renderer::new(self, &pictures::volume(), &pictures::transfer())?;
         let mut largest: f64 = 0.0;
-        for (n, Picture { settings, camera }) in pictures::of(family).into_iter().enumerate() {
+        for (n, Picture { settings, camera }) in pictures::views(family).into_iter().enumerate() {
             let expected = figures::expected(family, n);
             let (frame, _) = renderer.render(&camera, SIZE, &settings)?;
             let (shown, _) = renderer.render_rgba8(&camera, SIZE, &settings, figures::BACKGROUND)?;
@@ -207,7 +207,7 @@ mod tests {
         assert!(device.check_family(Family::PointLattice).unwrap().passed());
         assert_eq!(device.programs(), 3);
         let mut renderer = Renderer::new(&device, &pictures::volume(), &pictures::transfer()).unwrap();
-        for Picture { camera, settings, .. } in pictures::of(Family::PointLattice) {
+        for Picture { camera, settings, .. } in pictures::views(Family::PointLattice) {
             renderer.render_rgba8(&camera, SIZE, &settings, figures::BACKGROUND).unwrap();
             renderer.render(&camera, SIZE, &settings).unwrap();
         }
@@ -216,12 +216,12 @@ mod tests {
 
     #[test]
     fn verdicts_and_what_becomes_of_them() {
-        let right = Verdict::of(Family::Spline, TOLERANCE);
+        let right = Verdict::new(Family::Spline, TOLERANCE);
         assert!(right.passed());
         let report = |verdicts| CheckReport { device: "it".into(), verdicts };
         assert!(report(vec![right.clone()]).require().is_ok());
         for wrong in [TOLERANCE * 1.01, 1.0, f64::INFINITY, f64::NAN] {
-            let verdict = Verdict::of(Family::Slicing, wrong);
+            let verdict = Verdict::new(Family::Slicing, wrong);
             assert!(!verdict.passed(), "{wrong}");
             // JSON cannot represent infinity.
             let text = serde_json::to_string(&verdict).unwrap();

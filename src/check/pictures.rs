@@ -50,7 +50,7 @@ pub(super) fn transfer() -> TransferFunction {
 }
 
 /// The two views of a family. The first looks along z, the second along x, with transposed voxels.
-pub(super) fn of(family: Family) -> [Picture; VIEWS] {
+pub(super) fn views(family: Family) -> [Picture; VIEWS] {
     let [along_z, along_x] = [view(25.0, 15.0, ROLL), view(105.0, -20.0, ROLL)];
     let lit = settings(family);
     let unlit = Settings { shading: None, ..lit };
@@ -142,10 +142,10 @@ mod tests {
     fn every_picture_is_drawn_by_its_family() {
         let volume = volume();
         for family in Family::ALL {
-            for (n, Picture { settings, camera }) in of(family).into_iter().enumerate() {
+            for (n, Picture { settings, camera }) in views(family).into_iter().enumerate() {
                 let rays = Rays::new(&camera, SIZE, volume.grid()).unwrap();
                 let plan = Plan::new(&rays, SIZE, volume.grid(), &settings).unwrap();
-                assert_eq!(Family::of(&plan, &settings, rays.is_parallel()), family, "{n}: {plan}");
+                assert_eq!(Family::from_plan(&plan, &settings, rays.is_parallel()), family, "{n}: {plan}");
                 if let (Family::PointLattice, Plan::Lattice(lattice, _)) = (family, &plan) {
                     assert_eq!(lattice.has_pixels_samples() && lattice.stagger.per_column != 0, n == 0);
                 }

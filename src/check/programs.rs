@@ -42,7 +42,7 @@ fn values() -> Vec<f64> {
 /// Renders the views of the default family with the settings of a quality, and a close view with so few voxels that layers are sampled
 /// more densely.
 fn draw(renderer: &mut Renderer, quality: Quality) {
-    let cameras = pictures::of(Family::PointLattice).map(|picture| picture.camera);
+    let cameras = pictures::views(Family::PointLattice).map(|picture| picture.camera);
     let near = Camera { projection: Projection::Parallel { scale: 1.2 }, ..cameras[0] };
     for camera in cameras.into_iter().chain([near]) {
         renderer.render(&camera, SIZE, &quality.settings()).unwrap();

@@ -48,7 +48,7 @@ fn warped(lattice: &Lattice, samples: &[DVec4], rays: &Rays, filter: usize) -> F
             let [column, row] = [place.x / place.z, place.y / place.z];
             sum += if lattice.has_pixels_samples() {
                 let column = column.round();
-                sample(lattice, samples, column as i64, (row - lattice.stagger.of(column.max(0.0) as u32)).round() as i64)
+                sample(lattice, samples, column as i64, (row - lattice.stagger.shift(column.max(0.0) as u32)).round() as i64)
             } else {
                 interpolated(lattice, samples, column, row)
             };

@@ -23,7 +23,7 @@ impl Film {
     pub fn create(output: &Path, options: &CameraOptions, frames: u32, rate: u32) -> Result<Self, Error> {
         let extension = output.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         let is_file = !output.is_dir();
-        if is_file && AnimationFormat::of(output).is_some() {
+        if is_file && AnimationFormat::from_path(output).is_some() {
             let background = options.background.unwrap_or(Background::BLACK);
             let animation = Animation::create(output, options.size, frames, rate, background)?;
             return Ok(Self::File(Box::new(animation)));

@@ -132,7 +132,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
 impl Arguments {
     /// Checks that a picture with this name and the given options can be written.
     pub fn check_output(&self, path: &Path) -> Result<(), Error> {
-        let format = if self.depth { ImageFormat::with_depths(path) } else { ImageFormat::of(path) };
+        let format = if self.depth { ImageFormat::with_depths(path) } else { ImageFormat::from_path(path) };
         format?.accept(self.scene.camera.background)
     }
 

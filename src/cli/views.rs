@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
     let output = Output::new(&arguments.output, Some("png"))?;
     output.check_report(arguments.json)?;
-    ImageFormat::of(output.path()).map_err(|e| output.with_given_name(e))?.accept(options.background)?;
+    ImageFormat::from_path(output.path()).map_err(|e| output.with_given_name(e))?.accept(options.background)?;
     let sheet = sheet_size(options.size)?;
     memory::require("the contact sheet", sheet.pixels() as u64 * size_of::<[f32; 4]>() as u64)?;
     let size = arguments.pictures.rendered(options.size)?;

@@ -281,7 +281,7 @@ impl<'v> Renderer<'v> {
                     );
                     return Err(Error::Settings { field: "layer_axis", problem });
                 }
-                (vec![(own.clone(), PartRenderer::of(uploaded, &self.transfer))], Exchanged::default())
+                (vec![(own.clone(), PartRenderer::from_uploaded(uploaded, &self.transfer))], Exchanged::default())
             }
         };
         tracing::info!(
@@ -311,7 +311,7 @@ impl<'v> Renderer<'v> {
             let at = |n: usize| own.start + n * own.len() / pieces;
             let (layers, needed) = (at(n)..at(n + 1), slab(dims, axis, &(at(n)..at(n + 1)), settings));
             let uploaded = UploadedVolume::part(&self.device, &part.part(needed)?)?;
-            Ok((layers, PartRenderer::of(&uploaded, &self.transfer)))
+            Ok((layers, PartRenderer::from_uploaded(&uploaded, &self.transfer)))
         });
         slabs.collect()
     }

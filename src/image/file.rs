@@ -17,8 +17,8 @@ use std::path::Path;
 /// use layersplat::image::ImageFormat;
 /// use std::path::Path;
 ///
-/// assert!(ImageFormat::of(Path::new("picture.png")).is_ok());
-/// assert!(ImageFormat::of(Path::new("picture.doc")).is_err());
+/// assert!(ImageFormat::from_path(Path::new("picture.png")).is_ok());
+/// assert!(ImageFormat::from_path(Path::new("picture.doc")).is_err());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -39,7 +39,7 @@ impl ImageFormat {
     ///
     /// # Errors
     /// [`Error::UnknownName`] if no format has it.
-    pub fn of(path: &Path) -> Result<Self, Error> {
+    pub fn from_path(path: &Path) -> Result<Self, Error> {
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("png") => Ok(ImageFormat::Png),
             Some("jpg" | "jpeg") => Ok(ImageFormat::Jpeg),
@@ -59,9 +59,9 @@ impl ImageFormat {
     /// The format of a file extension, which must support depths: `.exr`.
     ///
     /// # Errors
-    /// As [`ImageFormat::of`], and for formats without depths.
+    /// As [`ImageFormat::from_path`], and for formats without depths.
     pub fn with_depths(path: &Path) -> Result<Self, Error> {
-        let format = Self::of(path)?;
+        let format = Self::from_path(path)?;
         if format != ImageFormat::Exr {
             let problem = format!("{} cannot hold depths: use an .exr file", path.display());
             return Err(Error::Settings { field: "depth", problem });

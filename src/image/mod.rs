@@ -98,7 +98,7 @@ impl Frame {
     /// If the extension is unknown, the file cannot be written, or the background is `Transparent` for a `.jpg`.
     pub fn save(&self, path: impl AsRef<Path>, background: Option<Background>) -> Result<(), Error> {
         let path = path.as_ref();
-        let format = ImageFormat::of(path)?;
+        let format = ImageFormat::from_path(path)?;
         format.accept(background)?;
         // Temporary bytes per pixel; EXR is encoded in memory.
         let bytes = match format {

@@ -13,7 +13,7 @@ use std::path::Path;
 /// # Errors
 /// If the extension is unknown, or the file cannot be read, is damaged, too large, or has values that are not finite.
 pub fn read_image(path: &Path) -> Result<Frame, Error> {
-    match ImageFormat::of(path)? {
+    match ImageFormat::from_path(path)? {
         ImageFormat::Png => decoded(path, image::ImageFormat::Png),
         ImageFormat::Jpeg => decoded(path, image::ImageFormat::Jpeg),
         ImageFormat::Exr => decoded(path, image::ImageFormat::OpenExr),

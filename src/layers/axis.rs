@@ -139,9 +139,9 @@ mod tests {
             let shares = at(43.0 + 0.01 * f64::from(n));
             assert!((shares.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
             assert!(shares.windows(2).all(|pair| pair[0].1 >= pair[1].1 - 1e-9));
-            let of_x = shares.iter().find(|s| s.0 == Axis::X).map_or(0.0, |s| s.1);
-            assert!(of_x <= last && last - of_x < 0.006, "{n}: from {last} to {of_x}");
-            last = of_x;
+            let share_of_x = shares.iter().find(|s| s.0 == Axis::X).map_or(0.0, |s| s.1);
+            assert!(share_of_x <= last && last - share_of_x < 0.006, "{n}: from {last} to {share_of_x}");
+            last = share_of_x;
         }
         assert_eq!(last, 0.0);
     }

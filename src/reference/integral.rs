@@ -86,8 +86,8 @@ impl<'a> Integral<'a> {
 
     /// Premultiplied RGBA of one ray; `to_eye` is the reversed direction of the central ray, in grid axes.
     pub fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
-        let region = Region::of_clipping(self.volume, &self.clipping);
-        let extent = self.integrand.extent(ray).and_then(|extent| extent.and(region.of(ray)?));
+        let region = Region::from_clipping(self.volume, &self.clipping);
+        let extent = self.integrand.extent(ray).and_then(|extent| extent.and(region.intersection(ray)?));
         let Some(Interval { from, to }) = extent else { return [0.0; 4] };
         let spacing = self.volume.grid().spacing();
         let world_per_t = (ray.direction * spacing).length();

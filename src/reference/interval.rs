@@ -87,7 +87,7 @@ impl Region {
     /// region. A visible background is limited to the support of the field, because it would otherwise be infinite. Clipping applies in any
     /// case.
     pub fn new(volume: &Volume, transfer: &TransferFunction, blend: Blend, clipping: &Clipping, radius: f64) -> Self {
-        let mut region = Self::of_clipping(volume, clipping);
+        let mut region = Self::from_clipping(volume, clipping);
         let last = DVec3::from_array(volume.grid().dims().map(|n| n as f64 - 1.0));
         if blend.gathers_values() {
             // An axis with a single voxel has no length between voxels; use the extent of its layer.
@@ -100,7 +100,7 @@ impl Region {
     }
 
     /// Clip region of the crop box and the clip planes only.
-    pub fn of_clipping(volume: &Volume, clipping: &Clipping) -> Self {
+    pub fn from_clipping(volume: &Volume, clipping: &Clipping) -> Self {
         let mut region = Self { half_spaces: Vec::new() };
         if let Some(crop) = clipping.crop {
             region.cut_to_box(crop.lowest, crop.highest);
@@ -123,15 +123,15 @@ impl Region {
     }
 
     /// Intersection with a ray, in front of its eye.
-    pub fn of(&self, ray: &Ray) -> Option<Interval> {
-        self.of_line(&Ray { start: f64::NEG_INFINITY, ..*ray }).and_then(|line| {
+    pub fn intersection(&self, ray: &Ray) -> Option<Interval> {
+        self.line_intersection(&Ray { start: f64::NEG_INFINITY, ..*ray }).and_then(|line| {
             let from = line.from.max(ray.start);
             (from < line.to).then_some(Interval { from, to: line.to })
         })
     }
 
     /// Intersection with the whole line of a ray, also behind its eye.
-    pub fn of_line(&self, ray: &Ray) -> Option<Interval> {
+    pub fn line_intersection(&self, ray: &Ray) -> Option<Interval> {
         let mut interval = Interval { from: f64::NEG_INFINITY, to: f64::INFINITY };
         for &(normal, d) in &self.half_spaces {
             let (height, climb) = (normal.dot(ray.origin) + d, normal.dot(ray.direction));

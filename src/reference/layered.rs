@@ -64,7 +64,7 @@ impl<'a> Layered<'a> {
         let axis = axis.unwrap_or_else(|| Axis::most_parallel(ray.direction));
         let frame = axis.frame();
         let shear = DVec2::from_array(frame.shear(ray.direction));
-        let Some(interval) = self.region.of(ray) else { return [0.0; 4] };
+        let Some(interval) = self.region.intersection(ray) else { return [0.0; 4] };
         let crossing = Crossing { axis, origin: frame.local(ray.origin), shear, climb: ray.direction[frame.a], interval };
         match self.classification {
             Classification::Post(correction) => self.composite_splats(&crossing, correction, to_eye),
@@ -129,7 +129,7 @@ impl<'a> Layered<'a> {
             Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0) * share,
         };
         let (color, gradient) = (self.transfer.color(value), || self.gradient(crossing, k));
-        let (color, opacity) = Look::of(self.settings).at(self.volume, gradient, to_eye, color, opacity);
+        let (color, opacity) = Look::from_settings(self.settings).at(self.volume, gradient, to_eye, color, opacity);
         gathered.add(color, opacity);
     }
 

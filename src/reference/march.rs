@@ -79,7 +79,7 @@ impl<'a> Marched<'a> {
                     Extinction::Linear => opacity_over(self.transfer, value, dt, Extinction::Linear) * share,
                 };
                 let (color, gradient) = (self.transfer.color(value), || self.field.gradient(p));
-                let (color, opacity) = Look::of(self.settings).at(self.volume, gradient, to_eye, color, opacity);
+                let (color, opacity) = Look::from_settings(self.settings).at(self.volume, gradient, to_eye, color, opacity);
                 gathered.add(color, opacity);
             }
         }
@@ -99,7 +99,7 @@ impl<'a> Marched<'a> {
             let length = slab.part.length() * (slab.back - slab.front) * per_parameter;
             let opacity = opacity_of_depth(mean * length, self.settings.extinction);
             let gradient = || points.map(|p| self.field.gradient(p)).into_iter().sum::<DVec3>() / 2.0;
-            let (color, opacity) = Look::of(self.settings).at(self.volume, gradient, to_eye, color, opacity);
+            let (color, opacity) = Look::from_settings(self.settings).at(self.volume, gradient, to_eye, color, opacity);
             gathered.add(color, opacity);
         }
         gathered.rgba()
@@ -127,9 +127,9 @@ impl<'a> Marched<'a> {
             if (slab.part.from..=slab.part.to).contains(&t) {
                 let color = self.transfer.color(iso);
                 return opaque(self.settings.shading.map_or(color, |_| {
-                    let look = Look::of(self.settings);
+                    let look = Look::from_settings(self.settings);
                     let [front, back] =
-                        points.map(|p| Lighting::of(&self.field, self.volume, look, self.field.gradient(p), to_eye));
+                        points.map(|p| Lighting::for_field(&self.field, self.volume, look, self.field.gradient(p), to_eye));
                     front.mix(back, t).on(color)
                 }));
             }
@@ -149,7 +149,7 @@ impl<'a> Marched<'a> {
         let support = self.field.support(ray);
         let (first, end) = support.map_or((0, 0), |s| ((s.from / thickness).floor() as i64, (s.to / thickness).ceil() as i64));
         let (blend, clipping, radius) = (self.settings.blend, &self.settings.clipping, self.field.kernel().radius());
-        let interval = Region::new(self.volume, self.transfer, blend, clipping, f64::from(radius)).of(ray);
+        let interval = Region::new(self.volume, self.transfer, blend, clipping, f64::from(radius)).intersection(ray);
         (first..end).filter_map(move |n| {
             let (front, back) = (n as f64 * thickness, (n + 1) as f64 * thickness);
             Some(Slab { front, back, part: interval?.part_of(front, back)? })

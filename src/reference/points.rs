@@ -108,9 +108,9 @@ impl Layered<'_> {
         if !self.settings.looks_at_gradients() {
             return None;
         }
-        let look = Look::of(self.settings);
+        let look = Look::from_settings(self.settings);
         let gradients = segment.gradients.unwrap_or_else(|| segment.points.map(|p| self.field.gradient(p)));
-        Some(gradients.map(|gradient| Lighting::of(&self.field, self.volume, look, gradient, to_eye)))
+        Some(gradients.map(|gradient| Lighting::for_field(&self.field, self.volume, look, gradient, to_eye)))
     }
 
     /// Composites a segment of one colour, lit at the centroid of its visible light.
@@ -158,7 +158,7 @@ impl Layered<'_> {
         let color = self.transfer.color(iso);
         let lighting = if refined {
             let gradient = self.field.gradient(segment.place(t));
-            self.settings.shading.map(|_| Lighting::new(self.volume, Look::of(self.settings), gradient, to_eye))
+            self.settings.shading.map(|_| Lighting::new(self.volume, Look::from_settings(self.settings), gradient, to_eye))
         } else {
             self.lighting(segment, to_eye).map(|ends| self.along_curve(ends, t, samples_per_layer))
         };

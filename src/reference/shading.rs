@@ -18,7 +18,7 @@ pub(super) struct Look {
 }
 
 impl Look {
-    pub fn of(settings: &Settings) -> Self {
+    pub fn from_settings(settings: &Settings) -> Self {
         Self { shading: settings.shading, gradient_opacity: settings.gradient_opacity, extinction: settings.extinction }
     }
 
@@ -85,7 +85,7 @@ impl Lighting {
     }
 
     /// Lighting for a field. With analytic gradients, interpolation weights are more even.
-    pub fn of(field: &Field, volume: &Volume, look: Look, gradient: DVec3, to_eye: DVec3) -> Self {
+    pub fn for_field(field: &Field, volume: &Volume, look: Look, gradient: DVec3, to_eye: DVec3) -> Self {
         let lighting = Self::new(volume, look, gradient, to_eye);
         let even = if field.kernel().has_own_slope() { EVEN } else { 0.0 };
         Self { weight: even + lighting.weight, ..lighting }

@@ -125,7 +125,7 @@ impl<'a> Sheets<'a> {
                 Extinction::Exponential => self.transfer.extinction(splat.value).min(OPAQUE),
                 Extinction::Linear => self.transfer.opacity(splat.value),
             };
-            let lighting = Lighting::new(self.volume, Look::of(self.settings), splat.gradient, to_eye);
+            let lighting = Lighting::new(self.volume, Look::from_settings(self.settings), splat.gradient, to_eye);
             let extinction = extinction * lighting.left();
             if extinction > 0.0 {
                 let [r, g, b] = lighting.on(self.transfer.color(splat.value));
@@ -136,7 +136,7 @@ impl<'a> Sheets<'a> {
             }
         }
         let length = self.length_per_depth(ray, projection);
-        let interval = Region::of_clipping(self.volume, &self.settings.clipping).of_line(ray);
+        let interval = Region::from_clipping(self.volume, &self.settings.clipping).line_intersection(ray);
         let a = self.layer_axis(central).index();
         let parameter = |k: f64| (k - ray.origin[a]) / ray.direction[a];
         let mut gathered = Gathered::new();
@@ -181,7 +181,7 @@ impl<'a> Sheets<'a> {
         let dt = self.length_per_depth(ray, projection) * distance;
         let parameter = |depth: f64| (depth - projection.depth(ray.origin)) / projection.along.dot(ray.direction);
         let (blend, clipping) = (self.settings.blend, &self.settings.clipping);
-        let interval = Region::new(self.volume, self.transfer, blend, clipping, GAUSSIAN_RADIUS).of_line(ray);
+        let interval = Region::new(self.volume, self.transfer, blend, clipping, GAUSSIAN_RADIUS).line_intersection(ray);
         let mut gathered = Gathered::new();
         for (sheet, (difference, gradient)) in sheets {
             let depth = sheet as f64 * distance;
@@ -197,7 +197,7 @@ impl<'a> Sheets<'a> {
             };
             if opacity > 0.0 {
                 let color = self.transfer.color(value);
-                let (color, opacity) = Look::of(self.settings).at(self.volume, || gradient, to_eye, color, opacity);
+                let (color, opacity) = Look::from_settings(self.settings).at(self.volume, || gradient, to_eye, color, opacity);
                 gathered.add(color, opacity);
             }
         }

@@ -219,7 +219,7 @@ mod tests {
         let [width, height] = lattice.size.map(f64::from);
         let stagger = lattice.stagger;
         let places =
-            (0..lattice.size[1]).flat_map(|j| (0..lattice.size[0]).map(move |i| [f64::from(i), f64::from(j) + stagger.of(i)]));
+            (0..lattice.size[1]).flat_map(|j| (0..lattice.size[0]).map(move |i| [f64::from(i), f64::from(j) + stagger.shift(i)]));
         let samples: Vec<_> = places.map(|place| color(place).map(|c| c as f32)).collect();
         let mut target = Target::with_samples(device, &samples, Tiles::for_points(lattice, device.tuning())).unwrap();
         let viewport = Viewport::new(SIZE[0], SIZE[1]).unwrap();

@@ -99,7 +99,7 @@ impl TransferFunction {
     }
 
     /// The transfer function of stored voxel values, before `rescale`.
-    pub(crate) fn of_stored(&self, rescale: Rescale) -> Self {
+    pub(crate) fn for_stored_numbers(&self, rescale: Rescale) -> Self {
         fn mapped<T: Copy>(points: &[ControlPoint<T>], rescale: Rescale) -> Vec<ControlPoint<T>> {
             let mut points: Vec<ControlPoint<T>> = points.iter().map(|&(x, y)| (rescale.stored(x), y)).collect();
             if rescale.slope() < 0.0 {
@@ -267,7 +267,7 @@ mod tests {
         let step =
             TransferFunction::new("t", vec![(0.0, [0.0; 3]), (9.0, [1.0; 3])], vec![(0.0, 0.2), (6.0, 0.3), (6.0, 0.8)]).unwrap();
         for rescale in [(2.0, 0.0), (2.0, -4.0), (-2.0, 0.0), (-0.5, 1.0)].map(|(m, b)| Rescale::new(m, b).unwrap()) {
-            let stored = step.of_stored(rescale);
+            let stored = step.for_stored_numbers(rescale);
             // Including the step itself.
             for value in [-1.0, 0.0, 3.5, 5.99, 6.0, 6.01, 9.0, 11.0] {
                 assert_abs_diff_eq!(stored.opacity(rescale.stored(value)), step.opacity(value), epsilon = 1e-12);

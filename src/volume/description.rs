@@ -7,9 +7,9 @@ use std::path::Path;
 
 /// Narrower float ranges would be flushed to zero on devices without denormals.
 const SMALLEST_RANGE: f64 = 1e-30;
-/// Steps of a 32-bit float within the range, at its larger end, from which on its sums are fine enough. Devices interpolate by sums of
-/// weighted values, which are off by a few tens of steps: with this many, colours of a picture were off by 0.003 (a step of 8 bits is
-/// 0.004), with 128 by 0.07.
+/// Minimum number of 32-bit float steps within the range, at its larger end, for accurate sums. Devices interpolate by sums of
+/// weighted values, which are off by a few tens of steps. With this number, colours of a picture were off by 0.003 (a step of 8
+/// bits is 0.004), with 128 by 0.07.
 const FINE_STEPS: f64 = 16_384.0;
 
 /// Metadata of a whole volume: name, grid, voxel type, range and background. It does not depend on where the voxels reside. All
@@ -98,8 +98,8 @@ impl Description {
         Self { rescale, background: None, ..self }
     }
 
-    /// Warns of values that 32-bit floats cannot hold or add up: to be called once for each volume whose voxels were looked at, of which
-    /// so many are invalid.
+    /// Warns of values that 32-bit floats cannot represent or sum accurately. Call it once per volume after reading its voxels;
+    /// `invalid` is the number of invalid ones.
     pub(crate) fn warn_of_values(&self, invalid: u64) {
         let name = &self.name;
         if invalid > 0 {

@@ -27,7 +27,7 @@ const REPORTED_AFTER: Duration = Duration::from_secs(1);
 pub(super) fn families(cameras: &[Camera], size: Viewport, grid: &Grid, settings: &Settings) -> BTreeSet<Family> {
     let family = |camera: &Camera| {
         let rays = Rays::new(camera, size, grid).ok()?;
-        Some(Family::of(&Plan::new(&rays, size, grid, settings).ok()?, settings, rays.is_parallel()))
+        Some(Family::from_plan(&Plan::new(&rays, size, grid, settings).ok()?, settings, rays.is_parallel()))
     };
     cameras.iter().filter_map(family).collect()
 }

@@ -90,10 +90,10 @@ enum Content {
 impl Content {
     /// The content for a file name's extension.
     fn from_path(path: &Path) -> Result<Self, Error> {
-        if ImageFormat::of(path).is_ok() {
+        if ImageFormat::from_path(path).is_ok() {
             return Ok(Content::Plot);
         }
-        FileFormat::of(path).map(Content::Function).map_err(|_| Error::UnknownName {
+        FileFormat::from_path(path).map(Content::Function).map_err(|_| Error::UnknownName {
             what: "transfer function format",
             name: path.display().to_string(),
             known: "a name ending in .png or .npy for a plot, .json (ParaView), .vp or .vp.json (3D Slicer), or .csv".into(),

@@ -59,11 +59,11 @@ impl Film {
     fn ended(&mut self) -> io::Error {
         drop(self.process.stdin.take());
         let status = self.process.wait().map_or_else(|e| e.to_string(), |status| status.to_string());
-        let mut said = Vec::new();
-        let read = self.messages.rewind().and_then(|()| (&self.messages).take(2000).read_to_end(&mut said));
-        let said = String::from_utf8_lossy(&said).trim().replace('\n', "; ");
+        let mut output = Vec::new();
+        let read = self.messages.rewind().and_then(|()| (&self.messages).take(2000).read_to_end(&mut output));
+        let output = String::from_utf8_lossy(&output).trim().replace('\n', "; ");
         match read {
-            Ok(_) if !said.is_empty() => io::Error::other(format!("ffmpeg failed ({status}): {said}")),
+            Ok(_) if !output.is_empty() => io::Error::other(format!("ffmpeg failed ({status}): {output}")),
             _ => io::Error::other(format!("ffmpeg failed ({status})")),
         }
     }

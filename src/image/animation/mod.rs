@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 /// use layersplat::image::AnimationFormat;
 /// use std::path::Path;
 ///
-/// assert_eq!(AnimationFormat::of(Path::new("turn.gif")), Some(AnimationFormat::Gif));
-/// assert_eq!(AnimationFormat::of(Path::new("turn")), None);
+/// assert_eq!(AnimationFormat::from_path(Path::new("turn.gif")), Some(AnimationFormat::Gif));
+/// assert_eq!(AnimationFormat::from_path(Path::new("turn")), None);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -39,7 +39,7 @@ impl AnimationFormat {
     pub const MAX_GIF_RATE: u32 = 50;
 
     /// The format of a file extension: `.gif`, `.apng` or `.png`, `.mp4`.
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn from_path(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "gif" => Some(AnimationFormat::Gif),
             "apng" | "png" => Some(AnimationFormat::Apng),
@@ -104,7 +104,7 @@ impl Animation {
     /// If the extension is unknown, the rate is out of range, `frames` is 0, the background is `Transparent` in a format without
     /// transparency, the file cannot be written, or `ffmpeg` is missing for `.mp4`.
     pub fn create(path: &Path, viewport: Viewport, frames: u32, rate: u32, background: Background) -> Result<Self, Error> {
-        let Some(format) = AnimationFormat::of(path) else {
+        let Some(format) = AnimationFormat::from_path(path) else {
             let name = path.display().to_string();
             return Err(Error::UnknownName {
                 what: "animation format",

@@ -118,7 +118,7 @@ mod tests {
                 let place = to_lattice * DVec3::new(x, y, 1.0);
                 assert_abs_diff_eq!(place.x, place.x.round(), epsilon = 1e-6);
                 let column = place.x.round() as i64 as u32;
-                let row = place.y - lattice.stagger.of(column);
+                let row = place.y - lattice.stagger.shift(column);
                 assert_abs_diff_eq!(row, row.round(), epsilon = 1e-6);
             }
         }

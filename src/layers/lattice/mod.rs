@@ -144,7 +144,7 @@ impl Lattice {
     /// Ray of sample (I, J), in voxels (x, y, z).
     pub fn ray(&self, column: u32, row: u32) -> Ray {
         let u = self.crossing(0, f64::from(column));
-        let v = self.crossing(1, f64::from(row) + self.stagger.of(column));
+        let v = self.crossing(1, f64::from(row) + self.stagger.shift(column));
         let origin = self.frame.global(DVec3::new(u[0], v[0], self.centre_layer));
         match self.source {
             Source::Direction(direction) => Ray { origin, direction, start: f64::NEG_INFINITY },
@@ -215,8 +215,8 @@ mod tests {
                     let pixel = rays.at(30.5, 20.5);
                     let (origin, shear) = (lattice.frame.local(pixel.origin), lattice.frame.shear(pixel.direction));
                     for i in 0..2 {
-                        let [crossing, of_lattice] = lattice.crossing(i, place[i] / place.z);
-                        assert_abs_diff_eq!(of_lattice, shear[i], epsilon = 1e-9);
+                        let [crossing, lattice_shear] = lattice.crossing(i, place[i] / place.z);
+                        assert_abs_diff_eq!(lattice_shear, shear[i], epsilon = 1e-9);
                         let expected = origin[i] + (lattice.centre_layer - origin.z) * shear[i];
                         assert_abs_diff_eq!(crossing, expected, epsilon = 1e-8);
                     }

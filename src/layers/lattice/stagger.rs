@@ -30,7 +30,7 @@ impl Stagger {
     }
 
     /// Shift of a column, 0 … 1.
-    pub fn of(self, column: u32) -> f64 {
+    pub fn shift(self, column: u32) -> f64 {
         f64::from(self.first.wrapping_add(self.per_column.wrapping_mul(column))) / STEPS
     }
 }
@@ -50,7 +50,7 @@ mod tests {
     fn columns_far_away_are_staggered_as_the_first() {
         let stagger = Stagger { first: steps(-0.25), per_column: steps(3.3) };
         for column in [0, 1, 7, 16_384] {
-            assert_abs_diff_eq!(stagger.of(column), (0.75 + 0.3 * f64::from(column)).rem_euclid(1.0), epsilon = 1e-5);
+            assert_abs_diff_eq!(stagger.shift(column), (0.75 + 0.3 * f64::from(column)).rem_euclid(1.0), epsilon = 1e-5);
         }
         assert_eq!(steps(1.0 - 1e-12), 0);
     }

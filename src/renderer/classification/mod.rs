@@ -51,7 +51,7 @@ impl Classification {
     pub fn new(transfer: &TransferFunction, rescale: Rescale) -> Self {
         Self {
             given: transfer.clone(),
-            transfer: transfer.of_stored(rescale),
+            transfer: transfer.for_stored_numbers(rescale),
             version: Version::new(),
             store: Store::new(BUDGET),
             segment_needs: None,
@@ -67,13 +67,13 @@ impl Classification {
     /// Replaces the transfer function. Derived data are made again on demand.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction, rescale: Rescale) {
         if self.given != *transfer {
-            (self.given, self.transfer, self.version) = (transfer.clone(), transfer.of_stored(rescale), Version::new());
+            (self.given, self.transfer, self.version) = (transfer.clone(), transfer.for_stored_numbers(rescale), Version::new());
         }
     }
 
     /// Replaces the field by one with other stored numbers.
     pub fn set_field(&mut self, field: &Field) {
-        (self.transfer, self.version) = (self.given.of_stored(field.description().rescale()), Version::new());
+        (self.transfer, self.version) = (self.given.for_stored_numbers(field.description().rescale()), Version::new());
     }
 
     /// The transfer function of values.

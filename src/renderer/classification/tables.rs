@@ -249,7 +249,7 @@ pub(in crate::renderer) struct TableSizes<'t> {
 impl<'t> TableSizes<'t> {
     /// Sizes for a transfer function of values and a volume.
     pub fn new(transfer: &TransferFunction, description: &Description) -> Self {
-        Self { transfer: Cow::Owned(transfer.of_stored(description.rescale())), stored: description.stored() }
+        Self { transfer: Cow::Owned(transfer.for_stored_numbers(description.rescale())), stored: description.stored() }
     }
 
     /// Sizes for a classification of a field.

@@ -25,8 +25,8 @@ const MAX_POINTS: usize = 1 << 16;
 /// use layersplat::transfer::FileFormat;
 /// use std::path::Path;
 ///
-/// assert_eq!(FileFormat::of(Path::new("bone.vp.json"))?, FileFormat::SlicerJson);
-/// assert!(FileFormat::of(Path::new("bone.txt")).is_err());
+/// assert_eq!(FileFormat::from_path(Path::new("bone.vp.json"))?, FileFormat::SlicerJson);
+/// assert!(FileFormat::from_path(Path::new("bone.txt")).is_err());
 /// # Ok::<(), layersplat::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ impl FileFormat {
     ///
     /// # Errors
     /// [`Error::UnknownName`] if no format has that extension.
-    pub fn of(path: &Path) -> Result<Self, Error> {
+    pub fn from_path(path: &Path) -> Result<Self, Error> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         let endings = [
             (".vp.json", FileFormat::SlicerJson),
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn what_is_written_is_read_again_to_the_bit() {
         for (format, name) in FORMATS {
-            assert_eq!(FileFormat::of(Path::new(name)).unwrap(), format);
+            assert_eq!(FileFormat::from_path(Path::new(name)).unwrap(), format);
             let again = parse(&awkward().to_text(format), name, None).unwrap();
             if format == FileFormat::Csv {
                 continue;

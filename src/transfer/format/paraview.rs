@@ -167,9 +167,9 @@ pub(super) fn parse(text: &str, file: &str, name: Option<&str>) -> Result<Transf
     for ignored in preset.ignored() {
         tracing::warn!("{file}, preset '{}': {ignored}", preset.name);
     }
-    let of_preset = |problem| bad(file, format!("preset '{}': {problem}", preset.name));
-    let colors = preset.colors().map_err(of_preset)?;
-    let opacities = preset.opacities(&colors).map_err(of_preset)?;
+    let preset_error = |problem| bad(file, format!("preset '{}': {problem}", preset.name));
+    let colors = preset.colors().map_err(preset_error)?;
+    let opacities = preset.opacities(&colors).map_err(preset_error)?;
     TransferFunction::new(file, colors, opacities)
 }
 

@@ -32,13 +32,13 @@ fn numbers(line: &str) -> Result<Vec<f64>, String> {
     match (count, numbers) {
         (Some(count), Some(numbers)) if numbers.len() == count => Ok(numbers),
         (Some(count), Some(numbers)) => {
-            Err(format!("should hold {count} numbers, but holds {}{}", numbers.len(), of_long_line(line)))
+            Err(format!("should hold {count} numbers, but holds {}{}", numbers.len(), truncation_note(line)))
         }
         _ => Err("is not a count followed by numbers".into()),
     }
 }
 
-fn of_long_line(line: &str) -> String {
+fn truncation_note(line: &str) -> String {
     if line.len() == SLICERS_LINE { format!(": it was cut off after {SLICERS_LINE} bytes") } else { String::new() }
 }
 

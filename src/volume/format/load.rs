@@ -279,8 +279,8 @@ impl Reading<'_> {
     /// Reads strided numbers: slice by slice, or all at once if slices interleave.
     fn pick(&mut self, name: &str, dims: [usize; 3], size: usize, numbers: &mut [u8]) -> Result<(), Error> {
         let Header { first, strides, .. } = self.opened.header;
-        let of_slice = self.opened.header.span_of([dims[0], dims[1], 1]);
-        let (together, span) = if strides[2] >= of_slice { (1, of_slice) } else { (dims[2], self.opened.header.span()) };
+        let slice_span = self.opened.header.span_of([dims[0], dims[1], 1]);
+        let (together, span) = if strides[2] >= slice_span { (1, slice_span) } else { (dims[2], self.opened.header.span()) };
         let mut bytes = memory::zeroed(name, usize::try_from(span).unwrap_or(usize::MAX))?;
         for (n, slices) in numbers.chunks_mut(dims[0] * dims[1] * together * size).enumerate() {
             self.read(first + n as u64 * strides[2], &mut bytes)?;

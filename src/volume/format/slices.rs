@@ -85,7 +85,7 @@ pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> R
     let slice = move |file: &Path| {
         let opened = open_one(file, &options)?;
         if !alike(&opened.header, &first) {
-            let (this, that) = (told(&opened.header), told(&first));
+            let (this, that) = (describe(&opened.header), describe(&first));
             let problem = format!("it has {this}, but {} has {that}: slices must be alike", first_file.display());
             return Err(Error::volume(file, problem));
         }
@@ -95,7 +95,7 @@ pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> R
 }
 
 /// Describes the layout of a slice.
-fn told(header: &Header) -> String {
+fn describe(header: &Header) -> String {
     let ([x, y, z], scalar) = (header.grid.dims(), header.scalar);
     let slices = if z > 1 { format!("{z} slices of ") } else { String::new() };
     let channels = match header.strides[0] / scalar.bytes() as u64 {

@@ -12,12 +12,12 @@ use std::path::Path;
 const MOST_TEXT: u64 = 1 << 32;
 
 /// Text of a file from a byte to the end.
-pub(super) fn of_file(path: &Path, file: File, start: u64) -> Result<Vec<u8>, Error> {
-    of_part(path, file, start..u64::MAX)
+pub(super) fn read_from(path: &Path, file: File, start: u64) -> Result<Vec<u8>, Error> {
+    read_range(path, file, start..u64::MAX)
 }
 
 /// Text in a byte range of a file, clipped at its end.
-pub(super) fn of_part(path: &Path, mut file: File, part: Range<u64>) -> Result<Vec<u8>, Error> {
+pub(super) fn read_range(path: &Path, mut file: File, part: Range<u64>) -> Result<Vec<u8>, Error> {
     let failed = |e| Error::read(path, e);
     let end = file.metadata().map_err(failed)?.len().min(part.end);
     let len = end.saturating_sub(part.start);

@@ -43,7 +43,7 @@ enum Format {
 }
 
 impl Format {
-    fn of(path: &Path) -> Result<Self, Error> {
+    fn from_path(path: &Path) -> Result<Self, Error> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         let formats = [
             (".raw", Format::Raw),
@@ -84,7 +84,7 @@ impl Format {
 /// ```
 pub fn convert(source: impl AsRef<Path>, options: &OpenOptions, target: impl AsRef<Path>) -> Result<PathBuf, Error> {
     let (source, target) = (source.as_ref(), target.as_ref());
-    let format = Format::of(target)?;
+    let format = Format::from_path(target)?;
     if source.to_str().is_some_and(|name| name.starts_with("builtin:")) {
         return Volume::open(source, options)?.save(target);
     }
@@ -118,7 +118,7 @@ impl Volume<'_> {
         let target = target.as_ref();
         let (scalar, rescale) = (self.voxel_type().into(), self.description().rescale());
         let numbers = Numbers::Volume(self);
-        Written { name: self.name(), grid: self.grid(), scalar, rescale, numbers }.save(target, Format::of(target)?)
+        Written { name: self.name(), grid: self.grid(), scalar, rescale, numbers }.save(target, Format::from_path(target)?)
     }
 }
 

@@ -123,9 +123,9 @@ fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str) -> 
         _ => return Err(format!("its pixels have {allocated} bits: expected 8, 16 or 32; convert it")),
     };
     let all = 8 * scalar.bytes() as u32;
-    let told = |tag: Tag| dataset.whole(tag).and_then(|n| u32::try_from(n).ok()).filter(|_| whole);
-    let bits = told(tags::BITS_STORED).filter(|bits| (1..=all).contains(bits)).unwrap_or(all);
-    let highest = told(tags::HIGH_BIT).filter(|&highest| highest < all && highest + 1 >= bits).unwrap_or(bits - 1);
+    let declared = |tag: Tag| dataset.whole(tag).and_then(|n| u32::try_from(n).ok()).filter(|_| whole);
+    let bits = declared(tags::BITS_STORED).filter(|bits| (1..=all).contains(bits)).unwrap_or(all);
+    let highest = declared(tags::HIGH_BIT).filter(|&highest| highest < all && highest + 1 >= bits).unwrap_or(bits - 1);
     let big_endian = syntax == "1.2.840.10008.1.2.2";
     if big_endian && pixels.words && scalar.bytes() == 1 {
         return Err("its bytes are stored in big-endian words: convert it to a little-endian transfer syntax".into());
@@ -138,11 +138,11 @@ fn frames(dataset: &Dataset, count: usize) -> Vec<Frame> {
     let offsets = dataset.numbers(tags::GRID_FRAME_OFFSET_VECTOR);
     let instance = dataset.whole(tags::INSTANCE_NUMBER).unwrap_or(0) as i64;
     let temporal = dataset.whole(tags::TEMPORAL_POSITION_IDENTIFIER).unwrap_or(0) as i64;
-    let of_frame = |index: usize| {
+    let frame_at = |index: usize| {
         let groups = Groups { dataset, index };
         let axes = vectors(&groups.numbers(tags::PLANE_ORIENTATION_SEQUENCE, tags::IMAGE_ORIENTATION_PATIENT));
         let axes = <[DVec3; 2]>::try_from(axes).ok().filter(|axes| axes.iter().all(|axis| axis.length() > 0.5));
-        let told = vectors(&groups.numbers(tags::PLANE_POSITION_SEQUENCE, tags::IMAGE_POSITION_PATIENT)).first().copied();
+        let declared = vectors(&groups.numbers(tags::PLANE_POSITION_SEQUENCE, tags::IMAGE_POSITION_PATIENT)).first().copied();
         let measures = tags::PIXEL_MEASURES_SEQUENCE;
         let between = groups.numbers(measures, tags::SPACING_BETWEEN_SLICES);
         let thickness = groups.numbers(measures, tags::SLICE_THICKNESS);
@@ -150,9 +150,9 @@ fn frames(dataset: &Dataset, count: usize) -> Vec<Frame> {
         let own = count == 1 || groups.own().is_some();
         // Frames without a position follow the first one along the normal.
         let behind = offsets.get(index).copied().or(thickness.map(|h| h * index as f64));
-        let position = match (told, axes) {
-            (Some(told), _) if own => Some(told),
-            (Some(told), Some([x, y])) => behind.map(|h| told + x.cross(y).normalize_or_zero() * h),
+        let position = match (declared, axes) {
+            (Some(declared), _) if own => Some(declared),
+            (Some(declared), Some([x, y])) => behind.map(|h| declared + x.cross(y).normalize_or_zero() * h),
             _ => None,
         };
         let spacing = groups.numbers(measures, tags::PIXEL_SPACING);
@@ -173,7 +173,7 @@ fn frames(dataset: &Dataset, count: usize) -> Vec<Frame> {
             order: [time.unwrap_or(temporal), instance, index as i64],
         }
     };
-    (0..count).map(of_frame).collect()
+    (0..count).map(frame_at).collect()
 }
 
 fn vectors(numbers: &[f64]) -> Vec<DVec3> {
@@ -195,8 +195,8 @@ impl Groups<'_> {
     /// Attribute of this frame, else of all frames, else of the image.
     fn numbers(&self, group: Tag, tag: Tag) -> Vec<f64> {
         let shared = self.dataset.item(tags::SHARED_FUNCTIONAL_GROUPS_SEQUENCE, 0);
-        let told = [self.own(), shared].into_iter().flatten().filter_map(|groups| groups.item(group, 0));
-        let found = told.map(|group| group.numbers(tag)).find(|numbers| !numbers.is_empty());
+        let declared = [self.own(), shared].into_iter().flatten().filter_map(|groups| groups.item(group, 0));
+        let found = declared.map(|group| group.numbers(tag)).find(|numbers| !numbers.is_empty());
         found.unwrap_or_else(|| self.dataset.numbers(tag))
     }
 }

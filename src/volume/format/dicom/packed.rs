@@ -71,11 +71,11 @@ pub(super) fn fragments(source: &Source, pixels: PixelData, frames: usize) -> io
     // Offsets count from the header of the first fragment.
     let first = items[0].0;
     let frame_of = |item: &(u64, u64)| offsets.partition_point(|&offset| u64::from(offset) <= item.0 - first).saturating_sub(1);
-    let mut of_frames = vec![Vec::new(); frames];
+    let mut items_by_frame = vec![Vec::new(); frames];
     for item in items {
-        of_frames[frame_of(&item)].push(item);
+        items_by_frame[frame_of(&item)].push(item);
     }
-    Ok(of_frames)
+    Ok(items_by_frame)
 }
 
 /// Element and length of an item header.

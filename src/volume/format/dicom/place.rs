@@ -35,7 +35,7 @@ pub(super) fn stack(path: &Path, images: &[Image], options: &OpenOptions) -> Res
     let spacing = first.spacing.unwrap_or([1.0; 2]);
     let times = times(path, located.heights, SAME_PLACE * spacing[0].min(spacing[1]))?;
     let time = choice::chosen(path, "frame", options.frame, times[0].len())?;
-    let chosen: Vec<(f64, Slice)> = times.into_iter().map(|mut of_place| of_place.swap_remove(time)).collect();
+    let chosen: Vec<(f64, Slice)> = times.into_iter().map(|mut slices_at_place| slices_at_place.swap_remove(time)).collect();
     let places: Vec<DVec3> = chosen.iter().filter_map(|&(_, slice)| frame(slice).position).collect();
     let heights: Vec<f64> = chosen.iter().map(|&(height, _)| height).collect();
     if options.spacing.is_none() {

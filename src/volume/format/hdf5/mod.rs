@@ -48,11 +48,11 @@ impl Format for Hdf5 {
             None => only(path, &opened)?,
         };
         let scalar = scalar(dataset.dtype()).ok_or_else(|| {
-            let (name, told) = (dataset.name(), dataset.dtype());
-            let problem = if is_complex(told) {
+            let (name, dtype) = (dataset.name(), dataset.dtype());
+            let problem = if is_complex(dtype) {
                 format!("the numbers of '{name}' are {COMPLEX}")
             } else {
-                format!("the numbers of '{name}' are {told:?}: expected integers or floats")
+                format!("the numbers of '{name}' are {dtype:?}: expected integers or floats")
             };
             Error::volume(path, problem)
         })?;
@@ -79,8 +79,8 @@ fn damaged(path: &Path, e: &hdf5_reader::error::Error) -> Error {
 }
 
 /// Scalar type of an HDF5 datatype.
-fn scalar(told: &Datatype) -> Option<ScalarType> {
-    match told {
+fn scalar(dtype: &Datatype) -> Option<ScalarType> {
+    match dtype {
         Datatype::FixedPoint { size, signed, .. } => {
             format!("{}int{}", if *signed { "" } else { "u" }, 8 * u32::from(*size)).parse().ok()
         }
@@ -90,8 +90,8 @@ fn scalar(told: &Datatype) -> Option<ScalarType> {
 }
 
 /// Whether numbers are complex, as h5py and others store them: compounds of a real and an imaginary float.
-fn is_complex(told: &Datatype) -> bool {
-    let Datatype::Compound { fields, .. } = told else { return false };
+fn is_complex(dtype: &Datatype) -> bool {
+    let Datatype::Compound { fields, .. } = dtype else { return false };
     let floats = fields.iter().all(|field| matches!(field.datatype, Datatype::FloatingPoint { .. }));
     let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
     floats && [["r", "i"], ["real", "imag"], ["re", "im"]].iter().any(|known| names == known)
@@ -99,7 +99,7 @@ fn is_complex(told: &Datatype) -> bool {
 
 /// The dataset with the most axes, if it is unique.
 fn only(path: &Path, file: &Hdf5File) -> Result<Dataset, Error> {
-    let all = volumes(path, file, |told| scalar(told).is_some())?;
+    let all = volumes(path, file, |dtype| scalar(dtype).is_some())?;
     match &all[..] {
         [] if !volumes(path, file, is_complex)?.is_empty() => Err(Error::volume(path, format!("it has {COMPLEX}"))),
         [] => Err(Error::volume(path, "it has no dataset of numbers along two axes or more")),
@@ -112,7 +112,7 @@ fn only(path: &Path, file: &Hdf5File) -> Result<Dataset, Error> {
 }
 
 fn unknown(path: &Path, name: &str, file: &Hdf5File) -> Error {
-    match volumes(path, file, |told| scalar(told).is_some()) {
+    match volumes(path, file, |dtype| scalar(dtype).is_some()) {
         Ok(names) => {
             let problem = format!("'{name}' is not in {}, whose arrays are {}", path.display(), names.join(", "));
             Error::Settings { field: "array", problem }
@@ -148,17 +148,17 @@ fn last(name: &str) -> &str {
 
 /// Spacing from the attribute `element_size_um`, which microscopy software writes; 1 by default.
 fn spacing(dataset: &Dataset) -> DVec3 {
-    let told = dataset.attribute("element_size_um").and_then(|attribute| attribute.read_1d::<f64>()).unwrap_or_default();
-    match told[..] {
-        [z, y, x] if told.iter().all(|h| h.is_finite() && *h > 0.0) => DVec3::new(x, y, z),
+    let sizes = dataset.attribute("element_size_um").and_then(|attribute| attribute.read_1d::<f64>()).unwrap_or_default();
+    match sizes[..] {
+        [z, y, x] if sizes.iter().all(|h| h.is_finite() && *h > 0.0) => DVec3::new(x, y, z),
         _ => DVec3::ONE,
     }
 }
 
 /// Slope and intercept from the attributes of the NetCDF conventions.
 fn rescale(dataset: &Dataset) -> Result<Rescale, Error> {
-    let told = |name: &str| dataset.attribute(name).and_then(|attribute| attribute.read_as_f64()).ok();
-    match (told("scale_factor"), told("add_offset")) {
+    let attribute = |name: &str| dataset.attribute(name).and_then(|attribute| attribute.read_as_f64()).ok();
+    match (attribute("scale_factor"), attribute("add_offset")) {
         (None, None) => Ok(Rescale::default()),
         (slope, intercept) => Rescale::new(slope.unwrap_or(1.0), intercept.unwrap_or(0.0)),
     }

@@ -55,7 +55,7 @@ fn one(path: &Path, fields: &Keyed, start: u64, len: u64, scalar: ScalarType) ->
     let failed = |e| Error::read(path, e);
     let file = File::open(path).map_err(failed)?;
     if is_text(fields) {
-        let text = text::of_file(path, file, start)?;
+        let text = text::read_from(path, file, start)?;
         return Ok(Box::new(Held(text::numbers(path, &text, len / scalar.bytes() as u64, scalar)?)));
     }
     if fields.is_true(&["CompressedData"]) {

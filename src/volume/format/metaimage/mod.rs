@@ -67,8 +67,8 @@ fn sizes(fields: &Keyed, scalar: ScalarType, channels: usize) -> Result<Vec<usiz
     let axes = axes.ok_or_else(|| fields.wrong(format!("its NDims is not between 1 and {MOST}")))?;
     let sizes: Vec<usize> = fields.numbers(&["DimSize"], axes)?.ok_or_else(|| fields.wrong("its header has no DimSize"))?;
     let sizes = sizes[..axes].to_vec();
-    let of_voxel = scalar.bytes() as u64;
-    let all = sizes.iter().chain([&channels]).try_fold(of_voxel, |n, &size| n.checked_mul(size as u64).filter(|&n| n > 0));
+    let voxel_bytes = scalar.bytes() as u64;
+    let all = sizes.iter().chain([&channels]).try_fold(voxel_bytes, |n, &size| n.checked_mul(size as u64).filter(|&n| n > 0));
     let problem = || fields.wrong(format!("its sizes {sizes:?} with {channels} channels are empty or too large"));
     all.ok_or_else(problem)?;
     Ok(sizes)

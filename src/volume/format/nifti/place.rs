@@ -10,21 +10,21 @@ pub(super) fn index_to_world(fields: &Fields, dims: [usize; 3]) -> DAffine3 {
     let spacing = DVec3::from_array(spacing.map(|h| if h == 0.0 || !h.is_finite() { 1.0 } else { h.abs() }));
     let [quaternion, rows] = fields.codes();
     if rows > 0 {
-        with_lengths(of_rows(fields.rows()), dims)
+        with_lengths(from_rows(fields.rows()), dims)
     } else if quaternion > 0 {
         let third = if sign < 0.0 { -1.0 } else { 1.0 };
-        of_quaternion(fields.quaternion(), spacing * DVec3::new(1.0, 1.0, third))
+        from_quaternion(fields.quaternion(), spacing * DVec3::new(1.0, 1.0, third))
     } else {
         upright(spacing, DVec3::ZERO)
     }
 }
 
-fn of_rows(rows: [f64; 12]) -> DAffine3 {
+fn from_rows(rows: [f64; 12]) -> DAffine3 {
     let column = |i: usize| DVec3::new(rows[i], rows[4 + i], rows[8 + i]);
     DAffine3::from_cols(column(0), column(1), column(2), column(3))
 }
 
-fn of_quaternion([b, c, d, x, y, z]: [f64; 6], spacing: DVec3) -> DAffine3 {
+fn from_quaternion([b, c, d, x, y, z]: [f64; 6], spacing: DVec3) -> DAffine3 {
     let a = (1.0 - (b * b + c * c + d * d)).max(0.0).sqrt();
     let turn = DMat3::from_quat(DQuat::from_xyzw(b, c, d, a).normalize());
     DAffine3 { matrix3: turn * DMat3::from_diagonal(spacing), translation: DVec3::new(x, y, z) }

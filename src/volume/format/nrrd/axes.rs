@@ -29,12 +29,12 @@ enum Role {
     Time,
     /// Numbers that belong together: a vector, a colour, a matrix.
     Components,
-    /// A list, or nothing is told: frames if the axis is slower than space, channels if it is faster.
+    /// A list, or no role is declared: frames if the axis is slower than space, channels if it is faster.
     Unknown,
 }
 
 impl Axes {
-    pub fn of(fields: &Fields) -> Result<Self, Error> {
+    pub fn from_fields(fields: &Fields) -> Result<Self, Error> {
         let count = fields.need("dimension")?.parse().ok().filter(|n| (1..=MOST).contains(n));
         let count = count.ok_or_else(|| fields.wrong(format!("its dimension is not between 1 and {MOST}")))?;
         let sizes: Vec<usize> = fields.numbers("sizes", count)?.ok_or_else(|| fields.wrong("its header has no 'sizes'"))?;
@@ -42,9 +42,9 @@ impl Axes {
             return Err(fields.wrong(format!("its sizes {sizes:?} are empty or too large")));
         }
         let (directions, mut roles): (Vec<_>, Vec<_>) = directions(fields, count)?.into_iter().unzip();
-        for (role, told) in roles.iter_mut().zip(told_roles(fields, count)) {
+        for (role, declared) in roles.iter_mut().zip(declared_roles(fields, count)) {
             if *role == Role::Unknown {
-                *role = told;
+                *role = declared;
             }
         }
         let space = space(fields, &sizes, &directions, &roles)?;
@@ -96,9 +96,9 @@ impl Axes {
         Grid::from_affine(self.dims(), DAffine3 { matrix3: DMat3::from_diagonal(spacing), translation: origin })
     }
 
-    /// What chooses a number along an axis outside of space.
+    /// Name of the option that selects an index along a non-spatial axis.
     fn chosen_by(&self, axis: usize) -> &'static str {
-        let is_slow = self.space.iter().all(|&of_space| axis > of_space);
+        let is_slow = self.space.iter().all(|&space_axis| axis > space_axis);
         match self.roles[axis] {
             Role::Time => "frame",
             Role::Components => "channel",
@@ -179,7 +179,7 @@ fn vector(text: &str) -> Option<(DVec3, f64)> {
 }
 
 /// The roles that kinds and units tell (<https://teem.sourceforge.net/nrrd/format.html#kinds>).
-fn told_roles(fields: &Fields, count: usize) -> Vec<Role> {
+fn declared_roles(fields: &Fields, count: usize) -> Vec<Role> {
     let kinds: Vec<String> =
         fields.get("kinds").map(|text| text.split_whitespace().map(str::to_ascii_lowercase).collect()).unwrap_or_default();
     // `"mm" "mm" "mm" "s"`.
@@ -207,16 +207,16 @@ fn completed(known: &[DVec3]) -> DMat3 {
     }
 }
 
-/// The axes of space: those with a direction; else those whose kind says so; else all but times; of more than three, all but the smallest
-/// at either end.
+/// Selects the spatial axes: those with a direction; else those of a spatial kind; else all except time axes. More than three are
+/// reduced to three by dropping axes at the ends.
 fn space(fields: &Fields, sizes: &[usize], directions: &[Option<DVec3>], roles: &[Role]) -> Result<Vec<usize>, Error> {
     let those = |wanted: &dyn Fn(usize) -> bool| (0..sizes.len()).filter(|&axis| wanted(axis)).collect::<Vec<usize>>();
     let directed = those(&|axis| directions[axis].is_some());
-    let of_kind = those(&|axis| roles[axis] == Role::Space);
+    let by_kind = those(&|axis| roles[axis] == Role::Space);
     let mut found = if !directed.is_empty() {
         directed
-    } else if !of_kind.is_empty() {
-        of_kind
+    } else if !by_kind.is_empty() {
+        by_kind
     } else {
         those(&|axis| roles[axis] != Role::Time)
     };

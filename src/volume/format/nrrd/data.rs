@@ -51,11 +51,11 @@ fn one(path: &Path, fields: &Fields, start: u64, len: u64, scalar: ScalarType) -
         ("raw", Err(_)) if skip == -1 => Ok(Box::new(Plain::last(file, len).map_err(failed)?)),
         ("gz" | "gzip", Ok(skip)) => Ok(Box::new(Packed::<Gzip>::new(path, start, skip).map_err(failed)?)),
         ("txt" | "text" | "ascii", Ok(skip)) => {
-            let text = text::of_file(path, file, start.saturating_add(skip))?;
+            let text = text::read_from(path, file, start.saturating_add(skip))?;
             Ok(Box::new(Held(text::numbers(path, &text, len / scalar.bytes() as u64, scalar)?)))
         }
         ("hex", Ok(skip)) => {
-            Ok(Box::new(Held(text::hexadecimal(path, &text::of_file(path, file, start.saturating_add(skip))?)?)))
+            Ok(Box::new(Held(text::hexadecimal(path, &text::read_from(path, file, start.saturating_add(skip))?)?)))
         }
         (_, Err(_)) => Err(fields.wrong(format!(
             "its byte skip is {skip}: negative values are invalid, except -1 for raw data at the end of \

@@ -22,7 +22,7 @@ impl Format for Nrrd {
         let path = file.path;
         let fields = Fields::read(path)?;
         let scalar = scalar(&fields)?;
-        let axes = axes::Axes::of(&fields)?;
+        let axes = axes::Axes::from_fields(&fields)?;
         let grid = axes.grid(path, &fields, options)?;
         let (first, strides) = axes.place(path, scalar, options)?;
         let endian = match (fields.get("endian").map(str::to_ascii_lowercase).as_deref(), scalar.bytes()) {

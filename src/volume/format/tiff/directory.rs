@@ -23,7 +23,7 @@ pub(super) struct AsStored {
 
 impl AsStored {
     /// # Errors
-    /// Refuses a first page whose tags have more numbers than the file's `len` bytes can hold. Directories that are incomplete are left to
+    /// Rejects a first page whose tags have more numbers than the file's `len` bytes can hold. Directories that are incomplete are left to
     /// the crate.
     pub fn new(path: &Path, mut file: File, len: u64) -> Result<Self, Error> {
         let failed = |e| Error::read(path, e);
@@ -74,7 +74,7 @@ fn read(file: &mut File, len: u64, found: &mut Found) -> io::Result<()> {
     let mut numbers = Numbers { reader: BufReader::new(file), big_endian: false };
     numbers.big_endian = numbers.next(2)? == 0x4d4d;
     let large = numbers.next(2)? == 43;
-    let (of_offset, of_entries) = if large { (8, 8) } else { (4, 2) };
+    let (offset_bytes, count_bytes) = if large { (8, 8) } else { (4, 2) };
     if large {
         // Size of offsets, always 8, and padding.
         numbers.next(4)?;
@@ -82,23 +82,23 @@ fn read(file: &mut File, len: u64, found: &mut Found) -> io::Result<()> {
     // Directories that overlap are damaged, and may go on for ever.
     let mut left = len;
     for page in 0..=MOST {
-        let directory = numbers.next(of_offset)?;
+        let directory = numbers.next(offset_bytes)?;
         if directory == 0 {
             break;
         }
         numbers.reader.seek(SeekFrom::Start(directory))?;
-        let (entries, size) = (numbers.next(of_entries)?, 4 + 2 * of_offset as u64);
+        let (entries, size) = (numbers.next(count_bytes)?, 4 + 2 * offset_bytes as u64);
         let Some(rest) = left.checked_sub(entries.saturating_mul(size)) else { break };
         left = rest;
         for n in 0..entries {
-            let [tag, kind, count] = [numbers.next(2)?, numbers.next(2)?, numbers.next(of_offset)?];
+            let [tag, kind, count] = [numbers.next(2)?, numbers.next(2)?, numbers.next(offset_bytes)?];
             if page == 0 && count > len {
                 found.too_large = Some((tag, count));
                 return Ok(());
             }
-            let value = numbers.next(of_offset)?;
-            if tag == PHOTOMETRIC && is_zero(value, kind, numbers.big_endian, of_offset) {
-                let at = directory + of_entries as u64 + n * size + 4 + of_offset as u64;
+            let value = numbers.next(offset_bytes)?;
+            if tag == PHOTOMETRIC && is_zero(value, kind, numbers.big_endian, offset_bytes) {
+                let at = directory + count_bytes as u64 + n * size + 4 + offset_bytes as u64;
                 found.photometric.push(at + if numbers.big_endian { bytes_of(kind) as u64 - 1 } else { 0 });
             }
         }

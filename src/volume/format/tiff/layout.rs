@@ -12,14 +12,14 @@ pub(super) struct Layout {
     order: String,
     pub spacing: DVec3,
     /// Whether the file specifies this layout.
-    told: bool,
+    declared: bool,
 }
 
 impl Layout {
     /// Parses the image description of pages with `samples` samples per pixel. `pixels_per_unit` is the resolution that ImageJ writes.
     pub fn new(description: &str, samples: usize, pixels_per_unit: Option<[f64; 2]>) -> Self {
         let plain =
-            Self { imagej: false, slices: 1, frames: 1, channels: 1, order: "CZT".into(), spacing: DVec3::ONE, told: false };
+            Self { imagej: false, slices: 1, frames: 1, channels: 1, order: "CZT".into(), spacing: DVec3::ONE, declared: false };
         if description.starts_with("ImageJ=") {
             imagej(description, pixels_per_unit, plain)
         } else {
@@ -33,8 +33,8 @@ impl Layout {
     }
 
     /// Adapts the layout to a file with `pages` pages.
-    pub fn of_pages(self, pages: usize) -> Result<Self, String> {
-        match self.told {
+    pub fn with_pages(self, pages: usize) -> Result<Self, String> {
+        match self.declared {
             true if self.pages() == pages => Ok(self),
             true if !self.imagej => Err(format!(
                 "its OME-XML declares {} pages, but it has {pages}: the others are in other files or missing",
@@ -73,7 +73,7 @@ fn imagej(description: &str, pixels_per_unit: Option<[f64; 2]>, plain: Layout) -
         frames: count("frames").unwrap_or(1),
         channels: count("channels").unwrap_or(1),
         spacing: DVec3::new(x, y, if z > 0.0 { z } else { 1.0 }),
-        told: images.is_some(),
+        declared: images.is_some(),
         ..plain
     };
     match images {
@@ -113,7 +113,7 @@ fn ome(description: &str, samples: usize, plain: Layout) -> Layout {
         channels: (count("SizeC") / samples).max(1),
         order: order.unwrap_or("CZT").into(),
         spacing: DVec3::new(x, size("Y").unwrap_or(x), size("Z").unwrap_or(x)),
-        told: true,
+        declared: true,
         ..plain
     }
 }
@@ -132,9 +132,9 @@ mod tests {
         };
         assert_eq!((ome("CZT").page(1, 0, 0), ome("ZCT").page(1, 2, 1), ome("TZC").page(2, 1, 1)), (2, 26, 22));
         assert_eq!((ome("CZT").pages(), ome("CZT").spacing), (30, DVec3::new(1.0, 1.0, 2.0)));
-        assert!(ome("CZT").of_pages(29).is_err());
+        assert!(ome("CZT").with_pages(29).is_err());
         let layout = Layout::new("ImageJ=1.5\nimages=6\nslices=3\nframes=2\nunit=um\nspacing=0.5\n", 1, Some([4.0, 2.0]));
         assert_eq!((layout.page(2, 1, 0), layout.spacing), (5, DVec3::new(0.25, 0.5, 0.5)));
-        assert_eq!(layout.of_pages(4).unwrap().slices, 4);
+        assert_eq!(layout.with_pages(4).unwrap().slices, 4);
     }
 }

@@ -26,7 +26,7 @@ impl Format for Tiff {
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let mut reader = pages::decoder(path)?;
-        let page = Page::of(path, &mut reader)?;
+        let page = Page::read(path, &mut reader)?;
         let description = pages::description(&mut reader);
         let layout = Layout::new(&description, page.samples, page.pixels_per_unit);
         // Large ImageJ files have one directory; the pages follow the first one without gaps.
@@ -34,7 +34,7 @@ impl Format for Tiff {
         let indices = pages::slices(path, &mut reader, &page)?;
         let contiguous = layout.imagej && indices.len() == 1 && layout.pages() > 1;
         let layout =
-            if contiguous { layout } else { layout.of_pages(indices.len()).map_err(|problem| Error::volume(path, problem))? };
+            if contiguous { layout } else { layout.with_pages(indices.len()).map_err(|problem| Error::volume(path, problem))? };
         let dims = [page.width, page.height, layout.slices];
         let grid = load::grid(path, dims, upright(layout.spacing, DVec3::ZERO), options)?;
         let frame = choice::chosen(path, "frame", options.frame, layout.frames)?;

@@ -77,7 +77,7 @@ pub(super) struct Page {
 
 impl Page {
     /// Properties of the current page.
-    pub fn of(path: &Path, reader: &mut Reader) -> Result<Self, Error> {
+    pub fn read(path: &Path, reader: &mut Reader) -> Result<Self, Error> {
         let (width, height) = reader.dimensions().map_err(|e| damaged(path, &e))?;
         let mut tag = |tag: Tag| reader.find_tag_unsigned_vec::<u64>(tag).ok().flatten().unwrap_or_default();
         let first = |numbers: Vec<u64>, missing: u64| numbers.first().copied().unwrap_or(missing);
@@ -169,7 +169,7 @@ pub(super) fn slices(path: &Path, reader: &mut Reader, first: &Page) -> Result<V
         if is_preview(reader) {
             continue;
         }
-        let page = Page::of(path, reader)?;
+        let page = Page::read(path, reader)?;
         if !page.is_like(first) {
             let problem =
                 format!("page {index} has {page}, but page 0 has {first}: save pages of the same kind in a separate file");

@@ -14,7 +14,7 @@ pub(super) struct Array<Place> {
     pub type_name: String,
     pub components: usize,
     /// Whether the array belongs to cells, not points.
-    pub of_cells: bool,
+    pub cell_data: bool,
     /// Whether the file marks it as active.
     pub active: bool,
     pub place: Place,
@@ -29,7 +29,7 @@ pub(super) struct Image {
 
 /// The requested array; else the active one, else a point array, else the first.
 pub(super) fn chosen<'a, P>(path: &Path, arrays: &'a [Array<P>], options: &OpenOptions) -> Result<&'a Array<P>, Error> {
-    let best = |array: &&Array<P>| (!array.active, array.of_cells);
+    let best = |array: &&Array<P>| (!array.active, array.cell_data);
     let default = arrays.iter().min_by_key(best);
     let default = default.ok_or_else(|| Error::volume(path, "it has no numeric point or cell array"))?;
     let names: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
@@ -50,7 +50,7 @@ impl<P> Array<P> {
         options: &OpenOptions,
     ) -> Result<Header, Error> {
         let (mut dims, mut place) = (image.points, image.index_to_world);
-        if self.of_cells {
+        if self.cell_data {
             let half = DVec3::from_array(dims.map(|n| if n > 1 { 0.5 } else { 0.0 }));
             place.translation = place.transform_point3(half);
             dims = dims.map(|n| (n - 1).max(1));
@@ -67,7 +67,7 @@ impl<P> Array<P> {
     }
 
     pub fn numbers(&self, image: &Image) -> u64 {
-        let along = |n: usize| if self.of_cells { (n - 1).max(1) } else { n } as u64;
+        let along = |n: usize| if self.cell_data { (n - 1).max(1) } else { n } as u64;
         image.points.iter().fold(self.components as u64, |all, &n| all.saturating_mul(along(n)))
     }
 }

@@ -27,7 +27,7 @@ pub(super) struct Coded<'a> {
     pub endian: Endian,
 }
 
-/// Number of base64 characters of so many bytes, including padding.
+/// Number of base64 characters for `bytes` bytes, including padding.
 fn characters(bytes: u64) -> u64 {
     bytes.div_ceil(3).saturating_mul(4)
 }

@@ -37,7 +37,7 @@ impl Format for Legacy {
         let failed = |e| Error::read(path, e);
         let file = File::open(path).map_err(failed)?;
         let bytes: Box<dyn Bytes> = if is_text {
-            let text = text::of_file(path, file, array.place)?;
+            let text = text::read_from(path, file, array.place)?;
             let numbers = |scalar| text::numbers(path, &text, array.numbers(&image), scalar);
             Box::new(Held(if array.type_name == COLOURS { colours(&numbers(ScalarType::Float32)?) } else { numbers(scalar)? }))
         } else {
@@ -154,7 +154,7 @@ impl<'a> Scanner<'a> {
                             name: decoded(&head[0]),
                             type_name: word(&head, 3).into(),
                             components,
-                            of_cells: part.is_some_and(|(of_cells, _)| of_cells),
+                            cell_data: part.is_some_and(|(cell_data, _)| cell_data),
                             active: false,
                             place: self.at,
                         };
@@ -166,10 +166,10 @@ impl<'a> Scanner<'a> {
                     }
                 }
                 _ => {
-                    let Some((of_cells, tuples)) = part else {
+                    let Some((cell_data, tuples)) = part else {
                         return Err(self.wrong(format!("expected dimensions or data, found '{}'", words[0])));
                     };
-                    let array = self.attribute(&keyword, &words, of_cells)?;
+                    let array = self.attribute(&keyword, &words, cell_data)?;
                     self.skip(is_text, &array.type_name, tuples.saturating_mul(array.components as u64))?;
                     arrays.extend((array.components > 0).then_some(array));
                 }
@@ -181,7 +181,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// Parses the header of an array such as `SCALARS name type [components]`.
-    fn attribute(&mut self, keyword: &str, words: &[String], of_cells: bool) -> Result<Array<u64>, Error> {
+    fn attribute(&mut self, keyword: &str, words: &[String], cell_data: bool) -> Result<Array<u64>, Error> {
         let components = match keyword {
             "SCALARS" if words.len() > 3 => self.number(words, 3)?,
             "SCALARS" => 1,
@@ -204,7 +204,7 @@ impl<'a> Scanner<'a> {
                 self.go_to(at)?;
             }
         }
-        Ok(Array { name: decoded(word(words, 1)), type_name: type_name.into(), components, of_cells, active, place: self.at })
+        Ok(Array { name: decoded(word(words, 1)), type_name: type_name.into(), components, cell_data, active, place: self.at })
     }
 
     /// Skips VTK's optional metadata after an array.

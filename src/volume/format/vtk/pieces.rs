@@ -38,7 +38,7 @@ pub(super) fn joined<P>(
     let along = |extent: Extent| -> [usize; 3] {
         let points = |extent: Extent, i: usize| (i64::from(extent[2 * i + 1]) - i64::from(extent[2 * i]) + 1).max(0) as usize;
         let cells = |i: usize| if points(all, i) == 1 { 1 } else { points(extent, i).saturating_sub(1) };
-        [0, 1, 2].map(|i| if array.of_cells { cells(i) } else { points(extent, i) })
+        [0, 1, 2].map(|i| if array.cell_data { cells(i) } else { points(extent, i) })
     };
     let voxel = size * array.components;
     let [x, y, z] = along(all);
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn flat_pieces_have_no_cells() {
         let array =
-            Array { name: String::new(), type_name: String::new(), components: 1, of_cells: true, active: false, place: () };
+            Array { name: String::new(), type_name: String::new(), components: 1, cell_data: true, active: false, place: () };
         let image = Image { points: [3, 2, 1], index_to_world: DAffine3::IDENTITY };
         let piece = |extent, bytes: &[u8]| Ok(Piece { extent, bytes: Box::new(Held(bytes.to_vec())) as Box<dyn Bytes> });
         let join = |last| {

@@ -157,8 +157,8 @@ impl<'a> Document<'a> {
                 Ok(())
             }
             b"DataArray" => {
-                if let Some((of_cells, marked)) = &scope.marked {
-                    let array = self.array(tag, *of_cells, marked.as_deref(), behind)?;
+                if let Some((cell_data, marked)) = &scope.marked {
+                    let array = self.array(tag, *cell_data, marked.as_deref(), behind)?;
                     if let Some(piece) = self.pieces.last_mut() {
                         piece.arrays.push(array);
                     }
@@ -209,7 +209,7 @@ impl<'a> Document<'a> {
         let is_text = |array: &Array<Place>| matches!(array.place, Place::Text(_));
         let alike = |own: &&Array<Place>| {
             let (a, b) = (own, array);
-            (&a.name, a.of_cells, a.components, &a.type_name) == (&b.name, b.of_cells, b.components, &b.type_name)
+            (&a.name, a.cell_data, a.components, &a.type_name) == (&b.name, b.cell_data, b.components, &b.type_name)
                 && is_text(a) == is_text(b)
         };
         let own = piece.arrays.iter().find(alike);
@@ -218,7 +218,7 @@ impl<'a> Document<'a> {
         Ok(Piece { extent: piece.extent, bytes: self.bytes(own, &self.image(piece.extent)?, scalar)? })
     }
 
-    fn array(&self, tag: &BytesStart, of_cells: bool, marked: Option<&str>, behind: u64) -> Result<Array<Place>, Error> {
+    fn array(&self, tag: &BytesStart, cell_data: bool, marked: Option<&str>, behind: u64) -> Result<Array<Place>, Error> {
         let name = attribute(tag, "Name").unwrap_or_default();
         let number = |key: &str, missing: u64| match attribute(tag, key) {
             Some(text) => text.trim().parse().map_err(|_| self.wrong(format!("{key} of its array {name} is '{text}'"))),
@@ -233,7 +233,7 @@ impl<'a> Document<'a> {
             _ => Place::Text(behind..behind),
         };
         let active = marked == Some(name.as_str());
-        Ok(Array { type_name: attribute(tag, "type").unwrap_or_default(), name, components, of_cells, active, place })
+        Ok(Array { type_name: attribute(tag, "type").unwrap_or_default(), name, components, cell_data, active, place })
     }
 
     /// Records the start of the appended data, whose tag ends before byte `behind`.
@@ -254,7 +254,7 @@ impl<'a> Document<'a> {
         let wanted = array.bytes(image, scalar);
         match (&array.place, self.appended) {
             (Place::Text(range), _) => {
-                let text = text::of_part(self.path, file, range.clone())?;
+                let text = text::read_range(self.path, file, range.clone())?;
                 Ok(Box::new(Held(text::numbers(self.path, &text, array.numbers(image), scalar)?)))
             }
             (Place::Appended(_), None) => Err(self.wrong("it has no appended data: it is truncated")),

@@ -27,16 +27,16 @@ pub(super) struct Array {
 }
 
 impl Array {
-    pub fn new(folder: &Path, told: &Value, attributes: &Value) -> Result<Self, String> {
-        let shape = sizes(&told["shape"], "shape")?;
-        let second = told["zarr_format"] == 2;
-        let (key, encoding) = (&told["chunk_key_encoding"], &told["chunk_key_encoding"]["configuration"]);
+    pub fn new(folder: &Path, metadata: &Value, attributes: &Value) -> Result<Self, String> {
+        let shape = sizes(&metadata["shape"], "shape")?;
+        let second = metadata["zarr_format"] == 2;
+        let (key, encoding) = (&metadata["chunk_key_encoding"], &metadata["chunk_key_encoding"]["configuration"]);
         let (chunks, separator, prefix) = if second {
-            let separator = if told["dimension_separator"] == "/" { '/' } else { '.' };
-            (sizes(&told["chunks"], "chunks")?, separator, "")
+            let separator = if metadata["dimension_separator"] == "/" { '/' } else { '.' };
+            (sizes(&metadata["chunks"], "chunks")?, separator, "")
         } else {
-            if told["chunk_grid"]["name"] != "regular" {
-                return Err(format!("its chunks are a {} grid: expected a regular one", told["chunk_grid"]["name"]));
+            if metadata["chunk_grid"]["name"] != "regular" {
+                return Err(format!("its chunks are a {} grid: expected a regular one", metadata["chunk_grid"]["name"]));
             }
             let plain = key["name"] == "v2";
             let separator = match encoding["separator"].as_str() {
@@ -45,26 +45,26 @@ impl Array {
                 _ if plain => '.',
                 _ => '/',
             };
-            let chunks = sizes(&told["chunk_grid"]["configuration"]["chunk_shape"], "chunk_shape")?;
+            let chunks = sizes(&metadata["chunk_grid"]["configuration"]["chunk_shape"], "chunk_shape")?;
             (chunks, separator, if plain { "" } else { "c" })
         };
         if chunks.len() != shape.len() || !(1..=MOST_AXES).contains(&shape.len()) {
             return Err(format!("it has {} axes, but its chunks have {}", shape.len(), chunks.len()));
         }
         let (scalar, codec, endian) = if second {
-            let (scalar, endian) = dtype(&told["dtype"])?;
-            (scalar, Codec::of_version_2(told, shape.len())?, endian)
+            let (scalar, endian) = dtype(&metadata["dtype"])?;
+            (scalar, Codec::from_version_2(metadata, shape.len())?, endian)
         } else {
-            let (codec, endian) = Codec::of_version_3(&told["codecs"], shape.len())?;
-            (data_type(&told["data_type"])?, codec, endian)
+            let (codec, endian) = Codec::from_version_3(&metadata["codecs"], shape.len())?;
+            (data_type(&metadata["data_type"])?, codec, endian)
         };
         let piece =
             chunks.iter().try_fold(scalar.bytes(), |n, &size| n.checked_mul(size)).filter(|&n| n <= isize::MAX as usize / 32);
         if piece.is_none() {
             return Err(format!("its chunks of {chunks:?} numbers are too large"));
         }
-        let fill = fill(&told["fill_value"], scalar, endian);
-        let names = if second { &attributes["_ARRAY_DIMENSIONS"] } else { &told["dimension_names"] };
+        let fill = fill(&metadata["fill_value"], scalar, endian);
+        let names = if second { &attributes["_ARRAY_DIMENSIONS"] } else { &metadata["dimension_names"] };
         let names = names.as_array().filter(|names| names.len() == shape.len());
         let names = names.map(|names| names.iter().map(|name| name.as_str().unwrap_or_default().to_owned()).collect());
         let names = names.unwrap_or_default();
@@ -81,15 +81,15 @@ impl Array {
 }
 
 /// Parses an array of positive sizes.
-pub(super) fn sizes(told: &Value, name: &str) -> Result<Vec<usize>, String> {
+pub(super) fn sizes(metadata: &Value, name: &str) -> Result<Vec<usize>, String> {
     let size = |n: &Value| n.as_u64().and_then(|n| usize::try_from(n).ok()).filter(|&n| n > 0);
-    let found: Option<Vec<usize>> = told.as_array().and_then(|sizes| sizes.iter().map(size).collect());
-    found.ok_or_else(|| format!("its {name} is {told}: expected numbers above 0"))
+    let found: Option<Vec<usize>> = metadata.as_array().and_then(|sizes| sizes.iter().map(size).collect());
+    found.ok_or_else(|| format!("its {name} is {metadata}: expected numbers above 0"))
 }
 
-fn dtype(told: &Value) -> Result<(ScalarType, Endian), String> {
-    let wrong = || format!("its numbers are {told}: expected integers or floats; convert it");
-    let text = told.as_str().ok_or_else(wrong)?;
+fn dtype(metadata: &Value) -> Result<(ScalarType, Endian), String> {
+    let wrong = || format!("its numbers are {metadata}: expected integers or floats; convert it");
+    let text = metadata.as_str().ok_or_else(wrong)?;
     let (order, kind) = text.split_at_checked(1).ok_or_else(wrong)?;
     let bits = kind.get(1..).and_then(|bytes| bytes.parse::<usize>().ok()).ok_or_else(wrong)?.saturating_mul(8);
     let name = match kind.as_bytes()[0] {
@@ -97,31 +97,31 @@ fn dtype(told: &Value) -> Result<(ScalarType, Endian), String> {
         b'u' => format!("uint{bits}"),
         b'b' if bits == 8 => "uint8".into(),
         b'f' => format!("float{bits}"),
-        b'c' => return Err(format!("its numbers are {told}: {COMPLEX}")),
+        b'c' => return Err(format!("its numbers are {metadata}: {COMPLEX}")),
         _ => return Err(wrong()),
     };
     let endian = if order == ">" { Endian::Big } else { Endian::Little };
     name.parse().map(|scalar| (scalar, endian)).map_err(|_| wrong())
 }
 
-fn data_type(told: &Value) -> Result<ScalarType, String> {
-    let wrong = || format!("its data_type is {told}: expected integers or floats; convert it");
-    let name = told.as_str().ok_or_else(wrong)?;
+fn data_type(metadata: &Value) -> Result<ScalarType, String> {
+    let wrong = || format!("its data_type is {metadata}: expected integers or floats; convert it");
+    let name = metadata.as_str().ok_or_else(wrong)?;
     if name.starts_with("complex") {
-        return Err(format!("its data_type is {told}: {COMPLEX}"));
+        return Err(format!("its data_type is {metadata}: {COMPLEX}"));
     }
     if name == "bool" { Ok(ScalarType::Uint8) } else { name.parse().map_err(|_| wrong()) }
 }
 
 /// Bytes of the fill value; 0 if not specified.
-fn fill(told: &Value, scalar: ScalarType, endian: Endian) -> Vec<u8> {
-    let float = match told.as_str() {
+fn fill(metadata: &Value, scalar: ScalarType, endian: Endian) -> Vec<u8> {
+    let float = match metadata.as_str() {
         Some("NaN") => f64::NAN,
         Some("Infinity") => f64::INFINITY,
         Some("-Infinity") => f64::NEG_INFINITY,
-        _ => told.as_f64().unwrap_or(0.0),
+        _ => metadata.as_f64().unwrap_or(0.0),
     };
-    let whole = told.as_i64().map(|n| n as u64).or(told.as_u64()).or(told.as_bool().map(u64::from)).unwrap_or(0);
+    let whole = metadata.as_i64().map(|n| n as u64).or(metadata.as_u64()).or(metadata.as_bool().map(u64::from)).unwrap_or(0);
     let bits = match scalar {
         ScalarType::Float16 => u64::from(half::f16::from_f64(float).to_bits()),
         ScalarType::Float32 => u64::from((float as f32).to_bits()),

@@ -19,9 +19,9 @@ const WHOLE_BLOCKS: u8 = 16;
 pub(super) fn unpack(packed: &[u8], len: usize) -> Result<Vec<u8>, String> {
     let header = packed.get(..HEADER).ok_or("a chunk too short for a blosc header")?;
     let word = |at: usize| offset(header, at);
-    let (flags, size, told, block) = (header[2], usize::from(header[3]).max(1), word(4)?, word(8)?);
-    if told != len {
-        return Err(format!("the blosc header declares {told} bytes, expected {len}"));
+    let (flags, size, declared_len, block) = (header[2], usize::from(header[3]).max(1), word(4)?, word(8)?);
+    if declared_len != len {
+        return Err(format!("the blosc header declares {declared_len} bytes, expected {len}"));
     }
     if flags & STORED != 0 {
         let stored = packed.get(HEADER..HEADER + len).ok_or("a truncated chunk")?;

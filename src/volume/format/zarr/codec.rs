@@ -47,7 +47,7 @@ pub(super) fn packed_by(name: &str) -> String {
 
 impl Codec {
     /// Codecs of Zarr version 2.
-    pub fn of_version_2(array: &Value, axes: usize) -> Result<Self, String> {
+    pub fn from_version_2(array: &Value, axes: usize) -> Result<Self, String> {
         if let Some(filter) = array["filters"].as_array().and_then(|filters| filters.first()) {
             return Err(packed_by(&format!("the filter {}", filter["id"])));
         }
@@ -63,7 +63,7 @@ impl Codec {
     }
 
     /// Codecs of Zarr version 3, and the byte order of numbers.
-    pub fn of_version_3(codecs: &Value, axes: usize) -> Result<(Self, Endian), String> {
+    pub fn from_version_3(codecs: &Value, axes: usize) -> Result<(Self, Endian), String> {
         let codecs = codecs.as_array().ok_or("it has no codecs")?;
         let mut found = Self { order: (0..axes).collect(), numbers: Numbers::Plain, packings: Vec::new() };
         let mut endian = Endian::Little;
@@ -78,12 +78,12 @@ impl Codec {
                     if shape.len() != axes {
                         return Err("its shards have a different number of axes".into());
                     }
-                    let (inner, of_inner) = Self::of_version_3(&settings["codecs"], axes)?;
-                    let (index, of_index) = Self::of_version_3(&settings["index_codecs"], axes + 1)?;
-                    if !matches!(index.numbers, Numbers::Plain) || of_index == Endian::Big {
+                    let (inner, inner_endian) = Self::from_version_3(&settings["codecs"], axes)?;
+                    let (index, index_endian) = Self::from_version_3(&settings["index_codecs"], axes + 1)?;
+                    if !matches!(index.numbers, Numbers::Plain) || index_endian == Endian::Big {
                         return Err("the index codecs of its shards are not supported".into());
                     }
-                    endian = of_inner;
+                    endian = inner_endian;
                     let at_end = settings["index_location"] != "start";
                     found.numbers = Numbers::Shards { shape, inner: Box::new(inner), index: Box::new(index), at_end };
                 }

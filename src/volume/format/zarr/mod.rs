@@ -130,9 +130,9 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Place
     } else {
         tracing::info!("{}: level {index} of {count}", path.display());
     }
-    let told = &image.levels[index];
+    let level = &image.levels[index];
     let array = arrays.swap_remove(index);
-    Ok((array, image.axes, told.scale.clone(), told.translation.clone()))
+    Ok((array, image.axes, level.scale.clone(), level.translation.clone()))
 }
 
 /// Voxels along each axis that a picture of `pixels` along the longest side can show, at most those of the finest level.
@@ -216,8 +216,8 @@ fn place(mut n: usize, counts: &[usize]) -> Vec<usize> {
 }
 
 /// Copies a box of numbers of `size` bytes between two strided layouts.
-fn copy(from: &[u8], of_from: &[usize], to: &mut [u8], of_to: &[usize], shape: &[usize], size: usize) {
-    let ([count, shape @ ..], [step, of_from @ ..], [stride, of_to @ ..]) = (shape, of_from, of_to) else {
+fn copy(from: &[u8], from_strides: &[usize], to: &mut [u8], to_strides: &[usize], shape: &[usize], size: usize) {
+    let ([count, shape @ ..], [step, from_strides @ ..], [stride, to_strides @ ..]) = (shape, from_strides, to_strides) else {
         to[..size].copy_from_slice(&from[..size]);
         return;
     };
@@ -226,7 +226,7 @@ fn copy(from: &[u8], of_from: &[usize], to: &mut [u8], of_to: &[usize], shape: &
         return;
     }
     for n in 0..*count {
-        copy(&from[n * step..], of_from, &mut to[n * stride..], of_to, shape, size);
+        copy(&from[n * step..], from_strides, &mut to[n * stride..], to_strides, shape, size);
     }
 }
 

@@ -30,31 +30,31 @@ impl Multiscales {
     /// `None` if the attributes have no multiscales metadata.
     pub fn new(attributes: &Value) -> Result<Option<Self>, String> {
         let all = if attributes["ome"]["multiscales"].is_array() { &attributes["ome"] } else { attributes };
-        let Some(told) = all["multiscales"].as_array().and_then(|several| several.first()) else { return Ok(None) };
-        let axes: Vec<Axis> = told["axes"].as_array().map(|axes| axes.iter().map(axis).collect()).unwrap_or_default();
-        let datasets = told["datasets"].as_array().filter(|levels| (1..=MOST_LEVELS).contains(&levels.len()));
+        let Some(metadata) = all["multiscales"].as_array().and_then(|several| several.first()) else { return Ok(None) };
+        let axes: Vec<Axis> = metadata["axes"].as_array().map(|axes| axes.iter().map(axis).collect()).unwrap_or_default();
+        let datasets = metadata["datasets"].as_array().filter(|levels| (1..=MOST_LEVELS).contains(&levels.len()));
         let datasets = datasets.ok_or("its multiscales metadata name no arrays, or too many")?;
-        let levels: Result<Vec<Level>, String> = datasets.iter().map(|level| Level::new(level, told, axes.len())).collect();
+        let levels: Result<Vec<Level>, String> = datasets.iter().map(|level| Level::new(level, metadata, axes.len())).collect();
         Ok(Some(Self { axes, levels: levels? }))
     }
 }
 
 /// Parses an axis: an object from version 0.4 on, a name before.
-fn axis(told: &Value) -> Axis {
-    let text = |told: &Value| told.as_str().unwrap_or_default().to_owned();
-    if told.is_string() {
-        Axis { name: text(told), kind: String::new() }
+fn axis(metadata: &Value) -> Axis {
+    let text = |metadata: &Value| metadata.as_str().unwrap_or_default().to_owned();
+    if metadata.is_string() {
+        Axis { name: text(metadata), kind: String::new() }
     } else {
-        Axis { name: text(&told["name"]), kind: text(&told["type"]) }
+        Axis { name: text(&metadata["name"]), kind: text(&metadata["type"]) }
     }
 }
 
 impl Level {
     /// The transformations of the level come first, then those of all levels.
-    fn new(told: &Value, all: &Value, axes: usize) -> Result<Self, String> {
-        let path = told["path"].as_str().ok_or("its multiscales metadata have an array without a path")?.to_owned();
+    fn new(metadata: &Value, all: &Value, axes: usize) -> Result<Self, String> {
+        let path = metadata["path"].as_str().ok_or("its multiscales metadata have an array without a path")?.to_owned();
         let (mut scale, mut translation) = (vec![1.0; axes], vec![0.0; axes]);
-        let steps = [told, all].map(|of| of["coordinateTransformations"].as_array().cloned().unwrap_or_default());
+        let steps = [metadata, all].map(|source| source["coordinateTransformations"].as_array().cloned().unwrap_or_default());
         for step in steps.iter().flatten() {
             match step["type"].as_str() {
                 Some("identity") => {}
@@ -75,9 +75,9 @@ impl Level {
     }
 }
 
-fn numbers(told: &Value, count: usize) -> Result<Vec<f64>, String> {
-    let found: Option<Vec<f64>> = told.as_array().and_then(|numbers| numbers.iter().map(Value::as_f64).collect());
+fn numbers(metadata: &Value, count: usize) -> Result<Vec<f64>, String> {
+    let found: Option<Vec<f64>> = metadata.as_array().and_then(|numbers| numbers.iter().map(Value::as_f64).collect());
     found
         .filter(|numbers| numbers.len() == count)
-        .ok_or_else(|| format!("its coordinateTransformations have {told} for {count} axes"))
+        .ok_or_else(|| format!("its coordinateTransformations have {metadata} for {count} axes"))
 }

@@ -31,21 +31,21 @@ pub(super) enum Node {
 pub(super) fn node(folder: &Path) -> Result<Node, Error> {
     let wrong = |problem: String| Error::volume(folder, problem);
     let third = folder.join(MARKS[0]);
-    let (told, attributes, is_array) = if third.is_file() {
-        let told = json(&third)?;
-        let (attributes, is_array) = (told["attributes"].clone(), told["node_type"] == "array");
-        (told, attributes, is_array)
+    let (metadata, attributes, is_array) = if third.is_file() {
+        let metadata = json(&third)?;
+        let (attributes, is_array) = (metadata["attributes"].clone(), metadata["node_type"] == "array");
+        (metadata, attributes, is_array)
     } else {
         let (array, attributes) = (folder.join(MARKS[1]), folder.join(".zattrs"));
         let is_array = array.is_file();
         let attributes = if attributes.is_file() { json(&attributes)? } else { Value::Null };
         (json(&if is_array { array } else { folder.join(MARKS[2]) })?, attributes, is_array)
     };
-    if !(told["zarr_format"] == 2 || told["zarr_format"] == 3) {
-        return Err(wrong(format!("its zarr_format is {}: expected 2 or 3", told["zarr_format"])));
+    if !(metadata["zarr_format"] == 2 || metadata["zarr_format"] == 3) {
+        return Err(wrong(format!("its zarr_format is {}: expected 2 or 3", metadata["zarr_format"])));
     }
     if is_array {
-        return Array::new(folder, &told, &attributes).map(|array| Node::Array(Box::new(array))).map_err(wrong);
+        return Array::new(folder, &metadata, &attributes).map(|array| Node::Array(Box::new(array))).map_err(wrong);
     }
     Ok(Multiscales::new(&attributes).map_err(wrong)?.map_or(Node::Group, Node::Image))
 }
