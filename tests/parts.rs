@@ -337,7 +337,7 @@ fn what_does_not_fit_is_refused() {
     let between = parallel(&volume, size, 45.0, 0.0);
     refused(renderer.composite(&between, size, &auto, 9..10, None), "shared by the layer axes");
     refused(renderer.composite(&parallel(&volume, size, 90.0, 0.0), size, &auto, 9..10, None), "does not hold");
-    refused(renderer.composite(&camera, size, &Quality::Paper.settings(), 9..10, None), "hold the whole volume");
+    refused(renderer.composite(&camera, size, &Quality::Paper.settings(), 9..10, None), "use the whole volume");
     for (first, dims) in [([0; 3], [0, 1, 1]), ([20, 0, 0], [2, 1, 1]), ([usize::MAX, 0, 0], [2, 1, 1])] {
         assert!(volume.part(first, dims).unwrap_err().to_string().contains("extends beyond"), "{first:?}, {dims:?}");
     }

@@ -95,7 +95,7 @@ fn memory_that_cannot_be_used_is_refused_with_the_reason() {
     let own = buffer(&host, CL_MEM_READ_WRITE);
     assert!(refused(&of(&foreign)).contains("another context"));
     assert!(refused(&of(&read_only)).contains("READ_ONLY"));
-    assert!(refused(&of(&own).with_first(16)).contains(&format!("ends at {}", bytes + 16)));
+    assert!(refused(&of(&own).with_first(16)).contains(&format!("ends at byte {}", bytes + 16)));
     assert!(refused(&of(&own).with_row_pitch(16)).contains("rows 16 bytes apart"));
     let format = cl_image_format { image_channel_order: CL_RGBA, image_channel_data_type: CL_FLOAT };
     let small = image(&host, format, 8, 8);
@@ -110,7 +110,7 @@ fn memory_that_cannot_be_used_is_refused_with_the_reason() {
     let describe = |voxels: DeviceVoxels| voxels.describe(&device, "v", volume.grid().clone(), &[]).unwrap_err().to_string();
     assert!(describe(DeviceVoxels::new(&write_only, VoxelType::Uint8)).contains("WRITE_ONLY"));
     assert!(describe(DeviceVoxels::new(&own, VoxelType::Float32)).contains("end at"));
-    assert!(describe(DeviceVoxels::new(&own, VoxelType::Uint16).with_first(3)).contains("multiples of a voxel's 2"));
+    assert!(describe(DeviceVoxels::new(&own, VoxelType::Uint16).with_first(3)).contains("multiples of the voxel size 2"));
     assert!(describe(DeviceVoxels::new(&own, VoxelType::Uint8).with_pitches(20, 400)).contains("overlap"));
     assert!(describe(DeviceVoxels::new(&own, VoxelType::Uint8).with_pitches(21, 300)).contains("overlap"));
     assert!(describe(DeviceVoxels::new(&own, VoxelType::Uint8).with_pitches(1 << 40, 1 << 60)).contains("end at"));
