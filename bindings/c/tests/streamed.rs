@@ -71,7 +71,7 @@ fn what_needs_the_whole_volume_is_refused() {
     // SAFETY: all arguments are alive.
     unsafe {
         let status = layersplat_render_depths(renderer, &scene.camera, WIDTH, HEIGHT, null(), depths, depths, FLOATS);
-        assert!(refused(status, Status::OutOfMemory).contains("give at least"));
+        assert!(refused(status, Status::OutOfMemory).contains("set at least"));
         let message = refused(layersplat_renderer_volume_changed(renderer, 0, null(), null_mut()), Status::NeedsWholeVolume);
         assert!(message.starts_with("layersplat_renderer_volume_changed needs"), "{message}");
         assert!(message.contains("render into host memory instead"), "{message}");
@@ -89,7 +89,7 @@ fn a_budget_too_small_for_one_layer_is_an_error() {
     let status =
         unsafe { layersplat_render_floats(scene.renderer, &scene.camera, WIDTH, HEIGHT, null(), pixels.as_mut_ptr(), FLOATS) };
     let message = refused(status, Status::OutOfMemory);
-    assert!(message.contains("the memory budget is 1000: give at least"), "{message}");
+    assert!(message.contains("the memory budget is 1000: set at least"), "{message}");
     assert!(pixels.iter().all(|&x| x == 7.0));
     refused(plan(&scene, null()).0, Status::OutOfMemory);
 }

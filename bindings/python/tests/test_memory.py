@@ -82,7 +82,7 @@ def test_what_needs_the_whole_volume_is_refused(large, faint):
         lambda: renderer.render(camera, SIZE, layersplat.Settings(algorithm="raycast")),
         lambda: renderer.stream_plan(camera, SIZE, layersplat.Settings(algorithm="slicing")),
     ]:
-        with pytest.raises(layersplat.OutOfMemory, match="whole volume.*give at least") as caught:
+        with pytest.raises(layersplat.OutOfMemory, match="whole volume.*set at least") as caught:
             call()
         assert caught.value.fields == ("memory",)
     host = Host()
@@ -110,7 +110,7 @@ def test_a_budget_too_small_for_one_layer(large, faint):
     renderer = layersplat.Renderer(large, faint, device=limited(1000))
     camera = renderer.camera(SIZE)
     for call in [renderer.render, renderer.render_float, renderer.stream_plan]:
-        with pytest.raises(MemoryError, match="the memory budget is 1000: give at least") as caught:
+        with pytest.raises(MemoryError, match="the memory budget is 1000: set at least") as caught:
             call(camera, SIZE)
         assert isinstance(caught.value, layersplat.OutOfMemory)
 
