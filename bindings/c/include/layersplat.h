@@ -1,22 +1,21 @@
 /*
  * layersplat: layered volume splatting on any OpenCL device, a plain CPU included.
  *
- * A layersplat_volume and a layersplat_transfer go to a layersplat_renderer on a layersplat_device; a
- * layersplat_camera and layersplat_settings make a picture. README.md beside the folder of this file shows how.
+ * A layersplat_renderer draws a layersplat_volume with a layersplat_transfer on a layersplat_device. Each frame takes
+ * a layersplat_camera and layersplat_settings. See bindings/c/README.md for examples.
  *
- * Status     Functions that can fail return a layersplat_status. What went wrong, in words, is layersplat_last_error()
- *            of the same thread. No call ends the program or throws.
- * Pointers   Null is an error (LAYERSPLAT_STATUS_NULL_ARGUMENT) unless a function says otherwise. Any other pointer must
- *            point to what the function says, alive and, unless it is an output, unchanged during the call. Nothing is
- *            kept of it afterwards unless a function says so. Arrays come with their length. Texts are UTF-8 and end
- *            with a zero byte.
- * Ownership  Handles are made by the functions whose last argument is the address of one, which is set to null where
- *            they fail, and freed by the ..._free of their kind, in any order. OpenCL objects of the caller's are
- *            retained as long as they are used and released then; events that are returned are the caller's.
- * Threads    Devices, volumes, transfer functions and cancellations may be used by several threads at a time, renderers
- *            by one. A handle is freed when no other call uses it.
- * Choices    Where an int32_t is "a layersplat_quality", say, the constants of that enum are accepted.
- * OpenCL     CL/cl.h is not needed, and goes together with this file in any order: struct _cl_mem * is a cl_mem.
+ * Status     Functions that can fail return a layersplat_status. layersplat_last_error() returns the message of the last
+ *            error on the same thread. No call terminates the program or throws an exception.
+ * Pointers   Null is an error (LAYERSPLAT_STATUS_NULL_ARGUMENT) unless a function states otherwise. Other pointers must
+ *            be valid during the call, and inputs must not change. No pointer is kept after the call unless a function
+ *            states otherwise. Arrays come with their length. Strings are UTF-8 and zero-terminated.
+ * Ownership  A function whose last argument is the address of a handle creates that handle, and sets it to null on
+ *            failure. Free it with the ..._free function of its type, in any order. OpenCL objects of the caller are
+ *            retained while they are in use. Returned events belong to the caller.
+ * Threads    Several threads may use a device, volume, transfer function or cancellation flag at the same time, but
+ *            only one thread a renderer. Do not free a handle while another call uses it.
+ * Enums      An int32_t that is documented as, for example, "a layersplat_quality" takes the constants of that enum.
+ * OpenCL     CL/cl.h is not needed, and may be included before or after this file: struct _cl_mem * is a cl_mem.
  *            libOpenCL.so.1 is loaded when the first device is opened.
  *
  * This file is generated. Do not edit it.
@@ -30,55 +29,55 @@
 #include <stdint.h>
 
 /**
- * What a call answers. layersplat_last_error() says more about all but the first.
+ * Status of a call. layersplat_last_error() describes every error.
  */
 typedef enum layersplat_status {
   /**
-   * Done.
+   * Success.
    */
   LAYERSPLAT_STATUS_OK = 0,
   /**
-   * A pointer is null that must not be.
+   * A required pointer is null.
    */
   LAYERSPLAT_STATUS_NULL_ARGUMENT = 1,
   /**
-   * A text is not UTF-8.
+   * A string is not UTF-8.
    */
   LAYERSPLAT_STATUS_NOT_UTF8 = 2,
   /**
-   * A number, a name or a size is not one that is accepted; or several contradict each other.
+   * A number, a name or a size is invalid, or arguments contradict each other.
    */
   LAYERSPLAT_STATUS_INVALID_ARGUMENT = 3,
   /**
-   * An array is too small for what was to be written to it.
+   * An output array is too small.
    */
   LAYERSPLAT_STATUS_TOO_SMALL = 4,
   /**
-   * A file cannot be read or written, or holds something else than was expected.
+   * A file cannot be read or written, or its contents are invalid.
    */
   LAYERSPLAT_STATUS_FILE = 5,
   /**
-   * There is no OpenCL on this machine, or no device.
+   * There is no OpenCL implementation or no device on this machine.
    */
   LAYERSPLAT_STATUS_NO_DEVICE = 6,
   /**
-   * The host or the device has too little memory, or the memory budget is too small.
+   * Host or device memory is exhausted, or the memory budget is too small.
    */
   LAYERSPLAT_STATUS_OUT_OF_MEMORY = 7,
   /**
-   * A kernel did not build. The message has the compiler's log.
+   * A kernel failed to build. The message contains the compiler's log.
    */
   LAYERSPLAT_STATUS_BUILD = 8,
   /**
-   * An OpenCL object of the caller's cannot be used: it is of another context, too small, or of another kind.
+   * An OpenCL object of the caller cannot be used: wrong context, too small, or the wrong kind.
    */
   LAYERSPLAT_STATUS_UNSUITABLE = 9,
   /**
-   * A frame was given up because it took longer than it may.
+   * A frame exceeded its time limit.
    */
   LAYERSPLAT_STATUS_TOO_LONG = 10,
   /**
-   * An OpenCL call failed. The message has the call and its code.
+   * An OpenCL call failed. The message names the call and its error code.
    */
   LAYERSPLAT_STATUS_OPENCL = 11,
   /**
@@ -86,11 +85,11 @@ typedef enum layersplat_status {
    */
   LAYERSPLAT_STATUS_BUSY = 12,
   /**
-   * Something in layersplat is wrong: it panicked. A renderer to which that happened answers nothing else from then on; free it.
+   * A defect of layersplat: it panicked. A renderer in which this happened returns only this status; free it.
    */
   LAYERSPLAT_STATUS_PANIC = 13,
   /**
-   * Anything else.
+   * Any other error.
    */
   LAYERSPLAT_STATUS_OTHER = 14,
   /**
@@ -98,7 +97,7 @@ typedef enum layersplat_status {
    */
   LAYERSPLAT_STATUS_CANCELLED = 15,
   /**
-   * The call needs all voxels on the device, and this renderer streams them. Use layersplat_render_rgba8() or
+   * The call needs all voxels on the device, but this renderer streams them. Use layersplat_render_rgba8() or
    * layersplat_render_floats() instead, or a device without a memory budget.
    */
   LAYERSPLAT_STATUS_NEEDS_WHOLE_VOLUME = 16,
@@ -131,7 +130,7 @@ typedef enum layersplat_voxel_type {
 } layersplat_voxel_type;
 
 /**
- * Bundles of settings.
+ * Presets that trade quality for speed.
  */
 typedef enum layersplat_quality {
   /**
@@ -139,25 +138,25 @@ typedef enum layersplat_quality {
    */
   LAYERSPLAT_QUALITY_DRAFT = 0,
   /**
-   * What is best for the time.
+   * Best quality for its time.
    */
   LAYERSPLAT_QUALITY_STANDARD = 1,
   /**
-   * Nearest to what was sampled.
+   * Closest reconstruction of the sampled field.
    */
   LAYERSPLAT_QUALITY_HIGH = 2,
   /**
-   * Layered volume splatting as it was published: slow.
+   * Layered volume splatting as published: slow.
    */
   LAYERSPLAT_QUALITY_PAPER = 3,
 } layersplat_quality;
 
 /**
- * Which renderer makes a picture.
+ * Rendering algorithm.
  */
 typedef enum layersplat_algorithm {
   /**
-   * Layered volume splatting, of the quality chosen.
+   * Layered volume splatting, in the selected quality.
    */
   LAYERSPLAT_ALGORITHM_LAYERED = 0,
   /**
@@ -179,15 +178,15 @@ typedef enum layersplat_algorithm {
 } layersplat_algorithm;
 
 /**
- * What reconstructs the field between voxels.
+ * Reconstruction kernel.
  */
 typedef enum layersplat_kernel {
   /**
-   * What the quality says; of ray casting, linear.
+   * The kernel of the quality; for ray casting, linear.
    */
   LAYERSPLAT_KERNEL_AUTOMATIC = 0,
   /**
-   * The paper's cubic.
+   * The paper's cubic kernel.
    */
   LAYERSPLAT_KERNEL_CUBIC = 1,
   /**
@@ -195,7 +194,7 @@ typedef enum layersplat_kernel {
    */
   LAYERSPLAT_KERNEL_LINEAR = 2,
   /**
-   * Catmull and Rom's spline.
+   * The Catmull-Rom spline.
    */
   LAYERSPLAT_KERNEL_CATMULL_ROM = 3,
   /**
@@ -203,13 +202,13 @@ typedef enum layersplat_kernel {
    */
   LAYERSPLAT_KERNEL_BSPLINE = 4,
   /**
-   * A Gaussian: of ray casting only.
+   * A Gaussian; ray casting only.
    */
   LAYERSPLAT_KERNEL_GAUSSIAN = 5,
 } layersplat_kernel;
 
 /**
- * What becomes of the values along a ray.
+ * How the values along a ray are combined.
  */
 typedef enum layersplat_blend {
   /**
@@ -229,13 +228,13 @@ typedef enum layersplat_blend {
    */
   LAYERSPLAT_BLEND_AVERAGE = 3,
   /**
-   * The first surface where the field has the settings' iso_value.
+   * The first iso-surface at the settings' iso_value.
    */
   LAYERSPLAT_BLEND_ISO = 4,
 } layersplat_blend;
 
 /**
- * How a camera sees.
+ * Projection of a camera.
  */
 typedef enum layersplat_projection {
   /**
@@ -243,109 +242,109 @@ typedef enum layersplat_projection {
    */
   LAYERSPLAT_PROJECTION_PARALLEL = 0,
   /**
-   * Rays from the eye.
+   * Rays through the eye.
    */
   LAYERSPLAT_PROJECTION_PERSPECTIVE = 1,
 } layersplat_projection;
 
 /**
- * Pixels of a picture in memory of the caller's on the device: red, green, blue, alpha.
+ * Pixel format of a picture in the caller's device memory. The channels are red, green, blue, alpha.
  */
 typedef enum layersplat_pixel_format {
   /**
-   * A byte per channel, over a background. In images: CL_RGBA of CL_UNORM_INT8 or CL_UNSIGNED_INT8.
+   * One byte per channel, over a background. Images: CL_RGBA with CL_UNORM_INT8 or CL_UNSIGNED_INT8.
    */
   LAYERSPLAT_PIXEL_FORMAT_RGBA8 = 0,
   /**
-   * A float per channel, premultiplied, without a background. In images: CL_RGBA of CL_FLOAT.
+   * One float per channel, premultiplied, without a background. Images: CL_RGBA with CL_FLOAT.
    */
   LAYERSPLAT_PIXEL_FORMAT_FLOATS = 1,
 } layersplat_pixel_format;
 
 /**
- * Cancels frames from another thread. Any thread may use it, several at a time, also while a renderer that it was given to is in use; one
- * may serve several renderers.
+ * A cancellation flag for frames. Several threads may use it at the same time, also while its renderers are in use. Several
+ * renderers may share one.
  */
 typedef struct layersplat_cancel layersplat_cancel;
 
 /**
- * An OpenCL device with a context and a queue, and the kernels that were built for it. Any thread may use it, several at a time.
+ * An OpenCL device with a context, a queue and its compiled kernels. Several threads may use it at the same time.
  */
 typedef struct layersplat_device layersplat_device;
 
 /**
- * Renders one volume on one device. It may go from thread to thread, but is used by one at a time: a second one is answered
- * LAYERSPLAT_STATUS_BUSY.
+ * A renderer of one volume on one device. It may move between threads, but only one thread may use it at a time: concurrent calls
+ * return LAYERSPLAT_STATUS_BUSY.
  */
 typedef struct layersplat_renderer layersplat_renderer;
 
 /**
- * Colour and opacity of a data value. Nothing changes it: any thread may use it, several at a time.
+ * A transfer function: colour and opacity by data value. It is immutable, and several threads may use it at the same time.
  */
 typedef struct layersplat_transfer layersplat_transfer;
 
 /**
- * A volume in the host's memory or in a file. Nothing changes it: any thread may use it, several at a time.
+ * A volume in host memory or in a file. It is immutable, and several threads may use it at the same time.
  */
 typedef struct layersplat_volume layersplat_volume;
 
 /**
- * What a cl_command_queue points to.
+ * The type that a cl_command_queue points to.
  */
 typedef struct _cl_command_queue _cl_command_queue;
 
 /**
- * What a cl_context points to.
+ * The type that a cl_context points to.
  */
 typedef struct _cl_context _cl_context;
 
 /**
- * What a cl_device_id points to.
+ * The type that a cl_device_id points to.
  */
 typedef struct _cl_device_id _cl_device_id;
 
 /**
- * What a cl_event points to.
+ * The type that a cl_event points to.
  */
 typedef struct _cl_event _cl_event;
 
 /**
- * What a cl_mem points to.
+ * The type that a cl_mem points to.
  */
 typedef struct _cl_mem _cl_mem;
 
 /**
- * A direction to look from: degrees about the y axis (0 looks along −z), above the xz plane, and about the view.
+ * A viewing direction, in degrees. With all angles 0, the camera looks along −z.
  */
 typedef struct layersplat_orbit {
   /**
-   * Degrees about the y axis.
+   * Rotation about the y axis, degrees.
    */
   double azimuth;
   /**
-   * Degrees above the xz plane.
+   * Angle above the xz plane, degrees.
    */
   double elevation;
   /**
-   * Degrees about the view.
+   * Rotation about the view direction, degrees.
    */
   double roll;
 } layersplat_orbit;
 
 /**
- * What a picture shows, in world coordinates. May be filled in, or made by one of the functions layersplat_camera_….
+ * A camera in world coordinates. Fill it in, or use one of the functions layersplat_camera_….
  */
 typedef struct layersplat_camera {
   /**
-   * The eye. Of a parallel projection only the direction to the focal point counts.
+   * The eye. A parallel projection uses only the direction to the focal point.
    */
   double position[3];
   /**
-   * The point in the middle of the picture.
+   * The point at the centre of the picture.
    */
   double focal_point[3];
   /**
-   * Any vector that is up in the picture.
+   * Any vector that points up in the picture.
    */
   double view_up[3];
   /**
@@ -353,22 +352,22 @@ typedef struct layersplat_camera {
    */
   int32_t projection;
   /**
-   * Parallel: half the picture's height, world units. Perspective: its angle from bottom to top, degrees.
+   * Parallel: half the picture's height in world units. Perspective: the vertical field of view in degrees.
    */
   double extent;
 } layersplat_camera;
 
 /**
- * Where voxels lie: voxel (i, j, k) at origin + i · hx · x + j · hy · y + k · hz · z, in world units, with the spacing (hx, hy, hz) and
- * the directions x, y, z.
+ * The grid of a volume. Voxel (i, j, k) lies at origin + i · hx · x + j · hy · y + k · hz · z, in world units, with the spacing
+ * (hx, hy, hz) and the directions x, y, z.
  */
 typedef struct layersplat_grid {
   /**
-   * Voxels along x, y, z; x is the fastest in memory.
+   * Number of voxels along x, y, z; x is the fastest in memory.
    */
   size_t dims[3];
   /**
-   * World distance of neighbouring voxels along x, y, z.
+   * World distance between neighbouring voxels along x, y, z.
    */
   double spacing[3];
   /**
@@ -376,27 +375,27 @@ typedef struct layersplat_grid {
    */
   double origin[3];
   /**
-   * World directions of x, y, z, one after the other: at right angles, of length 1.
+   * World directions of x, y, z in this order: orthonormal.
    */
   double direction[3][3];
 } layersplat_grid;
 
 /**
- * A white light, far away.
+ * A white directional light.
  */
 typedef struct layersplat_light {
   /**
-   * World direction to it; (0, 0, 0): it is at the camera.
+   * World direction towards the light; (0, 0, 0) is a light at the camera.
    */
   double direction[3];
   /**
-   * What its diffuse light and its highlight are multiplied by, from 0 to 100.
+   * Factor of its diffuse and specular terms, from 0 to 100.
    */
   double strength;
 } layersplat_light;
 
 /**
- * A plane in world coordinates: what lies on the side that its normal points to is shown.
+ * A clipping plane in world coordinates. The side that the normal points to is shown.
  */
 typedef struct layersplat_plane {
   /**
@@ -410,11 +409,11 @@ typedef struct layersplat_plane {
 } layersplat_plane;
 
 /**
- * How a picture is made. To be filled in by layersplat_settings_default() and then changed: later versions have more fields.
+ * Render settings. Initialise them with layersplat_settings_default() before changing fields: later versions have more of them.
  */
 typedef struct layersplat_settings {
   /**
-   * Bytes of this struct, as the program knows it. Leave it as layersplat_settings_default() sets it.
+   * Size of this struct in bytes in the program's header. layersplat_settings_default() sets it; do not change it.
    */
   size_t size;
   /**
@@ -426,11 +425,11 @@ typedef struct layersplat_settings {
    */
   int32_t algorithm;
   /**
-   * A layersplat_kernel, of layered and ray-cast pictures.
+   * A layersplat_kernel, for layered splatting and ray casting.
    */
   int32_t kernel;
   /**
-   * Layered pictures: 1 splats layers and classifies after interpolation, as was published; 0 leaves it to the quality.
+   * Layered splatting: 1 splats layers with post-classification, as published; 0 uses the quality's classification.
    */
   int32_t splatted;
   /**
@@ -438,81 +437,82 @@ typedef struct layersplat_settings {
    */
   int32_t blend;
   /**
-   * Whether surfaces are lit: 1 or 0.
+   * Shading: 1 or 0.
    */
   int32_t lit;
   /**
-   * How many of `lights` count; 0: one of strength 1 is at the camera.
+   * Number of `lights` in use; 0: one light of strength 1 at the camera.
    */
   int32_t light_count;
   /**
-   * Whether rays end where less than 1/4096 of the light passes: 1 or 0.
+   * Early ray termination, at a transmittance below 1/4096: 1 or 0.
    */
   int32_t early_termination;
   /**
-   * Whether only what lies in the box from crop_lowest to crop_highest is shown: 1 or 0.
+   * Cropping to the box from crop_lowest to crop_highest: 1 or 0.
    */
   int32_t cropped;
   /**
-   * How many of `planes` count.
+   * Number of `planes` in use.
    */
   int32_t plane_count;
   /**
-   * How many of `gradient_opacity` count; 0: gradients leave all of the opacity.
+   * Number of points of `gradient_opacity` in use; 0 disables gradient opacity.
    */
   int32_t gradient_point_count;
   /**
-   * Distance of slices or of samples along rays, in smallest spacings, of sheets in voxels; 0 is the algorithm's own.
+   * Distance between slices or samples along rays in units of the smallest spacing; between sheets in voxels. 0 is the
+   * algorithm's default.
    */
   double step;
   /**
-   * The value of the surface of LAYERSPLAT_BLEND_ISO.
+   * Iso-value of LAYERSPLAT_BLEND_ISO.
    */
   double iso_value;
   /**
-   * Share of the colour that needs no light.
+   * Ambient coefficient.
    */
   double ambient;
   /**
-   * Share that depends on the angle to the light.
+   * Diffuse coefficient.
    */
   double diffuse;
   /**
-   * Strength of the white highlight.
+   * Specular coefficient, of a white highlight.
    */
   double specular;
   /**
-   * Its exponent.
+   * Specular exponent.
    */
   double power;
   /**
-   * Where light comes from.
+   * The lights.
    */
   struct layersplat_light lights[4];
   /**
-   * World distance that opacities are for; 0 is the smallest spacing.
+   * Thickness in world units at which the given opacities apply; 0 is the smallest spacing.
    */
   double unit_distance;
   /**
-   * Lengths of the field's gradient in values per world distance, ascending, and what is left of the opacity there.
+   * Points of the gradient opacity function: gradient magnitude in values per world unit, ascending, and opacity factor.
    */
   double gradient_opacity[8][2];
   /**
-   * The lowest corner of what is shown, in voxels.
+   * Lowest corner of the crop box, in voxels.
    */
   double crop_lowest[3];
   /**
-   * The highest corner of what is shown, in voxels.
+   * Highest corner of the crop box, in voxels.
    */
   double crop_highest[3];
   /**
-   * What lies behind one of these is not shown.
+   * Clipping planes. The side behind any of them is hidden.
    */
   struct layersplat_plane planes[6];
 } layersplat_settings;
 
 /**
- * A buffer or a 2D image of the caller's that pictures go to: red, green, blue, alpha, row by row from the top.
+ * A buffer or a 2D image of the caller that receives pictures: red, green, blue, alpha, row by row from the top.
  */
 typedef struct layersplat_picture {
   /**
@@ -524,25 +524,25 @@ typedef struct layersplat_picture {
    */
   int32_t format;
   /**
-   * Whether 8-bit pictures keep their alpha: 1; 0 puts them over `background`.
+   * Alpha of 8-bit pictures. 1: straight alpha. 0: composited over `background`.
    */
   int32_t transparent;
   /**
-   * The opaque colour below 8-bit pictures, 0 to 1.
+   * The opaque background colour of 8-bit pictures, 0 to 1.
    */
   float background[3];
   /**
-   * Byte of a buffer where the first pixel goes. Of images 0.
+   * Byte offset of the first pixel in a buffer; 0 for images.
    */
   size_t first;
   /**
-   * Bytes from row to row of a buffer; 0 is without gaps. Of images 0.
+   * Bytes from row to row in a buffer; 0 if rows are contiguous. 0 for images.
    */
   size_t row_pitch;
 } layersplat_picture;
 
 /**
- * Voxels in a buffer of the caller's on the device: they stay where they are.
+ * Voxels in a buffer of the caller on the device. They are rendered in place, without a copy.
  */
 typedef struct layersplat_voxels {
   /**
@@ -554,15 +554,15 @@ typedef struct layersplat_voxels {
    */
   int32_t voxel_type;
   /**
-   * Whether some voxels may be NaN, infinite or beyond ±1e30, which then count as the smallest value: 1 or 0.
+   * Whether voxels may be NaN, infinite or beyond ±1e30: 1 or 0. Such voxels count as the smallest value.
    */
   int32_t invalid_voxels;
   /**
-   * Byte of the first voxel: a multiple of a voxel's, as the pitches are.
+   * Byte offset of the first voxel. Offset and pitches are multiples of the voxel size.
    */
   size_t first;
   /**
-   * Bytes from row to row; 0 with slice_pitch 0 is without gaps.
+   * Bytes from row to row. If this and slice_pitch are 0, the voxels are contiguous.
    */
   size_t row_pitch;
   /**
@@ -570,11 +570,11 @@ typedef struct layersplat_voxels {
    */
   size_t slice_pitch;
   /**
-   * Where the voxels lie in the world.
+   * The grid of the voxels.
    */
   struct layersplat_grid grid;
   /**
-   * The smallest value that voxels will have. It is a promise: values beyond show as the range's ends do.
+   * The smallest value that voxels will have. It is not checked: values outside the range are clamped to it.
    */
   double smallest;
   /**
@@ -584,16 +584,16 @@ typedef struct layersplat_voxels {
 } layersplat_voxels;
 
 /**
- * How a frame uploads its volume, of layersplat_renderer_stream_plan().
+ * How a frame uploads its volume. See layersplat_renderer_stream_plan().
  */
 typedef struct layersplat_stream_plan {
   /**
-   * Parts that are uploaded one after the other; 1: all voxels are on the device at once.
+   * Number of parts that are uploaded in sequence; 1: all voxels are on the device at once.
    */
   size_t parts;
   /**
-   * Bytes of voxels that are read and uploaded, with the layers that neighbouring parts share. This and all below are 0 where nothing
-   * is streamed.
+   * Bytes of voxels that are read and uploaded, including the layers that neighbouring parts share. This and all fields below
+   * are 0 if nothing is streamed.
    */
   uint64_t voxel_bytes;
   /**
@@ -601,11 +601,11 @@ typedef struct layersplat_stream_plan {
    */
   uint64_t volume_bytes;
   /**
-   * Most bytes of buffers on the device at a time.
+   * Peak bytes of buffers on the device.
    */
   uint64_t device_bytes;
   /**
-   * Bytes that these may take: the memory budget less what other renderers take of it.
+   * Bytes available for these buffers: the memory budget minus the allocations of other renderers.
    */
   uint64_t available_bytes;
 } layersplat_stream_plan;
@@ -643,13 +643,13 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * What went wrong in the last call of this thread that failed: UTF-8, empty if none did. It stays until the next call of this thread
- * that fails, or the thread's end; do not free it.
+ * Message of the last failed call on this thread: UTF-8, empty if no call has failed. The text stays valid until the next failed
+ * call on this thread, or until the thread ends. Do not free it.
  */
 const char *layersplat_last_error(void);
 
 /**
- * A camera at a distance from a point (three world coordinates) that it looks at. `projection` and `extent` are those of
+ * A camera at `distance` from `centre` (three world coordinates), looking at it. `projection` and `extent` are those of
  * layersplat_camera.
  */
 enum layersplat_status layersplat_camera_orbit(const double *centre,
@@ -660,8 +660,8 @@ enum layersplat_status layersplat_camera_orbit(const double *centre,
                                                struct layersplat_camera *camera);
 
 /**
- * A camera that a whole grid fits from every side, for pictures of `width` x `height` pixels. `field_of_view` is that of a perspective,
- * degrees; 0 is a parallel view.
+ * A camera that shows the whole grid in a picture of `width` x `height` pixels. The distance is the same for all angles.
+ * `field_of_view` is the vertical angle of a perspective in degrees; 0 selects a parallel view.
  */
 enum layersplat_status layersplat_camera_fit_grid(const struct layersplat_grid *grid,
                                                   struct layersplat_orbit angles,
@@ -671,7 +671,8 @@ enum layersplat_status layersplat_camera_fit_grid(const struct layersplat_grid *
                                                   struct layersplat_camera *camera);
 
 /**
- * A camera that fits what a transfer function shows of a volume, which is looked for. The rest is as in layersplat_camera_fit_grid().
+ * A camera that fits the visible part of a volume: all voxels that the transfer function does not make transparent. The call scans
+ * the voxels. The other arguments are those of layersplat_camera_fit_grid().
  */
 enum layersplat_status layersplat_camera_fit_visible(const struct layersplat_volume *volume,
                                                      const struct layersplat_transfer *transfer,
@@ -682,44 +683,45 @@ enum layersplat_status layersplat_camera_fit_visible(const struct layersplat_vol
                                                      struct layersplat_camera *camera);
 
 /**
- * Not cancelled. To be freed by layersplat_cancel_free().
+ * Creates a cancellation flag that is not set. To be freed by layersplat_cancel_free().
  */
 enum layersplat_status layersplat_cancel_new(struct layersplat_cancel **cancel);
 
 /**
- * Lets `cancel` end frames of a renderer, from the next one on; null: nothing does any more. Frames that are enqueued are not cancelled.
+ * Attaches a cancellation flag to a renderer, effective from the next frame. Null detaches it. Enqueued frames cannot be cancelled.
  */
 enum layersplat_status layersplat_renderer_set_cancel(struct layersplat_renderer *renderer,
                                                       const struct layersplat_cancel *cancel);
 
 /**
- * Ends the frame in progress and all later ones, until layersplat_cancel_reset(): they return LAYERSPLAT_STATUS_CANCELLED and write no
- * pixels. A frame ends before its next kernel; the one that is running is not stopped. It returns at once.
+ * Cancels the current frame and all later ones until layersplat_cancel_reset(). They return LAYERSPLAT_STATUS_CANCELLED and write
+ * no pixels. A frame stops before its next kernel; a running kernel is not interrupted. The call does not block.
  */
 enum layersplat_status layersplat_cancel_frames(const struct layersplat_cancel *cancel);
 
 /**
- * Lets later frames be drawn again.
+ * Clears the flag. Later frames are rendered again.
  */
 enum layersplat_status layersplat_cancel_reset(const struct layersplat_cancel *cancel);
 
 /**
- * Frees it. Renderers that it was given to go on, and nothing cancels them any more. Null is left alone.
+ * Frees a cancellation flag. Its renderers stay usable without it. Null is ignored.
  */
 void layersplat_cancel_free(struct layersplat_cancel *cancel);
 
 /**
- * Opens a device with a context and a queue of its own. `name` is an index, or part of a device's or a platform's name in any case;
- * null takes the first GPU, or where there is none, the first CPU. To be freed by layersplat_device_free().
+ * Opens a device with its own context and queue. `name` is an index, or part of a device or platform name (case-insensitive). Null
+ * selects the first GPU, or the first CPU if there is no GPU. To be freed by layersplat_device_free().
  */
 enum layersplat_status layersplat_device_open(const char *name,
                                               struct layersplat_device **device);
 
 /**
- * The device of a cl_command_queue of the caller's, which may be in order or out of order, and is used for everything. `context` and
- * `id` are the queue's cl_context and cl_device_id; null takes whatever the queue has.
+ * Creates a device from a cl_command_queue of the caller. All commands go to this queue, which may be in-order or out-of-order.
+ * `context` and `id` are the queue's cl_context and cl_device_id, checked against it; null skips the check.
  *
- * Queue and context are retained, and released when the device and all renderers that were made from it are freed.
+ * Queue and context are retained. They are released when the device and all its renderers are freed. To be freed by
+ * layersplat_device_free().
  */
 enum layersplat_status layersplat_device_from_queue(struct _cl_context *context,
                                                     struct _cl_device_id *id,
@@ -727,25 +729,26 @@ enum layersplat_status layersplat_device_from_queue(struct _cl_context *context,
                                                     struct layersplat_device **device);
 
 /**
- * The same device with a memory budget: buffers that renderers make through the new handle take at most `bytes` together. Volumes that do
- * not fit are streamed in parts, to the same picture. Streaming covers layers on a lattice; views and settings that need all
- * voxels at once return LAYERSPLAT_STATUS_OUT_OF_MEMORY, and calls that do LAYERSPLAT_STATUS_NEEDS_WHOLE_VOLUME. The message of
- * layersplat_last_error() says how many bytes are enough. Each handle has a budget of its own. To be freed by layersplat_device_free().
+ * A handle to the same device with a memory budget: the buffers of all renderers made with it take at most `bytes` together.
+ * Volumes that do not fit are streamed in parts; the picture is identical. Streaming supports layers on a lattice. Views and
+ * settings that need all voxels at once return LAYERSPLAT_STATUS_OUT_OF_MEMORY, and the message states how many bytes are enough.
+ * Calls that need the whole volume return LAYERSPLAT_STATUS_NEEDS_WHOLE_VOLUME. Each handle has its own budget. To be freed by
+ * layersplat_device_free().
  */
 enum layersplat_status layersplat_device_with_memory(const struct layersplat_device *device,
                                                      uint64_t bytes,
                                                      struct layersplat_device **limited);
 
 /**
- * The device's name, with the zero byte at its end, into `room` bytes.
+ * Copies the name of the device, zero-terminated, to `name`, an array of `capacity` bytes.
  */
 enum layersplat_status layersplat_device_name(const struct layersplat_device *device,
                                               char *name,
-                                              size_t room);
+                                              size_t capacity);
 
 /**
- * The device's cl_context, for buffers of its own to render from or into. It is not retained: it lives as long as the device. Null if
- * `device` is null.
+ * The device's cl_context, for example to create buffers for voxels and pictures. It is not retained: it lives as long as the
+ * device. Null if `device` is null.
  */
 struct _cl_context *layersplat_device_context(const struct layersplat_device *device);
 
@@ -760,17 +763,17 @@ struct _cl_device_id *layersplat_device_id(const struct layersplat_device *devic
 struct _cl_command_queue *layersplat_device_queue(const struct layersplat_device *device);
 
 /**
- * Frees a device. Renderers that were made from it go on. Null is left alone.
+ * Frees a device. Renderers that were made from it stay usable. Null is ignored.
  */
 void layersplat_device_free(struct layersplat_device *device);
 
 /**
- * Enqueues a frame into memory of the caller's own, after `wait_count` events, and returns at once. `event`, unless it is null, gets the
- * cl_event that is complete when the picture is there; the caller releases it with clReleaseEvent. Nothing is read back, and no queue is
- * waited for. What the arguments point to may change as soon as this returns.
+ * Enqueues a frame into device memory of the caller, after `wait_count` events, and returns without waiting. If `event` is not
+ * null, it receives a cl_event that completes when the picture is written; the caller releases it with clReleaseEvent. Nothing is
+ * read back to the host. The arguments may change as soon as the call returns.
  *
- * Kernels that were not built yet are built first, which takes seconds: layersplat_renderer_prepare() does that beforehand. Sheets
- * cannot be enqueued. An error leaves the queue usable, the picture undefined, and no event.
+ * Missing kernels are built first, which takes seconds: layersplat_renderer_prepare() builds them in advance. Sheet-buffer
+ * splatting cannot be enqueued. After an error the queue is usable, the picture is undefined, and there is no event.
  */
 enum layersplat_status layersplat_renderer_enqueue(struct layersplat_renderer *renderer,
                                                    const struct layersplat_camera *camera,
@@ -783,7 +786,8 @@ enum layersplat_status layersplat_renderer_enqueue(struct layersplat_renderer *r
                                                    struct _cl_event **event);
 
 /**
- * Makes what frames like this one need, from any side: kernels are built, tables made. It waits until all of it is there.
+ * Builds the kernels and tables that frames with these settings need, for every view direction. The call blocks until they are
+ * ready.
  */
 enum layersplat_status layersplat_renderer_prepare(struct layersplat_renderer *renderer,
                                                    const struct layersplat_camera *camera,
@@ -792,9 +796,9 @@ enum layersplat_status layersplat_renderer_prepare(struct layersplat_renderer *r
                                                    const struct layersplat_settings *settings);
 
 /**
- * The voxels of layersplat_renderer_in_place() change, or have changed: frames from here on are of what is there after `wait_count`
- * events. `event`, unless it is null, gets the cl_event that is complete when those are, for the caller to release; frames wait for it by
- * themselves.
+ * Notifies a renderer of layersplat_renderer_in_place() that its voxels have changed, or will have changed after `wait_count`
+ * events. Later frames use the new voxels. If `event` is not null, it receives a cl_event that completes when those events have;
+ * the caller releases it. Frames wait for it automatically.
  */
 enum layersplat_status layersplat_renderer_volume_changed(struct layersplat_renderer *renderer,
                                                           uint32_t wait_count,
@@ -802,8 +806,8 @@ enum layersplat_status layersplat_renderer_volume_changed(struct layersplat_rend
                                                           struct _cl_event **event);
 
 /**
- * Bytes of each buffer of scratch that a frame needs, into `sizes`, which has room for `room` of them; `count` is how many there are.
- * With `room` 0, only that is told. Besides, a renderer keeps tables of its own.
+ * Sizes in bytes of the scratch buffers that a frame needs. `sizes` is an array of `capacity` elements; `count` is set to the number
+ * of buffers. If `capacity` is 0, only `count` is set. The renderer's own tables are not included.
  */
 enum layersplat_status layersplat_renderer_scratch_sizes(struct layersplat_renderer *renderer,
                                                          const struct layersplat_camera *camera,
@@ -812,20 +816,20 @@ enum layersplat_status layersplat_renderer_scratch_sizes(struct layersplat_rende
                                                          const struct layersplat_settings *settings,
                                                          const struct layersplat_picture *picture,
                                                          size_t *sizes,
-                                                         size_t room,
+                                                         size_t capacity,
                                                          size_t *count);
 
 /**
- * Gives cl_mem buffers for what enqueued frames write besides the picture: one for each of layersplat_renderer_scratch_sizes(), in any
- * order. They are retained. No buffers, and the renderer makes its own again. Another renderer whose frames may be drawn at the same time
- * must not be given them.
+ * Sets the cl_mem scratch buffers of enqueued frames: one for each size of layersplat_renderer_scratch_sizes(), in any order. They
+ * are retained. If `count` is 0, the renderer allocates its own again. Renderers whose frames may run concurrently must not share
+ * scratch buffers.
  */
 enum layersplat_status layersplat_renderer_set_scratch(struct layersplat_renderer *renderer,
                                                        struct _cl_mem *const *buffers,
                                                        size_t count);
 
 /**
- * A grid at the origin along the world's axes: voxels and their distance along x, y, z.
+ * An axis-aligned grid at the origin: the number of voxels and their spacing along x, y, z.
  */
 struct layersplat_grid layersplat_grid_at_origin(size_t nx,
                                                  size_t ny,
@@ -835,8 +839,8 @@ struct layersplat_grid layersplat_grid_at_origin(size_t nx,
                                                  double hz);
 
 /**
- * Finds the smallest and the largest value of voxels, and whether some are invalid, by looking at all of them on the device, after
- * `wait_count` events; sets `smallest`, `largest` and `invalid_voxels`. It returns when they are found.
+ * Determines the range of the voxels on the device, after `wait_count` events. Sets `smallest`, `largest` and `invalid_voxels`.
+ * The call blocks until they are known.
  */
 enum layersplat_status layersplat_voxels_find_range(const struct layersplat_device *device,
                                                     struct layersplat_voxels *voxels,
@@ -844,8 +848,8 @@ enum layersplat_status layersplat_voxels_find_range(const struct layersplat_devi
                                                     struct _cl_event *const *wait_list);
 
 /**
- * A renderer of voxels that stay where they are. They may change from frame to frame, in the order of the queue and its events, if the
- * renderer is told so: layersplat_renderer_volume_changed().
+ * Creates a renderer of voxels in a buffer of the caller, without copying them. The voxels may change between frames, ordered by
+ * the queue and events. Call layersplat_renderer_volume_changed() after each change. To be freed by layersplat_renderer_free().
  */
 enum layersplat_status layersplat_renderer_in_place(const struct layersplat_device *device,
                                                     const struct layersplat_voxels *voxels,
@@ -853,9 +857,9 @@ enum layersplat_status layersplat_renderer_in_place(const struct layersplat_devi
                                                     struct layersplat_renderer **renderer);
 
 /**
- * Renders a picture of `width` x `height` pixels of 8 bits: red, green, blue, alpha; row by row from the top, without gaps, over an opaque
- * colour (three floats, 0 to 1), or where `background` is null, with straight alpha. `bytes` are those that `pixels` has room for:
- * 4 * width * height or more. Null settings are those of the standard quality. It returns when the picture is there.
+ * Renders a picture of `width` x `height` pixels with 8 bits per channel: red, green, blue, alpha, contiguous, row by row from the
+ * top. `background` is an opaque colour (three floats, 0 to 1), or null for straight alpha. `bytes` is the size of `pixels`: at
+ * least 4 * width * height. Null settings are those of the standard quality. The call blocks until the picture is complete.
  */
 enum layersplat_status layersplat_render_rgba8(struct layersplat_renderer *renderer,
                                                const struct layersplat_camera *camera,
@@ -867,8 +871,9 @@ enum layersplat_status layersplat_render_rgba8(struct layersplat_renderer *rende
                                                size_t bytes);
 
 /**
- * Renders a picture of floats: red, green, blue, premultiplied, and alpha, without a background; row by row from the top, without gaps.
- * `floats` are those that `pixels` has room for: 4 * width * height or more. The rest is as in layersplat_render_rgba8().
+ * Renders a picture of floats: premultiplied red, green, blue, and alpha, without a background, contiguous, row by row from the top.
+ * `floats` is the number of elements of `pixels`: at least 4 * width * height. The other arguments are those of
+ * layersplat_render_rgba8().
  */
 enum layersplat_status layersplat_render_floats(struct layersplat_renderer *renderer,
                                                 const struct layersplat_camera *camera,
@@ -879,10 +884,11 @@ enum layersplat_status layersplat_render_floats(struct layersplat_renderer *rend
                                                 size_t floats);
 
 /**
- * How far away is what a picture shows: distances from the eye along the view's direction, in world units, row by row from the top, infinite
- * where nothing is seen. `first`: where something is seen first, where 1/256 of the light is stopped or at the iso-surface; `mean`: of all
- * that is seen, weighted by opacity. Each has room for `floats` of them: width * height or more. Found by ray casting, whatever draws
- * pictures; refused for blend modes other than composite and iso. The rest is as in layersplat_render_rgba8().
+ * Renders depth maps: distances from the eye along the view direction in world units, row by row from the top, infinite where
+ * nothing is visible. `first` is the first visible depth: where the accumulated opacity reaches 1/256, or at the iso-surface.
+ * `mean` is the mean depth weighted by opacity. `floats` is the number of elements of each: at least width * height. Depths are
+ * always computed by ray casting. Only the blend modes composite and iso are supported. The other arguments are those of
+ * layersplat_render_rgba8().
  */
 enum layersplat_status layersplat_render_depths(struct layersplat_renderer *renderer,
                                                 const struct layersplat_camera *camera,
@@ -894,9 +900,9 @@ enum layersplat_status layersplat_render_depths(struct layersplat_renderer *rend
                                                 size_t floats);
 
 /**
- * Writes a picture of floats, as layersplat_render_floats() makes them, to a file: .png or .jpg (8 bit), .exr or .npy (float32),
- * over an opaque colour (three floats, 0 to 1), or where `background` is null, with its alpha. `floats` is 4 * width * height. The file
- * is written whole or not at all.
+ * Writes a picture of layersplat_render_floats() to a file: .png or .jpg (8 bit), .exr or .npy (float32). `background` is an opaque
+ * colour (three floats, 0 to 1), or null to keep alpha. `floats` is 4 * width * height. The file is written completely or not at
+ * all.
  */
 enum layersplat_status layersplat_save(const float *pixels,
                                        size_t floats,
@@ -906,11 +912,12 @@ enum layersplat_status layersplat_save(const float *pixels,
                                        const char *path);
 
 /**
- * Makes a renderer of a volume, seen through a transfer function. Device, volume and transfer function may be freed afterwards; the
- * renderer by layersplat_renderer_free().
+ * Creates a renderer of a volume with a transfer function. Device, volume and transfer function may be freed afterwards. To be freed
+ * by layersplat_renderer_free().
  *
- * The voxels are uploaded at once. A renderer on a device with a memory budget (layersplat_device_with_memory()), and one whose
- * volume is larger than the device's largest buffer, uploads them during frames instead: all of them if they fit, in parts if not.
+ * The voxels are uploaded immediately. They are uploaded during frames instead if the device has a memory budget
+ * (layersplat_device_with_memory()) or the volume exceeds the largest buffer of the device: completely if they fit, otherwise in
+ * parts.
  */
 enum layersplat_status layersplat_renderer_new(const struct layersplat_device *device,
                                                const struct layersplat_volume *volume,
@@ -918,35 +925,34 @@ enum layersplat_status layersplat_renderer_new(const struct layersplat_device *d
                                                struct layersplat_renderer **renderer);
 
 /**
- * Takes another transfer function from the next frame on.
+ * Sets the transfer function, effective from the next frame.
  */
 enum layersplat_status layersplat_renderer_set_transfer(struct layersplat_renderer *renderer,
                                                         const struct layersplat_transfer *transfer);
 
 /**
- * Longest time of a frame in seconds, from the next one on; 0: no limit. A longer frame returns LAYERSPLAT_STATUS_TOO_LONG before its next
- * kernel; the one that is running is not stopped. Frames that are enqueued are not limited. Another thread ends a frame by
- * layersplat_cancel_frames().
+ * Sets the time limit per frame in seconds, effective from the next frame; 0: no limit. A frame that exceeds it returns
+ * LAYERSPLAT_STATUS_TOO_LONG before its next kernel; a running kernel is not interrupted. Enqueued frames are not limited. To end a
+ * frame from another thread, use layersplat_cancel_frames().
  */
 enum layersplat_status layersplat_renderer_limit(struct layersplat_renderer *renderer,
                                                  double seconds);
 
 /**
- * Frees a renderer, which no call may be using, with all that it keeps on the device. What was enqueued is drawn to its end. Null is left
- * alone.
+ * Frees a renderer and its device memory. No call may be using it. Enqueued frames still complete. Null is ignored.
  */
 void layersplat_renderer_free(struct layersplat_renderer *renderer);
 
 /**
- * The settings of a layersplat_quality, composited, lit from the camera, nothing cut off. `size` is sizeof(layersplat_settings): a
- * program that was compiled with a later header than this library's is told so.
+ * Default settings of a layersplat_quality: composited, lit from the camera, without clipping. Pass sizeof(layersplat_settings) as
+ * `size`: a program compiled with a newer header than this library gets an error.
  */
 enum layersplat_status layersplat_settings_default(int32_t quality,
                                                    struct layersplat_settings *settings,
                                                    size_t size);
 
 /**
- * How a frame would upload its volume, without drawing it. The errors are those that drawing it would return for want of memory.
+ * The streaming plan of a frame, without rendering it. Returns the same out-of-memory errors as rendering would.
  */
 enum layersplat_status layersplat_renderer_stream_plan(struct layersplat_renderer *renderer,
                                                        const struct layersplat_camera *camera,
@@ -956,22 +962,23 @@ enum layersplat_status layersplat_renderer_stream_plan(struct layersplat_rendere
                                                        struct layersplat_stream_plan *plan);
 
 /**
- * A sensible first transfer function, from the histogram of a volume. To be freed by layersplat_transfer_free().
+ * A default transfer function from the histogram of a volume. To be freed by layersplat_transfer_free().
  */
 enum layersplat_status layersplat_transfer_automatic(const struct layersplat_volume *volume,
                                                      struct layersplat_transfer **transfer);
 
 /**
- * A built-in transfer function (an unknown name's message lists them), or one of a ParaView colour-map file: FILE, or FILE#PRESET.
- * Built-in ones reach over the values of `volume`; where that is null, from 0 to 1 (see layersplat_transfer_stretched()).
+ * Opens a built-in transfer function by name, or a ParaView colour map: FILE or FILE#PRESET. The error message for an unknown name
+ * lists the built-in ones. These span the range of `volume`, or 0 to 1 if it is null (see layersplat_transfer_stretched()). To be
+ * freed by layersplat_transfer_free().
  */
 enum layersplat_status layersplat_transfer_open(const char *source,
                                                 const struct layersplat_volume *volume,
                                                 struct layersplat_transfer **transfer);
 
 /**
- * Colours and opacities that are linear between points and constant beyond them: at least one of each, ascending by value. Two at one
- * value make a step.
+ * Creates a piecewise linear transfer function, constant beyond its end points. At least one point each, ascending by value. Two
+ * points at the same value make a step. To be freed by layersplat_transfer_free().
  */
 enum layersplat_status layersplat_transfer_points(const struct layersplat_color_point *colors,
                                                   size_t color_count,
@@ -980,7 +987,8 @@ enum layersplat_status layersplat_transfer_points(const struct layersplat_color_
                                                   struct layersplat_transfer **transfer);
 
 /**
- * The same function with its values mapped linearly onto those from `smallest` to `largest`.
+ * A copy of a transfer function, mapped linearly to the range from `smallest` to `largest`. To be freed by
+ * layersplat_transfer_free().
  */
 enum layersplat_status layersplat_transfer_stretched(const struct layersplat_transfer *transfer,
                                                      double smallest,
@@ -988,13 +996,13 @@ enum layersplat_status layersplat_transfer_stretched(const struct layersplat_tra
                                                      struct layersplat_transfer **stretched);
 
 /**
- * Frees a transfer function. Renderers that it was given to keep a copy. Null is left alone.
+ * Frees a transfer function. Renderers keep a copy. Null is ignored.
  */
 void layersplat_transfer_free(struct layersplat_transfer *transfer);
 
 /**
- * A volume of a copy of voxels: `bytes` of them in all, of a layersplat_voxel_type, x fastest, without gaps, of this machine's byte
- * order. To be freed by layersplat_volume_free().
+ * Creates a volume from a copy of voxels. `voxel_type` is a layersplat_voxel_type and `bytes` is the total size. Voxels are
+ * contiguous, x fastest, in native byte order. To be freed by layersplat_volume_free().
  */
 enum layersplat_status layersplat_volume_copy(const void *voxels,
                                               size_t bytes,
@@ -1003,8 +1011,9 @@ enum layersplat_status layersplat_volume_copy(const void *voxels,
                                               struct layersplat_volume **volume);
 
 /**
- * The same without a copy: the voxels must stay there unchanged until the volume is freed. Renderers have a copy on the device, but one
- * that streams the volume (layersplat_renderer_new()) reads the voxels in every frame: they must stay until it is freed, too.
+ * Creates a volume like layersplat_volume_copy(), but without a copy. The voxels must stay valid and unchanged until the volume is
+ * freed. A renderer normally keeps a copy on the device. A renderer that streams the volume (layersplat_renderer_new()) reads the
+ * voxels in every frame: they must also stay until that renderer is freed.
  */
 enum layersplat_status layersplat_volume_borrow(const void *voxels,
                                                 size_t bytes,
@@ -1013,27 +1022,27 @@ enum layersplat_status layersplat_volume_borrow(const void *voxels,
                                                 struct layersplat_volume **volume);
 
 /**
- * Opens builtin:NAME, builtin:NAME@SIZE (voxels along each side) or a file of a format that layersplat reads. Files that hold voxels as
- * they are get mapped: they must not be cut short before the volume and all renderers that stream it are freed.
+ * Opens builtin:NAME, builtin:NAME@SIZE (voxels along each side) or a volume file. Uncompressed files are memory-mapped: they must
+ * not be truncated before the volume and all renderers that stream it are freed. To be freed by layersplat_volume_free().
  */
 enum layersplat_status layersplat_volume_open(const char *source,
                                               struct layersplat_volume **volume);
 
 /**
- * Where the voxels lie.
+ * The grid of a volume.
  */
 enum layersplat_status layersplat_volume_grid(const struct layersplat_volume *volume,
                                               struct layersplat_grid *grid);
 
 /**
- * The smallest and the largest value of a valid voxel.
+ * The smallest and the largest value of all valid voxels.
  */
 enum layersplat_status layersplat_volume_range(const struct layersplat_volume *volume,
                                                double *smallest,
                                                double *largest);
 
 /**
- * Frees a volume. Renderers that were made from it go on. Null is left alone.
+ * Frees a volume. Renderers that were made from it stay usable. Null is ignored.
  */
 void layersplat_volume_free(struct layersplat_volume *volume);
 

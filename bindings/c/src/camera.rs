@@ -1,36 +1,36 @@
 //! Cameras.
 
-use crate::border::{Failure, Out, borrowed, guard};
+use crate::boundary::{Failure, Out, borrowed, guard};
 use crate::{Grid, ProjectionChoice, Status, Transfer, Volume};
 use layersplat::framing::Fixed;
 use layersplat::glam::DVec3;
 use layersplat::{Framing, Orbit, Projection, Viewport};
 
-/// What a picture shows, in world coordinates. May be filled in, or made by one of the functions layersplat_camera_….
+/// A camera in world coordinates. Fill it in, or use one of the functions layersplat_camera_….
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// The eye. Of a parallel projection only the direction to the focal point counts.
+    /// The eye. A parallel projection uses only the direction to the focal point.
     pub position: [f64; 3],
-    /// The point in the middle of the picture.
+    /// The point at the centre of the picture.
     pub focal_point: [f64; 3],
-    /// Any vector that is up in the picture.
+    /// Any vector that points up in the picture.
     pub view_up: [f64; 3],
     /// A layersplat_projection.
     pub projection: i32,
-    /// Parallel: half the picture's height, world units. Perspective: its angle from bottom to top, degrees.
+    /// Parallel: half the picture's height in world units. Perspective: the vertical field of view in degrees.
     pub extent: f64,
 }
 
-/// A direction to look from: degrees about the y axis (0 looks along −z), above the xz plane, and about the view.
+/// A viewing direction, in degrees. With all angles 0, the camera looks along −z.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitAngles {
-    /// Degrees about the y axis.
+    /// Rotation about the y axis, degrees.
     pub azimuth: f64,
-    /// Degrees above the xz plane.
+    /// Angle above the xz plane, degrees.
     pub elevation: f64,
-    /// Degrees about the view.
+    /// Rotation about the view direction, degrees.
     pub roll: f64,
 }
 
@@ -47,7 +47,7 @@ impl Camera {
         Ok(layersplat::Camera { position, focal_point, view_up, projection })
     }
 
-    fn of(camera: &layersplat::Camera) -> Self {
+    fn from_library(camera: &layersplat::Camera) -> Self {
         let (projection, extent) = match camera.projection {
             Projection::Parallel { scale } => (ProjectionChoice::Parallel, scale),
             Projection::Perspective { field_of_view } => (ProjectionChoice::Perspective, field_of_view),
@@ -63,21 +63,24 @@ impl Camera {
 }
 
 fn projection(projection: i32, extent: f64) -> Result<Projection, Failure> {
-    Ok(match ProjectionChoice::chosen(projection)? {
+    Ok(match ProjectionChoice::from_number(projection)? {
         ProjectionChoice::Parallel => Projection::Parallel { scale: extent },
         ProjectionChoice::Perspective => Projection::Perspective { field_of_view: extent },
     })
 }
 
-/// Gives a camera that has a view.
-unsafe fn give(made: layersplat::Camera, camera: *mut Camera) -> Result<(), Failure> {
+/// Writes a camera to the caller.
+///
+/// # Errors
+/// A camera without a valid view.
+unsafe fn set_camera(made: layersplat::Camera, camera: *mut Camera) -> Result<(), Failure> {
     made.basis()?;
-    // SAFETY: the caller's promise.
-    unsafe { Out::new(camera, "camera") }?.set(Camera::of(&made));
+    // SAFETY: upheld by the caller.
+    unsafe { Out::new(camera, "camera") }?.set(Camera::from_library(&made));
     Ok(())
 }
 
-/// A camera at a distance from a point (three world coordinates) that it looks at. `projection` and `extent` are those of
+/// A camera at `distance` from `centre` (three world coordinates), looking at it. `projection` and `extent` are those of
 /// layersplat_camera.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_camera_orbit(
@@ -89,15 +92,15 @@ pub unsafe extern "C" fn layersplat_camera_orbit(
     camera: *mut Camera,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let centre = *unsafe { borrowed(centre.cast::<[f64; 3]>(), "centre") }?;
         let projection = self::projection(projection, extent)?;
-        unsafe { give(layersplat::Camera::orbit(centre.into(), distance, angles.orbit(), projection), camera) }
+        unsafe { set_camera(layersplat::Camera::orbit(centre.into(), distance, angles.orbit(), projection), camera) }
     })
 }
 
-/// A camera that a whole grid fits from every side, for pictures of `width` x `height` pixels. `field_of_view` is that of a perspective,
-/// degrees; 0 is a parallel view.
+/// A camera that shows the whole grid in a picture of `width` x `height` pixels. The distance is the same for all angles.
+/// `field_of_view` is the vertical angle of a perspective in degrees; 0 selects a parallel view.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_camera_fit_grid(
     grid: *const Grid,
@@ -108,7 +111,7 @@ pub unsafe extern "C" fn layersplat_camera_fit_grid(
     camera: *mut Camera,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let grid = unsafe { borrowed(grid, "grid") }?.checked()?;
         let viewport = Viewport::new(width, height)?;
         let (centre, diagonal, orbit) = (grid.centre(), grid.diagonal(), angles.orbit());
@@ -117,11 +120,12 @@ pub unsafe extern "C" fn layersplat_camera_fit_grid(
         } else {
             layersplat::Camera::fit_perspective(centre, diagonal, field_of_view, viewport, orbit)
         };
-        unsafe { give(made, camera) }
+        unsafe { set_camera(made, camera) }
     })
 }
 
-/// A camera that fits what a transfer function shows of a volume, which is looked for. The rest is as in layersplat_camera_fit_grid().
+/// A camera that fits the visible part of a volume: all voxels that the transfer function does not make transparent. The call scans
+/// the voxels. The other arguments are those of layersplat_camera_fit_grid().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_camera_fit_visible(
     volume: *const Volume,
@@ -133,12 +137,12 @@ pub unsafe extern "C" fn layersplat_camera_fit_visible(
     camera: *mut Camera,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let volume = unsafe { borrowed(volume, "volume") }?;
         let transfer = unsafe { borrowed(transfer, "transfer") }?;
         let viewport = Viewport::new(width, height)?;
         let orbit = angles.orbit();
-        // Angles without a view would find no axes.
+        // Framing needs finite angles.
         layersplat::Camera::orbit(DVec3::ZERO, 1.0, orbit, Projection::Parallel { scale: 1.0 }).basis()?;
         let framing = Framing::visible(&volume.0, &transfer.0, None);
         let made = if field_of_view == 0.0 {
@@ -146,6 +150,6 @@ pub unsafe extern "C" fn layersplat_camera_fit_visible(
         } else {
             framing.perspective(orbit, viewport, field_of_view, Fixed::default())
         };
-        unsafe { give(made, camera) }
+        unsafe { set_camera(made, camera) }
     })
 }

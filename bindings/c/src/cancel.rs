@@ -1,27 +1,27 @@
-//! Frames that another thread cancels.
+//! Cancellation of frames from another thread.
 
-use crate::border::{Out, borrowed, free, guard};
+use crate::boundary::{Out, borrowed, free, guard};
 use crate::{Renderer, Status, renderer};
 
-/// Cancels frames from another thread. Any thread may use it, several at a time, also while a renderer that it was given to is in use; one
-/// may serve several renderers.
+/// A cancellation flag for frames. Several threads may use it at the same time, also while its renderers are in use. Several
+/// renderers may share one.
 pub struct Cancel(layersplat::Cancel);
 
-/// Not cancelled. To be freed by layersplat_cancel_free().
+/// Creates a cancellation flag that is not set. To be freed by layersplat_cancel_free().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_cancel_new(cancel: *mut *mut Cancel) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise.
-        unsafe { Out::handle(cancel, "cancel") }?.give(Cancel(layersplat::Cancel::new()));
+        // SAFETY: upheld by the caller.
+        unsafe { Out::handle(cancel, "cancel") }?.set_handle(Cancel(layersplat::Cancel::new()));
         Ok(())
     })
 }
 
-/// Lets `cancel` end frames of a renderer, from the next one on; null: nothing does any more. Frames that are enqueued are not cancelled.
+/// Attaches a cancellation flag to a renderer, effective from the next frame. Null detaches it. Enqueued frames cannot be cancelled.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_renderer_set_cancel(renderer: *mut Renderer, cancel: *const Cancel) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let cancel = unsafe { cancel.as_ref() }.map(|cancel| cancel.0.clone());
         unsafe {
             renderer::with(renderer, |renderer| {
@@ -32,30 +32,30 @@ pub unsafe extern "C" fn layersplat_renderer_set_cancel(renderer: *mut Renderer,
     })
 }
 
-/// Ends the frame in progress and all later ones, until layersplat_cancel_reset(): they return LAYERSPLAT_STATUS_CANCELLED and write no
-/// pixels. A frame ends before its next kernel; the one that is running is not stopped. It returns at once.
+/// Cancels the current frame and all later ones until layersplat_cancel_reset(). They return LAYERSPLAT_STATUS_CANCELLED and write
+/// no pixels. A frame stops before its next kernel; a running kernel is not interrupted. The call does not block.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_cancel_frames(cancel: *const Cancel) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise.
+        // SAFETY: upheld by the caller.
         unsafe { borrowed(cancel, "cancel") }?.0.cancel();
         Ok(())
     })
 }
 
-/// Lets later frames be drawn again.
+/// Clears the flag. Later frames are rendered again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_cancel_reset(cancel: *const Cancel) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise.
+        // SAFETY: upheld by the caller.
         unsafe { borrowed(cancel, "cancel") }?.0.reset();
         Ok(())
     })
 }
 
-/// Frees it. Renderers that it was given to go on, and nothing cancels them any more. Null is left alone.
+/// Frees a cancellation flag. Its renderers stay usable without it. Null is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_cancel_free(cancel: *mut Cancel) {
-    // SAFETY: the caller's promise.
+    // SAFETY: upheld by the caller.
     unsafe { free(cancel) }
 }

@@ -1,6 +1,6 @@
-//! Numbers that stand for choices. In C any number may come where one of these is taken: those that are none are refused.
+//! Enums of the C API. C passes them as integers of any value; unknown values are rejected.
 
-use crate::border::Failure;
+use crate::boundary::Failure;
 use layersplat::{Kernel, Quality, volume};
 
 /// Type of a voxel.
@@ -19,25 +19,25 @@ pub enum VoxelType {
     Float32 = 4,
 }
 
-/// Bundles of settings.
+/// Presets that trade quality for speed.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum QualityChoice {
     /// One sample per voxel and layer: the fastest.
     Draft = 0,
-    /// What is best for the time.
+    /// Best quality for its time.
     Standard = 1,
-    /// Nearest to what was sampled.
+    /// Closest reconstruction of the sampled field.
     High = 2,
-    /// Layered volume splatting as it was published: slow.
+    /// Layered volume splatting as published: slow.
     Paper = 3,
 }
 
-/// Which renderer makes a picture.
+/// Rendering algorithm.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum AlgorithmChoice {
-    /// Layered volume splatting, of the quality chosen.
+    /// Layered volume splatting, in the selected quality.
     Layered = 0,
     /// Axis-aligned sheet-buffer splatting. Cannot be enqueued.
     AxisSheets = 1,
@@ -49,25 +49,25 @@ pub enum AlgorithmChoice {
     Raycast = 4,
 }
 
-/// What reconstructs the field between voxels.
+/// Reconstruction kernel.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum KernelChoice {
-    /// What the quality says; of ray casting, linear.
+    /// The kernel of the quality; for ray casting, linear.
     Automatic = 0,
-    /// The paper's cubic.
+    /// The paper's cubic kernel.
     Cubic = 1,
     /// Linear.
     Linear = 2,
-    /// Catmull and Rom's spline.
+    /// The Catmull-Rom spline.
     CatmullRom = 3,
     /// The interpolating cubic B-spline.
     Bspline = 4,
-    /// A Gaussian: of ray casting only.
+    /// A Gaussian; ray casting only.
     Gaussian = 5,
 }
 
-/// What becomes of the values along a ray.
+/// How the values along a ray are combined.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum BlendChoice {
@@ -79,50 +79,50 @@ pub enum BlendChoice {
     Minimum = 2,
     /// The mean.
     Average = 3,
-    /// The first surface where the field has the settings' iso_value.
+    /// The first iso-surface at the settings' iso_value.
     Iso = 4,
 }
 
-/// How a camera sees.
+/// Projection of a camera.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum ProjectionChoice {
     /// Parallel rays.
     Parallel = 0,
-    /// Rays from the eye.
+    /// Rays through the eye.
     Perspective = 1,
 }
 
-/// Pixels of a picture in memory of the caller's on the device: red, green, blue, alpha.
+/// Pixel format of a picture in the caller's device memory. The channels are red, green, blue, alpha.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum PixelFormat {
-    /// A byte per channel, over a background. In images: CL_RGBA of CL_UNORM_INT8 or CL_UNSIGNED_INT8.
+    /// One byte per channel, over a background. Images: CL_RGBA with CL_UNORM_INT8 or CL_UNSIGNED_INT8.
     Rgba8 = 0,
-    /// A float per channel, premultiplied, without a background. In images: CL_RGBA of CL_FLOAT.
+    /// One float per channel, premultiplied, without a background. Images: CL_RGBA with CL_FLOAT.
     Floats = 1,
 }
 
-/// Finds the choice that a number stands for.
-macro_rules! chosen {
+/// Implements the conversion from the integer that C passes.
+macro_rules! from_number {
     ($name:ident, $what:literal, $($choice:ident)*) => {
         impl $name {
-            pub(crate) fn chosen(number: i32) -> Result<Self, Failure> {
+            pub(crate) fn from_number(number: i32) -> Result<Self, Failure> {
                 let all = [$($name::$choice),*];
                 let found = all.into_iter().find(|&choice| choice as i32 == number);
-                found.ok_or_else(|| Failure::invalid(format!("{} is no {}", number, $what)))
+                found.ok_or_else(|| Failure::invalid(format!("{} is not a valid {}", number, $what)))
             }
         }
     };
 }
 
-chosen!(VoxelType, "voxel type", Uint8 Int8 Uint16 Int16 Float32);
-chosen!(QualityChoice, "quality", Draft Standard High Paper);
-chosen!(AlgorithmChoice, "algorithm", Layered AxisSheets ViewSheets Slicing Raycast);
-chosen!(KernelChoice, "kernel", Automatic Cubic Linear CatmullRom Bspline Gaussian);
-chosen!(BlendChoice, "blend mode", Composite Maximum Minimum Average Iso);
-chosen!(ProjectionChoice, "projection", Parallel Perspective);
-chosen!(PixelFormat, "pixel format", Rgba8 Floats);
+from_number!(VoxelType, "voxel type", Uint8 Int8 Uint16 Int16 Float32);
+from_number!(QualityChoice, "quality", Draft Standard High Paper);
+from_number!(AlgorithmChoice, "algorithm", Layered AxisSheets ViewSheets Slicing Raycast);
+from_number!(KernelChoice, "kernel", Automatic Cubic Linear CatmullRom Bspline Gaussian);
+from_number!(BlendChoice, "blend mode", Composite Maximum Minimum Average Iso);
+from_number!(ProjectionChoice, "projection", Parallel Perspective);
+from_number!(PixelFormat, "pixel format", Rgba8 Floats);
 
 impl From<VoxelType> for volume::VoxelType {
     fn from(chosen: VoxelType) -> Self {
@@ -148,7 +148,7 @@ impl From<QualityChoice> for Quality {
 }
 
 impl KernelChoice {
-    /// `None`: what the algorithm takes by itself.
+    /// `None`: the algorithm's default.
     pub(crate) fn kernel(self) -> Option<Kernel> {
         match self {
             KernelChoice::Automatic => None,

@@ -1,17 +1,17 @@
-//! Frames that are enqueued and not waited for, into memory of the caller's own.
+//! Asynchronous frames into the caller's device memory.
 
-use crate::border::{Out, copy, guard, values};
-use crate::opencl::{_cl_event, _cl_mem, WaitList, give};
+use crate::boundary::{Out, copy, guard, values};
+use crate::opencl::{_cl_event, _cl_mem, WaitList, set_event};
 use crate::render::View;
 use crate::{Camera, Picture, Renderer, Settings, Status, picture, renderer};
 use layersplat::device::DeviceMemory;
 
-/// Enqueues a frame into memory of the caller's own, after `wait_count` events, and returns at once. `event`, unless it is null, gets the
-/// cl_event that is complete when the picture is there; the caller releases it with clReleaseEvent. Nothing is read back, and no queue is
-/// waited for. What the arguments point to may change as soon as this returns.
+/// Enqueues a frame into device memory of the caller, after `wait_count` events, and returns without waiting. If `event` is not
+/// null, it receives a cl_event that completes when the picture is written; the caller releases it with clReleaseEvent. Nothing is
+/// read back to the host. The arguments may change as soon as the call returns.
 ///
-/// Kernels that were not built yet are built first, which takes seconds: layersplat_renderer_prepare() does that beforehand. Sheets
-/// cannot be enqueued. An error leaves the queue usable, the picture undefined, and no event.
+/// Missing kernels are built first, which takes seconds: layersplat_renderer_prepare() builds them in advance. Sheet-buffer
+/// splatting cannot be enqueued. After an error the queue is usable, the picture is undefined, and there is no event.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_renderer_enqueue(
     renderer: *mut Renderer,
@@ -25,19 +25,20 @@ pub unsafe extern "C" fn layersplat_renderer_enqueue(
     event: *mut *mut _cl_event,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let view = unsafe { View::new(camera, width, height, settings) }?;
         let onto = unsafe { picture::checked(picture) }?;
         let wait = unsafe { WaitList::new(wait_count, wait_list) }?;
         let enqueue = |renderer: &mut layersplat::Renderer| {
             Ok(renderer.enqueue(&view.camera, view.viewport, &view.settings, &onto, &wait.events())?)
         };
-        unsafe { give(renderer::with_whole(renderer, "layersplat_renderer_enqueue", enqueue)?, event) };
+        unsafe { set_event(renderer::with_whole(renderer, "layersplat_renderer_enqueue", enqueue)?, event) };
         Ok(())
     })
 }
 
-/// Makes what frames like this one need, from any side: kernels are built, tables made. It waits until all of it is there.
+/// Builds the kernels and tables that frames with these settings need, for every view direction. The call blocks until they are
+/// ready.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_renderer_prepare(
     renderer: *mut Renderer,
@@ -47,15 +48,15 @@ pub unsafe extern "C" fn layersplat_renderer_prepare(
     settings: *const Settings,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let view = unsafe { View::new(camera, width, height, settings) }?;
         unsafe { renderer::with(renderer, |renderer| Ok(renderer.prepare(&view.camera, view.viewport, &view.settings)?)) }
     })
 }
 
-/// The voxels of layersplat_renderer_in_place() change, or have changed: frames from here on are of what is there after `wait_count`
-/// events. `event`, unless it is null, gets the cl_event that is complete when those are, for the caller to release; frames wait for it by
-/// themselves.
+/// Notifies a renderer of layersplat_renderer_in_place() that its voxels have changed, or will have changed after `wait_count`
+/// events. Later frames use the new voxels. If `event` is not null, it receives a cl_event that completes when those events have;
+/// the caller releases it. Frames wait for it automatically.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_renderer_volume_changed(
     renderer: *mut Renderer,
@@ -64,16 +65,16 @@ pub unsafe extern "C" fn layersplat_renderer_volume_changed(
     event: *mut *mut _cl_event,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let wait = unsafe { WaitList::new(wait_count, wait_list) }?;
         let changed = |renderer: &mut layersplat::Renderer| Ok(renderer.volume_changed(&wait.events())?);
-        unsafe { give(renderer::with_whole(renderer, "layersplat_renderer_volume_changed", changed)?, event) };
+        unsafe { set_event(renderer::with_whole(renderer, "layersplat_renderer_volume_changed", changed)?, event) };
         Ok(())
     })
 }
 
-/// Bytes of each buffer of scratch that a frame needs, into `sizes`, which has room for `room` of them; `count` is how many there are.
-/// With `room` 0, only that is told. Besides, a renderer keeps tables of its own.
+/// Sizes in bytes of the scratch buffers that a frame needs. `sizes` is an array of `capacity` elements; `count` is set to the number
+/// of buffers. If `capacity` is 0, only `count` is set. The renderer's own tables are not included.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_renderer_scratch_sizes(
     renderer: *mut Renderer,
@@ -83,11 +84,11 @@ pub unsafe extern "C" fn layersplat_renderer_scratch_sizes(
     settings: *const Settings,
     picture: *const Picture,
     sizes: *mut usize,
-    room: usize,
+    capacity: usize,
     count: *mut usize,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let view = unsafe { View::new(camera, width, height, settings) }?;
         let onto = unsafe { picture::checked(picture) }?;
         let count = unsafe { Out::new(count, "count") }?;
@@ -96,13 +97,13 @@ pub unsafe extern "C" fn layersplat_renderer_scratch_sizes(
         };
         let needed = unsafe { renderer::with_whole(renderer, "layersplat_renderer_scratch_sizes", needed) }?;
         count.set(needed.len());
-        if room == 0 { Ok(()) } else { unsafe { copy(&needed, sizes, room, "sizes") } }
+        if capacity == 0 { Ok(()) } else { unsafe { copy(&needed, sizes, capacity, "sizes") } }
     })
 }
 
-/// Gives cl_mem buffers for what enqueued frames write besides the picture: one for each of layersplat_renderer_scratch_sizes(), in any
-/// order. They are retained. No buffers, and the renderer makes its own again. Another renderer whose frames may be drawn at the same time
-/// must not be given them.
+/// Sets the cl_mem scratch buffers of enqueued frames: one for each size of layersplat_renderer_scratch_sizes(), in any order. They
+/// are retained. If `count` is 0, the renderer allocates its own again. Renderers whose frames may run concurrently must not share
+/// scratch buffers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_renderer_set_scratch(
     renderer: *mut Renderer,
@@ -110,7 +111,7 @@ pub unsafe extern "C" fn layersplat_renderer_set_scratch(
     count: usize,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let buffers = unsafe { values(buffers, count, "buffers") }?;
         let retained = buffers.iter().map(|buffer| unsafe { DeviceMemory::from_raw(buffer.cast()) });
         let retained = retained.collect::<Result<Vec<_>, _>>()?;

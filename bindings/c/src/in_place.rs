@@ -1,13 +1,13 @@
-//! Volumes in buffers of the caller's own.
+//! Volumes in the caller's OpenCL buffers.
 
-use crate::border::{Failure, Out, borrowed, guard};
+use crate::boundary::{Failure, Out, borrowed, guard};
 use crate::opencl::{_cl_event, _cl_mem, WaitList};
 use crate::{Device, Grid, Renderer, Status, Transfer, VoxelType};
 use layersplat::device::DeviceMemory;
 use layersplat::renderer::{DeviceVoxels, UploadedVolume};
 use layersplat::volume::{self, Description};
 
-/// Voxels in a buffer of the caller's on the device: they stay where they are.
+/// Voxels in a buffer of the caller on the device. They are rendered in place, without a copy.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Voxels {
@@ -15,17 +15,17 @@ pub struct Voxels {
     pub memory: *mut _cl_mem,
     /// A layersplat_voxel_type.
     pub voxel_type: i32,
-    /// Whether some voxels may be NaN, infinite or beyond ±1e30, which then count as the smallest value: 1 or 0.
+    /// Whether voxels may be NaN, infinite or beyond ±1e30: 1 or 0. Such voxels count as the smallest value.
     pub invalid_voxels: i32,
-    /// Byte of the first voxel: a multiple of a voxel's, as the pitches are.
+    /// Byte offset of the first voxel. Offset and pitches are multiples of the voxel size.
     pub first: usize,
-    /// Bytes from row to row; 0 with slice_pitch 0 is without gaps.
+    /// Bytes from row to row. If this and slice_pitch are 0, the voxels are contiguous.
     pub row_pitch: usize,
     /// Bytes from slice to slice.
     pub slice_pitch: usize,
-    /// Where the voxels lie in the world.
+    /// The grid of the voxels.
     pub grid: Grid,
-    /// The smallest value that voxels will have. It is a promise: values beyond show as the range's ends do.
+    /// The smallest value that voxels will have. It is not checked: values outside the range are clamped to it.
     pub smallest: f64,
     /// The largest value that voxels will have.
     pub largest: f64,
@@ -33,16 +33,16 @@ pub struct Voxels {
 
 impl Voxels {
     fn voxel_type(&self) -> Result<volume::VoxelType, Failure> {
-        Ok(VoxelType::chosen(self.voxel_type)?.into())
+        Ok(VoxelType::from_number(self.voxel_type)?.into())
     }
 
-    unsafe fn placed(&self) -> Result<DeviceVoxels, Failure> {
-        // SAFETY: the caller's promise: the memory is alive.
+    unsafe fn device_voxels(&self) -> Result<DeviceVoxels, Failure> {
+        // SAFETY: upheld by the caller: the memory is alive.
         let memory = unsafe { DeviceMemory::from_raw(self.memory.cast()) }?;
         let voxels = DeviceVoxels::new(&memory, self.voxel_type()?).with_first(self.first);
         match (self.row_pitch, self.slice_pitch) {
             (0, 0) => Ok(voxels),
-            (0, _) | (_, 0) => Err(Failure::invalid("row_pitch and slice_pitch: give both, or neither")),
+            (0, _) | (_, 0) => Err(Failure::invalid("row_pitch and slice_pitch: set both or neither")),
             (row, slice) => Ok(voxels.with_pitches(row, slice)),
         }
     }
@@ -60,8 +60,8 @@ impl Voxels {
 
 const NAME: &str = "voxels on the device";
 
-/// Finds the smallest and the largest value of voxels, and whether some are invalid, by looking at all of them on the device, after
-/// `wait_count` events; sets `smallest`, `largest` and `invalid_voxels`. It returns when they are found.
+/// Determines the range of the voxels on the device, after `wait_count` events. Sets `smallest`, `largest` and `invalid_voxels`.
+/// The call blocks until they are known.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_voxels_find_range(
     device: *const Device,
@@ -70,20 +70,20 @@ pub unsafe extern "C" fn layersplat_voxels_find_range(
     wait_list: *const *mut _cl_event,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let device = unsafe { borrowed(device, "device") }?;
-        let given = *unsafe { borrowed(voxels, "voxels") }?;
+        let described = *unsafe { borrowed(voxels, "voxels") }?;
         let wait = unsafe { WaitList::new(wait_count, wait_list) }?;
-        let found = unsafe { given.placed() }?.describe(&device.0, NAME, given.grid.checked()?, &wait.events())?;
+        let found = unsafe { described.device_voxels() }?.describe(&device.0, NAME, described.grid.checked()?, &wait.events())?;
         let (smallest, largest) = found.range();
         let invalid_voxels = i32::from(found.has_invalid_voxels());
-        unsafe { Out::new(voxels, "voxels") }?.set(Voxels { smallest, largest, invalid_voxels, ..given });
+        unsafe { Out::new(voxels, "voxels") }?.set(Voxels { smallest, largest, invalid_voxels, ..described });
         Ok(())
     })
 }
 
-/// A renderer of voxels that stay where they are. They may change from frame to frame, in the order of the queue and its events, if the
-/// renderer is told so: layersplat_renderer_volume_changed().
+/// Creates a renderer of voxels in a buffer of the caller, without copying them. The voxels may change between frames, ordered by
+/// the queue and events. Call layersplat_renderer_volume_changed() after each change. To be freed by layersplat_renderer_free().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_renderer_in_place(
     device: *const Device,
@@ -92,14 +92,14 @@ pub unsafe extern "C" fn layersplat_renderer_in_place(
     renderer: *mut *mut Renderer,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(renderer, "renderer") }?;
         let device = unsafe { borrowed(device, "device") }?;
         let voxels = unsafe { borrowed(voxels, "voxels") }?;
         let transfer = unsafe { borrowed(transfer, "transfer") }?;
-        let placed = unsafe { voxels.placed() }?;
-        let there = UploadedVolume::in_place(&device.0, &voxels.description()?, &placed)?;
-        out.give(Renderer::new(Box::new(layersplat::Renderer::from_uploaded(&there, &transfer.0)?)));
+        let device_voxels = unsafe { voxels.device_voxels() }?;
+        let uploaded = UploadedVolume::in_place(&device.0, &voxels.description()?, &device_voxels)?;
+        out.set_handle(Renderer::new(Box::new(layersplat::Renderer::from_uploaded(&uploaded, &transfer.0)?)));
         Ok(())
     })
 }

@@ -1,12 +1,12 @@
-//! layersplat for C: what `include/layersplat.h` declares, which is generated from here.
+//! layersplat for C. `include/layersplat.h` is generated from this source.
 //!
-//! A file per kind of handle. `border.rs` is what all calls pass: no panic goes beyond it, and what went wrong is kept there for
+//! There is one file per kind of handle. All calls go through `boundary.rs`, which catches panics and stores the message for
 //! `layersplat_last_error`.
 #![warn(missing_docs)]
-// What a C program must keep to is the same for all functions: the header begins with it (cbindgen.toml).
+// The safety contract is the same for all functions: the header begins with it (cbindgen.toml).
 #![allow(clippy::missing_safety_doc)]
 
-mod border;
+mod boundary;
 mod camera;
 mod cancel;
 mod choices;
@@ -24,7 +24,7 @@ mod stream;
 mod transfer;
 mod volume;
 
-pub use border::layersplat_last_error;
+pub use boundary::layersplat_last_error;
 pub use camera::*;
 pub use cancel::*;
 pub use choices::*;

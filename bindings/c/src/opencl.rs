@@ -1,46 +1,46 @@
-//! OpenCL's objects as CL/cl.h declares them, so that a program needs that header only if it uses OpenCL itself.
+//! Opaque OpenCL types as in CL/cl.h, so that the generated header does not include it.
 
 use crate::Status;
-use crate::border::{Failure, values};
+use crate::boundary::{Failure, values};
 use layersplat::opencl3::event::Event;
 use std::mem::ManuallyDrop;
 
-/// What a cl_context points to.
+/// The type that a cl_context points to.
 #[allow(non_camel_case_types)]
 pub struct _cl_context {
     _opaque: [u8; 0],
 }
 
-/// What a cl_device_id points to.
+/// The type that a cl_device_id points to.
 #[allow(non_camel_case_types)]
 pub struct _cl_device_id {
     _opaque: [u8; 0],
 }
 
-/// What a cl_command_queue points to.
+/// The type that a cl_command_queue points to.
 #[allow(non_camel_case_types)]
 pub struct _cl_command_queue {
     _opaque: [u8; 0],
 }
 
-/// What a cl_mem points to.
+/// The type that a cl_mem points to.
 #[allow(non_camel_case_types)]
 pub struct _cl_mem {
     _opaque: [u8; 0],
 }
 
-/// What a cl_event points to.
+/// The type that a cl_event points to.
 #[allow(non_camel_case_types)]
 pub struct _cl_event {
     _opaque: [u8; 0],
 }
 
-/// Events of the caller's, who goes on owning them.
+/// Events owned by the caller. They are not released here.
 pub(crate) struct WaitList(Vec<ManuallyDrop<Event>>);
 
 impl WaitList {
     pub unsafe fn new(count: u32, events: *const *mut _cl_event) -> Result<Self, Failure> {
-        // SAFETY: the caller's promise is passed on.
+        // SAFETY: upheld by the caller.
         let events = unsafe { values(events, count as usize, "wait_list") }?;
         if let Some(n) = events.iter().position(|event| event.is_null()) {
             return Err(Failure::new(Status::NullArgument, format!("event {n} of wait_list is null")));
@@ -53,11 +53,11 @@ impl WaitList {
     }
 }
 
-/// Makes an event the caller's, or releases it where none is wanted.
-pub(crate) unsafe fn give(event: Event, to: *mut *mut _cl_event) {
+/// Transfers an event to the caller. If `to` is null, the event is released.
+pub(crate) unsafe fn set_event(event: Event, to: *mut *mut _cl_event) {
     if !to.is_null() {
         let event = ManuallyDrop::new(event);
-        // SAFETY: the caller's promise: there is room for one.
+        // SAFETY: upheld by the caller: a non-null pointer is valid for writes.
         unsafe { to.write(event.get().cast()) };
     }
 }

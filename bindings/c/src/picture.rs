@@ -1,13 +1,13 @@
-//! Memory of the caller's own that pictures go to.
+//! Pictures in the caller's device memory.
 
-use crate::border::{Failure, borrowed};
+use crate::boundary::{Failure, borrowed};
 use crate::opencl::_cl_mem;
 use crate::{PixelFormat, render};
 use layersplat::Background;
 use layersplat::device::DeviceMemory;
 use layersplat::renderer::{PictureFormat, PictureMemory};
 
-/// A buffer or a 2D image of the caller's that pictures go to: red, green, blue, alpha, row by row from the top.
+/// A buffer or a 2D image of the caller that receives pictures: red, green, blue, alpha, row by row from the top.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Picture {
@@ -15,21 +15,21 @@ pub struct Picture {
     pub memory: *mut _cl_mem,
     /// A layersplat_pixel_format.
     pub format: i32,
-    /// Whether 8-bit pictures keep their alpha: 1; 0 puts them over `background`.
+    /// Alpha of 8-bit pictures. 1: straight alpha. 0: composited over `background`.
     pub transparent: i32,
-    /// The opaque colour below 8-bit pictures, 0 to 1.
+    /// The opaque background colour of 8-bit pictures, 0 to 1.
     pub background: [f32; 3],
-    /// Byte of a buffer where the first pixel goes. Of images 0.
+    /// Byte offset of the first pixel in a buffer; 0 for images.
     pub first: usize,
-    /// Bytes from row to row of a buffer; 0 is without gaps. Of images 0.
+    /// Bytes from row to row in a buffer; 0 if rows are contiguous. 0 for images.
     pub row_pitch: usize,
 }
 
-/// Where a picture goes.
+/// The target memory of a picture.
 pub(crate) unsafe fn checked(picture: *const Picture) -> Result<PictureMemory, Failure> {
-    // SAFETY: the caller's promise, and below: it points to one, whose memory is alive.
+    // SAFETY: upheld by the caller, here and below: the pointer is valid, and its memory object is alive.
     let picture = unsafe { borrowed(picture, "picture") }?;
-    let format = match PixelFormat::chosen(picture.format)? {
+    let format = match PixelFormat::from_number(picture.format)? {
         PixelFormat::Floats => PictureFormat::Floats,
         PixelFormat::Rgba8 if picture.transparent == 1 => PictureFormat::Rgba8(Background::Transparent),
         PixelFormat::Rgba8 if picture.transparent == 0 => {

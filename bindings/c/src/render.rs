@@ -1,15 +1,15 @@
-//! Pictures in the host's memory, and in files.
+//! Pictures in host memory and in files.
 
-use crate::border::{Failure, borrowed, copy, guard, require_room, text, values};
+use crate::boundary::{Failure, borrowed, copy, guard, require_capacity, text, values};
 use crate::renderer::{self, AnyRenderer};
 use crate::{Camera, Renderer, Settings, Status, settings};
 use layersplat::{Background, Frame, Viewport};
 use std::ffi::c_char;
 
-/// Renderers of this library run in one process, which has every picture.
-const ONE_PROCESS: &str = "a renderer of one process has the picture";
+/// Only distributed renderers return no picture, and the C API has none.
+const ONE_PROCESS: &str = "a single-process renderer returns the picture";
 
-/// What all pictures are made of.
+/// The checked arguments that all render calls share.
 pub(crate) struct View {
     pub camera: layersplat::Camera,
     pub viewport: Viewport,
@@ -18,16 +18,16 @@ pub(crate) struct View {
 
 impl View {
     pub unsafe fn new(camera: *const Camera, width: u32, height: u32, settings: *const Settings) -> Result<Self, Failure> {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let camera = unsafe { borrowed(camera, "camera") }?.checked()?;
         let settings = unsafe { settings::checked(settings) }?;
         Ok(Self { camera, viewport: Viewport::new(width, height)?, settings })
     }
 }
 
-/// An opaque colour; null is none.
+/// A background of three floats; null is transparent.
 pub(crate) unsafe fn background(color: *const f32) -> Result<Background, Failure> {
-    // SAFETY: the caller's promise: what is not null are three floats.
+    // SAFETY: upheld by the caller: a non-null pointer points to three floats.
     match unsafe { color.cast::<[f32; 3]>().as_ref() } {
         Some(color) if color.iter().all(|c| (0.0..=1.0).contains(c)) => Ok(Background::Color(*color)),
         Some(color) => Err(Failure::invalid(format!("background is {color:?}: expected three numbers from 0 to 1"))),
@@ -35,9 +35,9 @@ pub(crate) unsafe fn background(color: *const f32) -> Result<Background, Failure
     }
 }
 
-/// Renders a picture of `width` x `height` pixels of 8 bits: red, green, blue, alpha; row by row from the top, without gaps, over an opaque
-/// colour (three floats, 0 to 1), or where `background` is null, with straight alpha. `bytes` are those that `pixels` has room for:
-/// 4 * width * height or more. Null settings are those of the standard quality. It returns when the picture is there.
+/// Renders a picture of `width` x `height` pixels with 8 bits per channel: red, green, blue, alpha, contiguous, row by row from the
+/// top. `background` is an opaque colour (three floats, 0 to 1), or null for straight alpha. `bytes` is the size of `pixels`: at
+/// least 4 * width * height. Null settings are those of the standard quality. The call blocks until the picture is complete.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_render_rgba8(
     renderer: *mut Renderer,
@@ -50,9 +50,9 @@ pub unsafe extern "C" fn layersplat_render_rgba8(
     bytes: usize,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let view = unsafe { View::new(camera, width, height, settings) }?;
-        require_room(4 * view.viewport.pixels(), pixels, bytes, "pixels")?;
+        require_capacity(4 * view.viewport.pixels(), pixels, bytes, "pixels")?;
         let background = unsafe { self::background(background) }?;
         let draw = |renderer: &mut AnyRenderer| {
             Ok(renderer.render_rgba8(&view.camera, view.viewport, &view.settings, background)?.0.expect(ONE_PROCESS))
@@ -62,8 +62,9 @@ pub unsafe extern "C" fn layersplat_render_rgba8(
     })
 }
 
-/// Renders a picture of floats: red, green, blue, premultiplied, and alpha, without a background; row by row from the top, without gaps.
-/// `floats` are those that `pixels` has room for: 4 * width * height or more. The rest is as in layersplat_render_rgba8().
+/// Renders a picture of floats: premultiplied red, green, blue, and alpha, without a background, contiguous, row by row from the top.
+/// `floats` is the number of elements of `pixels`: at least 4 * width * height. The other arguments are those of
+/// layersplat_render_rgba8().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_render_floats(
     renderer: *mut Renderer,
@@ -75,9 +76,9 @@ pub unsafe extern "C" fn layersplat_render_floats(
     floats: usize,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let view = unsafe { View::new(camera, width, height, settings) }?;
-        require_room(4 * view.viewport.pixels(), pixels, floats, "pixels")?;
+        require_capacity(4 * view.viewport.pixels(), pixels, floats, "pixels")?;
         let draw =
             |renderer: &mut AnyRenderer| Ok(renderer.render(&view.camera, view.viewport, &view.settings)?.0.expect(ONE_PROCESS));
         let frame = unsafe { renderer::with(renderer, draw) }?;
@@ -85,10 +86,11 @@ pub unsafe extern "C" fn layersplat_render_floats(
     })
 }
 
-/// How far away is what a picture shows: distances from the eye along the view's direction, in world units, row by row from the top, infinite
-/// where nothing is seen. `first`: where something is seen first, where 1/256 of the light is stopped or at the iso-surface; `mean`: of all
-/// that is seen, weighted by opacity. Each has room for `floats` of them: width * height or more. Found by ray casting, whatever draws
-/// pictures; refused for blend modes other than composite and iso. The rest is as in layersplat_render_rgba8().
+/// Renders depth maps: distances from the eye along the view direction in world units, row by row from the top, infinite where
+/// nothing is visible. `first` is the first visible depth: where the accumulated opacity reaches 1/256, or at the iso-surface.
+/// `mean` is the mean depth weighted by opacity. `floats` is the number of elements of each: at least width * height. Depths are
+/// always computed by ray casting. Only the blend modes composite and iso are supported. The other arguments are those of
+/// layersplat_render_rgba8().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_render_depths(
     renderer: *mut Renderer,
@@ -101,10 +103,10 @@ pub unsafe extern "C" fn layersplat_render_depths(
     floats: usize,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let view = unsafe { View::new(camera, width, height, settings) }?;
-        require_room(view.viewport.pixels(), first, floats, "first")?;
-        require_room(view.viewport.pixels(), mean, floats, "mean")?;
+        require_capacity(view.viewport.pixels(), first, floats, "first")?;
+        require_capacity(view.viewport.pixels(), mean, floats, "mean")?;
         let find = |renderer: &mut AnyRenderer| Ok(renderer.depths(&view.camera, view.viewport, &view.settings)?);
         let depths = unsafe { renderer::with(renderer, find) }?;
         unsafe { copy(depths.first(), first, floats, "first") }?;
@@ -112,9 +114,9 @@ pub unsafe extern "C" fn layersplat_render_depths(
     })
 }
 
-/// Writes a picture of floats, as layersplat_render_floats() makes them, to a file: .png or .jpg (8 bit), .exr or .npy (float32),
-/// over an opaque colour (three floats, 0 to 1), or where `background` is null, with its alpha. `floats` is 4 * width * height. The file
-/// is written whole or not at all.
+/// Writes a picture of layersplat_render_floats() to a file: .png or .jpg (8 bit), .exr or .npy (float32). `background` is an opaque
+/// colour (three floats, 0 to 1), or null to keep alpha. `floats` is 4 * width * height. The file is written completely or not at
+/// all.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_save(
     pixels: *const f32,
@@ -128,9 +130,9 @@ pub unsafe extern "C" fn layersplat_save(
         let viewport = Viewport::new(width, height)?;
         let expected = 4 * viewport.pixels();
         if floats != expected {
-            return Err(Failure::invalid(format!("a picture of {width}x{height} has {expected} floats, and floats is {floats}")));
+            return Err(Failure::invalid(format!("a picture of {width}x{height} has {expected} floats, but floats is {floats}")));
         }
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let pixels = unsafe { values(pixels, floats, "pixels") }?;
         let path = unsafe { text(path, "path") }?;
         let background = unsafe { self::background(background) }?;

@@ -1,22 +1,22 @@
-//! How a picture is made.
+//! Render settings.
 
-use crate::border::{Failure, Out, guard};
+use crate::boundary::{Failure, Out, guard};
 use crate::{AlgorithmChoice, BlendChoice, KernelChoice, QualityChoice, Status};
 use layersplat::glam::DVec3;
 use layersplat::settings::{self, Algorithm, Blend, ClipPlane, Clipping, CropBox, GradientOpacity, Layered, Lights, Shading};
 use layersplat::{Kernel, Quality};
 
-/// A white light, far away.
+/// A white directional light.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Light {
-    /// World direction to it; (0, 0, 0): it is at the camera.
+    /// World direction towards the light; (0, 0, 0) is a light at the camera.
     pub direction: [f64; 3],
-    /// What its diffuse light and its highlight are multiplied by, from 0 to 100.
+    /// Factor of its diffuse and specular terms, from 0 to 100.
     pub strength: f64,
 }
 
-/// A plane in world coordinates: what lies on the side that its normal points to is shown.
+/// A clipping plane in world coordinates. The side that the normal points to is shown.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Plane {
@@ -26,64 +26,65 @@ pub struct Plane {
     pub normal: [f64; 3],
 }
 
-/// How a picture is made. To be filled in by layersplat_settings_default() and then changed: later versions have more fields.
+/// Render settings. Initialise them with layersplat_settings_default() before changing fields: later versions have more of them.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Bytes of this struct, as the program knows it. Leave it as layersplat_settings_default() sets it.
+    /// Size of this struct in bytes in the program's header. layersplat_settings_default() sets it; do not change it.
     pub size: usize,
     /// A layersplat_quality.
     pub quality: i32,
     /// A layersplat_algorithm.
     pub algorithm: i32,
-    /// A layersplat_kernel, of layered and ray-cast pictures.
+    /// A layersplat_kernel, for layered splatting and ray casting.
     pub kernel: i32,
-    /// Layered pictures: 1 splats layers and classifies after interpolation, as was published; 0 leaves it to the quality.
+    /// Layered splatting: 1 splats layers with post-classification, as published; 0 uses the quality's classification.
     pub splatted: i32,
     /// A layersplat_blend.
     pub blend: i32,
-    /// Whether surfaces are lit: 1 or 0.
+    /// Shading: 1 or 0.
     pub lit: i32,
-    /// How many of `lights` count; 0: one of strength 1 is at the camera.
+    /// Number of `lights` in use; 0: one light of strength 1 at the camera.
     pub light_count: i32,
-    /// Whether rays end where less than 1/4096 of the light passes: 1 or 0.
+    /// Early ray termination, at a transmittance below 1/4096: 1 or 0.
     pub early_termination: i32,
-    /// Whether only what lies in the box from crop_lowest to crop_highest is shown: 1 or 0.
+    /// Cropping to the box from crop_lowest to crop_highest: 1 or 0.
     pub cropped: i32,
-    /// How many of `planes` count.
+    /// Number of `planes` in use.
     pub plane_count: i32,
-    /// How many of `gradient_opacity` count; 0: gradients leave all of the opacity.
+    /// Number of points of `gradient_opacity` in use; 0 disables gradient opacity.
     pub gradient_point_count: i32,
-    /// Distance of slices or of samples along rays, in smallest spacings, of sheets in voxels; 0 is the algorithm's own.
+    /// Distance between slices or samples along rays in units of the smallest spacing; between sheets in voxels. 0 is the
+    /// algorithm's default.
     pub step: f64,
-    /// The value of the surface of LAYERSPLAT_BLEND_ISO.
+    /// Iso-value of LAYERSPLAT_BLEND_ISO.
     pub iso_value: f64,
-    /// Share of the colour that needs no light.
+    /// Ambient coefficient.
     pub ambient: f64,
-    /// Share that depends on the angle to the light.
+    /// Diffuse coefficient.
     pub diffuse: f64,
-    /// Strength of the white highlight.
+    /// Specular coefficient, of a white highlight.
     pub specular: f64,
-    /// Its exponent.
+    /// Specular exponent.
     pub power: f64,
-    /// Where light comes from.
+    /// The lights.
     pub lights: [Light; 4],
-    /// World distance that opacities are for; 0 is the smallest spacing.
+    /// Thickness in world units at which the given opacities apply; 0 is the smallest spacing.
     pub unit_distance: f64,
-    /// Lengths of the field's gradient in values per world distance, ascending, and what is left of the opacity there.
+    /// Points of the gradient opacity function: gradient magnitude in values per world unit, ascending, and opacity factor.
     pub gradient_opacity: [[f64; 2]; 8],
-    /// The lowest corner of what is shown, in voxels.
+    /// Lowest corner of the crop box, in voxels.
     pub crop_lowest: [f64; 3],
-    /// The highest corner of what is shown, in voxels.
+    /// Highest corner of the crop box, in voxels.
     pub crop_highest: [f64; 3],
-    /// What lies behind one of these is not shown.
+    /// Clipping planes. The side behind any of them is hidden.
     pub planes: [Plane; 6],
 }
 
-/// Bytes of the struct of this version, which is the first. Later ones add fields behind, and go on taking this many.
+/// Size in bytes of the first version of the struct, which is this one. Later versions append fields and still accept this size.
 const FIRST_VERSION: usize = size_of::<Settings>();
 
-fn of_quality(quality: QualityChoice) -> Settings {
+fn from_quality(quality: QualityChoice) -> Settings {
     let Shading { ambient, diffuse, specular, power, .. } = Shading::default();
     Settings {
         size: size_of::<Settings>(),
@@ -113,15 +114,15 @@ fn of_quality(quality: QualityChoice) -> Settings {
     }
 }
 
-/// The settings of a layersplat_quality, composited, lit from the camera, nothing cut off. `size` is sizeof(layersplat_settings): a
-/// program that was compiled with a later header than this library's is told so.
+/// Default settings of a layersplat_quality: composited, lit from the camera, without clipping. Pass sizeof(layersplat_settings) as
+/// `size`: a program compiled with a newer header than this library gets an error.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_settings_default(quality: i32, settings: *mut Settings, size: usize) -> Status {
     guard(|| {
-        let quality = QualityChoice::chosen(quality)?;
+        let quality = QualityChoice::from_number(quality)?;
         check_size(size)?;
-        // SAFETY: the caller's promise: there is room for a struct of its version, which is this one.
-        unsafe { Out::new(settings, "settings") }?.set(of_quality(quality));
+        // SAFETY: upheld by the caller: a struct of `size` bytes, which is this version's.
+        unsafe { Out::new(settings, "settings") }?.set(from_quality(quality));
         Ok(())
     })
 }
@@ -131,19 +132,19 @@ fn check_size(size: usize) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::invalid(format!(
-        "settings have {size} bytes, and this version of layersplat knows {FIRST_VERSION}: fill them in with \
-         layersplat_settings_default(), and take the library that belongs to the header"
+        "settings have {size} bytes, and this version of layersplat expects {FIRST_VERSION}: initialise them with \
+         layersplat_settings_default(), and use the library that matches the header"
     )))
 }
 
-/// Settings as a call takes them; null is those of the standard quality.
+/// Checked settings of a call; null means those of the standard quality.
 pub(crate) unsafe fn checked(settings: *const Settings) -> Result<settings::Settings, Failure> {
     if settings.is_null() {
         return Ok(settings::Settings::default());
     }
-    // SAFETY: the caller's promise: it begins with its size, of which no more is read before that is known to be there.
+    // SAFETY: upheld by the caller: the struct begins with its size. Nothing else is read before the size is checked.
     check_size(unsafe { (&raw const (*settings).size).read() })?;
-    // SAFETY: the caller's promise.
+    // SAFETY: upheld by the caller.
     unsafe { *settings }.checked()
 }
 
@@ -158,7 +159,7 @@ impl Settings {
         let crop = flag("cropped", self.cropped)?.then_some(crop);
         Ok(settings::Settings {
             algorithm: self.algorithm()?,
-            blend: match BlendChoice::chosen(self.blend)? {
+            blend: match BlendChoice::from_number(self.blend)? {
                 BlendChoice::Composite => Blend::Composite,
                 BlendChoice::Maximum => Blend::Maximum,
                 BlendChoice::Minimum => Blend::Minimum,
@@ -185,16 +186,16 @@ impl Settings {
     }
 
     fn algorithm(&self) -> Result<Algorithm, Failure> {
-        let kernel = KernelChoice::chosen(self.kernel)?.kernel();
-        let step = |own: f64| if self.step == 0.0 { own } else { self.step };
-        let along = settings::LayerAxis::Auto;
-        let algorithm = AlgorithmChoice::chosen(self.algorithm)?;
+        let kernel = KernelChoice::from_number(self.kernel)?.kernel();
+        let step = |default: f64| if self.step == 0.0 { default } else { self.step };
+        let layer_axis = settings::LayerAxis::Auto;
+        let algorithm = AlgorithmChoice::from_number(self.algorithm)?;
         if kernel.is_some() && !matches!(algorithm, AlgorithmChoice::Layered | AlgorithmChoice::Raycast) {
-            return Err(Failure::invalid("kernel: this algorithm has its own"));
+            return Err(Failure::invalid("kernel: this algorithm has a fixed kernel"));
         }
         Ok(match algorithm {
             AlgorithmChoice::Layered => self.layered(kernel)?.into(),
-            AlgorithmChoice::AxisSheets => Algorithm::AxisSheets { layer_axis: along },
+            AlgorithmChoice::AxisSheets => Algorithm::AxisSheets { layer_axis },
             AlgorithmChoice::ViewSheets => Algorithm::ViewSheets { sheet_distance: step(Algorithm::SHEET_DISTANCE) },
             AlgorithmChoice::Slicing => Algorithm::Slicing { step: step(Algorithm::SLICE_DISTANCE) },
             AlgorithmChoice::Raycast => Algorithm::Raycast { kernel: kernel.unwrap_or(Kernel::Linear), step: step(0.5) },
@@ -202,11 +203,11 @@ impl Settings {
     }
 
     fn layered(&self, kernel: Option<Kernel>) -> Result<Layered, Failure> {
-        let quality = Quality::from(QualityChoice::chosen(self.quality)?);
+        let quality = Quality::from(QualityChoice::from_number(self.quality)?);
         let splatted = flag("splatted", self.splatted)? || quality == Quality::Paper;
         let layered = quality.layered();
         Ok(match kernel {
-            Some(_) if splatted => return Err(Failure::invalid("kernel: splatted layers have the paper's cubic")),
+            Some(_) if splatted => return Err(Failure::invalid("kernel: splatted layers always use the paper's cubic kernel")),
             _ if splatted => Layered { classification: quality.splatted(), ..layered },
             Some(kernel) => Layered { classification: layered.classification.with_kernel(kernel), ..layered },
             None => layered,
@@ -245,7 +246,7 @@ mod tests {
     use super::*;
 
     fn refused(change: impl FnOnce(&mut Settings)) -> String {
-        let mut settings = of_quality(QualityChoice::Standard);
+        let mut settings = from_quality(QualityChoice::Standard);
         change(&mut settings);
         settings.checked().unwrap_err().message
     }
@@ -254,15 +255,15 @@ mod tests {
     fn defaults_are_those_of_the_library() {
         let all = [QualityChoice::Draft, QualityChoice::Standard, QualityChoice::High, QualityChoice::Paper];
         for quality in all {
-            assert_eq!(of_quality(quality).checked().unwrap(), Quality::from(quality).settings());
+            assert_eq!(from_quality(quality).checked().unwrap(), Quality::from(quality).settings());
         }
         // SAFETY: null is accepted.
         assert_eq!(unsafe { checked(std::ptr::null()) }.unwrap(), settings::Settings::default());
     }
 
     #[test]
-    fn what_is_chosen_is_what_is_taken() {
-        let standard = of_quality(QualityChoice::Standard);
+    fn fields_reach_the_library() {
+        let standard = from_quality(QualityChoice::Standard);
         let slicing = Settings { algorithm: AlgorithmChoice::Slicing as i32, step: 0.7, lit: 0, ..standard };
         let expected = settings::Settings { shading: None, ..Algorithm::Slicing { step: 0.7 }.into() };
         assert_eq!(slicing.checked().unwrap(), expected);
@@ -289,18 +290,18 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_stand_for_nothing_are_refused() {
-        assert_eq!(refused(|s| s.quality = 9), "9 is no quality");
-        assert_eq!(refused(|s| s.algorithm = -1), "-1 is no algorithm");
-        assert_eq!(refused(|s| s.blend = 5), "5 is no blend mode");
+    fn invalid_numbers_are_rejected() {
+        assert_eq!(refused(|s| s.quality = 9), "9 is not a valid quality");
+        assert_eq!(refused(|s| s.algorithm = -1), "-1 is not a valid algorithm");
+        assert_eq!(refused(|s| s.blend = 5), "5 is not a valid blend mode");
         assert!(refused(|s| s.lit = 2).contains("lit is 2"));
         assert!(refused(|s| s.plane_count = 7).contains("0 to 6"));
         assert!(refused(|s| s.plane_count = -1).contains("-1"));
         assert!(refused(|s| s.light_count = 5).contains("0 to 4"));
         assert!(refused(|s| (s.light_count, s.lights[0].strength) = (1, -1.0)).contains("0 to 100"));
         let sheets = |s: &mut Settings| (s.kernel, s.algorithm) = (1, AlgorithmChoice::ViewSheets as i32);
-        assert!(refused(sheets).contains("has its own"));
-        let wrong = Settings { size: 8, ..of_quality(QualityChoice::Draft) };
+        assert!(refused(sheets).contains("has a fixed kernel"));
+        let wrong = Settings { size: 8, ..from_quality(QualityChoice::Draft) };
         // SAFETY: it is alive.
         assert!(unsafe { checked(&wrong) }.unwrap_err().message.contains("8 bytes"));
     }

@@ -1,51 +1,51 @@
-//! What calls answer.
+//! Status codes.
 
 use layersplat::Error;
 
-/// What a call answers. layersplat_last_error() says more about all but the first.
+/// Status of a call. layersplat_last_error() describes every error.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// Done.
+    /// Success.
     Ok = 0,
-    /// A pointer is null that must not be.
+    /// A required pointer is null.
     NullArgument = 1,
-    /// A text is not UTF-8.
+    /// A string is not UTF-8.
     NotUtf8 = 2,
-    /// A number, a name or a size is not one that is accepted; or several contradict each other.
+    /// A number, a name or a size is invalid, or arguments contradict each other.
     InvalidArgument = 3,
-    /// An array is too small for what was to be written to it.
+    /// An output array is too small.
     TooSmall = 4,
-    /// A file cannot be read or written, or holds something else than was expected.
+    /// A file cannot be read or written, or its contents are invalid.
     File = 5,
-    /// There is no OpenCL on this machine, or no device.
+    /// There is no OpenCL implementation or no device on this machine.
     NoDevice = 6,
-    /// The host or the device has too little memory, or the memory budget is too small.
+    /// Host or device memory is exhausted, or the memory budget is too small.
     OutOfMemory = 7,
-    /// A kernel did not build. The message has the compiler's log.
+    /// A kernel failed to build. The message contains the compiler's log.
     Build = 8,
-    /// An OpenCL object of the caller's cannot be used: it is of another context, too small, or of another kind.
+    /// An OpenCL object of the caller cannot be used: wrong context, too small, or the wrong kind.
     Unsuitable = 9,
-    /// A frame was given up because it took longer than it may.
+    /// A frame exceeded its time limit.
     TooLong = 10,
-    /// An OpenCL call failed. The message has the call and its code.
+    /// An OpenCL call failed. The message names the call and its error code.
     Opencl = 11,
     /// The renderer is in use by another thread.
     Busy = 12,
-    /// Something in layersplat is wrong: it panicked. A renderer to which that happened answers nothing else from then on; free it.
+    /// A defect of layersplat: it panicked. A renderer in which this happened returns only this status; free it.
     Panic = 13,
-    /// Anything else.
+    /// Any other error.
     Other = 14,
     /// A frame was cancelled by another thread.
     Cancelled = 15,
-    /// The call needs all voxels on the device, and this renderer streams them. Use layersplat_render_rgba8() or
+    /// The call needs all voxels on the device, but this renderer streams them. Use layersplat_render_rgba8() or
     /// layersplat_render_floats() instead, or a device without a memory budget.
     NeedsWholeVolume = 16,
 }
 
 impl Status {
-    /// The kind of an error of the library's.
-    pub(crate) fn of(error: &Error) -> Self {
+    /// The status of a library error.
+    pub(crate) fn from_error(error: &Error) -> Self {
         match error {
             Error::Read { .. }
             | Error::Write { .. }

@@ -1,24 +1,24 @@
-//! How a view is streamed.
+//! Streaming plan of a view.
 
-use crate::border::{Out, guard};
+use crate::boundary::{Out, guard};
 use crate::render::View;
 use crate::renderer::{self, AnyRenderer};
 use crate::{Camera, Renderer, Settings, Status};
 
-/// How a frame uploads its volume, of layersplat_renderer_stream_plan().
+/// How a frame uploads its volume. See layersplat_renderer_stream_plan().
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StreamPlan {
-    /// Parts that are uploaded one after the other; 1: all voxels are on the device at once.
+    /// Number of parts that are uploaded in sequence; 1: all voxels are on the device at once.
     pub parts: usize,
-    /// Bytes of voxels that are read and uploaded, with the layers that neighbouring parts share. This and all below are 0 where nothing
-    /// is streamed.
+    /// Bytes of voxels that are read and uploaded, including the layers that neighbouring parts share. This and all fields below
+    /// are 0 if nothing is streamed.
     pub voxel_bytes: u64,
     /// Bytes of the whole volume's voxels.
     pub volume_bytes: u64,
-    /// Most bytes of buffers on the device at a time.
+    /// Peak bytes of buffers on the device.
     pub device_bytes: u64,
-    /// Bytes that these may take: the memory budget less what other renderers take of it.
+    /// Bytes available for these buffers: the memory budget minus the allocations of other renderers.
     pub available_bytes: u64,
 }
 
@@ -27,7 +27,7 @@ impl StreamPlan {
         let Some(plan) = plan else { return Self { parts: 1, ..Self::default() } };
         let in_parts = plan.lattices.iter().any(|lattice| lattice.parts > 1);
         Self {
-            // Near 45 degrees, each lattice of the view has its own parts.
+            // Near 45 degrees, a view has several lattices, each with its own parts.
             parts: if in_parts { plan.lattices.iter().map(|lattice| lattice.parts).sum() } else { 1 },
             voxel_bytes: plan.voxel_bytes,
             volume_bytes: plan.volume_bytes,
@@ -37,7 +37,7 @@ impl StreamPlan {
     }
 }
 
-/// How a frame would upload its volume, without drawing it. The errors are those that drawing it would return for want of memory.
+/// The streaming plan of a frame, without rendering it. Returns the same out-of-memory errors as rendering would.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_renderer_stream_plan(
     renderer: *mut Renderer,
@@ -48,7 +48,7 @@ pub unsafe extern "C" fn layersplat_renderer_stream_plan(
     plan: *mut StreamPlan,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let view = unsafe { View::new(camera, width, height, settings) }?;
         let out = unsafe { Out::new(plan, "plan") }?;
         let find = |renderer: &mut AnyRenderer| Ok(renderer.stream_plan(&view.camera, view.viewport, &view.settings)?);

@@ -1,13 +1,13 @@
 //! Transfer functions.
 
-use crate::border::{Out, borrowed, free, guard, text, values};
+use crate::boundary::{Out, borrowed, free, guard, text, values};
 use crate::{Status, Volume};
 use layersplat::TransferFunction;
 use layersplat::glam::DVec3;
 use layersplat::volume::{Grid, Voxels};
 use std::ffi::c_char;
 
-/// Colour and opacity of a data value. Nothing changes it: any thread may use it, several at a time.
+/// A transfer function: colour and opacity by data value. It is immutable, and several threads may use it at the same time.
 pub struct Transfer(pub(crate) TransferFunction);
 
 /// A data value and its colour.
@@ -30,20 +30,21 @@ pub struct OpacityPoint {
     pub opacity: f64,
 }
 
-/// A sensible first transfer function, from the histogram of a volume. To be freed by layersplat_transfer_free().
+/// A default transfer function from the histogram of a volume. To be freed by layersplat_transfer_free().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_transfer_automatic(volume: *const Volume, transfer: *mut *mut Transfer) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(transfer, "transfer") }?;
         let volume = unsafe { borrowed(volume, "volume") }?;
-        out.give(Transfer(TransferFunction::automatic(&volume.0)));
+        out.set_handle(Transfer(TransferFunction::automatic(&volume.0)));
         Ok(())
     })
 }
 
-/// A built-in transfer function (an unknown name's message lists them), or one of a ParaView colour-map file: FILE, or FILE#PRESET.
-/// Built-in ones reach over the values of `volume`; where that is null, from 0 to 1 (see layersplat_transfer_stretched()).
+/// Opens a built-in transfer function by name, or a ParaView colour map: FILE or FILE#PRESET. The error message for an unknown name
+/// lists the built-in ones. These span the range of `volume`, or 0 to 1 if it is null (see layersplat_transfer_stretched()). To be
+/// freed by layersplat_transfer_free().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_transfer_open(
     source: *const c_char,
@@ -51,25 +52,25 @@ pub unsafe extern "C" fn layersplat_transfer_open(
     transfer: *mut *mut Transfer,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(transfer, "transfer") }?;
         let source = unsafe { text(source, "source") }?;
         let opened = match unsafe { volume.as_ref() } {
             Some(volume) => TransferFunction::open(source, &volume.0),
-            None => TransferFunction::open(source, &from_0_to_1()?),
+            None => TransferFunction::open(source, &unit_range()?),
         }?;
-        out.give(Transfer(opened));
+        out.set_handle(Transfer(opened));
         Ok(())
     })
 }
 
-/// Stands for volumes whose range is not known here.
-fn from_0_to_1() -> Result<layersplat::Volume<'static>, layersplat::Error> {
+/// A dummy volume with the range 0 to 1, to which built-in functions are fitted.
+fn unit_range() -> Result<layersplat::Volume<'static>, layersplat::Error> {
     layersplat::Volume::new("0 to 1", Grid::new([2, 1, 1], DVec3::ONE)?, Voxels::Uint8(vec![0, 1]))
 }
 
-/// Colours and opacities that are linear between points and constant beyond them: at least one of each, ascending by value. Two at one
-/// value make a step.
+/// Creates a piecewise linear transfer function, constant beyond its end points. At least one point each, ascending by value. Two
+/// points at the same value make a step. To be freed by layersplat_transfer_free().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_transfer_points(
     colors: *const ColorPoint,
@@ -79,18 +80,19 @@ pub unsafe extern "C" fn layersplat_transfer_points(
     transfer: *mut *mut Transfer,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(transfer, "transfer") }?;
         let colors = unsafe { values(colors, color_count, "colors") }?;
         let opacities = unsafe { values(opacities, opacity_count, "opacities") }?;
         let colors = colors.iter().map(|point| (point.value, point.color)).collect();
         let opacities = opacities.iter().map(|point| (point.value, point.opacity)).collect();
-        out.give(Transfer(TransferFunction::new("points", colors, opacities)?));
+        out.set_handle(Transfer(TransferFunction::new("points", colors, opacities)?));
         Ok(())
     })
 }
 
-/// The same function with its values mapped linearly onto those from `smallest` to `largest`.
+/// A copy of a transfer function, mapped linearly to the range from `smallest` to `largest`. To be freed by
+/// layersplat_transfer_free().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_transfer_stretched(
     transfer: *const Transfer,
@@ -99,17 +101,17 @@ pub unsafe extern "C" fn layersplat_transfer_stretched(
     stretched: *mut *mut Transfer,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(stretched, "stretched") }?;
         let transfer = unsafe { borrowed(transfer, "transfer") }?;
-        out.give(Transfer(transfer.0.stretched(smallest, largest)?));
+        out.set_handle(Transfer(transfer.0.stretched(smallest, largest)?));
         Ok(())
     })
 }
 
-/// Frees a transfer function. Renderers that it was given to keep a copy. Null is left alone.
+/// Frees a transfer function. Renderers keep a copy. Null is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_transfer_free(transfer: *mut Transfer) {
-    // SAFETY: the caller's promise.
+    // SAFETY: upheld by the caller.
     unsafe { free(transfer) }
 }

@@ -1,42 +1,45 @@
-//! Volumes in the host's memory and in files.
+//! Volumes in host memory and in files.
 
-use crate::border::{Failure, Out, borrowed, free, guard, text};
+use crate::boundary::{Failure, Out, borrowed, free, guard, text};
 use crate::{Grid, Status, VoxelType};
 use layersplat::OpenOptions;
 use layersplat::volume::{self, Storage};
 use std::ffi::{c_char, c_void};
 
-/// A volume in the host's memory or in a file. Nothing changes it: any thread may use it, several at a time.
+/// A volume in host memory or in a file. It is immutable, and several threads may use it at the same time.
 pub struct Volume(pub(crate) layersplat::Volume<'static>);
 
-/// Voxels of the caller's.
-struct Lent {
+/// Borrowed voxels of the caller.
+struct BorrowedBytes {
     first: *const u8,
     bytes: usize,
 }
 
-// SAFETY: whoever lends voxels promises that nothing changes or frees them.
-unsafe impl Send for Lent {}
+// SAFETY: the lender guarantees that the voxels are neither changed nor freed.
+unsafe impl Send for BorrowedBytes {}
 // SAFETY: as above.
-unsafe impl Sync for Lent {}
+unsafe impl Sync for BorrowedBytes {}
 
-impl AsRef<[u8]> for Lent {
+impl AsRef<[u8]> for BorrowedBytes {
     fn as_ref(&self) -> &[u8] {
-        // SAFETY: whoever lends voxels promises that there are so many bytes.
+        // SAFETY: the lender guarantees that there are `bytes` bytes.
         unsafe { std::slice::from_raw_parts(self.first, self.bytes) }
     }
 }
 
-/// What the caller shows, and the grid that it fills.
-unsafe fn lent(
+/// Checks the arguments that describe the caller's voxels.
+///
+/// # Errors
+/// Null pointers, an invalid type or grid, and a size that does not match them.
+unsafe fn checked(
     voxels: *const c_void,
     bytes: usize,
     voxel_type: i32,
     grid: *const Grid,
-) -> Result<(Lent, volume::VoxelType, volume::Grid), Failure> {
-    // SAFETY: the caller's promise.
+) -> Result<(BorrowedBytes, volume::VoxelType, volume::Grid), Failure> {
+    // SAFETY: upheld by the caller.
     let grid = unsafe { borrowed(grid, "grid") }?.checked()?;
-    let voxel_type = volume::VoxelType::from(VoxelType::chosen(voxel_type)?);
+    let voxel_type = volume::VoxelType::from(VoxelType::from_number(voxel_type)?);
     if voxels.is_null() {
         return Err(Failure::new(Status::NullArgument, "voxels is null"));
     }
@@ -45,15 +48,15 @@ unsafe fn lent(
         let [x, y, z] = grid.dims();
         return Err(Failure::invalid(format!("{x}x{y}x{z} voxels of {voxel_type} are {expected} bytes, found {bytes}")));
     }
-    Ok((Lent { first: voxels.cast(), bytes }, voxel_type, grid))
+    Ok((BorrowedBytes { first: voxels.cast(), bytes }, voxel_type, grid))
 }
 
-fn of_storage(voxels: Storage<'static>, grid: volume::Grid) -> Result<Volume, Failure> {
+fn from_storage(voxels: Storage<'static>, grid: volume::Grid) -> Result<Volume, Failure> {
     Ok(Volume(layersplat::Volume::new("voxels in memory", grid, voxels)?))
 }
 
-/// A volume of a copy of voxels: `bytes` of them in all, of a layersplat_voxel_type, x fastest, without gaps, of this machine's byte
-/// order. To be freed by layersplat_volume_free().
+/// Creates a volume from a copy of voxels. `voxel_type` is a layersplat_voxel_type and `bytes` is the total size. Voxels are
+/// contiguous, x fastest, in native byte order. To be freed by layersplat_volume_free().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_volume_copy(
     voxels: *const c_void,
@@ -63,16 +66,17 @@ pub unsafe extern "C" fn layersplat_volume_copy(
     volume: *mut *mut Volume,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(volume, "volume") }?;
-        let (lent, voxel_type, grid) = unsafe { lent(voxels, bytes, voxel_type, grid) }?;
-        out.give(of_storage(Storage::from_bytes(lent.as_ref().to_vec(), voxel_type), grid)?);
+        let (borrowed, voxel_type, grid) = unsafe { checked(voxels, bytes, voxel_type, grid) }?;
+        out.set_handle(from_storage(Storage::from_bytes(borrowed.as_ref().to_vec(), voxel_type), grid)?);
         Ok(())
     })
 }
 
-/// The same without a copy: the voxels must stay there unchanged until the volume is freed. Renderers have a copy on the device, but one
-/// that streams the volume (layersplat_renderer_new()) reads the voxels in every frame: they must stay until it is freed, too.
+/// Creates a volume like layersplat_volume_copy(), but without a copy. The voxels must stay valid and unchanged until the volume is
+/// freed. A renderer normally keeps a copy on the device. A renderer that streams the volume (layersplat_renderer_new()) reads the
+/// voxels in every frame: they must also stay until that renderer is freed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_volume_borrow(
     voxels: *const c_void,
@@ -82,43 +86,43 @@ pub unsafe extern "C" fn layersplat_volume_borrow(
     volume: *mut *mut Volume,
 ) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(volume, "volume") }?;
-        let (lent, voxel_type, grid) = unsafe { lent(voxels, bytes, voxel_type, grid) }?;
-        out.give(of_storage(Storage::from_bytes(lent, voxel_type), grid)?);
+        let (borrowed, voxel_type, grid) = unsafe { checked(voxels, bytes, voxel_type, grid) }?;
+        out.set_handle(from_storage(Storage::from_bytes(borrowed, voxel_type), grid)?);
         Ok(())
     })
 }
 
-/// Opens builtin:NAME, builtin:NAME@SIZE (voxels along each side) or a file of a format that layersplat reads. Files that hold voxels as
-/// they are get mapped: they must not be cut short before the volume and all renderers that stream it are freed.
+/// Opens builtin:NAME, builtin:NAME@SIZE (voxels along each side) or a volume file. Uncompressed files are memory-mapped: they must
+/// not be truncated before the volume and all renderers that stream it are freed. To be freed by layersplat_volume_free().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_volume_open(source: *const c_char, volume: *mut *mut Volume) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(volume, "volume") }?;
         let source = unsafe { text(source, "source") }?;
-        out.give(Volume(layersplat::Volume::open(source, &OpenOptions::default())?));
+        out.set_handle(Volume(layersplat::Volume::open(source, &OpenOptions::default())?));
         Ok(())
     })
 }
 
-/// Where the voxels lie.
+/// The grid of a volume.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_volume_grid(volume: *const Volume, grid: *mut Grid) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let volume = unsafe { borrowed(volume, "volume") }?;
-        unsafe { Out::new(grid, "grid") }?.set(Grid::of(volume.0.grid()));
+        unsafe { Out::new(grid, "grid") }?.set(Grid::from_library(volume.0.grid()));
         Ok(())
     })
 }
 
-/// The smallest and the largest value of a valid voxel.
+/// The smallest and the largest value of all valid voxels.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_volume_range(volume: *const Volume, smallest: *mut f64, largest: *mut f64) -> Status {
     guard(|| {
-        // SAFETY: the caller's promise, and below.
+        // SAFETY: upheld by the caller, here and below.
         let range = unsafe { borrowed(volume, "volume") }?.0.range();
         let (smallest, largest) = unsafe { (Out::new(smallest, "smallest")?, Out::new(largest, "largest")?) };
         smallest.set(range.0);
@@ -127,9 +131,9 @@ pub unsafe extern "C" fn layersplat_volume_range(volume: *const Volume, smallest
     })
 }
 
-/// Frees a volume. Renderers that were made from it go on. Null is left alone.
+/// Frees a volume. Renderers that were made from it stay usable. Null is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_volume_free(volume: *mut Volume) {
-    // SAFETY: the caller's promise.
+    // SAFETY: upheld by the caller.
     unsafe { free(volume) }
 }

@@ -1,4 +1,4 @@
-//! Arguments that are none are told, and nothing is done.
+//! Invalid arguments are reported, and the call has no effect.
 
 mod common;
 
@@ -10,7 +10,7 @@ use std::ptr::{null, null_mut};
 /// Not UTF-8.
 const ODD: &CStr = c"\xff";
 
-/// Every pointer in turn.
+/// Passes null for every pointer in turn.
 #[test]
 fn null_is_an_error_that_names_the_argument() {
     let scene = Scene::new();
@@ -22,7 +22,7 @@ fn null_is_an_error_that_names_the_argument() {
     let (mut bytes, mut floats) = (vec![0u8; FLOATS], vec![0f32; FLOATS]);
     let (bytes, floats) = (bytes.as_mut_ptr(), floats.as_mut_ptr());
     let (view, renders) = (&raw const scene.camera, scene.renderer);
-    // SAFETY: what is not null is alive.
+    // SAFETY: pointers that are not null are valid.
     let calls = unsafe {
         [
             ("device", layersplat_device_open(null(), null_mut())),
@@ -76,7 +76,7 @@ fn null_is_an_error_that_names_the_argument() {
         .map(|(name, status)| (name, status))
     };
     for (n, (name, status)) in calls.iter().enumerate() {
-        assert_eq!(*status, Status::NullArgument, "call {n}, of {name}");
+        assert_eq!(*status, Status::NullArgument, "call {n}, argument {name}");
     }
     assert_eq!(last_error(), "buffers is null");
     // SAFETY: null is accepted.
@@ -94,7 +94,7 @@ fn null_is_an_error_that_names_the_argument() {
 }
 
 #[test]
-fn names_that_are_none_are_told() {
+fn invalid_names_are_reported() {
     let scene = Scene::new();
     let (mut device, mut volume, mut transfer) = (null_mut(), null_mut(), null_mut());
     let floats = vec![0f32; FLOATS];
@@ -112,12 +112,12 @@ fn names_that_are_none_are_told() {
         );
         refused(layersplat_volume_open(c"/nonexistent.raw".as_ptr(), &mut volume), Status::File);
         refused(layersplat_volume_open(c"builtin:pink".as_ptr(), &mut volume), Status::InvalidArgument);
-        assert!(device.is_null() && volume.is_null() && transfer.is_null(), "what failed gives no handle");
+        assert!(device.is_null() && volume.is_null() && transfer.is_null(), "a failed call returns no handle");
     }
 }
 
 #[test]
-fn numbers_that_are_wrong_are_told() {
+fn invalid_numbers_are_reported() {
     let scene = Scene::new();
     let (mut volume, mut pixels, mut camera) = (null_mut(), vec![0f32; FLOATS], EMPTY);
     let voxels = [0u8; 8];
@@ -128,14 +128,14 @@ fn numbers_that_are_wrong_are_told() {
             refused(layersplat_volume_copy(voxels.as_ptr().cast(), bytes, kind, grid, volume), Status::InvalidArgument)
         };
         assert!(copy(7, 0, &grid, &mut volume).contains("8 bytes, found 7"));
-        assert!(copy(8, 5, &grid, &mut volume).contains("5 is no voxel type"));
+        assert!(copy(8, 5, &grid, &mut volume).contains("5 is not a valid voxel type"));
         let huge = layersplat_grid_at_origin(usize::MAX, usize::MAX, 2, 1.0, 1.0, 1.0);
         copy(8, 0, &huge, &mut volume);
         copy(8, 0, &Grid { spacing: [0.0; 3], ..grid }, &mut volume);
         copy(8, 0, &Grid { direction: [[1.0; 3]; 3], ..grid }, &mut volume);
 
-        let mut draw = |camera: &Camera, width, room, settings: *const Settings| {
-            layersplat_render_floats(scene.renderer, camera, width, HEIGHT, settings, pixels.as_mut_ptr(), room)
+        let mut draw = |camera: &Camera, width, capacity, settings: *const Settings| {
+            layersplat_render_floats(scene.renderer, camera, width, HEIGHT, settings, pixels.as_mut_ptr(), capacity)
         };
         let view = &scene.camera;
         let message = refused(draw(view, WIDTH, FLOATS - 1, null()), Status::TooSmall);
@@ -165,14 +165,14 @@ fn numbers_that_are_wrong_are_told() {
         refused(layersplat_device_name(scene.device, name.as_mut_ptr(), 2), Status::TooSmall);
     }
     assert!(volume.is_null());
-    assert!(scene.floats(null()).iter().any(|&x| x > 0.0), "and the renderer goes on");
+    assert!(scene.floats(null()).iter().any(|&x| x > 0.0), "the renderer stays usable");
 }
 
-/// Devices, volumes and transfer functions are used by several threads at a time, with a renderer each.
+/// Several threads share a device, a volume and a transfer function, each with its own renderer.
 #[test]
-fn threads_share_what_nothing_changes() {
+fn threads_share_immutable_handles() {
     struct Shared<'a>(&'a Scene);
-    // SAFETY: as the header says of these handles.
+    // SAFETY: the header documents these handles as thread-safe.
     unsafe impl Sync for Shared<'_> {}
     let scene = Scene::new();
     let expected = scene.floats(null());

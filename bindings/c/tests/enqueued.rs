@@ -1,4 +1,4 @@
-//! Contexts, queues, buffers and events of a caller's own, through C's functions.
+//! Caller-owned contexts, queues, buffers and events through the C functions.
 
 mod common;
 
@@ -13,7 +13,7 @@ use layersplat::opencl3::types::CL_BLOCKING;
 use layersplat_c::*;
 use std::ptr::{null, null_mut};
 
-/// A program that has an OpenCL of its own.
+/// An application with its own OpenCL context and queue.
 struct Host {
     context: Context,
     queue: CommandQueue,
@@ -29,20 +29,20 @@ impl Host {
     }
 
     fn device(&self) -> *mut Device {
-        // SAFETY: they are alive.
+        // SAFETY: the handles are alive.
         made(|out| unsafe {
             let (context, id) = (self.context.get().cast(), self.context.default_device().cast());
             layersplat_device_from_queue(context, id, self.queue.get().cast(), out)
         })
     }
 
-    fn room<T>(&self, len: usize) -> Buffer<T> {
+    fn buffer<T>(&self, len: usize) -> Buffer<T> {
         // SAFETY: no host pointer is given.
         unsafe { Buffer::create(&self.context, CL_MEM_READ_WRITE, len, null_mut()) }.unwrap()
     }
 
     fn filled(&self, values: &[u8]) -> Buffer<u8> {
-        let mut buffer = self.room(values.len());
+        let mut buffer = self.buffer(values.len());
         // SAFETY: the write blocks, and the values fit.
         unsafe { self.queue.enqueue_write_buffer(&mut buffer, CL_BLOCKING, 0, values, &[]) }.unwrap();
         buffer
@@ -56,7 +56,7 @@ impl Host {
     }
 }
 
-/// An event that a call gives.
+/// The event that a call returns.
 fn event(call: impl FnOnce(*mut *mut _cl_event) -> Status) -> Event {
     Event::new(made(call).cast())
 }
@@ -104,30 +104,30 @@ fn camera() -> Camera {
     camera
 }
 
-/// Frames wait for what they are told to, calls return all the same, and the picture is that of the library.
+/// Calls return while frames wait for events, and the pictures match those of blocking calls.
 #[test]
 fn frames_of_voxels_in_place_are_enqueued() {
     let host = Host::new();
     let (device, transfer, camera) = (host.device(), fire(), camera());
     let (before, after) = (bytes(1), bytes(2));
-    let (mut memory, picture) = (host.filled(&before), host.room::<u8>(FLOATS));
+    let (mut memory, picture) = (host.filled(&before), host.buffer::<u8>(FLOATS));
     let onto = onto(&picture, PixelFormat::Rgba8);
     // SAFETY: all arguments are alive.
     unsafe {
         let renderer = made(|out| layersplat_renderer_in_place(device, &voxels(&memory), transfer, out));
         ok(layersplat_renderer_prepare(renderer, &camera, WIDTH, HEIGHT, null()));
-        let drawn = |of: &[u8], wait: &[*mut _cl_event]| {
+        let drawn = |voxels_now: &[u8], wait: &[*mut _cl_event]| {
             let count = wait.len() as u32;
             let first = event(|out| {
                 layersplat_renderer_enqueue(renderer, &camera, WIDTH, HEIGHT, null(), &onto, count, wait.as_ptr(), out)
             });
-            if let Some(&promise) = wait.first() {
+            if let Some(&gate) = wait.first() {
                 assert_ne!(first.command_execution_status().unwrap().0, CL_COMPLETE, "it waits");
-                set_user_event_status(promise.cast(), 0).unwrap();
+                set_user_event_status(gate.cast(), 0).unwrap();
             }
             let found = host.read(&picture, FLOATS, &first);
-            // Waited for, and in a buffer that never changes.
-            let same = host.filled(of);
+            // Reference: a blocking call with a buffer that never changes.
+            let same = host.filled(voxels_now);
             let other = made(|out| layersplat_renderer_in_place(device, &voxels(&same), transfer, out));
             let (mut expected, blue) = (vec![0u8; FLOATS], [0.0, 0.5, 1.0f32]);
             let pixels = expected.as_mut_ptr();
@@ -136,13 +136,13 @@ fn frames_of_voxels_in_place_are_enqueued() {
             assert!(found == expected);
             found
         };
-        let promise = Event::new(create_user_event(host.context.get()).unwrap());
-        let old = drawn(&before, &[promise.get().cast()]);
+        let gate = Event::new(create_user_event(host.context.get()).unwrap());
+        let old = drawn(&before, &[gate.get().cast()]);
         host.queue.enqueue_write_buffer(&mut memory, CL_BLOCKING, 0, &after, &[]).unwrap();
         let changed = event(|out| layersplat_renderer_volume_changed(renderer, 0, null(), out));
         assert!(drawn(&after, &[]) != old);
         changed.wait().unwrap();
-        // Nobody has to want an event.
+        // The event is optional.
         ok(layersplat_renderer_enqueue(renderer, &camera, WIDTH, HEIGHT, null(), &onto, 0, null(), null_mut()));
         let sheets = Settings { algorithm: AlgorithmChoice::AxisSheets as i32, ..common::settings(1) };
         let mut none = null_mut();
@@ -184,13 +184,13 @@ fn the_range_is_found_on_the_device() {
 }
 
 #[test]
-fn what_is_handed_over_is_released() {
+fn caller_objects_are_released() {
     let host = Host::new();
-    let (memory, picture) = (host.filled(&bytes(3)), host.room::<f32>(FLOATS));
+    let (memory, picture) = (host.filled(&bytes(3)), host.buffer::<f32>(FLOATS));
     let references = || {
         host.queue.finish().unwrap();
-        let of = [host.context.reference_count(), memory.reference_count(), picture.reference_count()];
-        of.map(Result::unwrap)
+        let counts = [host.context.reference_count(), memory.reference_count(), picture.reference_count()];
+        counts.map(Result::unwrap)
     };
     let (before, transfer, camera) = (references(), fire(), camera());
     let onto = onto(&picture, PixelFormat::Floats);
@@ -204,14 +204,14 @@ fn what_is_handed_over_is_released() {
         let (mut sizes, mut count) = ([0; 8], 0);
         ok(layersplat_renderer_scratch_sizes(renderer, &camera, WIDTH, HEIGHT, null(), &onto, null_mut(), 0, &mut count));
         assert!((1..8).contains(&count));
-        let given = sizes.as_mut_ptr();
+        let first = sizes.as_mut_ptr();
         let small =
-            layersplat_renderer_scratch_sizes(renderer, &camera, WIDTH, HEIGHT, null(), &onto, given, count - 1, &mut count);
+            layersplat_renderer_scratch_sizes(renderer, &camera, WIDTH, HEIGHT, null(), &onto, first, count - 1, &mut count);
         if count > 1 {
             refused(small, Status::TooSmall);
         }
-        ok(layersplat_renderer_scratch_sizes(renderer, &camera, WIDTH, HEIGHT, null(), &onto, given, 8, &mut count));
-        let scratch: Vec<Buffer<u8>> = sizes[..count].iter().map(|&bytes| host.room(bytes)).collect();
+        ok(layersplat_renderer_scratch_sizes(renderer, &camera, WIDTH, HEIGHT, null(), &onto, first, 8, &mut count));
+        let scratch: Vec<Buffer<u8>> = sizes[..count].iter().map(|&bytes| host.buffer(bytes)).collect();
         let raw: Vec<*mut _cl_mem> = scratch.iter().map(|buffer| buffer.get().cast()).collect();
         ok(layersplat_renderer_set_scratch(renderer, raw.as_ptr(), count));
         let retained = scratch.iter().map(|buffer| buffer.reference_count().unwrap());
@@ -270,10 +270,10 @@ fn no_image() -> cl_image_desc {
 }
 
 #[test]
-fn handles_must_belong_together() {
+fn handles_of_another_context_are_rejected() {
     let (host, other) = (Host::new(), Host::new());
     let scene = Scene::new();
-    let picture = other.room::<f32>(FLOATS);
+    let picture = other.buffer::<f32>(FLOATS);
     let mut device = null_mut();
     // SAFETY: all arguments are alive.
     unsafe {

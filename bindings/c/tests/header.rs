@@ -1,27 +1,27 @@
-//! The header is what the source says.
+//! The checked-in header matches the source.
 
 use std::path::Path;
 
 const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
 fn generated() -> String {
-    let mut made = Vec::new();
-    cbindgen::generate(FOLDER).expect("cbindgen reads the source").write(&mut made);
-    String::from_utf8(made).unwrap()
+    let mut header = Vec::new();
+    cbindgen::generate(FOLDER).expect("cbindgen reads the source").write(&mut header);
+    String::from_utf8(header).unwrap()
 }
 
-/// `LAYERSPLAT_WRITE_HEADER=1` writes it instead.
+/// With `LAYERSPLAT_WRITE_HEADER=1` the test writes the header first.
 #[test]
 fn the_header_is_up_to_date() {
-    let (path, made) = (Path::new(FOLDER).join("include/layersplat.h"), generated());
+    let (path, header) = (Path::new(FOLDER).join("include/layersplat.h"), generated());
     if std::env::var_os("LAYERSPLAT_WRITE_HEADER").is_some() {
-        std::fs::write(&path, &made).unwrap();
+        std::fs::write(&path, &header).unwrap();
     }
-    let there = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(made == there, "{} is not up to date: run bindings/c/header", path.display());
+    let current = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(header == current, "{} is not up to date: run bindings/c/header", path.display());
 }
 
-/// Every function that is exported is declared, with a comment.
+/// Every exported function is declared with a comment.
 #[test]
 fn every_function_is_documented() {
     let header = generated();

@@ -1,4 +1,4 @@
-//! Pictures through C's functions have the bits of those of the library.
+//! Pictures of the C functions are bit-identical to those of the library.
 
 mod common;
 
@@ -11,7 +11,7 @@ use layersplat_c::*;
 use std::ffi::CString;
 use std::ptr::{null, null_mut};
 
-/// Frames until which another thread has surely run.
+/// Number of frames after which another thread must have run.
 const LONGEST_WAIT: usize = 100_000;
 
 /// The library's own renderer of the scene, and its view.
@@ -64,12 +64,12 @@ fn pictures_have_the_bits_of_the_library() {
     assert!(scene.floats(&settings(QualityChoice::Standard as i32)) == floats);
     let color = [0.2, 0.4, 1.0f32];
     for background in [Background::Transparent, Background::Color(color)] {
-        let given = if background == Background::Transparent { null() } else { color.as_ptr() };
+        let pointer = if background == Background::Transparent { null() } else { color.as_ptr() };
         let mut pixels = vec![0u8; FLOATS + 3];
         // SAFETY: all arguments are alive.
         unsafe {
-            let (pixels, room) = (pixels.as_mut_ptr(), pixels.len());
-            ok(layersplat_render_rgba8(scene.renderer, &scene.camera, WIDTH, HEIGHT, null(), given, pixels, room));
+            let (pixels, capacity) = (pixels.as_mut_ptr(), pixels.len());
+            ok(layersplat_render_rgba8(scene.renderer, &scene.camera, WIDTH, HEIGHT, null(), pointer, pixels, capacity));
         }
         assert!(pixels[..FLOATS] == frame.to_rgba8(background) && pixels[FLOATS..] == [0; 3]);
     }
@@ -86,9 +86,9 @@ fn saved_files_are_those_of_the_library() {
         let [ours, theirs] = ["ours", "theirs"].map(|which| folder.path().join(format!("{which}-{name}")));
         frame.save(&theirs, Some(color.map_or(Background::Transparent, Background::Color))).unwrap();
         let path = CString::new(ours.to_str().unwrap()).unwrap();
-        let given = color.as_ref().map_or(null(), |c| c.as_ptr());
+        let background = color.as_ref().map_or(null(), |c| c.as_ptr());
         // SAFETY: all arguments are alive.
-        ok(unsafe { layersplat_save(floats.as_ptr(), FLOATS, WIDTH, HEIGHT, given, path.as_ptr()) });
+        ok(unsafe { layersplat_save(floats.as_ptr(), FLOATS, WIDTH, HEIGHT, background, path.as_ptr()) });
         assert!(std::fs::read(ours).unwrap() == std::fs::read(theirs).unwrap(), "{name}");
     }
     let path = c"/nonexistent/a.png";
@@ -97,16 +97,16 @@ fn saved_files_are_those_of_the_library() {
     assert!(refused(status, Status::File).contains("/nonexistent/a.png"));
 }
 
-/// Copied voxels may change afterwards; borrowed ones are looked at where they are.
+/// Copied voxels may change afterwards; borrowed voxels are read in place.
 #[test]
 fn voxels_are_copied_or_borrowed() {
     let mut voxels: Vec<u8> = (0..27).collect();
     let grid = layersplat_grid_at_origin(3, 3, 3, 1.0, 2.0, 1.0);
-    let given = voxels.as_mut_ptr();
-    // SAFETY: all arguments are alive; what is borrowed is not looked at while it changes.
+    let first = voxels.as_mut_ptr();
+    // SAFETY: all arguments are alive; borrowed voxels are not read while they change.
     unsafe {
-        let copied = made(|out| layersplat_volume_copy(given.cast(), 27, VoxelType::Uint8 as i32, &grid, out));
-        let borrowed = made(|out| layersplat_volume_borrow(given.cast(), 27, VoxelType::Uint8 as i32, &grid, out));
+        let copied = made(|out| layersplat_volume_copy(first.cast(), 27, VoxelType::Uint8 as i32, &grid, out));
+        let borrowed = made(|out| layersplat_volume_borrow(first.cast(), 27, VoxelType::Uint8 as i32, &grid, out));
         let (mut smallest, mut largest) = (-1.0, -1.0);
         ok(layersplat_volume_range(copied, &mut smallest, &mut largest));
         assert_eq!((smallest, largest), (0.0, 26.0));
@@ -115,7 +115,7 @@ fn voxels_are_copied_or_borrowed() {
         assert_eq!(same, grid);
         let device = made(|out| layersplat_device_open(null(), out));
         let transfer = made(|out| layersplat_transfer_open(c"grey".as_ptr(), copied, out));
-        given.write_bytes(0, 27);
+        first.write_bytes(0, 27);
         let mut alphas = Vec::new();
         for volume in [copied, borrowed] {
             let renderer = made(|out| layersplat_renderer_new(device, volume, transfer, out));
@@ -135,31 +135,31 @@ fn voxels_are_copied_or_borrowed() {
 #[test]
 fn cameras_are_those_of_the_library() {
     let grid = LibraryGrid::new([9, 8, 7], DVec3::new(1.0, 2.0, 3.0)).unwrap();
-    let given = layersplat_grid_at_origin(9, 8, 7, 1.0, 2.0, 3.0);
+    let c_grid = layersplat_grid_at_origin(9, 8, 7, 1.0, 2.0, 3.0);
     let viewport = Viewport::new(WIDTH, HEIGHT).unwrap();
     let orbit = Orbit { azimuth: FROM.azimuth, elevation: FROM.elevation, roll: FROM.roll };
     let mut camera = EMPTY;
     // SAFETY: all arguments are alive.
     unsafe {
-        ok(layersplat_camera_fit_grid(&given, FROM, 30.0, WIDTH, HEIGHT, &mut camera));
+        ok(layersplat_camera_fit_grid(&c_grid, FROM, 30.0, WIDTH, HEIGHT, &mut camera));
         let made = layersplat::Camera::fit_perspective(grid.centre(), grid.diagonal(), 30.0, viewport, orbit);
         assert_eq!((camera.position, camera.view_up), (made.position.to_array(), made.view_up.to_array()));
         assert_eq!((camera.projection, camera.extent), (ProjectionChoice::Perspective as i32, 30.0));
         ok(layersplat_camera_orbit([1.0, 2.0, 3.0].as_ptr(), 5.0, FROM, ProjectionChoice::Parallel as i32, 2.0, &mut camera));
         assert_eq!((camera.focal_point, camera.projection, camera.extent), ([1.0, 2.0, 3.0], 0, 2.0));
         let nowhere = OrbitAngles { azimuth: f64::NAN, ..FROM };
-        let status = layersplat_camera_fit_grid(&given, nowhere, 30.0, WIDTH, HEIGHT, &mut camera);
+        let status = layersplat_camera_fit_grid(&c_grid, nowhere, 30.0, WIDTH, HEIGHT, &mut camera);
         refused(status, Status::InvalidArgument);
         let scene = Scene::new();
         ok(layersplat_camera_fit_visible(scene.volume, scene.transfer, FROM, 0.0, WIDTH, HEIGHT, &mut camera));
-        assert!(camera.extent > 0.0 && camera.extent < scene.camera.extent, "it is nearer than what fits the grid");
+        assert!(camera.extent > 0.0 && camera.extent < scene.camera.extent, "it is closer than the camera that fits the grid");
         let status = layersplat_camera_fit_visible(scene.volume, scene.transfer, nowhere, 0.0, WIDTH, HEIGHT, &mut camera);
         refused(status, Status::InvalidArgument);
     }
 }
 
 #[test]
-fn a_frame_is_given_up_when_it_takes_too_long() {
+fn a_frame_stops_at_its_time_limit() {
     let scene = Scene::new();
     let expected = scene.floats(null());
     let mut pixels = vec![7f32; FLOATS];
@@ -196,14 +196,14 @@ fn a_cancelled_frame_writes_no_pixels() {
         ok(layersplat_renderer_set_cancel(scene.renderer, null()));
         layersplat_cancel_free(cancel);
     }
-    assert!(scene.floats(null()) == expected, "it is not looked at any more");
+    assert!(scene.floats(null()) == expected, "the flag is detached");
 }
 
-/// A call of another thread while the renderer is in use, where any call on the renderer is refused as busy.
+/// Another thread cancels while the renderer is in use. A call on the renderer itself would be rejected as busy.
 #[test]
 fn another_thread_cancels_frames() {
     struct Shared(*mut Cancel);
-    // SAFETY: as the header says of these handles.
+    // SAFETY: the header documents these handles as thread-safe.
     unsafe impl Sync for Shared {}
     let scene = Scene::new();
     let expected = scene.floats(null());
@@ -232,7 +232,7 @@ fn another_thread_cancels_frames() {
     unsafe { layersplat_cancel_free(cancel.0) };
 }
 
-/// Points make what the library makes of them, and functions can be taken over by a renderer.
+/// Transfer functions of points are used as given, and a renderer accepts a new one.
 #[test]
 fn transfer_functions_of_points() {
     let scene = Scene::new();

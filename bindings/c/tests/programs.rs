@@ -1,4 +1,4 @@
-//! The programs of examples/c, compiled and run.
+//! Compiles and runs the programs of examples/c.
 
 use layersplat::{Background, DeviceChoice, Framing, OpenOptions, Orbit, Quality, TransferFunction, Viewport};
 use std::path::{Path, PathBuf};
@@ -8,17 +8,17 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
 }
 
-/// Where cargo puts the libraries that this test was built with: beside it.
+/// The folder of the libraries that cargo built for this test: the test's own.
 fn libraries() -> PathBuf {
     std::env::current_exe().unwrap().parent().unwrap().to_owned()
 }
 
-/// Runs a command that must succeed, and gives what it says.
+/// Runs a command that must succeed. Returns its standard output.
 fn run(command: &mut Command) -> String {
     let output = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
-    let [said, complained] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
-    assert!(output.status.success(), "{command:?}: {}\n{said}\n{complained}", output.status);
-    said
+    let [stdout, stderr] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
+    assert!(output.status.success(), "{command:?}: {}\n{stdout}\n{stderr}", output.status);
+    stdout
 }
 
 const STRICT: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
@@ -39,7 +39,7 @@ fn shared(name: &str, to: &Path) -> PathBuf {
     compile(name, to, &[&format!("-L{folder}"), "-llayersplat_c", &format!("-Wl,-rpath,{folder}")])
 }
 
-/// The library's own picture of what plain.c shows.
+/// Saves the library's picture of the scene of plain.c.
 fn save_expected(path: &Path) {
     let volume = layersplat::Volume::open("builtin:hydrogen@48", &OpenOptions::default()).unwrap();
     let transfer = TransferFunction::automatic(&volume);
@@ -56,7 +56,7 @@ fn save_expected(path: &Path) {
 }
 
 #[test]
-fn the_plain_program_has_the_picture_of_the_library() {
+fn the_plain_program_draws_the_picture_of_the_library() {
     let folder = tempfile::tempdir().unwrap();
     let archive = libraries().join("liblayersplat_c.a").display().to_string();
     let [dynamic, fixed] = ["dynamic", "fixed"].map(|name| folder.path().join(name));
@@ -77,22 +77,22 @@ fn the_plain_program_has_the_picture_of_the_library() {
     assert!(!failed.status.success() && String::from_utf8_lossy(&failed.stderr).contains("error 3: unknown"), "{failed:?}");
 }
 
-/// It checks its references itself.
+/// The program itself checks its reference counts.
 #[test]
-fn the_program_with_an_opencl_of_its_own_draws_what_it_makes() {
+fn the_program_with_its_own_opencl_context_draws_its_voxels() {
     let folder = tempfile::tempdir().unwrap();
     let program = shared("own_opencl", folder.path());
     let pictures = ["one.npy", "two.npy"].map(|name| folder.path().join(name));
-    let said = run(Command::new(program).args(&pictures));
-    let difference = said.lines().next().and_then(|line| line.rsplit(' ').next()).and_then(|n| n.parse::<f64>().ok());
-    assert!(difference.is_some_and(|d| d > 0.05), "{said}");
-    assert_eq!(said.matches("references:").count(), 3, "{said}");
+    let output = run(Command::new(program).args(&pictures));
+    let difference = output.lines().next().and_then(|line| line.rsplit(' ').next()).and_then(|n| n.parse::<f64>().ok());
+    assert!(difference.is_some_and(|d| d > 0.05), "{output}");
+    assert_eq!(output.matches("references:").count(), 3, "{output}");
     for picture in &pictures {
         assert!(std::fs::metadata(picture).unwrap().len() > 160 * 120 * 16);
     }
 }
 
-/// By itself, before and after OpenCL's own header, in C and where there is a compiler for it, in C++.
+/// Alone, before and after OpenCL's header; in C, and in C++ if a compiler is installed.
 #[test]
 fn the_header_compiles_in_c_and_cpp() {
     let folder = tempfile::tempdir().unwrap();

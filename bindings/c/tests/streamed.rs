@@ -1,4 +1,4 @@
-//! Volumes beyond a memory budget are streamed, to the same picture.
+//! Volumes larger than a memory budget are streamed; the picture is identical.
 
 mod common;
 
@@ -6,17 +6,17 @@ use common::{FLOATS, HEIGHT, Scene, WIDTH, made, ok, refused, settings};
 use layersplat_c::*;
 use std::ptr::{null, null_mut};
 
-/// Voxels along each side, so that voxels need more than the tables of a frame, about a megabyte.
+/// Voxels along each side. They take more memory than the tables of a frame, about a megabyte.
 const SIDE: usize = 160;
 /// Half of the voxels.
 const BUDGET: u64 = (SIDE * SIDE * SIDE / 2) as u64;
 
-/// A scene of that size; its renderer holds the whole volume.
+/// A scene of this size, whose renderer holds the whole volume.
 fn scene() -> Scene {
-    Scene::of(&format!("builtin:hydrogen@{SIDE}"))
+    Scene::open(&format!("builtin:hydrogen@{SIDE}"))
 }
 
-/// The scene with a renderer on its device with a budget.
+/// Replaces the scene's renderer by one with a memory budget.
 fn with_budget(scene: &mut Scene, bytes: u64) {
     // SAFETY: all arguments are alive.
     unsafe {
@@ -35,7 +35,7 @@ fn plan(scene: &Scene, settings: *const Settings) -> (Status, StreamPlan) {
 }
 
 #[test]
-fn a_volume_beyond_the_budget_has_the_same_picture() {
+fn a_streamed_volume_has_the_same_picture() {
     let mut scene = scene();
     let expected = scene.floats(null());
     assert!(expected.iter().any(|&x| x > 0.1));
@@ -45,7 +45,7 @@ fn a_volume_beyond_the_budget_has_the_same_picture() {
     ok(status);
     assert!(plan.parts > 1 && plan.device_bytes <= BUDGET, "{plan:?}");
     assert_eq!((plan.volume_bytes, plan.available_bytes), (2 * BUDGET, BUDGET));
-    // tests/streamed.rs allows no difference either.
+    // As in the library's tests/streamed.rs, no difference is allowed.
     assert!(scene.floats(null()) == expected);
     let mut bytes = vec![0u8; FLOATS];
     // SAFETY: all arguments are alive. The streaming renderer keeps the volume.
@@ -61,7 +61,7 @@ fn a_volume_beyond_the_budget_has_the_same_picture() {
 }
 
 #[test]
-fn what_needs_the_whole_volume_is_refused() {
+fn calls_that_need_the_whole_volume_are_rejected() {
     let mut scene = scene();
     with_budget(&mut scene, BUDGET);
     let slicing = Settings { algorithm: AlgorithmChoice::Slicing as i32, step: 0.8, ..settings(0) };
@@ -77,7 +77,7 @@ fn what_needs_the_whole_volume_is_refused() {
         assert!(message.contains("render into host memory instead"), "{message}");
         refused(layersplat_renderer_set_scratch(renderer, null(), 0), Status::NeedsWholeVolume);
     }
-    assert!(scene.floats(null()).iter().any(|&x| x > 0.1), "and the renderer goes on");
+    assert!(scene.floats(null()).iter().any(|&x| x > 0.1), "the renderer stays usable");
 }
 
 #[test]

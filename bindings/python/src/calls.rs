@@ -1,4 +1,4 @@
-//! What calls that take long have in common: the interpreter's lock is released, no panic reaches Python, and Ctrl-C ends what may take longest.
+//! Long calls: they release the GIL, convert panics to exceptions, and the longest ones can be interrupted with Ctrl-C.
 
 use crate::errors::{Failure, Result};
 use layersplat::Cancel;
@@ -10,18 +10,18 @@ use std::sync::{Condvar, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// How often a call looks for signals: a person does not notice it, and it costs nothing beside a frame.
+/// Interval of signal checks: too short for a user to notice, and negligible compared to a frame.
 const SIGNAL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Does something with the interpreter's lock released.
+/// Runs `work` with the GIL released.
 ///
 /// # Errors
-/// Those of `work`, and `InternalError` where it panics.
+/// Those of `work`, and `InternalError` if it panics.
 pub fn detached<T: Send>(py: Python, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
     py.detach(|| without_panics(work))
 }
 
-/// Makes a panic an error. What `work` may leave half done is guarded by a lock, which is poisoned then.
+/// Converts a panic to an error. State that `work` leaves inconsistent is behind a lock, which the panic poisons.
 pub fn without_panics<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
     catch_unwind(AssertUnwindSafe(work))
         .unwrap_or_else(|panic| Err(Failure::Panicked(format!("layersplat panicked: {}", message(&*panic)))))
@@ -32,20 +32,20 @@ fn message(panic: &(dyn Any + Send)) -> &str {
     text.or(panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a message")
 }
 
-/// Whether Python handles signals on this thread: on its main thread only.
+/// Whether Python handles signals on this thread, which it does only on its main thread.
 pub fn handles_signals(py: Python) -> PyResult<bool> {
     let threading = py.import("threading")?;
     let main = threading.call_method0("main_thread")?.getattr("ident")?;
     threading.call_method0("get_ident")?.eq(main)
 }
 
-/// Does something on a thread of its own, while this one handles Python's signals. It must be the main thread.
+/// Runs `work` on a worker thread, while the calling thread handles Python's signals. Call it on the main thread.
 ///
-/// If a signal's handler raises (KeyboardInterrupt), that is returned at once and `cancel` is set. The thread goes on until `work` ends: a
-/// kernel or a compilation in progress cannot be stopped. Its result is dropped.
+/// If a signal handler raises (KeyboardInterrupt), the exception is returned immediately and `cancel` is set. The worker runs until
+/// `work` ends, since a running kernel or compilation cannot be interrupted. Its result is dropped.
 ///
 /// # Errors
-/// Those of `work`; `InternalError` where it panics; what a signal's handler raises.
+/// Those of `work`; `InternalError` if it panics; the exception of a signal handler.
 pub fn interruptible<T: Send + 'static>(
     py: Python,
     cancel: &Cancel,
@@ -54,7 +54,7 @@ pub fn interruptible<T: Send + 'static>(
     let (sender, receiver) = sync_channel(1);
     let running = Running::new();
     let worker = thread::Builder::new().name("layersplat".into()).spawn(move || {
-        // Nobody may be there to receive it.
+        // Fails if the call was interrupted.
         let _ = sender.send(without_panics(work));
         drop(running);
     });
@@ -70,20 +70,20 @@ pub fn interruptible<T: Send + 'static>(
     })
 }
 
-/// Runs work that cannot be cancelled, with the interpreter's lock released. On Python's main thread, what a signal's handler raises is
-/// returned at once; the work then ends in the background, and its result is dropped.
+/// Runs work that cannot be cancelled, with the GIL released. On Python's main thread, the exception of a signal handler is returned
+/// immediately; the work then ends in the background, and its result is dropped.
 ///
 /// # Errors
-/// Those of `work`; `InternalError` where it panics; what a signal's handler raises.
+/// Those of `work`; `InternalError` if it panics; the exception of a signal handler.
 pub fn abandonable<T: Send + 'static>(py: Python, work: impl FnOnce() -> Result<T> + Send + 'static) -> Result<T> {
     if handles_signals(py)? { interruptible(py, &Cancel::new(), work) } else { detached(py, work) }
 }
 
-/// Threads of [`interruptible`] that have not ended.
+/// Number of running worker threads of [`interruptible`].
 static RUNNING: Mutex<usize> = Mutex::new(0);
 static ENDED: Condvar = Condvar::new();
 
-/// Counts one of them.
+/// Counts a worker thread while it exists.
 struct Running;
 
 impl Running {
@@ -100,8 +100,8 @@ impl Drop for Running {
     }
 }
 
-/// Waits until no thread of an interrupted call is left. Python calls it at exit, since a driver that unloads under a running kernel ends
-/// the process with a fault. Another signal ends the wait.
+/// Waits until the worker threads of all interrupted calls have ended. Python calls it at exit, since a driver that is unloaded while
+/// a kernel runs crashes the process. Another signal ends the wait.
 #[pyfunction]
 pub fn wait_for_interrupted_calls(py: Python) -> PyResult<()> {
     py.detach(|| {

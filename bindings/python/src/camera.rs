@@ -1,8 +1,8 @@
-//! Cameras, and the outline that they fit.
+//! Cameras and framing.
 
+use crate::argument::{Argument, extract};
 use crate::calls::abandonable;
 use crate::errors::{Result, conflict, out_of_range};
-use crate::given::{Given, given};
 use crate::names::{Size, orbit};
 use crate::pickled::{Reduced, reduced};
 use crate::settings::Settings;
@@ -16,13 +16,13 @@ use layersplat::{Camera as Ours, Orbit, Projection, Settings as OurSettings, Vie
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Where a picture is seen from, in world coordinates (x, y, z).
+/// A camera in world coordinates (x, y, z).
 ///
-/// position: the eye, of which in a parallel view only the direction counts. focal_point: in the middle of the picture. view_up: any vector
-/// that is up on the screen. scale: half the picture's height in world units, of a parallel view; or field_of_view: vertical, degrees between
-/// 0 and 180, of a perspective.
+/// position: the eye; a parallel view uses only its direction. focal_point: the point at the centre of the picture. view_up: any vector
+/// that points up on the screen. Exactly one of: scale, half the picture's height in world units, for a parallel view; field_of_view,
+/// the vertical angle between 0 and 180 degrees, for a perspective.
 ///
-/// Raises InvalidValue where these show nothing.
+/// Raises InvalidValue if there is no valid view.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Camera(Ours);
 
@@ -32,23 +32,23 @@ impl Camera {
     }
 }
 
-/// The one of both that is given.
+/// The projection that exactly one of the arguments selects.
 fn projection(scale: Option<f64>, field_of_view: Option<f64>) -> Result<Projection> {
     match (scale, field_of_view) {
         (Some(scale), None) => Ok(Projection::Parallel { scale }),
         (None, Some(field_of_view)) => Ok(Projection::Perspective { field_of_view }),
-        _ => Err(conflict("scale", "give either scale, of a parallel view, or field_of_view, of a perspective")),
+        _ => Err(conflict("scale", "give either scale, for a parallel view, or field_of_view, for a perspective")),
     }
 }
 
-/// A camera of the same place that sees `zoom` times less of it, that larger.
+/// The same camera with the picture magnified by `zoom`.
 fn zoomed(camera: Ours, zoom: f64) -> Result<Camera> {
     if !(zoom > 0.0 && zoom.is_finite()) {
         return Err(out_of_range("zoom", zoom, "a finite number above 0"));
     }
     let projection = match camera.projection {
         Projection::Parallel { scale } => Projection::Parallel { scale: scale / zoom },
-        // Without a zoom it stays to the bit what it was.
+        // Avoids rounding without a zoom.
         Projection::Perspective { .. } if zoom == 1.0 => camera.projection,
         Projection::Perspective { field_of_view } => {
             let half = (field_of_view.to_radians() / 2.0).tan() / zoom;
@@ -58,17 +58,17 @@ fn zoomed(camera: Ours, zoom: f64) -> Result<Camera> {
     Ok(Camera(Ours { projection, ..camera }))
 }
 
-/// Refuses a field of view that no camera has, before it is fitted.
+/// Rejects an invalid field of view before fitting.
 fn checked(field_of_view: Option<f64>) -> Result<Option<f64>> {
     match field_of_view {
         Some(fov) if !(fov > 0.0 && fov < 180.0) => {
             Err(out_of_range("field_of_view", fov, "degrees between 0 and 180, exclusive"))
         }
-        fine => Ok(fine),
+        valid => Ok(valid),
     }
 }
 
-/// A camera in which a whole grid fits from all sides.
+/// A camera that shows the whole grid from all sides.
 pub fn around(grid: &Grid, viewport: Viewport, orbit: Orbit, zoom: f64, field_of_view: Option<f64>) -> Result<Camera> {
     let (centre, diagonal) = (grid.centre(), grid.diagonal());
     let camera = match checked(field_of_view)? {
@@ -82,43 +82,43 @@ pub fn around(grid: &Grid, viewport: Viewport, orbit: Orbit, zoom: f64, field_of
 impl Camera {
     #[new]
     #[pyo3(
-        signature = (position, focal_point, view_up = Given::Default([0.0, 1.0, 0.0]), *, scale = None, field_of_view = None),
+        signature = (position, focal_point, view_up = Argument::Default([0.0, 1.0, 0.0]), *, scale = None, field_of_view = None),
         text_signature = "(position, focal_point, view_up=(0.0, 1.0, 0.0), *, scale=None, field_of_view=None)"
     )]
     fn new(
-        position: Given<[f64; 3]>,
-        focal_point: Given<[f64; 3]>,
-        view_up: Given<[f64; 3]>,
-        scale: Option<Given<f64>>,
-        field_of_view: Option<Given<f64>>,
+        position: Argument<[f64; 3]>,
+        focal_point: Argument<[f64; 3]>,
+        view_up: Argument<[f64; 3]>,
+        scale: Option<Argument<f64>>,
+        field_of_view: Option<Argument<f64>>,
     ) -> Result<Self> {
-        given!(position, focal_point, view_up, scale, field_of_view);
+        extract!(position, focal_point, view_up, scale, field_of_view);
         let projection = projection(scale, field_of_view)?;
         let camera = Ours { position: position.into(), focal_point: focal_point.into(), view_up: view_up.into(), projection };
         camera.basis()?;
         Ok(Self(camera))
     }
 
-    /// A camera at a distance from a centre, looking at it. azimuth: degrees about y, 0 looks along −z; elevation: above the xz plane; roll:
-    /// about the view.
+    /// A camera at a distance from a centre, looking at it. Angles in degrees: azimuth about y, 0 looks along −z; elevation above the xz
+    /// plane; roll about the view direction.
     #[staticmethod]
     #[pyo3(
         signature = (
-            centre, distance, *, azimuth = Given::Default(0.0), elevation = Given::Default(0.0), roll = Given::Default(0.0), scale = None,
+            centre, distance, *, azimuth = Argument::Default(0.0), elevation = Argument::Default(0.0), roll = Argument::Default(0.0), scale = None,
             field_of_view = None,
         ),
         text_signature = "(centre, distance, *, azimuth=0.0, elevation=0.0, roll=0.0, scale=None, field_of_view=None)"
     )]
     fn orbit(
-        centre: Given<[f64; 3]>,
-        distance: Given<f64>,
-        azimuth: Given<f64>,
-        elevation: Given<f64>,
-        roll: Given<f64>,
-        scale: Option<Given<f64>>,
-        field_of_view: Option<Given<f64>>,
+        centre: Argument<[f64; 3]>,
+        distance: Argument<f64>,
+        azimuth: Argument<f64>,
+        elevation: Argument<f64>,
+        roll: Argument<f64>,
+        scale: Option<Argument<f64>>,
+        field_of_view: Option<Argument<f64>>,
     ) -> Result<Self> {
-        given!(centre, distance, azimuth, elevation, roll, scale, field_of_view);
+        extract!(centre, distance, azimuth, elevation, roll, scale, field_of_view);
         let orbit = orbit(azimuth, elevation, roll)?;
         let camera = Ours::orbit(centre.into(), distance, orbit, projection(scale, field_of_view)?);
         camera.basis()?;
@@ -131,19 +131,19 @@ impl Camera {
         self.0.position.into()
     }
 
-    /// The point in the middle of the picture.
+    /// The point at the centre of the picture.
     #[getter]
     fn focal_point(&self) -> (f64, f64, f64) {
         self.0.focal_point.into()
     }
 
-    /// A vector that is up.
+    /// A vector that points up on the screen.
     #[getter]
     fn view_up(&self) -> (f64, f64, f64) {
         self.0.view_up.into()
     }
 
-    /// Half the picture's height in world units; None of a perspective.
+    /// Half the picture's height in world units; None for a perspective.
     #[getter]
     fn scale(&self) -> Option<f64> {
         match self.0.projection {
@@ -152,7 +152,7 @@ impl Camera {
         }
     }
 
-    /// Vertical, in degrees; None of a parallel view.
+    /// Vertical field of view in degrees; None for a parallel view.
     #[getter]
     fn field_of_view(&self) -> Option<f64> {
         match self.0.projection {
@@ -181,23 +181,23 @@ impl Camera {
     }
 }
 
-/// The outline of what is visible of a volume.
+/// The outline of the visible part of a volume, to which cameras are fitted.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Framing(OurFraming);
 
 #[pymethods]
 impl Framing {
-    /// What a picture with these settings shows: what is visible through the transfer function, an iso-surface, or all voxels; of these, what
-    /// lies in the crop box. It looks at all voxels.
+    /// The framing of what these settings show: voxels that the transfer function makes visible, the iso-surface, or all voxels, each
+    /// restricted to the crop box. Scans all voxels.
     #[staticmethod]
     #[pyo3(signature = (volume, transfer, settings = None))]
     fn of(
         py: Python,
-        volume: Given<Bound<Volume>>,
-        transfer: Given<Bound<TransferFunction>>,
-        settings: Option<Given<Bound<Settings>>>,
+        volume: Argument<Bound<Volume>>,
+        transfer: Argument<Bound<TransferFunction>>,
+        settings: Option<Argument<Bound<Settings>>>,
     ) -> Result<Self> {
-        given!(volume, transfer, settings);
+        extract!(volume, transfer, settings);
         let settings = settings.map_or_else(OurSettings::default, |settings| *settings.get().ours());
         let (volume, transfer) = (volume.get().ours(), transfer.get().ours());
         let (shared, transfer) = (volume.clone(), transfer.clone());
@@ -214,42 +214,42 @@ impl Framing {
         }))
     }
 
-    /// All voxels.
+    /// The framing of the whole volume.
     #[staticmethod]
-    fn whole(volume: Given<Bound<Volume>>) -> Result<Self> {
-        given!(volume);
+    fn whole(volume: Argument<Bound<Volume>>) -> Result<Self> {
+        extract!(volume);
         Ok(Self(OurFraming::whole(volume.get().ours())))
     }
 
-    /// World position (x, y, z) of its middle.
+    /// World position (x, y, z) of its centre.
     #[getter]
     fn centre(&self) -> (f64, f64, f64) {
         self.0.centre().into()
     }
 
-    /// A camera that it fits from a side, with a small margin; zoom: how many times larger it is seen then.
+    /// A camera that fits the framing with a small margin. zoom: magnification relative to the fit.
     ///
-    /// size: (width, height) in pixels, or one number of both. field_of_view: vertical, degrees, of a perspective. centre: a world point for
-    /// the middle of the picture.
+    /// size: (width, height) in pixels, or one number for both. azimuth, elevation, roll: degrees, see Camera.orbit. field_of_view: the
+    /// vertical angle of a perspective in degrees. centre: the world point at the centre of the picture.
     #[pyo3(
         signature = (
-            size, *, azimuth = Given::Default(0.0), elevation = Given::Default(0.0), roll = Given::Default(0.0),
-            zoom = Given::Default(1.0), field_of_view = None, centre = None,
+            size, *, azimuth = Argument::Default(0.0), elevation = Argument::Default(0.0), roll = Argument::Default(0.0),
+            zoom = Argument::Default(1.0), field_of_view = None, centre = None,
         ),
         text_signature = "($self, size, *, azimuth=0.0, elevation=0.0, roll=0.0, zoom=1.0, field_of_view=None, centre=None)"
     )]
-    #[allow(clippy::too_many_arguments)] // Each is named where it is given.
+    #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
     fn camera(
         &self,
-        size: Given<Size>,
-        azimuth: Given<f64>,
-        elevation: Given<f64>,
-        roll: Given<f64>,
-        zoom: Given<f64>,
-        field_of_view: Option<Given<f64>>,
-        centre: Option<Given<[f64; 3]>>,
+        size: Argument<Size>,
+        azimuth: Argument<f64>,
+        elevation: Argument<f64>,
+        roll: Argument<f64>,
+        zoom: Argument<f64>,
+        field_of_view: Option<Argument<f64>>,
+        centre: Option<Argument<[f64; 3]>>,
     ) -> Result<Camera> {
-        given!(size, azimuth, elevation, roll, zoom, field_of_view, centre);
+        extract!(size, azimuth, elevation, roll, zoom, field_of_view, centre);
         let (viewport, orbit) = (size.viewport()?, orbit(azimuth, elevation, roll)?);
         if let Some(centre) = centre.filter(|centre| !centre.iter().all(|x| x.is_finite())) {
             return Err(out_of_range("centre", format!("{centre:?}"), "three finite numbers"));

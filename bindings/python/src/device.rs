@@ -1,8 +1,8 @@
-//! Devices: opened by name, or a caller's context, device and queue.
+//! Devices: opened by name, or made from the caller's context, device and queue.
 
+use crate::argument::{Argument, accepted, either, extract, refused};
 use crate::calls::{abandonable, detached};
 use crate::errors::{Result, conflict};
-use crate::given::{Given, accepted, either, given, refused};
 use crate::handles::{failed, handle};
 use layersplat::opencl3::command_queue::{CL_QUEUE_PROFILING_ENABLE, CommandQueue, create_command_queue};
 use layersplat::opencl3::context::context::{CL_CONTEXT_DEVICES, get_context_info};
@@ -14,20 +14,20 @@ use pyo3::types::PyDict;
 
 /// An OpenCL device with a context and a queue.
 ///
-/// name: the index of one that is opened, or part of its name. Or one that is there already: context, device and queue, as objects with
-/// int_ptr (pyopencl's) or numbers, which are retained, and released with the last renderer. A queue says all; a context has a queue made in
-/// it, on its first device or the one given. Nothing at all: a GPU if there is one, else the CPU.
+/// name: index of the device to open, or part of its name. Alternatively context, device and queue of the caller, as objects with
+/// int_ptr (pyopencl) or integer handles. They are retained, and released with the last renderer. A queue alone is enough. In a context
+/// without a queue, a queue is created for the first device or the given one. Without arguments: the first GPU, otherwise the CPU.
 ///
-/// memory: a memory budget, the bytes that buffers of this Device's renderers may take together. Volumes that do not fit are streamed in
-/// parts, to the same picture. Streaming covers layers on a lattice; views and settings that need all voxels at once raise OutOfMemory, which
-/// says how many bytes are enough. Renderer.enqueue, Renderer.volume_changed and memory do not go together.
+/// memory: a memory budget in bytes for the buffers of all renderers of this Device. Volumes that do not fit are streamed in parts; the
+/// picture is identical. Streaming supports layers on a lattice. Views and settings that need all voxels at once raise OutOfMemory, and
+/// the message states how many bytes are enough. Renderer.enqueue and Renderer.volume_changed do not support streaming.
 ///
-/// Numbers that are no handles of live objects end the process.
+/// Integers that are not handles of live objects crash the process.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Device(Ours);
 
 impl Device {
-    pub fn new_of(device: Ours) -> Self {
+    pub fn from_library(device: Ours) -> Self {
         Self(device)
     }
 
@@ -36,7 +36,7 @@ impl Device {
     }
 }
 
-/// What one device is called: its index, or part of its name.
+/// A device by index, or by part of its name.
 enum Name {
     Index(usize),
     Part(String),
@@ -69,20 +69,20 @@ impl Device {
     #[pyo3(signature = (name = None, *, context = None, device = None, queue = None, memory = None))]
     fn new(
         py: Python,
-        name: Option<Given<Name>>,
+        name: Option<Argument<Name>>,
         context: Option<&Bound<PyAny>>,
         device: Option<&Bound<PyAny>>,
         queue: Option<&Bound<PyAny>>,
-        memory: Option<Given<u64>>,
+        memory: Option<Argument<u64>>,
     ) -> Result<Self> {
-        given!(name, memory);
+        extract!(name, memory);
         prepare_loader(py)?;
         if name.is_some() && [context, device, queue].iter().any(Option::is_some) {
-            return Err(conflict("device", "give either its name or what is there of it already: context, device and queue"));
+            return Err(conflict("device", "give either a name, or context, device and queue"));
         }
         let opened = match name {
             Some(name) => abandonable(py, move || Ok(Ours::open(&name.choice())?))?,
-            None => of_handles(py, context, device, queue)?,
+            None => device_from_handles(py, context, device, queue)?,
         };
         Ok(Self(match memory {
             Some(bytes) => opened.with_memory(bytes),
@@ -90,7 +90,7 @@ impl Device {
         }))
     }
 
-    /// All devices, a dict of each: index, name, kind, platform, version, driver, compute_units, memory_bytes.
+    /// All devices, one dict each: index, name, kind, platform, version, driver, compute_units, memory_bytes.
     #[staticmethod]
     fn list(py: Python<'_>) -> Result<Vec<Bound<'_, PyDict>>> {
         prepare_loader(py)?;
@@ -109,19 +109,19 @@ impl Device {
         Ok(detached(py, || Ok(Ours::list()?))?.into_iter().map(described).collect::<PyResult<_>>()?)
     }
 
-    /// Its name.
+    /// Device name.
     #[getter]
     fn name(&self) -> &str {
         &self.0.info().name
     }
 
-    /// Name of its OpenCL implementation.
+    /// Platform name: the OpenCL implementation.
     #[getter]
     fn platform(&self) -> &str {
         &self.0.info().platform
     }
 
-    /// The cl_context, alive as long as this is: pyopencl.Context.from_int_ptr(device.context).
+    /// The cl_context, valid as long as this object: pyopencl.Context.from_int_ptr(device.context).
     #[getter]
     fn context(&self) -> usize {
         self.0.context() as usize
@@ -133,7 +133,7 @@ impl Device {
         self.0.id() as usize
     }
 
-    /// The cl_command_queue, alive as long as this is.
+    /// The cl_command_queue, valid as long as this object.
     #[getter]
     fn queue(&self) -> usize {
         self.0.queue() as usize
@@ -145,7 +145,7 @@ impl Device {
         self.0.memory_budget()
     }
 
-    /// Bytes of buffers that are allocated there by renderers.
+    /// Bytes of buffers that renderers have allocated.
     #[getter]
     fn allocated_bytes(&self) -> u64 {
         self.0.allocated_bytes()
@@ -156,39 +156,43 @@ impl Device {
     }
 }
 
-/// Sets what an OpenCL loader of another package needs, before one is opened.
+/// Prepares the environment for the OpenCL loader of another package, before a loader is opened.
 fn prepare_loader(py: Python) -> PyResult<()> {
     py.import("layersplat._loader")?.call_method0("prepare")?;
     Ok(())
 }
 
-/// The device that arguments of a renderer say: one of ours, its name, or what a caller has.
-pub fn of_arguments(device: Option<&Bound<PyAny>>, context: Option<&Bound<PyAny>>, queue: Option<&Bound<PyAny>>) -> Result<Ours> {
-    let Some(given) = device else {
+/// The device of a renderer's arguments: a Device, a name, or handles of the caller.
+pub fn device_from_arguments(
+    device: Option<&Bound<PyAny>>,
+    context: Option<&Bound<PyAny>>,
+    queue: Option<&Bound<PyAny>>,
+) -> Result<Ours> {
+    let Some(object) = device else {
         return match context.or(queue) {
             None => default(),
             Some(any) => {
                 prepare_loader(any.py())?;
-                of_handles(any.py(), context, None, queue)
+                device_from_handles(any.py(), context, None, queue)
             }
         };
     };
-    let py = given.py();
+    let py = object.py();
     prepare_loader(py)?;
     let alone = context.is_none() && queue.is_none();
-    if let Ok(ours) = given.cast::<Device>() {
+    if let Ok(ours) = object.cast::<Device>() {
         return if alone { Ok(ours.get().0.clone()) } else { Err(conflict("device", "it has a context and a queue already")) };
     }
-    match given.extract::<Name>() {
+    match object.extract::<Name>() {
         Ok(name) if alone => abandonable(py, move || Ok(Ours::open(&name.choice())?)),
-        Err(error) if alone && !given.hasattr("int_ptr")? => {
-            Err(refused("device", given, error, "a layersplat.Device, the index of a device, or part of its name"))
+        Err(error) if alone && !object.hasattr("int_ptr")? => {
+            Err(refused("device", object, error, "a layersplat.Device, the index of a device, or part of its name"))
         }
-        _ => of_handles(py, context, Some(given), queue),
+        _ => device_from_handles(py, context, Some(object), queue),
     }
 }
 
-/// The default device, which is kept: what was built for one picture is there for the next.
+/// The default device. It is cached, with its kernels.
 fn default() -> Result<Ours> {
     Python::attach(|py| {
         let device = py.import("layersplat._default")?.call_method0("device")?;
@@ -196,8 +200,8 @@ fn default() -> Result<Ours> {
     })
 }
 
-/// The device of a caller's queue; or of a context, with a queue of its own.
-fn of_handles(
+/// A device from handles of the caller: of a queue, or of a context with a new queue.
+fn device_from_handles(
     py: Python,
     context: Option<&Bound<PyAny>>,
     device: Option<&Bound<PyAny>>,
@@ -210,22 +214,22 @@ fn of_handles(
         let Some(context) = context else {
             return match device {
                 None => abandonable(py, || Ok(Ours::open(&DeviceChoice::Default)?)),
-                Some(_) => Err(conflict("device", "a device alone has no memory: give a context with it, or a queue")),
+                Some(_) => Err(conflict("device", "a device alone is not enough: give a context with it, or a queue")),
             };
         };
         return with_own_queue(context as _, device.map(|device| device as _));
     };
-    // SAFETY: handles of live objects, which is what the documentation asks for.
-    let of_queue = unsafe { Ours::from_raw_queue(queue as _) }?;
+    // SAFETY: the documentation requires handles of live objects.
+    let opened = unsafe { Ours::from_raw_queue(queue as _) }?;
     if context.is_none() && device.is_none() {
-        return Ok(of_queue);
+        return Ok(opened);
     }
-    let (context, device) = (context.unwrap_or(of_queue.context() as usize), device.unwrap_or(of_queue.id() as usize));
+    let (context, device) = (context.unwrap_or(opened.context() as usize), device.unwrap_or(opened.id() as usize));
     // SAFETY: as above.
     Ok(unsafe { Ours::from_handles(context as _, device as _, queue as _) }?)
 }
 
-/// A queue in a caller's context, on its first device or the one given.
+/// A device with a new queue in the caller's context, for its first device or the given one.
 fn with_own_queue(context: cl_context, device: Option<cl_device_id>) -> Result<Ours> {
     let device = match device {
         Some(device) => device,
@@ -236,7 +240,7 @@ fn with_own_queue(context: cl_context, device: Option<cl_device_id>) -> Result<O
         }
     };
     #[allow(deprecated)] // The replacement needs OpenCL 2.0.
-    // SAFETY: handles of live objects, which is what the documentation asks for.
+    // SAFETY: the documentation requires handles of live objects.
     let queue = unsafe { create_command_queue(context, device, CL_QUEUE_PROFILING_ENABLE) };
     let queue = CommandQueue::new(queue.map_err(|code| failed("clCreateCommandQueue", code))?, 1);
     Ok(Ours::from_queue(&queue)?)

@@ -6,19 +6,19 @@ use pyo3::types::PyTuple;
 use std::io;
 use std::path::Path;
 
-/// Why a call fails.
+/// An error that becomes a Python exception.
 pub enum Failure {
-    /// An error of the library's.
+    /// An error of the library.
     Ours(Error),
-    /// An argument that is refused before the library sees it.
+    /// An argument that is rejected before the library is called.
     Refused { class: Refusal, message: String, field: &'static str },
     /// A panic, now or in an earlier call.
     Panicked(String),
-    /// An exception of the caller's own code, or one of Python's.
+    /// An exception of Python or of the caller's code.
     Python(PyErr),
 }
 
-/// What is wrong with an argument.
+/// Why an argument is rejected.
 #[derive(Clone, Copy)]
 pub enum Refusal {
     Type,
@@ -45,20 +45,20 @@ impl From<Failure> for PyErr {
     }
 }
 
-/// An exception of the class that a failure belongs to, with its message and the fields at fault.
+/// The exception of a failure, with its message and the fields at fault.
 fn raised(py: Python, failure: Failure) -> PyResult<PyErr> {
-    let made = |class: &str, message: String, fields: &[&'static str]| -> PyResult<Bound<PyAny>> {
+    let exception = |class: &str, message: String, fields: &[&'static str]| -> PyResult<Bound<PyAny>> {
         let exception = py.import("layersplat._errors")?.getattr(class)?.call1((message,))?;
         exception.setattr("fields", PyTuple::new(py, fields)?)?;
         Ok(exception)
     };
     let exception = match failure {
         Failure::Python(error) => return Ok(error),
-        Failure::Refused { class: Refusal::Type, message, field } => made("InvalidType", message, &[argument(field)])?,
-        Failure::Refused { class: Refusal::Value, message, field } => made("InvalidValue", message, &[argument(field)])?,
-        Failure::Panicked(message) => made("InternalError", message, &[])?,
+        Failure::Refused { class: Refusal::Type, message, field } => exception("InvalidType", message, &[argument(field)])?,
+        Failure::Refused { class: Refusal::Value, message, field } => exception("InvalidValue", message, &[argument(field)])?,
+        Failure::Panicked(message) => exception("InternalError", message, &[])?,
         Failure::Ours(error) => {
-            let exception = made(class(&error), error.to_string(), error.fields())?;
+            let exception = exception(class(&error), error.to_string(), error.fields())?;
             if let Some((path, errno)) = file(&error) {
                 exception.setattr("filename", path)?;
                 exception.setattr("errno", errno)?;
@@ -69,12 +69,12 @@ fn raised(py: Python, failure: Failure) -> PyResult<PyErr> {
     Ok(PyErr::from_value(exception))
 }
 
-/// The argument that a field is of: `shading` of `shading['power']`.
+/// The argument that contains a field: `shading` for `shading['power']`.
 fn argument(field: &'static str) -> &'static str {
     field.split('[').next().unwrap_or(field)
 }
 
-/// The class of an error, of those in `layersplat/_errors.py`.
+/// The exception class of an error, defined in `layersplat/_errors.py`.
 fn class(error: &Error) -> &'static str {
     match error {
         Error::Read { source, .. } | Error::Write { source, .. } => match source.kind() {
@@ -82,7 +82,7 @@ fn class(error: &Error) -> &'static str {
             io::ErrorKind::PermissionDenied => "PermissionDenied",
             _ => "FileError",
         },
-        // Of a volume in memory, whose name stands for the path.
+        // A volume in memory: its name is in the place of the path.
         Error::Volume { path, .. } if !path.exists() => "InvalidValue",
         Error::Volume { .. }
         | Error::FileSize { .. }
@@ -104,12 +104,12 @@ fn class(error: &Error) -> &'static str {
         | Error::UnknownName { .. }
         | Error::NeedsWholeVolume { .. }
         | Error::Memory { .. } => "InvalidValue",
-        // No OpenCL, no device, one that fails; and what the library adds.
+        // No OpenCL, no device, a failed call, and errors that the library adds later.
         _ => "DeviceError",
     }
 }
 
-/// The file of an error, and the system's number.
+/// The file of an error, and the errno of the system if there is one.
 fn file(error: &Error) -> Option<(&Path, Option<i32>)> {
     match error {
         Error::Read { path, source } | Error::Write { path, source } => Some((path, source.raw_os_error())),
@@ -124,17 +124,17 @@ fn file(error: &Error) -> Option<(&Path, Option<i32>)> {
     }
 }
 
-/// A value that is none of those that exist.
+/// An unknown name of `what`; `known` lists the valid ones.
 pub fn unknown(what: &'static str, name: &str, known: &str) -> Failure {
     Error::UnknownName { what, name: name.into(), known: known.into() }.into()
 }
 
-/// A number outside of its range.
+/// A number outside its range.
 pub fn out_of_range(name: &'static str, value: impl ToString, expected: &'static str) -> Failure {
     Error::OutOfRange { name, value: value.to_string(), expected }.into()
 }
 
-/// What contradicts something else.
+/// An argument that conflicts with another one.
 pub fn conflict(field: &'static str, problem: impl Into<String>) -> Failure {
     Error::Settings { field, problem: problem.into() }.into()
 }

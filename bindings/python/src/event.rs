@@ -1,4 +1,4 @@
-//! Events of frames.
+//! Events of enqueued frames.
 
 use crate::calls::abandonable;
 use crate::errors::Result;
@@ -7,7 +7,7 @@ use layersplat::opencl3::event::{CL_COMPLETE, Event as ClEvent};
 use layersplat::opencl3::types::cl_event;
 use pyo3::prelude::*;
 
-/// An OpenCL event: complete when what was enqueued is.
+/// An OpenCL event of enqueued commands.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Event(ClEvent);
 
@@ -23,23 +23,23 @@ impl Event {
 
 #[pymethods]
 impl Event {
-    /// The handle, a `cl_event`, as long as this lives: for `pyopencl.Event.from_int_ptr(event.int_ptr, retain=True)`.
+    /// The `cl_event` handle, valid as long as this object: for `pyopencl.Event.from_int_ptr(event.int_ptr, retain=True)`.
     #[getter]
     fn int_ptr(&self) -> usize {
         self.raw() as usize
     }
 
-    /// Waits until it is complete, with the interpreter's lock released. Ctrl-C ends the wait, and not the command.
+    /// Waits until the event is complete, with the GIL released. Ctrl-C ends the wait, but not the command.
     ///
-    /// Raises DeviceError where what was enqueued, or what that waited for, has failed.
+    /// Raises DeviceError if the command, or one in its wait list, has failed.
     fn wait(&self, py: Python) -> Result<()> {
         let event = retained(self.raw())?;
         abandonable(py, move || event.wait().map_err(|e| failed("clWaitForEvents", e.0)))
     }
 
-    /// Whether what was enqueued is complete; False while it waits or runs.
+    /// Whether the command is complete; False while it is queued or running.
     ///
-    /// Raises DeviceError, with OpenCL's status, where it has failed: it will never be complete.
+    /// Raises DeviceError, with the OpenCL status, if the command has failed: it will never complete.
     #[getter]
     fn is_complete(&self) -> Result<bool> {
         match self.0.command_execution_status().map_err(|e| failed("clGetEventInfo", e.0))?.0 {
@@ -48,7 +48,7 @@ impl Event {
         }
     }
 
-    /// The same event as one of pyopencl's, with a reference of its own.
+    /// The same event as a pyopencl.Event, with its own reference.
     fn to_pyopencl<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("pyopencl")?.getattr("Event")?.call_method1("from_int_ptr", (self.int_ptr(), true))
     }

@@ -1,4 +1,4 @@
-//! The library's renderer behind a Python object: one thread uses it at a time, and no thread after a panic.
+//! Exclusive access to the library's renderer of a Python object: one thread at a time, and none after a panic.
 
 use crate::calls::{detached, handles_signals, interruptible};
 use crate::errors::{Failure, Result};
@@ -11,16 +11,16 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// A renderer that holds the whole volume, or one that streams it.
 pub type AnyRenderer = dyn VolumeRenderer<'static> + Send;
 
-/// A renderer that threads share.
+/// A renderer shared by threads.
 pub struct Exclusive {
-    // Locked with the interpreter's lock released. No code that holds it takes the interpreter's lock, so there is no deadlock.
+    // Locked with the GIL released. Code that holds it never takes the GIL, so there is no deadlock.
     renderer: Mutex<Box<AnyRenderer>>,
     in_progress: Mutex<InProgress>,
-    /// The Python object that owns voxels on the device. Fields drop in order: the renderer goes first.
+    /// The Python object that owns voxels on the device. Fields drop in order: the renderer first.
     _owner: Option<Py<PyAny>>,
 }
 
-/// Calls that may be cancelled, the ones that wait for the renderer included.
+/// Calls that can be cancelled, including those that wait for the renderer.
 #[derive(Default)]
 struct InProgress {
     calls: BTreeMap<u64, Cancel>,
@@ -36,7 +36,7 @@ struct Call {
 
 impl Call {
     fn new(shared: Arc<Exclusive>) -> Self {
-        // Each call has its own: Ctrl-C does not cancel frames of other threads.
+        // One flag per call: Ctrl-C must not cancel frames of other threads.
         let cancel = Cancel::new();
         let mut in_progress = shared.in_progress();
         let number = in_progress.next;
@@ -58,11 +58,11 @@ impl Exclusive {
         Self { renderer: Mutex::new(renderer), in_progress: Mutex::default(), _owner: owner }
     }
 
-    /// Calls `act` with the renderer once no other thread uses it.
+    /// Calls `act` with the renderer as soon as no other thread uses it.
     ///
     /// # Errors
-    /// Those of `act`, and `InternalError` if it panics or an earlier call panicked: the renderer may be left half changed. The C library
-    /// refuses it too.
+    /// Those of `act`, and `InternalError` if it or an earlier call panicked, since the renderer may be inconsistent. The C library
+    /// does the same.
     pub fn with<T: Send>(
         &self,
         py: Python,
@@ -71,10 +71,10 @@ impl Exclusive {
         detached(py, || Ok(act(&mut **self.lock()?)?))
     }
 
-    /// The same for calls that may take long: Ctrl-C and [`cancel`](Self::cancel) end them, and their result is dropped.
+    /// Like [`with`](Self::with) for long calls. Ctrl-C and [`cancel`](Self::cancel) end them, and their result is dropped.
     ///
     /// # Errors
-    /// Those of [`with`](Self::with), [`Error::Cancelled`], and what a signal's handler raises.
+    /// Those of [`with`](Self::with), [`Error::Cancelled`], and the exception of a signal handler.
     pub fn interruptible<T: Send + 'static>(
         self: &Arc<Self>,
         py: Python,
@@ -92,7 +92,7 @@ impl Exclusive {
         if handles_signals(py)? { interruptible(py, &cancel, work) } else { detached(py, work) }
     }
 
-    /// Cancels the calls of [`interruptible`](Self::interruptible) that are in progress, and none that begin later.
+    /// Cancels all current calls of [`interruptible`](Self::interruptible), but no later ones.
     pub fn cancel(&self) {
         self.in_progress().calls.values().for_each(Cancel::cancel);
     }
@@ -102,8 +102,7 @@ impl Exclusive {
     }
 
     fn lock(&self) -> Result<MutexGuard<'_, Box<AnyRenderer>>> {
-        let refused =
-            |_| Failure::Panicked("layersplat panicked in this renderer before: it cannot be used any more, make another".into());
+        let refused = |_| Failure::Panicked("layersplat panicked in this renderer before: make another".into());
         self.renderer.lock().map_err(refused)
     }
 }

@@ -1,15 +1,15 @@
-//! Raw handles of other packages' OpenCL objects.
+//! Raw handles of OpenCL objects of other packages.
 
+use crate::argument::refused;
 use crate::errors::{Failure, Result};
 use crate::event::Event;
-use crate::given::refused;
 use layersplat::Error;
 use layersplat::device::DeviceMemory;
 use layersplat::opencl3::event::{Event as ClEvent, retain_event};
 use layersplat::opencl3::types::cl_event;
 use pyo3::prelude::*;
 
-/// The handle of an object that was given for an argument: its `int_ptr`, as pyopencl's objects have it, or a number.
+/// The handle of an argument: the `int_ptr` of a pyopencl object, or an integer.
 pub fn handle(name: &'static str, object: &Bound<PyAny>) -> Result<usize> {
     let number = object.getattr_opt("int_ptr")?;
     let number = number.as_ref().unwrap_or(object);
@@ -19,11 +19,11 @@ pub fn handle(name: &'static str, object: &Bound<PyAny>) -> Result<usize> {
 /// A buffer or an image, retained.
 pub fn memory(name: &'static str, object: &Bound<PyAny>) -> Result<DeviceMemory> {
     let handle = handle(name, object)?;
-    // SAFETY: the handle of a live object, which is what the documentation asks for.
+    // SAFETY: the documentation requires handles of live objects.
     Ok(unsafe { DeviceMemory::from_raw(handle as _) }?)
 }
 
-/// What a command waits for, retained: events of ours and of others.
+/// The wait list of a command, retained: events of this or of another package.
 pub fn events(wait_for: Option<Vec<Bound<PyAny>>>) -> Result<Vec<ClEvent>> {
     wait_for.unwrap_or_default().iter().map(event).collect()
 }
@@ -36,22 +36,22 @@ fn event(object: &Bound<PyAny>) -> Result<ClEvent> {
     retained(raw)
 }
 
-/// Another reference to an event.
+/// Retains an event.
 pub fn retained(raw: cl_event) -> Result<ClEvent> {
     if raw.is_null() {
-        return Err(Error::Memory { what: "an event to wait for", problem: "is no event: the handle is null".into() }.into());
+        return Err(Error::Memory { what: "an event to wait for", problem: "has a null handle".into() }.into());
     }
-    // SAFETY: the handle of a live event, which is what the documentation asks for; `ClEvent` releases this reference.
+    // SAFETY: the documentation requires handles of live events. `ClEvent` releases this reference.
     unsafe { retain_event(raw) }.map_err(|code| failed("clRetainEvent", code))?;
     Ok(ClEvent::new(raw))
 }
 
-/// An OpenCL call on an object of the caller's has failed.
+/// The error of an OpenCL call on an object of the caller.
 pub fn failed(call: &'static str, code: i32) -> Failure {
-    opencl_error(call, "the object that was given", code)
+    opencl_error(call, "an object of the caller", code)
 }
 
-/// An enqueued command has ended with an error status.
+/// The error of an enqueued command that ended with an error status.
 pub fn command_failed(status: i32) -> Failure {
     opencl_error("the enqueued command", "its device", status)
 }

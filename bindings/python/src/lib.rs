@@ -1,8 +1,8 @@
-//! The Python package layersplat's native part: thin classes over the library's own, which hold no state that these do not have.
+//! Native module of the Python package layersplat: thin classes without own state over those of the library.
 //!
-//! What only Python knows (image objects, colour maps, notebooks) is written in Python, in `layersplat/`. Everything that takes long runs
-//! with the interpreter's lock released.
+//! Image objects, colour maps and notebook support are written in Python, in `layersplat/`. Long calls release the GIL.
 
+mod argument;
 mod arrays;
 mod calls;
 mod camera;
@@ -11,7 +11,6 @@ mod device_volume;
 mod errors;
 mod event;
 mod exclusive;
-mod given;
 mod handles;
 mod names;
 mod pickled;
@@ -43,6 +42,6 @@ mod _layersplat {
     use super::volume::Volume;
 
     #[pymodule_export]
-    #[allow(non_upper_case_globals)] // Python's name.
+    #[allow(non_upper_case_globals)] // The name that Python expects.
     const __version__: &str = env!("CARGO_PKG_VERSION");
 }

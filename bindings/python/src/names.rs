@@ -1,7 +1,7 @@
-//! Sizes, backgrounds and types of voxels as Python says them.
+//! Conversion of Python arguments: sizes, backgrounds, angles, pixel formats and voxel types.
 
+use crate::argument::{accepted, either};
 use crate::errors::{Result, out_of_range, unknown};
-use crate::given::{accepted, either};
 use layersplat::Orbit;
 use layersplat::renderer::PictureFormat;
 use layersplat::volume::{ScalarType, VoxelType};
@@ -14,7 +14,7 @@ accepted! {
     Over: "transparent, black, white, grey, #rrggbb or (red, green, blue), 0 to 1";
 }
 
-/// Size of a picture: (width, height) in pixels, or one number of both.
+/// Size of a picture: (width, height) in pixels, or one number for both.
 pub enum Size {
     Square(u32),
     Sides([u32; 2]),
@@ -48,7 +48,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Over {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        // Text has a length too, and is not a colour by its letters.
+        // Strings first: they are sequences too.
         match object.extract() {
             Ok(name) => Ok(Over::Named(name)),
             Err(_) => object.extract().map(Over::Color),
@@ -77,10 +77,10 @@ impl Over {
     }
 }
 
-/// Angles of a camera, degrees.
+/// The orbit of camera angles in degrees.
 ///
 /// # Errors
-/// One that is infinite or not a number.
+/// A non-finite angle.
 pub fn orbit(azimuth: f64, elevation: f64, roll: f64) -> Result<Orbit> {
     match [("azimuth", azimuth), ("elevation", elevation), ("roll", roll)].into_iter().find(|(_, angle)| !angle.is_finite()) {
         Some((name, angle)) => Err(out_of_range(name, angle, "a finite number of degrees")),
@@ -88,19 +88,21 @@ pub fn orbit(azimuth: f64, elevation: f64, roll: f64) -> Result<Orbit> {
     }
 }
 
-/// What pixels in memory of the caller's are.
+/// The pixel format of a picture in the caller's memory.
 pub fn picture_format(name: &str, background: &Over) -> Result<PictureFormat> {
     match name {
         "rgba8" => Ok(PictureFormat::Rgba8(background.background()?)),
         "float" => Ok(PictureFormat::Floats),
-        _ => {
-            Err(unknown("format", name, "rgba8 (a byte per channel, over the background) or float (premultiplied, without one)"))
-        }
+        _ => Err(unknown(
+            "format",
+            name,
+            "rgba8 (a byte per channel, over the background) or float (premultiplied, no background)",
+        )),
     }
 }
 
-/// A type of voxels by numpy's name.
+/// The voxel type of a numpy type name.
 pub fn voxel_type(name: &str) -> Result<VoxelType> {
     let scalar = name.parse::<ScalarType>().ok().and_then(ScalarType::voxel_type);
-    scalar.ok_or_else(|| unknown("type of voxels", name, "uint8, int8, uint16, int16 or float32"))
+    scalar.ok_or_else(|| unknown("voxel type", name, "uint8, int8, uint16, int16 or float32"))
 }

@@ -1,10 +1,10 @@
-//! Pickling and copying: an object is made again by the call that makes an equal one.
+//! Pickling and copying, by calling the constructor with arguments that make an equal object.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use pyo3::{IntoPyObjectExt, PyClass};
 
-/// What `__reduce__` returns: `class(**arguments)`, as every protocol of pickle writes it.
+/// The result of `__reduce__`: `class(**arguments)`, in a form that every pickle protocol supports.
 pub type Reduced<'py> = (Bound<'py, PyAny>, Bound<'py, PyTuple>);
 
 pub fn reduced<'py, T: PyClass>(py: Python<'py>, arguments: Bound<'py, PyDict>) -> PyResult<Reduced<'py>> {

@@ -1,13 +1,13 @@
 //! Renderers.
 
+use crate::argument::{Argument, extract};
 use crate::calls::abandonable;
 use crate::camera::{Camera, around};
-use crate::device::{Device, of_arguments};
+use crate::device::{Device, device_from_arguments};
 use crate::device_volume::DeviceVolume;
 use crate::errors::{Result, out_of_range};
 use crate::event::Event;
 use crate::exclusive::{AnyRenderer, Exclusive};
-use crate::given::{Given, given};
 use crate::handles::{events, memory};
 use crate::names::{Over, Size, orbit, picture_format};
 use crate::settings::Settings;
@@ -21,34 +21,33 @@ use pyo3::types::PyDict;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Renders one volume on one device; threads may share it.
+/// A renderer of one volume on one device. Threads may share it.
 ///
-/// volume: a Volume, or anything that Volume() takes, which is uploaded; or a DeviceVolume or a pyopencl.array.Array (z, y, x), whose voxels
-/// stay where they are. transfer: a TransferFunction; by default, where the voxels were on the host, one from the histogram. device: a
-/// Device, its name or index; or a caller's context, device and queue, see Device. time_limit: longest time of a frame in seconds, None
-/// without a limit.
+/// volume: a Volume, or anything that Volume() takes, is uploaded. A DeviceVolume or a pyopencl.array.Array (z, y, x) is rendered in
+/// place. transfer: a TransferFunction; by default one from the histogram, for voxels on the host. device: a Device, its name or index;
+/// or the caller's context, device and queue, see Device. time_limit: time limit per frame in seconds; None: no limit.
 ///
-/// A Device with a memory budget, or whose largest buffer is smaller than the volume, gets the voxels during frames, in parts if they do not
-/// fit: the renderer then keeps the Volume. See stream_plan.
+/// If the Device has a memory budget, or the volume exceeds its largest buffer, the voxels are uploaded during frames, in parts if they
+/// do not fit. The renderer then keeps the Volume. See stream_plan.
 ///
-/// On Python's main thread, Ctrl-C ends the constructor, render, render_float, depths and prepare: KeyboardInterrupt is raised at once. The
-/// device ends the kernel that it is running; the next call waits for that.
+/// On Python's main thread, Ctrl-C interrupts the constructor, render, render_float, depths and prepare: KeyboardInterrupt is raised
+/// immediately. The kernel that is running completes first; the next call waits for it.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Renderer {
     shared: Arc<Exclusive>,
     time_limit: Mutex<Option<Duration>>,
 }
 
-/// Renderers of this package run in one process, which has every picture.
-const ONE_PROCESS: &str = "a renderer of one process has the picture";
+/// Only distributed renderers return no picture, and this package has none.
+const ONE_PROCESS: &str = "a single-process renderer returns the picture";
 
-/// A picture's values as an array of (height, width, 4), without a copy.
+/// A picture as an array (height, width, 4), without a copy.
 fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> PyResult<Bound<'_, PyArray3<T>>> {
     let values: Bound<PyArray1<T>> = values.into_pyarray(py);
     values.reshape([viewport.height as usize, viewport.width as usize, 4])
 }
 
-/// (height, width)
+/// A depth map (height, width).
 type Depths<'py> = Bound<'py, PyArray2<f32>>;
 
 fn stream_plan<'py>(py: Python<'py>, plan: &StreamPlan) -> PyResult<Bound<'py, PyDict>> {
@@ -72,7 +71,7 @@ fn chosen(settings: Option<Bound<Settings>>) -> OurSettings {
     settings.map_or_else(OurSettings::default, |settings| *settings.get().ours())
 }
 
-/// A time limit of so many seconds.
+/// A time limit in seconds.
 fn longest(seconds: Option<f64>) -> Result<Option<Duration>> {
     let refused = |_| out_of_range("time_limit", seconds.unwrap_or_default(), "seconds, at least 0, or None");
     seconds.map(Duration::try_from_secs_f64).transpose().map_err(refused)
@@ -84,39 +83,39 @@ impl Renderer {
     #[pyo3(signature = (volume, transfer = None, *, device = None, context = None, queue = None, time_limit = None))]
     fn new(
         volume: &Bound<PyAny>,
-        transfer: Option<Given<Bound<TransferFunction>>>,
+        transfer: Option<Argument<Bound<TransferFunction>>>,
         device: Option<&Bound<PyAny>>,
         context: Option<&Bound<PyAny>>,
         queue: Option<&Bound<PyAny>>,
-        time_limit: Option<Given<f64>>,
+        time_limit: Option<Argument<f64>>,
     ) -> Result<Self> {
-        given!(transfer, time_limit);
+        extract!(transfer, time_limit);
         let time_limit = longest(time_limit)?;
         let transfer = transfer.as_ref().map(Bound::get);
         let py = volume.py();
-        if let Ok(there) = volume.cast::<DeviceVolume>() {
-            return Self::of(py, there.get(), transfer, device, context, queue, time_limit);
+        if let Ok(uploaded) = volume.cast::<DeviceVolume>() {
+            return Self::from_device_volume(py, uploaded.get(), transfer, device, context, queue, time_limit);
         }
-        // An array of pyopencl's.
+        // A pyopencl array.
         if volume.hasattr("base_data")? {
-            // On its own queue, unless another is given.
+            // Default to the array's own queue.
             let own = volume.getattr("queue")?;
-            let none = device.is_none() && context.is_none() && queue.is_none() && !own.is_none();
-            let device = of_arguments(device, context, if none { Some(&own) } else { queue })?;
-            let device = Bound::new(py, Device::new_of(device))?;
-            let there = py.import("layersplat._arrays")?.call_method1("on_device", (device, volume))?;
-            let there = there.cast::<DeviceVolume>().map_err(PyErr::from)?;
-            return Self::of(py, there.get(), transfer, None, None, None, time_limit);
+            let unspecified = device.is_none() && context.is_none() && queue.is_none() && !own.is_none();
+            let device = device_from_arguments(device, context, if unspecified { Some(&own) } else { queue })?;
+            let device = Bound::new(py, Device::from_library(device))?;
+            let uploaded = py.import("layersplat._arrays")?.call_method1("on_device", (device, volume))?;
+            let uploaded = uploaded.cast::<DeviceVolume>().map_err(PyErr::from)?;
+            return Self::from_device_volume(py, uploaded.get(), transfer, None, None, None, time_limit);
         }
         let made;
         let volume = match volume.cast::<Volume>() {
             Ok(volume) => volume.get(),
             Err(_) => {
-                made = Volume::of(volume)?;
+                made = Volume::from_data(volume)?;
                 &made
             }
         };
-        let device = of_arguments(device, context, queue)?;
+        let device = device_from_arguments(device, context, queue)?;
         let transfer = transfer.map(|transfer| transfer.ours().clone());
         let volume = volume.ours().clone();
         let renderer = abandonable(py, move || {
@@ -126,20 +125,20 @@ impl Renderer {
         Ok(Self::with_limit(renderer, None, time_limit))
     }
 
-    /// A picture: (height, width, 4), uint8, over a background; straight alpha over transparent; row 0 on top.
+    /// Renders a picture: (height, width, 4), uint8, over a background; row 0 on top. With a transparent background, alpha is straight.
     #[pyo3(
-        signature = (camera, size, settings = None, *, background = Given::Default(Over::default())),
+        signature = (camera, size, settings = None, *, background = Argument::Default(Over::default())),
         text_signature = "($self, camera, size, settings=None, *, background='black')"
     )]
     fn render<'py>(
         &self,
         py: Python<'py>,
-        camera: Given<Bound<Camera>>,
-        size: Given<Size>,
-        settings: Option<Given<Bound<Settings>>>,
-        background: Given<Over>,
+        camera: Argument<Bound<Camera>>,
+        size: Argument<Size>,
+        settings: Option<Argument<Bound<Settings>>>,
+        background: Argument<Over>,
     ) -> Result<Bound<'py, PyArray3<u8>>> {
-        given!(camera, size, settings, background);
+        extract!(camera, size, settings, background);
         let camera = *camera.get().ours();
         let (viewport, settings, background) = (size.viewport()?, chosen(settings), background.background()?);
         let (values, _) =
@@ -147,35 +146,35 @@ impl Renderer {
         Ok(picture(py, values.expect(ONE_PROCESS), viewport)?)
     }
 
-    /// A picture: (height, width, 4), float32, premultiplied, 0 … 1, without a background; row 0 on top.
+    /// Renders a picture: (height, width, 4), float32, premultiplied, 0 … 1, without a background; row 0 on top.
     #[pyo3(signature = (camera, size, settings = None))]
     fn render_float<'py>(
         &self,
         py: Python<'py>,
-        camera: Given<Bound<Camera>>,
-        size: Given<Size>,
-        settings: Option<Given<Bound<Settings>>>,
+        camera: Argument<Bound<Camera>>,
+        size: Argument<Size>,
+        settings: Option<Argument<Bound<Settings>>>,
     ) -> Result<Bound<'py, PyArray3<f32>>> {
-        given!(camera, size, settings);
+        extract!(camera, size, settings);
         let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
         let (frame, _) = self.shared.interruptible(py, move |ours| ours.render(&camera, viewport, &settings))?;
         Ok(picture(py, frame.expect(ONE_PROCESS).into_pixels().into_flattened(), viewport)?)
     }
 
-    /// How far away is what a picture shows: two arrays (height, width), float32, distances from the eye along the view's direction, in world
-    /// units, infinite where nothing is seen; where something is seen first, and on the average, weighted by opacity.
+    /// Renders two depth maps (height, width), float32: the first visible depth, and the mean depth weighted by opacity. Depths are
+    /// distances from the eye along the view direction, in world units; infinite where nothing is visible.
     ///
-    /// Found by ray casting, whatever draws pictures. Raises InvalidValue for blend modes other than composite and iso.
+    /// Depths are always computed by ray casting. Raises InvalidValue for blend modes other than composite and iso.
     #[pyo3(signature = (camera, size, settings = None))]
     fn depths<'py>(
         &self,
         py: Python<'py>,
-        camera: Given<Bound<Camera>>,
-        size: Given<Size>,
-        settings: Option<Given<Bound<Settings>>>,
+        camera: Argument<Bound<Camera>>,
+        size: Argument<Size>,
+        settings: Option<Argument<Bound<Settings>>>,
     ) -> Result<(Depths<'py>, Depths<'py>)> {
-        given!(camera, size, settings);
+        extract!(camera, size, settings);
         let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
         let depths = self.shared.interruptible(py, move |ours| ours.depths(&camera, viewport, &settings))?;
@@ -184,35 +183,36 @@ impl Renderer {
         Ok((array(depths.first())?, array(depths.mean())?))
     }
 
-    /// Enqueues a picture into a buffer or a 2D image of the context, after wait_for, and returns at once, with an Event.
+    /// Enqueues a picture into a buffer or a 2D image of the context, after wait_for. Returns an Event without waiting.
     ///
-    /// onto: an object with int_ptr (pyopencl's) or a number. format: rgba8, over the background, or float, premultiplied, without one.
-    /// first: byte of the first pixel in a buffer; row_pitch: bytes from row to row. wait_for: Events, objects with int_ptr or numbers.
+    /// onto: an object with int_ptr (pyopencl) or an integer handle. format: rgba8, over the background, or float, premultiplied, without
+    /// a background. first: byte offset of the first pixel in a buffer. row_pitch: bytes from row to row. wait_for: Events, objects with
+    /// int_ptr or integer handles.
     ///
-    /// Raises InvalidValue of sheets, which have to wait, and where the picture does not fit. What was enqueued leaves the queue usable.
+    /// Raises InvalidValue for sheet algorithms, which need host readback, and if the picture does not fit. The queue stays usable.
     #[pyo3(
         signature = (
-            camera, size, onto, settings = None, *, format = Given::Default("rgba8".into()), background = Given::Default(Over::default()), first = Given::Default(0), row_pitch = None,
+            camera, size, onto, settings = None, *, format = Argument::Default("rgba8".into()), background = Argument::Default(Over::default()), first = Argument::Default(0), row_pitch = None,
             wait_for = None,
         ),
         text_signature = "($self, camera, size, onto, settings=None, *, format='rgba8', background='black', first=0, row_pitch=None, \
             wait_for=None)"
     )]
-    #[allow(clippy::too_many_arguments)] // Each is named where it is given.
+    #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
     fn enqueue(
         &self,
         py: Python,
-        camera: Given<Bound<Camera>>,
-        size: Given<Size>,
+        camera: Argument<Bound<Camera>>,
+        size: Argument<Size>,
         onto: &Bound<PyAny>,
-        settings: Option<Given<Bound<Settings>>>,
-        format: Given<String>,
-        background: Given<Over>,
-        first: Given<usize>,
-        row_pitch: Option<Given<usize>>,
-        wait_for: Option<Given<Vec<Bound<PyAny>>>>,
+        settings: Option<Argument<Bound<Settings>>>,
+        format: Argument<String>,
+        background: Argument<Over>,
+        first: Argument<usize>,
+        row_pitch: Option<Argument<usize>>,
+        wait_for: Option<Argument<Vec<Bound<PyAny>>>>,
     ) -> Result<Event> {
-        given!(camera, size, settings, format, background, first, row_pitch, wait_for);
+        extract!(camera, size, settings, format, background, first, row_pitch, wait_for);
         let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
         let mut onto = PictureMemory::new(&memory("onto", onto)?, picture_format(&format, &background)?).with_first(first);
@@ -227,25 +227,26 @@ impl Renderer {
         Ok(Event::new(event))
     }
 
-    /// Makes what pictures like this one need, from any side, and waits until it is there: kernels, tables, layouts.
+    /// Builds the kernels, tables and layouts that pictures with these settings need, for every view direction, and waits for them.
     #[pyo3(signature = (camera, size, settings = None))]
     fn prepare(
         &self,
         py: Python,
-        camera: Given<Bound<Camera>>,
-        size: Given<Size>,
-        settings: Option<Given<Bound<Settings>>>,
+        camera: Argument<Bound<Camera>>,
+        size: Argument<Size>,
+        settings: Option<Argument<Bound<Settings>>>,
     ) -> Result<()> {
-        given!(camera, size, settings);
+        extract!(camera, size, settings);
         let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
         self.shared.interruptible(py, move |ours| ours.prepare(&camera, viewport, &settings))
     }
 
-    /// The voxels, in memory of the caller's own, are other ones after wait_for. Returns an Event; frames wait for it by themselves.
+    /// Notifies the renderer that voxels in the caller's memory change, and are valid after wait_for. Returns an Event; frames wait for
+    /// it automatically.
     #[pyo3(signature = (wait_for = None))]
-    fn volume_changed(&self, py: Python, wait_for: Option<Given<Vec<Bound<PyAny>>>>) -> Result<Event> {
-        given!(wait_for);
+    fn volume_changed(&self, py: Python, wait_for: Option<Argument<Vec<Bound<PyAny>>>>) -> Result<Event> {
+        extract!(wait_for);
         let wait = events(wait_for)?;
         let event = self
             .shared
@@ -253,44 +254,44 @@ impl Renderer {
         Ok(Event::new(event))
     }
 
-    /// Cancels the calls of render, render_float, depths and prepare that are in progress on other threads, or wait for the renderer: they
-    /// raise Cancelled before their next kernel. Later calls are drawn in full. Returns at once, and does nothing where there are none.
+    /// Cancels calls of render, render_float, depths and prepare on other threads, including those that wait for the renderer. They raise
+    /// Cancelled before their next kernel. Later calls are not affected. Does not block.
     fn cancel(&self) {
         self.shared.cancel();
     }
 
-    /// How a view would be streamed, a dict; None where the renderer holds all voxels, as without a memory budget.
+    /// The streaming plan of a view, a dict; None if the renderer holds all voxels.
     ///
-    /// lattices: a list of dicts, each with the layer axis, the number of parts that are uploaded one after the other, and held_layers, the most
-    /// layers on the device at a time. voxel_bytes: bytes of voxels that a frame uploads. volume_bytes: bytes of all voxels. device_bytes: most
-    /// bytes of buffers at a time. available_bytes: bytes that these may take.
+    /// lattices: a list of dicts with the layer axis, the number of parts that are uploaded in sequence, and held_layers, the maximum
+    /// number of layers on the device. voxel_bytes: bytes of voxels that a frame uploads. volume_bytes: bytes of all voxels. device_bytes:
+    /// peak bytes of buffers. available_bytes: bytes available for these buffers.
     ///
-    /// Raises OutOfMemory where the budget is too small for the view.
+    /// Raises OutOfMemory if the budget is too small for the view.
     #[pyo3(signature = (camera, size, settings = None))]
     fn stream_plan<'py>(
         &self,
         py: Python<'py>,
-        camera: Given<Bound<Camera>>,
-        size: Given<Size>,
-        settings: Option<Given<Bound<Settings>>>,
+        camera: Argument<Bound<Camera>>,
+        size: Argument<Size>,
+        settings: Option<Argument<Bound<Settings>>>,
     ) -> Result<Option<Bound<'py, PyDict>>> {
-        given!(camera, size, settings);
+        extract!(camera, size, settings);
         let camera = *camera.get().ours();
         let (viewport, settings) = (size.viewport()?, chosen(settings));
         let plan = self.shared.with(py, |ours| ours.stream_plan(&camera, viewport, &settings))?;
         Ok(plan.map(|plan| stream_plan(py, &plan)).transpose()?)
     }
 
-    /// Longest time of a frame in seconds; None: no limit. A longer frame raises TimedOut before its next kernel. It may be set, for the next
-    /// frame on. Enqueued frames are not limited.
+    /// Time limit per frame in seconds; None: no limit. A frame that exceeds it raises TimedOut before its next kernel. It can be set,
+    /// effective from the next frame. Enqueued frames are not limited.
     #[getter]
     fn time_limit(&self) -> Option<f64> {
         self.time_limit.lock().unwrap_or_else(PoisonError::into_inner).map(|limit| limit.as_secs_f64())
     }
 
     #[setter]
-    fn set_time_limit(&self, py: Python, time_limit: Option<Given<f64>>) -> Result<()> {
-        given!(time_limit);
+    fn set_time_limit(&self, py: Python, time_limit: Option<Argument<f64>>) -> Result<()> {
+        extract!(time_limit);
         let longest = longest(time_limit)?;
         self.shared.with(py, |ours| {
             ours.limit(longest);
@@ -300,42 +301,42 @@ impl Renderer {
         Ok(())
     }
 
-    /// A camera in which the whole grid fits from all sides; zoom: how many times larger it is seen then.
+    /// A camera that shows the whole grid from all sides. zoom: magnification relative to the fit.
     ///
-    /// size: (width, height) in pixels, or one number of both. azimuth, elevation, roll: degrees, see Camera.orbit. field_of_view: vertical,
-    /// degrees, of a perspective.
+    /// size: (width, height) in pixels, or one number for both. azimuth, elevation, roll: degrees, see Camera.orbit. field_of_view: the
+    /// vertical angle of a perspective in degrees.
     #[pyo3(
         signature = (
-            size, *, azimuth = Given::Default(0.0), elevation = Given::Default(0.0), roll = Given::Default(0.0),
-            zoom = Given::Default(1.0), field_of_view = None,
+            size, *, azimuth = Argument::Default(0.0), elevation = Argument::Default(0.0), roll = Argument::Default(0.0),
+            zoom = Argument::Default(1.0), field_of_view = None,
         ),
         text_signature = "($self, size, *, azimuth=0.0, elevation=0.0, roll=0.0, zoom=1.0, field_of_view=None)"
     )]
-    #[allow(clippy::too_many_arguments)] // Each is named where it is given.
+    #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
     fn camera(
         &self,
         py: Python,
-        size: Given<Size>,
-        azimuth: Given<f64>,
-        elevation: Given<f64>,
-        roll: Given<f64>,
-        zoom: Given<f64>,
-        field_of_view: Option<Given<f64>>,
+        size: Argument<Size>,
+        azimuth: Argument<f64>,
+        elevation: Argument<f64>,
+        roll: Argument<f64>,
+        zoom: Argument<f64>,
+        field_of_view: Option<Argument<f64>>,
     ) -> Result<Camera> {
-        given!(size, azimuth, elevation, roll, zoom, field_of_view);
+        extract!(size, azimuth, elevation, roll, zoom, field_of_view);
         let grid = self.shared.with(py, |ours| Ok(ours.grid().clone()))?;
         around(&grid, size.viewport()?, orbit(azimuth, elevation, roll)?, zoom, field_of_view)
     }
 
-    /// The transfer function; another one may be set.
+    /// The transfer function. It can be set, effective from the next frame.
     #[getter]
     fn transfer(&self, py: Python) -> Result<TransferFunction> {
-        Ok(TransferFunction::new_of(self.shared.with(py, |ours| Ok(ours.transfer_function().clone()))?))
+        Ok(TransferFunction::from_library(self.shared.with(py, |ours| Ok(ours.transfer_function().clone()))?))
     }
 
     #[setter]
-    fn set_transfer(&self, py: Python, transfer: Given<Bound<TransferFunction>>) -> Result<()> {
-        given!(transfer);
+    fn set_transfer(&self, py: Python, transfer: Argument<Bound<TransferFunction>>) -> Result<()> {
+        extract!(transfer);
         let transfer = transfer.get().ours();
         self.shared.with(py, |ours| {
             ours.set_transfer_function(transfer);
@@ -343,7 +344,7 @@ impl Renderer {
         })
     }
 
-    /// Panics in the middle of a call: for the test of what follows.
+    /// Panics during a call, for tests of the behaviour afterwards.
     fn _panic(&self, py: Python) -> Result<()> {
         self.shared.with(py, |_| panic!("in the middle"))
     }
@@ -355,10 +356,10 @@ impl Renderer {
         Self { shared: Arc::new(Exclusive::new(renderer, owner)), time_limit: Mutex::new(time_limit) }
     }
 
-    /// Of voxels that are on a device already: on that device, unless another of its queues is given.
-    fn of(
+    /// A renderer of voxels on a device. It uses the device of the volume.
+    fn from_device_volume(
         py: Python,
-        there: &DeviceVolume,
+        uploaded: &DeviceVolume,
         transfer: Option<&TransferFunction>,
         device: Option<&Bound<PyAny>>,
         context: Option<&Bound<PyAny>>,
@@ -366,7 +367,7 @@ impl Renderer {
         time_limit: Option<Duration>,
     ) -> Result<Self> {
         if device.is_some() || context.is_some() || queue.is_some() {
-            let problem = "the volume is on a device already: that is the one that it was made with";
+            let problem = "leave it out: the volume is already on the device that it was made with";
             return Err(crate::errors::conflict("device", problem));
         }
         let transfer = match transfer {
@@ -374,11 +375,11 @@ impl Renderer {
             None => {
                 return Err(crate::errors::conflict(
                     "transfer",
-                    "voxels on a device have no histogram at hand: give a transfer function",
+                    "voxels on a device have no histogram: give a transfer function",
                 ));
             }
         };
-        let renderer = Ours::from_uploaded(there.ours(), &transfer)?;
-        Ok(Self::with_limit(Box::new(renderer), Some(there.owner().clone_ref(py)), time_limit))
+        let renderer = Ours::from_uploaded(uploaded.ours(), &transfer)?;
+        Ok(Self::with_limit(Box::new(renderer), Some(uploaded.owner().clone_ref(py)), time_limit))
     }
 }

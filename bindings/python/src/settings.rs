@@ -1,9 +1,9 @@
-//! How pictures are made.
+//! Render settings.
 
 mod arguments;
 
+use crate::argument::{Argument, accepted, either, extract, extracted, refused};
 use crate::errors::{Failure, Result, conflict, unknown};
-use crate::given::{Given, accepted, either, extracted, given, refused};
 use crate::pickled::{Reduced, reduced};
 use layersplat::settings::{
     Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, GradientOpacity, LayerAxis, Layered, Light,
@@ -14,19 +14,20 @@ use pyo3::Borrowed;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 
-/// Everything that decides how a picture is made, besides volume, transfer function and camera.
+/// Render settings.
 ///
-/// All that is not given is as in the command: quality standard, composited, lit, nothing clipped.
+/// Defaults are those of the command: quality standard, composited, shaded, without clipping.
 ///
 /// quality: draft, standard, high or paper. algorithm: layered, axis-sheets, view-sheets, slicing or raycast. kernel: cubic, linear,
-/// catmull-rom or bspline; of raycast gaussian, too. samples_per_layer: 1 to 8; density: samples per voxel, 1 to 16; layer_axis: auto, x,
-/// y or z; all three of layered. step: of slicing and raycast, smallest spacings. sheet_distance: of view-sheets, 0.125 to 4 voxels.
-/// blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient, diffuse, specular, power and
-/// light: a direction (x, y, z) to it, or None, at the camera; with a strength, (direction, strength); or a list of up to four of these.
-/// gradient_opacity: up to eight (length, factor), what is left of the opacity where the field's gradient has a length in values per world
-/// distance. crop: ((x, y, z), (x, y, z)), the lowest and the highest voxel that are shown. planes: up to six (point, normal) in the world, of which the side that the normal points to is shown. unit_distance: world
-/// distance that opacities are for, the smallest spacing by default. extinction: exponential or linear. early_termination: whether rays
-/// stop where less than 1/4096 of the light passes.
+/// catmull-rom or bspline; raycast also supports gaussian. Only for layered: samples_per_layer, 1 to 8; density, samples per voxel, 1
+/// to 16; layer_axis, auto, x, y or z. step: for slicing and raycast, in units of the smallest spacing. sheet_distance: for
+/// view-sheets, 0.125 to 4 voxels. blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of
+/// ambient, diffuse, specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, or
+/// (direction, strength); light is one of these, or a list of up to four. gradient_opacity: up to eight points (magnitude, factor): the
+/// opacity factor at a gradient magnitude in values per world unit. crop: ((x, y, z), (x, y, z)), the lowest and the highest visible
+/// voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal points to is shown.
+/// unit_distance: thickness in world units at which the opacities apply, by default the smallest spacing. extinction: exponential or
+/// linear. early_termination: whether rays stop at a transmittance below 1/4096.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Settings(Ours);
 
@@ -36,16 +37,16 @@ impl Settings {
     }
 }
 
-/// A blend mode by its name, or the iso-value of a surface.
+/// A blend mode by name, or an iso-surface with its value.
 enum BlendName {
     Named(String),
     Iso((String, f64)),
 }
 
-/// On or off, or its numbers.
+/// Shading on or off, or its coefficients.
 enum Lighting<'py> {
     Switch(bool),
-    Of(BTreeMap<String, Bound<'py, PyAny>>),
+    Coefficients(BTreeMap<String, Bound<'py, PyAny>>),
 }
 
 accepted! {
@@ -68,12 +69,12 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Lighting<'py> {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        either(object, Lighting::Switch, Lighting::Of)
+        either(object, Lighting::Switch, Lighting::Coefficients)
     }
 }
 
-/// What of layered rendering, and of other algorithms, is chosen by itself.
-struct Own<'a> {
+/// Algorithm-specific options.
+struct AlgorithmOptions<'a> {
     quality: Option<&'a str>,
     kernel: Option<&'a str>,
     samples_per_layer: Option<u32>,
@@ -88,38 +89,38 @@ impl Settings {
     #[new]
     #[pyo3(
         signature = (
-            quality = None, *, algorithm = Given::Default("layered".into()), kernel = None, samples_per_layer = None, density = None,
+            quality = None, *, algorithm = Argument::Default("layered".into()), kernel = None, samples_per_layer = None, density = None,
             layer_axis = None, step = None, sheet_distance = None, blend = None, shading = None, gradient_opacity = None, crop = None,
-            planes = None, unit_distance = None, extinction = Given::Default("exponential".into()),
-            early_termination = Given::Default(true),
+            planes = None, unit_distance = None, extinction = Argument::Default("exponential".into()),
+            early_termination = Argument::Default(true),
         ),
         text_signature = "(quality=None, *, algorithm='layered', kernel=None, samples_per_layer=None, density=None, layer_axis=None, \
             step=None, sheet_distance=None, blend=None, shading=None, gradient_opacity=None, crop=None, planes=None, unit_distance=None, \
             extinction='exponential', early_termination=True)"
     )]
-    #[allow(clippy::too_many_arguments)] // Each is a keyword.
+    #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
     fn new(
-        quality: Option<Given<String>>,
-        algorithm: Given<String>,
-        kernel: Option<Given<String>>,
-        samples_per_layer: Option<Given<u32>>,
-        density: Option<Given<u32>>,
-        layer_axis: Option<Given<String>>,
-        step: Option<Given<f64>>,
-        sheet_distance: Option<Given<f64>>,
-        blend: Option<Given<BlendName>>,
-        shading: Option<Given<Lighting<'_>>>,
-        gradient_opacity: Option<Given<Vec<(f64, f64)>>>,
-        crop: Option<Given<[[f64; 3]; 2]>>,
-        planes: Option<Given<Vec<[[f64; 3]; 2]>>>,
-        unit_distance: Option<Given<f64>>,
-        extinction: Given<String>,
-        early_termination: Given<bool>,
+        quality: Option<Argument<String>>,
+        algorithm: Argument<String>,
+        kernel: Option<Argument<String>>,
+        samples_per_layer: Option<Argument<u32>>,
+        density: Option<Argument<u32>>,
+        layer_axis: Option<Argument<String>>,
+        step: Option<Argument<f64>>,
+        sheet_distance: Option<Argument<f64>>,
+        blend: Option<Argument<BlendName>>,
+        shading: Option<Argument<Lighting<'_>>>,
+        gradient_opacity: Option<Argument<Vec<(f64, f64)>>>,
+        crop: Option<Argument<[[f64; 3]; 2]>>,
+        planes: Option<Argument<Vec<[[f64; 3]; 2]>>>,
+        unit_distance: Option<Argument<f64>>,
+        extinction: Argument<String>,
+        early_termination: Argument<bool>,
     ) -> Result<Self> {
-        given!(quality, algorithm, kernel, samples_per_layer, density, layer_axis, step, sheet_distance);
-        given!(blend, shading, gradient_opacity, crop, planes, unit_distance, extinction, early_termination);
+        extract!(quality, algorithm, kernel, samples_per_layer, density, layer_axis, step, sheet_distance);
+        extract!(blend, shading, gradient_opacity, crop, planes, unit_distance, extinction, early_termination);
         let (quality, kernel, layer_axis) = (quality.as_deref(), kernel.as_deref(), layer_axis.as_deref());
-        let own = Own { quality, kernel, samples_per_layer, density, layer_axis, step, sheet_distance };
+        let options = AlgorithmOptions { quality, kernel, samples_per_layer, density, layer_axis, step, sheet_distance };
         Ok(Self(Ours {
             blend: blend.map_or(Ok(Blend::Composite), |blend| blend.blend())?,
             clipping: clipping(crop, planes.unwrap_or_default())?,
@@ -132,7 +133,7 @@ impl Settings {
             gradient_opacity: gradient_opacity.map(|points| GradientOpacity::new(&points)).transpose()?,
             early_termination,
             unit_distance,
-            ..own.algorithm(&algorithm)?.into()
+            ..options.algorithm(&algorithm)?.into()
         }))
     }
 
@@ -148,7 +149,7 @@ impl Settings {
         let default = arguments::arguments(py, &Ours::default())?;
         let mut shown = Vec::new();
         for (name, value) in arguments::arguments(py, &self.0)? {
-            if !default.get_item(&name)?.is_some_and(|usual| usual.eq(&value).unwrap_or(false)) {
+            if !default.get_item(&name)?.is_some_and(|default| default.eq(&value).unwrap_or(false)) {
                 shown.push(format!("{name}={}", value.repr()?));
             }
         }
@@ -160,7 +161,7 @@ impl BlendName {
     fn blend(self) -> Result<Blend> {
         match self {
             BlendName::Iso((name, value)) if name == "iso" => Ok(Blend::Iso(value)),
-            BlendName::Iso((name, _)) => Err(conflict("blend", format!("{name} takes no value: only iso does"))),
+            BlendName::Iso((name, _)) => Err(conflict("blend", format!("{name} takes no value; only iso does"))),
             BlendName::Named(name) => match name.as_str() {
                 "composite" => Ok(Blend::Composite),
                 "maximum" => Ok(Blend::Maximum),
@@ -174,11 +175,11 @@ impl BlendName {
 }
 
 impl Lighting<'_> {
-    /// What is not given keeps its default.
+    /// Missing coefficients keep their defaults.
     fn shading(self) -> Result<Option<Shading>> {
         let numbers = match self {
             Lighting::Switch(on) => return Ok(on.then(Shading::default)),
-            Lighting::Of(numbers) => numbers,
+            Lighting::Coefficients(numbers) => numbers,
         };
         let mut shading = Shading::default();
         for (name, value) in numbers {
@@ -195,7 +196,7 @@ impl Lighting<'_> {
     }
 }
 
-/// None or a direction, or one of these and a strength.
+/// A light: a direction or None, optionally with a strength.
 fn light(value: &Bound<'_, PyAny>) -> PyResult<Light> {
     let (direction, strength) = match value.extract::<(Option<[f64; 3]>, f64)>() {
         Ok(both) => both,
@@ -204,7 +205,7 @@ fn light(value: &Bound<'_, PyAny>) -> PyResult<Light> {
     Ok(Light { direction: direction.map(Into::into), strength })
 }
 
-/// One, or a list of them.
+/// One light, or a list of lights.
 fn lights(value: &Bound<'_, PyAny>) -> Result<Lights> {
     let several = |error: PyErr| match value.extract::<Vec<Bound<'_, PyAny>>>() {
         Ok(several) => several.iter().map(light).collect(),
@@ -225,8 +226,8 @@ fn clipping(crop: Option<[[f64; 3]; 2]>, planes: Vec<[[f64; 3]; 2]>) -> Result<C
     Ok(Clipping { crop, ..Clipping::default() }.with_planes(planes))
 }
 
-impl Own<'_> {
-    /// The algorithm of a name, with what was chosen; what it does not have is refused.
+impl AlgorithmOptions<'_> {
+    /// The algorithm of a name with its options. Rejects options of other algorithms.
     fn algorithm(&self, name: &str) -> Result<Algorithm> {
         let layer_axis = self.layer_axis.map_or(Ok(LayerAxis::Auto), layer_axis)?;
         let algorithm = match name {
@@ -240,7 +241,7 @@ impl Own<'_> {
             other => return Err(unknown("algorithm", other, "layered, axis-sheets, view-sheets, slicing or raycast")),
         };
         let layered = name == "layered";
-        let given = [
+        let unused = [
             ("quality", self.quality.is_some() && !layered),
             ("kernel", self.kernel.is_some() && !layered && name != "raycast"),
             ("samples_per_layer", self.samples_per_layer.is_some() && !layered),
@@ -249,29 +250,26 @@ impl Own<'_> {
             ("step", self.step.is_some() && name != "slicing" && name != "raycast"),
             ("sheet_distance", self.sheet_distance.is_some() && name != "view-sheets"),
         ];
-        match given.iter().find(|(_, without_meaning)| *without_meaning) {
+        match unused.iter().find(|(_, unused)| *unused) {
             Some((field, _)) => Err(conflict(field, format!("it has no meaning for {name}: leave it out"))),
             None => Ok(algorithm),
         }
     }
 
-    /// The quality's choices with what was chosen otherwise.
+    /// The options of the quality, overridden by explicit ones.
     fn layered(&self, layer_axis: LayerAxis) -> Result<Layered> {
         let quality = self.quality.unwrap_or("standard");
         let quality: Quality = quality.parse().map_err(|_| unknown("quality", quality, "draft, standard, high or paper"))?;
         let mut layered = Layered { layer_axis, ..quality.layered() };
         match &mut layered.classification {
-            Classification::Preintegrated { kernel: of_quality, samples_per_layer } => {
-                *of_quality = self.kernel.map_or(Ok(*of_quality), kernel)?;
+            Classification::Preintegrated { kernel: default_kernel, samples_per_layer } => {
+                *default_kernel = self.kernel.map_or(Ok(*default_kernel), kernel)?;
                 *samples_per_layer = self.samples_per_layer.unwrap_or(*samples_per_layer);
             }
             Classification::Post(_) => {
-                let given = [("kernel", self.kernel.is_some()), ("samples_per_layer", self.samples_per_layer.is_some())];
-                if let Some((field, _)) = given.iter().find(|(_, given)| *given) {
-                    return Err(conflict(
-                        field,
-                        "it is the paper's own in this quality: leave it out, or choose another quality",
-                    ));
+                let fixed = [("kernel", self.kernel.is_some()), ("samples_per_layer", self.samples_per_layer.is_some())];
+                if let Some((field, _)) = fixed.iter().find(|(_, is_set)| *is_set) {
+                    return Err(conflict(field, "this quality uses the paper's own: leave it out, or choose another quality"));
                 }
             }
         }

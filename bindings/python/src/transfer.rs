@@ -1,8 +1,8 @@
 //! Transfer functions.
 
+use crate::argument::{Argument, accepted, either, extract};
 use crate::calls::abandonable;
 use crate::errors::Result;
-use crate::given::{Given, accepted, either, given};
 use crate::pickled::{Reduced, reduced};
 use crate::volume::Volume;
 use crate::warned::{warn, warned};
@@ -14,17 +14,18 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 
-/// Colour and opacity of a data value, piecewise linear.
+/// A piecewise linear transfer function: colour and opacity by data value.
 ///
-/// A transfer function of points: colors (value, (red, green, blue)) and opacities (value, opacity), each sorted by value,
-/// numbers 0 … 1; name: shown in messages.
+/// colors: points (value, (red, green, blue)). opacities: points (value, opacity). Both are sorted by value; colours and opacities are
+/// 0 … 1. name: shown in messages.
 ///
-/// It is linear between points and constant beyond them; two at one value make a step. Opacities are per unit distance, see Settings.
+/// The function is constant beyond its end points. Two points at the same value make a step. Opacities are per unit distance, see
+/// Settings.
 #[pyclass(frozen, module = "layersplat")]
 pub struct TransferFunction(Ours);
 
 impl TransferFunction {
-    pub fn new_of(transfer: Ours) -> Self {
+    pub fn from_library(transfer: Ours) -> Self {
         Self(transfer)
     }
 
@@ -33,7 +34,7 @@ impl TransferFunction {
     }
 }
 
-/// What a built-in function is stretched onto.
+/// The range to which a built-in function is stretched.
 pub enum Onto<'py> {
     Volume(Bound<'py, Volume>),
     Range((f64, f64)),
@@ -55,63 +56,64 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Onto<'py> {
 impl TransferFunction {
     #[new]
     #[pyo3(
-        signature = (colors, opacities, *, name = Given::Default("given".into())),
+        signature = (colors, opacities, *, name = Argument::Default("given".into())),
         text_signature = "(colors, opacities, *, name='given')"
     )]
-    fn new(colors: Given<Vec<(f64, [f64; 3])>>, opacities: Given<Vec<(f64, f64)>>, name: Given<String>) -> Result<Self> {
-        given!(colors, opacities, name);
+    fn new(colors: Argument<Vec<(f64, [f64; 3])>>, opacities: Argument<Vec<(f64, f64)>>, name: Argument<String>) -> Result<Self> {
+        extract!(colors, opacities, name);
         Ok(Self(Ours::new(name, colors, opacities)?))
     }
 
-    /// A colour map by name (grey, fire, viridis, cool-warm and those of `layersplat transfer --list`, with _r turned round), stretched onto a Volume's values or onto (lowest, highest).
+    /// A built-in colour map by name, stretched to the range of a Volume or to (lowest, highest). Names: grey, fire, viridis, cool-warm
+    /// and others of `layersplat transfer --list`; append _r to reverse.
     #[staticmethod]
-    fn builtin(name: Given<String>, onto: Given<Onto>) -> Result<Self> {
-        given!(name, onto);
+    fn builtin(name: Argument<String>, onto: Argument<Onto>) -> Result<Self> {
+        extract!(name, onto);
         Ok(Self(match onto {
             Onto::Volume(volume) => Ours::builtin(&name, volume.get().ours())?,
-            Onto::Range((lo, hi)) => Ours::builtin(&name, &from_zero_to_one()?)?.stretched(lo, hi)?,
+            Onto::Range((lo, hi)) => Ours::builtin(&name, &unit_range()?)?.stretched(lo, hi)?,
         }))
     }
 
-    /// A sensible first one, from the volume's histogram.
+    /// A default transfer function from the volume's histogram.
     #[staticmethod]
-    fn automatic(py: Python, volume: Given<Bound<Volume>>) -> Result<Self> {
-        given!(volume);
+    fn automatic(py: Python, volume: Argument<Bound<Volume>>) -> Result<Self> {
+        extract!(volume);
         let volume = volume.get().ours().clone();
         Ok(Self(abandonable(py, move || Ok(Ours::automatic(&volume)))?))
     }
 
-    /// A built-in one by its name, or a ParaView colour map: FILE or FILE#PRESET.
+    /// A built-in transfer function by name, or a ParaView colour map: FILE or FILE#PRESET.
     #[staticmethod]
-    fn open(py: Python, source: Given<PathBuf>, volume: Given<Bound<Volume>>) -> Result<Self> {
-        given!(source, volume);
+    fn open(py: Python, source: Argument<PathBuf>, volume: Argument<Bound<Volume>>) -> Result<Self> {
+        extract!(source, volume);
         let volume = volume.get().ours().clone();
         let (transfer, warnings) = warned(py, move || Ok(Ours::open(source, &volume)?))?;
         warn(py, warnings)?;
         Ok(Self(transfer))
     }
 
-    /// The same with its range of values mapped linearly onto lo … hi.
-    fn stretched(&self, lo: Given<f64>, hi: Given<f64>) -> Result<Self> {
-        given!(lo, hi);
+    /// A copy, mapped linearly to the range lo … hi.
+    fn stretched(&self, lo: Argument<f64>, hi: Argument<f64>) -> Result<Self> {
+        extract!(lo, hi);
         Ok(Self(self.0.stretched(lo, hi)?))
     }
 
-    /// The same with its opacities multiplied by a factor, 0 … 1.
-    fn faded(&self, factor: Given<f64>) -> Result<Self> {
-        given!(factor);
+    /// A copy with opacities multiplied by a factor, 0 … 1.
+    fn faded(&self, factor: Argument<f64>) -> Result<Self> {
+        extract!(factor);
         Ok(Self(self.0.faded(factor)?))
     }
 
     /// Colour (red, green, blue), 0 … 1, at a value.
-    fn color(&self, value: Given<f64>) -> Result<(f64, f64, f64)> {
-        given!(value);
+    fn color(&self, value: Argument<f64>) -> Result<(f64, f64, f64)> {
+        extract!(value);
         Ok(self.0.color(value).into())
     }
 
     /// Opacity per unit distance, 0 … 1, at a value.
-    fn opacity(&self, value: Given<f64>) -> Result<f64> {
-        given!(value);
+    fn opacity(&self, value: Argument<f64>) -> Result<f64> {
+        extract!(value);
         Ok(self.0.opacity(value))
     }
 
@@ -127,13 +129,13 @@ impl TransferFunction {
         self.0.opacities().to_vec()
     }
 
-    /// First and last value of a point.
+    /// Values of the first and the last point.
     #[getter]
     fn range(&self) -> (f64, f64) {
         self.0.range()
     }
 
-    /// Its name.
+    /// The name shown in messages.
     #[getter]
     fn name(&self) -> &str {
         self.0.name()
@@ -157,8 +159,8 @@ impl TransferFunction {
     }
 }
 
-/// The library stretches built-in functions onto a volume's values: onto these they stay what they are.
-fn from_zero_to_one() -> Result<OurVolume<'static>> {
+/// A dummy volume with the range 0 to 1: the library fits built-in functions to a volume.
+fn unit_range() -> Result<OurVolume<'static>> {
     let grid = Grid::new([2, 1, 1], DVec3::ONE)?;
     Ok(OurVolume::new("0 to 1", grid, Voxels::Float32(vec![0.0, 1.0]))?)
 }

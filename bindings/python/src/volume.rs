@@ -1,8 +1,8 @@
 //! Volumes on the host.
 
+use crate::argument::{Argument, extract};
 use crate::arrays;
 use crate::errors::{Result, unknown};
-use crate::given::{Given, given};
 use crate::warned::{warn, warned};
 use layersplat::glam::{DAffine3, DMat3, DVec3};
 use layersplat::volume::{Endian, Grid, Level};
@@ -11,29 +11,29 @@ use numpy::PyUntypedArray;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// Three axes and an origin in the world: the columns of a transform from voxels (x, y, z) to the world.
+/// The columns of an affine transform from voxels (x, y, z) to world coordinates: three axes and the origin.
 pub type Affine = [[f64; 3]; 4];
 
-/// A grid of an array's shape, (z, y, x), and a transform.
+/// The grid of an array of shape (z, y, x) with a transform.
 pub fn grid(shape: [usize; 3], [x, y, z, origin]: Affine) -> Result<Grid> {
     let axes = DMat3::from_cols(x.into(), y.into(), z.into());
     let dims = [shape[2], shape[1], shape[0]];
     Ok(Grid::from_affine(dims, DAffine3::from_mat3_translation(axes, origin.into()))?)
 }
 
-/// A scalar volume: voxels, where they lie in the world, and what surrounds them.
+/// A scalar volume: voxels, their grid in the world, and a background value.
 ///
-/// A volume of an array (z, y, x), or of an image of nibabel (x, y, z), SimpleITK, ITK or xarray.
+/// Volume(data) takes an array (z, y, x), or an image of nibabel (x, y, z), SimpleITK, ITK or xarray.
 ///
-/// data: integers, floats or booleans, of any strides and byte order. The volume has a copy, so the array may change afterwards; memory that
-/// nobody can write is not copied: bytes (numpy.frombuffer), and files mapped for reading only (numpy.memmap and numpy.load with mode "r"), of
-/// uint8, int8, uint16, int16 or float32. Wider types are converted. Floats that are NaN, infinite or beyond ±1e30, and what
-/// is masked, count as background. spacing: distance of voxels in world units, above 0: one number, or one per axis in the order of
-/// the data's own axes; 1 by default, and of image objects their own. background: the value around the volume, and of voxels that have
-/// none; the smallest by default. name: shown in messages.
+/// data: integers, floats or booleans, of any strides and byte order. The volume keeps a copy, so the array may change afterwards.
+/// Immutable memory is not copied: bytes (numpy.frombuffer), and files mapped read-only (numpy.memmap and numpy.load with mode "r"),
+/// of uint8, int8, uint16, int16 or float32. Wider types are converted. Masked voxels, and floats that are NaN, infinite or beyond
+/// ±1e30, count as background. spacing: voxel spacing in world units, above 0: one number, or one per axis in the order of the data's
+/// axes. The default is 1, or the spacing of an image object. background: the value around the volume and of voxels without a value;
+/// by default the smallest value. name: shown in messages.
 ///
-/// Warns (DataWarning) of values that are NaN, infinite or beyond ±1e30, and of those that 32-bit floats cannot tell apart.
-/// Raises InvalidValue where data has not three axes, or is of another type, or its grid is sheared.
+/// Warns (DataWarning) about values that are NaN, infinite or beyond ±1e30, and about integers that 32-bit floats cannot distinguish.
+/// Raises InvalidValue if data does not have three axes, has an unsupported type, or has a sheared grid.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Volume(Ours<'static>);
 
@@ -42,8 +42,8 @@ impl Volume {
         &self.0
     }
 
-    /// What `Volume(data)` makes.
-    pub fn of(data: &Bound<PyAny>) -> Result<Self> {
+    /// `Volume(data)`.
+    pub fn from_data(data: &Bound<PyAny>) -> Result<Self> {
         Self::new(data, None, None, None)
     }
 }
@@ -55,10 +55,10 @@ impl Volume {
     fn new(
         data: &Bound<PyAny>,
         spacing: Option<&Bound<PyAny>>,
-        background: Option<Given<f64>>,
-        name: Option<Given<String>>,
+        background: Option<Argument<f64>>,
+        name: Option<Argument<String>>,
     ) -> Result<Self> {
-        given!(background, name);
+        extract!(background, name);
         let py = data.py();
         let placed = py.import("layersplat._arrays")?.call_method1("placed", (data, spacing))?;
         let (array, affine, masked): (Bound<PyUntypedArray>, Affine, usize) = placed.extract()?;
@@ -66,7 +66,7 @@ impl Volume {
         let grid = grid([shape[0], shape[1], shape[2]], affine)?;
         let (volume, mut warnings) = arrays::volume(&array, name.as_deref().unwrap_or("array"), grid)?;
         if volume.invalid() == masked {
-            // Whoever masks voxels expects it.
+            // All of these were masked on purpose.
             warnings.retain(|text| !text.contains("count as the background"));
         }
         warn(py, warnings)?;
@@ -78,31 +78,32 @@ impl Volume {
 
     /// Opens a file, or builtin:marschner-lobb, builtin:hydrogen or builtin:cube with @N or @XxYxZ.
     ///
-    /// dims: voxels along x, y, z. voxel_type, endian (little or big), header_bytes: what the name of a raw file does not tell. spacing: along
-    /// x, y, z. frame, channel: which volume of several, which number of several per voxel. array: a dataset, by its name or path. series: of
-    /// DICOM images in a folder. level: a resolution, 0 the finest.
+    /// dims: number of voxels along x, y, z. voxel_type, endian (little or big), header_bytes: properties of a raw file that its name
+    /// does not contain. spacing: along x, y, z. background: as for Volume(data). frame: index of one of several volumes. channel: index
+    /// of one of several components per voxel. array: a dataset, by name or path. series: a DICOM series in a folder. level: resolution
+    /// level, 0 is the finest.
     #[staticmethod]
     #[pyo3(signature = (
         path, *, dims = None, voxel_type = None, spacing = None, endian = None, header_bytes = None, background = None, frame = None,
         channel = None, array = None, series = None, level = None,
     ))]
-    #[allow(clippy::too_many_arguments)] // Each is a field of a file whose name does not tell it, or a choice between what it holds.
+    #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
     fn open(
         py: Python,
-        path: Given<PathBuf>,
-        dims: Option<Given<[usize; 3]>>,
-        voxel_type: Option<Given<String>>,
-        spacing: Option<Given<[f64; 3]>>,
-        endian: Option<Given<String>>,
-        header_bytes: Option<Given<u64>>,
-        background: Option<Given<f64>>,
-        frame: Option<Given<usize>>,
-        channel: Option<Given<usize>>,
-        array: Option<Given<String>>,
-        series: Option<Given<String>>,
-        level: Option<Given<usize>>,
+        path: Argument<PathBuf>,
+        dims: Option<Argument<[usize; 3]>>,
+        voxel_type: Option<Argument<String>>,
+        spacing: Option<Argument<[f64; 3]>>,
+        endian: Option<Argument<String>>,
+        header_bytes: Option<Argument<u64>>,
+        background: Option<Argument<f64>>,
+        frame: Option<Argument<usize>>,
+        channel: Option<Argument<usize>>,
+        array: Option<Argument<String>>,
+        series: Option<Argument<String>>,
+        level: Option<Argument<usize>>,
     ) -> Result<Self> {
-        given!(path, dims, voxel_type, spacing, endian, header_bytes, background, frame, channel, array, series, level);
+        extract!(path, dims, voxel_type, spacing, endian, header_bytes, background, frame, channel, array, series, level);
         let endian = match endian.as_deref() {
             None => None,
             Some("little") => Some(Endian::Little),
@@ -125,20 +126,20 @@ impl Volume {
         }))
     }
 
-    /// Voxels along z, y, x.
+    /// Number of voxels along z, y, x.
     #[getter]
     fn shape(&self) -> (usize, usize, usize) {
         let [x, y, z] = self.0.grid().dims();
         (z, y, x)
     }
 
-    /// Type of the voxels as they go to a device: uint8, int8, uint16, int16 or float32.
+    /// Voxel type on the device: uint8, int8, uint16, int16 or float32.
     #[getter]
     fn dtype(&self) -> String {
         self.0.voxel_type().to_string()
     }
 
-    /// Distance of voxels along x, y, z, in world units.
+    /// Voxel spacing along x, y, z, in world units.
     #[getter]
     fn spacing(&self) -> (f64, f64, f64) {
         self.0.grid().spacing().into()
@@ -150,7 +151,7 @@ impl Volume {
         self.0.grid().origin().into()
     }
 
-    /// World position (x, y, z) of the middle.
+    /// World position (x, y, z) of the centre.
     #[getter]
     fn centre(&self) -> (f64, f64, f64) {
         self.0.grid().centre().into()
@@ -162,19 +163,19 @@ impl Volume {
         self.0.range()
     }
 
-    /// The value around the volume, and of voxels that have none.
+    /// The value around the volume and of voxels without a value.
     #[getter]
     fn background(&self) -> f64 {
         self.0.background()
     }
 
-    /// How many voxels have no value: NaN, infinite or beyond ±1e30.
+    /// Number of voxels without a value: NaN, infinite or beyond ±1e30.
     #[getter]
     fn invalid(&self) -> usize {
         self.0.invalid()
     }
 
-    /// What it is called in messages.
+    /// The name shown in messages.
     #[getter]
     fn name(&self) -> &str {
         self.0.name()

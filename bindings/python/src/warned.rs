@@ -1,4 +1,4 @@
-//! The library's warnings, which it logs, as Python warnings.
+//! Converts the library's logged warnings to Python warnings.
 
 use crate::calls::abandonable;
 use crate::errors::Result;
@@ -19,10 +19,10 @@ pub fn warned<T: Send + 'static>(py: Python, work: impl FnOnce() -> Result<T> + 
     Ok((value, warnings))
 }
 
-/// Passes warnings on, as of the line of Python that made the call.
+/// Emits Python warnings, attributed to the caller's line.
 ///
 /// # Errors
-/// The warning, where Python makes errors of warnings.
+/// The warning, if Python's filters turn it into an exception.
 pub fn warn(py: Python, warnings: Vec<String>) -> Result<()> {
     let checks = py.import("layersplat._checks")?;
     for text in warnings {
@@ -31,7 +31,7 @@ pub fn warn(py: Python, warnings: Vec<String>) -> Result<()> {
     Ok(())
 }
 
-/// Messages of warnings.
+/// Collected warning messages.
 #[derive(Default)]
 struct Collected(Mutex<Vec<String>>);
 

@@ -1,4 +1,4 @@
-"""What the tests share: a volume that looks different from every side, and the command to compare with."""
+"""Shared fixtures: an asymmetric volume, and the command for comparison."""
 
 import os
 import pathlib
@@ -14,7 +14,7 @@ SIZE = (72, 60)
 
 @pytest.fixture(scope="session")
 def array():
-    """(z, y, x) = (20, 24, 28), uint8: smooth, of no symmetry."""
+    """(z, y, x) = (20, 24, 28), uint8: smooth and asymmetric."""
     z, y, x = np.mgrid[0:20, 0:24, 0:28].astype(float)
     one = np.exp(-((x - 18) ** 2 + (y - 13) ** 2 + (z - 8) ** 2) / 40)
     two = np.exp(-((x - 8) ** 2 / 3 + (y - 7) ** 2 + (z - 14) ** 2) / 15)
@@ -30,10 +30,10 @@ def transfer(array):
 
 @pytest.fixture(scope="session")
 def command():
-    """Runs the command `layersplat`: LAYERSPLAT_COMMAND, which ./test builds."""
+    """Runs the command `layersplat`: LAYERSPLAT_COMMAND, built by ./test."""
     path = os.environ.get("LAYERSPLAT_COMMAND")
     if not path:
-        pytest.skip("LAYERSPLAT_COMMAND names no command to compare with")
+        pytest.skip("LAYERSPLAT_COMMAND does not name a command")
 
     def run(*arguments):
         subprocess.run([path, *map(str, arguments)], check=True, capture_output=True, timeout=300)
@@ -43,27 +43,27 @@ def command():
 
 @pytest.fixture(scope="session")
 def picture():
-    """The picture of a volume, with as much given as makes two of them comparable."""
+    """Renders the picture of a volume with fixed transfer function, size and background, so that pictures are comparable."""
 
-    def of(data, spacing=None, **given):
-        given = {"cmap": "fire", "clim": (0, 255), "size": SIZE, "background": "transparent", **given}
-        found = layersplat.render(data, spacing, **given)
-        assert found[..., :3].max() > 20, "something is seen"
+    def render(data, spacing=None, **options):
+        options = {"cmap": "fire", "clim": (0, 255), "size": SIZE, "background": "transparent", **options}
+        found = layersplat.render(data, spacing, **options)
+        assert found[..., :3].max() > 20, "something is visible"
         return found
 
-    return of
+    return render
 
 
 @pytest.fixture(scope="session")
 def shared():
-    """The path of a real volume: in LAYERSPLAT_VOLUMES, or beside the repository. Without it a test is skipped."""
+    """The path of a real volume: in LAYERSPLAT_VOLUMES, or next to the repository. Skips the test if it is missing."""
     beside = pathlib.Path(__file__).parents[4] / "shared/volumes"
     volumes = pathlib.Path(os.environ.get("LAYERSPLAT_VOLUMES", beside))
 
     def path(name):
         found = volumes / name
         if not found.exists():
-            pytest.skip(f"{found} is not there")
+            pytest.skip(f"{found} is missing")
         return found
 
     return path

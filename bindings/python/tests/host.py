@@ -1,4 +1,4 @@
-"""A program with an OpenCL of its own, by pyopencl, which layersplat is a guest of."""
+"""An application with its own OpenCL context and queue, made with pyopencl, that embeds layersplat."""
 
 import numpy as np
 import pyopencl as cl
@@ -10,7 +10,7 @@ OUT_OF_ORDER = cl.command_queue_properties.OUT_OF_ORDER_EXEC_MODE_ENABLE
 
 
 class Host:
-    """A context and a queue on the device that layersplat takes by default."""
+    """A context and a queue on the default device of layersplat."""
 
     def __init__(self, properties=0):
         platform = layersplat.Device.list()[0]["platform"]
@@ -28,11 +28,11 @@ class Host:
         flags = cl.mem_flags.READ_WRITE | cl.mem_flags.COPY_HOST_PTR
         return cl.Buffer(self.context, flags, hostbuf=np.ascontiguousarray(array))
 
-    def room(self, shape, dtype):
+    def buffer(self, shape, dtype):
         return cl.Buffer(self.context, cl.mem_flags.READ_WRITE, int(np.prod(shape)) * np.dtype(dtype).itemsize)
 
     def read(self, buffer, dtype, event=None, size=SIZE):
-        """A picture in a buffer, once an event is complete."""
+        """Reads a picture from a buffer after an event."""
         values = np.zeros((size[1], size[0], 4), dtype)
         cl.enqueue_copy(self.queue, values, buffer, wait_for=None if event is None else [event.to_pyopencl()])
         return values

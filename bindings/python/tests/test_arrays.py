@@ -1,4 +1,4 @@
-"""Arrays of any type, layout and byte order, without a copy where there need be none."""
+"""Arrays of any type, layout and byte order, without unnecessary copies."""
 
 import gc
 import pathlib
@@ -39,7 +39,7 @@ def layouts(array):
     yield "with gaps", spread[1::2, ::3, 1::2]
     yield "Fortran", np.asfortranarray(array)
     yield "backwards", array[::-1, ::-1, ::-1].copy()[::-1, ::-1, ::-1]
-    yield "turned", array.transpose(1, 2, 0).copy().transpose(2, 0, 1)
+    yield "transposed", array.transpose(1, 2, 0).copy().transpose(2, 0, 1)
     yield "part", np.pad(array, 3, constant_values=200)[3:-3, 3:-3, 3:-3]
     yield "read only", array
     odd = np.frombuffer(b"\0" + array.tobytes(), dtype=np.uint8, offset=1)
@@ -61,18 +61,18 @@ def test_a_broadcast_array(array, picture):
 
 @pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "f4", ">f4", "i4", "f8"])
 def test_arrays_may_change_afterwards(array, dtype):
-    """A volume has its own voxels, of every type and layout: what is written later is not seen."""
+    """A volume has its own voxels, for every type and layout: later writes have no effect."""
     for values in [(array // 2).astype(dtype), (array // 2).astype(dtype)[:, ::-1, ::2]]:
         volume = layersplat.Volume(values)
-        there = layersplat.Renderer(volume, layersplat.TransferFunction.builtin("fire", volume))
-        camera = there.camera(40)
-        before = there.render(camera, 40)
+        renderer = layersplat.Renderer(volume, layersplat.TransferFunction.builtin("fire", volume))
+        camera = renderer.camera(40)
+        before = renderer.render(camera, 40)
         values[5:15, 5:15, 3:10] = 100
-        assert np.array_equal(layersplat.Renderer(volume, there.transfer).render(camera, 40), before)
+        assert np.array_equal(layersplat.Renderer(volume, renderer.transfer).render(camera, 40), before)
 
 
 def writable(array):
-    """Arrays that somebody can write to, whatever their own flags say."""
+    """Arrays whose memory can be written to, regardless of their flags."""
     yield "plain", array.copy()
     locked = array.copy()
     locked.flags.writeable = False
@@ -86,7 +86,7 @@ def writable(array):
     yield "image", SimpleITK.GetImageFromArray(array)
 
 
-def test_no_memory_that_somebody_can_write_is_read(array):
+def test_writable_memory_is_copied(array):
     for name, values in writable(array):
         voxels, *_ = _arrays.placed(values, None)
         shown = SimpleITK.GetArrayViewFromImage(values) if name == "image" else values
@@ -94,7 +94,7 @@ def test_no_memory_that_somebody_can_write_is_read(array):
 
 
 def read_only(array, folder):
-    """Arrays that nobody can write to."""
+    """Arrays of immutable memory."""
     constant = array.tobytes()
     yield "bytes", np.frombuffer(constant, np.uint8).reshape(array.shape)
     yield "view of bytes", np.frombuffer(memoryview(constant), np.uint8).reshape(array.shape)[::2, ::-1]
@@ -103,7 +103,7 @@ def read_only(array, folder):
     yield "part of a mapped file", np.asarray(np.memmap(folder / "volume.npy", np.uint8, "r", 128, array.shape))[:, 3:]
 
 
-def test_memory_that_nobody_can_write_is_not_copied(array, picture, tmp_path):
+def test_immutable_memory_is_not_copied(array, picture, tmp_path):
     for name, values in read_only(array, tmp_path):
         voxels, *_ = _arrays.placed(values, None)
         assert np.shares_memory(voxels, values), name
@@ -132,7 +132,7 @@ def test_a_volume_does_not_hold_an_array_that_it_copied(array):
 
 
 def test_a_copy_without_memory_is_an_error():
-    """More bytes than there are addresses, by strides of 0."""
+    """More bytes than the address space, by strides of 0."""
     huge = np.broadcast_to(np.uint8(1), (10**6, 10**6, 10**6))
     with pytest.raises(layersplat.OutOfMemory, match="1000000x1000000x1000000 of uint8"):
         layersplat.Volume(huge)
@@ -144,7 +144,7 @@ def test_pictures_are_not_copied(array):
     assert found.shape == (20, 30, 4) and found.flags.c_contiguous and found.flags.writeable and not found.flags.owndata
 
 
-def test_what_has_no_value_is_background(array, picture):
+def test_voxels_without_a_value_are_background(array, picture):
     floats = array.astype(np.float32)
     floats[3:6, 4:9, 5:20] = np.nan
     volume = layersplat.Volume(floats)
@@ -163,8 +163,8 @@ def test_spacing_is_in_the_order_of_the_axes(array):
     assert layersplat.Volume(array, np.float32([3, 2, 1])).spacing == (1.0, 2.0, 3.0)
 
 
-def test_axes_are_where_they_should_be():
-    """Looked at along -z, x goes to the right and y goes up."""
+def test_orientation_of_the_axes():
+    """In a view along -z, x points to the right and y up."""
     values = np.zeros((9, 31, 31), np.uint8)
     values[4, 5:9, 22:26] = 255
     rows, columns = np.nonzero(layersplat.render(values, size=60, azimuth=0, elevation=0, camera=_front())[..., :3].sum(2))
@@ -190,7 +190,7 @@ def _front():
         (np.zeros((3, 4, 5)), (1.0, 1.0, np.nan), "non-finite"),
     ],
 )
-def test_what_is_no_volume_is_refused(data, spacing, words):
+def test_invalid_volumes_are_rejected(data, spacing, words):
     with pytest.raises(ValueError, match=words) as caught:
         layersplat.Volume(data, spacing)
     assert isinstance(caught.value, layersplat.InvalidValue)
@@ -205,7 +205,7 @@ def test_one_of_several_volumes_of_a_file(tmp_path):
     with pytest.raises(layersplat.Error, match="small"):
         layersplat.Volume.open(file, array="none")
     frames = tmp_path / "frames.npy"
-    # Not so few voxels along x that they could be colours.
+    # Few voxels along x would be taken for colour channels.
     one = np.arange(125, dtype=np.uint8).reshape(5, 5, 5)
     np.save(frames, np.stack([one, one + 100]))
     assert [layersplat.Volume.open(frames, frame=frame).range for frame in (0, 1)] == [(0, 124), (100, 224)]

@@ -1,4 +1,4 @@
-"""Frames that another thread cancels."""
+"""Cancellation of frames from another thread."""
 
 import concurrent.futures
 import threading
@@ -12,8 +12,8 @@ import layersplat
 from host import SIZE, Host
 
 
-class Waiting:
-    """A renderer whose queue runs nothing until it is told to."""
+class Blocked:
+    """A renderer whose queue is blocked until `release`."""
 
     def __init__(self, array, transfer):
         self.host = Host()
@@ -21,11 +21,11 @@ class Waiting:
         self.camera = self.renderer.camera(SIZE)
         self.expected = self.renderer.render(self.camera, SIZE)
         self.renderer.depths(self.camera, SIZE)
-        self.promise = cl.UserEvent(self.host.context)
-        cl.enqueue_barrier(self.host.queue, wait_for=[self.promise])
+        self.gate = cl.UserEvent(self.host.context)
+        cl.enqueue_barrier(self.host.queue, wait_for=[self.gate])
 
-    def go_on(self):
-        self.promise.set_status(cl.command_execution_status.COMPLETE)
+    def release(self):
+        self.gate.set_status(cl.command_execution_status.COMPLETE)
 
 
 def outcome(call):
@@ -36,26 +36,26 @@ def outcome(call):
 
 
 def test_another_thread_cancels_the_frame_in_progress_and_those_that_wait(array, transfer):
-    waiting = Waiting(array, transfer)
-    renderer, camera = waiting.renderer, waiting.camera
+    blocked = Blocked(array, transfer)
+    renderer, camera = blocked.renderer, blocked.camera
     with concurrent.futures.ThreadPoolExecutor(4) as pool:
         calls = [renderer.render, renderer.render_float, renderer.depths, renderer.prepare]
         found = [pool.submit(outcome, lambda call=call: call(camera, SIZE)) for call in calls]
         time.sleep(0.5)
         renderer.cancel()
-        # Begun after it, so not cancelled.
+        # Started afterwards, so not cancelled.
         later = pool.submit(outcome, lambda: renderer.render(camera, SIZE))
-        waiting.go_on()
+        blocked.release()
         found = [future.result(60) for future in found]
-        # The one in progress may have been at its last kernel.
+        # The current frame may have reached its last kernel.
         cancelled = [isinstance(result, layersplat.Cancelled) for result in found]
         assert sum(cancelled) >= 3, found
-        assert np.array_equal(later.result(60), waiting.expected)
-    assert np.array_equal(renderer.render(camera, SIZE), waiting.expected)
+        assert np.array_equal(later.result(60), blocked.expected)
+    assert np.array_equal(renderer.render(camera, SIZE), blocked.expected)
 
 
 def test_a_frame_on_the_main_thread_ends(array, transfer):
-    """A long row of frames: the cancellation falls into one of them."""
+    """Many frames: the cancellation hits one of them."""
     renderer = layersplat.Renderer(array, transfer)
     camera = renderer.camera(SIZE)
     expected = renderer.render(camera, SIZE)

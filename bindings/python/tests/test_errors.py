@@ -1,4 +1,4 @@
-"""Exceptions, and that stubs tell the truth."""
+"""Exceptions, and that stubs match the native module."""
 
 import ast
 import concurrent.futures
@@ -14,7 +14,7 @@ import layersplat
 PLACE = {"azimuth": 0.0}
 
 
-def test_the_classes_are_pythons_own_too():
+def test_the_classes_derive_from_built_in_ones():
     for ours, pythons in [
         (layersplat.InvalidValue, ValueError),
         (layersplat.InvalidType, TypeError),
@@ -35,7 +35,7 @@ def test_the_classes_are_pythons_own_too():
 
 
 class Scene:
-    """What calls need besides the argument that is wrong."""
+    """The valid arguments of calls with one invalid argument."""
 
     def __init__(self, array, transfer):
         self.array, self.transfer, self.volume = array, transfer, layersplat.Volume(array)
@@ -62,7 +62,7 @@ WRONG_TYPES = [
     (lambda s: layersplat.Renderer(s.array, s.transfer, queue="x"), "queue", "queue is 'x' (str): expected an object of pyopencl"),
     (lambda s: layersplat.Device(1.5), "name", "the index of a device, or part of its name"),
     (lambda s: layersplat.DeviceVolume(1, 2, (3, 3, 3), 4), "device", "device is 1 (int): expected a layersplat.Device"),
-    (lambda s: layersplat.DeviceVolume(layersplat.Device(), 1, (3, 3, 3), "foo"), "dtype", "dtype is 'foo' (str): expected a type of numpy's"),
+    (lambda s: layersplat.DeviceVolume(layersplat.Device(), 1, (3, 3, 3), "foo"), "dtype", "dtype is 'foo' (str): expected a numpy type"),
     (lambda s: layersplat.Camera("abc", (0, 0, 0), scale=1), "position", "position is 'abc' (str): expected three numbers, (x, y, z)"),
     (lambda s: layersplat.Settings(kernel=5), "kernel", "kernel is 5 (int): expected a string"),
     (lambda s: layersplat.Settings(blend=3), "blend", "blend is 3 (int): expected composite, maximum"),
@@ -96,7 +96,7 @@ WRONG_COUNTS = [
     "call, field, words, error",
     [(*case, layersplat.InvalidType) for case in WRONG_TYPES] + [(*case, layersplat.InvalidValue) for case in WRONG_COUNTS],
 )
-def test_messages_name_the_argument_its_value_and_what_is_accepted(scene, call, field, words, error):
+def test_messages_name_the_argument_its_value_and_accepted_values(scene, call, field, words, error):
     with pytest.raises(error) as caught:
         call(scene)
     assert words in str(caught.value) and caught.value.fields == (field,)
@@ -129,7 +129,7 @@ def test_angles_that_are_not_finite(scene, angle, value):
 
 
 @pytest.mark.parametrize(
-    "given, field, words",
+    "arguments, field, words",
     [
         ({"quality": "best"}, "quality", "use draft, standard, high or paper"),
         ({"algorithm": "magic"}, "algorithm", "use layered"),
@@ -148,9 +148,9 @@ def test_angles_that_are_not_finite(scene, angle, value):
         ({"layer_axis": "w"}, "layer_axis", "use auto"),
     ],
 )
-def test_settings(given, field, words):
+def test_settings(arguments, field, words):
     with pytest.raises(layersplat.InvalidValue, match=words) as caught:
-        layersplat.Settings(**given)
+        layersplat.Settings(**arguments)
     assert caught.value.fields == (field,)
 
 
@@ -172,7 +172,7 @@ def test_pictures(array, transfer):
     ]:
         with pytest.raises(layersplat.InvalidValue, match=words):
             call()
-    assert renderer.render(camera, 10).shape == (10, 10, 4), "and it goes on"
+    assert renderer.render(camera, 10).shape == (10, 10, 4), "the renderer stays usable"
 
 
 def test_time_limits(array, transfer):
@@ -213,8 +213,8 @@ def test_files(array, tmp_path):
     assert isinstance(caught.value, layersplat.FileError) and caught.value.errno == errno.ENOENT
 
 
-def test_a_renderer_is_refused_after_a_panic(scene):
-    """As in C: what the panic left half changed is not used."""
+def test_a_renderer_is_unusable_after_a_panic(scene):
+    """As in C: the state may be inconsistent after a panic."""
     with pytest.raises(layersplat.InternalError, match="layersplat panicked: in the middle"):
         scene.renderer._panic()
     calls = [
@@ -236,8 +236,8 @@ def test_vectors_may_be_arrays(array, transfer):
     assert camera.position == (0, 0, 9) and camera.scale == 2
 
 
-def test_stubs_say_what_there_is():
-    """Every class, method and argument of the native part, and no others."""
+def test_stubs_match_the_native_module():
+    """Stubs have every class, method and argument of the native module, and no others."""
     file = pathlib.Path(layersplat.__file__).parent / "_layersplat.pyi"
     classes = {node.name: node for node in ast.parse(file.read_text()).body if isinstance(node, ast.ClassDef)}
     native = {name: found for name, found in vars(layersplat._layersplat).items() if inspect.isclass(found)}
@@ -252,10 +252,10 @@ def test_stubs_say_what_there_is():
             if inspect.isgetsetdescriptor(thing):
                 continue
             arguments = stubs[member].args
-            said = [a.arg for a in arguments.args if a.arg not in ("self", "cls")] + [a.arg for a in arguments.kwonlyargs]
-            has = [a for a in inspect.signature(thing).parameters if a != "self"]
-            assert said == has, f"{name}.{member}"
+            declared = [a.arg for a in arguments.args if a.arg not in ("self", "cls")] + [a.arg for a in arguments.kwonlyargs]
+            actual = [a for a in inspect.signature(thing).parameters if a != "self"]
+            assert declared == actual, f"{name}.{member}"
             if member == "__new__":
-                missing = [argument for argument in has if argument not in found.__doc__]
-                assert not missing, f"{name} does not say what {missing} is"
+                missing = [argument for argument in actual if argument not in found.__doc__]
+                assert not missing, f"{name} does not document {missing}"
     assert (file.parent / "py.typed").exists()

@@ -9,7 +9,7 @@ import xarray
 import layersplat
 
 SPACING = (1.2, 0.9, 1.0)
-"""Along z, y, x."""
+"""Spacing along z, y, x."""
 
 
 def nifti(array, affine=None):
@@ -37,14 +37,14 @@ def test_a_fourth_axis_of_one_is_none(array, picture):
 
 
 def test_affines_turn_and_mirror(array, picture):
-    """A scan that is stored mirrored and turned looks as what it is of."""
+    """A scan that is stored mirrored and rotated is shown in its world orientation."""
     camera = layersplat.Camera((80, 40, 60), (13.5, 11.5, 9.5), scale=20)
     expected = picture(array, camera=camera, background="black")
     stored = array.transpose()[::-1].transpose(2, 0, 1)
-    # Axis 0 of what is stored is z, axis 1 is x from the right, axis 2 is y.
+    # Stored axis 0 is z, axis 1 is x reversed, axis 2 is y.
     affine = np.array([[0, -1, 0, 27], [0, 0, 1, 0], [1, 0, 0, 0], [0, 0, 0, 1.0]])
     found = picture(nibabel.Nifti1Image(np.ascontiguousarray(stored), affine), camera=camera, background="black").astype(int)
-    # Other axes are walked along, so floats round otherwise.
+    # Traversal along other axes rounds differently.
     assert np.abs(found - expected).max() <= 1
     sheared = np.eye(4)
     sheared[0, 1] = 0.3
@@ -71,14 +71,14 @@ def test_simpleitk(array, picture):
     volume = layersplat.Volume(image)
     del image
     assert volume.origin == (5.0, 6.0, 7.0)
-    # Its axis x is the world's y.
+    # Its x axis is the world's y axis.
     assert np.allclose(volume.centre, [5 + 0.9 * 11.5, 6 + 13.5, 7 + 1.2 * 9.5])
     assert volume.range == (array.min(), array.max())
 
 
 def test_itk_images_live_as_long_as_their_volumes(array, picture):
     volume = layersplat.Volume(SimpleITK.GetImageFromArray(array))
-    # What would come to lie where it was.
+    # Allocations that could reuse the memory of a freed image.
     others = [SimpleITK.GetImageFromArray(np.full(array.shape, 255, np.uint8)) for _ in range(20)]
     assert np.array_equal(picture(volume), picture(array)) and len(others) == 20
 
@@ -95,7 +95,7 @@ def test_xarray_goes_by_names(array, picture):
     assert np.array_equal(picture(image), expected)
     for order in [("x", "y", "z"), ("y", "z", "x")]:
         assert np.array_equal(picture(image.transpose(*order)), expected), order
-    # In the order of its own axes.
+    # Spacing in the order of the image's axes.
     turned = layersplat.Volume(image.transpose("y", "z", "x"), (2.0, 3.0, 1.0))
     assert turned.spacing == (1.0, 2.0, 3.0)
     others = xarray.DataArray(array, dims=("depth", "row", "column"))

@@ -1,4 +1,4 @@
-"""Ctrl-C during a long call, in processes of their own."""
+"""Ctrl-C during long calls, in separate processes."""
 
 import os
 import signal
@@ -8,9 +8,9 @@ import sys
 import pytest
 
 SLOW = 2.5
-"""Seconds of a frame that is long enough to see that it ended early."""
+"""Seconds of a frame that is long enough to detect an early end."""
 PROMPT = 1.0
-"""Seconds from SIGINT to KeyboardInterrupt: the binding looks for signals every 50 ms, and the machine may be busy."""
+"""Seconds from SIGINT to KeyboardInterrupt: the binding checks for signals every 50 ms, and the machine may be busy."""
 
 SCENE = """
 import os, signal, sys, threading, time
@@ -23,13 +23,13 @@ array = np.arange(20 * 24 * 28, dtype=np.uint32).astype(np.uint8).reshape(20, 24
 transfer = layersplat.TransferFunction.builtin("fire", (0, 255))
 renderer = layersplat.Renderer(array, transfer, queue=host.queue)
 camera = renderer.camera(SIZE)
-buffer = host.room((60, 72, 4), np.uint8)
+buffer = host.buffer((60, 72, 4), np.uint8)
 expected = renderer.render(camera, SIZE)
 renderer.prepare(camera, SIZE)
 
-# Nothing on the queue runs before the promise is kept.
-promise = cl.UserEvent(host.context)
-cl.enqueue_barrier(host.queue, wait_for=[promise])
+# Blocks the queue until the event is set.
+gate = cl.UserEvent(host.context)
+cl.enqueue_barrier(host.queue, wait_for=[gate])
 sent = []
 def interrupt():
     sent.append(time.perf_counter())
@@ -51,9 +51,9 @@ try:
     print("no exception")
 except KeyboardInterrupt:
     print("interrupted after", time.perf_counter() - sent[0])
-promise.set_status(cl.command_execution_status.COMPLETE)
+gate.set_status(cl.command_execution_status.COMPLETE)
 again = renderer.render(camera, SIZE)
-assert np.array_equal(again, expected), "the next frame is whole"
+assert np.array_equal(again, expected), "the next frame is complete"
 """
 
 OTHER = SCENE + """
@@ -67,7 +67,7 @@ try:
 except KeyboardInterrupt:
     assert not found
     print("interrupted")
-promise.set_status(cl.command_execution_status.COMPLETE)
+gate.set_status(cl.command_execution_status.COMPLETE)
 other.join()
 assert np.array_equal(found[0], expected)
 print("whole")
@@ -132,7 +132,7 @@ def test_ctrl_c_ends_a_slow_frame_and_the_program():
     assert whole > SLOW, "the machine is too fast for this test"
     done = run(INTERRUPTED, str(side))
     assert float(done.stdout) < 0.3 + PROMPT < whole
-    # Unhandled, it ends the program as Python does that, without a fault of a driver that unloads under a kernel.
+    # Unhandled, it ends the program as usual, without a crash of a driver that is unloaded while a kernel runs.
     assert done.returncode == -signal.SIGINT and done.stderr.rstrip().endswith("KeyboardInterrupt"), done.stderr
 
 
@@ -162,12 +162,12 @@ def test_a_handler_that_does_not_raise_lets_the_frame_go_on():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends SIGINT")
 def test_a_frame_of_another_thread_goes_on():
-    """The main thread waits for the renderer, which another thread uses: only its own call ends."""
+    """The main thread waits for a renderer that another thread uses: only the call of the main thread ends."""
     done = run(OTHER)
     assert done.stdout.split() == ["interrupted", "whole"], done.stderr
 
 
-# A read-only view of one byte as many voxels, which are looked at for their range.
+# A read-only view of one byte as many voxels, which are scanned for their range.
 SCAN = """
 import os, signal, sys, threading, time
 import numpy as np
@@ -188,7 +188,7 @@ try:
     layersplat.Volume(array)
 except KeyboardInterrupt:
     print(time.perf_counter() - began, flush=True)
-# Without waiting for the scan, as a second Ctrl-C would.
+# Exit without waiting for the scan, as after a second Ctrl-C.
 os._exit(0)
 """
 

@@ -1,4 +1,4 @@
-"""pyopencl's wheel brings an OpenCL loader of its own: handles pass from one to the other, if both find the same implementation."""
+"""pyopencl's wheel contains its own OpenCL loader. Handles are interchangeable if both loaders find the same implementation."""
 
 import os
 import pathlib
@@ -14,12 +14,12 @@ from host import Host
 
 
 def mapped(word):
-    """Files of a name that this process has in its memory."""
+    """Files with `word` in their name that this process has mapped."""
     lines = pathlib.Path("/proc/self/maps").read_text().splitlines()
     return {line.split(maxsplit=5)[5] for line in lines if line.count(" ") >= 5 and word in line.rsplit("/", 1)[-1]}
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what is loaded")
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc/self/maps")
 def test_there_are_two_loaders_and_one_implementation():
     Host().device()
     assert len(mapped("libOpenCL")) == 2, mapped("libOpenCL")
@@ -56,7 +56,7 @@ def answers(vendors):
     return run.stdout.split()
 
 
-def test_both_look_where_the_variable_says(tmp_path):
+def test_both_follow_the_environment_variable(tmp_path):
     found = layersplat.Device.list()
     vendors = pathlib.Path(os.environ.get("OCL_ICD_VENDORS", "/etc/OpenCL/vendors"))
     if not vendors.is_dir():
@@ -74,9 +74,9 @@ print(len({line.split()[-1] for line in maps if "libOpenCL" in line}))
 """
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what is loaded")
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc/self/maps")
 def test_layersplat_takes_another_loader():
-    """pyopencl's, for one: that is enough, where the system has none."""
+    """For example that of pyopencl, which is sufficient if the system has none."""
     for theirs in mapped("libOpenCL"):
         environment = {**os.environ, "OPENCL_DYLIB_PATH": theirs}
         run = subprocess.run([sys.executable, "-c", ONE], env=environment, capture_output=True, text=True, timeout=120, check=True)
@@ -94,7 +94,7 @@ print(next(line.split()[-1] for line in open("/proc/self/maps") if "libOpenCL" i
 
 
 def alone(*arguments, **variables):
-    """What a process without pyopencl says."""
+    """The output of a process without pyopencl."""
     environment = {**os.environ, **variables}
     environment.pop("PYOPENCL_HOME", None)
     run = subprocess.run([sys.executable, "-c", ALONE, *arguments], env=environment, capture_output=True, text=True, timeout=120)
@@ -102,9 +102,9 @@ def alone(*arguments, **variables):
     return [line.split() for line in run.stdout.splitlines()]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what is loaded")
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc/self/maps")
 def test_the_loader_of_pyopencls_wheel_works_without_pyopencl(tmp_path):
-    """It reads PYOPENCL_HOME without a look whether that is set."""
+    """The loader reads PYOPENCL_HOME without checking that it is set."""
     count, home = str(len(layersplat.Device.list())), str(pathlib.Path(cl.__file__).parent)
     (theirs,) = [path for path in mapped("libOpenCL") if "pyopencl" in path]
     expected = [[count, "False", home], [theirs]]
@@ -115,7 +115,7 @@ def test_the_loader_of_pyopencls_wheel_works_without_pyopencl(tmp_path):
     assert alone(OPENCL_DYLIB_PATH=copied) == [[count, "False", str(tmp_path)], [copied]]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what is loaded")
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc/self/maps")
 def test_other_loaders_leave_the_environment_alone():
     layersplat.Device.list()
     (system,) = [path for path in mapped("libOpenCL") if "pyopencl" not in path]

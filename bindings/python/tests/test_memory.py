@@ -1,4 +1,4 @@
-"""Memory budgets: volumes that do not fit are streamed, to the same picture."""
+"""Memory budgets: volumes that do not fit are streamed; the picture is identical."""
 
 import numpy as np
 import pytest
@@ -7,19 +7,19 @@ import layersplat
 from host import SIZE, Host
 
 BUDGET = 2_000_000
-"""Half of the voxels, and more than the tables of a frame, about a megabyte."""
+"""Bytes: half of the voxels, and more than the tables of a frame, about a megabyte."""
 
 
 @pytest.fixture(scope="module")
 def large():
-    """(z, y, x), uint8: twice the budget, of no symmetry."""
+    """(z, y, x), uint8: twice the budget, asymmetric."""
     z, y, x = np.ogrid[0:1:160j, 0:1:161j, 0:1:162j]
     return (120 + 60 * np.sin(9 * x + 2 * y) + 50 * np.cos(7 * y * z + 5 * z)).astype(np.uint8)
 
 
 @pytest.fixture(scope="module")
 def faint():
-    """Faint enough that every part of the volume is seen."""
+    """Transparent enough that every part of the volume is visible."""
     return layersplat.TransferFunction([(0, (1, 0, 0)), (255, (0, 1, 1))], [(60, 0.0), (240, 0.02)])
 
 
@@ -44,7 +44,7 @@ def test_a_volume_beyond_the_budget_has_the_same_picture(large, faint, whole):
         assert plan["lattices"][0]["parts"] > 1 and plan["lattices"][0]["held_layers"] < 160
         assert plan["device_bytes"] <= plan["available_bytes"] <= BUDGET
         assert whole.stream_plan(camera, SIZE) is None
-        # The library's tests/streamed.rs allows no difference either.
+        # As in the library's tests/streamed.rs, no difference is allowed.
         expected = whole.render_float(camera, SIZE)
         assert 0.05 < expected[..., 3].max() < 0.99
         assert np.array_equal(renderer.render_float(camera, SIZE), expected)
@@ -74,7 +74,7 @@ def test_a_volume_that_fits_stays_on_the_device(array, transfer):
     assert renderer.stream_plan(camera, SIZE)["lattices"][0]["parts"] == 1
 
 
-def test_what_needs_the_whole_volume_is_refused(large, faint):
+def test_calls_that_need_the_whole_volume_are_rejected(large, faint):
     renderer = layersplat.Renderer(large, faint, device=limited())
     camera = renderer.camera(SIZE)
     for call in [
@@ -89,19 +89,19 @@ def test_what_needs_the_whole_volume_is_refused(large, faint):
     on_queue = layersplat.Device(queue=host.queue, memory=BUDGET)
     assert on_queue.queue == host.queue.int_ptr
     renderer = layersplat.Renderer(large, faint, device=on_queue)
-    buffer = host.room((SIZE[1], SIZE[0], 4), np.uint8)
+    buffer = host.buffer((SIZE[1], SIZE[0], 4), np.uint8)
     for call, name in [(lambda: renderer.enqueue(camera, SIZE, buffer), "enqueue"), (renderer.volume_changed, "volume_changed")]:
         with pytest.raises(layersplat.InvalidValue, match=f"Renderer.{name} needs.*render into host memory instead") as caught:
             call()
         assert caught.value.fields == ("memory",)
-    assert renderer.render(camera, SIZE).max() > 20, "and it goes on"
+    assert renderer.render(camera, SIZE).max() > 20, "the renderer stays usable"
 
 
 def test_voxels_on_the_device_take_none_of_the_budget(array, transfer):
     host = Host()
     device = layersplat.Device(queue=host.queue, memory=50_000_000)
     volume = layersplat.DeviceVolume(device, host.filled(array), array.shape, np.uint8)
-    renderer, picture = layersplat.Renderer(volume, transfer), host.room((SIZE[1], SIZE[0], 4), np.uint8)
+    renderer, picture = layersplat.Renderer(volume, transfer), host.buffer((SIZE[1], SIZE[0], 4), np.uint8)
     drawn = renderer.enqueue(renderer.camera(SIZE), SIZE, picture)
     assert host.read(picture, np.uint8, drawn).max() > 20
 
@@ -116,7 +116,7 @@ def test_a_budget_too_small_for_one_layer(large, faint):
 
 
 @pytest.mark.parametrize("memory, error", [("2G", layersplat.InvalidType), (-1, layersplat.InvalidValue)])
-def test_budgets_that_are_none(memory, error):
+def test_invalid_budgets(memory, error):
     with pytest.raises(error, match="memory is .*expected a whole number") as caught:
         limited(memory)
     assert caught.value.fields == ("memory",)

@@ -1,4 +1,4 @@
-"""A notebook that shows a volume."""
+"""A volume in a notebook."""
 
 import base64
 import io
@@ -20,7 +20,7 @@ view""",
 
 
 def test_a_volume_shows_itself_in_a_notebook(tmp_path, monkeypatch):
-    # Nothing of the user's own is read or written.
+    # Keeps the user's configuration out of the test.
     for name in ["IPYTHONDIR", "JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_DATA_DIR"]:
         monkeypatch.setenv(name, str(tmp_path / name))
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in CELLS])

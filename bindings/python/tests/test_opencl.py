@@ -30,13 +30,13 @@ def test_a_buffer_in_and_a_buffer_out_are_the_pictures_of_the_host(array, transf
     for settings in [None, layersplat.Settings("high"), layersplat.Settings(blend="maximum")]:
         picture = expected.render(camera, SIZE, settings, background="white")
         assert picture.min() < 200
-        buffer = host.room(picture.shape, np.uint8)
+        buffer = host.buffer(picture.shape, np.uint8)
         event = renderer.enqueue(camera, SIZE, buffer, settings, background="white")
         found = host.read(buffer, np.uint8, event)
-        # The range of voxels in place is a promise only, so sums are taken in another order.
+        # The range of voxels in place is not checked, so sums are computed in another order.
         assert np.abs(found.astype(int) - picture).max() <= 1
         assert np.array_equal(found, renderer.render(camera, SIZE, settings, background="white"))
-        floats = host.room(picture.shape, np.float32)
+        floats = host.buffer(picture.shape, np.float32)
         event = renderer.enqueue(camera, SIZE, floats.int_ptr, settings, format="float")
         found = host.read(floats, np.float32, event)
         assert np.array_equal(found, renderer.render_float(camera, SIZE, settings))
@@ -56,7 +56,7 @@ def test_uploaded_volumes_go_into_buffers_to_the_bit(array, transfer, host):
     cl.enqueue_copy(host.queue, found, buffer, wait_for=[event.to_pyopencl()])
     rows = found[4:].reshape(padded.shape)
     assert np.array_equal(rows[:, : 4 * SIZE[0]].reshape(expected.shape), expected)
-    assert (rows[:, 4 * SIZE[0] :] == 7).all() and (found[:4] == 7).all(), "what lies around the picture stays"
+    assert (rows[:, 4 * SIZE[0] :] == 7).all() and (found[:4] == 7).all(), "bytes around the picture are unchanged"
 
 
 def test_images_take_pictures(array, transfer, host):
@@ -70,16 +70,16 @@ def test_images_take_pictures(array, transfer, host):
     assert np.array_equal(found, renderer.render(camera, SIZE))
 
 
-def test_what_is_given_says_which_device(array, transfer, host):
+def test_arguments_select_the_device(array, transfer, host):
     camera = layersplat.Renderer(array, transfer).camera(SIZE)
     expected = layersplat.Renderer(array, transfer).render(camera, SIZE)
     device = host.context.devices[0]
     whole = {"context": host.context, "device": device, "queue": host.queue}
-    for given in [whole, {"context": host.context}, {"queue": host.queue.int_ptr}, {"context": host.context.int_ptr, "device": device}]:
-        assert np.array_equal(layersplat.Renderer(array, transfer, **given).render(camera, SIZE), expected), given
-        found = layersplat.Device(**given)
+    for handles in [whole, {"context": host.context}, {"queue": host.queue.int_ptr}, {"context": host.context.int_ptr, "device": device}]:
+        assert np.array_equal(layersplat.Renderer(array, transfer, **handles).render(camera, SIZE), expected), handles
+        found = layersplat.Device(**handles)
         assert found.context == host.context.int_ptr and found.id == device.int_ptr
-        assert (found.queue == host.queue.int_ptr) == ("queue" in given)
+        assert (found.queue == host.queue.int_ptr) == ("queue" in handles)
     other = Host()
     for wrong in [{"context": other.context, "queue": host.queue}, {"device": device}]:
         with pytest.raises(layersplat.InvalidValue):
@@ -89,30 +89,30 @@ def test_what_is_given_says_which_device(array, transfer, host):
 def test_arrays_of_pyopencl_are_volumes(array, transfer, host):
     spread = np.full((20, 24, 40), 255, np.uint8)
     spread[:, :, 5:33] = array
-    there = pyopencl.array.to_device(host.queue, spread)[:, :, 5:33]
+    voxels = pyopencl.array.to_device(host.queue, spread)[:, :, 5:33]
     host.queue.finish()
     camera = layersplat.Renderer(array, transfer).camera(SIZE, **PLACE)
-    found = layersplat.Renderer(there, transfer).render(camera, SIZE).astype(int)
+    found = layersplat.Renderer(voxels, transfer).render(camera, SIZE).astype(int)
     assert np.abs(found - layersplat.Renderer(array, transfer).render(camera, SIZE)).max() <= 1
     with pytest.raises(layersplat.InvalidValue, match="transfer"):
-        layersplat.Renderer(there)
+        layersplat.Renderer(voxels)
 
 
-@pytest.mark.parametrize("given", ["array", "volume"])
-def test_a_memory_pool_cannot_give_voxels_to_others(array, transfer, host, given):
-    """A pool takes a buffer back when its Python object is gone, whoever has retained the cl_mem."""
+@pytest.mark.parametrize("source", ["array", "volume"])
+def test_a_memory_pool_does_not_reuse_voxels_in_use(array, transfer, host, source):
+    """A pool reuses a buffer when its Python object is gone, even if the cl_mem is retained."""
     pool = cl.tools.MemoryPool(cl.tools.ImmediateAllocator(host.queue))
-    there = pyopencl.array.to_device(host.queue, array, allocator=pool)
-    handle = there.base_data.int_ptr
-    if given == "array":
-        renderer = layersplat.Renderer(there, transfer)
+    voxels = pyopencl.array.to_device(host.queue, array, allocator=pool)
+    handle = voxels.base_data.int_ptr
+    if source == "array":
+        renderer = layersplat.Renderer(voxels, transfer)
     else:
-        volume = layersplat.DeviceVolume(host.device(), there.base_data, array.shape, array.dtype)
+        volume = layersplat.DeviceVolume(host.device(), voxels.base_data, array.shape, array.dtype)
         renderer = layersplat.Renderer(volume, transfer)
         del volume
     camera = renderer.camera(SIZE, **PLACE)
     expected = renderer.render(camera, SIZE)
-    del there
+    del voxels
     gc.collect()
     other = pyopencl.array.to_device(host.queue, 255 - array, allocator=pool)
     host.queue.finish()
@@ -122,7 +122,7 @@ def test_a_memory_pool_cannot_give_voxels_to_others(array, transfer, host, given
     del renderer, other
     gc.collect()
     again = [pyopencl.array.to_device(host.queue, array, allocator=pool) for _ in range(2)]
-    assert handle in [one.base_data.int_ptr for one in again], "and it goes back to the pool with the renderer"
+    assert handle in [one.base_data.int_ptr for one in again], "the buffer returns to the pool with the renderer"
 
 
 def test_frames_are_enqueued_and_not_waited_for(array, transfer, host):
@@ -131,29 +131,29 @@ def test_frames_are_enqueued_and_not_waited_for(array, transfer, host):
     renderer.prepare(camera, SIZE)
     expected = renderer.render(camera, SIZE)
     buffer = host.filled(np.full(expected.shape, 9, np.uint8))
-    promise = cl.UserEvent(host.context)
+    gate = cl.UserEvent(host.context)
     began = time.perf_counter()
-    first = renderer.enqueue(camera, SIZE, buffer, wait_for=[promise])
+    first = renderer.enqueue(camera, SIZE, buffer, wait_for=[gate])
     second = renderer.enqueue(camera, SIZE, buffer, wait_for=[first])
     assert time.perf_counter() - began < 5 and not first.is_complete and not second.is_complete
-    # Another queue is not held up.
+    # Another queue is not blocked.
     before = np.zeros_like(expected)
     cl.enqueue_copy(host.another_queue(), before, buffer)
-    assert (before == 9).all(), "the picture is not begun before what it waits for is over"
-    promise.set_status(cl.command_execution_status.COMPLETE)
+    assert (before == 9).all(), "nothing is written before the wait list completes"
+    gate.set_status(cl.command_execution_status.COMPLETE)
     second.wait()
     assert first.is_complete and second.is_complete
     assert np.array_equal(host.read(buffer, np.uint8), expected)
 
 
-def test_a_failed_promise_fails_the_frame_alone(array, transfer, host):
+def test_a_failed_event_fails_only_its_frame(array, transfer, host):
     renderer = layersplat.Renderer(array, transfer, queue=host.queue)
     camera = renderer.camera(SIZE)
     renderer.prepare(camera, SIZE)
-    buffer, promise = host.room((60, 72, 4), np.uint8), cl.UserEvent(host.context)
-    event = renderer.enqueue(camera, SIZE, buffer, wait_for=[promise])
+    buffer, gate = host.buffer((60, 72, 4), np.uint8), cl.UserEvent(host.context)
+    event = renderer.enqueue(camera, SIZE, buffer, wait_for=[gate])
     assert not event.is_complete
-    promise.set_status(CL_OUT_OF_RESOURCES)
+    gate.set_status(CL_OUT_OF_RESOURCES)
     with pytest.raises(layersplat.DeviceError, match="clWaitForEvents"):
         event.wait()
     # A loop that waits for completion must end.
@@ -163,7 +163,7 @@ def test_a_failed_promise_fails_the_frame_alone(array, transfer, host):
 
 
 def test_a_kernel_changes_the_voxels(array, transfer, host):
-    """Voxels are written on the device, and seen, without coming to the host."""
+    """Voxels are written and rendered on the device, without a copy to the host."""
     buffer = host.filled(array)
     volume = layersplat.DeviceVolume(host.device(), buffer, array.shape, "uint8", range=(0, 255))
     renderer = layersplat.Renderer(volume, transfer)
@@ -178,9 +178,9 @@ def test_a_kernel_changes_the_voxels(array, transfer, host):
     assert np.array_equal(after, layersplat.Renderer(other, transfer).render(camera, SIZE))
 
 
-def test_what_is_handed_over_is_retained_and_released(array, transfer):
+def test_caller_objects_are_retained_and_released(array, transfer):
     host = Host()
-    voxels, buffer = host.filled(array), host.room((60, 72, 4), np.uint8)
+    voxels, buffer = host.filled(array), host.buffer((60, 72, 4), np.uint8)
 
     def references():
         info = cl.mem_info.REFERENCE_COUNT
@@ -203,10 +203,10 @@ def test_what_is_handed_over_is_retained_and_released(array, transfer):
         assert references() == before
 
 
-def test_memory_that_does_not_fit_is_refused(array, transfer, host):
+def test_unsuitable_memory_is_rejected(array, transfer, host):
     device, renderer = host.device(), layersplat.Renderer(array, transfer, queue=host.queue)
     camera = renderer.camera(SIZE)
-    small, foreign = host.room((10,), np.uint8), Host().room((60, 72, 4), np.uint8)
+    small, foreign = host.buffer((10,), np.uint8), Host().buffer((60, 72, 4), np.uint8)
     for wrong, words in [(small, "10 bytes"), (foreign, "another context")]:
         with pytest.raises(layersplat.InvalidValue, match=words):
             renderer.enqueue(camera, SIZE, wrong)
@@ -217,7 +217,7 @@ def test_memory_that_does_not_fit_is_refused(array, transfer, host):
     with pytest.raises(layersplat.InvalidValue, match="own byte order"):
         layersplat.DeviceVolume(device, small, array.shape, ">i2")
     with pytest.raises(layersplat.InvalidValue, match="use `render`"):
-        renderer.enqueue(camera, SIZE, host.room((60, 72, 4), np.uint8), layersplat.Settings(algorithm="axis-sheets"))
+        renderer.enqueue(camera, SIZE, host.buffer((60, 72, 4), np.uint8), layersplat.Settings(algorithm="axis-sheets"))
     with pytest.raises(TypeError, match="int_ptr"):
         renderer.enqueue(camera, SIZE, np.zeros((60, 72, 4), np.uint8))
     with pytest.raises(layersplat.InvalidValue, match="null"):

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import layersplat
-from test_pictures import WAYS
+from test_pictures import CASES
 
-SETTINGS = [settings for settings, _, _ in WAYS] + [
+SETTINGS = [settings for settings, _, _ in CASES] + [
     {"quality": "draft"},
     {"quality": "high", "kernel": "linear", "samples_per_layer": 3, "layer_axis": "z"},
     {"quality": "high", "density": 5},
@@ -36,20 +36,20 @@ OTHERS = [
 COPIES = [copy.copy, copy.deepcopy] + [lambda thing, p=p: pickle.loads(pickle.dumps(thing, p)) for p in range(pickle.HIGHEST_PROTOCOL + 1)]
 
 
-@pytest.mark.parametrize("thing", [layersplat.Settings(**given) for given in SETTINGS] + OTHERS)
+@pytest.mark.parametrize("thing", [layersplat.Settings(**arguments) for arguments in SETTINGS] + OTHERS)
 def test_copies_are_equal(thing):
     for make in COPIES:
         made = make(thing)
         assert type(made) is type(thing) and made == thing and repr(made) == repr(thing)
 
 
-def test_what_differs_is_not_equal():
-    all_of_them = [layersplat.Settings(**given) for given in [{}] + SETTINGS[len(WAYS) :]] + OTHERS
+def test_different_objects_are_not_equal():
+    all_of_them = [layersplat.Settings(**arguments) for arguments in [{}] + SETTINGS[len(CASES) :]] + OTHERS
     for i, one in enumerate(all_of_them):
         assert all(one != other for other in all_of_them[:i]) and one != 3 and one is not None
 
 
-def test_settings_show_what_is_not_the_default():
+def test_repr_of_settings_omits_defaults():
     assert repr(layersplat.Settings()) == "layersplat.Settings()"
     shown = repr(layersplat.Settings("high", shading=False, blend=("iso", 3)))
     assert shown.startswith("layersplat.Settings(") and "blend=('iso', 3.0)" in shown and "quality='high'" in shown

@@ -1,4 +1,4 @@
-"""Pictures are the command's, to the bit."""
+"""Pictures are bit-identical to those of the command."""
 
 import io
 
@@ -12,7 +12,7 @@ SIZE = (72, 60)
 VIEW = ["--size", "72x60", "--azimuth", "35", "--elevation", "-25", "--roll", "10"]
 PLACE = {"azimuth": 35.0, "elevation": -25.0, "roll": 10.0}
 
-WAYS = [
+CASES = [
     ({}, {}, []),
     ({"quality": "high"}, {}, ["--quality", "high"]),
     ({"quality": "paper"}, {}, ["--quality", "paper"]),
@@ -32,14 +32,14 @@ WAYS = [
 ]
 
 
-@pytest.mark.parametrize("settings, place, options", WAYS)
+@pytest.mark.parametrize("settings, place, options", CASES)
 def test_the_commands_pictures(array, command, tmp_path, settings, place, options):
     spacing = (1.2, 0.9, 1.0)
     file = tmp_path / "volume_28x24x20_uint8.raw"
     array.tofile(file)
-    # The later of two options counts.
-    given = [option for pair in zip(VIEW[::2], VIEW[1::2]) if pair[0] not in options for option in pair]
-    common = [file, "--spacing", "1.0,0.9,1.2", "--transfer", "fire", "--transfer-range", "0,255", *given, *options]
+    # Options of the case replace those of VIEW.
+    defaults = [option for pair in zip(VIEW[::2], VIEW[1::2]) if pair[0] not in options for option in pair]
+    common = [file, "--spacing", "1.0,0.9,1.2", "--transfer", "fire", "--transfer-range", "0,255", *defaults, *options]
     command("render", *common, "--background", "transparent", "-o", tmp_path / "picture.png")
     command("render", *common, "-o", tmp_path / "picture.npy")
     view = layersplat.volshow(
@@ -99,7 +99,7 @@ def test_zoom_is_a_smaller_scale(array, transfer):
 
 
 def test_depths_are_where_the_surface_is():
-    """A plane across z, seen along it: as far from the eye as it is in the world, in both projections."""
+    """A plane across z, seen along z: its depth is its world distance from the eye, in both projections."""
     ramp = np.broadcast_to(np.arange(24, dtype=np.float32)[:, None, None], (24, 20, 22)).copy()
     transfer = layersplat.TransferFunction.builtin("fire", (0.0, 23.0))
     renderer = layersplat.Renderer(layersplat.Volume(ramp, spacing=2.0, background=0.0), transfer)

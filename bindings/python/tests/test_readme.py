@@ -1,4 +1,4 @@
-"""What README.md shows runs as it stands there."""
+"""Runs the examples of README.md."""
 
 import pathlib
 import re
@@ -15,7 +15,7 @@ POCL = "Portable Computing Language"
 
 
 def simulate(queue, voxels):
-    """Stands for a kernel: fills voxels with a number."""
+    """Replaces the kernel of the example: fills voxels with a number."""
     return cl.enqueue_fill_buffer(queue, voxels, numpy.uint8(120), 0, voxels.size)
 
 
@@ -33,7 +33,7 @@ def test_examples(block, array, transfer, tmp_path, monkeypatch):
     assert pictures and all(picture.shape[2] == 4 and picture.max() > 0 for picture in pictures)
 
 
-def test_pocl_is_known_by_its_short_name(array, transfer):
+def test_pocl_is_found_by_its_short_name(array, transfer):
     if POCL not in {device["platform"] for device in layersplat.Device.list()}:
         pytest.skip("there is no PoCL on this machine")
     assert layersplat.Device("pocl").platform == layersplat.Device("PoCL").platform == POCL

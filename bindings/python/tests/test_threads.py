@@ -1,4 +1,4 @@
-"""The interpreter's lock is released while a picture is made, and threads may share what they like."""
+"""Long calls release the GIL, and threads may share objects."""
 
 import faulthandler
 import threading
@@ -13,19 +13,19 @@ from host import SIZE, Host
 
 @pytest.fixture
 def deadline():
-    """Ends a process that hangs, and says where."""
+    """Ends a process that hangs, with a traceback."""
     faulthandler.dump_traceback_later(90, exit=True)
     yield
     faulthandler.cancel_dump_traceback_later()
 
 
 class Held:
-    """A queue that goes on only when another Python thread has run."""
+    """Blocks a queue until another Python thread has run."""
 
     def __init__(self, host):
-        self.promise, self.progress = cl.UserEvent(host.context), 0
-        cl.enqueue_marker(host.queue, wait_for=[self.promise])
-        cl.enqueue_barrier(host.queue, wait_for=[self.promise])
+        self.gate, self.progress = cl.UserEvent(host.context), 0
+        cl.enqueue_marker(host.queue, wait_for=[self.gate])
+        cl.enqueue_barrier(host.queue, wait_for=[self.gate])
         self.thread = threading.Thread(target=self._run)
         self.inside = threading.Event()
 
@@ -33,7 +33,7 @@ class Held:
         self.inside.wait()
         for _ in range(200_000):
             self.progress += 1
-        self.promise.set_status(cl.command_execution_status.COMPLETE)
+        self.gate.set_status(cl.command_execution_status.COMPLETE)
 
     def __enter__(self):
         self.thread.start()
@@ -44,13 +44,13 @@ class Held:
         self.thread.join()
 
 
-@pytest.mark.parametrize("way", ["render", "render_float", "prepare", "wait", "describe"])
-def test_another_thread_runs_meanwhile(array, transfer, deadline, way):
-    """The queue waits for what only another Python thread does: with the lock held, this would never end."""
+@pytest.mark.parametrize("call", ["render", "render_float", "prepare", "wait", "describe"])
+def test_another_thread_runs_meanwhile(array, transfer, deadline, call):
+    """The queue waits for another Python thread: if the call held the GIL, it would never return."""
     host = Host()
     renderer = layersplat.Renderer(array, transfer, queue=host.queue)
     camera = renderer.camera(SIZE)
-    buffer = host.room((60, 72, 4), np.uint8)
+    buffer = host.buffer((60, 72, 4), np.uint8)
     calls = {
         "render": lambda: renderer.render(camera, SIZE),
         "render_float": lambda: renderer.render_float(camera, SIZE),
@@ -61,7 +61,7 @@ def test_another_thread_runs_meanwhile(array, transfer, deadline, way):
     voxels = host.filled(array)
     renderer.prepare(camera, SIZE)
     with Held(host) as other:
-        calls[way]()
+        calls[call]()
         assert other.progress == 200_000
 
 

@@ -13,7 +13,7 @@ def volume(array):
     return layersplat.Volume(array)
 
 
-def test_nothing_given_is_automatic_and_a_number_scales(volume):
+def test_the_default_is_automatic_and_a_number_scales(volume):
     automatic = TransferFunction.automatic(volume)
     assert transfer_function(volume) == automatic
     half = transfer_function(volume, opacity=0.5)
@@ -59,12 +59,12 @@ def test_opacities(volume):
 
 
 @pytest.mark.parametrize(
-    "given, words",
+    "arguments, words",
     [
         ({"cmap": "pink"}, "unknown transfer function 'pink'"),
         ({"cmap": []}, "without a colour"),
-        ({"cmap": ["#12345"]}, "is no colour"),
-        ({"cmap": [(1, 2)]}, "is no colour"),
+        ({"cmap": ["#12345"]}, "is not a colour"),
+        ({"cmap": [(1, 2)]}, "is not a colour"),
         ({"cmap": [(1, 2, 3)]}, "entries from 0 to 1"),
         ({"cmap": lambda t: t}, "expected a colour of each"),
         ({"clim": (3, 3)}, "LO below HI"),
@@ -76,9 +76,9 @@ def test_opacities(volume):
         ({"opacity": [(5, 1.1)]}, "from 0 to 1"),
     ],
 )
-def test_what_is_wrong_is_said(volume, given, words):
+def test_invalid_arguments_are_reported(volume, arguments, words):
     with pytest.raises(layersplat.InvalidValue, match=words):
-        transfer_function(volume, **given)
+        transfer_function(volume, **arguments)
 
 
 def test_a_file_of_paraview(volume, tmp_path):

@@ -1,5 +1,5 @@
-//! What the tests of the functions share: a small scene, made through them.
-#![allow(dead_code)] // No test uses all of it.
+//! A small scene made with the C functions, shared by the tests.
+#![allow(dead_code)] // Each test uses a part of it.
 
 use layersplat_c::*;
 use std::ffi::{CStr, CString};
@@ -11,7 +11,7 @@ pub const FLOATS: usize = 4 * (WIDTH * HEIGHT) as usize;
 pub const FROM: OrbitAngles = OrbitAngles { azimuth: 25.0, elevation: 15.0, roll: 0.0 };
 
 pub fn last_error() -> String {
-    // SAFETY: it is a text, and no other call is made meanwhile.
+    // SAFETY: it is a string, and no other call is made meanwhile.
     unsafe { CStr::from_ptr(layersplat_last_error()) }.to_str().unwrap().into()
 }
 
@@ -25,7 +25,7 @@ pub fn refused(status: Status, expected: Status) -> String {
     last_error()
 }
 
-/// What a call makes.
+/// The handle that a call creates.
 pub fn made<T>(make: impl FnOnce(*mut *mut T) -> Status) -> *mut T {
     let mut handle = null_mut();
     ok(make(&mut handle));
@@ -46,10 +46,10 @@ pub const SOURCE: &str = "builtin:hydrogen@20";
 
 impl Scene {
     pub fn new() -> Self {
-        Self::of(SOURCE)
+        Self::open(SOURCE)
     }
 
-    pub fn of(source: &str) -> Self {
+    pub fn open(source: &str) -> Self {
         let source = CString::new(source).unwrap();
         // SAFETY: all arguments are alive.
         unsafe {
@@ -73,9 +73,9 @@ impl Scene {
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        // SAFETY: they were made, and are freed once.
+        // SAFETY: the handles are valid and freed once.
         unsafe {
-            // In an order that would be wrong if one needed the other.
+            // Dependencies first: handles must be independent.
             layersplat_device_free(self.device);
             layersplat_volume_free(self.volume);
             layersplat_transfer_free(self.transfer);
@@ -99,7 +99,7 @@ pub const EMPTY: Camera = Camera { position: [0.0; 3], focal_point: [0.0; 3], vi
 
 pub fn settings(quality: i32) -> Settings {
     let mut settings = std::mem::MaybeUninit::uninit();
-    // SAFETY: there is room for one, which the call fills.
+    // SAFETY: the call initialises the struct.
     unsafe {
         ok(layersplat_settings_default(quality, settings.as_mut_ptr(), size_of::<Settings>()));
         settings.assume_init()

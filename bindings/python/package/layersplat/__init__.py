@@ -1,9 +1,10 @@
 """Volume rendering of arrays, and of buffers on any OpenCL device, a plain CPU included.
 
-Short: :func:`volshow` shows a volume in a notebook, :func:`render` makes an array of it. Long: a :class:`Renderer` on a context and a queue
-of the caller's, with a :class:`DeviceVolume`, :class:`Settings`, a :class:`Camera` and a :class:`TransferFunction` of one's own.
+High level: :func:`volshow` shows a volume in a notebook, :func:`render` returns its picture as an array. Low level: a :class:`Renderer`,
+optionally on the caller's context and queue, with a :class:`Volume` or :class:`DeviceVolume`, :class:`Settings`, a :class:`Camera` and a
+:class:`TransferFunction`.
 
-Arrays are (z, y, x), and so is ``spacing``, in the order of the array's axes. Places in the world (cameras, planes, light) are (x, y, z).
+Arrays and ``spacing`` are in the order (z, y, x). World coordinates (cameras, planes, lights) are (x, y, z).
 """
 
 import atexit

@@ -1,8 +1,7 @@
-"""Arrays as the native part takes them: three axes, z, y, x, of a type that voxels can have; strides and byte order may be any.
+"""Conversion of arrays for the native module: three axes, z, y, x, of a voxel type, with any strides and byte order.
 
-The native part reads voxels with the interpreter's lock released, as memory that does not change: Rust's rule, which other threads could
-break. So it gets a copy of every array that somebody could write to. numpy makes the copy, by its own rules: if another thread writes at
-that moment, the copy holds old and new voxels.
+The native module reads voxels with the GIL released and requires immutable memory, since another thread could write to it. Every array
+that could be written to is therefore copied. If another thread writes during numpy's copy, the copy holds a mix of old and new voxels.
 """
 
 import mmap
@@ -15,10 +14,10 @@ from ._errors import InvalidValue, OutOfMemory
 
 
 def placed(data, spacing):
-    """What ``Volume(data, spacing)`` holds: an array (z, y, x); world vectors from a voxel to the next along x, y and z, with the world
-    position of voxel (0, 0, 0) as the fourth; and how many voxels are masked.
+    """Voxels and grid of ``Volume(data, spacing)``: an array (z, y, x); the world vectors between neighbouring voxels along x, y and z,
+    followed by the world position of voxel (0, 0, 0); and the number of masked voxels.
 
-    ``spacing`` is in the order of the data's own axes, and overrules what an image object says.
+    ``spacing`` is in the order of the data's axes and overrides the spacing of an image object.
     """
     image = _images.recognised(data)
     if image is None:
@@ -31,39 +30,39 @@ def placed(data, spacing):
         voxels = _unchanging(_voxels(array), data)
     except MemoryError as error:
         size = "x".join(map(str, array.shape))
-        raise OutOfMemory(f"the voxels must be copied, {size} of {array.dtype}: {error}; see Volume for what is not copied") from error
+        raise OutOfMemory(f"the voxels must be copied, {size} of {array.dtype}: {error}; see Volume for memory that is not copied") from error
     masked = int(np.ma.count_masked(data)) if isinstance(data, np.ma.MaskedArray) else 0
     return voxels, [[float(x) for x in vector] for vector in affine], masked
 
 
 def axes(spacing):
-    """Vectors of a grid along the world's axes, ``spacing`` being one number or (z, y, x)."""
+    """Vectors of an axis-aligned grid at the origin. ``spacing`` is one number or (z, y, x)."""
     z, y, x = (1.0, 1.0, 1.0) if spacing is None else _three(spacing)
     return [[float(x), 0.0, 0.0], [0.0, float(y), 0.0], [0.0, 0.0, float(z)], [0.0, 0.0, 0.0]]
 
 
 def on_device(device, array):
-    """A volume of a ``pyopencl.array.Array`` (z, y, x), where it is."""
+    """A volume of a ``pyopencl.array.Array`` (z, y, x), in place."""
     shape, strides, dtype = array.shape, array.strides, np.dtype(array.dtype)
     if len(shape) != 3:
         raise InvalidValue(f"the array has {len(shape)} axes: give three, z, y, x")
     if strides[2] != dtype.itemsize and shape[2] > 1:
-        raise InvalidValue("the array's last axis must be without gaps on the device: copy it first")
+        raise InvalidValue("the array's last axis must be contiguous on the device: copy it first")
     return _layersplat.DeviceVolume(
         device, array.base_data, shape, dtype, first=array.offset, pitches=(strides[1], strides[0]), wait_for=array.events
     )
 
 
 class _Held(np.ndarray):
-    """A view that also holds a memoryview: as long as there is one, a mapped file cannot be closed."""
+    """A view that also holds a memoryview, which keeps a mapped file from being closed."""
 
     memory = None
 
 
 def _unchanging(voxels, data):
-    """The same voxels in memory that nobody writes to: where they are, if that is such memory, or else a copy."""
+    """The voxels in immutable memory: in place if their memory is immutable, otherwise a copy."""
     if isinstance(data, np.ndarray) and not np.may_share_memory(voxels, data):
-        # Converted just now.
+        # Already a copy, made by the conversion.
         return voxels
     memory = _read_only_memory(voxels)
     if memory is None:
@@ -74,9 +73,9 @@ def _unchanging(voxels, data):
 
 
 def _read_only_memory(array):
-    """The memory of an array that nobody can write to: bytes, or a file that is mapped for reading only. None of any other.
+    """The memory of an array if it is immutable: bytes, or a file mapped read-only. Otherwise None.
 
-    An array's own flag does not tell: its base may be writable, and flags can be set again.
+    The array's flag is not sufficient: its base may be writable, and flags can be set again.
     """
     while isinstance(array, np.ndarray):
         array = array.base
@@ -91,7 +90,7 @@ def _plain(data):
     with accepting("data", data, "an array (z, y, x), or an image of nibabel, SimpleITK, ITK or xarray"):
         array = np.asanyarray(data)
     if isinstance(array, np.ma.MaskedArray):
-        # What is masked has no value: it counts as background, as NaN does.
+        # Masked voxels count as background, like NaN.
         wide = array.dtype.kind in "iu" and array.dtype.itemsize > 2 or array.dtype == np.float64
         array = array.astype(np.float64 if wide else np.float32).filled(np.nan)
     if array.ndim != 3:
@@ -108,7 +107,7 @@ def _three(spacing):
 
 
 def _respaced(affine, spacing):
-    """The same directions with other distances, along x, y and z."""
+    """The affine with the same directions and other spacings along x, y and z."""
     lengths = np.linalg.norm(affine[:3], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         affine[:3] *= (spacing / lengths)[:, None]
@@ -116,8 +115,7 @@ def _respaced(affine, spacing):
 
 
 def _voxels(array):
-    """The same numbers in a type of the native part: uint8, int8, uint16, int16 and float32 as they lie; others contiguous and
-    aligned."""
+    """The array in a type of the native module: uint8, int8, uint16, int16 and float32 unchanged; others contiguous and aligned."""
     kind, size = array.dtype.kind, array.dtype.itemsize
     if kind == "b":
         return array.view(np.uint8)
@@ -133,7 +131,7 @@ def _voxels(array):
 
 
 def _narrower(array):
-    """The type that holds the integers of an array: of 32 bits if they fit."""
+    """A type that holds the integers of an array: of 32 bits if they fit."""
     if array.size == 0:
         return np.int32
     low, high = int(array.min()), int(array.max())

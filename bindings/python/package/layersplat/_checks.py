@@ -1,4 +1,4 @@
-"""Messages about arguments: each names the argument, its value and what is accepted. And warnings."""
+"""Errors of arguments, which name the argument, its value and the accepted values; and warnings."""
 
 import contextlib
 import os
@@ -12,7 +12,7 @@ from ._errors import DataWarning, Error, FileError, FileNotFound, InvalidType, I
 
 @contextlib.contextmanager
 def accepting(name: str, value: Any, expected: str) -> Iterator[None]:
-    """Turns what Python and numpy raise on an unsuitable argument into an error of layersplat."""
+    """Converts exceptions of Python and numpy for an invalid argument to errors of layersplat."""
     try:
         yield
     except Error:
@@ -31,7 +31,7 @@ def _refused(kind: type, name: str, value: Any, expected: str) -> Error:
 
 
 def cannot_write(path: Any, error: OSError) -> FileError:
-    """The error of a file that was not written."""
+    """The error of a file that could not be written."""
     kinds = {FileNotFoundError: FileNotFound, PermissionError: PermissionDenied}
     found = kinds.get(type(error), FileError)(f"cannot write {path}: {error.strerror}")
     found.filename, found.errno = error.filename, error.errno
@@ -39,7 +39,7 @@ def cannot_write(path: Any, error: OSError) -> FileError:
 
 
 def warn(text: str) -> None:
-    """Warns at the line of the caller's own code that called this package."""
+    """Emits a warning, attributed to the line outside this package that called it."""
     folder, level = os.path.dirname(__file__), 2
     frame = sys._getframe(1)
     while frame.f_back is not None and os.path.dirname(frame.f_code.co_filename) == folder:

@@ -1,4 +1,4 @@
-"""The device of those who name none."""
+"""The default device."""
 
 import functools
 import os
@@ -8,5 +8,5 @@ from . import _layersplat
 
 @functools.lru_cache(maxsize=None)
 def device() -> "_layersplat.Device":
-    """The device that ``LAYERSPLAT_DEVICE`` names, or a GPU if there is one, or the CPU. It is opened once and kept, with its kernels."""
+    """The device named by ``LAYERSPLAT_DEVICE``, otherwise the first GPU, otherwise the CPU. It is opened once and cached with its kernels."""
     return _layersplat.Device(os.environ.get("LAYERSPLAT_DEVICE") or None)

@@ -1,63 +1,63 @@
-"""Exceptions: each is a layersplat.Error, and the built-in one that is usual for its kind."""
+"""Exceptions. Each derives from layersplat.Error and from the built-in exception of its kind."""
 
 import concurrent.futures
 from typing import Tuple
 
 
 class Error(Exception):
-    """Everything that layersplat raises. ``fields`` names the arguments at fault, where they are known."""
+    """Base class of all exceptions of layersplat. ``fields`` names the invalid arguments, if they are known."""
 
     fields: Tuple[str, ...] = ()
 
 
 class DataWarning(UserWarning):
-    """Voxels that are not shown as they are: without a value, or too many for 32-bit floats to tell apart; and what a file has that is
-    not used."""
+    """Voxels that cannot be shown exactly: without a value, or integers that 32-bit floats cannot distinguish. Also for parts of a file
+    that are ignored."""
 
 
 class InvalidValue(Error, ValueError):
-    """An argument out of range, or in conflict with another one or with the view."""
+    """An argument that is out of range, or conflicts with another one or with the view."""
 
 
 class InvalidType(Error, TypeError):
-    """An argument of a wrong type."""
+    """An argument of the wrong type."""
 
 
 class DeviceError(Error, RuntimeError):
-    """No OpenCL, or an OpenCL call or a command that failed."""
+    """OpenCL is not available, or an OpenCL call or command failed."""
 
 
 class OutOfMemory(Error, MemoryError):
-    """Too little memory, on the host or on the device."""
+    """Host or device memory is exhausted, or the memory budget is too small."""
 
 
 class TimedOut(Error, TimeoutError):
-    """A frame that took longer than its time limit."""
+    """A frame exceeded its time limit."""
 
 
 class Cancelled(Error, concurrent.futures.CancelledError):
-    """A frame that another thread cancelled: ``Renderer.cancel``."""
+    """A frame was cancelled by another thread: ``Renderer.cancel``."""
 
 
 class InternalError(Error, RuntimeError):
-    """A defect of layersplat: the native part panicked. A renderer cannot be used afterwards."""
+    """A defect of layersplat: the native module panicked. The renderer cannot be used afterwards."""
 
 
 class FileError(Error, OSError):
-    """A file that cannot be read or written: ``filename``, and the system's ``errno`` where it gave one."""
+    """A file cannot be read or written. ``filename`` names it; ``errno`` is the system's error number, if any."""
 
     def __str__(self) -> str:
-        # OSError would write errno and the file's name before the message, which has them.
+        # OSError would prepend errno and the file name, which the message already contains.
         return str(self.args[0]) if self.args else ""
 
 
 class FileNotFound(FileError, FileNotFoundError):
-    """A file that does not exist."""
+    """A file does not exist."""
 
 
 class PermissionDenied(FileError, PermissionError):
-    """A file that this user cannot read or write."""
+    """The user lacks permission to read or write a file."""
 
 
 class InvalidFile(FileError, InvalidValue):
-    """A file with contents that are damaged, or not as described: an OSError and a ValueError."""
+    """A file is damaged or does not match its description: an OSError and a ValueError."""

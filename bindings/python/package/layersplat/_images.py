@@ -1,4 +1,4 @@
-"""Image objects of other packages, told by what they have: none of these packages is imported here."""
+"""Image objects of other packages, recognised by their attributes: none of these packages is imported here."""
 
 import sys
 from typing import Any, NamedTuple, Optional, Tuple
@@ -9,18 +9,18 @@ from ._errors import InvalidValue
 
 
 class Image(NamedTuple):
-    """An image: its voxels (z, y, x), and where they lie."""
+    """An image: voxels (z, y, x) and their grid in the world."""
 
     array: np.ndarray
-    """Voxels (z, y, x): a view where the object allows it."""
+    """Voxels (z, y, x): a view if the object allows it."""
     affine: Any
-    """Vectors from a voxel to the next along x, y, z, and the position of voxel (0, 0, 0); four of (x, y, z)."""
+    """World vectors between neighbouring voxels along x, y, z, and the position of voxel (0, 0, 0): four of (x, y, z)."""
     order: Tuple[int, int, int]
-    """Which of the object's own axes are x, y and z."""
+    """The indices of the x, y and z axes among the object's axes."""
 
 
 def recognised(data) -> Optional[Image]:
-    """The image that an object is; None of plain arrays."""
+    """The image of an image object; None for plain arrays."""
     if all(hasattr(data, name) for name in ("dataobj", "affine")):
         return _nibabel(data)
     if all(hasattr(data, name) for name in ("GetSpacing", "GetOrigin", "GetDirection")):
@@ -31,9 +31,9 @@ def recognised(data) -> Optional[Image]:
 
 
 def _nibabel(image) -> Image:
-    """A spatial image of nibabel's: (x, y, z), and an affine that may turn and mirror."""
+    """A spatial image of nibabel: axes (x, y, z), and an affine that may rotate and mirror."""
     array = np.asanyarray(image.dataobj)
-    # NIfTI has up to seven axes: those without a length are none.
+    # NIfTI has up to seven axes. Drop trailing axes of length 1.
     while array.ndim > 3 and array.shape[-1] == 1:
         array = array[..., 0]
     if array.ndim != 3:
@@ -43,19 +43,19 @@ def _nibabel(image) -> Image:
 
 
 def _itk(image) -> Image:
-    """An image of SimpleITK's or ITK's: arrays of it are (z, y, x), but all that it says of itself is (x, y, z)."""
+    """An image of SimpleITK or ITK: its arrays are (z, y, x), its metadata (x, y, z)."""
     package = sys.modules[type(image).__module__.split(".")[0]]
     as_array = getattr(package, "GetArrayViewFromImage", None) or getattr(package, "array_view_from_image", None)
     array = np.asarray(image) if as_array is None else as_array(image)
     if array.ndim != 3:
-        raise InvalidValue(f"the image has {array.ndim} axes, {array.shape}: give a scalar one of three")
+        raise InvalidValue(f"the image has {array.ndim} axes, {array.shape}: give a scalar image of three axes")
     spacing, origin = np.asarray(image.GetSpacing(), dtype=float), np.asarray(image.GetOrigin(), dtype=float)
     direction = np.asarray(image.GetDirection(), dtype=float).reshape(3, 3)
     return Image(array, np.vstack([(direction * spacing).T, origin]), (0, 1, 2))
 
 
 def _xarray(array) -> Image:
-    """A DataArray of xarray's: axes called x, y and z in any order, or three of other names, which are z, y, x."""
+    """A DataArray of xarray: dimensions x, y and z in any order, or three of other names in the order z, y, x."""
     dims = [str(name) for name in array.dims]
     if len(dims) != 3:
         raise InvalidValue(f"the array has {len(dims)} axes, {dims}: select three of them")
@@ -68,7 +68,7 @@ def _xarray(array) -> Image:
 
 
 def _steps(array, name) -> Tuple[float, float]:
-    """The first coordinate along an axis, and the distance to the next."""
+    """The first coordinate along an axis, and the step to the next."""
     if name not in array.coords:
         return 0.0, 1.0
     values = np.asarray(array.coords[name].values)
@@ -78,7 +78,7 @@ def _steps(array, name) -> Tuple[float, float]:
     if len(values) == 1:
         return float(values[0]), 1.0
     step = (values[-1] - values[0]) / (len(values) - 1)
-    # Coordinates that files hold as float32 are even to some digits only.
+    # The tolerance is for coordinates stored as float32.
     if not np.allclose(np.diff(values), step, rtol=1e-3, atol=0.0):
         raise InvalidValue(f"the coordinates of {name} are not evenly spaced: only regular grids can be rendered, resample it")
     return float(values[0]), float(step)

@@ -1,4 +1,4 @@
-"""Types of the native part; what it does is said by `help()` of each."""
+"""Types of the native module. Use `help()` for the documentation."""
 
 from typing import Any, Dict, Literal, Optional, Sequence, Tuple, Union, final
 
@@ -240,7 +240,7 @@ class Event:
     def wait(self) -> None: ...
     @property
     def is_complete(self) -> bool:
-        """Raises DeviceError where what was enqueued, or what it waited for, has failed."""
+        """Raises DeviceError if the command, or one in its wait list, has failed."""
         ...
     def to_pyopencl(self) -> Any: ...
 

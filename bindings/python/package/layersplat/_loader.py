@@ -1,4 +1,4 @@
-"""What an OpenCL loader needs that ``OPENCL_DYLIB_PATH`` names."""
+"""Environment of an OpenCL loader that ``OPENCL_DYLIB_PATH`` names."""
 
 import os
 import pathlib
@@ -8,10 +8,10 @@ HOME = "PYOPENCL_HOME"
 
 
 def prepare() -> None:
-    """Sets ``PYOPENCL_HOME`` for the loader of pyopencl's wheel. The native part calls this before it opens a loader.
+    """Sets ``PYOPENCL_HOME`` for the loader of pyopencl's wheel. The native module calls this before it opens a loader.
 
-    That loader also looks for implementations in the folder of this name, and ends the process where it is not set. Importing pyopencl
-    sets it, and so does this, to the same folder.
+    That loader also searches this folder for OpenCL implementations, and crashes if the variable is not set. Importing pyopencl sets it
+    to the same folder.
     """
     if HOME in os.environ:
         return
@@ -23,12 +23,12 @@ def prepare() -> None:
 
 
 def _home(loader: pathlib.Path) -> Optional[pathlib.Path]:
-    """The folder that a loader needs to be told; None of other loaders."""
+    """The folder that the loader of pyopencl's wheel needs; None for other loaders."""
     try:
         if HOME.encode() not in loader.read_bytes():
             return None
     except OSError:
-        # A name without a folder, say, which the system looks for.
+        # For example a name without a folder, which the system searches for.
         return None
     folder = loader.absolute().parent
     return {".libs": folder.parent, "pyopencl.libs": folder.with_name("pyopencl")}.get(folder.name, folder)

@@ -1,4 +1,4 @@
-"""PNG files of pictures, without a package that makes them."""
+"""PNG encoding of pictures, without further packages."""
 
 import struct
 import zlib
@@ -9,7 +9,7 @@ import numpy as np
 def png(picture: np.ndarray) -> bytes:
     """A PNG file of a picture (height, width, 4), uint8, with straight alpha."""
     height, width, _ = picture.shape
-    # Every row begins with its filter: none.
+    # Every row begins with its filter type, 0: none.
     rows = np.zeros((height, 1 + 4 * width), dtype=np.uint8)
     rows[:, 1:] = picture.reshape(height, 4 * width)
     header = struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0)

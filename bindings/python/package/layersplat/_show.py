@@ -1,4 +1,4 @@
-"""The short things: a volume that shows itself, and its picture."""
+"""The high-level interface: a volume that shows itself in a notebook, and its picture."""
 
 import pathlib
 from typing import Any, Optional, Tuple, Union
@@ -18,12 +18,12 @@ Limits = Optional[Tuple[float, float]]
 
 
 class View:
-    """A volume as it is seen: shows itself in a notebook. Everything below can be set, and the next picture is of it.
+    """A view of a volume, which shows itself in a notebook. The attributes below can be set and apply to the next picture.
 
-    size: (width, height) in pixels, or one number. azimuth, elevation, roll: where the camera stands, in degrees, about y, above the xz
-    plane, about the view. zoom: how many times larger than fitted. field_of_view: vertical, degrees, of a perspective; None: parallel.
-    camera: a Camera instead of all these but the size. background: ``transparent``, ``black``, ``white``, ``grey``, ``#rrggbb`` or
-    (red, green, blue), 0 … 1. settings: Settings.
+    size: (width, height) in pixels, or one number for both. azimuth, elevation, roll: camera angles in degrees: about y, above the xz
+    plane, about the view direction. zoom: magnification relative to the fitted view. field_of_view: vertical angle of a perspective in
+    degrees; None: parallel. camera: a Camera that replaces the angles, zoom and field_of_view. background: ``transparent``, ``black``,
+    ``white``, ``grey``, ``#rrggbb`` or (red, green, blue), 0 … 1. settings: Settings.
     """
 
     def __init__(
@@ -48,11 +48,11 @@ class View:
         settings: Optional[Settings] = None,
         device: Optional[Union[Device, str, int]] = None,
     ) -> None:
-        given = [name for name, value in [("blend", blend), ("shade", shade), ("quality", quality)] if value is not None]
-        if settings is not None and given:
-            raise InvalidValue(f"settings say {' and '.join(given)} too: give either")
+        options = [name for name, value in [("blend", blend), ("shade", shade), ("quality", quality)] if value is not None]
+        if settings is not None and options:
+            raise InvalidValue(f"settings already contain {' and '.join(options)}: give either")
         if isinstance(data, Volume) and spacing is not None:
-            raise InvalidValue("spacing: a Volume has one already, leave it out")
+            raise InvalidValue("spacing: leave it out, a Volume already has one")
         self.volume = data if isinstance(data, Volume) else Volume(data, spacing)
         self.settings = Settings(quality, blend=blend, shading=shade) if settings is None else settings
         self.size, self.background = size, background
@@ -76,7 +76,7 @@ class View:
         self._renderer.transfer = transfer
 
     def set_transfer(self, cmap: Any = None, clim: Limits = None, opacity: Any = None) -> None:
-        """Takes the transfer function that these say, see :func:`layersplat.transfer_function`."""
+        """Sets the transfer function from cmap, clim and opacity, see :func:`layersplat.transfer_function`."""
         self.transfer = transfer_function(self.volume, cmap, clim, opacity)
 
     def render(self) -> np.ndarray:
@@ -85,7 +85,7 @@ class View:
 
     def save(self, path: Path) -> None:
         """Writes the picture as a PNG file."""
-        with accepting("path", path, "a path, a string or an object of pathlib"):
+        with accepting("path", path, "a path: a string or a pathlib.Path"):
             file = pathlib.Path(path)
         picture = self._repr_png_()
         try:
@@ -106,7 +106,7 @@ class View:
         )
 
     def _framing(self) -> Framing:
-        """The outline of what is shown: found once for a transfer function and settings, since that looks at all voxels."""
+        """The framing of the visible part. Cached per transfer function and settings, since it scans all voxels."""
         shown = (self.transfer, self.settings)
         if self._framed is None or self._framed[0] != shown:
             self._framed = (shown, Framing.of(self.volume, *shown))
@@ -129,12 +129,12 @@ def volshow(
     shade: Optional[Union[bool, Shading]] = None,
     **view: Any,
 ) -> View:
-    """Shows a volume: the result shows itself in a notebook.
+    """Shows a volume in a notebook: returns a View, which displays itself.
 
-    data: an array (z, y, x) of integers, floats or booleans; an image of nibabel, SimpleITK, ITK or xarray; or a Volume. spacing: distance
-    of voxels, one number or one per axis in the data's own order; image objects have their own. cmap, clim, opacity: see
+    data: an array (z, y, x) of integers, floats or booleans; an image of nibabel, SimpleITK, ITK or xarray; or a Volume. spacing: voxel
+    spacing, one number or one per axis in the order of the data's axes; image objects have their own. cmap, clim, opacity: see
     :func:`transfer_function`. blend: ``composite``, ``maximum``, ``minimum``, ``average`` or ``('iso', value)``. shade: True, False, or
-    numbers, see Settings. Further arguments are those of View.
+    coefficients, see Settings. Further arguments are those of View.
     """
     return View(data, spacing, clim, cmap, opacity, blend, shade, **view)
 

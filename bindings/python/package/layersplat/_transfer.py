@@ -1,4 +1,4 @@
-"""Transfer functions from what plotting packages call cmap, clim and opacity."""
+"""Transfer functions from cmap, clim and opacity, as in plotting packages."""
 
 from typing import Any, Optional, Tuple
 
@@ -9,23 +9,23 @@ from ._errors import InvalidValue
 from ._layersplat import TransferFunction, Volume
 
 SAMPLES = 256
-"""Samples that are taken of a colour map."""
+"""Number of samples taken of a callable colour map."""
 OPACITY = "a number, linear, (value, opacity) points or an array of opacities"
 
 
 def transfer_function(
     volume: Volume, cmap: Any = None, clim: Optional[Tuple[float, float]] = None, opacity: Any = None
 ) -> TransferFunction:
-    """The transfer function of a volume that these say.
+    """A transfer function for a volume.
 
-    cmap: one of the names that ``layersplat transfer --list`` tells, as ``grey``, ``viridis`` or ``inferno_r``; a file of ParaView or 3D Slicer; a TransferFunction; a list of colours, evenly spaced, each
-    (red, green, blue), 0 … 1, or ``#rrggbb``; or something to call that maps numbers 0 … 1 to colours, as matplotlib's colour maps do (of
-    which opacities do not count).
-    clim: values (lowest, highest) that it is stretched onto; the volume's range by default, or what the function or file says itself.
-    opacity: a number that all opacities are multiplied by; ``linear``, from 0 to 1 over clim; a list of (value, opacity); or an array of
-    opacities, evenly spaced over clim. Opacities are per unit distance, see Settings. By default the map's own, or one that rises slowly.
+    cmap: a name of ``layersplat transfer --list``, such as ``grey``, ``viridis`` or ``inferno_r``; a file of ParaView or 3D Slicer; a
+    TransferFunction; a list of evenly spaced colours, each (red, green, blue), 0 … 1, or ``#rrggbb``; or a callable that maps numbers
+    0 … 1 to colours, such as a colour map of matplotlib (its alpha is ignored).
+    clim: range (lowest, highest) to which the map is stretched. By default the range of the function or file, or else of the volume.
+    opacity: a factor for all opacities; ``linear``, from 0 to 1 over clim; a list of (value, opacity); or an array of opacities, evenly
+    spaced over clim. Opacities are per unit distance, see Settings. By default those of the map, or a slow rise.
 
-    With nothing but a number for opacity given, it is made from the volume's histogram.
+    Without cmap and clim, and with no opacity or a factor, the function is made from the volume's histogram.
     """
     factor = _factor(opacity)
     if cmap is None and clim is None and (opacity is None or factor is not None):
@@ -42,7 +42,7 @@ def transfer_function(
 
 
 def _colored(volume, cmap, clim) -> TransferFunction:
-    """Colours, with opacities of their own."""
+    """A transfer function with the colours of cmap and its opacities, or default ones."""
     limits = _limits(clim)
     if isinstance(cmap, TransferFunction):
         return cmap.stretched(*limits) if limits else cmap
@@ -57,21 +57,21 @@ def _colored(volume, cmap, clim) -> TransferFunction:
 
 
 def _sampled(cmap):
-    """Colours of something to call."""
+    """Colours of a callable."""
     made = cmap(np.linspace(0.0, 1.0, SAMPLES))
     with accepting("what cmap returned", made, "an array of colours, red, green and blue"):
         rgba = np.asarray(made, dtype=float)
     if rgba.ndim != 2 or rgba.shape[0] != SAMPLES or rgba.shape[1] < 3:
-        raise InvalidValue(f"cmap made {rgba.shape} of {SAMPLES} numbers: expected a colour of each, red, green, blue")
+        raise InvalidValue(f"cmap returned an array of shape {rgba.shape} for {SAMPLES} numbers: expected one colour each, red, green, blue")
     return [tuple(color) for color in np.clip(rgba[:, :3], 0.0, 1.0).tolist()]
 
 
 def _listed(colors):
-    """Colours of a list."""
-    with accepting("cmap", colors, "a name, a file, a TransferFunction, a list of colours or a colour map to call"):
+    """Colours from a list."""
+    with accepting("cmap", colors, "a name, a file, a TransferFunction, a list of colours or a callable colour map"):
         found = [_color(color) for color in colors]
     if not found:
-        raise InvalidValue("cmap is a list without a colour: give at least one")
+        raise InvalidValue("cmap is an empty list: give at least one colour")
     return found
 
 
@@ -83,10 +83,10 @@ def _color(color):
                 raise ValueError
             return tuple(int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4))
         except ValueError:
-            raise InvalidValue(f"'{color}' is no colour: use #rrggbb, or (red, green, blue), 0 to 1") from None
+            raise InvalidValue(f"'{color}' is not a colour: use #rrggbb, or (red, green, blue), 0 to 1") from None
     rgb = [float(channel) for channel in color]
     if len(rgb) not in (3, 4):
-        raise InvalidValue(f"{color} is no colour: use #rrggbb, or (red, green, blue), 0 to 1")
+        raise InvalidValue(f"{color} is not a colour: use #rrggbb, or (red, green, blue), 0 to 1")
     return tuple(rgb[:3])
 
 
@@ -99,7 +99,7 @@ def _limits(clim):
 
 
 def _own_limits(volume, cmap, found):
-    """What opacities without values are spread over: what the function covers, or the volume's values where it has none of its own."""
+    """The range over which opacities without values are spread: that of the function, or that of the volume without a cmap."""
     return found.range if cmap is not None else TransferFunction.builtin("grey", volume).range
 
 
@@ -114,7 +114,7 @@ def _factor(opacity) -> Optional[float]:
 
 
 def _points(opacity, limits):
-    """(value, opacity) of everything but a number."""
+    """Points (value, opacity) of an opacity argument that is not a number."""
     if isinstance(opacity, str):
         if opacity != "linear":
             raise InvalidValue(f"unknown opacity '{opacity}': use linear, a number, (value, opacity) points or an array")

@@ -1,4 +1,4 @@
-"""What arguments can be: for type checkers, and for whom annotates with them."""
+"""Types of arguments, for type checkers and annotations."""
 
 from os import PathLike
 from typing import Any, Literal, Optional, Protocol, Sequence, Tuple, TypedDict, Union
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Size = Union[int, Tuple[int, int]]
-"""(width, height) in pixels, or one number of both."""
+"""(width, height) in pixels, or one number for both."""
 Vector = Union[Sequence[float], NDArray[np.floating[Any]]]
 """(x, y, z)."""
 Point = Tuple[float, float, float]
@@ -19,7 +19,7 @@ Path = Union[str, "PathLike[str]"]
 
 
 class HasHandle(Protocol):
-    """An OpenCL object of another package, pyopencl for instance."""
+    """An OpenCL object of another package, for example pyopencl."""
 
     @property
     def int_ptr(self) -> int:
@@ -31,11 +31,11 @@ Handle = Union[HasHandle, int]
 
 
 Light = Union[None, Vector, Tuple[Optional[Vector], float]]
-"""A white light: the direction to it in the world, or None: at the camera; and its strength, where that is not 1."""
+"""A white light: the world direction towards it, or None for a light at the camera; optionally with its strength, by default 1."""
 
 
 class Shading(TypedDict, total=False):
-    """How what is seen is lit; what is left out keeps its default. light: one, or up to four."""
+    """Shading coefficients. Missing ones keep their defaults. light: one light, or a list of up to four."""
 
     ambient: float
     diffuse: float

@@ -1,4 +1,4 @@
-//! Arguments as Python gives them: what cannot be used is refused by its name, with its value and what is accepted.
+//! Python arguments. Error messages name the argument, its value and the accepted values.
 
 use crate::errors::{Failure, Refusal, Result};
 use pyo3::conversion::FromPyObjectOwned;
@@ -9,43 +9,43 @@ use pyo3::{Borrowed, PyClass};
 use std::convert::Infallible;
 use std::path::PathBuf;
 
-/// An argument that is not looked at yet: `given!` does that, which knows its name.
-pub enum Given<'py, T> {
+/// An argument that is not converted yet. `extract!` converts it and knows its name.
+pub enum Argument<'py, T> {
     Object(Bound<'py, PyAny>),
     Default(T),
 }
 
-impl<'a, 'py, T> FromPyObject<'a, 'py> for Given<'py, T> {
+impl<'a, 'py, T> FromPyObject<'a, 'py> for Argument<'py, T> {
     type Error = Infallible;
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> std::result::Result<Self, Infallible> {
-        Ok(Given::Object(object.to_owned()))
+        Ok(Argument::Object(object.to_owned()))
     }
 }
 
-/// A type of arguments, and what it accepts, as messages say it after "expected".
+/// A type of argument. `accepted` describes its valid values, after "expected" in messages.
 pub trait Accepted<'py>: FromPyObjectOwned<'py> {
     fn accepted() -> String;
 }
 
-/// An argument whose name is known.
+/// Conversion of an argument whose name is known.
 pub trait Named {
     type Value;
 
     /// The value.
     ///
     /// # Errors
-    /// `InvalidType` where it is of another type; `InvalidValue` where a number or a count is out of range.
+    /// `InvalidType` for another type; `InvalidValue` if a number or a count is out of range.
     fn named(self, name: &'static str) -> Result<Self::Value>;
 }
 
-impl<'py, T: Accepted<'py>> Named for Given<'py, T> {
+impl<'py, T: Accepted<'py>> Named for Argument<'py, T> {
     type Value = T;
 
     fn named(self, name: &'static str) -> Result<T> {
         match self {
-            Given::Object(object) => extracted(name, &object),
-            Given::Default(value) => Ok(value),
+            Argument::Object(object) => extracted(name, &object),
+            Argument::Default(value) => Ok(value),
         }
     }
 }
@@ -54,24 +54,24 @@ impl<T: Named> Named for Option<T> {
     type Value = Option<T::Value>;
 
     fn named(self, name: &'static str) -> Result<Option<T::Value>> {
-        self.map(|given| given.named(name)).transpose()
+        self.map(|argument| argument.named(name)).transpose()
     }
 }
 
 /// Replaces arguments by their values.
-macro_rules! given {
+macro_rules! extract {
     ($($name:ident),+ $(,)?) => {
-        $(let $name = $crate::given::Named::named($name, stringify!($name))?;)+
+        $(let $name = $crate::argument::Named::named($name, stringify!($name))?;)+
     };
 }
-pub(crate) use given;
+pub(crate) use extract;
 
-/// The value of an object that was given for an argument, or for part of one.
+/// The value of an argument, or of a part of one.
 pub fn extracted<'py, T: Accepted<'py>>(name: &'static str, object: &Bound<'py, PyAny>) -> Result<T> {
     object.extract::<T>().map_err(|error| refused(name, object, error.into(), &T::accepted()))
 }
 
-/// Why an object is not accepted.
+/// The error of an object that is not accepted.
 pub fn refused(name: &'static str, object: &Bound<PyAny>, error: PyErr, accepted: &str) -> Failure {
     let py = object.py();
     let class = if error.is_instance_of::<PyTypeError>(py) {
@@ -79,7 +79,7 @@ pub fn refused(name: &'static str, object: &Bound<PyAny>, error: PyErr, accepted
     } else if error.is_instance_of::<PyOverflowError>(py) || error.is_instance_of::<PyValueError>(py) {
         Refusal::Value
     } else {
-        // What the object's own code raises.
+        // An exception of the object's own code.
         return error.into();
     };
     match shown(object) {
@@ -88,7 +88,7 @@ pub fn refused(name: &'static str, object: &Bound<PyAny>, error: PyErr, accepted
     }
 }
 
-/// A value as Python writes it, not at length, and its type where that is not seen by it.
+/// The abbreviated `repr` of a value, and its type.
 fn shown(object: &Bound<PyAny>) -> PyResult<String> {
     let value: String = object.py().import("reprlib")?.call_method1("repr", (object,))?.extract()?;
     if object.is_none() {
@@ -97,7 +97,7 @@ fn shown(object: &Bound<PyAny>) -> PyResult<String> {
     Ok(format!("{value} ({})", object.get_type().name()?))
 }
 
-/// One of two types. Where neither fits, the error is that of the second for sequences, and of the first for others.
+/// Extracts one of two types. If neither fits, the error is that of the second for sequences, and otherwise that of the first.
 pub fn either<'a, 'py, A, B, T>(
     object: Borrowed<'a, 'py, PyAny>,
     first: impl FnOnce(A) -> T,
@@ -120,7 +120,7 @@ where
 
 macro_rules! accepted {
     ($($type:ty: $words:literal;)+) => {
-        $(impl<'py> $crate::given::Accepted<'py> for $type {
+        $(impl<'py> $crate::argument::Accepted<'py> for $type {
             fn accepted() -> String {
                 $words.into()
             }
@@ -136,7 +136,7 @@ accepted! {
     u64: "a whole number from 0 on";
     usize: "a whole number from 0 on";
     String: "a string";
-    PathBuf: "a path, a string or an object of pathlib";
+    PathBuf: "a path: a string or a pathlib.Path";
     (f64, f64): "two numbers";
     (usize, usize): "two whole numbers from 0 on";
     [usize; 3]: "three whole numbers from 0 on";
