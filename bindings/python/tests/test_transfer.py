@@ -62,11 +62,11 @@ def test_opacities(volume):
     "arguments, words",
     [
         ({"cmap": "pink"}, "unknown transfer function 'pink'"),
-        ({"cmap": []}, "without a colour"),
+        ({"cmap": []}, "give at least one colour"),
         ({"cmap": ["#12345"]}, "is not a colour"),
         ({"cmap": [(1, 2)]}, "is not a colour"),
         ({"cmap": [(1, 2, 3)]}, "entries from 0 to 1"),
-        ({"cmap": lambda t: t}, "expected a colour of each"),
+        ({"cmap": lambda t: t}, "expected one colour each"),
         ({"clim": (3, 3)}, "LO below HI"),
         ({"opacity": "steep"}, "unknown opacity 'steep'"),
         ({"opacity": -1}, "at least 0"),
