@@ -1,16 +1,15 @@
 //! Ray casting, with and without pre-integrated segments, and slicing.
 
-use super::classification::{SLAB_VALUES, Table, TableSizes};
+use super::classification::{SLAB_VALUES, TableSizes};
 use super::frame::{Declaring, Resources};
 use super::region::Region;
-use super::sampling::Steps;
 use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Drawn, Target, Tiles, declare_target};
 use crate::device::launch::rays::{
     CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, Raycast, RaycastArguments, Slicing, SlicingArguments,
 };
-use crate::device::launch::structs::{ClassificationParams, MarchParams, SampleParams, SegmentParams};
+use crate::device::launch::structs::{ClassificationParams, MarchParams, SegmentParams};
 use crate::device::launch::{Launcher, Rendering};
 use crate::error::Error;
 use crate::layers::{Axis, Kernel};
@@ -79,7 +78,7 @@ impl MarchedRays {
             _ => scene.weighted(AXIS, kernel)?,
         };
         let steps = scene.steps(1);
-        let sample = point_params(scene, &table, steps);
+        let sample = scene.table_samples(&table, steps, AXIS.frame());
         let region = Region::marched(scene, kernel, step);
         let tiles = Tiles::for_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
@@ -117,7 +116,7 @@ impl MarchedRays {
         let mut layout = scene.weighted(AXIS, kernel)?;
         layout.view.background = scene.field.background_for(settings.blend);
         let steps = scene.steps(1);
-        let sample = point_params(scene, &table, steps);
+        let sample = scene.table_samples(&table, steps, AXIS.frame());
         let region = Region::marched(scene, kernel, longest_slab(scene, step));
         let tiles = Tiles::for_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
@@ -150,7 +149,7 @@ impl MarchedRays {
         let (integrals, slabs) = scene.slicing_table(thickness)?;
         let table = scene.table(Kernel::Linear)?;
         let layout = scene.layout(AXIS)?;
-        let sample = point_params(scene, &table, steps);
+        let sample = scene.table_samples(&table, steps, AXIS.frame());
         let region = Region::marched(scene, Kernel::Linear, longest_slab(scene, step));
         let tiles = Tiles::for_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
@@ -226,12 +225,6 @@ fn check_steps(scene: &Scene, step: f64) -> Result<(), Error> {
          it longer"
     );
     Err(Error::Settings { field: "step", problem })
-}
-
-/// Parameters of post-classified samples.
-fn point_params(scene: &Scene, table: &Table, steps: Steps) -> SampleParams {
-    let frame = AXIS.frame();
-    scene.sample(frame, ClassificationParams::from_table(scene, table), SegmentParams::single(scene, steps, frame))
 }
 
 /// Parameters shared by all kernels that march rays.

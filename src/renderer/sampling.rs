@@ -11,13 +11,6 @@ use glam::DVec3;
 pub(super) struct Steps(pub DVec3);
 
 impl Steps {
-    /// The steps of a scene with this number of samples per layer.
-    pub fn new(scene: &Scene, samples_per_layer: u32) -> Self {
-        let spacing = scene.field.grid().spacing();
-        let unit = scene.settings.unit_distance.unwrap_or(spacing.min_element()) * f64::from(samples_per_layer);
-        Self(spacing / unit)
-    }
-
     /// The shortest of the three steps.
     pub fn shortest(self) -> f64 {
         self.0.min_element()

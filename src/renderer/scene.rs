@@ -101,7 +101,9 @@ impl Scene<'_> {
 impl Scene<'_> {
     /// Step lengths with this number of samples per layer.
     pub fn steps(&self, samples_per_layer: u32) -> Steps {
-        Steps::new(self, samples_per_layer)
+        let spacing = self.field.grid().spacing();
+        let unit = self.settings.unit_distance.unwrap_or(spacing.min_element()) * f64::from(samples_per_layer);
+        Steps(spacing / unit)
     }
 
     /// Sample parameters along the axes of `frame`. Kernels in which each ray may have its own layer axis permute them from axis
@@ -109,5 +111,10 @@ impl Scene<'_> {
     pub fn sample(&self, frame: AxisFrame, classification: ClassificationParams, segments: SegmentParams) -> SampleParams {
         let light = Lighting::new(self.settings, self.field, self.rays).params(frame);
         SampleParams { field: self.field.params(frame), classification, light, segments }
+    }
+
+    /// The parameters of single samples that are looked up in a table.
+    pub fn table_samples(&self, table: &Table, steps: Steps, frame: AxisFrame) -> SampleParams {
+        self.sample(frame, ClassificationParams::from_table(self, table), SegmentParams::single(self, steps, frame))
     }
 }

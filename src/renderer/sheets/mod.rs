@@ -2,16 +2,15 @@
 
 mod order;
 
-use super::classification::{Splatted, Table};
+use super::classification::Splatted;
 use super::frame::{Declaring, Resources, Slot};
 use super::region::Region;
-use super::sampling::Steps;
 use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Drawn, Target, Tiles, declare_target};
 use crate::device::launch::Launcher;
 use crate::device::launch::sheets::{AxisSheets, AxisSheetsArguments, ViewSheets, ViewSheetsArguments};
-use crate::device::launch::structs::{ClassificationParams, SampleParams, SegmentParams, SplatParams};
+use crate::device::launch::structs::SplatParams;
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, GAUSSIAN_RADIUS, Kernel, SplatProjection, SplatSlabs};
 use crate::volume::Grid;
@@ -58,7 +57,7 @@ impl AxisAlignedSheets {
         let table = scene.table(Kernel::Gaussian)?;
         let frame = axis.frame();
         let steps = scene.steps(1);
-        let sample = splat_samples(scene, &table, steps, frame);
+        let sample = scene.table_samples(&table, steps, frame);
         let projection = SplatProjection::new(rays, viewport, scene.field.grid());
         let (background, _) = scene.field.background();
         let backwards = i32::from(rays.central_direction()[axis.index()] < 0.0);
@@ -99,7 +98,7 @@ impl ImageAlignedSheets {
         let slabs = SplatSlabs { distance };
         let slab_weights = target.arena.fill(device, &SLAB_WEIGHTS, &slab_weights(slabs))?;
         let steps = scene.steps(1);
-        let sample = splat_samples(scene, &table, steps, AXIS.frame());
+        let sample = scene.table_samples(&table, steps, AXIS.frame());
         let projection = SplatProjection::new(rays, viewport, scene.field.grid());
         let params = SplatParams {
             sheet_distance: distance as f32,
@@ -130,11 +129,6 @@ impl ImageAlignedSheets {
         };
         self.kernel.launch(device, (slabs.count(), settings.looks_at_gradients(), region.rendering), &arguments)
     }
-}
-
-/// Parameters of the post-classified samples of sheets.
-fn splat_samples(scene: &Scene, table: &Table, steps: Steps, frame: AxisFrame) -> SampleParams {
-    scene.sample(frame, ClassificationParams::from_table(scene, table), SegmentParams::single(scene, steps, frame))
 }
 
 /// Kernel argument with the projection in the axes of `frame`; the range of sheets is not set.
