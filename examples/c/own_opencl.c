@@ -7,11 +7,14 @@
  * cc examples/c/own_opencl.c -Ibindings/c/include -Ltarget/debug -llayersplat_c -Wl,-rpath,target/debug \
  *    -l:libOpenCL.so.1 -lm -o own_opencl
  */
+#define _POSIX_C_SOURCE 199309L /* nanosleep */
 #include "opencl.h"
 #include <layersplat.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <time.h>
 
 enum { SIDE = 32, WIDTH = 160, HEIGHT = 120, MOST_BUFFERS = 8 };
 
@@ -80,6 +83,21 @@ static void count_references(const struct host *host, cl_uint counts[3])
     clGetContextInfo(host->context, CL_CONTEXT_REFERENCE_COUNT, sizeof *counts, &counts[0], NULL);
     clGetMemObjectInfo(host->voxels, CL_MEM_REFERENCE_COUNT, sizeof *counts, &counts[1], NULL);
     clGetMemObjectInfo(host->picture, CL_MEM_REFERENCE_COUNT, sizeof *counts, &counts[2], NULL);
+}
+
+/*
+ * Reference counts once the driver has released its own, or those after a few seconds. Its threads may do that a
+ * moment after clFinish returns.
+ */
+static void wait_for_references(const struct host *host, const cl_uint expected[3], cl_uint counts[3])
+{
+    const struct timespec pause = {0, 10 * 1000 * 1000};
+    for (int tries = 0; tries < 500; tries++) {
+        count_references(host, counts);
+        if (memcmp(counts, expected, 3 * sizeof *counts) == 0)
+            return;
+        nanosleep(&pause, NULL);
+    }
 }
 
 static void close_host(struct host host)
@@ -196,7 +214,7 @@ int main(int count, char **arguments)
     layersplat_transfer_free(transfer);
     layersplat_transfer_free(unit);
     layersplat_device_free(device);
-    count_references(&host, after);
+    wait_for_references(&host, before, after);
     close_host(host);
     for (int n = 0; n < 3; n++) {
         printf("references: %u, in use %u, afterwards %u\n", before[n], between[n], after[n]);
