@@ -6,8 +6,8 @@ use layersplat::renderer::{DeviceVoxels, PictureFormat, PictureMemory, UploadedV
 use layersplat::volume::VoxelType;
 use layersplat::{Device, Renderer, Settings};
 use opencl3::memory::{CL_FLOAT, CL_MEM_OBJECT_IMAGE2D, CL_RGBA, CL_UNORM_INT16, cl_image_desc, cl_image_format};
-use std::time::Duration;
 use opencl3::memory::{CL_MEM_READ_ONLY, CL_MEM_READ_WRITE, CL_MEM_WRITE_ONLY, ClMem, Image};
+use std::time::Duration;
 
 /// Reference counts of a context and of a queue.
 fn references(host: &Host) -> [u32; 2] {
