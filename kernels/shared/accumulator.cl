@@ -45,14 +45,15 @@ static inline intv open_rays(const SampleParams *p, const Accumulator *a) {
 #endif
 }
 
-// Accumulates a segment between two values. `length`, in ray parameters, is 0 where the segment does not contribute.
+// Accumulates a segment between two values. `length`, in ray parameters, is 0 where the segment does not contribute. Neutral values are
+// selected there: if `a` were, PoCL 6 would abort (docs/portability.md).
 static inline void accumulate_values(realv from, realv to, realv length, Accumulator *a, intv *active) {
     const intv contributes = length > 0.0f;
     *active += COUNT_IF(contributes);
 #if BLEND == MAXIMUM
-    a->value = contributes ? MAX(a->value, MAX(from, to)) : a->value;
+    a->value = MAX(a->value, contributes ? MAX(from, to) : (realv)(-INFINITY));
 #elif BLEND == MINIMUM
-    a->value = contributes ? MIN(a->value, MIN(from, to)) : a->value;
+    a->value = MIN(a->value, contributes ? MIN(from, to) : (realv)(INFINITY));
 #else
     a->value += contributes ? 0.5f * (from + to) * length : (realv)(0.0f);
 #endif

@@ -22,9 +22,18 @@ pub(crate) fn compiler_options() -> &'static str {
     OPTIONS
 }
 
+/// Clang warns of functions with vectors that are wider than the registers, since their calling convention depends on the processor.
+/// All functions of a program are compiled for the same processor.
+const WARNINGS: &str = "#ifdef __has_warning
+#if __has_warning(\"-Wpsabi\")
+#pragma clang diagnostic ignored \"-Wpsabi\"
+#endif
+#endif
+";
+
 /// Complete source text of the program in a kernel file.
 pub(super) fn source(file: &'static str) -> String {
-    structs::typedefs() + &sources::with_includes(file)
+    WARNINGS.to_owned() + &structs::typedefs() + &sources::with_includes(file)
 }
 
 /// All compiler options of a program, given its `-D` options.

@@ -8,6 +8,7 @@ use crate::device::launch::KernelRequest;
 use crate::device::program::Programs;
 use crate::error::Error;
 use std::collections::{HashSet, VecDeque};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::Command;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
@@ -40,6 +41,11 @@ struct State {
     compiler: Option<Arc<CompilerProcess>>,
     /// The device is being dropped.
     closed: bool,
+}
+
+/// Runs a job. If it panics, which the panic hook reports, it fails: others wait for its result.
+fn guarded<T>(program: &'static str, job: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    catch_unwind(AssertUnwindSafe(job)).unwrap_or(Err(Error::NotBuilt { program }))
 }
 
 impl JobQueue {
@@ -86,12 +92,13 @@ impl JobQueue {
         let mut launcher = None;
         while let Some((job, batch)) = self.next() {
             match job {
-                Job::Find(find) => match find() {
+                Job::Find(find) => match guarded("no program", find) {
                     Ok(kernels) => self.add(kernels, &batch),
                     Err(error) => batch.fail(error),
                 },
                 Job::Build(kernel) => {
-                    let built = if self.is_ready(&kernel) { Ok(()) } else { self.build(programs, &mut launcher, &kernel) };
+                    let build = || if self.is_ready(&kernel) { Ok(()) } else { self.build(programs, &mut launcher, &kernel) };
+                    let built = guarded(kernel.file, build);
                     match &built {
                         Ok(()) => drop(self.state().ready.insert(kernel)),
                         Err(error) => tracing::debug!("background build failed: {error}"),

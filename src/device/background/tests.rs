@@ -66,6 +66,18 @@ fn a_failure_is_reported_and_the_other_programs_are_built() {
 }
 
 #[test]
+fn a_job_that_panics_fails_and_later_ones_are_done() {
+    let device = device();
+    let (sender, receiver) = mpsc::channel();
+    let builds = device.build_ahead(|| panic!("an expected panic"), move |built| sender.send(built).unwrap());
+    assert!(matches!(receiver.recv_timeout(PATIENCE), Ok(Err(Error::NotBuilt { .. }))) && builds.is_ready());
+    let panics = Arc::new(AtomicUsize::new(1));
+    device.observe_builds(move |_| assert_eq!(panics.swap(0, Ordering::Relaxed), 0, "an expected panic"));
+    assert!(matches!(build(&device, vec![small()]), Err(Error::NotBuilt { program: "layered/table.cl" })));
+    build(&device, vec![small()]).unwrap();
+}
+
+#[test]
 fn dropping_the_device_abandons_waiting_builds() {
     let device = device();
     let (begin, begun) = mpsc::channel();
