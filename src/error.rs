@@ -262,12 +262,17 @@ pub enum Error {
         /// The compiler's log.
         log: String,
     },
-    /// A kernel was not built in the background, because its device was closed.
-    #[error("{program} was not built in the background: its device was closed first")]
+    /// A kernel was not built in the background.
+    #[error("{program} was not built in the background: {problem}")]
     NotBuilt {
         /// The kernel file.
         program: &'static str,
+        /// Why.
+        problem: &'static str,
     },
+    /// A renderer whose volume was lost when replacing it failed.
+    #[error("the renderer has no volume, since replacing its last one failed: set a volume, or make a new renderer")]
+    NoVolume,
     /// Caller-owned memory, or a caller-owned queue, that cannot be used.
     #[error("{what} {problem}")]
     Memory {

@@ -40,6 +40,15 @@ impl<T: Copy> Buffer<T> {
         unsafe { Self::create(device, values.len(), flags, values.as_ptr(), what) }
     }
 
+    /// Fails if a buffer of `len` values is larger than the device supports.
+    pub fn check_size(device: &Device, len: usize, what: &str) -> Result<(), Error> {
+        let (needed, available) = (len as u64 * size_of::<T>() as u64, device.largest_buffer_bytes());
+        if needed <= available {
+            return Ok(());
+        }
+        Err(Error::DeviceMemory { what: what.into(), device: device.info().name.clone(), needed, available })
+    }
+
     /// # Safety
     /// With CL_MEM_COPY_HOST_PTR, `values` must point to `len` values; otherwise it must be null.
     unsafe fn create(device: &Device, len: usize, flags: u64, values: *const T, what: &str) -> Result<Self, Error> {
@@ -47,11 +56,7 @@ impl<T: Copy> Buffer<T> {
         if device.rehearsal().is_some() {
             return Self::for_rehearsal(device, len, what);
         }
-        let info = device.info();
-        let available = device.largest_buffer_bytes();
-        if needed > available {
-            return Err(Error::DeviceMemory { what: what.into(), device: info.name.clone(), needed, available });
-        }
+        Self::check_size(device, len, what)?;
         let taken = device.budget.take(what, needed)?;
         device.require(what, needed, 0)?;
         #[cfg(test)]

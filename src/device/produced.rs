@@ -75,3 +75,78 @@ impl Device {
         Ok(Usability::Usable)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::{Buffer, DeviceChoice};
+    use opencl3::command_queue::{CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, CommandQueue};
+    use opencl3::context::Context;
+    use opencl3::device::Device as ClDevice;
+    use opencl3::event::{create_user_event, set_user_event_status};
+
+    /// Status of an event whose command failed.
+    const FAILED: i32 = -5;
+
+    /// A device in a context of its own, and that context.
+    fn device(properties: u64) -> (Device, Context) {
+        let own = Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
+        let context = Context::from_device(&ClDevice::new(own.id())).unwrap();
+        #[allow(deprecated)] // The replacement needs OpenCL 2.0.
+        let queue = CommandQueue::create_default(&context, properties).unwrap();
+        (Device::from_queue(&queue).unwrap(), context)
+    }
+
+    /// Enqueues a command that depends on an event of the caller, sets the status of that event, and returns how this and the next frame,
+    /// and one of another sequence, may use the value that the command writes: before and after the status is set.
+    fn usabilities(properties: u64, event_status: i32) -> [[Usability; 2]; 3] {
+        let (device, context) = device(properties);
+        let event = Event::new(create_user_event(context.get()).unwrap());
+        device.begin(&[&event]).unwrap();
+        device.end().unwrap();
+        let mut produced = device.produced().unwrap();
+        let other = device.with_own_sequence();
+        other.begin(&[]).unwrap();
+        let own = device.usability(&mut produced).unwrap();
+        device.begin(&[]).unwrap();
+        let before = [own, device.usability(&mut produced).unwrap(), other.usability(&mut produced).unwrap()];
+        set_user_event_status(event.get(), event_status).unwrap();
+        // The command runs, or fails, shortly afterwards.
+        if let Some(written) = &produced.event {
+            let _ = written.wait();
+        }
+        let after = [(); 3].map(|()| device.usability(&mut produced).unwrap());
+        std::array::from_fn(|n| [before[n], after[n]])
+    }
+
+    #[test]
+    fn values_that_wait_for_events_of_the_caller_are_used_by_their_own_frame_only() {
+        use Usability::{Failed, Uncertain, Usable};
+        for properties in [0, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE] {
+            for (event_status, after) in [(CL_COMPLETE, Usable), (FAILED, Failed)] {
+                let expected = [[Usable, after], [Uncertain, after], [Uncertain, after]];
+                assert_eq!(usabilities(properties, event_status), expected, "{properties}, {event_status}");
+            }
+        }
+    }
+
+    #[test]
+    fn another_sequence_waits_for_the_commands_that_write_a_value() {
+        let (device, context) = device(0);
+        device.begin(&[]).unwrap();
+        let event = Event::new(create_user_event(context.get()).unwrap());
+        // A command of the sequence itself that is pending, without an event that the frame was told to wait for.
+        let mut buffer = Buffer::<u8>::new(&device, 1, "a value").unwrap();
+        device.sequence.state().wait = vec![retained(&event).unwrap()];
+        let marker = device.end().unwrap();
+        let mut produced = device.produced().unwrap();
+        let other = device.with_own_sequence();
+        other.begin(&[]).unwrap();
+        assert_eq!(other.usability(&mut produced).unwrap(), Usability::Usable);
+        assert_eq!(other.sequence.state().wait.len(), 1, "its next command waits");
+        set_user_event_status(event.get(), CL_COMPLETE).unwrap();
+        marker.wait().unwrap();
+        buffer.write_at(&other, 0, &[1]).unwrap();
+        assert!(other.sequence.state().wait.is_empty());
+    }
+}

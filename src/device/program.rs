@@ -52,10 +52,15 @@ pub(super) struct Programs {
     /// Called with the file of each program whose build begins.
     #[cfg(test)]
     observer: Mutex<Option<Observer>>,
+    /// Edits the text of each program.
+    #[cfg(test)]
+    editor: Mutex<Option<Editor>>,
 }
 
 #[cfg(test)]
 type Observer = Arc<dyn Fn(&'static str) + Send + Sync>;
+#[cfg(test)]
+type Editor = Arc<dyn Fn(String) -> String + Send + Sync>;
 
 /// A program, built or not.
 #[derive(Default)]
@@ -75,6 +80,8 @@ impl Programs {
             faults: super::faults::Faults::default(),
             #[cfg(test)]
             observer: Mutex::default(),
+            #[cfg(test)]
+            editor: Mutex::default(),
         }
     }
 
@@ -124,6 +131,8 @@ impl Programs {
         #[cfg(test)]
         self.observe(file);
         let text = source(file);
+        #[cfg(test)]
+        let text = self.edited(text);
         // An injected fault makes the program invalid, so that the log is a real one.
         #[cfg(test)]
         let text = match self.faults.at(super::Call::Build) {
@@ -176,6 +185,11 @@ impl Programs {
             observer(file);
         }
     }
+
+    fn edited(&self, text: String) -> String {
+        let editor = self.editor.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        editor.map_or(text.clone(), |edit| edit(text))
+    }
 }
 
 #[cfg(test)]
@@ -186,6 +200,11 @@ impl Device {
         let built = slots.iter().filter(|(_, slot)| slot.built.get().is_some());
         let built: String = built.map(|((file, _), _)| sources::with_includes(file)).collect();
         sources::files().filter(|file| !built.contains(&format!("#line 1 \"{file}\""))).collect()
+    }
+
+    /// Passes the text of each program through `edit` before it is built.
+    pub(crate) fn edit_sources(&self, edit: impl Fn(String) -> String + Send + Sync + 'static) {
+        *self.shared.programs.editor.lock().unwrap() = Some(Arc::new(edit));
     }
 
     /// Calls `observer` with the file of each program, when its build begins.

@@ -22,6 +22,8 @@ mod report;
 mod sampling;
 mod scene;
 mod screen;
+#[cfg(test)]
+mod shaded_places;
 mod sheets;
 mod store;
 mod streamed;
@@ -126,8 +128,8 @@ impl Renderer {
     /// fit and no other renderer uses it. If the voxel type is unchanged, no device program is rebuilt.
     ///
     /// # Errors
-    /// If device memory is insufficient. The renderer then has its old volume, or none that can be rendered; another volume can
-    /// still be set.
+    /// [`Error::DeviceMemory`] if the voxels do not fit into a buffer of the device; the renderer keeps its volume. After other
+    /// errors, such as insufficient memory, it has no volume: frames fail with [`Error::NoVolume`] until a volume is set.
     pub fn set_volume(&mut self, volume: &Volume) -> Result<(), Error> {
         self.engine.replace_field(&volume.held())
     }

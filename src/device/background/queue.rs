@@ -45,7 +45,12 @@ struct State {
 
 /// Runs a job. If it panics, which the panic hook reports, it fails: others wait for its result.
 fn guarded<T>(program: &'static str, job: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
-    catch_unwind(AssertUnwindSafe(job)).unwrap_or(Err(Error::NotBuilt { program }))
+    catch_unwind(AssertUnwindSafe(job)).unwrap_or(Err(Error::NotBuilt { program, problem: "the build panicked" }))
+}
+
+/// The error of a program whose device was closed before it was built.
+fn closed(program: &'static str) -> Error {
+    Error::NotBuilt { program, problem: "its device was closed first" }
 }
 
 impl JobQueue {
@@ -81,8 +86,8 @@ impl JobQueue {
         self.changed.notify_one();
         for (job, batch) in abandoned {
             match job {
-                Job::Find(_) => batch.fail(Error::NotBuilt { program: "no program" }),
-                Job::Build(kernel) => batch.count(Err(Error::NotBuilt { program: kernel.file })),
+                Job::Find(_) => batch.fail(closed("no program")),
+                Job::Build(kernel) => batch.count(Err(closed(kernel.file))),
             }
         }
     }
@@ -131,7 +136,7 @@ impl JobQueue {
             let mut state = self.state();
             if state.closed {
                 drop(state);
-                return batch.fail(Error::NotBuilt { program: "no program" });
+                return batch.fail(closed("no program"));
             }
             state.waiting.extend(kernels.into_iter().map(|kernel| (Job::Build(kernel), batch.clone())));
         }
@@ -142,7 +147,7 @@ impl JobQueue {
     fn build(&self, programs: &Programs, launcher: &mut Option<EmptyLauncher>, kernel: &KernelRequest) -> Result<(), Error> {
         self.compile_in_process(programs, kernel);
         let closed = self.state().closed;
-        if closed { Err(Error::NotBuilt { program: kernel.file }) } else { build(programs, launcher, kernel) }
+        if closed { Err(self::closed(kernel.file)) } else { build(programs, launcher, kernel) }
     }
 
     /// Lets the compiler process compile a kernel, if there is one. After an error, this process compiles.

@@ -58,7 +58,7 @@ fn a_failure_is_reported_and_the_other_programs_are_built() {
     assert!(matches!(build(&device, vec![small(), other]), Err(Error::Build { .. })));
     device.recover();
     assert_eq!(device.programs(), 1);
-    let error = Error::NotBuilt { program: "unknown kernels" };
+    let error = Error::NotBuilt { program: "unknown kernels", problem: "nobody knows them" };
     let (sender, receiver) = mpsc::channel();
     let builds = device.build_ahead(move || Err(error), move |built| sender.send(built).unwrap());
     builds.wait();
@@ -73,7 +73,7 @@ fn a_job_that_panics_fails_and_later_ones_are_done() {
     assert!(matches!(receiver.recv_timeout(PATIENCE), Ok(Err(Error::NotBuilt { .. }))) && builds.is_ready());
     let panics = Arc::new(AtomicUsize::new(1));
     device.observe_builds(move |_| assert_eq!(panics.swap(0, Ordering::Relaxed), 0, "an expected panic"));
-    assert!(matches!(build(&device, vec![small()]), Err(Error::NotBuilt { program: "layered/table.cl" })));
+    assert!(matches!(build(&device, vec![small()]), Err(Error::NotBuilt { program: "layered/table.cl", .. })));
     build(&device, vec![small()]).unwrap();
 }
 

@@ -3,7 +3,7 @@
 use super::{Argument, Typed};
 use crate::device::{Buffer, Device, DeviceMemory};
 use crate::error::Error;
-use crate::volume::{Held, VoxelType};
+use crate::volume::{Description, Held, VoxelType};
 use opencl3::kernel::Kernel as ClKernel;
 
 /// Voxels of any type on the device. Kernels that read them are built for the type.
@@ -29,6 +29,11 @@ impl VoxelBuffer {
     pub fn from_memory(device: &Device, memory: &DeviceMemory, bytes: usize, voxel_type: VoxelType) -> Result<Self, Error> {
         let bytes = Buffer::from_memory(device, memory, bytes)?;
         Ok(Self { bytes, voxel_type, unchecked: voxel_type == VoxelType::Float32 })
+    }
+
+    /// Fails if a buffer of `capacity` voxels is larger than the device supports.
+    pub fn check_capacity(device: &Device, capacity: usize, description: &Description) -> Result<(), Error> {
+        Buffer::<u8>::check_size(device, capacity * description.voxel_type().bytes(), description.name())
     }
 
     /// Uploads voxels, with the background in place of invalid ones, to a buffer of `capacity` voxels.

@@ -5,6 +5,7 @@
 
 mod cases;
 mod host;
+mod recovery;
 
 use super::Renderer;
 use crate::device::{Call, Device};

@@ -34,6 +34,8 @@ pub(super) struct Field {
     /// The voxels on the device.
     held: VoxelBox,
     voxels: Arc<VoxelBuffer>,
+    /// Whether replacing the voxels failed: the buffer does not hold those of `description` then.
+    is_lost: bool,
     placed: Placement,
     /// Whether the caller declared the range; voxels may then lie outside it.
     range_is_declared: bool,
@@ -83,6 +85,7 @@ impl Field {
             held,
             store: Arc::new(Mutex::new(Store::new(budget(&voxels, held)))),
             voxels: Arc::new(voxels),
+            is_lost: false,
             placed,
             range_is_declared,
             version: Version::new(),
@@ -103,12 +106,18 @@ impl Field {
 
     /// Replaces the voxels. The buffer is reused if it is large enough and no other renderer uses it; otherwise a new buffer for
     /// `capacity` voxels is allocated.
+    ///
+    /// # Errors
+    /// If they do not fit into a buffer of the device, in which case the field is unchanged. After all other errors it has no
+    /// voxels ([`require_voxels`](Self::require_voxels)).
     pub fn replace(&mut self, device: &Device, held: &Held, capacity: usize) -> Result<(), Error> {
         let bytes = held.dims().iter().product::<usize>() * held.description.voxel_type().bytes();
         let voxel_box = VoxelBox { first: held.first, dims: held.dims() };
         let same_type = held.description.voxel_type() == self.voxels.voxel_type();
         let in_place = same_type && bytes <= self.voxels.bytes() && self.voxels.is_owned();
+        VoxelBuffer::check_capacity(device, capacity, held.description)?;
         self.store().clear();
+        self.is_lost = true;
         match Arc::get_mut(&mut self.voxels).filter(|_| in_place && Arc::strong_count(&self.store) == 1) {
             Some(voxels) => voxels.refill(device, held)?,
             None => {
@@ -130,7 +139,13 @@ impl Field {
         (self.held, self.placed) = (voxel_box, Placement::dense(voxel_box.dims));
         (self.version, self.changes, self.all_changes) = (Version::new(), 0, Arc::default());
         self.range_is_declared = false;
+        self.is_lost = false;
         Ok(())
+    }
+
+    /// Fails if replacing the voxels failed.
+    pub fn require_voxels(&self) -> Result<(), Error> {
+        if self.is_lost { Err(Error::NoVolume) } else { Ok(()) }
     }
 
     /// Records a change of the voxels in the caller's memory.

@@ -179,6 +179,10 @@ impl Engine {
         mode: Mode,
         deliver: impl FnOnce(&Device, &Finished) -> Result<T, Error>,
     ) -> Result<(T, Statistics), Error> {
+        // Streamed frames upload their voxels themselves.
+        if frame.volume.is_none() {
+            self.field.require_voxels()?;
+        }
         let (device, drawn) = match self.draw(frame, mode) {
             Err(error) if frame.volume.is_none() && error.is_lack_of_device_memory() => {
                 self.drop_cached();
