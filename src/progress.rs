@@ -4,7 +4,7 @@
 use std::{
     sync::OnceLock,
     sync::atomic::{AtomicU64, Ordering},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 /// An observer: task name, completed steps and total steps, which is 0 if unknown.
@@ -25,10 +25,40 @@ pub(crate) fn watch(watch: impl Fn(&str, u64, u64) + Send + Sync + 'static) {
 #[cfg(feature = "cli")]
 static BUILDING: AtomicU64 = AtomicU64::new(0);
 
-/// Adds the build time of a program.
+/// Number of programs that are being built in this process.
 #[cfg(feature = "cli")]
-pub(crate) fn add_building(elapsed: Duration) {
-    BUILDING.fetch_add(elapsed.as_micros() as u64, Ordering::Relaxed);
+static BUILDS: AtomicU64 = AtomicU64::new(0);
+
+/// Counts a program as being built, until it is dropped, and its build time.
+pub(crate) struct Building {
+    #[cfg(feature = "cli")]
+    started: Instant,
+}
+
+impl Building {
+    /// Begins the build of a program.
+    pub fn begin() -> Self {
+        #[cfg(feature = "cli")]
+        BUILDS.fetch_add(1, Ordering::Relaxed);
+        Self {
+            #[cfg(feature = "cli")]
+            started: Instant::now(),
+        }
+    }
+}
+
+#[cfg(feature = "cli")]
+impl Drop for Building {
+    fn drop(&mut self) {
+        BUILDS.fetch_sub(1, Ordering::Relaxed);
+        BUILDING.fetch_add(self.started.elapsed().as_micros() as u64, Ordering::Relaxed);
+    }
+}
+
+/// Whether any program is being built in this process.
+#[cfg(feature = "cli")]
+pub(crate) fn is_building() -> bool {
+    BUILDS.load(Ordering::Relaxed) > 0
 }
 
 /// Total build time of programs in this process.

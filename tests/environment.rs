@@ -172,6 +172,23 @@ fn a_full_disk_under_the_kernel_cache_is_named() {
     }
 }
 
+/// Compiling takes seconds, with an empty cache, and is announced, also to a pipe; with a warm cache nothing is said.
+#[test]
+fn compiling_kernels_is_announced() {
+    let folder = tempfile::tempdir().unwrap();
+    let messages = [(); 2].map(|()| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
+        command.args(["render", "builtin:hydrogen@16", "--kernel", "bspline", "--size", "16x16", "--device", "pocl"]);
+        command.current_dir(&folder).env("POCL_CACHE_DIR", folder.path().join("kernels")).env("XDG_CACHE_HOME", folder.path());
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    });
+    let [cold, warm] = messages.each_ref().map(|message| message.matches("compiling kernels, once per set of options\n").count());
+    assert_eq!((cold, warm), (1, 0), "{messages:?}");
+    assert!(messages[0].contains("compiled kernels in ") && !messages[1].contains("compiled"), "{messages:?}");
+}
+
 /// Names that files have while they are written.
 #[cfg(target_os = "linux")]
 fn unfinished(folder: &Path) -> bool {

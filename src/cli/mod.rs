@@ -5,6 +5,7 @@ mod bench;
 mod blending;
 mod check;
 mod compare;
+mod compiling;
 mod convert;
 mod devices;
 mod examples;

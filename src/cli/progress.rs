@@ -18,25 +18,6 @@ pub(super) fn show_tasks() {
     progress::watch(move |what, done, total| shown.lock().unwrap_or_else(PoisonError::into_inner).update(what, done, total));
 }
 
-/// Builds that take less use kernels from the driver's cache.
-const UNCACHED_BUILD: Duration = Duration::from_millis(300);
-
-/// Runs `render`. If kernels were compiled for it, prints how long that took, even if standard error is not a terminal. Includes
-/// the time of rendering, about a hundredth of it.
-pub(super) fn report_compiling<T>(render: impl FnOnce() -> T) -> T {
-    let (started, before) = (Instant::now(), progress::building());
-    let rendered = render();
-    if progress::building() - before >= UNCACHED_BUILD {
-        print_compile_time(started.elapsed());
-    }
-    rendered
-}
-
-/// Prints how long kernels were compiled, in this or a child process.
-pub(super) fn print_compile_time(elapsed: Duration) {
-    eprintln!("compiled kernels in {:.0} s (once per set of options)", elapsed.as_secs_f64().max(1.0));
-}
-
 /// A bar for a known number of steps, such as pictures.
 pub(super) fn steps(count: u32, what: &'static str) -> ProgressBar {
     ProgressBar::new(count.into()).with_style(style("{msg} {bar:40} {pos}/{len} {elapsed} (about {eta} left)")).with_message(what)

@@ -1,9 +1,9 @@
 //! Finished pictures: rendered, supersampled, annotated.
 
+use super::compiling;
 use super::notice;
 use super::options::{CameraOptions, Fit};
 use super::parse;
-use super::progress;
 use super::scene::{Cameras, Scene};
 use super::viewer::Viewer;
 use crate::annotation::{Annotations, Shown};
@@ -91,7 +91,7 @@ impl<'a> Studio<'a> {
         let rendered = self.options.rendered(size)?;
         let (frame, report) = {
             let Self { viewer, scene, .. } = self;
-            progress::report_compiling(|| viewer.renderer().render(camera, rendered, &scene.settings))?
+            compiling::while_rendering(|| viewer.renderer().render(camera, rendered, &scene.settings))?
         };
         let Some(frame) = frame else { return Ok((None, report)) };
         if !std::mem::replace(&mut self.first_checked, true)

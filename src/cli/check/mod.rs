@@ -3,8 +3,8 @@
 pub(super) mod child;
 mod verdicts;
 
+use super::compiling;
 use super::options::DeviceOptions;
-use super::progress;
 use crate::camera::Camera;
 use crate::check::{CheckReport, Family, Verdict};
 use crate::device::{Device, DeviceInfo, unusable_cache};
@@ -17,11 +17,8 @@ use crate::volume::Grid;
 use child::Outcome;
 use indicatif::ProgressBar;
 use std::collections::BTreeSet;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use verdicts::Verdicts;
-
-/// A check that takes longer has compiled kernels.
-const REPORTED_AFTER: Duration = Duration::from_secs(1);
 
 /// Kernel families that render these views. Views that cannot be rendered are skipped; the renderer reports them later.
 pub(super) fn families(cameras: &[Camera], size: Viewport, grid: &Grid, settings: &Settings) -> BTreeSet<Family> {
@@ -73,13 +70,9 @@ fn run_checks(device: &DeviceInfo, cache: &Verdicts, families: &[Family]) -> Vec
     let bar = ProgressBar::new_spinner();
     bar.enable_steady_tick(Duration::from_millis(200));
     let what = format!("checking {} (once per driver and version of layersplat)", device.name);
-    let started = Instant::now();
-    let outcomes = child::check(device, families, |family| bar.set_message(format!("{what}: {family}")));
+    let check = || child::check(device, families, |family| bar.set_message(format!("{what}: {family}")));
+    let outcomes = compiling::while_checking(check);
     bar.finish_and_clear();
-    // The pictures themselves take milliseconds.
-    if started.elapsed() >= REPORTED_AFTER {
-        progress::print_compile_time(started.elapsed());
-    }
     let outcomes = discount_cache_failures(outcomes, || unusable_cache(&device.platform));
     cache.write(outcomes.iter().filter_map(|outcome| match outcome {
         Outcome::Decided(verdict) => Some(verdict),
