@@ -64,7 +64,7 @@ pub use error::Error;
 pub use framing::Framing;
 pub use glam;
 pub use image::{Background, Frame};
-pub use layers::{Axis, Correction, Density, Kernel};
+pub use layers::{Axis, Correction, Density, GradientEstimator, Kernel};
 pub use opencl3;
 pub use renderer::Renderer;
 pub use settings::{Quality, Settings};

@@ -40,6 +40,7 @@ static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, c
     const int a = p->axis < 0 ? most_parallel(d) : p->axis;
     const int iu = a == 0 ? 2 : 0, iv = a == 1 ? 2 : 1;
     permute_axes(&sample->field.gradient_u, &sample->field.gradient_v, &sample->field.gradient_a, iu, iv, a);
+    permute_axes(&sample->field.smoothing_u, &sample->field.smoothing_v, &sample->field.smoothing_a, iu, iv, a);
     permute_axes(&sample->segments.step_u, &sample->segments.step_v, &sample->segments.step_a, iu, iv, a);
     permute_axes(&sample->light.direction_u, &sample->light.direction_v, &sample->light.direction_a, iu, iv, a);
     permute_axes(&sample->light.half_u, &sample->light.half_v, &sample->light.half_a, iu, iv, a);

@@ -65,8 +65,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             for (int l = l0; sample.light.shading; l = l1) {
                 const float3 place = point_on_ray(&ray, (float)l / s - RADIUS);
                 const Point point = {place.x, place.y, place.z};
-                Gradient gradient;
-                gradient_at(voxels, &view, place.x, place.y, place.z, 1, &gradient.u, &gradient.v, &gradient.a);
+                const Gradient gradient = gradient_at(voxels, &view, &sample.field, place.x, place.y, place.z, 1);
                 lit = lit_behind;
                 lit_behind = light_sample(&sample, point, l == l0 ? from : field, gradient);
                 if (l == l1)

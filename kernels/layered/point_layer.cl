@@ -2,8 +2,9 @@
 //
 // The kernel is separable: each voxel row is first interpolated along u at all columns of the tile (a resampled row), then the rows
 // around each lattice row are combined along v. Sub-layer l = 0 ... (n - 1 + 2 RADIUS) S, with S samples per layer, lies at k = l/S -
-// RADIUS; its voxel rows are combined from the layers around it. A gradient component is the slope along its own axis and the value along
-// the others, also along the layer axis: neighbouring layers are resampled at the crossings of this layer, not of theirs.
+// RADIUS; its voxel rows are combined from the layers around it. A gradient component is the slope along its own axis and the weighted
+// sum ACROSS it along the others, also along the layer axis: neighbouring layers are resampled at the crossings of this layer, not of
+// theirs.
 
 #include "layered/ray_lattice.cl"
 #include "layered/tile_rows.cl"
@@ -112,8 +113,9 @@ ALWAYS_INLINE void mixed_span(__global const VOXEL *voxels, const VolumeView *vi
 
 // The voxel below each column, at the offset `step`.
 #define UNDER(span, step) PICK(span, vectors, c->offset + (step))
-// The same, if that tap has a weight for values.
+// The same, if that tap has a weight for values, or across gradients.
 #define TAP_UNDER(span, step) (IS_TAP(step) ? UNDER(span, step) : (realv)(0.0f))
+#define ACROSS_TAP_UNDER(span, step) (IS_ACROSS_TAP(step) ? UNDER(span, step) : (realv)(0.0f))
 
 // Resamples voxel rows along u.
 ALWAYS_INLINE void sample_rows(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int first, int last,
@@ -126,22 +128,59 @@ ALWAYS_INLINE void sample_rows(__global const VOXEL *voxels, const VolumeView *v
     }
 }
 
-// Resampled voxel rows, and their slopes along u and the layer axis.
+// Whether gradients mix several layers across the layer axis.
+#if GRADIENTS_AT_VOXELS
+#define MIXES_ACROSS(c) true
+#else
+#define MIXES_ACROSS(c) (c)->mixes
+#endif
+
+// Resampled voxel rows, as gradients across them see them, and their slopes along u and the layer axis.
 typedef struct {
     realv value[ROWS], along_u[ROWS], along_a[ROWS];
 } Slopes;
 
-// Weights of slopes along u and along the layer axis.
+// Weights of slopes along u and along the layer axis, and of gradients across these axes.
 typedef struct {
-    Weights u;
-    float layers[4];
+    Weights u, across_u;
+    float layers[4], across_layers[4];
 } SlopeWeights;
 
-// Row j, interpolated between the layers around a sub-layer, and its slope along the layer axis.
+static inline SlopeWeights slope_weights_under(const Columns *c, const FieldParams *field) {
+    SlopeWeights w;
+    w.u = slope_weights(c->between);
+    const Weights layers = slope_weights((realv)(c->above));
+    store_first(&layers, w.layers);
+#if GRADIENTS_AT_VOXELS
+    w.across_u = across_weights(c->between, field->smoothing_u);
+    const Weights across_layers = across_weights((realv)(c->above), field->smoothing_a);
+    store_first(&across_layers, w.across_layers);
+#else
+    w.across_u = c->u;
+    for (int n = 0; n < 4; n++)
+        w.across_layers[n] = c->layers[n];
+#endif
+    return w;
+}
+
+// Row j, as gradients across the layer axis see it, and its slope along the layer axis.
 ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, const SlopeWeights *w, int j,
                                       int vectors, bool inside, float *own, float *across) {
     load_span(voxels, view, c, j, c->k, vectors, inside, own);
-#if RADIUS == 1
+#if GRADIENT == SOBEL
+    // On a layer: its two neighbours alone.
+    if (c->above == 0.0f) {
+        float before[SPAN_VECTORS * VW];
+        load_span(voxels, view, c, j, c->k - 1, vectors, inside, before);
+        load_span(voxels, view, c, j, c->k + 1, vectors, inside, across);
+        ON_SPAN(i) {
+            const realv low = LOADV(own + i), one = LOADV(before + i) - low, other = LOADV(across + i) - low;
+            STOREV(own + i, low + w->across_layers[0] * (one + other));
+            STOREV(across + i, w->layers[2] * (other - one));
+        }
+        return;
+    }
+#elif RADIUS == 1 || GRADIENTS_AT_VOXELS
     // On a layer: central differences of the two neighbours.
     if (c->above == 0.0f) {
         if (inside) {
@@ -173,8 +212,8 @@ ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const Volume
         ON_SPAN(i) {
             const realv difference = LOADV(other + i) - LOADV(low + i);
             STOREV(across + i, LOADV(across + i) + w->layers[n] * difference);
-            if (c->mixes && IS_OTHER_TAP(n))
-                STOREV(own + i, LOADV(own + i) + c->layers[n] * difference);
+            if (MIXES_ACROSS(c) && IS_ACROSS_TAP(n - 1))
+                STOREV(own + i, LOADV(own + i) + w->across_layers[n] * difference);
         }
     }
 }
@@ -185,10 +224,10 @@ ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const Volume
         float own[SPAN_VECTORS * VW], across[SPAN_VECTORS * VW];
         differentiate_span(voxels, view, c, w, j, vectors, inside, own, across);
         const realv o0 = UNDER(own, -1), o1 = UNDER(own, 0), o2 = UNDER(own, 1), o3 = UNDER(own, 2);
-        s->value[row] = MIXED(c->u.tap, o0, o1, o2, o3);
+        s->value[row] = ACROSS(w->across_u.tap, o0, o1, o2, o3);
         s->along_u[row] = SLOPE(w->u.tap, o0, o1, o2, o3);
-        const realv a0 = TAP_UNDER(across, -1), a1 = UNDER(across, 0), a2 = UNDER(across, 1), a3 = TAP_UNDER(across, 2);
-        s->along_a[row] = MIXED(c->u.tap, a0, a1, a2, a3);
+        const realv a0 = ACROSS_TAP_UNDER(across, -1), a1 = UNDER(across, 0), a2 = UNDER(across, 1), a3 = ACROSS_TAP_UNDER(across, 2);
+        s->along_a[row] = ACROSS(w->across_u.tap, a0, a1, a2, a3);
     }
 }
 
@@ -256,9 +295,9 @@ ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int f
         for (int i = 0; i < PATCH_ROWS; i++) {
             const int r = band * PATCH_ROWS + i, j = rows->below[r] - 1 - first;
             const RowMix mix = row_mix(rows, r, farthest);
-            along_u[i] = MIXED_ROWS(mix, slopes->along_u + j, farthest);
+            along_u[i] = ACROSS_ROWS(mix, slopes->along_u + j, farthest);
             along_v[i] = SLOPE_ROWS(mix, slopes->value + j, farthest);
-            along_a[i] = MIXED_ROWS(mix, slopes->along_a + j, farthest);
+            along_a[i] = ACROSS_ROWS(mix, slopes->along_a + j, farthest);
         }
         regroup(along_u), regroup(along_v), regroup(along_a);
 #pragma unroll
@@ -288,11 +327,8 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
     const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
     const int first = min(one, other) - 1, last = max(one, other) + 2 + layer->rows.farthest;
     const Columns columns = columns_under(view, samples_per_layer, layer->index, u);
-    SlopeWeights weights;
-    weights.u = slope_weights(columns.between);
-    const Weights layers = slope_weights((realv)(columns.above));
-    store_first(&layers, weights.layers);
-    prepare_slopes(&layer->rows);
+    const SlopeWeights weights = slope_weights_under(&columns, &sample->field);
+    prepare_slopes(&layer->rows, sample->field.smoothing_v);
     Slopes slopes;
 #define DIFFERENTIATE(vectors, inside) \
     differentiate_rows(voxels, view, &columns, &weights, first, last, vectors, inside, &slopes)

@@ -16,8 +16,7 @@ static inline Cells cells_in(const VolumeView *view, const LatticeRay *ray, floa
 }
 
 static inline LitSample light_in_cell(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, const Cells *c) {
-    const FieldSample field = field_in_cell(voxels, view, c);
+    const FieldSample field = field_in_cell(voxels, view, &p->field, c);
     const Point point = {c->i + c->x, c->j + c->y, c->k + c->z};
-    const Gradient gradient = {field.along_u, field.along_v, field.along_a};
-    return light_sample(p, point, field.value, gradient);
+    return light_sample(p, point, field.value, field.gradient);
 }

@@ -41,13 +41,19 @@ typedef struct {
     float between[PADDED_ROWS];
     realv stagger;
     int farthest;
-    RowWeights value, slope; // without stagger; slopes on demand
+    RowWeights value; // without stagger
+#if GRADIENTS_AT_VOXELS
+    RowWeights across; // on demand, like slopes
+#endif
+    RowWeights slope;
+    float smoothing; // of gradients across the rows
 } RowPlaces;
 
-// One row: how many voxel rows each column is shifted by, and the weights of the rows around it.
+// One row: how many voxel rows each column is shifted by, and the weights of the rows around it: of values, of gradients across the rows,
+// and of slopes.
 typedef struct {
     intv farther;
-    Weights value, slope;
+    Weights value, across, slope;
 } RowMix;
 
 static inline Weights row_weights(const RowWeights *rows, int row) {
@@ -60,6 +66,11 @@ ALWAYS_INLINE RowMix row_mix(const RowPlaces *places, int row, int farthest) {
     if (farthest == 0) {
         mix.farther = 0;
         mix.value = row_weights(&places->value, row), mix.slope = row_weights(&places->slope, row);
+#if GRADIENTS_AT_VOXELS
+        mix.across = row_weights(&places->across, row);
+#else
+        mix.across = mix.value;
+#endif
         return mix;
     }
     const realv behind = places->between[row] + places->stagger;
@@ -70,6 +81,7 @@ ALWAYS_INLINE RowMix row_mix(const RowPlaces *places, int row, int farthest) {
         between = behind >= 2.0f ? behind - 2.0f : between;
     }
     mix.value = value_weights(between), mix.slope = slope_weights(between);
+    mix.across = across_weights(between, places->smoothing);
     return mix;
 }
 
@@ -83,11 +95,12 @@ ALWAYS_INLINE realv select_row(const RowMix *mix, const realv *row, int farthest
 }
 
 // APPLY_TO_ROWS applies TAKE to the four voxel rows around a sample row, of which `first` points to the one before the row below.
-// MIXED_ROWS is their value, SLOPE_ROWS their slope.
+// MIXED_ROWS is their value, ACROSS_ROWS that of a gradient across them, SLOPE_ROWS their slope.
 #define APPLY_TO_ROWS(TAKE, kind, mix, first, farthest)                                                   \
     TAKE((mix).kind.tap, select_row(&(mix), first, farthest), select_row(&(mix), (first) + 1, farthest), \
          select_row(&(mix), (first) + 2, farthest), select_row(&(mix), (first) + 3, farthest))
 #define MIXED_ROWS(mix, first, farthest) APPLY_TO_ROWS(MIXED, value, mix, first, farthest)
+#define ACROSS_ROWS(mix, first, farthest) APPLY_TO_ROWS(ACROSS, across, mix, first, farthest)
 #define SLOPE_ROWS(mix, first, farthest) APPLY_TO_ROWS(SLOPE, slope, mix, first, farthest)
 
 static inline void store_weights(const Weights *w, int row, RowWeights *rows) {
@@ -111,12 +124,18 @@ static inline void place_rows(const TileRows *rows, float depth, RowPlaces *plac
     }
 }
 
-// Must precede the use of slopes.
-static inline void prepare_slopes(RowPlaces *places) {
+// Must precede the use of gradients. `smoothing`: of gradients across the rows.
+static inline void prepare_slopes(RowPlaces *places, float smoothing) {
+    places->smoothing = smoothing;
     if (places->farthest)
         return;
     for (int r = 0; r < TILE_ROWS; r += VW) {
-        const Weights slope = slope_weights(LOADV(places->between + r));
+        const realv between = LOADV(places->between + r);
+        const Weights slope = slope_weights(between);
         store_weights(&slope, r, &places->slope);
+#if GRADIENTS_AT_VOXELS
+        const Weights across = across_weights(between, smoothing);
+        store_weights(&across, r, &places->across);
+#endif
     }
 }

@@ -12,8 +12,8 @@ ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *vi
     LitSample lit_front, lit_back;
 #ifndef REFINED
     if (sample->light.shading) {
-        find_gradient(voxels, view, rays->hits, front);
-        find_gradient(voxels, view, rays->hits, back);
+        find_gradient(voxels, view, &sample->field, rays->hits, front);
+        find_gradient(voxels, view, &sample->field, rays->hits, back);
         lit_front = light_sample(sample, point_on_plane(front), front->value, front->gradient);
         lit_back = light_sample(sample, point_on_plane(back), back->value, back->gradient);
     }

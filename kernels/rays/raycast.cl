@@ -10,6 +10,7 @@
 struct SampleSource {
     __global const VOXEL *voxels;
     const VolumeView *view;
+    const FieldParams *field;
     const realv *point;
     intv needed;
 };
@@ -20,9 +21,7 @@ static inline Point sample_point(const struct SampleSource *s) {
 }
 
 static inline Gradient sample_gradient(const struct SampleSource *s) {
-    Gradient gradient;
-    gradient_at(s->voxels, s->view, s->point[0], s->point[1], s->point[2], s->needed, &gradient.u, &gradient.v, &gradient.a);
-    return gradient;
+    return gradient_at(s->voxels, s->view, s->field, s->point[0], s->point[1], s->point[2], s->needed);
 }
 
 // Marches one row of rays.
@@ -60,7 +59,7 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
         if (!ANY(needed))
             continue;
         const realv value = value_at(voxels, view, point[0], point[1], point[2], needed);
-        const struct SampleSource source = {voxels, view, point, needed};
+        const struct SampleSource source = {voxels, view, &sample->field, point, needed};
 #ifdef DEPTHS
         set_depth_range(MAX(first, (realv)(n)) * step, MIN(last, (realv)(n + 1.0f)) * step, gathered);
 #endif

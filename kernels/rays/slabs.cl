@@ -22,10 +22,10 @@ typedef struct {
     Part part;
 } SlabRays;
 
-ALWAYS_INLINE void find_gradient(__global const VOXEL *voxels, const VolumeView *view, intv needed, Plane *plane) {
-    Gradient *gradient = &plane->gradient;
+ALWAYS_INLINE void find_gradient(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *field, intv needed,
+                                 Plane *plane) {
     if (!plane->has_gradient)
-        gradient_at(voxels, view, plane->point[0], plane->point[1], plane->point[2], needed, &gradient->u, &gradient->v, &gradient->a);
+        plane->gradient = gradient_at(voxels, view, field, plane->point[0], plane->point[1], plane->point[2], needed);
     plane->has_gradient = true;
 }
 

@@ -52,8 +52,8 @@ ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *vi
     const Slab slab = slab_between(table, p, from, to);
     Lighting lighting;
     if (sample->light.shading) {
-        find_gradient(voxels, view, rays->hits, front);
-        find_gradient(voxels, view, rays->hits, back);
+        find_gradient(voxels, view, &sample->field, rays->hits, front);
+        find_gradient(voxels, view, &sample->field, rays->hits, back);
         const Gradient one = front->gradient, other = back->gradient;
         const Gradient mean = {0.5f * (one.u + other.u), 0.5f * (one.v + other.v), 0.5f * (one.a + other.a)};
         const RaySpan span = span_between(front, back);

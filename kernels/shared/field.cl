@@ -1,5 +1,6 @@
 // The field reconstructed by the kernel of reconstruction.cl, and its gradient, at VW arbitrary points.
 
+#include "shared/point.cl"
 #include "shared/reconstruction.cl"
 #include "shared/table_entries.cl"
 #include "shared/volume.cl"
@@ -149,8 +150,8 @@ ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *vie
 // The gradient, in voxel differences: central differences of the field over one voxel in each direction. One call in a loop instead of
 // six: Intel's compiler takes 394 s for six calls and 80 s for the loop. On PoCL the loop costs 3 % per frame and saves a fifth of the
 // compile time.
-static inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
-                               realv *along_u, realv *along_v, realv *along_a) {
+static inline Gradient gradient_at(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *field, realv u, realv v,
+                                   realv a, intv needed) {
     realv values[6];
 #pragma unroll 1
     for (int n = 0; n < 6; n++) {
@@ -158,14 +159,17 @@ static inline void gradient_at(__global const VOXEL *voxels, const VolumeView *v
         const float du = n < 2 ? away : 0.0f, dv = n >> 1 == 1 ? away : 0.0f, da = n >> 1 == 2 ? away : 0.0f;
         values[n] = value_at(voxels, view, u + du, v + dv, a + da, needed);
     }
-    *along_u = 0.5f * (values[0] - values[1]), *along_v = 0.5f * (values[2] - values[3]), *along_a = 0.5f * (values[4] - values[5]);
+    const Gradient gradient = {0.5f * (values[0] - values[1]), 0.5f * (values[2] - values[3]), 0.5f * (values[4] - values[5])};
+    return gradient;
 }
 #else
-// The gradient, in voxel differences: slopes along its own axis, values along the others. All three components share the same voxel rows.
-static inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, realv u, realv v, realv a, intv needed,
-                               realv *along_u, realv *along_v, realv *along_a) {
+// The gradient, in voxel differences: slopes along its own axis, weights across it along the others. All three components share the same
+// voxel rows.
+static inline Gradient gradient_at(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *field, realv u, realv v,
+                                   realv a, intv needed) {
     const Cells c = cells_at(view, u, v, a, needed);
-    const Weights x = value_weights(c.x), y = value_weights(c.y), z = value_weights(c.z);
+    const Weights x = across_weights(c.x, field->smoothing_u), y = across_weights(c.y, field->smoothing_v);
+    const Weights z = across_weights(c.z, field->smoothing_a);
     const Weights slope_x = slope_weights(c.x), slope_y = slope_weights(c.y), slope_z = slope_weights(c.z);
     realv planes[4], planes_u[4], planes_v[4];
 #pragma unroll
@@ -173,22 +177,23 @@ static inline void gradient_at(__global const VOXEL *voxels, const VolumeView *v
         realv rows[4], rows_u[4];
 #pragma unroll
         for (int dj = -1; dj <= 2; dj++) {
-            if (!IS_TAP(dj) && !IS_TAP(dk))
+            if (!IS_ACROSS_TAP(dj) && !IS_ACROSS_TAP(dk))
                 continue;
             const Row row = voxel_row(voxels, view, &c, dj, dk);
-            rows[dj + 1] = MIXED(x.tap, row.before, row.low, row.high, row.behind);
-            if (IS_TAP(dj) && IS_TAP(dk))
+            rows[dj + 1] = ACROSS(x.tap, row.before, row.low, row.high, row.behind);
+            if (IS_ACROSS_TAP(dj) && IS_ACROSS_TAP(dk))
                 rows_u[dj + 1] = SLOPE(slope_x.tap, row.before, row.low, row.high, row.behind);
         }
-        planes[dk + 1] = MIXED(y.tap, rows[0], rows[1], rows[2], rows[3]);
-        if (IS_TAP(dk)) {
-            planes_u[dk + 1] = MIXED(y.tap, rows_u[0], rows_u[1], rows_u[2], rows_u[3]);
+        planes[dk + 1] = ACROSS(y.tap, rows[0], rows[1], rows[2], rows[3]);
+        if (IS_ACROSS_TAP(dk)) {
+            planes_u[dk + 1] = ACROSS(y.tap, rows_u[0], rows_u[1], rows_u[2], rows_u[3]);
             planes_v[dk + 1] = SLOPE(slope_y.tap, rows[0], rows[1], rows[2], rows[3]);
         }
     }
-    *along_u = MIXED(z.tap, planes_u[0], planes_u[1], planes_u[2], planes_u[3]);
-    *along_v = MIXED(z.tap, planes_v[0], planes_v[1], planes_v[2], planes_v[3]);
-    *along_a = SLOPE(slope_z.tap, planes[0], planes[1], planes[2], planes[3]);
+    const Gradient gradient = {ACROSS(z.tap, planes_u[0], planes_u[1], planes_u[2], planes_u[3]),
+                               ACROSS(z.tap, planes_v[0], planes_v[1], planes_v[2], planes_v[3]),
+                               SLOPE(slope_z.tap, planes[0], planes[1], planes[2], planes[3])};
+    return gradient;
 }
 #endif
 #endif

@@ -1,5 +1,5 @@
-// Weights, along one axis, of the reconstruction kernel that a program is built for (KERNEL). Taps are the voxels -1 ... 2, counted from
-// the one below the sample. Mirrors `Kernel` in src/layers.
+// Weights, along one axis, of the reconstruction kernel that a program is built for (KERNEL), and of its estimate of gradients (GRADIENT).
+// Taps are the voxels -1 ... 2, counted from the one below the sample. Mirrors `Kernel` and `GradientEstimator` in src/layers.
 
 #include "shared/elementary.cl"
 
@@ -12,6 +12,13 @@
 #error "KERNEL: LINEAR, CUBIC, CATMULL_ROM, BSPLINE or GAUSSIAN"
 #endif
 
+#define CENTRAL 0
+#define SOBEL 1
+#define OWN 2
+#ifndef GRADIENT
+#error "GRADIENT: CENTRAL, SOBEL or OWN"
+#endif
+
 #if KERNEL == LINEAR || KERNEL == CUBIC
 #define RADIUS 1
 #else
@@ -21,6 +28,9 @@
 #define FIRST_TAP (1 - RADIUS)
 #define LAST_TAP RADIUS
 #define IS_TAP(n) ((n) >= FIRST_TAP && (n) <= LAST_TAP)
+
+// Whether gradients are estimated at the voxels and interpolated linearly, whatever the kernel. Otherwise they are slopes of the kernel.
+#define GRADIENTS_AT_VOXELS (GRADIENT == SOBEL || (GRADIENT == CENTRAL && KERNEL == CATMULL_ROM))
 
 // Weights of taps -1 ... 2; those that neither MIXED nor SLOPE reads are 0.
 typedef struct {
@@ -37,7 +47,7 @@ typedef struct {
 #define MIXED(w, before, low, high, behind) \
     ((low) + (w)[0] * ((before) - (low)) + ((w)[2] * ((high) - (low)) + (w)[3] * ((behind) - (low))))
 #endif
-#if RADIUS == 1
+#if RADIUS == 1 || GRADIENTS_AT_VOXELS
 // Central differences of the two neighbours: their weights add up to a constant.
 #define SLOPE(w, before, low, high, behind) ((w)[2] * ((high) - (before)) + (w)[3] * ((behind) - (low)))
 #else
@@ -72,11 +82,13 @@ static inline Weights value_weights(realv t) {
 }
 
 #if KERNEL != GAUSSIAN
-// Weights of the slope along the axis: the derivative of the kernel, or, for LINEAR and CUBIC, central differences of the field over one
-// voxel in each direction.
+// Weights of the slope along the axis: the derivative of the kernel, or central differences of the field over one voxel in each direction.
+// GRADIENTS_AT_VOXELS: central differences at the two voxels, interpolated.
 static inline Weights slope_weights(realv t) {
     Weights w = {{0.0f, 0.0f, 0.0f, 0.0f}};
-#if KERNEL == CATMULL_ROM
+#if GRADIENTS_AT_VOXELS
+    w.tap[0] = 0.5f * t - 0.5f, w.tap[2] = -w.tap[0], w.tap[3] = 0.5f * t;
+#elif KERNEL == CATMULL_ROM
     w.tap[0] = t * (2.0f - 1.5f * t) - 0.5f;
     w.tap[2] = t * (4.0f - 4.5f * t) + 0.5f;
     w.tap[3] = t * (1.5f * t - 1.0f);
@@ -91,4 +103,33 @@ static inline Weights slope_weights(realv t) {
 #endif
     return w;
 }
+
+// Weights of a gradient across its direction: those of values or, GRADIENTS_AT_VOXELS, of estimates at the two voxels. SOBEL smooths these:
+// `smoothing` is the weight of each neighbour of a voxel.
+static inline Weights across_weights(realv t, float smoothing) {
+#if GRADIENTS_AT_VOXELS
+    Weights w = {{0.0f, 0.0f, 0.0f, 0.0f}};
+#if GRADIENT == SOBEL
+    w.tap[0] = smoothing - smoothing * t, w.tap[2] = smoothing + (1.0f - 3.0f * smoothing) * t, w.tap[3] = smoothing * t;
+#else
+    w.tap[2] = t;
+#endif
+    return w;
+#else
+    return value_weights(t);
+#endif
+}
+#endif
+
+// Weighted sum of four numbers across the direction of a gradient, and the taps that it reads.
+#if GRADIENT == SOBEL
+#define ACROSS(w, before, low, high, behind) \
+    ((low) + (w)[0] * ((before) - (low)) + ((w)[2] * ((high) - (low)) + (w)[3] * ((behind) - (low))))
+#define IS_ACROSS_TAP(n) true
+#elif GRADIENTS_AT_VOXELS
+#define ACROSS(w, before, low, high, behind) ((low) + (w)[2] * ((high) - (low)))
+#define IS_ACROSS_TAP(n) ((n) == 0 || (n) == 1)
+#else
+#define ACROSS MIXED
+#define IS_ACROSS_TAP IS_TAP
 #endif

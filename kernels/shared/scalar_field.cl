@@ -14,7 +14,8 @@ static inline float any_tap_weight(const Weights *w, int n, float sum) {
 
 // The field, and its gradient in voxel differences.
 typedef struct {
-    float value, along_u, along_v, along_a;
+    float value;
+    Gradient gradient;
 } FieldSample;
 
 // Points whose support crosses the edge of the volume. One voxel after another, which takes few registers: a program is allocated as many
@@ -24,7 +25,7 @@ ALWAYS_INLINE FieldSample field_at_edge(__global const VOXEL *voxels, const Volu
     const Weights slopes_x = slope_weights(c->x), slopes_y = slope_weights(c->y), slopes_z = slope_weights(c->z);
     const int first = with_gradient ? -1 : FIRST_TAP, last = with_gradient ? 2 : LAST_TAP;
     const float own = voxel_at(voxels, view, c->i, c->j, c->k);
-    FieldSample field = {own, 0.0f, 0.0f, 0.0f};
+    FieldSample field = {own, {0.0f, 0.0f, 0.0f}};
 #pragma unroll 1
     for (int dk = first; dk <= last; dk++) {
         const float weight_a = any_tap_weight(&z, dk, 1.0f), slope_a = with_gradient ? any_tap_weight(&slopes_z, dk, 0.0f) : 0.0f;
@@ -38,9 +39,9 @@ ALWAYS_INLINE FieldSample field_at_edge(__global const VOXEL *voxels, const Volu
                 const float weight_u = any_tap_weight(&x, di, 1.0f), slope_u = with_gradient ? any_tap_weight(&slopes_x, di, 0.0f) : 0.0f;
                 const float difference = voxel_at(voxels, view, c->i + di, c->j + dj, c->k + dk) - own;
                 field.value += weight_u * weight_v * weight_a * difference;
-                field.along_u += slope_u * weight_v * weight_a * difference;
-                field.along_v += weight_u * slope_v * weight_a * difference;
-                field.along_a += weight_u * weight_v * slope_a * difference;
+                field.gradient.u += slope_u * weight_v * weight_a * difference;
+                field.gradient.v += weight_u * slope_v * weight_a * difference;
+                field.gradient.a += weight_u * weight_v * slope_a * difference;
             }
         }
     }
@@ -93,37 +94,72 @@ static inline PlaneSlopes slopes_in_plane(__global const VOXEL *voxels, const Vo
     return plane;
 }
 
-static inline FieldSample field_in_cell(__global const VOXEL *voxels, const VolumeView *view, const Cells *c) {
+#if GRADIENTS_AT_VOXELS
+// The gradient of estimates at the voxels, one plane after another. Planes are interpolated by ACROSS and SLOPE like rows.
+static inline Gradient gradient_in_cell(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *params, const Cells *c) {
+    const Weights x = across_weights(c->x, params->smoothing_u), y = across_weights(c->y, params->smoothing_v);
+    const Weights layers = across_weights(c->z, params->smoothing_a);
+    const Weights slope_x = slope_weights(c->x), slope_y = slope_weights(c->y), slopes = slope_weights(c->z);
+    Gradient gradient = {0.0f, 0.0f, 0.0f};
+#pragma unroll 1
+    for (int dk = -1; dk <= 2; dk++) {
+        const float weight = any_tap_weight(&layers, dk, 1.0f), slope = any_tap_weight(&slopes, dk, 0.0f);
+        if (weight == 0.0f && slope == 0.0f)
+            continue;
+        float rows[4], rows_u[4];
+#pragma unroll
+        for (int dj = -1; dj <= 2; dj++) {
+            const Row row = voxel_row(voxels, view, c, dj, dk);
+            rows[dj + 1] = ACROSS(x.tap, row.before, row.low, row.high, row.behind);
+            rows_u[dj + 1] = SLOPE(slope_x.tap, row.before, row.low, row.high, row.behind);
+        }
+        gradient.u += weight * ACROSS(y.tap, rows_u[0], rows_u[1], rows_u[2], rows_u[3]);
+        gradient.v += weight * SLOPE(slope_y.tap, rows[0], rows[1], rows[2], rows[3]);
+        gradient.a += slope * ACROSS(y.tap, rows[0], rows[1], rows[2], rows[3]);
+    }
+    return gradient;
+}
+
+static inline FieldSample field_in_cell(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *params, const Cells *c) {
+    const FieldSample field = {value_in_cell(voxels, view, c), gradient_in_cell(voxels, view, params, c)};
+    return field;
+}
+#else
+static inline FieldSample field_in_cell(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *params, const Cells *c) {
     if (!c->interior)
         return field_at_edge(voxels, view, c, true);
     const Weights x = value_weights(c->x), y = value_weights(c->y);
     const Weights layers = value_weights(c->z), slopes = slope_weights(c->z);
     const PlaneSlopes own = slopes_in_plane(voxels, view, c, 0);
-    FieldSample field = {own.value, own.along_u, own.along_v, 0.0f};
+    FieldSample field = {own.value, {own.along_u, own.along_v, 0.0f}};
 #pragma unroll 1
     for (int dk = -1; dk <= 2; dk++) {
         const float slope = dk == 0 ? 0.0f : tap_weight(&slopes, dk);
         const float weight = dk != 0 && IS_TAP(dk) && mixes_layers(c) ? tap_weight(&layers, dk) : 0.0f;
         if (weight != 0.0f) {
             const PlaneSlopes plane = slopes_in_plane(voxels, view, c, dk);
-            field.along_u += weight * (plane.along_u - own.along_u);
-            field.along_v += weight * (plane.along_v - own.along_v);
-            field.along_a += slope * (plane.value - own.value);
+            field.gradient.u += weight * (plane.along_u - own.along_u);
+            field.gradient.v += weight * (plane.along_v - own.along_v);
+            field.gradient.a += slope * (plane.value - own.value);
         } else if (slope != 0.0f) {
-            field.along_a += slope * (value_in_plane(voxels, view, c, &x, &y, dk) - own.value);
+            field.gradient.a += slope * (value_in_plane(voxels, view, c, &x, &y, dk) - own.value);
         }
     }
     return field;
 }
+#endif
 
 static inline float value_at(__global const VOXEL *voxels, const VolumeView *view, float u, float v, float a, int needed) {
     const Cells c = cells_at(view, u, v, a, needed);
     return value_in_cell(voxels, view, &c);
 }
 
-static inline void gradient_at(__global const VOXEL *voxels, const VolumeView *view, float u, float v, float a, int needed,
-                               float *along_u, float *along_v, float *along_a) {
+static inline Gradient gradient_at(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *params, float u, float v,
+                                   float a, int needed) {
     const Cells c = cells_at(view, u, v, a, needed);
-    const FieldSample field = field_in_cell(voxels, view, &c);
-    *along_u = field.along_u, *along_v = field.along_v, *along_a = field.along_a;
+#if GRADIENTS_AT_VOXELS
+    return gradient_in_cell(voxels, view, params, &c);
+#else
+    return field_in_cell(voxels, view, params, &c).gradient;
+#endif
 }

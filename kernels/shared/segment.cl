@@ -57,8 +57,7 @@ ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const Volume
     }
     if (p->light.shading) {
         const Point point = point_on_span(span, t);
-        Gradient gradient;
-        gradient_at(voxels, view, point.u, point.v, point.a, crosses, &gradient.u, &gradient.v, &gradient.a);
+        const Gradient gradient = gradient_at(voxels, view, &p->field, point.u, point.v, point.a, crosses);
         lighting = shade(p, point, (realv)(c->iso), gradient);
     }
 #else

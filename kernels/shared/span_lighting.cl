@@ -19,7 +19,7 @@ static inline intv is_visible_between(const SampleParams *p, realv from, realv t
 
 // Whether gradients are derivatives of the field. These allow a cubic between two lit samples, from the values and slopes at both. It
 // yields an additional sample in the middle. For rays parallel to an axis the cubic is the field itself.
-#define ANALYTIC_GRADIENTS (KERNEL == CATMULL_ROM || KERNEL == BSPLINE)
+#define ANALYTIC_GRADIENTS (GRADIENT == OWN)
 
 // Lighting of a sample, and the gradient if it is needed in between.
 typedef struct {

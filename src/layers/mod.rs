@@ -7,6 +7,7 @@ mod axis;
 mod footprint;
 mod footprint_set;
 mod gaussian;
+mod gradient;
 mod kernel;
 mod kernel_function;
 mod lattice;
@@ -23,6 +24,7 @@ pub use footprint_set::{FOOTPRINT_SET_LEN, FOOTPRINT_SET_SIZE, nearest_in_set, s
 pub use gaussian::{
     GAUSSIAN_OVERSHOOT, GAUSSIAN_RADIUS, gaussian, gaussian_footprint, gaussian_footprint_factor, gaussian_integral,
 };
+pub use gradient::GradientEstimator;
 pub use kernel::Kernel;
 pub use kernel_function::{kernel_function, kernel_integral};
 pub use lattice::{

@@ -3,7 +3,7 @@
 use super::scene::Scene;
 use crate::device::launch::structs::Clipping;
 use crate::device::launch::{BlendMode, Rendering};
-use crate::layers::{AxisFrame, Kernel};
+use crate::layers::{AxisFrame, GradientEstimator, Kernel};
 use crate::settings::Blend;
 use crate::settings::ClipPlane;
 use crate::volume::Grid;
@@ -40,7 +40,7 @@ impl Region {
     pub fn for_splats(scene: &Scene) -> Self {
         let clipped = !scene.settings.clipping.is_empty();
         let everything = DVec3::splat(f64::INFINITY);
-        Self::cropped(scene, (-everything, everything), rendering(scene, BlendMode::Composite, clipped))
+        Self::cropped(scene, (-everything, everything), rendering(scene, Kernel::Cubic, BlendMode::Composite, clipped))
     }
 
     /// `beyond`: maximum distance from the field at which a step that reaches into it can begin or end.
@@ -71,7 +71,7 @@ impl Region {
             Blend::Average => BlendMode::Average,
             Blend::Iso(_) => BlendMode::Iso { refined: samples_per_layer > 1 },
         };
-        Self::cropped(scene, whole, rendering(scene, blend, clipped))
+        Self::cropped(scene, whole, rendering(scene, kernel, blend, clipped))
     }
 
     /// Intersects a box with the crop box and the clip planes.
@@ -112,10 +112,13 @@ impl Region {
     }
 }
 
-fn rendering(scene: &Scene, blend: BlendMode, clipped: bool) -> Rendering {
+fn rendering(scene: &Scene, kernel: Kernel, blend: BlendMode, clipped: bool) -> Rendering {
     let settings = scene.settings;
+    // Unlit pictures share the programs of one estimator.
+    let gradient = settings.gradient.filter(|_| settings.looks_at_gradients());
+    let gradient = gradient.unwrap_or(GradientEstimator::for_kernel(kernel));
     let several_lights = settings.shading.is_some_and(|shading| shading.lights.as_slice().len() > 1);
-    Rendering { blend, clipped, gradient_opacity: settings.gradient_opacity.is_some(), several_lights, depths: false }
+    Rendering { blend, clipped, gradient_opacity: settings.gradient_opacity.is_some(), several_lights, gradient, depths: false }
 }
 
 /// Converts a clip plane to voxel coordinates.

@@ -19,6 +19,7 @@ pub use quality::Quality;
 pub use shading::Shading;
 
 use crate::error::Error;
+use crate::layers::{GradientEstimator, Kernel};
 use crate::transfer::Extinction;
 
 /// All render settings besides volume, transfer function and camera.
@@ -43,6 +44,9 @@ pub struct Settings {
     pub extinction: Extinction,
     /// Shading; `None` disables it. Default: on.
     pub shading: Option<Shading>,
+    /// Estimation of gradients for shading and gradient opacity. Default: [`GradientEstimator::for_kernel`]. Only layers that are classified
+    /// pre-integrated and ray casting support others.
+    pub gradient: Option<GradientEstimator>,
     /// Gradient opacity. Default: none.
     pub gradient_opacity: Option<GradientOpacity>,
     /// Whether tiles stop when all their rays transmit less than 1/4096 of the light. Default: on. The error is below half a step of an
@@ -69,6 +73,7 @@ impl From<Algorithm> for Settings {
             clipping: Clipping::default(),
             extinction: Extinction::Exponential,
             shading: Some(Shading::default()),
+            gradient: None,
             gradient_opacity: None,
             early_termination: true,
             unit_distance: None,
@@ -106,6 +111,7 @@ impl Settings {
         self.algorithm.check()?;
         self.blend.check()?;
         self.check_blend()?;
+        self.check_gradient()?;
         if self.gradient_opacity.is_some() && self.blend != Blend::Composite {
             let problem = "only the blend mode composite supports gradient opacity: omit it".into();
             return Err(Error::Settings { field: "gradient_opacity", problem });
@@ -118,6 +124,28 @@ impl Settings {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Rejects gradient estimators that the algorithm or the kernel does not support.
+    fn check_gradient(&self) -> Result<(), Error> {
+        let Some(gradient) = self.gradient else { return Ok(()) };
+        let kernel = match self.algorithm {
+            Algorithm::Layered(Layered { classification: Classification::Preintegrated { kernel, .. }, .. }) => Some(kernel),
+            Algorithm::Raycast { kernel, .. } => Some(kernel),
+            _ => None,
+        };
+        let problem = match kernel {
+            Some(kernel) if gradient.supports(kernel) => return Ok(()),
+            Some(kernel) => format!(
+                "gradients of the {} kernel cannot be estimated by {}: {}",
+                kernel.name(),
+                gradient.name(),
+                estimators(kernel)
+            ),
+            None if gradient == GradientEstimator::Central => return Ok(()),
+            None => "splats, sheets and slices have central differences: choose central, or omit it".into(),
+        };
+        Err(Error::Settings { field: "gradient", problem })
     }
 
     /// Rejects blend modes that the algorithm does not support.
@@ -134,4 +162,10 @@ impl Settings {
         };
         Err(Error::Settings { field: "blend", problem: problem.into() })
     }
+}
+
+/// The gradient estimators that a kernel supports, for an error message.
+fn estimators(kernel: Kernel) -> String {
+    let supported = GradientEstimator::ALL.into_iter().filter(|estimator| estimator.supports(kernel));
+    format!("choose {}", supported.map(GradientEstimator::name).collect::<Vec<_>>().join(" or "))
 }

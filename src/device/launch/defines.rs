@@ -1,7 +1,7 @@
 //! Program permutations as `-D` options.
 
 use super::VoxelKind;
-use crate::layers::Kernel;
+use crate::layers::{GradientEstimator, Kernel};
 use crate::volume::VoxelType;
 use std::fmt::Write;
 
@@ -59,14 +59,22 @@ pub(crate) struct Rendering {
     pub gradient_opacity: bool,
     /// There may be several lights; the sample parameters decide.
     pub several_lights: bool,
+    /// Estimation of gradients, where programs reconstruct the field.
+    pub gradient: GradientEstimator,
     /// Cast rays compute depths instead of colours.
     pub depths: bool,
 }
 
 impl Rendering {
     /// Compositing with all features enabled: used for small kernels, such as sorting, and by tests.
-    pub const EVERYTHING: Self =
-        Self { blend: BlendMode::Composite, clipped: true, gradient_opacity: true, several_lights: true, depths: false };
+    pub const EVERYTHING: Self = Self {
+        blend: BlendMode::Composite,
+        clipped: true,
+        gradient_opacity: true,
+        several_lights: true,
+        gradient: GradientEstimator::Central,
+        depths: false,
+    };
 }
 
 impl Rendering {
@@ -99,7 +107,13 @@ impl Defines {
             BlendMode::Average => ("AVERAGE", true),
             BlendMode::Iso { .. } => ("ISO", false),
         };
+        let gradient = match rendering.gradient {
+            GradientEstimator::Central => "CENTRAL",
+            GradientEstimator::Sobel => "SOBEL",
+            GradientEstimator::Own => "OWN",
+        };
         self.with("BLEND", name)
+            .with("GRADIENT", gradient)
             .with_if(rendering.clipped, "CLIPPED")
             .with_lighting(rendering)
             .with_if(gathers_values, "EDGE_GOES_ON")

@@ -2,7 +2,7 @@
 
 use super::Field;
 use crate::device::launch::structs::FieldParams;
-use crate::layers::AxisFrame;
+use crate::layers::{AxisFrame, GradientEstimator};
 
 impl Field {
     /// Range of the stored numbers, the unit of gradients.
@@ -21,6 +21,8 @@ impl Field {
     pub fn params(&self, frame: AxisFrame) -> FieldParams {
         let spacing = self.grid().spacing();
         let gradient = spacing.min_element() / spacing / self.gradient_range();
-        FieldParams { gradient: frame.local(gradient).as_vec3().to_array(), range: self.voxel_values() }
+        let [gradient, smoothing] =
+            [gradient, GradientEstimator::sobel_smoothing(spacing)].map(|v| frame.local(v).as_vec3().to_array());
+        FieldParams { gradient, smoothing, range: self.voxel_values() }
     }
 }
