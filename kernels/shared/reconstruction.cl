@@ -125,7 +125,7 @@ static inline Weights across_weights(realv t, float smoothing) {
 #if GRADIENT == SOBEL
 #define ACROSS(w, before, low, high, behind) \
     ((low) + (w)[0] * ((before) - (low)) + ((w)[2] * ((high) - (low)) + (w)[3] * ((behind) - (low))))
-#define IS_ACROSS_TAP(n) true
+#define IS_ACROSS_TAP(n) ((n) >= -1 && (n) <= 2)
 #elif GRADIENTS_AT_VOXELS
 #define ACROSS(w, before, low, high, behind) ((low) + (w)[2] * ((high) - (low)))
 #define IS_ACROSS_TAP(n) ((n) == 0 || (n) == 1)

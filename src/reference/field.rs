@@ -2,15 +2,18 @@
 
 use super::coefficients::{interpolate, mirrored};
 use super::interval::Interval;
-use crate::layers::{Kernel, Ray};
+use crate::layers::{GradientEstimator, Kernel, Ray};
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use glam::DVec3;
 
-/// The voxels of a volume, the values outside, and the reconstruction kernel.
+/// The voxels of a volume, the values outside, the reconstruction kernel, and the estimation of gradients.
 pub(super) struct Field {
     kernel: Kernel,
+    gradient: GradientEstimator,
+    /// Weight of each neighbour along x, y and z where Sobel gradients are smoothed.
+    smoothing: [f64; 3],
     dims: [i64; 3],
     background: f64,
     gaussian_background: f64,
@@ -23,7 +26,7 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// The field as a blend mode sees it.
+    /// The field as a blend mode sees it, with the gradients that fit the kernel most closely.
     pub fn new(volume: &Volume, transfer: &TransferFunction, blend: Blend, kernel: Kernel) -> Self {
         let gaussian_background = match blend {
             Blend::Composite => transfer.gaussian_background(volume.range().0, volume.background()),
@@ -41,6 +44,8 @@ impl Field {
         }
         Self {
             kernel,
+            gradient: GradientEstimator::for_kernel(kernel),
+            smoothing: GradientEstimator::sobel_smoothing(volume.grid().spacing()).to_array(),
             dims: volume.grid().dims().map(|n| n as i64),
             background: volume.background(),
             gaussian_background,
@@ -48,6 +53,16 @@ impl Field {
             edge_goes_on: blend.gathers_values(),
             voxels,
         }
+    }
+
+    /// Estimates gradients in another way, if one is given.
+    pub fn with_gradient(self, gradient: Option<GradientEstimator>) -> Self {
+        Self { gradient: gradient.unwrap_or(self.gradient), ..self }
+    }
+
+    /// Whether gradients are the derivative of the field.
+    pub fn has_own_gradients(&self) -> bool {
+        self.gradient == GradientEstimator::Own
     }
 
     /// Reconstruction kernel.
@@ -103,11 +118,47 @@ impl Field {
         if self.kernel == Kernel::Gaussian { self.within_range(value) } else { value }
     }
 
-    /// Gradient per voxel: the kernel's slope along the axis, its weights across.
+    /// Gradient per voxel: slopes along each axis, weights across it.
     pub fn gradient(&self, p: DVec3) -> DVec3 {
+        if self.gradient.is_at_voxels(self.kernel) {
+            return self.gradient_at_voxels(p);
+        }
         let [x, y, z] = &p.to_array().map(|x| Taps::weights(self.kernel, x));
         let [along_x, along_y, along_z] = &p.to_array().map(|x| Taps::slopes(self.kernel, x));
         DVec3::new(self.sum([along_x, y, z]), self.sum([x, along_y, z]), self.sum([x, y, along_z]))
+    }
+
+    /// Gradients estimated at the eight voxels around a point, interpolated linearly.
+    fn gradient_at_voxels(&self, p: DVec3) -> DVec3 {
+        let below = p.floor();
+        (0..8).map(|n| DVec3::new(f64::from(n & 1), f64::from(n >> 1 & 1), f64::from(n >> 2))).fold(DVec3::ZERO, |sum, corner| {
+            let weight = (DVec3::ONE - (p - below - corner).abs()).element_product();
+            sum + weight * self.gradient_of_voxel((below + corner).to_array().map(|i| i as i64))
+        })
+    }
+
+    /// Central differences at a voxel; for Sobel, of the voxels smoothed across the direction of the difference.
+    fn gradient_of_voxel(&self, p: [i64; 3]) -> DVec3 {
+        let smoothing = if self.gradient == GradientEstimator::Sobel { self.smoothing } else { [0.0; 3] };
+        let along = |axis: usize| -> f64 {
+            let [one, other] = [(axis + 1) % 3, (axis + 2) % 3];
+            let weight = |i: i64, axis: usize| if i == 0 { 1.0 - 2.0 * smoothing[axis] } else { smoothing[axis] };
+            let mut sum = 0.0;
+            for i in -1..=1 {
+                for j in -1..=1 {
+                    let at = |step: i64| {
+                        let mut voxel = p;
+                        voxel[axis] += step;
+                        voxel[one] += i;
+                        voxel[other] += j;
+                        self.voxel_or(voxel, self.missing())
+                    };
+                    sum += weight(i, one) * weight(j, other) * (at(1) - at(-1)) / 2.0;
+                }
+            }
+            sum
+        };
+        DVec3::new(along(0), along(1), along(2))
     }
 
     /// Σ (ρ − missing) × taps.
@@ -300,6 +351,22 @@ mod tests {
                 assert!((derivative - differences).length() > NOTICED, "{kernel:?} at {p}: no derivative");
             }
         }
+    }
+
+    /// Ramps keep their slope, and a voxel's gradient has the weights 1 2 1 across the difference.
+    #[test]
+    fn sobel_smooths_across_the_difference() {
+        let slope = DVec3::new(1.5, -0.75, 0.25);
+        for kernel in [Kernel::Linear, Kernel::Cubic, Kernel::CatmullRom] {
+            let ramp = field([26; 3], Blend::Composite, kernel, |p| slope.dot(p) + 3.0);
+            assert_gradient(&ramp.with_gradient(Some(GradientEstimator::Sobel)), |_| slope, 3.0, ROUNDING);
+        }
+        let single = |p: DVec3| if p == DVec3::splat(5.0) { 32.0 } else { 0.0 };
+        let sobel = field([11; 3], Blend::Composite, Kernel::Linear, single).with_gradient(Some(GradientEstimator::Sobel));
+        let along_x = |p: [f64; 3]| sobel.gradient(DVec3::from_array(p)).x;
+        assert_eq!([along_x([4.0, 5.0, 5.0]), along_x([4.0, 6.0, 5.0]), along_x([4.0, 6.0, 4.0])], [4.0, 2.0, 1.0]);
+        assert_eq!([along_x([5.0, 5.0, 5.0]), along_x([6.0, 5.0, 5.0]), along_x([4.0, 7.0, 5.0])], [0.0, -4.0, 0.0]);
+        assert_eq!(along_x([4.5, 5.0, 5.0]), 2.0, "interpolated linearly");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::shading::Look;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Kernel, Ray, Rays};
+use crate::layers::{GradientEstimator, Kernel, Ray, Rays};
 use crate::settings::{Blend, Clipping, GradientOpacity, Shading};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
@@ -66,10 +66,15 @@ impl<'a> Integral<'a> {
         Self { integrand, transfer, volume, unit_distance, shading: None, gradient_opacity: None, clipping: Clipping::default() }
     }
 
-    /// Uses another reconstruction kernel.
+    /// Uses another reconstruction kernel, with the gradients that fit it most closely.
     pub fn with_kernel(self, kernel: Kernel) -> Self {
-        let integrand = Box::new(Field::new(self.volume, self.transfer, Blend::Composite, kernel));
-        Self { integrand, ..self }
+        self.with_gradient(kernel, None)
+    }
+
+    /// Uses another reconstruction kernel, and estimates gradients in another way if one is given.
+    pub fn with_gradient(self, kernel: Kernel, gradient: Option<GradientEstimator>) -> Self {
+        let field = Field::new(self.volume, self.transfer, Blend::Composite, kernel).with_gradient(gradient);
+        Self { integrand: Box::new(field), ..self }
     }
 
     /// Integrates an analytic function of a position in voxels instead, which the voxels sample. It returns value and gradient per voxel. Its

@@ -38,7 +38,8 @@ impl<'a> Marched<'a> {
             Algorithm::Slicing { step } => (Kernel::Linear, step),
             other => panic!("{} does not march along rays", other.name()),
         };
-        Self { field: Field::new(volume, transfer, settings.blend, kernel), step, volume, transfer, settings }
+        let field = Field::new(volume, transfer, settings.blend, kernel).with_gradient(settings.gradient);
+        Self { field, step, volume, transfer, settings }
     }
 
     /// Renders the picture of a camera.

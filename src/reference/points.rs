@@ -66,7 +66,7 @@ impl Layered<'_> {
         })
     }
 
-    /// Splits a visible segment in two if the kernel has analytic gradients and they are needed. The middle value is that of the cubic with the
+    /// Splits a visible segment in two if gradients are the derivative of the field and they are needed. The middle value is that of the cubic with the
     /// values and slopes at both ends.
     fn halves(&self, segment: Segment, samples_per_layer: u32) -> Vec<Segment> {
         let lit_at_ends = match self.settings.blend {
@@ -74,7 +74,7 @@ impl Layered<'_> {
             Blend::Iso(_) => samples_per_layer == 1,
             _ => false,
         };
-        let looked_at = self.field.kernel().has_own_slope() && self.settings.looks_at_gradients() && lit_at_ends;
+        let looked_at = self.field.has_own_gradients() && self.settings.looks_at_gradients() && lit_at_ends;
         if !looked_at || !self.shows(segment.values) {
             return vec![segment];
         }

@@ -87,7 +87,7 @@ impl Lighting {
     /// Lighting for a field. With analytic gradients, interpolation weights are more even.
     pub fn for_field(field: &Field, volume: &Volume, look: Look, gradient: DVec3, to_eye: DVec3) -> Self {
         let lighting = Self::new(volume, look, gradient, to_eye);
-        let even = if field.kernel().has_own_slope() { EVEN } else { 0.0 };
+        let even = if field.has_own_gradients() { EVEN } else { 0.0 };
         Self { weight: even + lighting.weight, ..lighting }
     }
 

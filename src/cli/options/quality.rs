@@ -2,7 +2,7 @@
 
 use crate::cli::algorithm::{AlgorithmOptions, reject_unsupported};
 use crate::cli::parse;
-use crate::layers::{Correction, Density, Kernel};
+use crate::layers::{Correction, Density, GradientEstimator, Kernel};
 use crate::settings::{
     Algorithm, Classification, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered, Light, Lights, Quality, Settings,
     Shading,
@@ -31,6 +31,9 @@ pub(in crate::cli) struct QualityOptions {
     /// Scaling of opacity with the length of a ray segment
     #[arg(long, value_name = "NAME")]
     extinction: Option<ExtinctionName>,
+    /// Estimation of gradients: central (differences), sobel (smoothed, hides terraces and noise) or own (derivative of the kernel)
+    #[arg(long, value_name = "NAME")]
+    gradient: Option<GradientEstimator>,
     /// Gradient shading
     #[arg(long, value_parser = parse::switch, value_name = "on|off")]
     shading: Option<bool>,
@@ -103,6 +106,7 @@ impl QualityOptions {
                 Some(ExtinctionName::Linear) => Extinction::Linear,
             },
             shading: self.shading(settings.shading)?,
+            gradient: self.gradient.or(settings.gradient),
             gradient_opacity: self.gradient_opacity,
             early_termination: self.early_termination.unwrap_or(settings.early_termination),
             ..settings
