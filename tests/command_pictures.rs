@@ -5,6 +5,7 @@ mod common;
 use common::command::*;
 use common::{device, random_bytes, scaled, viewport};
 use layersplat::framing::{Fixed, Framing};
+use layersplat::settings::Blend;
 use layersplat::{Background, Camera, OpenOptions, Orbit, Projection, Renderer, Settings, TransferFunction, Volume};
 use std::io::Write;
 use std::path::Path;
@@ -87,6 +88,40 @@ fn each_frame_of_a_turn_is_seen_from_its_own_side() {
         }
     }
     assert_eq!(names(&f.join("turn")).len(), FRAMES);
+}
+
+/// Without a transfer function, projections of values use grey ramps, which are reported. Named transfer functions and windows win.
+#[test]
+fn projections_of_values_are_grey() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let volume = write_volume(f);
+    let framing = Framing::whole(&volume);
+    let size = viewport(36, 28);
+    let picture = |transfer: &TransferFunction, blend| {
+        let camera = framing.parallel(Orbit { azimuth: 30.0, ..Orbit::default() }, size, Fixed::default());
+        let mut renderer = Renderer::new(&device(), &volume, transfer).unwrap();
+        renderer.render(&camera, size, &Settings { blend, ..Settings::default() }).unwrap().0.to_rgba8(Background::BLACK)
+    };
+    let (ramp, inverted) = (TransferFunction::grey_ramp(&volume), TransferFunction::inverted_grey_ramp(&volume));
+    for (name, blend, transfer) in
+        [("maximum", Blend::Maximum, &ramp), ("average", Blend::Average, &ramp), ("minimum", Blend::Minimum, &inverted)]
+    {
+        let render = format!("render {NAME} --size 36x28 --azimuth 30 --elevation 0 -o a.png --blend {name}");
+        let done = layersplat(f, &words(&render));
+        let said = String::from_utf8(done.stderr).unwrap();
+        assert!(done.status.success() && said.contains(&format!("transfer function: {}", transfer.name())), "{said}");
+        let found = decoded(&f.join("a.png"));
+        assert!(found == picture(transfer, blend), "{name}: not the library's picture");
+        assert!(found.chunks_exact(4).all(|p| p[0] == p[1] && p[1] == p[2]) && found[..3] == [0; 3], "{name}: not grey on black");
+        for chosen in ["--transfer grey", "--window 128,256"] {
+            let said = layersplat(f, &words(&format!("{render} {chosen}"))).stderr;
+            assert!(!String::from_utf8(said).unwrap().contains("grey ramp"), "{chosen}");
+            assert!(decoded(&f.join("a.png")) != found, "{chosen} changes nothing");
+        }
+    }
+    let fire = TransferFunction::builtin("fire", &volume).unwrap();
+    assert!(picture(&fire, Blend::Maximum) != picture(&ramp, Blend::Maximum));
 }
 
 /// Limits that a picture just satisfies, and just violates.
