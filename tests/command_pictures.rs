@@ -243,6 +243,68 @@ fn a_picture_that_does_not_fit_leaves_the_old_one() {
     assert!(std::fs::read(f.join("a.npy")).unwrap() != old, "the same picture from another side");
 }
 
+/// Files of every format and encoding hold the library's picture, also on standard output, in contact sheets and in folders of frames.
+#[test]
+fn pictures_are_encoded_as_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    write_volume(f);
+    let scene = format!("{NAME} --transfer fire --size 36x28");
+    let render = |more: &str| {
+        let done = layersplat(f, &words(&format!("render {scene} {more}")));
+        assert!(done.status.success(), "{more}: {}", String::from_utf8_lossy(&done.stderr));
+        done.stdout
+    };
+    render("-o plain.npy");
+    render("-o plain.png");
+    let plain = layersplat::image::read_image(&f.join("plain.npy")).unwrap();
+    for name in ["a.tif", "a.webp"] {
+        render(&format!("-o {name}"));
+        assert_eq!(decoded(&f.join(name)), decoded(&f.join("plain.png")), "{name}");
+        let ending = &name[2..];
+        assert!(render(&format!("-o {ending}:-")) == std::fs::read(f.join(name)).unwrap(), "{name} on standard output");
+        assert_eq!(run(f, &format!("compare {name} plain.png --max-difference 0")), Some(0));
+    }
+    // Where 8 bits are off by up to half a step of 255, 16 bits are off by half a step of 65535.
+    for name in ["deep.png", "deep.tif"] {
+        render(&format!("-o {name} --bits 16 --dpi 150"));
+        let found =
+            layersplat::image::read_image(&f.join(name)).unwrap().compare(&plain.clone().over(Background::BLACK)).unwrap();
+        assert!(found.max_difference < 0.6 / 65_535.0, "{name}: {}", found.max_difference);
+    }
+    render("-o dithered.png --dither");
+    let [dithered, rounded] = ["dithered.png", "plain.png"].map(|name| decoded(&f.join(name)));
+    let steps: Vec<u8> = dithered.iter().zip(&rounded).map(|(a, b)| a.abs_diff(*b)).collect();
+    assert!(steps.iter().all(|&step| step <= 1) && steps.contains(&1));
+    // The resolution, in pixels per metre.
+    let has_resolution = |name: &str| std::fs::read(f.join(name)).unwrap().windows(4).any(|word| word == b"pHYs");
+    render("-o print.png --dpi 300");
+    assert!(has_resolution("print.png") && !has_resolution("plain.png"));
+    assert_eq!(run(f, &format!("rotate {scene} --frames 2 --dpi 300 -o turn")), Some(0));
+    assert!(has_resolution("turn/frame_0001.png"));
+    assert_eq!(run(f, &format!("views {scene} --dpi 300 -o views.png")), Some(0));
+    assert!(has_resolution("views.png"));
+    std::fs::write(f.join("views.ndjson"), r#"{"output": "many.png"}"#).unwrap();
+    render("--cameras views.ndjson --dpi 300");
+    assert!(std::fs::read(f.join("many.png")).unwrap() == std::fs::read(f.join("print.png")).unwrap());
+    // What a format cannot hold is refused before anything is rendered.
+    for (command, says) in [
+        ("render", "-o no.jpg --bits 16|write .png or .tif|--bits"),
+        ("render", "-o no.webp --dpi 300|no resolution|--dpi"),
+        ("render", "-o no.npy --dither|no dithering|--dither"),
+        ("render", "-o no.png --bits 16 --dither|8 bits|--dither"),
+        ("render", "-o no.png --bits 12|8 or 16|--bits"),
+        ("render", "-o no.png --dpi 0|--dpi"),
+        ("views", "-o no.exr --bits 8|32-bit floats|--bits"),
+        ("rotate", "-o no.gif --dpi 100|folder of pictures|--dpi"),
+        ("rotate", "-o no --bits 16 --dither|8 bits|--dither"),
+    ] {
+        let (options, said) = says.split_once('|').unwrap();
+        let all = format!("{command} {scene} {options}");
+        refused(f, &words(&all), 2, &said.split('|').collect::<Vec<_>>());
+    }
+}
+
 /// Depths of one picture and of many equal those of the library. Other file formats, streamed volumes and values without depth are rejected
 /// before a file is created.
 #[test]

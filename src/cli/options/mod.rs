@@ -1,8 +1,10 @@
 //! Options shared by several subcommands.
 
+mod encoding;
 mod quality;
 mod volume;
 
+pub(super) use encoding::EncodingOptions;
 pub(super) use quality::QualityOptions;
 pub(super) use volume::{FileOptions, LevelChoice, VolumeOptions};
 
