@@ -931,6 +931,13 @@ enum layersplat_status layersplat_renderer_set_transfer(struct layersplat_render
                                                         const struct layersplat_transfer *transfer);
 
 /**
+ * Replaces the volume, effective from the next frame. Size, type and range may differ. The volume may be freed afterwards. If memory
+ * is insufficient, the renderer may have no volume: frames then return an error until a volume is set.
+ */
+enum layersplat_status layersplat_renderer_set_volume(struct layersplat_renderer *renderer,
+                                                      const struct layersplat_volume *volume);
+
+/**
  * Sets the time limit per frame in seconds, effective from the next frame; 0: no limit. A frame that exceeds it returns
  * LAYERSPLAT_STATUS_TOO_LONG before its next kernel; a running kernel is not interrupted. Enqueued frames are not limited. To end a
  * frame from another thread, use layersplat_cancel_frames().

@@ -6,7 +6,8 @@ mod plan;
 pub use plan::{StreamPlan, StreamedLattice};
 
 use super::classification::TableSizes;
-use super::frame::{Bytes, Engine, Frame as Declared, Mode, Stage, Step};
+use super::field::FieldShape;
+use super::frame::{Declaring, Engine, Frame as Declared, Mode, Output, Stage, Step};
 use super::picture::{Finished, Share};
 use super::plan::Plan;
 use super::range::LayerRange;
@@ -359,15 +360,21 @@ impl<'v> StreamedRenderer<'v> {
         self.device.taken_bytes().saturating_sub(self.own)
     }
 
-    /// Rejects a plan that needs the whole volume if that does not fit together with a picture.
+    /// Rejects a plan that needs the whole volume if that does not fit together with the other resources of the frame.
     fn require_whole(&self, plan: &Plan, viewport: Viewport) -> Result<(), Error> {
-        let (voxels, picture) = (self.volume_bytes(), (viewport.pixels() * size_of::<[f32; 4]>()) as u64);
-        let (needed, limits) = (Bytes { sum: voxels + picture, largest: voxels.max(picture) }, self.memory_limits());
+        let tables = TableSizes::new(&self.transfer, self.volume.description());
+        let shape = FieldShape::new(self.volume.description(), self.grid.dims());
+        let declaring = Declaring { shape, tables: &tables, tuning: self.device.tuning(), viewport };
+        let (needed, limits) =
+            (Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes(), self.memory_limits());
         if limits.fits(needed) {
             return Ok(());
         }
-        let what =
-            format!("this view ({plan}), which needs the whole volume at once because only layers on a lattice can be streamed,");
+        // The device counts the splats of sheets, so the size of their lists is not known before.
+        let unknown = if matches!(plan, Plan::AxisSheets(_) | Plan::ViewSheets(_)) { ", and more for its splats" } else { "" };
+        let what = format!(
+            "this view ({plan}), which needs the whole volume at once because only layers on a lattice can be streamed{unknown},"
+        );
         Err(plan::out_of_memory(&self.device, &what, needed, limits))
     }
 }
