@@ -5,6 +5,7 @@ mod plan;
 
 pub use plan::{StreamPlan, StreamedLattice};
 
+use super::accumulation::Jitter;
 use super::classification::TableSizes;
 use super::field::FieldShape;
 use super::frame::{Declaring, Engine, Frame as Declared, Mode, Output, Stage, Step};
@@ -167,7 +168,19 @@ impl<'v> StreamedRenderer<'v> {
     /// [`Error::MemoryBudget`] and [`Error::DeviceMemory`], with the least memory required: if not even one layer and its
     /// neighbours fit beside the other resources of a frame, or if the view cannot be streamed and the whole volume does not fit.
     pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+        self.render_jittered(camera, viewport, settings, None)
+    }
+
+    /// Renders a picture whose rays are moved within their pixels.
+    pub(super) fn render_jittered(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        jitter: Option<Jitter>,
+    ) -> Result<(Frame, FrameReport), Error> {
         let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, settings)?;
+        let rays = jitter.map_or(rays.clone(), |jitter| jitter.apply(rays));
         let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
         let streamed = self.streamed(plan, rays, viewport, seen)?;
         let others = self.others();
@@ -176,12 +189,12 @@ impl<'v> StreamedRenderer<'v> {
             Err(whole) => self.require_whole(whole, viewport).map(|()| false)?,
         };
         // Cached data of earlier frames may leave too little memory: retry without them.
-        let rendered = match if in_parts { None } else { Some(self.render_whole(camera, viewport, settings)) } {
+        let rendered = match if in_parts { None } else { Some(self.render_whole(camera, viewport, settings, jitter)) } {
             Some(Err(Error::MemoryBudget { .. } | Error::OutOfDeviceMemory { .. })) | None => {
                 self.kept = None;
                 match &streamed {
                     Ok(streamed) => self.draw(streamed, viewport),
-                    Err(_) => self.render_whole(camera, viewport, settings),
+                    Err(_) => self.render_whole(camera, viewport, settings, jitter),
                 }
             }
             Some(rendered) => rendered,
@@ -214,9 +227,18 @@ impl<'v> StreamedRenderer<'v> {
     }
 
     /// Renders with all voxels on the device, and keeps the renderer for the next frame.
-    fn render_whole(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+    fn render_whole(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        jitter: Option<Jitter>,
+    ) -> Result<(Frame, FrameReport), Error> {
         let mut renderer = self.whole_renderer()?;
-        let rendered = renderer.render(camera, viewport, settings);
+        let rendered = match jitter {
+            None => renderer.render(camera, viewport, settings),
+            Some(jitter) => renderer.render_jittered(camera, viewport, settings, jitter),
+        };
         self.kept = Some(renderer);
         rendered
     }
