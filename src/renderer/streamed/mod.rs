@@ -180,7 +180,7 @@ impl<'v> StreamedRenderer<'v> {
         jitter: Option<Jitter>,
     ) -> Result<(Frame, FrameReport), Error> {
         let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, settings)?;
-        let rays = jitter.map_or(rays.clone(), |jitter| jitter.apply(rays));
+        let rays = jitter.map_or(rays, |jitter| jitter.apply(rays));
         let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
         let streamed = self.streamed(plan, rays, viewport, seen)?;
         let others = self.others();
