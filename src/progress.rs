@@ -29,21 +29,24 @@ static BUILDING: AtomicU64 = AtomicU64::new(0);
 #[cfg(feature = "cli")]
 static BUILDS: AtomicU64 = AtomicU64::new(0);
 
-/// Counts a program as being built, until it is dropped, and its build time.
-pub(crate) struct Building {
+/// Builds a program; counts it meanwhile, and its build time afterwards.
+pub(crate) fn count_build<T>(build: impl FnOnce() -> T) -> T {
     #[cfg(feature = "cli")]
+    let _counted = Building::begin();
+    build()
+}
+
+/// A program that is being built.
+#[cfg(feature = "cli")]
+struct Building {
     started: Instant,
 }
 
+#[cfg(feature = "cli")]
 impl Building {
-    /// Begins the build of a program.
-    pub fn begin() -> Self {
-        #[cfg(feature = "cli")]
+    fn begin() -> Self {
         BUILDS.fetch_add(1, Ordering::Relaxed);
-        Self {
-            #[cfg(feature = "cli")]
-            started: Instant::now(),
-        }
+        Self { started: Instant::now() }
     }
 }
 

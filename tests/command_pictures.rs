@@ -5,6 +5,7 @@ mod common;
 use common::command::*;
 use common::{device, random_bytes, scaled, viewport};
 use layersplat::framing::{Fixed, Framing};
+use layersplat::settings::Blend;
 use layersplat::{Background, Camera, OpenOptions, Orbit, Projection, Renderer, Settings, TransferFunction, Volume};
 use std::io::Write;
 use std::path::Path;
@@ -87,6 +88,40 @@ fn each_frame_of_a_turn_is_seen_from_its_own_side() {
         }
     }
     assert_eq!(names(&f.join("turn")).len(), FRAMES);
+}
+
+/// Without a transfer function, projections of values use grey ramps, which are reported. Named transfer functions and windows win.
+#[test]
+fn projections_of_values_are_grey() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let volume = write_volume(f);
+    let framing = Framing::whole(&volume);
+    let size = viewport(36, 28);
+    let picture = |transfer: &TransferFunction, blend| {
+        let camera = framing.parallel(Orbit { azimuth: 30.0, ..Orbit::default() }, size, Fixed::default());
+        let mut renderer = Renderer::new(&device(), &volume, transfer).unwrap();
+        renderer.render(&camera, size, &Settings { blend, ..Settings::default() }).unwrap().0.to_rgba8(Background::BLACK)
+    };
+    let (ramp, inverted) = (TransferFunction::grey_ramp(&volume), TransferFunction::inverted_grey_ramp(&volume));
+    for (name, blend, transfer) in
+        [("maximum", Blend::Maximum, &ramp), ("average", Blend::Average, &ramp), ("minimum", Blend::Minimum, &inverted)]
+    {
+        let render = format!("render {NAME} --size 36x28 --azimuth 30 --elevation 0 -o a.png --blend {name}");
+        let done = layersplat(f, &words(&render));
+        let said = String::from_utf8(done.stderr).unwrap();
+        assert!(done.status.success() && said.contains(&format!("transfer function: {}", transfer.name())), "{said}");
+        let found = decoded(&f.join("a.png"));
+        assert!(found == picture(transfer, blend), "{name}: not the library's picture");
+        assert!(found.chunks_exact(4).all(|p| p[0] == p[1] && p[1] == p[2]) && found[..3] == [0; 3], "{name}: not grey on black");
+        for chosen in ["--transfer grey", "--window 128,256"] {
+            let said = layersplat(f, &words(&format!("{render} {chosen}"))).stderr;
+            assert!(!String::from_utf8(said).unwrap().contains("grey ramp"), "{chosen}");
+            assert!(decoded(&f.join("a.png")) != found, "{chosen} changes nothing");
+        }
+    }
+    let fire = TransferFunction::builtin("fire", &volume).unwrap();
+    assert!(picture(&fire, Blend::Maximum) != picture(&ramp, Blend::Maximum));
 }
 
 /// Limits that a picture just satisfies, and just violates.
@@ -206,6 +241,68 @@ fn a_picture_that_does_not_fit_leaves_the_old_one() {
     }
     assert!(render("", "40", "a.npy").status.success());
     assert!(std::fs::read(f.join("a.npy")).unwrap() != old, "the same picture from another side");
+}
+
+/// Files of every format and encoding hold the library's picture, also on standard output, in contact sheets and in folders of frames.
+#[test]
+fn pictures_are_encoded_as_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    write_volume(f);
+    let scene = format!("{NAME} --transfer fire --size 36x28");
+    let render = |more: &str| {
+        let done = layersplat(f, &words(&format!("render {scene} {more}")));
+        assert!(done.status.success(), "{more}: {}", String::from_utf8_lossy(&done.stderr));
+        done.stdout
+    };
+    render("-o plain.npy");
+    render("-o plain.png");
+    let plain = layersplat::image::read_image(&f.join("plain.npy")).unwrap();
+    for name in ["a.tif", "a.webp"] {
+        render(&format!("-o {name}"));
+        assert_eq!(decoded(&f.join(name)), decoded(&f.join("plain.png")), "{name}");
+        let ending = &name[2..];
+        assert!(render(&format!("-o {ending}:-")) == std::fs::read(f.join(name)).unwrap(), "{name} on standard output");
+        assert_eq!(run(f, &format!("compare {name} plain.png --max-difference 0")), Some(0));
+    }
+    // Where 8 bits are off by up to half a step of 255, 16 bits are off by half a step of 65535.
+    for name in ["deep.png", "deep.tif"] {
+        render(&format!("-o {name} --bits 16 --dpi 150"));
+        let found =
+            layersplat::image::read_image(&f.join(name)).unwrap().compare(&plain.clone().over(Background::BLACK)).unwrap();
+        assert!(found.max_difference < 0.6 / 65_535.0, "{name}: {}", found.max_difference);
+    }
+    render("-o dithered.png --dither");
+    let [dithered, rounded] = ["dithered.png", "plain.png"].map(|name| decoded(&f.join(name)));
+    let steps: Vec<u8> = dithered.iter().zip(&rounded).map(|(a, b)| a.abs_diff(*b)).collect();
+    assert!(steps.iter().all(|&step| step <= 1) && steps.contains(&1));
+    // The resolution, in pixels per metre.
+    let has_resolution = |name: &str| std::fs::read(f.join(name)).unwrap().windows(4).any(|word| word == b"pHYs");
+    render("-o print.png --dpi 300");
+    assert!(has_resolution("print.png") && !has_resolution("plain.png"));
+    assert_eq!(run(f, &format!("rotate {scene} --frames 2 --dpi 300 -o turn")), Some(0));
+    assert!(has_resolution("turn/frame_0001.png"));
+    assert_eq!(run(f, &format!("views {scene} --dpi 300 -o views.png")), Some(0));
+    assert!(has_resolution("views.png"));
+    std::fs::write(f.join("views.ndjson"), r#"{"output": "many.png"}"#).unwrap();
+    render("--cameras views.ndjson --dpi 300");
+    assert!(std::fs::read(f.join("many.png")).unwrap() == std::fs::read(f.join("print.png")).unwrap());
+    // What a format cannot hold is refused before anything is rendered.
+    for (command, says) in [
+        ("render", "-o no.jpg --bits 16|write .png or .tif|--bits"),
+        ("render", "-o no.webp --dpi 300|no resolution|--dpi"),
+        ("render", "-o no.npy --dither|no dithering|--dither"),
+        ("render", "-o no.png --bits 16 --dither|8 bits|--dither"),
+        ("render", "-o no.png --bits 12|8 or 16|--bits"),
+        ("render", "-o no.png --dpi 0|--dpi"),
+        ("views", "-o no.exr --bits 8|32-bit floats|--bits"),
+        ("rotate", "-o no.gif --dpi 100|folder of pictures|--dpi"),
+        ("rotate", "-o no --bits 16 --dither|8 bits|--dither"),
+    ] {
+        let (options, said) = says.split_once('|').unwrap();
+        let all = format!("{command} {scene} {options}");
+        refused(f, &words(&all), 2, &said.split('|').collect::<Vec<_>>());
+    }
 }
 
 /// Depths of one picture and of many equal those of the library. Other file formats, streamed volumes and values without depth are rejected

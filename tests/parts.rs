@@ -120,6 +120,26 @@ fn sampled() -> [Layered; 4] {
     [Layered::default(), high, post(Quality::Standard), post(Quality::High)]
 }
 
+/// Of the same volume, and of another one.
+#[test]
+fn a_renderer_takes_other_parts() {
+    let [volume, other] = [SEED, SEED + 1].map(|seed| random_volume(DIMS, DVec3::new(1.0, 0.9, 1.2), seed));
+    let (transfer, size, settings) = (smooth_transfer(), viewport(26, 22), forced(Axis::Z, Layered::default()));
+    let camera = parallel(&volume, size, 20.0, -15.0);
+    let [front, behind] = [0..11, 11..DIMS[2]];
+    let mut renderer = PartRenderer::new(&device(), &part_for(&volume, Axis::Z, &behind, &settings), &transfer).unwrap();
+    let (_, ascending) = renderer.order(&camera, size, &settings).unwrap();
+    for volume in [&volume, &other] {
+        let mut done: Option<CompositedLayers> = None;
+        for layers in if ascending { [&front, &behind] } else { [&behind, &front] } {
+            renderer.set_part(&part_for(volume, Axis::Z, layers, &settings)).unwrap();
+            done = Some(renderer.composite(&camera, size, &settings, layers.clone(), done.as_ref()).unwrap());
+        }
+        let found = renderer.finish(&done.unwrap()).unwrap();
+        assert_close("other parts", &found, &render(volume, &transfer, &camera, size, &settings), 0.0);
+    }
+}
+
 #[test]
 fn in_two_three_and_seven_parts() {
     let volume = random_volume(DIMS, DVec3::new(1.0, 0.9, 1.2), SEED);

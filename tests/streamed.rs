@@ -5,9 +5,9 @@ mod common;
 use common::*;
 use glam::DVec3;
 use layersplat::layers::{Axis, Kernel};
-use layersplat::renderer::{StreamPlan, StreamedRenderer};
+use layersplat::renderer::{StreamPlan, StreamedRenderer, volume_renderer};
 use layersplat::settings::{Algorithm, Blend, LayerAxis, Layered, Quality};
-use layersplat::volume::{Endian, OpenOptions};
+use layersplat::volume::{Endian, OpenOptions, Voxels};
 use layersplat::{Camera, Device, Error, Frame, Projection, Renderer, Settings, TransferFunction, Viewport, Volume};
 use std::time::Instant;
 
@@ -214,6 +214,20 @@ fn views_that_need_the_whole_volume() {
         assert!(matches!(found, Error::MemoryBudget { needed, .. } if needed > bytes(&volume)), "{found}");
         assert!(found.to_string().contains("needs the whole volume"), "{found}");
     }
+    // The announced memory suffices, and a byte less does not.
+    for (camera, settings) in [
+        (inside, thin(Layered::default())),
+        (outside, Settings { unit_distance: Some(60.0), ..raycast.into() }),
+        (outside, thin(paper)),
+    ] {
+        let render_with = |budget| {
+            let mut renderer = StreamedRenderer::new(&device().with_memory(budget), &volume, &transfer);
+            renderer.render(&camera, size, &settings).map(|(frame, _)| frame)
+        };
+        let Err(Error::MemoryBudget { needed, .. }) = render_with(1000) else { panic!("1000 bytes are too little") };
+        assert!(matches!(render_with(needed - 1), Err(Error::MemoryBudget { needed: again, .. }) if again == needed));
+        assert_close("least memory", &render_with(needed).unwrap(), &render(&volume, &transfer, &camera, size, &settings), 0.0);
+    }
     // Eight times the volume suffices for all data of ray casting.
     let large = device().with_memory(8 * bytes(&volume));
     let mut renderer = StreamedRenderer::new(&large, &volume, &transfer);
@@ -225,6 +239,41 @@ fn views_that_need_the_whole_volume() {
     let settings = thin(Layered::default());
     let whole = render(&volume, &transfer, &outside, size, &settings);
     assert_close("layers", &renderer.render(&outside, size, &settings).unwrap().0, &whole, 0.0);
+}
+
+/// Streamed in parts, and as a whole; with other dimensions, another type and another range.
+#[test]
+fn another_volume_is_streamed() {
+    let (volume, transfer, size) = scene();
+    let dims = [120, 92, 161];
+    let numbers = random_bytes(dims, SEED).into_iter().map(|b| i16::from(b) * 5 - 300).collect();
+    let other = common::volume(dims, DVec3::new(1.0, 1.2, 0.8), Voxels::Int16(numbers));
+    let (settings, camera) = (thin(Layered::default()), parallel(&other, size, 20.0, 5.0));
+    let expected = render(&other, &transfer, &camera, size, &settings);
+    for (budget, is_in_parts) in [(bytes(&volume) / SHARE, true), (1 << 30, false)] {
+        let mut renderer = StreamedRenderer::new(&device().with_memory(budget), &volume, &transfer);
+        renderer.render(&parallel(&volume, size, 20.0, 5.0), size, &settings).unwrap();
+        renderer.set_volume(&other);
+        let plan = renderer.plan(&camera, size, &settings).unwrap().expect("a lattice");
+        assert_eq!(plan.lattices[0].parts > 1, is_in_parts, "{plan}");
+        assert_close("another volume", &renderer.render(&camera, size, &settings).unwrap().0, &expected, 0.0);
+    }
+}
+
+/// By every kind of renderer behind the trait.
+#[test]
+fn another_volume_replaces_the_first() {
+    let (volume, transfer, size) = scene();
+    let other = random_volume([40, 52, 61], DVec3::new(1.0, 1.2, 0.8), SEED + 1);
+    let (settings, camera) = (thin(Layered::default()), parallel(&other, size, 20.0, 5.0));
+    let expected = render(&other, &transfer, &camera, size, &settings);
+    for device in [device(), device().with_memory(bytes(&volume) / SHARE)] {
+        let mut renderer = volume_renderer(&device, &volume, &transfer).unwrap();
+        renderer.render(&parallel(&volume, size, 20.0, 5.0), size, &settings).unwrap();
+        renderer.set_volume(&other).unwrap();
+        let (frame, _) = renderer.render(&camera, size, &settings).unwrap();
+        assert_close("another volume", &frame.expect("one process"), &expected, 0.0);
+    }
 }
 
 /// If all voxels fit, data cached between frames are evicted for another axis.

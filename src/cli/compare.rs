@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// First picture: .png, .jpg, .exr or .npy
+    /// First picture: .png, .jpg, .tif, .webp, .exr or .npy
     a: PathBuf,
     /// Second picture, of the same size
     b: PathBuf,

@@ -3,10 +3,11 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 42] = [
+const OPTIONS: [(&str, &str); 45] = [
     ("algorithm", "--algorithm"),
     ("array", "--array NAME"),
     ("background", "--background"),
+    ("bits", "--bits N"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
     ("cameras", "--cameras FILE"),
     ("channel", "--channel N"),
@@ -17,6 +18,8 @@ const OPTIONS: [(&str, &str); 42] = [
     ("device", "--device"),
     ("device_unchecked", "--device-unchecked"),
     ("dims", "--dims XxYxZ"),
+    ("dither", "--dither"),
+    ("dpi", "--dpi N"),
     ("endian", "--endian"),
     ("evaluation", "--lattice direct|auto|N"),
     ("field_of_view", "--perspective FOV"),

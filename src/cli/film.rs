@@ -2,28 +2,32 @@
 
 use super::options::CameraOptions;
 use crate::error::Error;
-use crate::image::{Animation, AnimationFormat, Background, Frame};
+use crate::image::{Animation, AnimationFormat, Background, Encoding, Frame, ImageFormat};
 use std::path::{Path, PathBuf};
 
 /// Unsupported file name extensions. A folder with such a name is surely not intended.
-const OTHER_FILES: [&str; 9] = ["jpg", "jpeg", "exr", "npy", "webp", "webm", "mov", "mkv", "avi"];
+const OTHER_FILES: [&str; 11] = ["jpg", "jpeg", "tif", "tiff", "exr", "npy", "webp", "webm", "mov", "mkv", "avi"];
 
 /// Destination of the frames.
 pub(super) enum Film {
     File(Box<Animation>),
-    Folder { folder: PathBuf, frames: u32, written: usize, background: Option<Background> },
+    Folder { folder: PathBuf, frames: u32, written: usize, background: Option<Background>, encoding: Encoding },
 }
 
 impl Film {
     /// Creates a file if the extension is that of an animation, else a folder. The folder itself is created with the first frame.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] for the extension of another file format, [`Error::Write`] if the output exists and is not a
-    /// folder.
-    pub fn create(output: &Path, options: &CameraOptions, frames: u32, rate: u32) -> Result<Self, Error> {
+    /// [`Error::UnknownName`] for the extension of another file format, [`Error::Settings`] for an encoding that animations or PNG do not
+    /// have, [`Error::Write`] if the output exists and is not a folder.
+    pub fn create(output: &Path, options: &CameraOptions, encoding: Encoding, frames: u32, rate: u32) -> Result<Self, Error> {
         let extension = output.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         let is_file = !output.is_dir();
         if is_file && AnimationFormat::from_path(output).is_some() {
+            if let Some(field) = encoding.first_given() {
+                let problem = "animations have rounded 8-bit colours and no resolution: omit it, or write a folder of pictures";
+                return Err(Error::Settings { field, problem: problem.into() });
+            }
             let background = options.background.unwrap_or(Background::BLACK);
             let animation = Animation::create(output, options.size, frames, rate, background)?;
             return Ok(Self::File(Box::new(animation)));
@@ -35,19 +39,20 @@ impl Film {
         if output.exists() && is_file {
             return Err(Error::write(output, std::io::Error::other("it exists and is not a folder")));
         }
-        Ok(Self::Folder { folder: output.into(), frames, written: 0, background: options.background })
+        encoding.check(ImageFormat::Png)?;
+        Ok(Self::Folder { folder: output.into(), frames, written: 0, background: options.background, encoding })
     }
 
     pub fn add(&mut self, frame: &Frame) -> Result<(), Error> {
         match self {
             Self::File(animation) => animation.add(frame),
-            Self::Folder { folder, frames, written, background } => {
+            Self::Folder { folder, frames, written, background, encoding } => {
                 if *written == 0 {
                     std::fs::create_dir_all(&*folder).map_err(|e| Error::write(folder, e))?;
                 }
                 let name = frame_name(*written, *frames);
                 *written += 1;
-                frame.save(folder.join(name), *background)
+                frame.save_encoded(folder.join(name), *background, encoding, None)
             }
         }
     }

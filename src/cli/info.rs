@@ -4,6 +4,7 @@ use super::options::{TransferOptions, VolumeOptions};
 use super::scene::{describe, open_transfer};
 use super::transfer::TransferReport;
 use crate::error::Error;
+use crate::settings::Blend;
 use crate::transfer::TransferFunction;
 use crate::volume::{Statistics, Volume};
 use serde::Serialize;
@@ -36,7 +37,7 @@ struct Info {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let volume = arguments.volume.open(None, None)?;
-    let transfer = open_transfer(&arguments.transfer, &volume)?;
+    let transfer = open_transfer(&arguments.transfer, &volume, Blend::Composite)?;
     let effective_splats = arguments.transfer.transfer.is_some().then(|| transfer.effective_splats(&volume));
     let statistics = volume.statistics();
     let info = Info {

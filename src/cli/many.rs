@@ -1,7 +1,7 @@
 //! `layersplat render --cameras`: many pictures of one volume, one line of JSON each.
 
 use super::processes::Processes;
-use super::render::{Arguments, save};
+use super::render::Arguments;
 use super::scene::{Cameras, Scene};
 use super::studio::Studio;
 use super::view::View;
@@ -144,7 +144,7 @@ fn require_checked(
 /// Writes and reports pictures while the next ones are rendered.
 fn write_all(arguments: &Arguments, rendered: &Receiver<Rendered>, bar: &ProgressBar) -> Result<(), Error> {
     for Rendered { line, output, frame, depths, render_ms } in rendered {
-        save(&frame, depths.as_ref(), &output, arguments.scene.camera.background)?;
+        arguments.save(&frame, depths.as_ref(), &output)?;
         let (width, height) = (frame.width(), frame.height());
         let written = Written { line, output: output.display().to_string(), width, height, render_ms };
         super::report(true, &written, String::new)?;

@@ -1,6 +1,7 @@
 //! Parsers of option values.
 
 use super::options::{LevelChoice, Opacities, Tent};
+use crate::image::BitDepth;
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
 use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis, Light};
 use crate::transfer::Value;
@@ -228,6 +229,15 @@ pub(super) fn lattice(text: &str) -> Result<Evaluation, String> {
 pub(super) fn sub_layers(text: &str) -> Result<u32, String> {
     let count = text.parse().ok().filter(|n| (1..=Correction::MAX_SUB_LAYERS).contains(n));
     count.ok_or_else(|| format!("'{text}' is not a number of sub-layers from 1 to {}", Correction::MAX_SUB_LAYERS))
+}
+
+/// Parses the bits per channel of a picture: 8 or 16.
+pub(super) fn bits(text: &str) -> Result<BitDepth, String> {
+    match text {
+        "8" => Ok(BitDepth::Eight),
+        "16" => Ok(BitDepth::Sixteen),
+        _ => Err(format!("'{text}' is not a number of bits per channel: use 8 or 16")),
+    }
 }
 
 /// Parses a number of samples along the side of a pixel, from 1 to 16.

@@ -10,7 +10,7 @@ use super::studio::{PictureOptions, Studio};
 use crate::camera::Camera;
 use crate::check::Family;
 use crate::error::Error;
-use crate::image::{Background, Depths, Frame, ImageFormat};
+use crate::image::{Depths, Frame, ImageFormat};
 use crate::renderer::{LatticeReport, StreamPlan, depth_settings};
 use crate::viewport::Viewport;
 use serde::Serialize;
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     pub scene: SceneOptions,
     #[command(flatten)]
     pub pictures: PictureOptions,
-    /// Output picture: .png, .jpg, .exr or .npy; standard output: - (PNG), jpg:-, exr:- or npy:-
+    /// Output picture: .png, .jpg, .tif, .webp, .exr or .npy; standard output: - (PNG), jpg:-, exr:- and so on
     #[arg(short, long, default_value = "layersplat.png", value_name = "FILE")]
     output: PathBuf,
     /// Render many pictures, one per line of FILE, or of standard input (-) as lines arrive; see below
@@ -103,7 +103,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         let (all, picture, first) = (first_ms / 1e3, started.elapsed().as_secs_f64(), scene.first_pass.as_secs_f64());
         eprintln!("memory: {all:.2} s in total: {first:.2} s for the first pass over the volume, {picture:.2} s for the picture");
     }
-    save(&frame, depths.as_ref(), output.path(), options.background)?;
+    arguments.save(&frame, depths.as_ref(), output.path())?;
     if output.is_standard() {
         return output.finish(output.path());
     }
@@ -133,7 +133,14 @@ impl Arguments {
     /// Checks that a picture with this name and the given options can be written.
     pub fn check_output(&self, path: &Path) -> Result<(), Error> {
         let format = if self.depth { ImageFormat::with_depths(path) } else { ImageFormat::from_path(path) };
-        format?.accept(self.scene.camera.background)
+        let format = format?;
+        format.accept(self.scene.camera.background)?;
+        self.pictures.encoding.encoding().check(format)
+    }
+
+    /// Writes a picture, with depths if given.
+    pub fn save(&self, frame: &Frame, depths: Option<&Depths>, path: &Path) -> Result<(), Error> {
+        frame.save_encoded(path, self.scene.camera.background, &self.pictures.encoding.encoding(), depths)
     }
 
     /// Kernel families that render a picture of this size, and its depths if requested.
@@ -144,13 +151,5 @@ impl Arguments {
             families.extend(check::families(&[camera], size, grid, &depth_settings(&scene.settings)));
         }
         Ok(families)
-    }
-}
-
-/// Writes a picture, with depths if given.
-pub(super) fn save(frame: &Frame, depths: Option<&Depths>, path: &Path, background: Option<Background>) -> Result<(), Error> {
-    match depths {
-        Some(depths) => frame.save_with_depths(path, background, depths),
-        None => frame.save(path, background),
     }
 }

@@ -77,7 +77,8 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let frames = arguments.frame_count(keys.as_ref())?;
     let size = arguments.pictures.rendered(options.size)?;
     processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, options.size, frames as usize)?;
-    let film = || Film::create(&arguments.output, options, frames, arguments.rate);
+    let encoding = arguments.pictures.encoding.encoding();
+    let film = || Film::create(&arguments.output, options, encoding, frames, arguments.rate);
     let mut film = if processes.leads() { Some(film()?) } else { None };
     let scene = Scene::open(&arguments.scene, processes)?;
     let fitting = arguments.pictures.cameras(options, &scene);

@@ -75,9 +75,9 @@ impl Scene {
             eprintln!("layersplat: {notice}");
         }
         let settings = options.blend.apply(settings, Value::finder(&volume));
-        let transfer = open_transfer(&options.transfer, &volume)?;
-        if transfer.name() == TransferFunction::AUTOMATIC && processes.leads() {
-            eprintln!("transfer function: {} (choose another with --transfer)", describe(&transfer));
+        let transfer = open_transfer(&options.transfer, &volume, settings.blend)?;
+        if processes.leads() {
+            announce(&transfer);
         }
         let choice = options.device.choice();
         let device = processes.agree(Device::open(&choice))?;
@@ -112,13 +112,32 @@ impl Scene {
     }
 }
 
-/// Opens the transfer function given by the options, or derives one from the histogram.
-pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume) -> Result<TransferFunction, Error> {
+/// Says on standard error which transfer function was made for the volume. The built-in phantom has its own, which needs no remark.
+fn announce(transfer: &TransferFunction) {
+    match transfer.name() {
+        TransferFunction::AUTOMATIC => {
+            eprintln!("transfer function: {} (choose another with --transfer)", describe(transfer));
+        }
+        name @ (TransferFunction::GREY_RAMP | TransferFunction::INVERTED_GREY_RAMP) => {
+            let (lo, hi) = transfer.range();
+            let [lo, hi] = [lo, hi].map(|value| rounded(value, hi - lo));
+            eprintln!("transfer function: {name} from {lo} to {hi} (choose another with --transfer or --window)");
+        }
+        _ => {}
+    }
+}
+
+/// Opens the transfer function given by the options, or derives one from the histogram: a grey ramp for projections of values.
+pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume, blend: Blend) -> Result<TransferFunction, Error> {
     let find = Value::finder(volume);
     let mut transfer = match &options.transfer {
         Some(source) => TransferFunction::open(source, volume)?,
         None if options.window.is_some() => TransferFunction::builtin("grey", volume)?,
-        None => TransferFunction::automatic(volume),
+        None => match blend {
+            Blend::Maximum | Blend::Average => TransferFunction::grey_ramp(volume),
+            Blend::Minimum => TransferFunction::inverted_grey_ramp(volume),
+            _ => TransferFunction::automatic(volume),
+        },
     };
     if let Some((lo, hi)) = options.transfer_range {
         transfer = transfer.stretched(find(lo), find(hi))?;
@@ -149,6 +168,12 @@ pub(super) fn describe(transfer: &TransferFunction) -> String {
     }
     let changes = if points.is_empty() { "constant".into() } else { points.join(", ") };
     format!("{}, opacity {changes}", transfer.name())
+}
+
+/// Writes a value to about a ten-thousandth of the range that it bounds.
+fn rounded(value: f64, range: f64) -> String {
+    let decimals = 4.0 - range.log10().floor();
+    if (0.0..10.0).contains(&decimals) { format!("{value:.0$}", decimals as usize) } else { format!("{value:.4e}") }
 }
 
 /// Camera construction from the options.

@@ -2,7 +2,7 @@
 
 use super::compiling;
 use super::notice;
-use super::options::{CameraOptions, Fit};
+use super::options::{CameraOptions, EncodingOptions, Fit};
 use super::parse;
 use super::scene::{Cameras, Scene};
 use super::viewer::Viewer;
@@ -14,7 +14,7 @@ use crate::renderer::{FrameReport, StreamPlan};
 use crate::viewport::Viewport;
 use clap::Args;
 
-/// Supersampling and annotations.
+/// Supersampling, annotations and file encoding.
 #[derive(Args)]
 #[command(next_help_heading = "Camera and picture")]
 pub(super) struct PictureOptions {
@@ -36,6 +36,8 @@ pub(super) struct PictureOptions {
     /// Unit of length, for the scale bar
     #[arg(long, value_name = "TEXT", requires = "legend")]
     pub length_units: Option<String>,
+    #[command(flatten)]
+    pub encoding: EncodingOptions,
 }
 
 /// Renders the pictures of a scene.

@@ -35,7 +35,7 @@ pub(super) struct Arguments {
     scene: SceneOptions,
     #[command(flatten)]
     pictures: PictureOptions,
-    /// Output picture: .png, .jpg, .exr or .npy; - for PNG on standard output. --size applies to each of the eight views
+    /// Output picture: .png, .jpg, .tif, .webp, .exr or .npy; - for PNG on standard output. --size applies to each of the eight views
     #[arg(short, long, default_value = "views.png", value_name = "FILE")]
     output: PathBuf,
     /// Print the report as one line of JSON
@@ -57,7 +57,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
     let output = Output::new(&arguments.output, Some("png"))?;
     output.check_report(arguments.json)?;
-    ImageFormat::from_path(output.path()).map_err(|e| output.with_given_name(e))?.accept(options.background)?;
+    let (format, encoding) = (ImageFormat::from_path(output.path()), arguments.pictures.encoding.encoding());
+    let format = format.map_err(|e| output.with_given_name(e))?;
+    format.accept(options.background)?;
+    encoding.check(format)?;
     let sheet = sheet_size(options.size)?;
     memory::require("the contact sheet", sheet.pixels() as u64 * size_of::<[f32; 4]>() as u64)?;
     let size = arguments.pictures.rendered(options.size)?;
@@ -74,7 +77,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     studio.announce(&cameras[0], options.size)?;
     let pixels = render_views(arguments, &mut studio, &cameras, sheet)?;
-    Frame::new(sheet, pixels).save(output.path(), options.background)?;
+    Frame::new(sheet, pixels).save_encoded(output.path(), options.background, &encoding, None)?;
     if output.is_standard() {
         return output.finish(output.path());
     }

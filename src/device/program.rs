@@ -3,7 +3,7 @@
 use super::launch::structs;
 use super::{Device, DeviceInfo, cache, sources};
 use crate::error::Error;
-use crate::progress::Building;
+use crate::progress::count_build;
 use opencl3::context::Context;
 use opencl3::device::Device as ClDevice;
 use opencl3::error_codes::ClError;
@@ -144,9 +144,8 @@ impl Programs {
         let mut program =
             Program::create_from_source(&self.context, &text).map_err(|e| self.error("clCreateProgramWithSource", e))?;
         let ids = self.context.devices();
-        let (started, building) = (Instant::now(), Building::begin());
-        let built = program.build(ids, &options);
-        drop(building);
+        let started = Instant::now();
+        let built = count_build(|| program.build(ids, &options));
         tracing::debug!("built {file} in {:.0} ms: {options}", started.elapsed().as_secs_f64() * 1e3);
         let log = program.get_build_log(ids[0]).unwrap_or_default();
         if let Err(e) = built {

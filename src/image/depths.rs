@@ -1,13 +1,9 @@
 //! Depth images.
 
-use super::{Background, Frame, ImageFormat, file};
+use super::{Background, Encoding, Frame};
 use crate::error::Error;
-use crate::memory;
 use crate::viewport::Viewport;
 use std::path::Path;
-
-/// Temporary bytes per pixel while writing: the picture over its background, all channels, and both encoded.
-const BYTES: u64 = 16 + 2 * (16 + 8);
 
 /// Depths of the pixels of a picture, row by row, row 0 at the top.
 ///
@@ -53,6 +49,16 @@ impl Depths {
         &self.first
     }
 
+    /// Fails unless the depths are those of a picture of this size.
+    pub(super) fn check_size(&self, viewport: Viewport) -> Result<(), Error> {
+        if self.viewport == viewport {
+            return Ok(());
+        }
+        let Viewport { width, height, .. } = self.viewport;
+        let problem = format!("depths of {width}x{height} do not fit a picture of {}x{}", viewport.width, viewport.height);
+        Err(Error::Settings { field: "depth", problem })
+    }
+
     /// Mean depth, weighted by the contribution to the pixel's opacity; at least the first depth.
     pub fn mean(&self) -> &[f32] {
         &self.mean
@@ -66,14 +72,6 @@ impl Frame {
     /// # Errors
     /// If the extension is not `.exr`, the depths have another size, or the file cannot be written.
     pub fn save_with_depths(&self, path: impl AsRef<Path>, background: Option<Background>, depths: &Depths) -> Result<(), Error> {
-        let path = path.as_ref();
-        ImageFormat::with_depths(path)?;
-        if depths.viewport != self.viewport {
-            let Viewport { width, height, .. } = depths.viewport;
-            let problem = format!("depths of {width}x{height} do not fit a picture of {}x{}", self.width(), self.height());
-            return Err(Error::Settings { field: "depth", problem });
-        }
-        memory::require("the picture to write", self.pixels().len() as u64 * BYTES)?;
-        file::write_exr(path, &self.standing_on(background), Some(depths))
+        self.save_encoded(path, background, &Encoding::default(), Some(depths))
     }
 }

@@ -11,20 +11,35 @@ pub(super) fn over([r, g, b, a]: [f32; 4], color: [f32; 3]) -> [f32; 4] {
     [on(r, color[0]), on(g, color[1]), on(b, color[2]), 1.0]
 }
 
-/// Converts a premultiplied pixel to 8 bits, over an opaque colour or with straight alpha.
-pub(super) fn displayed(pixel: [f32; 4], background: Background) -> [u8; 4] {
+/// Composites a premultiplied pixel over an opaque colour, or converts it to straight alpha.
+pub(super) fn straight(pixel: [f32; 4], background: Background) -> [f32; 4] {
     let [r, g, b, a] = pixel;
     match background {
-        Background::Color(color) => over(pixel, color).map(byte),
-        Background::Transparent if a >= LEAST_OPACITY => [r / a, g / a, b / a, a].map(byte),
-        Background::Transparent => [0; 4],
+        Background::Color(color) => over(pixel, color),
+        Background::Transparent if a >= LEAST_OPACITY => [r / a, g / a, b / a, a],
+        Background::Transparent => [0.0; 4],
     }
+}
+
+/// Converts a premultiplied pixel to 8 bits, over an opaque colour or with straight alpha.
+pub(super) fn displayed(pixel: [f32; 4], background: Background) -> [u8; 4] {
+    straight(pixel, background).map(byte)
 }
 
 /// Converts 0 … 1 to 0 … 255, rounding halves up. Values outside are clamped; NaN becomes 0.
 fn byte(c: f32) -> u8 {
+    dithered(c, 0.5)
+}
+
+/// Converts 0 … 1 to 0 … 255, rounding up from a fraction of 1 − `threshold`. With thresholds spread evenly over 0 … 1, the mean is exact.
+pub(super) fn dithered(c: f32, threshold: f32) -> u8 {
     // Float-to-integer casts truncate and saturate.
-    c.mul_add(255.0, 0.5) as u8
+    c.mul_add(255.0, threshold) as u8
+}
+
+/// Converts 0 … 1 to 0 … 65535, as [`byte`].
+pub(super) fn word(c: f32) -> u16 {
+    c.mul_add(65_535.0, 0.5) as u16
 }
 
 #[cfg(test)]

@@ -3,9 +3,11 @@
 mod animation;
 mod averaged;
 mod background;
+mod blue_noise;
 mod depths;
 mod display;
 mod file;
+mod format;
 mod metrics;
 mod read;
 pub(crate) mod text;
@@ -14,13 +16,12 @@ pub use crate::files::write_whole;
 pub use animation::{Animation, AnimationFormat};
 pub use background::Background;
 pub use depths::Depths;
-pub use file::ImageFormat;
+pub use format::{BitDepth, Encoding, ImageFormat};
 pub use metrics::Comparison;
 pub use read::read_image;
 pub use text::{draw_text, text_size};
 
 use crate::error::Error;
-use crate::memory;
 use crate::viewport::Viewport;
 use std::borrow::Cow;
 use std::path::Path;
@@ -91,30 +92,44 @@ impl Frame {
         self.pixels.iter().flat_map(|&pixel| display::displayed(pixel, background)).collect()
     }
 
-    /// Writes a `.png`, `.jpg` (8 bits), `.exr` or `.npy` (float32, H×W×4) file atomically. Without a background, `.exr` and `.npy` keep
-    /// alpha, and `.png` and `.jpg` use opaque black.
+    /// Writes a `.png`, `.jpg`, `.tif`, `.webp` (8 bits), `.exr` or `.npy` (float32, H×W×4) file atomically. Without a background, `.exr` and
+    /// `.npy` keep alpha, and the other formats use opaque black.
     ///
     /// # Errors
     /// If the extension is unknown, the file cannot be written, or the background is `Transparent` for a `.jpg`.
     pub fn save(&self, path: impl AsRef<Path>, background: Option<Background>) -> Result<(), Error> {
+        self.save_encoded(path, background, &Encoding::default(), None)
+    }
+
+    /// As [`Frame::save`], with the bits, dithering and resolution of `encoding`, and with depths if given ([`Frame::save_with_depths`]).
+    ///
+    /// ```
+    /// use layersplat::image::{BitDepth, Encoding};
+    /// use layersplat::{Frame, Viewport};
+    ///
+    /// let folder = tempfile::tempdir().expect("a folder");
+    /// let frame = Frame::new(Viewport::new(2, 1)?, vec![[0.25, 0.0, 0.5, 1.0]; 2]);
+    /// let deep = Encoding { bits: Some(BitDepth::Sixteen), ..Encoding::default() };
+    /// frame.save_encoded(folder.path().join("deep.png"), None, &deep, None)?;
+    /// assert!(frame.save_encoded(folder.path().join("deep.jpg"), None, &deep, None).is_err());
+    /// # Ok::<(), layersplat::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Frame::save`], [`Encoding::check`] and [`Frame::save_with_depths`].
+    pub fn save_encoded(
+        &self,
+        path: impl AsRef<Path>,
+        background: Option<Background>,
+        encoding: &Encoding,
+        depths: Option<&Depths>,
+    ) -> Result<(), Error> {
         let path = path.as_ref();
-        let format = ImageFormat::from_path(path)?;
+        let format = if depths.is_some() { ImageFormat::with_depths(path)? } else { ImageFormat::from_path(path)? };
         format.accept(background)?;
-        // Temporary bytes per pixel; EXR is encoded in memory.
-        let bytes = match format {
-            ImageFormat::Png => 4,
-            ImageFormat::Jpeg => 4 + 3,
-            ImageFormat::Npy => 16,
-            ImageFormat::Exr => 16 + 2 * 16,
-        };
-        memory::require("the picture to write", self.pixels.len() as u64 * bytes)?;
-        let displayed = || self.to_rgba8(background.unwrap_or(Background::BLACK));
-        match format {
-            ImageFormat::Png => file::write_png(path, self.viewport, &displayed()),
-            ImageFormat::Jpeg => file::write_jpeg(path, self.viewport, &displayed()),
-            ImageFormat::Exr => file::write_exr(path, &self.standing_on(background), None),
-            ImageFormat::Npy => file::write_npy(path, &self.standing_on(background)),
-        }
+        encoding.check(format)?;
+        depths.map_or(Ok(()), |depths| depths.check_size(self.viewport))?;
+        file::write(path, self, format, background, encoding, depths)
     }
 
     /// The picture over an opaque colour if given, else unchanged.

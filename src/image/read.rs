@@ -8,7 +8,7 @@ use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 use std::io;
 use std::path::Path;
 
-/// Reads a `.png`, `.jpg`, `.exr` or `.npy` picture as premultiplied floats.
+/// Reads a `.png`, `.jpg`, `.tif`, `.webp`, `.exr` or `.npy` picture as premultiplied floats.
 ///
 /// # Errors
 /// If the extension is unknown, or the file cannot be read, is damaged, too large, or has values that are not finite.
@@ -16,6 +16,8 @@ pub fn read_image(path: &Path) -> Result<Frame, Error> {
     match ImageFormat::from_path(path)? {
         ImageFormat::Png => decoded(path, image::ImageFormat::Png),
         ImageFormat::Jpeg => decoded(path, image::ImageFormat::Jpeg),
+        ImageFormat::Tiff => decoded(path, image::ImageFormat::Tiff),
+        ImageFormat::WebP => decoded(path, image::ImageFormat::WebP),
         ImageFormat::Exr => decoded(path, image::ImageFormat::OpenExr),
         ImageFormat::Npy => read_npy(path),
     }

@@ -1,10 +1,11 @@
 //! Progressive accumulation: the mean of frames with different sub-pixel offsets of the rays.
 
 use super::report::FrameReport;
-use super::{Planned, Renderer};
+use super::{Planned, Renderer, StreamedRenderer};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
+use crate::layers::Rays;
 use crate::memory;
 use crate::settings::Settings;
 use crate::viewport::Viewport;
@@ -92,6 +93,29 @@ fn offset(n: u32) -> [f64; 2] {
     [column, row].map(|place| (f64::from(place) + 0.5) / f64::from(GRID) - 0.5)
 }
 
+/// Rays through one of the positions in each pixel.
+#[derive(Clone, Copy)]
+pub(super) struct Jitter([f64; 2]);
+
+impl Jitter {
+    /// Moves rays through the middles of pixels.
+    pub fn apply(self, rays: Rays) -> Rays {
+        rays.through_parts(self.0, GRID)
+    }
+}
+
+impl Accumulation {
+    /// Renders the next frame by `render`, and adds it.
+    fn extend(
+        &mut self,
+        render: impl FnOnce(Viewport, Jitter) -> Result<(Frame, FrameReport), Error>,
+    ) -> Result<FrameReport, Error> {
+        let (frame, report) = render(self.viewport, Jitter(offset(self.frames)))?;
+        self.add(&frame);
+        Ok(report)
+    }
+}
+
 impl Renderer {
     /// Renders the next frame of an accumulation and adds it.
     ///
@@ -103,17 +127,35 @@ impl Renderer {
         settings: &Settings,
         accumulation: &mut Accumulation,
     ) -> Result<FrameReport, Error> {
-        let planned = self.planned_at(camera, accumulation.viewport, settings, offset(accumulation.frames))?;
-        let (frame, report) = self.render_planned(&planned)?;
-        accumulation.add(&frame);
-        Ok(report)
+        accumulation.extend(|viewport, jitter| self.render_jittered(camera, viewport, settings, jitter))
     }
 
-    /// Plans a view whose rays are offset by `pixels`.
-    fn planned_at(&self, camera: &Camera, viewport: Viewport, settings: &Settings, pixels: [f64; 2]) -> Result<Planned, Error> {
+    pub(super) fn render_jittered(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        jitter: Jitter,
+    ) -> Result<(Frame, FrameReport), Error> {
         let field = &self.engine.field;
         let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
-        Planned::new(rays.through_parts(pixels, GRID), viewport, settings, field.grid())
+        let planned = Planned::new(jitter.apply(rays), viewport, settings, field.grid())?;
+        self.render_planned(&planned)
+    }
+}
+
+impl StreamedRenderer<'_> {
+    /// Renders the next frame of an accumulation and adds it.
+    ///
+    /// # Errors
+    /// Those of [`render`](Self::render). The accumulation is then unchanged.
+    pub fn accumulate(
+        &mut self,
+        camera: &Camera,
+        settings: &Settings,
+        accumulation: &mut Accumulation,
+    ) -> Result<FrameReport, Error> {
+        accumulation.extend(|viewport, jitter| self.render_jittered(camera, viewport, settings, Some(jitter)))
     }
 }
 

@@ -6,7 +6,7 @@ use crate::camera::Orbit;
 use crate::device::DeviceChoice;
 use crate::device::launch::VoxelBuffer;
 use crate::layers::Kernel;
-use crate::settings::{Algorithm, Quality};
+use crate::settings::{Algorithm, Blend, Evaluation, Layered, Quality};
 use crate::volume::OpenOptions;
 use glam::DVec3;
 
@@ -225,4 +225,50 @@ fn a_failed_frame_leaves_nothing_to_the_next() {
     });
     assert!(failed.is_err());
     assert_eq!(stages(&mut renderer), alone);
+}
+
+/// Declared bytes above the peak: tables and integrals are declared by their largest size, and not all buffers exist at the same time.
+const DECLARED_MORE: f64 = 1.6;
+
+/// Every buffer of a frame is declared: the device never holds more than the declarations add up to. Sheets are excepted, since the device
+/// counts their splats.
+#[test]
+fn frames_take_what_they_declare() {
+    let (volume, transfer) = hydrogen("40");
+    let viewport = Viewport::new(40, 32).unwrap();
+    let [own, x, two_axes] = [20.0, 80.0, 45.0].map(|azimuth| camera(&volume, viewport, azimuth));
+    let inside = Camera { position: volume.grid().centre(), ..own };
+    let inside = Camera {
+        focal_point: inside.position + DVec3::X,
+        projection: crate::camera::Projection::Perspective { field_of_view: 90.0 },
+        ..inside
+    };
+    let standard = Settings::default();
+    let splats = Layered { classification: Quality::Standard.splatted(), ..Default::default() };
+    let per_pixel = Layered { evaluation: Evaluation::Direct, ..Default::default() };
+    let iso = Settings { blend: Blend::Iso(90.0), ..standard };
+    let cases = [
+        (own, standard),
+        (x, standard),
+        (two_axes, standard),
+        (inside, standard),
+        (x, Quality::High.settings()),
+        (own, splats.into()),
+        (own, per_pixel.into()),
+        (own, Quality::Paper.settings()),
+        (own, Settings { blend: Blend::Maximum, ..standard }),
+        (own, iso),
+        (own, Algorithm::Slicing { step: 0.5 }.into()),
+        (own, Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 }.into()),
+    ];
+    for (camera, settings) in cases {
+        let device = device().with_memory(u64::MAX - 1);
+        let mut renderer = Renderer::new(&device, &volume, &transfer).unwrap();
+        renderer.render(&camera, viewport, &settings).unwrap();
+        let Planned { plan, .. } = renderer.planned(&camera, viewport, &settings).unwrap();
+        let declare = |declaring: &frame::Declaring| Stage::from_plan(&plan, Output::Floats, false, declaring).resources.bytes();
+        let (declared, peak) = (renderer.engine.declaring(viewport, declare).sum, device.peak_bytes());
+        assert!(peak <= declared, "{plan}: {peak} bytes are more than the {declared} declared");
+        assert!(declared as f64 <= DECLARED_MORE * peak as f64, "{plan}: {declared} bytes are declared, and {peak} used");
+    }
 }

@@ -1,5 +1,6 @@
 //! Common interface of all volume renderers: whole, streamed and distributed.
 
+use super::accumulation::Accumulation;
 use super::report::FrameReport;
 use super::streamed::{StreamPlan, StreamedRenderer};
 use super::{Cancel, Renderer};
@@ -86,6 +87,19 @@ pub trait VolumeRenderer<'v> {
     ) -> Result<(Option<Vec<u8>>, FrameReport), Error> {
         let (frame, report) = self.render(camera, viewport, settings)?;
         Ok((frame.map(|frame| frame.to_rgba8(background)), report))
+    }
+
+    /// Renders the next frame of an accumulation and adds it ([`Renderer::accumulate`]).
+    ///
+    /// # Errors
+    /// Those of [`render`](Self::render), and [`Error::NeedsWholeVolume`] for a renderer of several processes.
+    fn accumulate(
+        &mut self,
+        camera: &Camera,
+        settings: &Settings,
+        accumulation: &mut Accumulation,
+    ) -> Result<FrameReport, Error> {
+        self.require_whole("accumulation of frames")?.accumulate(camera, settings, accumulation)
     }
 
     /// Depths of the visible surfaces of a picture; see [`Renderer::depths`].
@@ -234,6 +248,15 @@ impl<'v> VolumeRenderer<'v> for StreamedRenderer<'v> {
 
     fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
         self.plan(camera, viewport, settings)
+    }
+
+    fn accumulate(
+        &mut self,
+        camera: &Camera,
+        settings: &Settings,
+        accumulation: &mut Accumulation,
+    ) -> Result<FrameReport, Error> {
+        self.accumulate(camera, settings, accumulation)
     }
 
     fn render(

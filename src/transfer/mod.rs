@@ -4,6 +4,7 @@ mod automatic;
 mod builtin;
 mod dimming;
 mod format;
+mod grey_ramp;
 mod integrals;
 mod maps;
 mod opacity;

@@ -14,6 +14,7 @@ use layersplat::{Camera, Device, Frame, Quality, Settings, TransferFunction, Vie
 
 /// Not multiples of any number of ranks, and all different.
 const DIMS: [usize; 3] = [23, 19, 26];
+const SEED: u64 = 5;
 /// Rounding of `over` in another order.
 const REASSOCIATED: f64 = 2e-6;
 /// Parts behind an opaque front are not terminated.
@@ -21,7 +22,11 @@ const TERMINATED: f64 = Settings::OPAQUE + REASSOCIATED;
 
 /// All voxels, which every rank has for comparison.
 fn whole() -> Volume<'static> {
-    random_volume(DIMS, DVec3::new(1.0, 1.2, 0.8), 5)
+    whole_of(SEED)
+}
+
+fn whole_of(seed: u64) -> Volume<'static> {
+    random_volume(DIMS, DVec3::new(1.0, 1.2, 0.8), seed)
 }
 
 /// Brick of a rank: a slab along z without ghosts, or a box that another rank's axis divides, with some ghosts.
@@ -37,7 +42,11 @@ fn brick(group: &Group, axis: usize, ghosts: usize) -> Brick {
 
 /// A rank's part of the same voxels.
 fn shared(group: &Group, axis: usize, ghosts: usize) -> Volume<'static> {
-    let (all, brick) = (random_bytes(DIMS, 5), brick(group, axis, ghosts));
+    shared_of(SEED, group, axis, ghosts)
+}
+
+fn shared_of(seed: u64, group: &Group, axis: usize, ghosts: usize) -> Volume<'static> {
+    let (all, brick) = (random_bytes(DIMS, seed), brick(group, axis, ghosts));
     let VoxelBox { first, dims } = brick.held;
     let voxel = |n: usize| {
         let place = [n % dims[0], n / dims[0] % dims[1], n / dims[0] / dims[1]];
@@ -153,6 +162,14 @@ pub fn follow_changes(group: &Group) {
         if let Some((frame, _)) = drawn(&mut together, &camera, size, &settings) {
             let expected = render(&volume, transfer, &camera, size, &settings);
             assert_close(&format!("{settings:?} of {group:?}"), &frame, &expected, REASSOCIATED);
+        }
+    }
+    // Other voxels, in bricks along another axis, and back.
+    for (seed, axis) in [(SEED + 1, 0), (SEED, 2)] {
+        together.set_volume(&shared_of(seed, group, axis, 2)).unwrap();
+        if let Some((frame, _)) = drawn(&mut together, &camera, size, &plain) {
+            let expected = render(&whole_of(seed), &steep, &camera, size, &plain);
+            assert_close(&format!("volume {seed} of {group:?}"), &frame, &expected, REASSOCIATED);
         }
     }
     // Nothing is sent without a change, and bricks that must not be moved for balance stay.

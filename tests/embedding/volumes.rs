@@ -228,6 +228,32 @@ fn two_threads_render_one_field() {
     }
 }
 
+/// The next volume is uploaded while frames of this one are rendered.
+#[test]
+fn a_volume_is_uploaded_while_another_is_rendered() {
+    const FRAMES: usize = 20;
+    let [volume, next] = [3, 4].map(|seed| volume_of(DIMS, SPACING, Voxels::Uint8(values(seed))));
+    let (camera, settings) = (cameras(&volume)[0], Settings::default());
+    let drawn = |renderer: &mut Renderer| renderer.render(&camera, SIZE, &settings).unwrap().0;
+    let expected = [&volume, &next].map(|volume| drawn(&mut Renderer::new(&device(), volume, &smooth_transfer()).unwrap()));
+    assert!(expected[0] != expected[1]);
+    let mut renderer = Renderer::new(&device(), &volume, &smooth_transfer()).unwrap();
+    let start = Barrier::new(2);
+    let uploaded = std::thread::scope(|scope| {
+        let upload = scope.spawn(|| {
+            start.wait();
+            let mut uploaded = UploadedVolume::new(&device(), &next).unwrap();
+            (1..FRAMES).for_each(|_| uploaded = UploadedVolume::new(&device(), &next).unwrap());
+            uploaded
+        });
+        start.wait();
+        (0..FRAMES).for_each(|frame| assert!(drawn(&mut renderer) == expected[0], "frame {frame}"));
+        upload.join().unwrap()
+    });
+    renderer.set_uploaded_volume(&uploaded).unwrap();
+    assert!(drawn(&mut renderer) == expected[1]);
+}
+
 /// A look at voxels on the device warns as one at voxels in memory does.
 #[test]
 fn invalid_voxels_in_place_are_told_once() {

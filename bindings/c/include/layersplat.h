@@ -900,9 +900,9 @@ enum layersplat_status layersplat_render_depths(struct layersplat_renderer *rend
                                                 size_t floats);
 
 /**
- * Writes a picture of layersplat_render_floats() to a file: .png or .jpg (8 bit), .exr or .npy (float32). `background` is an opaque
- * colour (three floats, 0 to 1), or null to keep alpha. `floats` is 4 * width * height. The file is written completely or not at
- * all.
+ * Writes a picture of layersplat_render_floats() to a file: .png, .jpg, .tif or .webp (8 bit), .exr or .npy (float32).
+ * `background` is an opaque colour (three floats, 0 to 1), or null to keep alpha. `floats` is 4 * width * height. The file is
+ * written completely or not at all.
  */
 enum layersplat_status layersplat_save(const float *pixels,
                                        size_t floats,
@@ -929,6 +929,13 @@ enum layersplat_status layersplat_renderer_new(const struct layersplat_device *d
  */
 enum layersplat_status layersplat_renderer_set_transfer(struct layersplat_renderer *renderer,
                                                         const struct layersplat_transfer *transfer);
+
+/**
+ * Replaces the volume, effective from the next frame. Size, type and range may differ. The volume may be freed afterwards. If memory
+ * is insufficient, the renderer may have no volume: frames then return an error until a volume is set.
+ */
+enum layersplat_status layersplat_renderer_set_volume(struct layersplat_renderer *renderer,
+                                                      const struct layersplat_volume *volume);
 
 /**
  * Sets the time limit per frame in seconds, effective from the next frame; 0: no limit. A frame that exceeds it returns

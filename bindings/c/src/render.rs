@@ -114,9 +114,9 @@ pub unsafe extern "C" fn layersplat_render_depths(
     })
 }
 
-/// Writes a picture of layersplat_render_floats() to a file: .png or .jpg (8 bit), .exr or .npy (float32). `background` is an opaque
-/// colour (three floats, 0 to 1), or null to keep alpha. `floats` is 4 * width * height. The file is written completely or not at
-/// all.
+/// Writes a picture of layersplat_render_floats() to a file: .png, .jpg, .tif or .webp (8 bit), .exr or .npy (float32).
+/// `background` is an opaque colour (three floats, 0 to 1), or null to keep alpha. `floats` is 4 * width * height. The file is
+/// written completely or not at all.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_save(
     pixels: *const f32,

@@ -87,6 +87,17 @@ pub unsafe extern "C" fn layersplat_renderer_set_transfer(renderer: *mut Rendere
     })
 }
 
+/// Replaces the volume, effective from the next frame. Size, type and range may differ. The volume may be freed afterwards. If memory
+/// is insufficient, the renderer may have no volume: frames then return an error until a volume is set.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn layersplat_renderer_set_volume(renderer: *mut Renderer, volume: *const Volume) -> Status {
+    guard(|| {
+        // SAFETY: upheld by the caller, here and below.
+        let volume = unsafe { borrowed(volume, "volume") }?;
+        unsafe { with(renderer, |renderer| Ok(renderer.set_volume(&volume.0)?)) }
+    })
+}
+
 /// Sets the time limit per frame in seconds, effective from the next frame; 0: no limit. A frame that exceeds it returns
 /// LAYERSPLAT_STATUS_TOO_LONG before its next kernel; a running kernel is not interrupted. Enqueued frames are not limited. To end a
 /// frame from another thread, use layersplat_cancel_frames().

@@ -60,6 +60,28 @@ fn a_streamed_volume_has_the_same_picture() {
     assert!(scene.floats(null()) == expected);
 }
 
+/// By a renderer that streams, and by one that holds the whole volume.
+#[test]
+fn another_volume_replaces_the_first() {
+    let other = Scene::open(&format!("builtin:marschner-lobb@{}", SIDE / 2));
+    for budget in [None, Some(BUDGET)] {
+        let mut scene = scene();
+        let mut expected = Scene::open(&format!("builtin:marschner-lobb@{}", SIDE / 2));
+        if let Some(bytes) = budget {
+            with_budget(&mut scene, bytes);
+        }
+        assert!(scene.floats(null()).iter().any(|&x| x > 0.1));
+        // SAFETY: all arguments are alive.
+        unsafe {
+            ok(layersplat_renderer_set_volume(scene.renderer, other.volume));
+            ok(layersplat_renderer_set_transfer(expected.renderer, scene.transfer));
+            expected.camera = scene.camera;
+            refused(layersplat_renderer_set_volume(scene.renderer, null()), Status::NullArgument);
+        }
+        assert!(scene.floats(null()) == expected.floats(null()), "{budget:?}");
+    }
+}
+
 #[test]
 fn calls_that_need_the_whole_volume_are_rejected() {
     let mut scene = scene();

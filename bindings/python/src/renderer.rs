@@ -227,6 +227,21 @@ impl Renderer {
         Ok(Event::new(event))
     }
 
+    /// Replaces the volume, from the next frame on: a Volume, or anything that Volume() takes. Shape, type and range may differ.
+    ///
+    /// Raises OutOfMemory if device memory is insufficient; the renderer may then have no volume until one is set.
+    fn set_volume(&self, volume: &Bound<PyAny>) -> Result<()> {
+        let made;
+        let ours = match volume.cast::<Volume>() {
+            Ok(volume) => volume.get().ours().clone(),
+            Err(_) => {
+                made = Volume::from_data(volume)?;
+                made.ours().clone()
+            }
+        };
+        self.shared.interruptible(volume.py(), move |renderer| renderer.set_volume(&ours))
+    }
+
     /// Builds the kernels, tables and layouts that pictures with these settings need, for every view direction, and waits for them.
     #[pyo3(signature = (camera, size, settings = None))]
     fn prepare(

@@ -74,6 +74,19 @@ def test_a_volume_that_fits_stays_on_the_device(array, transfer):
     assert renderer.stream_plan(camera, SIZE)["lattices"][0]["parts"] == 1
 
 
+@pytest.mark.parametrize("is_streamed", [False, True])
+def test_another_volume_replaces_the_first(large, faint, is_streamed):
+    renderer = layersplat.Renderer(large, faint, device=limited() if is_streamed else None)
+    camera = renderer.camera(SIZE)
+    before = renderer.render(camera, SIZE)
+    other = np.flip(np.asarray(large), axis=0)[::2].copy()
+    renderer.set_volume(other)
+    expected = layersplat.Renderer(other, faint).render(camera, SIZE)
+    assert np.array_equal(renderer.render(camera, SIZE), expected) and not np.array_equal(before, expected)
+    with pytest.raises(layersplat.Error):
+        renderer.set_volume("no such volume")
+
+
 def test_calls_that_need_the_whole_volume_are_rejected(large, faint):
     renderer = layersplat.Renderer(large, faint, device=limited())
     camera = renderer.camera(SIZE)

@@ -1,8 +1,10 @@
 //! Options shared by several subcommands.
 
+mod encoding;
 mod quality;
 mod volume;
 
+pub(super) use encoding::EncodingOptions;
 pub(super) use quality::QualityOptions;
 pub(super) use volume::{FileOptions, LevelChoice, VolumeOptions};
 
@@ -20,7 +22,7 @@ use std::path::PathBuf;
 #[derive(Args)]
 #[command(next_help_heading = "Transfer function")]
 pub(super) struct TransferOptions {
-    /// Name or file of the transfer function, see below [default: from the histogram; with --window: grey]
+    /// Name or file of the transfer function, see below [default: from the histogram; for --blend maximum, minimum and average, and with --window: grey]
     #[arg(long, value_name = "FILE|NAME")]
     pub transfer: Option<PathBuf>,
     /// Stretch the transfer function to this range of data values

@@ -8,6 +8,7 @@ use super::scene::{describe, open_transfer};
 use super::standard::Output;
 use crate::error::Error;
 use crate::image::{ImageFormat, write_whole};
+use crate::settings::Blend;
 use crate::transfer::{FileFormat, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
@@ -67,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         target.as_ref().map(|target| Content::from_path(target.path()).map_err(|e| target.with_given_name(e))).transpose()?;
     target.as_ref().map_or(Ok(()), |target| target.check_report(arguments.json))?;
     let volume = arguments.volume.open(None, None)?;
-    let transfer = open_transfer(&arguments.transfer, &volume)?;
+    let transfer = open_transfer(&arguments.transfer, &volume, Blend::Composite)?;
     if let (Some(target), Some(content)) = (&target, content) {
         content.write(target.path(), &transfer, &volume, arguments.size)?;
         if target.is_standard() {

@@ -3,7 +3,7 @@
 use super::{other, rgb};
 use crate::image::Background;
 use crate::viewport::Viewport;
-use png::{BitDepth, ColorType, Encoder};
+use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent};
 use std::fs::File;
 use std::io;
 
@@ -19,6 +19,7 @@ impl Writer {
         let mut encoder = Encoder::new(file, viewport.width, viewport.height);
         encoder.set_color(if opaque { ColorType::Rgb } else { ColorType::Rgba });
         encoder.set_depth(BitDepth::Eight);
+        encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
         // 0 loops forever.
         encoder.set_animated(frames, 0).map_err(other)?;
         encoder.set_frame_delay(1, rate as u16).map_err(other)?;

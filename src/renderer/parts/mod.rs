@@ -145,6 +145,15 @@ impl PartRenderer {
         self.engine.set_transfer_function(transfer);
     }
 
+    /// Replaces the part, from the next call on, also by one of another volume. If the voxel type is unchanged, no device program is
+    /// rebuilt.
+    ///
+    /// # Errors
+    /// As [`Renderer::set_volume`](crate::Renderer::set_volume).
+    pub fn set_part(&mut self, part: &VolumePart) -> Result<(), Error> {
+        self.engine.replace_field(&part.held())
+    }
+
     /// Limits the time of compositing and finishing, as [`Renderer::limit`](crate::Renderer::limit).
     pub fn limit(&mut self, longest: Option<Duration>) {
         self.engine.limits.longest = longest;

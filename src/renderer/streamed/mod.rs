@@ -5,8 +5,10 @@ mod plan;
 
 pub use plan::{StreamPlan, StreamedLattice};
 
+use super::accumulation::Jitter;
 use super::classification::TableSizes;
-use super::frame::{Bytes, Engine, Frame as Declared, Mode, Stage, Step};
+use super::field::FieldShape;
+use super::frame::{Declaring, Engine, Frame as Declared, Mode, Output, Stage, Step};
 use super::picture::{Finished, Share};
 use super::plan::Plan;
 use super::range::LayerRange;
@@ -166,7 +168,19 @@ impl<'v> StreamedRenderer<'v> {
     /// [`Error::MemoryBudget`] and [`Error::DeviceMemory`], with the least memory required: if not even one layer and its
     /// neighbours fit beside the other resources of a frame, or if the view cannot be streamed and the whole volume does not fit.
     pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+        self.render_jittered(camera, viewport, settings, None)
+    }
+
+    /// Renders a picture whose rays are moved within their pixels.
+    pub(super) fn render_jittered(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        jitter: Option<Jitter>,
+    ) -> Result<(Frame, FrameReport), Error> {
         let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, settings)?;
+        let rays = jitter.map_or(rays, |jitter| jitter.apply(rays));
         let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
         let streamed = self.streamed(plan, rays, viewport, seen)?;
         let others = self.others();
@@ -175,12 +189,12 @@ impl<'v> StreamedRenderer<'v> {
             Err(whole) => self.require_whole(whole, viewport).map(|()| false)?,
         };
         // Cached data of earlier frames may leave too little memory: retry without them.
-        let rendered = match if in_parts { None } else { Some(self.render_whole(camera, viewport, settings)) } {
+        let rendered = match if in_parts { None } else { Some(self.render_whole(camera, viewport, settings, jitter)) } {
             Some(Err(Error::MemoryBudget { .. } | Error::OutOfDeviceMemory { .. })) | None => {
                 self.kept = None;
                 match &streamed {
                     Ok(streamed) => self.draw(streamed, viewport),
-                    Err(_) => self.render_whole(camera, viewport, settings),
+                    Err(_) => self.render_whole(camera, viewport, settings, jitter),
                 }
             }
             Some(rendered) => rendered,
@@ -213,9 +227,18 @@ impl<'v> StreamedRenderer<'v> {
     }
 
     /// Renders with all voxels on the device, and keeps the renderer for the next frame.
-    fn render_whole(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
+    fn render_whole(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        jitter: Option<Jitter>,
+    ) -> Result<(Frame, FrameReport), Error> {
         let mut renderer = self.whole_renderer()?;
-        let rendered = renderer.render(camera, viewport, settings);
+        let rendered = match jitter {
+            None => renderer.render(camera, viewport, settings),
+            Some(jitter) => renderer.render_jittered(camera, viewport, settings, jitter),
+        };
         self.kept = Some(renderer);
         rendered
     }
@@ -359,15 +382,21 @@ impl<'v> StreamedRenderer<'v> {
         self.device.taken_bytes().saturating_sub(self.own)
     }
 
-    /// Rejects a plan that needs the whole volume if that does not fit together with a picture.
+    /// Rejects a plan that needs the whole volume if that does not fit together with the other resources of the frame.
     fn require_whole(&self, plan: &Plan, viewport: Viewport) -> Result<(), Error> {
-        let (voxels, picture) = (self.volume_bytes(), (viewport.pixels() * size_of::<[f32; 4]>()) as u64);
-        let (needed, limits) = (Bytes { sum: voxels + picture, largest: voxels.max(picture) }, self.memory_limits());
+        let tables = TableSizes::new(&self.transfer, self.volume.description());
+        let shape = FieldShape::new(self.volume.description(), self.grid.dims());
+        let declaring = Declaring { shape, tables: &tables, tuning: self.device.tuning(), viewport };
+        let (needed, limits) =
+            (Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes(), self.memory_limits());
         if limits.fits(needed) {
             return Ok(());
         }
-        let what =
-            format!("this view ({plan}), which needs the whole volume at once because only layers on a lattice can be streamed,");
+        // The device counts the splats of sheets, so the size of their lists is not known before.
+        let unknown = if matches!(plan, Plan::AxisSheets(_) | Plan::ViewSheets(_)) { ", and more for its splats" } else { "" };
+        let what = format!(
+            "this view ({plan}), which needs the whole volume at once because only layers on a lattice can be streamed{unknown},"
+        );
         Err(plan::out_of_memory(&self.device, &what, needed, limits))
     }
 }
