@@ -3,6 +3,7 @@
 use super::parse;
 use crate::error::Error;
 use crate::image::{Comparison, read_image};
+use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -23,6 +24,14 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+#[derive(Serialize)]
+struct Report {
+    #[serde(flatten)]
+    comparison: Comparison,
+    /// Of both pictures.
+    roughness: [Option<f64>; 2],
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let (a, b) = (read_image(&arguments.a)?, read_image(&arguments.b)?);
     let comparison = a.compare(&b).ok_or_else(|| Error::Image {
@@ -36,7 +45,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             a.height()
         ),
     })?;
-    super::report(arguments.json, &comparison, || text(&comparison))?;
+    let report = Report { comparison, roughness: [a.roughness(), b.roughness()] };
+    super::report(arguments.json, &report, || text(&comparison))?;
     let too_far = arguments.max_difference.is_some_and(|limit| comparison.max_difference > limit)
         || arguments.min_psnr.is_some_and(|limit| comparison.psnr.is_some_and(|psnr| psnr < limit));
     Ok(ExitCode::from(u8::from(too_far)))

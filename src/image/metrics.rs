@@ -45,9 +45,58 @@ impl Comparison {
     }
 }
 
+/// Distance from the silhouette, in pixels, from which the roughness is measured.
+const FROM_SILHOUETTE: usize = 2;
+/// Opacity above which a pixel is covered.
+const COVERED: f32 = 0.5;
+
+/// Luminance of red, green and blue (Rec. ITU-R BT.709).
+fn luminance([r, g, b, _]: [f32; 4]) -> f64 {
+    0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
+}
+
+/// Roughness of a picture `width` pixels wide; see [`Frame::roughness`](super::Frame::roughness).
+pub(super) fn roughness(pixels: &[[f32; 4]], width: usize) -> Option<f64> {
+    let height = pixels.len() / width;
+    let at = |x: usize, y: usize| pixels[y * width + x];
+    let is_inside = |x: usize, y: usize| {
+        let (columns, rows) = (x - FROM_SILHOUETTE..=x + FROM_SILHOUETTE, y - FROM_SILHOUETTE..=y + FROM_SILHOUETTE);
+        rows.into_iter().all(|y| columns.clone().all(|x| at(x, y)[3] > COVERED))
+    };
+    let (mut sum, mut count) = (0.0, 0u32);
+    for y in FROM_SILHOUETTE..height.saturating_sub(FROM_SILHOUETTE) {
+        for x in (FROM_SILHOUETTE..width.saturating_sub(FROM_SILHOUETTE)).filter(|&x| is_inside(x, y)) {
+            let around = [at(x - 1, y), at(x + 1, y), at(x, y - 1), at(x, y + 1)].map(luminance);
+            sum += (4.0 * luminance(at(x, y)) - around.iter().sum::<f64>()).powi(2);
+            count += 1;
+        }
+    }
+    (count > 0).then(|| 1e3 * (sum / f64::from(count)).sqrt())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A picture of 9 × 8 opaque grey pixels, and 3 columns that are not covered.
+    fn grey(shade: impl Fn(usize, usize) -> f32) -> Vec<[f32; 4]> {
+        let pixel = |n: usize| {
+            let shade = shade(n % 12, n / 12);
+            if n % 12 < 9 { [shade, shade, shade, 1.0] } else { [0.9, 0.0, 0.9, 0.4] }
+        };
+        (0..96).map(pixel).collect()
+    }
+
+    #[test]
+    fn roughness_of_known_pictures() {
+        let found = |shade: fn(usize, usize) -> f32| roughness(&grey(shade), 12);
+        assert!(found(|x, y| 0.01 * x as f32 + 0.02 * y as f32).unwrap() < 1e-3, "a gradient is smooth");
+        let board = found(|x, y| 0.25 * ((x + y) % 2) as f32).unwrap();
+        assert!((board - 1000.0).abs() < 1e-3, "every pixel differs from four others by a quarter: {board}");
+        let edge = found(|x, _| if x < 4 { 0.0 } else { 0.5 }).unwrap();
+        assert!((edge - 500.0 * (2.0f64 / 5.0).sqrt()).abs() < 1e-3, "two of the five columns two pixels from all edges: {edge}");
+        assert_eq!(roughness(&[[1.0; 4]; 16], 4), None, "no pixel is that far from the border");
+    }
 
     #[test]
     fn closed_forms() {

@@ -208,6 +208,29 @@ typedef enum layersplat_kernel {
 } layersplat_kernel;
 
 /**
+ * Estimation of the gradients for shading and gradient opacity.
+ */
+typedef enum layersplat_gradient {
+  /**
+   * The derivative of the kernel where that is continuous, else central differences.
+   */
+  LAYERSPLAT_GRADIENT_AUTOMATIC = 0,
+  /**
+   * Central differences of the voxels. Not with the B-spline.
+   */
+  LAYERSPLAT_GRADIENT_CENTRAL = 1,
+  /**
+   * Central differences that are smoothed across their direction, which hides terraces and noise. Not with the B-spline or the
+   * Gaussian.
+   */
+  LAYERSPLAT_GRADIENT_SOBEL = 2,
+  /**
+   * The derivative of the kernel. Catmull-Rom spline and B-spline only.
+   */
+  LAYERSPLAT_GRADIENT_OWN = 3,
+} layersplat_gradient;
+
+/**
  * How the values along a ray are combined.
  */
 typedef enum layersplat_blend {
@@ -509,6 +532,10 @@ typedef struct layersplat_settings {
    * Clipping planes. The side behind any of them is hidden.
    */
   struct layersplat_plane planes[6];
+  /**
+   * A layersplat_gradient, for layers that are not splatted and for ray casting.
+   */
+  int32_t gradient;
 } layersplat_settings;
 
 /**

@@ -1,7 +1,7 @@
 //! Enums of the C API. C passes them as integers of any value; unknown values are rejected.
 
 use crate::boundary::Failure;
-use layersplat::{Kernel, Quality, volume};
+use layersplat::{GradientEstimator, Kernel, Quality, volume};
 
 /// Type of a voxel.
 #[repr(C)]
@@ -67,6 +67,21 @@ pub enum KernelChoice {
     Gaussian = 5,
 }
 
+/// Estimation of the gradients for shading and gradient opacity.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub enum GradientChoice {
+    /// The derivative of the kernel where that is continuous, else central differences.
+    Automatic = 0,
+    /// Central differences of the voxels. Not with the B-spline.
+    Central = 1,
+    /// Central differences that are smoothed across their direction, which hides terraces and noise. Not with the B-spline or the
+    /// Gaussian.
+    Sobel = 2,
+    /// The derivative of the kernel. Catmull-Rom spline and B-spline only.
+    Own = 3,
+}
+
 /// How the values along a ray are combined.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -120,6 +135,7 @@ from_number!(VoxelType, "voxel type", Uint8 Int8 Uint16 Int16 Float32);
 from_number!(QualityChoice, "quality", Draft Standard High Paper);
 from_number!(AlgorithmChoice, "algorithm", Layered AxisSheets ViewSheets Slicing Raycast);
 from_number!(KernelChoice, "kernel", Automatic Cubic Linear CatmullRom Bspline Gaussian);
+from_number!(GradientChoice, "gradient", Automatic Central Sobel Own);
 from_number!(BlendChoice, "blend mode", Composite Maximum Minimum Average Iso);
 from_number!(ProjectionChoice, "projection", Parallel Perspective);
 from_number!(PixelFormat, "pixel format", Rgba8 Floats);
@@ -143,6 +159,18 @@ impl From<QualityChoice> for Quality {
             QualityChoice::Standard => Self::Standard,
             QualityChoice::High => Self::High,
             QualityChoice::Paper => Self::Paper,
+        }
+    }
+}
+
+impl GradientChoice {
+    /// `None` means that of the kernel.
+    pub(crate) fn estimator(self) -> Option<GradientEstimator> {
+        match self {
+            GradientChoice::Automatic => None,
+            GradientChoice::Central => Some(GradientEstimator::Central),
+            GradientChoice::Sobel => Some(GradientEstimator::Sobel),
+            GradientChoice::Own => Some(GradientEstimator::Own),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Render settings.
 
 use crate::boundary::{Failure, Out, guard};
-use crate::{AlgorithmChoice, BlendChoice, KernelChoice, QualityChoice, Status};
+use crate::{AlgorithmChoice, BlendChoice, GradientChoice, KernelChoice, QualityChoice, Status};
 use layersplat::glam::DVec3;
 use layersplat::settings::{self, Algorithm, Blend, ClipPlane, Clipping, CropBox, GradientOpacity, Layered, Lights, Shading};
 use layersplat::{Kernel, Quality};
@@ -79,6 +79,8 @@ pub struct Settings {
     pub crop_highest: [f64; 3],
     /// Clipping planes. The side behind any of them is hidden.
     pub planes: [Plane; 6],
+    /// A layersplat_gradient, for layers that are not splatted and for ray casting.
+    pub gradient: i32,
 }
 
 /// Size in bytes of the first version of the struct, which is this one. Later versions append fields and still accept this size.
@@ -111,6 +113,7 @@ fn from_quality(quality: QualityChoice) -> Settings {
         crop_lowest: [0.0; 3],
         crop_highest: [0.0; 3],
         planes: [Plane::default(); 6],
+        gradient: GradientChoice::Automatic as i32,
     }
 }
 
@@ -168,6 +171,7 @@ impl Settings {
             },
             clipping: Clipping { crop, ..Clipping::default() }.with_planes(planes.iter().map(plane)),
             shading: self.shading()?,
+            gradient: GradientChoice::from_number(self.gradient)?.estimator(),
             gradient_opacity: self.gradient_opacity()?,
             early_termination: flag("early_termination", self.early_termination)?,
             unit_distance: (self.unit_distance != 0.0).then_some(self.unit_distance),

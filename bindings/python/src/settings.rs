@@ -9,7 +9,7 @@ use layersplat::settings::{
     Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, GradientOpacity, LayerAxis, Layered, Light,
     Lights, Shading,
 };
-use layersplat::{Axis, Density, Kernel, Quality, Settings as Ours, transfer::Extinction};
+use layersplat::{Axis, Density, GradientEstimator, Kernel, Quality, Settings as Ours, transfer::Extinction};
 use pyo3::Borrowed;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -23,7 +23,8 @@ use std::collections::BTreeMap;
 /// to 16; layer_axis, auto, x, y or z. step: for slicing and raycast, in units of the smallest spacing. sheet_distance: for
 /// view-sheets, 0.125 to 4 voxels. blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of
 /// ambient, diffuse, specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, or
-/// (direction, strength); light is one of these, or a list of up to four. gradient_opacity: up to eight points (magnitude, factor): the
+/// (direction, strength); light is one of these, or a list of up to four. gradient: central, sobel or own, for layered and raycast; None
+/// is that of the kernel. gradient_opacity: up to eight points (magnitude, factor): the
 /// opacity factor at a gradient magnitude in values per world unit. crop: ((x, y, z), (x, y, z)), the lowest and the highest visible
 /// voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal points to is shown.
 /// unit_distance: thickness in world units at which the opacities apply, by default the smallest spacing. extinction: exponential or
@@ -90,12 +91,12 @@ impl Settings {
     #[pyo3(
         signature = (
             quality = None, *, algorithm = Argument::Default("layered".into()), kernel = None, samples_per_layer = None, density = None,
-            layer_axis = None, step = None, sheet_distance = None, blend = None, shading = None, gradient_opacity = None, crop = None,
+            layer_axis = None, step = None, sheet_distance = None, blend = None, shading = None, gradient = None, gradient_opacity = None, crop = None,
             planes = None, unit_distance = None, extinction = Argument::Default("exponential".into()),
             early_termination = Argument::Default(true),
         ),
         text_signature = "(quality=None, *, algorithm='layered', kernel=None, samples_per_layer=None, density=None, layer_axis=None, \
-            step=None, sheet_distance=None, blend=None, shading=None, gradient_opacity=None, crop=None, planes=None, unit_distance=None, \
+            step=None, sheet_distance=None, blend=None, shading=None, gradient=None, gradient_opacity=None, crop=None, planes=None, unit_distance=None, \
             extinction='exponential', early_termination=True)"
     )]
     #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
@@ -110,6 +111,7 @@ impl Settings {
         sheet_distance: Option<Argument<f64>>,
         blend: Option<Argument<BlendName>>,
         shading: Option<Argument<Lighting<'_>>>,
+        gradient: Option<Argument<String>>,
         gradient_opacity: Option<Argument<Vec<(f64, f64)>>>,
         crop: Option<Argument<[[f64; 3]; 2]>>,
         planes: Option<Argument<Vec<[[f64; 3]; 2]>>>,
@@ -118,7 +120,7 @@ impl Settings {
         early_termination: Argument<bool>,
     ) -> Result<Self> {
         extract!(quality, algorithm, kernel, samples_per_layer, density, layer_axis, step, sheet_distance);
-        extract!(blend, shading, gradient_opacity, crop, planes, unit_distance, extinction, early_termination);
+        extract!(blend, shading, gradient, gradient_opacity, crop, planes, unit_distance, extinction, early_termination);
         let (quality, kernel, layer_axis) = (quality.as_deref(), kernel.as_deref(), layer_axis.as_deref());
         let options = AlgorithmOptions { quality, kernel, samples_per_layer, density, layer_axis, step, sheet_distance };
         Ok(Self(Ours {
@@ -130,6 +132,7 @@ impl Settings {
                 other => return Err(unknown("extinction", other, "exponential or linear")),
             },
             shading: shading.map_or(Ok(Some(Shading::default())), Lighting::shading)?,
+            gradient: gradient.as_deref().map(estimator).transpose()?,
             gradient_opacity: gradient_opacity.map(|points| GradientOpacity::new(&points)).transpose()?,
             early_termination,
             unit_distance,
@@ -155,6 +158,10 @@ impl Settings {
         }
         Ok(format!("layersplat.Settings({})", shown.join(", ")))
     }
+}
+
+fn estimator(name: &str) -> Result<GradientEstimator> {
+    name.parse().map_err(|_| unknown("gradient", name, "central, sobel or own"))
 }
 
 impl BlendName {

@@ -22,6 +22,9 @@ pub fn arguments<'py>(py: Python<'py>, settings: &Settings) -> PyResult<Bound<'p
         Some(numbers) => arguments.set_item("shading", shading(py, &numbers)?)?,
         None => arguments.set_item("shading", false)?,
     }
+    if let Some(gradient) = settings.gradient {
+        arguments.set_item("gradient", gradient.name())?;
+    }
     if let Some(gradient_opacity) = &settings.gradient_opacity {
         arguments.set_item("gradient_opacity", gradient_opacity.points())?;
     }
