@@ -10,7 +10,7 @@ use layersplat::settings::{
 };
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Endian, Grid, ScalarType};
-use layersplat::{Background, Correction, Density, Settings, TransferFunction, Volume};
+use layersplat::{Background, Correction, Density, GradientEstimator, Settings, TransferFunction, Volume};
 
 /// An option with its prerequisites.
 pub struct Row {
