@@ -357,11 +357,19 @@ fn annotations_are_added_to_the_picture() {
     let f = folder.path();
     let bare = picture(f, "--size 200x160 --fit visible");
     for options in ["--legend", "--box", "--axes", "--legend --units HU --length-units mm"] {
-        let annotated = picture(f, &format!("--size 200x160 --fit visible {options}"));
+        let annotated = picture(f, &format!("--size 200x160 --fit visible --legend-place over {options}"));
         let differing = annotated.pixels().iter().zip(bare.pixels()).filter(|(a, b)| a != b).count();
         assert!((50..16_000).contains(&differing), "{options}: {differing}");
     }
     refused(f, &["render", NAME, "--units", "HU"], 2, &["--legend"]);
+    // Beside the volume, they leave the smaller picture as it is: the legend a column, the axes a strip below.
+    let small = picture(f, "--size 100x160 --fit visible");
+    let beside = picture(f, "--size 200x160 --fit visible --legend");
+    let inset = |beside: &Frame, small: &Frame| {
+        let rows = beside.pixels().chunks_exact(beside.width() as usize).zip(small.pixels().chunks_exact(small.width() as usize));
+        rows.into_iter().all(|(beside, small)| beside[..small.len()] == *small)
+    };
+    assert!(inset(&beside, &small) && !inset(&picture(f, "--size 200x160 --fit visible --legend --legend-place over"), &small));
     // A bounding box of size 0.
     done(f, "render builtin:cube@1 --box --legend --axes --size 100x80 -o one.png");
     let paths: Vec<PathBuf> = ["a.png", "b.png"].map(|name| f.join(name)).into();

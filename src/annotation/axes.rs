@@ -1,7 +1,8 @@
 //! World axes, drawn as arrows in a corner.
 
-use super::canvas::Canvas;
+use super::canvas::{Canvas, scale};
 use super::screen::Screen;
+use crate::viewport::Viewport;
 use glam::{DVec2, DVec3};
 
 /// Length of an axis parallel to the screen, in pixels at scale 1.
@@ -15,10 +16,23 @@ const AXES: [(DVec3, &str, [u8; 3]); 3] =
 /// Least projected length of an axis with an arrowhead, relative to its length.
 const SHORT: f64 = 0.12;
 
-pub(super) fn draw(screen: &Screen, canvas: &mut Canvas) {
+/// Size of axes that have room of their own, which a picture loses, relative to those over the picture.
+const BESIDE: f64 = 0.75;
+
+/// Height of the strip at the lower edge that the axes take.
+pub(super) fn room(size: Viewport) -> f64 {
+    2.0 * MARGIN * BESIDE * unit(size)
+}
+
+/// Pixels at scale 1. Small pictures get proportionally smaller axes.
+fn unit(size: Viewport) -> f64 {
+    f64::from(scale(size)) * (f64::from(size.width.min(size.height)) / SMALL).min(1.0)
+}
+
+/// Draws the axes, smaller ones if they are `beside` the picture.
+pub(super) fn draw(screen: &Screen, beside: bool, canvas: &mut Canvas) {
     let viewport = canvas.viewport();
-    // Small pictures get proportionally smaller axes.
-    let scale = f64::from(canvas.scale()) * (f64::from(viewport.width.min(viewport.height)) / SMALL).min(1.0);
+    let scale = unit(viewport) * if beside { BESIDE } else { 1.0 };
     let origin = DVec2::new(MARGIN * scale, f64::from(viewport.height) - MARGIN * scale);
     let basis = screen.basis();
     let mut axes = AXES.map(|(axis, name, color)| {

@@ -11,6 +11,8 @@ use glam::DVec2;
 pub(super) struct Canvas {
     pixels: Vec<u8>,
     viewport: Viewport,
+    /// Part of the canvas, from its upper left corner, that lines and areas are clipped to.
+    clip: Viewport,
     ink: [u8; 3],
     halo: [u8; 3],
 }
@@ -30,13 +32,17 @@ impl Canvas {
             Background::Transparent => false,
         };
         let (ink, halo) = if light { (DARK, LIGHT) } else { (LIGHT, DARK) };
-        Ok(Self { pixels: memory::zeroed("annotations", viewport.pixels() * 4)?, viewport, ink, halo })
+        Ok(Self { pixels: memory::zeroed("annotations", viewport.pixels() * 4)?, viewport, clip: viewport, ink, halo })
     }
 
     /// Integer scale of all sizes, at least 1.
     pub fn scale(&self) -> u32 {
-        let shorter = self.viewport.width.min(self.viewport.height);
-        ((shorter + SCALE / 2) / SCALE).max(1)
+        scale(self.viewport)
+    }
+
+    /// Clips the following lines and areas to the upper left part of this size.
+    pub fn clip(&mut self, clip: Viewport) {
+        self.clip = clip;
     }
 
     pub fn viewport(&self) -> Viewport {
@@ -69,7 +75,7 @@ impl Canvas {
         }
         let reach = widths[0].max(widths[1]) / 2.0 + 1.0;
         let (lo, hi) = (from.min(to) - reach, from.max(to) + reach);
-        let (columns, rows) = (clipped(lo.x, hi.x, self.viewport.width), clipped(lo.y, hi.y, self.viewport.height));
+        let (columns, rows) = (clipped(lo.x, hi.x, self.clip.width), clipped(lo.y, hi.y, self.clip.height));
         let along = to - from;
         let length = along.length_squared();
         for y in rows {
@@ -86,7 +92,7 @@ impl Canvas {
 
     /// Fills a rectangle; its edges may lie within pixels.
     pub fn area(&mut self, from: DVec2, to: DVec2, color: [u8; 3], opacity: f64) {
-        let (columns, rows) = (clipped(from.x, to.x, self.viewport.width), clipped(from.y, to.y, self.viewport.height));
+        let (columns, rows) = (clipped(from.x, to.x, self.clip.width), clipped(from.y, to.y, self.clip.height));
         let share = |n: u32, lo: f64, hi: f64| (hi.min(f64::from(n) + 1.0) - lo.max(f64::from(n))).clamp(0.0, 1.0);
         for y in rows {
             for x in columns.clone() {
@@ -122,9 +128,20 @@ impl Canvas {
 
     /// Size of text in pixels.
     pub fn text_size(&self, text: &str) -> DVec2 {
-        let [width, height] = text_size(text, self.scale());
-        DVec2::new(width.into(), height.into())
+        measured(self.viewport, text)
     }
+}
+
+/// Integer scale of all sizes in a picture of this size, at least 1.
+pub(super) fn scale(viewport: Viewport) -> u32 {
+    let shorter = viewport.width.min(viewport.height);
+    ((shorter + SCALE / 2) / SCALE).max(1)
+}
+
+/// Size in pixels of text in a picture of this size.
+pub(super) fn measured(viewport: Viewport, text: &str) -> DVec2 {
+    let [width, height] = text_size(text, scale(viewport));
+    DVec2::new(width.into(), height.into())
 }
 
 /// Pixels between two coordinates, clipped to the canvas.

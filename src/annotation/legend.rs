@@ -1,9 +1,10 @@
 //! Colour bar.
 
-use super::canvas::Canvas;
+use super::canvas::{Canvas, measured, scale};
 use super::ticks::ticks;
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
 use glam::DVec2;
 
 /// Height of the bar as a fraction of the picture's height.
@@ -14,17 +15,41 @@ const PROFILE: f64 = 22.0;
 const TICK: f64 = 4.0;
 const MARGIN: f64 = 12.0;
 
+/// Room between the bar with its profile and a picture on its left, in pixels at scale 1.
+const GAP: f64 = 6.0;
+
+/// Width of the column at the right edge that the bar and the unit take.
+pub(super) fn room(transfer: &TransferFunction, blend: Blend, units: Option<&str>, size: Viewport) -> f64 {
+    let scale = f64::from(scale(size));
+    let width = |text: &str| measured(size, text).x;
+    let widest = labels(transfer, size).iter().map(|(_, label)| width(label)).fold(0.0, f64::max);
+    let profile = if blend.gathers_values() { 0.0 } else { PROFILE };
+    let bar = (MARGIN + TICK + 3.0 + BAR + profile + GAP) * scale + widest;
+    bar.max(units.map_or(0.0, width) + MARGIN * scale)
+}
+
+/// Length of the bar in a picture of this size.
+fn length(size: Viewport) -> f64 {
+    (f64::from(size.height) * HEIGHT).round()
+}
+
+/// Values and labels beside the bar.
+fn labels(transfer: &TransferFunction, size: Viewport) -> Vec<(f64, String)> {
+    let (lo, hi) = transfer.range();
+    // Labels are at least two and a half lines apart.
+    let most = ((length(size) / (measured(size, "0").y * 2.5)) as usize).clamp(2, 6);
+    ticks(lo, hi, most)
+}
+
 /// Draws the bar at the right edge; values ascend upwards. With compositing, a profile of the opacities is drawn beside the bar, relative
 /// to their maximum. An iso-value is marked by a line.
 pub(super) fn draw(transfer: &TransferFunction, blend: Blend, units: Option<&str>, canvas: &mut Canvas) {
     let (width, height) = (f64::from(canvas.viewport().width), f64::from(canvas.viewport().height));
     let scale = f64::from(canvas.scale());
     let (lo, hi) = transfer.range();
-    let length = (height * HEIGHT).round();
+    let length = length(canvas.viewport());
     let letters = canvas.text_size("0");
-    // Labels are at least two and a half lines apart.
-    let most = ((length / (letters.y * 2.5)) as usize).clamp(2, 6);
-    let ticks = ticks(lo, hi, most);
+    let ticks = labels(transfer, canvas.viewport());
     let widest = ticks.iter().map(|(_, label)| canvas.text_size(label).x).fold(0.0, f64::max);
     let right = (width - MARGIN * scale - widest - (TICK + 3.0) * scale).round();
     let (left, top) = (right - BAR * scale, ((height - length) / 2.0).round());

@@ -80,30 +80,74 @@ impl Annotations {
         !(self.legend || self.bounding_box || self.axes)
     }
 
+    /// Size of the frame to render for an annotated picture of `size`, so that legend and axes have room of their own: the legend to its
+    /// right, the axes below it. At least half of each side is left; in smaller pictures, annotations lie over the frame.
+    ///
+    /// ```
+    /// use layersplat::annotation::Annotations;
+    /// use layersplat::settings::Blend;
+    /// use layersplat::{TransferFunction, Viewport};
+    ///
+    /// let transfer = TransferFunction::new("t", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (9.0, 1.0)])?;
+    /// let (size, legend) = (Viewport::new(300, 200)?, Annotations { legend: true, ..Annotations::default() });
+    /// let inner = legend.inner(size, &transfer, Blend::Composite);
+    /// assert!(inner.width < 300 && inner.height == 200);
+    /// assert_eq!(Annotations::default().inner(size, &transfer, Blend::Composite), size);
+    /// # Ok::<(), layersplat::Error>(())
+    /// ```
+    pub fn inner(&self, size: Viewport, transfer: &TransferFunction, blend: Blend) -> Viewport {
+        let left = |side: u32, room: f64| side.saturating_sub(room.ceil() as u32).max(side.div_ceil(2));
+        let column = if self.legend { self.column(size, transfer, blend) } else { 0.0 };
+        let strip = if self.axes { axes::room(size) } else { 0.0 };
+        Viewport { width: left(size.width, column), height: left(size.height, strip) }
+    }
+
+    /// Width of the column of the legend.
+    fn column(&self, size: Viewport, transfer: &TransferFunction, blend: Blend) -> f64 {
+        let bar = legend::room(transfer, blend, self.units.as_deref(), size);
+        bar.max(scale_bar::room(self.length_units.as_deref(), size))
+    }
+
     /// Draws the annotations on a frame.
     ///
     /// # Errors
     /// If the camera is invalid, or memory is insufficient.
     pub fn drawn(&self, frame: Frame, shown: Shown) -> Result<Frame, Error> {
+        let size = Viewport::new(frame.width(), frame.height())?;
+        self.drawn_beside(frame, size, shown)
+    }
+
+    /// Places a frame of at most `size` in the upper left corner of a transparent picture of `size`, and draws the annotations: the legend
+    /// along the right edge, the axes in the lower left corner, the box on the frame. See [`Annotations::inner`].
+    ///
+    /// # Errors
+    /// If the frame is larger than `size`, the camera is invalid, or memory is insufficient.
+    pub fn drawn_beside(&self, frame: Frame, size: Viewport, shown: Shown) -> Result<Frame, Error> {
+        let inner = Viewport::new(frame.width(), frame.height())?;
+        let frame = frame.within(size)?;
         if self.is_empty() {
             return Ok(frame);
         }
-        let viewport = Viewport::new(frame.width(), frame.height())?;
         // Two RGBA8 canvases and a float frame.
-        memory::require("annotations", viewport.pixels() as u64 * (4 + 4 + 16))?;
-        let screen = Screen::new(shown.camera, viewport)?;
-        let [mut under, mut over] = [Canvas::new(viewport, shown.background)?, Canvas::new(viewport, shown.background)?];
+        memory::require("annotations", size.pixels() as u64 * (4 + 4 + 16))?;
+        let screen = Screen::new(shown.camera, inner)?;
+        let [mut under, mut over] = [Canvas::new(size, shown.background)?, Canvas::new(size, shown.background)?];
         if self.bounding_box {
+            over.clip(inner);
+            under.clip(inner);
             outline::draw(&screen, shown.grid, &mut under, &mut over);
+            over.clip(size);
         }
         if self.axes {
-            axes::draw(&screen, &mut over);
+            axes::draw(&screen, inner.height < size.height, &mut over);
         }
         if self.legend {
             legend::draw(shown.transfer, shown.blend, self.units.as_deref(), &mut over);
-            scale_bar::draw(&screen, self.length_units.as_deref(), &mut over);
+            let beside = size.width - inner.width;
+            let column = if beside > 0 { f64::from(beside) } else { f64::from(size.width) };
+            scale_bar::draw(&screen, self.length_units.as_deref(), column, &mut over);
         }
-        Ok(composed(frame, viewport, &under, &over))
+        Ok(composed(frame, size, &under, &over))
     }
 }
 

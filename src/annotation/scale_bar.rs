@@ -1,22 +1,36 @@
 //! Scale bar with a round length in world units.
 
-use super::canvas::Canvas;
+use super::canvas::{Canvas, measured, scale};
 use super::screen::Screen;
 use super::ticks::{round_up, written};
+use crate::viewport::Viewport;
 use glam::DVec2;
 
 /// Longest bar, as a fraction of the picture's width.
 const LONGEST: f64 = 0.22;
 /// Distance from the edges of the picture, in pixels at scale 1.
 const MARGIN: f64 = 16.0;
+/// Unit of length without a name.
+const UNITS: &str = "units";
 
-/// Draws the bar in the lower right corner. Perspective views have no uniform scale and get no bar.
-pub(super) fn draw(screen: &Screen, units: Option<&str>, canvas: &mut Canvas) {
+/// Longest number that is a round length of a picture, for the room that its label needs.
+const LONGEST_NUMBER: &str = "5.0e-5 ";
+
+/// Width of the column at the right edge that a bar of any length takes.
+pub(super) fn room(units: Option<&str>, size: Viewport) -> f64 {
+    let label = measured(size, LONGEST_NUMBER).x + measured(size, units.unwrap_or(UNITS)).x;
+    label + MARGIN / 2.0 * f64::from(scale(size))
+}
+
+/// Draws the bar in the lower right corner, within `column` pixels from the right edge. Perspective views have no uniform scale and get no
+/// bar.
+pub(super) fn draw(screen: &Screen, units: Option<&str>, column: f64, canvas: &mut Canvas) {
     let Some(per_unit) = screen.pixels_per_unit() else { return };
     let (width, height) = (f64::from(canvas.viewport().width), f64::from(canvas.viewport().height));
-    let longest = width * LONGEST / per_unit;
-    let length = round_down(longest);
     let scale = f64::from(canvas.scale());
+    // At both ends, the margin includes the bar's tick.
+    let longest = (width * LONGEST).min(column - 1.5 * MARGIN * scale).max(1.0);
+    let length = round_down(longest / per_unit);
     let right = DVec2::new(width - MARGIN * scale, height - MARGIN * scale);
     let left = right - DVec2::X * (length * per_unit);
     let (ink, tick) = (canvas.ink(), DVec2::Y * 4.0 * scale);
@@ -24,7 +38,7 @@ pub(super) fn draw(screen: &Screen, units: Option<&str>, canvas: &mut Canvas) {
     for end in [left, right] {
         canvas.line(end - tick, end + tick, 1.5 * scale, ink, 1.0);
     }
-    let label = format!("{} {}", written(length, length), units.unwrap_or("units"));
+    let label = format!("{} {}", written(length, length), units.unwrap_or(UNITS));
     let size = canvas.text_size(&label);
     let middle = (left.x + right.x - size.x) / 2.0;
     let beside = middle.min(width - size.x - MARGIN / 2.0 * scale);

@@ -149,3 +149,34 @@ fn odd_views_do_no_harm() {
         assert!(frame.pixels().iter().flatten().all(|c| c.is_finite()));
     }
 }
+
+/// Beside the frame: every pixel of the frame stays, the box is clipped to it, and legend and axes lie in the room that is left.
+#[test]
+fn annotations_have_room_of_their_own() {
+    let (grid, transfer, _) = scene();
+    let all = Annotations { legend: true, axes: true, units: Some("kg/m3".into()), ..Annotations::default() };
+    for (width, height) in [(300, 300), (800, 600), (1200, 1000)] {
+        let size = Viewport::new(width, height).unwrap();
+        let inner = all.inner(size, &transfer, Blend::Composite);
+        assert!(inner.width > width / 2 && inner.height > height / 2, "{inner:?}");
+        // The camera is so near that the box reaches beyond the frame.
+        let camera = camera(&grid, 30.0, Projection::Parallel { scale: 8.0 });
+        let shown =
+            Shown { camera: &camera, grid: &grid, transfer: &transfer, blend: Blend::Composite, background: Background::BLACK };
+        let fill = [0.1, 0.2, 0.3, 0.7];
+        let frame = || Frame::new(inner, vec![fill; inner.pixels()]);
+        let is_inside = |n: usize| n % (width as usize) < inner.width as usize && n / (width as usize) < inner.height as usize;
+        let drawn = all.drawn_beside(frame(), size, shown).unwrap();
+        let (inside, outside): (Vec<usize>, Vec<usize>) = (0..size.pixels()).partition(|&n| is_inside(n));
+        assert!(inside.iter().all(|&n| drawn.pixels()[n] == fill), "{size:?}: an annotation lies over the frame");
+        assert!(outside.iter().any(|&n| drawn.pixels()[n][3] > 0.9), "{size:?}: no annotation");
+        let boxed = Annotations { bounding_box: true, ..Annotations::default() }.drawn_beside(frame(), size, shown).unwrap();
+        assert!(outside.iter().all(|&n| boxed.pixels()[n] == [0.0; 4]), "{size:?}: the box leaves the frame");
+        assert!(inside.iter().any(|&n| boxed.pixels()[n] != fill));
+        // Over a frame of the full size, they cover some of it.
+        let over = all.drawn(Frame::new(size, vec![fill; size.pixels()]), shown).unwrap();
+        assert!(inside.iter().any(|&n| over.pixels()[n] != fill));
+    }
+    let small = Viewport::new(3, 1).unwrap();
+    assert_eq!(all.inner(small, &transfer, Blend::Composite), Viewport::new(2, 1).unwrap());
+}

@@ -108,10 +108,11 @@ fn render_all(
         }
         line.check(arguments).map_err(|e| e.into_error(&source))?;
         let size = line.size.unwrap_or(options.size);
-        let sized = cameras.with_options(super::options::CameraOptions { size, ..options.clone() });
+        let inner = arguments.pictures.inner(size, studio.scene());
+        let sized = cameras.with_options(super::options::CameraOptions { size: inner, ..options.clone() });
         let camera = line.view.camera(&sized, options.orbit(0.0)).map_err(|problem| line.invalid(problem).into_error(&source))?;
-        studio.scene().require_shared(size, &[camera])?;
-        require_checked(arguments, &studio, camera, size, &mut checked)?;
+        studio.scene().require_shared(inner, &[camera])?;
+        require_checked(arguments, &studio, camera, inner, &mut checked)?;
         let started = Instant::now();
         let (Some(frame), _) = studio.picture(&camera, size)? else { continue };
         let depths = if arguments.depth { Some(studio.depths(&camera, size)?) } else { None };

@@ -5,7 +5,7 @@ use crate::camera::{Camera, Projection};
 use crate::image::Frame;
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
-use crate::volume::Grid;
+use crate::volume::{Grid, Volume};
 
 /// Smallest alpha of an opaque pixel: one 8-bit step below 1.
 const OPAQUE: f32 = 1.0 - 1.0 / 255.0;
@@ -98,6 +98,18 @@ fn visible_values(transfer: &TransferFunction) -> Option<(f64, f64)> {
     let first = points.iter().position(|(_, opacity)| *opacity > 0.0)?;
     let last = points.iter().rposition(|(_, opacity)| *opacity > 0.0)?;
     Some((points[first.saturating_sub(1)].0, points[(last + 1).min(points.len() - 1)].0))
+}
+
+/// Explains volumes without a single valid voxel. Takes a pass over volumes of one value.
+pub(super) fn explain_values(volume: &Volume) -> Option<String> {
+    let (lo, hi) = volume.range();
+    (lo == hi && volume.statistics().histogram.iter().all(|&voxels| voxels == 0)).then(|| {
+        format!(
+            "no voxel is a finite number of at most 1e30 in magnitude, so all count as the background value {}; check file, frame \
+             and channel, or scale the values down",
+            volume.background()
+        )
+    })
 }
 
 /// Warns of spacings that differ by a large factor between axes.

@@ -88,8 +88,9 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     }
     let scene = Scene::open(&arguments.scene, processes)?;
     let camera = arguments.pictures.cameras(options, &scene).still(options.orbit(0.0));
-    scene.require_shared(options.size, &[camera])?;
-    let families = arguments.families(&scene, camera, options.size)?;
+    let inner = arguments.pictures.inner(options.size, &scene);
+    scene.require_shared(inner, &[camera])?;
+    let families = arguments.families(&scene, camera, inner)?;
     processes.in_turn(|| check::require(&scene.device, &families, &arguments.scene.device))?;
     let started = Instant::now();
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
@@ -143,7 +144,7 @@ impl Arguments {
         frame.save_encoded(path, self.scene.camera.background, &self.pictures.encoding.encoding(), depths)
     }
 
-    /// Kernel families that render a picture of this size, and its depths if requested.
+    /// Kernel families that render a frame of this size, and its depths if requested.
     pub fn families(&self, scene: &Scene, camera: Camera, size: Viewport) -> Result<BTreeSet<Family>, Error> {
         let grid = scene.volume.grid();
         let mut families = check::families(&[camera], self.pictures.rendered(size)?, grid, &scene.settings);

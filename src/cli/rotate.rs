@@ -75,7 +75,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     // Checks files before any work.
     let keys = arguments.keys.as_deref().map(Keys::read).transpose()?;
     let frames = arguments.frame_count(keys.as_ref())?;
-    let size = arguments.pictures.rendered(options.size)?;
+    arguments.pictures.rendered(options.size)?;
     processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, options.size, frames as usize)?;
     let encoding = arguments.pictures.encoding.encoding();
     let film = || Film::create(&arguments.output, options, encoding, frames, arguments.rate);
@@ -87,7 +87,8 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         Some(keys) => keys.cameras(&fitting, start, frames)?,
         None => fitting.sequence((0..frames).map(|n| turn(start, n, frames))),
     };
-    scene.require_checked(&arguments.scene, size, &cameras)?;
+    let inner = arguments.pictures.rendered(arguments.pictures.inner(options.size, &scene))?;
+    scene.require_checked(&arguments.scene, inner, &cameras)?;
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     studio.announce(&cameras[0], options.size)?;
     let bar = progress::steps(frames, "rendering");

@@ -74,7 +74,15 @@ impl Scene {
         if let Some(notice) = notice::explain_spacing(volume.grid().spacing()).filter(|_| processes.leads()) {
             eprintln!("layersplat: {notice}");
         }
+        if let Some(notice) = notice::explain_values(&volume).filter(|_| processes.leads()) {
+            eprintln!("layersplat: {notice}");
+        }
         let settings = options.blend.apply(settings, Value::finder(&volume));
+        if settings.blend.gathers_values() && volume.grid().voxel_count() == 1 {
+            let problem =
+                "maximum, minimum and average are taken between voxels, but the volume has a single one: omit the option";
+            return Err(Error::Settings { field: "blend", problem: problem.into() });
+        }
         let transfer = open_transfer(&options.transfer, &volume, settings.blend)?;
         if processes.leads() {
             announce(&transfer);

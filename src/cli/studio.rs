@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::image::{Background, Depths, Frame};
 use crate::renderer::{FrameReport, StreamPlan};
 use crate::viewport::Viewport;
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 /// Supersampling, annotations and file encoding.
 #[derive(Args)]
@@ -30,6 +30,9 @@ pub(super) struct PictureOptions {
     /// Draw the world axes in the lower left corner
     #[arg(long)]
     pub axes: bool,
+    /// Where legend and axes are: beside the volume, which is drawn smaller, or over it
+    #[arg(long, default_value = "beside", value_name = "WHERE")]
+    pub legend_place: LegendPlace,
     /// Unit of the values, for the colour bar
     #[arg(long, value_name = "TEXT", requires = "legend")]
     pub units: Option<String>,
@@ -40,7 +43,14 @@ pub(super) struct PictureOptions {
     pub encoding: EncodingOptions,
 }
 
-/// Renders the pictures of a scene.
+/// Place of legend and axes.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub(super) enum LegendPlace {
+    Beside,
+    Over,
+}
+
+/// Renders the pictures of a scene. Sizes are those of finished pictures; legend and axes may take a part.
 pub(super) struct Studio<'a> {
     scene: &'a Scene,
     options: &'a PictureOptions,
@@ -66,11 +76,15 @@ impl<'a> Studio<'a> {
 
     /// Stream plan of a view, also printed to standard error. `None` if the view is not streamed.
     pub fn announce(&self, camera: &Camera, size: Viewport) -> Result<Option<StreamPlan>, Error> {
-        self.viewer.announce(camera, self.options.rendered(size)?, &self.scene.settings)
+        self.viewer.announce(camera, self.options.rendered(self.inner(size))?, &self.scene.settings)
     }
 
     pub fn scene(&self) -> &'a Scene {
         self.scene
+    }
+
+    fn inner(&self, size: Viewport) -> Viewport {
+        self.options.inner(size, self.scene)
     }
 
     pub fn is_streamed(&self) -> bool {
@@ -90,7 +104,7 @@ impl<'a> Studio<'a> {
     /// Renders a finished picture without a background. If the first one is empty, prints a hint to standard error. If processes
     /// share the volume, only the leader of the team receives the picture.
     pub fn picture(&mut self, camera: &Camera, size: Viewport) -> Result<(Option<Frame>, FrameReport), Error> {
-        let rendered = self.options.rendered(size)?;
+        let rendered = self.options.rendered(self.inner(size))?;
         let (frame, report) = {
             let Self { viewer, scene, .. } = self;
             compiling::while_rendering(|| viewer.renderer().render(camera, rendered, &scene.settings))?
@@ -104,19 +118,28 @@ impl<'a> Studio<'a> {
         let frame = if self.options.samples > 1 { frame.averaged(self.options.samples)? } else { frame };
         let Scene { volume, transfer, settings, .. } = self.scene;
         let shown = Shown { camera, grid: volume.grid(), transfer, blend: settings.blend, background: self.background };
-        Ok((Some(self.annotations.drawn(frame, shown)?), report))
+        Ok((Some(self.annotations.drawn_beside(frame, size, shown)?), report))
     }
 
     /// Depths of a picture, along rays through the pixel centres.
     pub fn depths(&mut self, camera: &Camera, size: Viewport) -> Result<Depths, Error> {
-        self.viewer.depths(camera, size, &self.scene.settings)
+        self.viewer.depths(camera, self.inner(size), &self.scene.settings)?.within(size)
     }
 }
 
 impl PictureOptions {
     /// Cameras that fit the visible part, or the bounding box if it is drawn.
     pub fn cameras<'a>(&self, options: &CameraOptions, scene: &'a Scene) -> Cameras<'a> {
-        if self.bounding_box { Cameras::with_bounding_box(options, scene) } else { Cameras::new(options, scene, Fit::Visible) }
+        let options = CameraOptions { size: self.inner(options.size, scene), ..options.clone() };
+        if self.bounding_box { Cameras::with_bounding_box(&options, scene) } else { Cameras::new(&options, scene, Fit::Visible) }
+    }
+
+    /// Size of the volume's part of a picture, beside which legend and axes are.
+    pub fn inner(&self, size: Viewport, scene: &Scene) -> Viewport {
+        match self.legend_place {
+            LegendPlace::Beside => self.annotations().inner(size, &scene.transfer, scene.settings.blend),
+            LegendPlace::Over => size,
+        }
     }
 
     fn annotations(&self) -> Annotations {

@@ -63,7 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     encoding.check(format)?;
     let sheet = sheet_size(options.size)?;
     memory::require("the contact sheet", sheet.pixels() as u64 * size_of::<[f32; 4]>() as u64)?;
-    let size = arguments.pictures.rendered(options.size)?;
+    arguments.pictures.rendered(options.size)?;
     let scene = Scene::open(&arguments.scene, &Processes::alone())?;
     // A sequence has one scale, so views can be compared.
     let start = options.orbit(0.0);
@@ -73,7 +73,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         ..start
     };
     let cameras = arguments.pictures.cameras(options, &scene).sequence(VIEWS.iter().map(orbit));
-    scene.require_checked(&arguments.scene, size, &cameras)?;
+    let inner = arguments.pictures.rendered(arguments.pictures.inner(options.size, &scene))?;
+    scene.require_checked(&arguments.scene, inner, &cameras)?;
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     studio.announce(&cameras[0], options.size)?;
     let pixels = render_views(arguments, &mut studio, &cameras, sheet)?;

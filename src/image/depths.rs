@@ -39,6 +39,16 @@ impl Depths {
         Self { viewport, first, mean }
     }
 
+    /// Places the depths in the upper left corner of infinite ones of `size`, as [`Frame::within`] places the picture.
+    #[cfg(feature = "cli")]
+    pub(crate) fn within(self, size: Viewport) -> Result<Self, Error> {
+        if self.viewport == size {
+            return Ok(self);
+        }
+        let placed = |depths: &[f32]| super::placed("the depths", depths, self.viewport, size, f32::INFINITY);
+        Ok(Self { viewport: size, first: placed(&self.first)?, mean: placed(&self.mean)? })
+    }
+
     /// Size of the picture.
     pub fn viewport(&self) -> Viewport {
         self.viewport

@@ -22,6 +22,7 @@ pub use read::read_image;
 pub use text::{draw_text, text_size};
 
 use crate::error::Error;
+use crate::memory;
 use crate::viewport::Viewport;
 use std::borrow::Cow;
 use std::path::Path;
@@ -148,8 +149,33 @@ impl Frame {
         metrics::roughness(&self.pixels, self.viewport.width as usize)
     }
 
+    /// Places the frame in the upper left corner of a transparent frame of `size`.
+    ///
+    /// # Errors
+    /// If the frame is larger than `size`, or memory is insufficient.
+    pub(crate) fn within(self, size: Viewport) -> Result<Frame, Error> {
+        if self.viewport == size {
+            return Ok(self);
+        }
+        let pixels = placed("the picture", &self.pixels, self.viewport, size, [0.0; 4])?;
+        Ok(Frame::new(size, pixels))
+    }
+
     /// Compares with another frame; `None` if the sizes differ.
     pub fn compare(&self, other: &Frame) -> Option<Comparison> {
         (self.viewport == other.viewport).then(|| Comparison::new(&self.pixels, &other.pixels))
     }
+}
+
+/// Rows of `viewport.pixels()` elements in the upper left corner of larger ones; the others are `outside`.
+fn placed<T: Copy>(what: &str, elements: &[T], viewport: Viewport, size: Viewport, outside: T) -> Result<Vec<T>, Error> {
+    if viewport.width > size.width || viewport.height > size.height {
+        let value = format!("{}x{}", viewport.width, viewport.height);
+        return Err(Error::OutOfRange { name: "viewport", value, expected: "a frame that fits into the picture" });
+    }
+    memory::require(what, (size.pixels() * size_of::<T>()) as u64)?;
+    let mut larger = vec![outside; size.pixels()];
+    let rows = larger.chunks_exact_mut(size.width as usize).zip(elements.chunks_exact(viewport.width as usize));
+    rows.for_each(|(larger, row)| larger[..row.len()].copy_from_slice(row));
+    Ok(larger)
 }

@@ -5,6 +5,7 @@ mod common;
 mod refused;
 
 use common::command::*;
+use npyz::WriterBuilder;
 
 #[test]
 fn render_writes_pictures_of_every_kind() {
@@ -259,6 +260,59 @@ fn pictures_of_nothing_are_explained() {
         if let Some(opacity) = remedy.strip_prefix("--opacity ") {
             let (drawn, said) = render(&["--opacity", opacity]);
             assert!(drawn && !said.contains("empty"), "{said}");
+        }
+    }
+}
+
+/// Odd volumes give a picture that shows something, or a sentence that says why not. Each is a NumPy array of float32.
+#[test]
+fn odd_values_are_shown_or_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    const SIDE: usize = 8;
+    let ball = |height: f32| {
+        move |i: usize| {
+            let square = |n: usize| (n as f32 - 3.5).powi(2);
+            if square(i % SIDE) + square(i / SIDE % SIDE) + square(i / SIDE / SIDE) < 9.0 { height } else { 0.0 }
+        }
+    };
+    let cube: &[u64] = &[SIDE as u64; 3];
+    type Values = Box<dyn Fn(usize) -> f32>;
+    let volumes: [(&str, &[u64], Values, Option<&str>); 12] = [
+        ("one", &[1, 1, 1], Box::new(|_| 5.0), None),
+        ("thin", &[1, 8, 8], Box::new(|i| i as f32), None),
+        ("line", &[1, 1, 8], Box::new(|i| i as f32), None),
+        ("constant", cube, Box::new(|_| 7.0), None),
+        ("huge", cube, Box::new(ball(9e29)), None),
+        ("tiny", cube, Box::new(ball(1e-30)), None),
+        ("mask", cube, Box::new(ball(1.0)), None),
+        ("labels", cube, Box::new(|i| (i % 6) as f32), None),
+        ("noise", cube, Box::new(|i| (i * 7919 % 256) as f32), None),
+        ("nan", cube, Box::new(|_| f32::NAN), Some("no voxel is a finite number")),
+        ("infinite", cube, Box::new(|_| f32::INFINITY), Some("no voxel is a finite number")),
+        ("denormal", cube, Box::new(ball(1e-42)), Some("scale them up")),
+    ];
+    for (name, shape, value, sentence) in volumes {
+        let count: u64 = shape.iter().product();
+        let mut bytes = Vec::new();
+        let mut writer = npyz::WriteOptions::new().default_dtype().shape(shape).writer(&mut bytes).begin_nd().unwrap();
+        writer.extend((0..count as usize).map(value)).unwrap();
+        writer.finish().unwrap();
+        std::fs::write(f.join(format!("{name}.npy")), bytes).unwrap();
+        for blend in ["composite", "maximum"] {
+            let source = format!("{name}.npy");
+            let view = ["--size", "24x24", "--azimuth", "30", "--elevation", "20", "-o", "a.npy"];
+            let done = layersplat(f, &[&["render", &source, "--blend", blend][..], &view].concat());
+            let said = String::from_utf8(done.stderr).unwrap();
+            let single = (name == "one" && blend == "maximum").then_some("has a single one");
+            if let Some(sentence) = sentence.or(single) {
+                assert!(said.contains(sentence), "{name}, {blend}: {said}");
+                continue;
+            }
+            assert!(done.status.success(), "{name}, {blend}: {said}");
+            let picture = layersplat::image::read_image(&f.join("a.npy")).unwrap();
+            let shown = picture.pixels().iter().filter(|p| p[0].max(p[1]).max(p[2]) > 0.05).count();
+            assert!(shown > 5 && !said.contains("empty"), "{name}, {blend}: {shown} pixels; {said}");
         }
     }
 }

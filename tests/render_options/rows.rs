@@ -118,6 +118,7 @@ pub const SCENES: &[Row] = &[
             s.annotations.legend = true;
         },
     ),
+    beside("--legend --size 120x90", large_legend, "--legend-place", "--legend-place over", |s| s.over = true),
     beside("--legend --size 120x90", large_legend, "--units", "--units HU", |s| s.annotations.units = Some("HU".into())),
     beside("--legend --size 120x90", large_legend, "--length-units", "--length-units mm", |s| {
         s.annotations.length_units = Some("mm".into());

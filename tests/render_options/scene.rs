@@ -44,6 +44,8 @@ pub struct Scene {
     /// Rays along each side of a pixel.
     pub samples: u32,
     pub annotations: Annotations,
+    /// Whether legend and axes lie over the volume.
+    pub over: bool,
 }
 
 impl Default for Scene {
@@ -64,6 +66,7 @@ impl Default for Scene {
             background: None,
             samples: 1,
             annotations: Annotations::default(),
+            over: false,
         }
     }
 }
@@ -92,13 +95,14 @@ impl Scene {
             transfer = transfer.stretched(lo, hi).unwrap();
         }
         let transfer = (self.shaped)(transfer);
-        let camera = self.camera(&volume, &transfer);
+        let inner = if self.over { self.size } else { self.annotations.inner(self.size, &transfer, self.settings.blend) };
+        let camera = Scene { size: inner, ..self.clone() }.camera(&volume, &transfer);
         let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
-        let larger = viewport(self.size.width * self.samples, self.size.height * self.samples);
+        let larger = viewport(inner.width * self.samples, inner.height * self.samples);
         let (frame, _) = renderer.render(&camera, larger, &self.settings).unwrap();
         let background = self.background.unwrap_or(Background::BLACK);
         let shown = Shown { camera: &camera, grid: volume.grid(), transfer: &transfer, blend: self.settings.blend, background };
-        let frame = self.annotations.drawn(frame.averaged(self.samples).unwrap(), shown).unwrap();
+        let frame = self.annotations.drawn_beside(frame.averaged(self.samples).unwrap(), self.size, shown).unwrap();
         match self.background {
             Some(background) => frame.over(background),
             None => frame,
