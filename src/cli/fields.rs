@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 42] = [
+const OPTIONS: [(&str, &str); 43] = [
     ("algorithm", "--algorithm"),
     ("array", "--array NAME"),
     ("background", "--background"),
@@ -22,6 +22,7 @@ const OPTIONS: [(&str, &str); 42] = [
     ("field_of_view", "--perspective FOV"),
     ("footprints", "--footprints exact|set"),
     ("frame", "--frame N"),
+    ("from", "--from front|right|back|left|above|below"),
     ("gradient_opacity", "--gradient-opacity G:F,G:F"),
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),

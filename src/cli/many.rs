@@ -1,5 +1,6 @@
 //! `layersplat render --cameras`: many pictures of one volume, one line of JSON each.
 
+use super::orientation::OBLIQUE;
 use super::processes::Processes;
 use super::render::{Arguments, save};
 use super::scene::{Cameras, Scene};
@@ -109,7 +110,7 @@ fn render_all(
         line.check(arguments).map_err(|e| e.into_error(&source))?;
         let size = line.size.unwrap_or(options.size);
         let sized = cameras.with_options(super::options::CameraOptions { size, ..options.clone() });
-        let camera = line.view.camera(&sized, options.orbit(0.0)).map_err(|problem| line.invalid(problem).into_error(&source))?;
+        let camera = line.view.camera(&sized, OBLIQUE).map_err(|problem| line.invalid(problem).into_error(&source))?;
         studio.scene().require_shared(size, &[camera])?;
         require_checked(arguments, &studio, camera, size, &mut checked)?;
         let started = Instant::now();

@@ -2,6 +2,7 @@
 
 use super::notice;
 use super::options::{CameraOptions, Fit};
+use super::orientation;
 use super::parse;
 use super::progress;
 use super::scene::{Cameras, Scene};
@@ -112,9 +113,13 @@ impl<'a> Studio<'a> {
 }
 
 impl PictureOptions {
-    /// Cameras that fit the visible part, or the bounding box if it is drawn.
+    /// Cameras that fit the visible part, or the bounding box if it is drawn. Says on standard error which way is up.
     pub fn cameras<'a>(&self, options: &CameraOptions, scene: &'a Scene) -> Cameras<'a> {
-        if self.bounding_box { Cameras::with_bounding_box(options, scene) } else { Cameras::new(options, scene, Fit::Visible) }
+        let orientation = orientation::announced(options, scene);
+        match self.bounding_box {
+            true => Cameras::with_bounding_box(options, scene, orientation),
+            false => Cameras::new(options, scene, Fit::Visible, orientation),
+        }
     }
 
     fn annotations(&self) -> Annotations {
