@@ -1,7 +1,9 @@
 //! Cameras in world coordinates. Position and axes equal those of a vtkCamera with the same settings.
 
+mod frame;
 mod path;
 
+pub use frame::{OrbitFrame, Up};
 pub use path::{CameraPath, Key};
 
 use crate::error::Error;
@@ -73,6 +75,7 @@ pub struct Basis {
 }
 
 /// Orientation of an orbiting camera in degrees: `azimuth` about y, `elevation` above the xz plane, `roll` about the view direction.
+/// [`OrbitFrame`] converts an orbit about another axis.
 ///
 /// ```
 /// use layersplat::{Camera, Orbit, Projection, glam::DVec3};
@@ -98,13 +101,8 @@ impl Camera {
     /// The direction from the centre to the eye is c = (cosE·sinA, sinE, cosE·cosA). The axes are right = (cosA, 0, −sinA) and
     /// up = c × right, also at E = ±90°. A roll φ rotates up to up·cosφ + right·sinφ.
     pub fn orbit(centre: DVec3, distance: f64, orbit: Orbit, projection: Projection) -> Self {
-        let (sin_a, cos_a) = exact_sin_cos(orbit.azimuth);
-        let (sin_e, cos_e) = exact_sin_cos(orbit.elevation);
-        let (sin_r, cos_r) = exact_sin_cos(orbit.roll);
-        let to_eye = DVec3::new(cos_e * sin_a, sin_e, cos_e * cos_a);
-        let right = DVec3::new(cos_a, 0.0, -sin_a);
-        let up = to_eye.cross(right);
-        Self { position: centre + to_eye * distance, focal_point: centre, view_up: up * cos_r + right * sin_r, projection }
+        let [_, view_up, to_eye] = axes(orbit);
+        Self { position: centre + to_eye * distance, focal_point: centre, view_up, projection }
     }
 
     /// A parallel view that fits an object of the given `diagonal` (world units) in any orientation. Half the viewport's height is half the
@@ -169,6 +167,17 @@ fn unit(vector: DVec3) -> Option<DVec3> {
     // Squares overflow from 1e154 on and lose digits below 1e-154, where the vector itself is still exact.
     let exact = vector.length_squared().is_normal();
     if exact { vector.try_normalize() } else { (vector / vector.abs().max_element()).try_normalize() }
+}
+
+/// Axes of an orbit: rightwards, upwards and to the eye.
+fn axes(orbit: Orbit) -> [DVec3; 3] {
+    let (sin_a, cos_a) = exact_sin_cos(orbit.azimuth);
+    let (sin_e, cos_e) = exact_sin_cos(orbit.elevation);
+    let (sin_r, cos_r) = exact_sin_cos(orbit.roll);
+    let to_eye = DVec3::new(cos_e * sin_a, sin_e, cos_e * cos_a);
+    let level = DVec3::new(cos_a, 0.0, -sin_a);
+    let upright = to_eye.cross(level);
+    [level * cos_r - upright * sin_r, upright * cos_r + level * sin_r, to_eye]
 }
 
 /// Sine and cosine of an angle in degrees, exact at multiples of 90°.

@@ -1,7 +1,11 @@
-//! Cameras that fit the visible part of a volume.
+//! Cameras that fit the visible part of a volume, and the orientation in which it is seen.
 //!
 //! Visibility is determined per block of the reconstructed field. It depends on the volume and the transfer function only, not on how a
 //! picture is rendered.
+
+mod orientation;
+
+pub use orientation::{Orientation, Side, UpReason};
 
 use crate::camera::{Basis, Camera, Orbit, Projection};
 use crate::transfer::TransferFunction;

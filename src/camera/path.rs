@@ -1,6 +1,6 @@
 //! Smooth camera paths.
 
-use super::{Camera, Orbit, Projection};
+use super::{Camera, Orbit, OrbitFrame, Projection};
 use crate::error::Error;
 use glam::{DMat3, DQuat, DVec3};
 
@@ -19,8 +19,8 @@ pub struct Key {
     pub time: f64,
     /// Camera at that time.
     pub camera: Camera,
-    /// The orbit from which [`Camera::orbit`] made the camera, if any. Between such keys the angles are interpolated, so a path may include
-    /// full turns.
+    /// The orbit of the camera, if any: that of [`Camera::orbit`], or counted in the path's [frame](CameraPath::in_frame). Between such keys
+    /// the angles are interpolated, so a path may include full turns.
     pub orbit: Option<Orbit>,
 }
 
@@ -50,13 +50,15 @@ pub struct CameraPath {
     numbers: Vec<[f64; NUMBERS]>,
     orbiting: bool,
     parallel: bool,
+    /// Frame of the keys' orbits.
+    frame: OrbitFrame,
 }
 
 /// Three for the focal point, two logarithms, three angles or four of a quaternion.
 const NUMBERS: usize = 9;
 
 impl CameraPath {
-    /// Creates a path through `keys`.
+    /// Creates a path through `keys` that orbits about y.
     ///
     /// # Errors
     /// [`Error::Camera`] if there are no keys, their times are not finite and ascending, a camera is invalid, or parallel and perspective
@@ -83,7 +85,13 @@ impl CameraPath {
             }
             numbers.push(found);
         }
-        Ok(Self { times: keys.iter().map(|key| key.time).collect(), numbers, orbiting, parallel })
+        let frame = OrbitFrame::default();
+        Ok(Self { times: keys.iter().map(|key| key.time).collect(), numbers, orbiting, parallel, frame })
+    }
+
+    /// Counts the orbits of the keys in `frame`, in which their cameras were made, so that the path orbits about its axis.
+    pub fn in_frame(self, frame: OrbitFrame) -> Self {
+        Self { frame, ..self }
     }
 
     /// Times of the first and the last key, in seconds.
@@ -102,7 +110,8 @@ impl CameraPath {
         let (focal_point, distance) = (DVec3::new(x, y, z), distance.exp());
         if self.orbiting {
             let [azimuth, elevation, roll, _] = stand;
-            return Camera::orbit(focal_point, distance, Orbit { azimuth, elevation, roll }, projection);
+            let orbit = self.frame.orbit(Orbit { azimuth, elevation, roll });
+            return Camera::orbit(focal_point, distance, orbit, projection);
         }
         let axes = DMat3::from_quat(DQuat::from_array(stand).normalize());
         Camera { position: focal_point + axes.z_axis * distance, focal_point, view_up: axes.y_axis, projection }
@@ -166,6 +175,7 @@ fn numbers_of(key: &Key, orbiting: bool) -> Result<[f64; NUMBERS], Error> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Up;
     use super::*;
 
     /// Rounding error of positions and directions after a few dozen operations in f64.
@@ -246,6 +256,25 @@ mod tests {
         };
         assert!(((field_of_view / 2.0).to_radians().tan().powi(2) - 5f64.to_radians().tan()).abs() < ROUNDING);
         assert!(CameraPath::new(vec![eye(0.0, 10.0), key(1.0, 0.0, 1.0)]).is_err());
+    }
+
+    /// Between keys with z up, the eye stays at the height of both.
+    #[test]
+    fn paths_orbit_about_the_axis_of_their_frame() {
+        let frame = OrbitFrame::about(Up::Z);
+        let keys = [0.0, 90.0].map(|azimuth| {
+            let orbit = Orbit { azimuth, elevation: 25.0, roll: 0.0 };
+            let camera = Camera::orbit(DVec3::ZERO, 3.0, frame.orbit(orbit), Projection::Parallel { scale: 1.0 });
+            Key { time: azimuth, camera, orbit: Some(orbit) }
+        });
+        let path = CameraPath::new(keys.to_vec()).unwrap().in_frame(frame);
+        for (time, key) in [(0.0, keys[0]), (90.0, keys[1])] {
+            assert!(apart(path.at(time), key.camera) < ROUNDING, "{time}");
+        }
+        let height = 3.0 * 25f64.to_radians().sin();
+        assert!((0..=90).all(|time| (path.at(time.into()).position.z - height).abs() < ROUNDING));
+        // Without the frame, the path leaves its keys.
+        assert!(apart(CameraPath::new(keys.to_vec()).unwrap().at(0.0), keys[0].camera) > 0.1);
     }
 
     #[test]

@@ -3,12 +3,13 @@
 use super::options::Fit;
 use super::processes::Processes;
 use super::progress;
-use super::rotate::{ELEVATION, turn};
+use super::rotate::{START, turn};
 use super::scene::{Cameras, Scene, SceneOptions};
 use super::viewer::Viewer;
 use crate::camera::Orbit;
 use crate::device::StageTimes;
 use crate::error::Error;
+use crate::framing::Orientation;
 use crate::image::Background;
 use crate::renderer::{LatticeReport, VolumeRenderer};
 use crate::settings::Quality;
@@ -78,8 +79,11 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let scene = Scene::open(&arguments.scene, processes)?;
     let background = options.background.unwrap_or(Background::BLACK);
     let frames = arguments.frames;
-    let orbits = (0..frames).map(|n| turn(options.orbit(ELEVATION), n, frames));
-    let fitting = Cameras::new(options, &scene, Fit::Volume);
+    // The same views of all volumes, unless --up is given.
+    let orientation = Orientation::with_up(options.up.unwrap_or_default(), scene.volume.grid());
+    let fitting = Cameras::new(options, &scene, Fit::Volume, orientation);
+    let start = fitting.angles().or_each_of(START);
+    let orbits = (0..frames).map(|n| turn(start, n, frames));
     let cameras = fitting.sequence(orbits);
     scene.require_checked(&arguments.scene, options.size, &cameras)?;
     let view = |n: u32| cameras[n as usize];
@@ -128,7 +132,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     bar.finish_and_clear();
     let timed = |renderer: &mut dyn VolumeRenderer, azimuth: f64| -> Result<f64, Error> {
         let started = Instant::now();
-        let turned = Orbit { azimuth, ..options.orbit(ELEVATION) };
+        let turned = Orbit { azimuth, ..start };
         let camera = fitting.still(turned);
         renderer.render_rgba8(&camera, options.size, &scene.settings, background)?;
         Ok(milliseconds(started))

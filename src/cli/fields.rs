@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 46] = [
+const OPTIONS: [(&str, &str); 47] = [
     ("algorithm", "--algorithm"),
     ("array", "--array NAME"),
     ("background", "--background"),
@@ -25,6 +25,7 @@ const OPTIONS: [(&str, &str); 46] = [
     ("field_of_view", "--perspective FOV"),
     ("footprints", "--footprints exact|set"),
     ("frame", "--frame N"),
+    ("from", "--from front|right|back|left|above|below"),
     ("gradient", "--gradient central|sobel|own"),
     ("gradient_opacity", "--gradient-opacity G:F,G:F"),
     ("header_bytes", "--header-bytes N"),

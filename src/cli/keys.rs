@@ -56,24 +56,25 @@ impl Keys {
     }
 
     /// Cameras along the path, evenly spaced in time from the first key to the last.
-    pub fn cameras(&self, cameras: &Cameras, base: Orbit, frames: u32) -> Result<Vec<Camera>, Error> {
+    pub fn cameras(&self, cameras: &Cameras, default: Orbit, frames: u32) -> Result<Vec<Camera>, Error> {
         let wrong =
             |n: usize, problem: String| Error::Keys { path: self.path.clone(), problem: format!("key {}: {problem}", n + 1) };
-        let shared = self.with_shared_fit(cameras, base);
+        let shared = self.with_shared_fit(cameras, default);
         let key = |(n, (time, view)): (usize, &(f64, View))| {
-            let camera = view.camera(&shared, base).map_err(|problem| wrong(n, problem))?;
-            Ok(Key { time: *time, camera, orbit: view.orbit(base) })
+            let camera = view.camera(&shared, default).map_err(|problem| wrong(n, problem))?;
+            Ok(Key { time: *time, camera, orbit: view.orbit(cameras, default) })
         };
         let keys: Vec<Key> = self.keys.iter().enumerate().map(key).collect::<Result<_, Error>>()?;
         let path = CameraPath::new(keys).map_err(|e| Error::Keys { path: self.path.clone(), problem: e.to_string() })?;
+        let path = path.in_frame(cameras.orientation().frame());
         let (from, to) = path.span();
         let last = f64::from(frames.max(2) - 1);
         Ok((0..frames).map(|n| path.at(from + (to - from) * f64::from(n) / last)).collect())
     }
 
     /// Values for what keys omit, equal for all keys: centre, scale and distance fit the visible part along the whole path.
-    fn with_shared_fit<'a>(&self, cameras: &Cameras<'a>, base: Orbit) -> Cameras<'a> {
-        let orbits: Vec<Orbit> = self.keys.iter().filter_map(|(_, view)| view.orbit(base)).collect();
+    fn with_shared_fit<'a>(&self, cameras: &Cameras<'a>, default: Orbit) -> Cameras<'a> {
+        let orbits: Vec<Orbit> = self.keys.iter().filter_map(|(_, view)| view.orbit(cameras, default)).collect();
         let mix = |pair: &[Orbit], n: u32| interpolate(pair[0], pair[1], f64::from(n) / f64::from(FIT_SAMPLES));
         let between = orbits.windows(2).flat_map(|pair| (0..FIT_SAMPLES).map(move |n| mix(pair, n)));
         let Some(fitted) = cameras.sequence(between.chain(orbits.last().copied())).first().copied() else {

@@ -1,5 +1,6 @@
 //! `layersplat render --cameras`: many pictures of one volume, one line of JSON each.
 
+use super::orientation::OBLIQUE;
 use super::processes::Processes;
 use super::render::Arguments;
 use super::scene::{Cameras, Scene};
@@ -110,7 +111,7 @@ fn render_all(
         let size = line.size.unwrap_or(options.size);
         let inner = arguments.pictures.inner(size, studio.scene());
         let sized = cameras.with_options(super::options::CameraOptions { size: inner, ..options.clone() });
-        let camera = line.view.camera(&sized, options.orbit(0.0)).map_err(|problem| line.invalid(problem).into_error(&source))?;
+        let camera = line.view.camera(&sized, OBLIQUE).map_err(|problem| line.invalid(problem).into_error(&source))?;
         studio.scene().require_shared(inner, &[camera])?;
         require_checked(arguments, &studio, camera, inner, &mut checked)?;
         let started = Instant::now();

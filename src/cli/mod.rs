@@ -16,6 +16,7 @@ mod keys;
 mod many;
 mod notice;
 mod options;
+mod orientation;
 mod paper;
 mod parse;
 mod processes;
@@ -60,7 +61,7 @@ enum Command {
     /// Render a volume to a picture
     #[command(after_help = examples::RENDER)]
     Render(render::Arguments),
-    /// Render a turn around the y axis, or a camera path, to numbered PNGs, GIF, APNG or MP4
+    /// Render a turn around the vertical axis, or a camera path, to numbered PNGs, GIF, APNG or MP4
     #[command(after_help = examples::ROTATE)]
     Rotate(rotate::Arguments),
     /// Render a contact sheet of eight labelled views: six sides and two corners

@@ -1,11 +1,14 @@
 //! Parsers of option values.
 
 use super::options::{LevelChoice, Opacities, Tent};
+use crate::camera::Up;
+use crate::framing::Side;
 use crate::image::BitDepth;
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
 use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis, Light};
 use crate::transfer::Value;
 use crate::viewport::Viewport;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
 use std::time::Duration;
 
@@ -52,6 +55,24 @@ pub(super) fn level(text: &str) -> Result<LevelChoice, String> {
         "auto" => Ok(LevelChoice::Auto),
         _ => text.parse().map(LevelChoice::Number).map_err(|_| format!("invalid level '{text}'; use a number from 0, or auto")),
     }
+}
+
+/// Parses a direction: `x`, `-x` and so on.
+pub(super) fn up() -> impl TypedValueParser<Value = Up> {
+    named(Up::ALL, Up::name)
+}
+
+/// Parses a side: `front` and so on.
+pub(super) fn side() -> impl TypedValueParser<Value = Side> {
+    named(Side::ALL, Side::name)
+}
+
+fn named<T, const N: usize>(all: [T; N], name: fn(T) -> &'static str) -> impl TypedValueParser<Value = T>
+where
+    T: Copy + Send + Sync + 'static,
+{
+    let find = move |given: String| all.into_iter().find(|&value| name(value) == given).expect("the name is a possible value");
+    PossibleValuesParser::new(all.map(name)).map(find)
 }
 
 /// Parses an angle between 0 and 180 degrees, exclusive.

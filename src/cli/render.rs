@@ -3,6 +3,7 @@
 use super::bench::peak_bytes;
 use super::check;
 use super::many;
+use super::orientation::{OBLIQUE, UpReport};
 use super::processes::Processes;
 use super::scene::{Scene, SceneOptions};
 use super::standard::{Output, is_input};
@@ -46,6 +47,8 @@ struct Rendered<'a> {
     device: &'a str,
     width: u32,
     height: u32,
+    #[serde(flatten)]
+    up: UpReport,
     first_ms: f64,
     lattice: Option<LatticeReport>,
     /// Present if a single process renders the picture.
@@ -87,7 +90,8 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         return Ok(ExitCode::SUCCESS);
     }
     let scene = Scene::open(&arguments.scene, processes)?;
-    let camera = arguments.pictures.cameras(options, &scene).still(options.orbit(0.0));
+    let cameras = arguments.pictures.cameras(options, &scene);
+    let camera = cameras.still(cameras.angles().or_all_of(OBLIQUE));
     let inner = arguments.pictures.inner(options.size, &scene);
     scene.require_shared(inner, &[camera])?;
     let families = arguments.families(&scene, camera, inner)?;
@@ -114,6 +118,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         device: &scene.device.info().name,
         width: options.size.width,
         height: options.size.height,
+        up: UpReport::new(cameras.orientation()),
         first_ms,
         lattice: report.lattice,
         active_samples: report.measured.map(|measured| measured.active_samples),

@@ -2,6 +2,7 @@
 
 use super::film::Film;
 use super::keys::Keys;
+use super::orientation::UpReport;
 use super::processes::Processes;
 use super::progress;
 use super::scene::{Scene, SceneOptions};
@@ -14,6 +15,8 @@ use std::process::ExitCode;
 
 /// Default elevation of `rotate` and `bench` in degrees, as in the paper's protocol.
 pub(super) const ELEVATION: f64 = 20.0;
+/// Default orbit of the first frame of `rotate` and `bench`.
+pub(super) const START: Orbit = Orbit { azimuth: 0.0, elevation: ELEVATION, roll: 0.0 };
 /// Default number of frames of a turn, as in the paper's protocol.
 const TURN_FRAMES: u32 = 125;
 const MAX_FRAMES: u32 = 100_000;
@@ -47,9 +50,11 @@ struct Rotated<'a> {
     frames: u32,
     volume: &'a str,
     device: &'a str,
+    #[serde(flatten)]
+    up: UpReport,
 }
 
-/// Orbit of frame `n` of `frames` in a full turn around the y axis.
+/// Orbit of frame `n` of `frames` in a full turn around the vertical axis.
 pub(super) fn turn(start: Orbit, n: u32, frames: u32) -> Orbit {
     Orbit { azimuth: start.azimuth + 360.0 * f64::from(n) / f64::from(frames), ..start }
 }
@@ -82,9 +87,9 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let mut film = if processes.leads() { Some(film()?) } else { None };
     let scene = Scene::open(&arguments.scene, processes)?;
     let fitting = arguments.pictures.cameras(options, &scene);
-    let start = options.orbit(ELEVATION);
+    let start = fitting.angles().or_each_of(START);
     let cameras = match &keys {
-        Some(keys) => keys.cameras(&fitting, start, frames)?,
+        Some(keys) => keys.cameras(&fitting, START, frames)?,
         None => fitting.sequence((0..frames).map(|n| turn(start, n, frames))),
     };
     let inner = arguments.pictures.rendered(arguments.pictures.inner(options.size, &scene))?;
@@ -103,7 +108,8 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     film.finish()?;
     bar.finish_and_clear();
     let output = arguments.output.display().to_string();
-    let rotated = Rotated { output, frames, volume: scene.volume.name(), device: &scene.device.info().name };
+    let up = UpReport::new(fitting.orientation());
+    let rotated = Rotated { output, frames, volume: scene.volume.name(), device: &scene.device.info().name, up };
     super::report(arguments.json, &rotated, || format!("{} pictures in {}", rotated.frames, rotated.output))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -4,12 +4,13 @@ use super::blending::BlendOptions;
 use super::check;
 use super::notice;
 use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, Tent, TransferOptions, VolumeOptions};
+use super::orientation::Angles;
 use super::processes::{Processes, TeamOptions};
 use super::viewer::BoundOptions;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
-use crate::framing::{Fixed, Framing};
+use crate::framing::{Fixed, Framing, Orientation};
 use crate::settings::{Blend, CropBox, Settings};
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
@@ -189,26 +190,27 @@ fn rounded(value: f64, range: f64) -> String {
 pub(super) struct Cameras<'a> {
     options: CameraOptions,
     grid: &'a Grid,
+    orientation: Orientation,
     /// Bounds that views are fitted to. `None` fits the whole volume from all sides, which needs no pass over the volume.
     framing: Option<Rc<Framing>>,
 }
 
 impl<'a> Cameras<'a> {
     /// Creates cameras that fit `default` unless `--fit` is given.
-    pub fn new(options: &CameraOptions, scene: &'a Scene, default: Fit) -> Self {
+    pub fn new(options: &CameraOptions, scene: &'a Scene, default: Fit, orientation: Orientation) -> Self {
         let fit = options.fit.unwrap_or(default);
         let framing = (fit == Fit::Visible).then(|| Rc::new(scene.framing()));
-        Self { options: options.clone(), grid: scene.volume.grid(), framing }
+        Self { options: options.clone(), grid: scene.volume.grid(), orientation, framing }
     }
 
     /// Creates cameras that fit the volume's bounding box unless `--fit` is given.
-    pub fn with_bounding_box(options: &CameraOptions, scene: &'a Scene) -> Self {
+    pub fn with_bounding_box(options: &CameraOptions, scene: &'a Scene, orientation: Orientation) -> Self {
         // The box of a single voxel has no extent.
         let framing =
             (options.fit.is_none() && scene.volume.grid().voxel_count() > 1).then(|| Rc::new(Framing::whole(&scene.volume)));
         framing.map_or_else(
-            || Self::new(options, scene, Fit::Visible),
-            |framing| Self { options: options.clone(), grid: scene.volume.grid(), framing: Some(framing) },
+            || Self::new(options, scene, Fit::Visible, orientation),
+            |framing| Self { options: options.clone(), grid: scene.volume.grid(), orientation, framing: Some(framing) },
         )
     }
 
@@ -221,6 +223,15 @@ impl<'a> Cameras<'a> {
         &self.options
     }
 
+    pub fn orientation(&self) -> &Orientation {
+        &self.orientation
+    }
+
+    /// Angles that the options give.
+    pub fn angles(&self) -> Angles {
+        self.options.angles(&self.orientation)
+    }
+
     /// Centre of rotation of a sequence.
     pub fn centre(&self) -> DVec3 {
         let middle = || self.framing.as_ref().map_or_else(|| self.grid.centre(), |framing| framing.centre());
@@ -231,7 +242,7 @@ impl<'a> Cameras<'a> {
         Fixed { centre: self.options.center, scale: self.options.parallel_scale, distance: self.options.distance }
     }
 
-    /// The camera of one picture.
+    /// The camera of one picture. Orbits of cameras are counted in the frame of their orientation.
     pub fn still(&self, orbit: Orbit) -> Camera {
         match &self.framing {
             Some(framing) => self.fitted(framing, orbit, self.fixed()),
@@ -241,6 +252,7 @@ impl<'a> Cameras<'a> {
 
     /// A camera fitted to `framing`; values in `fixed` are used as given.
     fn fitted(&self, framing: &Framing, orbit: Orbit, fixed: Fixed) -> Camera {
+        let orbit = self.orientation.frame().orbit(orbit);
         match self.options.perspective {
             None => framing.parallel(orbit, self.options.size, fixed),
             Some(field_of_view) => framing.perspective(orbit, self.options.size, field_of_view, fixed),
@@ -270,6 +282,7 @@ impl<'a> Cameras<'a> {
     /// A camera that fits the whole volume for every orbit.
     fn whole_volume(&self, orbit: Orbit) -> Camera {
         let (options, grid) = (&self.options, self.grid);
+        let orbit = self.orientation.frame().orbit(orbit);
         let centre = options.center.unwrap_or_else(|| grid.centre());
         match (options.perspective, options.parallel_scale, options.distance) {
             (Some(field_of_view), _, Some(distance)) => {

@@ -3,6 +3,7 @@
 use super::compiling;
 use super::notice;
 use super::options::{CameraOptions, EncodingOptions, Fit};
+use super::orientation;
 use super::parse;
 use super::scene::{Cameras, Scene};
 use super::viewer::Viewer;
@@ -128,10 +129,14 @@ impl<'a> Studio<'a> {
 }
 
 impl PictureOptions {
-    /// Cameras that fit the visible part, or the bounding box if it is drawn.
+    /// Cameras that fit the visible part, or the bounding box if it is drawn. Says on standard error which way is up.
     pub fn cameras<'a>(&self, options: &CameraOptions, scene: &'a Scene) -> Cameras<'a> {
+        let orientation = orientation::announced(options, scene);
         let options = CameraOptions { size: self.inner(options.size, scene), ..options.clone() };
-        if self.bounding_box { Cameras::with_bounding_box(&options, scene) } else { Cameras::new(&options, scene, Fit::Visible) }
+        match self.bounding_box {
+            true => Cameras::with_bounding_box(&options, scene, orientation),
+            false => Cameras::new(&options, scene, Fit::Visible, orientation),
+        }
     }
 
     /// Size of the volume's part of a picture, beside which legend and axes are.

@@ -1,5 +1,6 @@
 //! Views in JSON, for `--cameras` and `--keys`.
 
+use super::orientation::Angles;
 use super::scene::Cameras;
 use crate::camera::{Camera, Orbit, Projection};
 use glam::DVec3;
@@ -73,18 +74,14 @@ impl View {
         }
     }
 
-    /// The orbit, unless the view has a position.
-    pub fn orbit(&self, base: Orbit) -> Option<Orbit> {
-        let orbit = Orbit {
-            azimuth: self.azimuth.unwrap_or(base.azimuth),
-            elevation: self.elevation.unwrap_or(base.elevation),
-            roll: self.roll.unwrap_or(base.roll),
-        };
-        self.position.is_none().then_some(orbit)
+    /// The orbit in the frame of `cameras`, unless the view has a position. `cameras` provides omitted angles, or `default` all of them.
+    pub fn orbit(&self, cameras: &Cameras, default: Orbit) -> Option<Orbit> {
+        let angles = Angles { azimuth: self.azimuth, elevation: self.elevation, roll: self.roll };
+        self.position.is_none().then(|| angles.or(cameras.angles()).or_all_of(default))
     }
 
-    /// The camera of this view. `cameras` provides omitted values.
-    pub fn camera(&self, cameras: &Cameras, base: Orbit) -> Result<Camera, String> {
+    /// The camera of this view. `cameras` provides omitted values, or `default` all angles.
+    pub fn camera(&self, cameras: &Cameras, default: Orbit) -> Result<Camera, String> {
         let mut options = cameras.options().clone();
         match (self.parallel_scale, self.perspective) {
             (Some(scale), _) => (options.parallel_scale, options.perspective) = (Some(scale), None),
@@ -94,7 +91,7 @@ impl View {
         options.distance = self.distance.or(options.distance).filter(|_| options.perspective.is_some());
         options.center = self.center.map(DVec3::from_array).or(options.center);
         let checked = |camera: Camera| camera.basis().map(|_| camera).map_err(|e| e.to_string());
-        if let Some(orbit) = self.orbit(base) {
+        if let Some(orbit) = self.orbit(cameras, default) {
             return checked(cameras.with_options(options).still(orbit));
         }
         let focal_point = self.focal_point.map_or_else(|| cameras.centre(), DVec3::from_array);
@@ -104,7 +101,7 @@ impl View {
             (None, None) => return Err("a view from a position needs parallel_scale or perspective".into()),
         };
         let position = self.position.map_or(focal_point, DVec3::from_array);
-        let view_up = self.view_up.map_or(DVec3::Y, DVec3::from_array);
+        let view_up = self.view_up.map_or(cameras.orientation().frame().up(), DVec3::from_array);
         checked(Camera { position, focal_point, view_up, projection })
     }
 }

@@ -20,6 +20,7 @@ pub struct Grid {
     spacing: DVec3,
     origin: DVec3,
     direction: DMat3,
+    has_anatomy: bool,
 }
 
 impl Grid {
@@ -56,7 +57,7 @@ impl Grid {
             return Err(Error::Grid { problem: format!("the origin {origin} is not finite") });
         }
         check_directions(direction)?;
-        Ok(Self { dims, spacing, origin, direction })
+        Ok(Self { dims, spacing, origin, direction, has_anatomy: false })
     }
 
     /// Position (i, j, k) of voxel `index`, x fastest.
@@ -82,6 +83,25 @@ impl Grid {
             return Err(Error::Grid { problem });
         }
         Self::oriented(dims, spacing, index_to_world.translation, axes * DMat3::from_diagonal(1.0 / spacing))
+    }
+
+    /// Declares that the world is a patient's: x points to the right side of the body (R), y to the front (A), z to the head (S).
+    ///
+    /// ```
+    /// use layersplat::glam::DVec3;
+    /// use layersplat::volume::Grid;
+    ///
+    /// let grid = Grid::new([256, 256, 128], DVec3::new(0.5, 0.5, 1.0))?.with_anatomy();
+    /// assert!(grid.has_anatomy());
+    /// # Ok::<(), layersplat::Error>(())
+    /// ```
+    pub fn with_anatomy(self) -> Self {
+        Self { has_anatomy: true, ..self }
+    }
+
+    /// Whether world coordinates are known to be a patient's (RAS). Readers declare it where the file does.
+    pub fn has_anatomy(&self) -> bool {
+        self.has_anatomy
     }
 
     /// Number of voxels along x, y, z.

@@ -9,8 +9,9 @@ pub(super) use quality::QualityOptions;
 pub(super) use volume::{FileOptions, LevelChoice, VolumeOptions};
 
 use super::parse;
-use crate::camera::Orbit;
+use crate::camera::Up;
 use crate::device::DeviceChoice;
+use crate::framing::Side;
 use crate::image::Background;
 use crate::transfer::Value;
 use crate::viewport::Viewport;
@@ -55,15 +56,21 @@ pub(super) struct Tent {
 #[derive(Args, Clone)]
 #[command(next_help_heading = "Camera and picture")]
 pub(super) struct CameraOptions {
-    /// Turn the camera around the y axis, in degrees
-    #[arg(long, default_value_t = 0.0, value_parser = parse::finite, value_name = "DEGREES", allow_hyphen_values = true)]
-    pub azimuth: f64,
-    /// Raise the camera above the xz plane, in degrees [default: 0; rotate and bench: 20]
+    /// Axis of the world that points up; the camera turns around it [default: z if the file says so, see the guide, else y; bench: y]
+    #[arg(long, value_parser = parse::up(), value_name = "AXIS", allow_hyphen_values = true)]
+    pub up: Option<Up>,
+    /// Side to look from, instead of an azimuth and an elevation
+    #[arg(long, value_parser = parse::side(), value_name = "SIDE", conflicts_with_all = ["azimuth", "elevation"])]
+    pub from: Option<Side>,
+    /// Turn the camera around the vertical axis, in degrees [default: 0; render without any angle: 30]
+    #[arg(long, value_parser = parse::finite, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub azimuth: Option<f64>,
+    /// Raise the camera, in degrees [default: 0; render without any angle, rotate and bench: 20]
     #[arg(long, value_parser = parse::finite, value_name = "DEGREES", allow_hyphen_values = true)]
     pub elevation: Option<f64>,
-    /// Turn the camera around the view direction, in degrees
-    #[arg(long, default_value_t = 0.0, value_parser = parse::finite, value_name = "DEGREES", allow_hyphen_values = true)]
-    pub roll: f64,
+    /// Turn the camera around the view direction, in degrees [default: 0]
+    #[arg(long, value_parser = parse::finite, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub roll: Option<f64>,
     /// What to frame: the visible part, or the whole volume [default: visible; bench: volume]
     #[arg(long, value_name = "WHAT")]
     pub fit: Option<Fit>,
@@ -92,12 +99,6 @@ pub(super) struct CameraOptions {
 pub(super) enum Fit {
     Visible,
     Volume,
-}
-
-impl CameraOptions {
-    pub fn orbit(&self, default_elevation: f64) -> Orbit {
-        Orbit { azimuth: self.azimuth, elevation: self.elevation.unwrap_or(default_elevation), roll: self.roll }
-    }
 }
 
 /// Selection of the device.

@@ -79,6 +79,18 @@ pub(super) fn grid(path: &Path, dims: [usize; 3], index_to_world: DAffine3, opti
     grid.map_err(|e| Error::volume(path, e.to_string()))
 }
 
+/// As [`grid`], for a transform to a patient's coordinates (RAS) if `is_anatomical`. A spacing in `options` replaces these, too.
+pub(super) fn grid_of_patient(
+    path: &Path,
+    dims: [usize; 3],
+    index_to_world: DAffine3,
+    is_anatomical: bool,
+    options: &OpenOptions,
+) -> Result<Grid, Error> {
+    let grid = grid(path, dims, index_to_world, options)?;
+    Ok(if is_anatomical && options.spacing.is_none() { grid.with_anatomy() } else { grid })
+}
+
 /// Axis-aligned transform with the first voxel at `origin`.
 pub(super) fn upright(spacing: DVec3, origin: DVec3) -> DAffine3 {
     DAffine3 { matrix3: DMat3::from_diagonal(spacing), translation: origin }

@@ -17,7 +17,8 @@ pub(super) fn head(written: &Written) -> Result<Vec<u8>, String> {
         ScalarType::Float64 => "double".into(),
         whole => whole.to_string(),
     };
-    let mut head = format!("NRRD0005\ntype: {scalar}\ndimension: 3\nspace: right-anterior-superior\nsizes: {x} {y} {z}\n");
+    let space = if written.grid.has_anatomy() { "space: right-anterior-superior" } else { "space dimension: 3" };
+    let mut head = format!("NRRD0005\ntype: {scalar}\ndimension: 3\n{space}\nsizes: {x} {y} {z}\n");
     let _ = write!(head, "space directions: {axes}\nkinds: domain domain domain\n");
     if written.scalar.bytes() > 1 {
         head += "endian: little\n";

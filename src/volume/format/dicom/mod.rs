@@ -36,7 +36,7 @@ impl Format for Dicom {
         let stack = place::stack(path, &images, options)?;
         let channel = choice::chosen(path, "channel", options.channel, shape.channels)?;
         let dims = [shape.columns, shape.rows, stack.slices.len()];
-        let grid = load::grid(path, dims, stack.index_to_world, options)?;
+        let grid = load::grid_of_patient(path, dims, stack.index_to_world, stack.is_anatomical, options)?;
         let scales: BTreeSet<[u64; 2]> = stack.slices.iter().map(|&(image, frame)| scale(&images[image], frame)).collect();
         let floats = matches!(kind.scalar, ScalarType::Float32 | ScalarType::Float64);
         let one = scales.len() == 1 || floats;

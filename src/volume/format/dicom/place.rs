@@ -19,10 +19,12 @@ const SHIFTED: f64 = 0.5;
 /// A slice: index of the image, and of the frame in it.
 pub(super) type Slice = (usize, usize);
 
-/// Slices in order, and the transform from voxel (i, j, k) to RAS coordinates.
+/// Slices in order, and the transform from voxel (i, j, k) to the world.
 pub(super) struct Stack {
     pub slices: Vec<Slice>,
     pub index_to_world: DAffine3,
+    /// Whether the slices have positions, so that the world is RAS.
+    pub is_anatomical: bool,
 }
 
 /// The slices of one point in time.
@@ -51,7 +53,8 @@ pub(super) fn stack(path: &Path, images: &[Image], options: &OpenOptions) -> Res
     let axes = DMat3::from_cols(x * spacing[0], y * spacing[1], located.normal * between);
     let right_front_top = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
     let index_to_world = DAffine3 { matrix3: right_front_top * axes, translation: right_front_top * origin };
-    Ok(Stack { slices: chosen.into_iter().map(|(_, slice)| slice).collect(), index_to_world })
+    let slices = chosen.into_iter().map(|(_, slice)| slice).collect();
+    Ok(Stack { slices, index_to_world, is_anatomical: true })
 }
 
 /// Parallel slices.
@@ -158,5 +161,5 @@ fn unlocated<'a>(
     let first = frame(slices[0]);
     let [x, y] = first.spacing.unwrap_or([1.0; 2]);
     let spacing = DVec3::new(x, y, first.thickness.unwrap_or(x));
-    Ok(Stack { slices, index_to_world: upright(spacing, DVec3::ZERO) })
+    Ok(Stack { slices, index_to_world: upright(spacing, DVec3::ZERO), is_anatomical: false })
 }

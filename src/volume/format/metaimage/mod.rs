@@ -30,7 +30,8 @@ impl Format for MetaImage {
         let sizes = sizes(&fields, scalar, channels)?;
         let size = |axis: usize| sizes.get(axis).copied().unwrap_or(1);
         let dims = [size(0), size(1), size(2)];
-        let grid = load::grid(path, dims, index_to_world(&fields, sizes.len())?, options)?;
+        let to_world = index_to_world(&fields, sizes.len())?;
+        let grid = load::grid_of_patient(path, dims, to_world, is_anatomical(&fields), options)?;
         let frame = choice::chosen(path, "frame", options.frame, sizes.iter().skip(3).product())?;
         let channel = choice::chosen(path, "channel", options.channel, channels)?;
         let is_text = data::is_text(&fields);
@@ -72,6 +73,14 @@ fn sizes(fields: &Keyed, scalar: ScalarType, channels: usize) -> Result<Vec<usiz
     let problem = || fields.wrong(format!("its sizes {sizes:?} with {channels} channels are empty or too large"));
     all.ok_or_else(problem)?;
     Ok(sizes)
+}
+
+/// Whether the axes are named after a patient: `RAI` or other letters, one of each pair; `???` where they are unknown. As in ITK, the
+/// names are only a copy of what the directions say.
+fn is_anatomical(fields: &Keyed) -> bool {
+    let letters = fields.get(&["AnatomicalOrientation"]).unwrap_or_default().to_ascii_uppercase();
+    let has = |pair: [char; 2]| letters.contains(pair);
+    letters.len() == 3 && has(['R', 'L']) && has(['A', 'P']) && has(['I', 'S'])
 }
 
 /// The file uses LPS coordinates, the world RAS.

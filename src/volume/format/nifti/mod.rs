@@ -34,7 +34,8 @@ impl Format for Nifti {
         })?;
         let sizes = sizes(&fields, scalar.bytes() * inside).map_err(wrong)?;
         let dims = [sizes[0], sizes[1], sizes[2]];
-        let grid = load::grid(path, dims, place::index_to_world(&fields, dims), options)?;
+        let (to_world, is_anatomical) = (place::index_to_world(&fields, dims), place::is_anatomical(&fields));
+        let grid = load::grid_of_patient(path, dims, to_world, is_anatomical, options)?;
         let frames = sizes[3];
         let frame = choice::chosen(path, "frame", options.frame, frames)?;
         let outside: usize = sizes[4..].iter().product();

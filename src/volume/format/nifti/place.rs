@@ -19,6 +19,11 @@ pub(super) fn index_to_world(fields: &Fields, dims: [usize; 3]) -> DAffine3 {
     }
 }
 
+/// Whether the transform leads to a patient's coordinates. With neither matrix nor quaternion the format leaves the axes open.
+pub(super) fn is_anatomical(fields: &Fields) -> bool {
+    fields.codes().iter().any(|&code| code > 0)
+}
+
 fn from_rows(rows: [f64; 12]) -> DAffine3 {
     let column = |i: usize| DVec3::new(rows[i], rows[4 + i], rows[8 + i]);
     DAffine3::from_cols(column(0), column(1), column(2), column(3))

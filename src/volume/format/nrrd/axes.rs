@@ -80,8 +80,15 @@ impl Axes {
         let origin =
             fields.get("space origin").map(|text| vector(text).ok_or_else(|| fields.wrong("its space origin is no vector")));
         let origin = origin.map(|origin| origin.map(|(place, _time)| place));
-        let affine = DAffine3 { matrix3: to_ras * axes, translation: to_ras * origin.transpose()?.unwrap_or(DVec3::ZERO) };
-        Grid::from_affine(self.dims(), affine).map_err(named)
+        let origin = origin.transpose()?.unwrap_or(DVec3::ZERO);
+        let place = |to_world: DMat3| {
+            let affine = DAffine3 { matrix3: to_world * axes, translation: to_world * origin };
+            Grid::from_affine(self.dims(), affine).map_err(named)
+        };
+        match to_ras {
+            Some(to_ras) => place(to_ras).map(Grid::with_anatomy),
+            None => place(DMat3::IDENTITY),
+        }
     }
 
     /// Axis-aligned grid from `spacings` and `axis mins`.
@@ -231,8 +238,8 @@ fn space(fields: &Fields, sizes: &[usize], directions: &[Option<DVec3>], roles: 
     if found.is_empty() { Err(fields.wrong("none of its axes is spatial")) } else { Ok(found) }
 }
 
-/// Transform from a named anatomical space to RAS.
-fn to_ras(space: &str) -> DMat3 {
+/// Transform from a named anatomical space to RAS; `None` for other spaces.
+fn to_ras(space: &str) -> Option<DMat3> {
     let letters: Vec<char> = match space.to_ascii_lowercase().split('-').collect::<Vec<_>>()[..] {
         [name] => name.chars().collect(),
         ref names => names.iter().filter_map(|name| name.chars().next()).collect(),
@@ -247,8 +254,8 @@ fn to_ras(space: &str) -> DMat3 {
         _ => None,
     };
     let axes: Option<Vec<DVec3>> = letters.iter().take(3).map(axis).collect();
-    match axes.as_deref() {
-        Some(&[x, y, z]) if DMat3::from_cols(x, y, z).determinant() != 0.0 => DMat3::from_cols(x, y, z),
-        _ => DMat3::IDENTITY,
+    match axes?[..] {
+        [x, y, z] => Some(DMat3::from_cols(x, y, z)).filter(|to_ras| to_ras.determinant() != 0.0),
+        _ => None,
     }
 }
