@@ -1,6 +1,7 @@
 //! Transfer functions from files, built-in names and histograms.
 
 use super::{TransferFunction, automatic, builtin, format, phantom};
+use super::palettes::Palette;
 use crate::error::Error;
 use crate::volume::Volume;
 use std::path::Path;
@@ -45,7 +46,7 @@ impl TransferFunction {
     /// Derives a transfer function from the volume's histogram and gradients. The built-in Shepp–Logan phantom has a fixed one, which
     /// shows the interior of the head.
     pub fn automatic(volume: &Volume) -> Self {
-        phantom::transfer(volume).unwrap_or_else(|| automatic::from_statistics(&volume.statistics(), volume))
+        phantom::transfer(volume).unwrap_or_else(|| automatic::derived(volume, Palette::default()))
     }
 
     /// Opens a built-in transfer function by name, a file, or a preset of a file as `FILE#PRESET`.
