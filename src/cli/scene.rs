@@ -115,10 +115,12 @@ impl Scene {
 /// Opens the transfer function given by the options, or derives one from the histogram.
 pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume) -> Result<TransferFunction, Error> {
     let find = Value::finder(volume);
-    let mut transfer = match &options.transfer {
-        Some(source) => TransferFunction::open(source, volume)?,
-        None if options.window.is_some() => TransferFunction::builtin("grey", volume)?,
-        None => TransferFunction::automatic(volume),
+    let mut transfer = match (&options.transfer, &options.preset, &options.palette) {
+        (Some(source), ..) => TransferFunction::open(source, volume)?,
+        (None, Some(preset), _) => TransferFunction::preset(preset, volume)?,
+        (None, None, Some(palette)) => TransferFunction::automatic_in(volume, palette)?,
+        (None, None, None) if options.window.is_some() => TransferFunction::builtin("grey", volume)?,
+        (None, None, None) => TransferFunction::automatic(volume),
     };
     if let Some((lo, hi)) = options.transfer_range {
         transfer = transfer.stretched(find(lo), find(hi))?;

@@ -10,6 +10,7 @@ mod maps;
 mod opacity;
 mod palettes;
 mod phantom;
+mod presets;
 mod sources;
 mod table;
 mod value;

@@ -8,7 +8,7 @@ type Color = [f64; 3];
 
 /// Upper limit of the smallest channel of each colour.
 #[cfg(test)]
-const DIMMEST: f64 = 0.7;
+pub(super) const DIMMEST: f64 = 0.7;
 
 /// Colours for any number of classes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,16 +26,16 @@ pub(super) struct Palette {
 const PALETTES: [Palette; 4] = [
     Palette {
         name: "calm",
-        single: [0.74, 0.65, 0.52],
+        single: [0.73, 0.67, 0.57],
         materials: [
-            [0.93, 0.86, 0.68],
-            [0.33, 0.51, 0.73],
+            [0.82, 0.71, 0.50],
+            [0.36, 0.55, 0.72],
             [0.72, 0.35, 0.24],
             [0.53, 0.72, 0.52],
             [0.42, 0.22, 0.44],
             [0.12, 0.36, 0.36],
         ],
-        shells: [[0.24, 0.36, 0.62], [0.28, 0.62, 0.60], [0.95, 0.80, 0.42]],
+        shells: [[0.38, 0.52, 0.86], [0.25, 0.66, 0.60], [0.93, 0.76, 0.38]],
     },
     Palette {
         name: "vivid",
@@ -54,7 +54,7 @@ const PALETTES: [Palette; 4] = [
         name: "tissue",
         single: [0.80, 0.58, 0.48],
         materials: [
-            [0.93, 0.86, 0.68],
+            [0.82, 0.71, 0.50],
             [0.66, 0.26, 0.22],
             [0.84, 0.62, 0.48],
             [0.36, 0.42, 0.62],

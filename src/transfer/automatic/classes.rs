@@ -19,21 +19,15 @@ pub struct Class {
     pub shell: Weights,
 }
 
-/// Kind of data.
+/// The classes of a volume, ascending by value, without the background.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Classes {
-    /// Materials, ascending by value, without the background.
-    Materials(Vec<Class>),
-    /// Nested shells of one quantity, from the outermost to the innermost.
-    Shells(Vec<Class>),
-}
-
-impl Classes {
-    pub fn all(&self) -> &[Class] {
-        match self {
-            Classes::Materials(classes) | Classes::Shells(classes) => classes,
-        }
-    }
+pub struct Classes {
+    pub classes: Vec<Class>,
+    /// Whether they are nested shells of one quantity instead of materials.
+    pub are_shells: bool,
+    /// Values of a cavity that a material encloses. They are below the background, as the values around the volume may be, so they stay
+    /// transparent.
+    pub cavity: Option<(f64, f64)>,
 }
 
 /// Share of the faces that the background takes at least; with less, the lowest mode is the background.
@@ -50,14 +44,18 @@ const NOISE: f64 = 4.0;
 const DEVIATION: f64 = 0.92;
 /// Half the width of an opacity ramp at a boundary, as a fraction of the distance between the materials.
 const RAMP: f64 = 0.22;
+/// Distance above a boundary at which the shell ends, in units of half its ramp.
+const SKIN: f64 = 2.0;
 /// Interior of a translucent shell, relative to its boundary.
 const INTERIOR: f64 = 0.12;
+/// Position of the boundary to the background, relative to that of the strongest gradients.
+const NEARER: f64 = 0.75;
 /// Share of the voxels outside the background that materials must hold; with less, the field is smooth.
 const FLAT: f64 = 0.08;
 /// Share of the voxels outside the background, and of the range, that values above the brightest material take if they are one.
 const TAIL: (f64, f64) = (0.03, 0.15);
 /// Ratio of the radii of the parts above three quarters and one quarter of a smooth field's range from which it is one object.
-const ONE_OBJECT: f64 = 0.62;
+const ONE_OBJECT: f64 = 0.7;
 /// Radii of nested shells, relative to the radius of the visible part.
 const SHELLS: [f64; 3] = [0.8, 0.55, 0.3];
 /// Thickness of a shell in units of the distance to which opacities apply.
@@ -72,7 +70,8 @@ pub fn classes(survey: &Survey, modes: &[Mode]) -> Classes {
     if materials.is_empty() || flat < FLAT * foreground {
         return smooth(survey, &background);
     }
-    Classes::Materials(bounded(survey, &background, &materials))
+    let cavity = modes.iter().find(|mode| background.has_below(mode)).map(|mode| (survey.value(0.0), survey.value(mode.to)));
+    Classes { classes: bounded(survey, &background, &materials), are_shells: false, cavity }
 }
 
 /// What surrounds the object. Positions are bins.
@@ -101,7 +100,12 @@ impl Background {
 
     /// Whether a mode is a material of the object.
     fn shows(&self, mode: &Mode) -> bool {
-        mode.peak > self.to || (mode.peak < self.from && mode.face_share < ENCLOSED)
+        mode.peak > self.to
+    }
+
+    /// Whether a mode is a cavity: below the background, and away from the faces.
+    fn has_below(&self, mode: &Mode) -> bool {
+        mode.peak < self.from && mode.face_share < ENCLOSED
     }
 
     /// Share of the voxels in the background.
@@ -140,25 +144,28 @@ impl Edge {
     }
 }
 
+impl Edge {
+    /// The edge nearer to the background that ends at `end`: where parts are thinner than the resolution, values stay below a material's.
+    fn nearer(self, end: f64) -> Self {
+        let at = end + NEARER * (self.at - end);
+        Self { at, half: self.half.min((at - end).max(0.5)) }
+    }
+}
+
 /// The classes of materials that boundaries separate.
 fn bounded(survey: &Survey, background: &Background, materials: &[&Mode]) -> Vec<Class> {
     let mut ranges: Vec<(f64, f64)> = materials.iter().map(|mode| (mode.from, mode.to)).collect();
     ranges.extend(tail(survey, background, materials));
-    let below = ranges.iter().filter(|range| range.1 <= background.from).count();
-    let surrounding = (background.from, background.to);
-    // Edges of each class, towards lower and higher values; none at the ends of the range.
-    let edge = |n: usize| -> (Option<Edge>, Option<Edge>) {
-        let range = ranges[n];
-        let lower = if n == below { Some(surrounding) } else { n.checked_sub(1).map(|before| ranges[before]) };
-        let upper = if n + 1 == below { Some(surrounding) } else { ranges.get(n + 1).copied() };
-        (lower.map(|lower| Edge::between(survey, lower, range)), upper.map(|upper| Edge::between(survey, range, upper)))
-    };
-    (0..ranges.len())
-        .map(|n| {
-            let (lower, upper) = edge(n);
-            class(survey, lower, upper, n < below)
-        })
-        .collect()
+    let mut edges = Vec::new();
+    let mut lower = (background.from, background.to);
+    for &range in &ranges {
+        edges.push(Edge::between(survey, lower, range));
+        lower = range;
+    }
+    if let [edge] = edges.as_mut_slice() {
+        *edge = edge.nearer(background.to);
+    }
+    (0..ranges.len()).map(|n| class(survey, edges[n], edges.get(n + 1).copied())).collect()
 }
 
 /// Values above the brightest material, if they are many: a material without a mode of its own.
@@ -169,30 +176,34 @@ fn tail(survey: &Survey, background: &Background, materials: &[&Mode]) -> Option
     (many && bins - end > TAIL.1 * bins).then(|| (end + (bins - end) / 3.0, bins))
 }
 
-/// A class between two edges. `inverted`: its values are below the background.
-fn class(survey: &Survey, lower: Option<Edge>, upper: Option<Edge>, inverted: bool) -> Class {
-    let bins = survey.bins() as f64;
+/// The class above an edge, up to the next one if there is another.
+fn class(survey: &Survey, lower: Edge, upper: Option<Edge>) -> Class {
     let value = |position: f64| survey.value(position);
-    let at = |edge: Option<Edge>, side: f64, end: f64| edge.map_or(end, |edge| edge.at + side * edge.half);
-    let (inner_from, inner_to) = (at(lower, 1.0, 0.0), at(upper, -1.0, bins));
-    let mut solid = Vec::new();
-    let mut shell = Vec::new();
-    if let Some(edge) = lower {
-        solid.extend([(value(edge.at - edge.half), 0.0), (value(edge.at + edge.half), 1.0)]);
-        let first = if inverted { INTERIOR } else { 1.0 };
-        shell.extend([(value(edge.at - edge.half), 0.0), (value(edge.at), first), (value(edge.at + 2.0 * edge.half), INTERIOR)]);
-    } else {
-        (solid.push((value(0.0), 1.0)), shell.push((value(0.0), INTERIOR)));
+    let end = survey.bins() as f64;
+    let mut solid = vec![(value(lower.at - lower.half), 0.0), (value(lower.at + lower.half), 1.0)];
+    let mut shell = vec![
+        (value(lower.at - lower.half), 0.0),
+        (value(lower.at), 1.0),
+        (value(lower.at + SKIN * lower.half), INTERIOR),
+    ];
+    match upper {
+        Some(upper) => {
+            let ramp = [upper.at - upper.half, upper.at + upper.half].map(value);
+            solid.extend([(ramp[0], 1.0), (ramp[1], 0.0)]);
+            shell.extend([(ramp[0], INTERIOR), (ramp[1], 0.0)]);
+        }
+        None => {
+            solid.push((value(end), 1.0));
+            shell.push((value(end), INTERIOR));
+        }
     }
-    if let Some(edge) = upper {
-        solid.extend([(value(edge.at - edge.half), 1.0), (value(edge.at + edge.half), 0.0)]);
-        let first = if inverted { 1.0 } else { INTERIOR };
-        shell.extend([(value(edge.at - 2.0 * edge.half), INTERIOR), (value(edge.at), first), (value(edge.at + edge.half), 0.0)]);
-    } else {
-        (solid.push((value(bins), 1.0)), shell.push((value(bins), INTERIOR)));
+    let begin = |edge: Edge| value(edge.at - edge.half);
+    Class {
+        colored: (begin(lower), upper.map_or(value(end), begin)),
+        core: (value(lower.at + lower.half), upper.map_or(value(end), begin)),
+        solid: ascending(solid),
+        shell: ascending(shell),
     }
-    let colored = (value(at(lower, -1.0, 0.0)), value(at(upper, -1.0, bins)));
-    Class { colored, core: (value(inner_from), value(inner_to)), solid: ascending(solid), shell: ascending(shell) }
 }
 
 /// Makes values ascend where two edges are so near that their ramps overlap.
@@ -216,7 +227,7 @@ fn smooth(survey: &Survey, background: &Background) -> Classes {
     if radius(at(0.75)) > ONE_OBJECT * radius(at(0.25)) {
         let half = 0.2 * (bins as f64 - start);
         let edge = Edge { at: start + half * 1.25, half };
-        return Classes::Materials(vec![class(survey, Some(edge), None, false)]);
+        return Classes { classes: vec![class(survey, edge, None)], are_shells: false, cavity: None };
     }
     let level = |share: f64| (start as usize..bins).find(|&bin| radius(bin as f64) <= share * radius(start)).unwrap_or(bins - 1);
     let mut levels: Vec<f64> = SHELLS.iter().map(|&share| (level(share) as f64 + 0.5).max(start + 1.0)).collect();
@@ -231,5 +242,5 @@ fn smooth(survey: &Survey, background: &Background) -> Classes {
         let solid = vec![(value(at - half), 0.0), (value(at + half), 1.0), (value(bins as f64), 1.0)];
         Class { colored: (value(at - half), value(end - half.min(end - at))), core: (value(at), value(end)), solid, shell }
     };
-    Classes::Shells((0..levels.len()).map(class).collect())
+    Classes { classes: (0..levels.len()).map(class).collect(), are_shells: true, cavity: None }
 }

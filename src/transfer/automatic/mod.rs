@@ -32,7 +32,7 @@ pub(super) fn derived(volume: &Volume, palette: Palette) -> TransferFunction {
     }
     let rays = Rays::new(volume);
     if hounsfield::is_ct(&statistics, volume) {
-        let (_, shown) = rays.shown(&tissues::classes());
+        let shown = rays.shown(&tissues::classes(), None);
         return function(&tissues::classes(), &shown, &tissues::COLORS, (statistics.min, statistics.max));
     }
     let survey = Survey::new(&statistics, volume);
@@ -60,16 +60,9 @@ fn mirrored_if_bright(survey: &Survey, found: &[modes::Mode]) -> Option<Survey> 
 }
 
 fn of_classes(classes: &Classes, rays: &Rays, palette: Palette, range: (f64, f64)) -> TransferFunction {
-    let all = classes.all();
-    let (order, shown) = rays.shown(all);
-    let ordered = match classes {
-        Classes::Materials(_) => palette.materials(all.len()),
-        Classes::Shells(_) => palette.shells(all.len()),
-    };
-    let mut colors = vec![[0.0; 3]; all.len()];
-    for (class, color) in order.into_iter().zip(ordered) {
-        colors[class] = color;
-    }
+    let all = &classes.classes;
+    let shown = rays.shown(all, classes.cavity);
+    let colors = if classes.are_shells { palette.shells(all.len()) } else { palette.materials(all.len()) };
     function(all, &shown, &colors, range)
 }
 

@@ -13,7 +13,9 @@ const PERSISTENCE: f64 = 1.5;
 /// Smallest excess of a mode over the valley, in standard deviations of its count.
 const SIGNIFICANCE: f64 = 5.0;
 /// Smallest number of flat voxels of a mode, as a fraction of the voxels outside the largest mode.
-const SMALLEST: f64 = 5e-3;
+const SMALLEST: f64 = 0.02;
+/// The same for modes below the largest: cavities are small.
+const SMALLEST_CAVITY: f64 = 5e-3;
 /// Smallest share of the voxels in a mode's range of values that are flat; with fewer, it is the end of an edge.
 const SOLID: f64 = 0.1;
 /// Largest number of modes.
@@ -68,8 +70,9 @@ pub fn modes(survey: &Survey) -> Vec<Mode> {
         (own > SOLID * sum(&survey.counts[inside])).then_some(mode)
     };
     let found: Vec<Mode> = (0..peaks.len()).filter_map(mode).collect();
-    let foreground = 1.0 - found.iter().map(|mode| mode.share).fold(0.0, f64::max);
-    found.into_iter().filter(|mode| mode.share > SMALLEST * foreground).collect()
+    let Some(largest) = found.iter().copied().max_by(|a, b| a.share.total_cmp(&b.share)) else { return found };
+    let least = |mode: &Mode| if mode.peak < largest.peak { SMALLEST_CAVITY } else { SMALLEST };
+    found.into_iter().filter(|mode| *mode == largest || mode.share > least(mode) * (1.0 - largest.share)).collect()
 }
 
 /// Positions of the maxima, and of the minima between them.

@@ -3,7 +3,7 @@
 use super::classes::Class;
 
 /// Colours of skin, soft tissue and bone.
-pub const COLORS: [[f64; 3]; 3] = [[0.84, 0.62, 0.50], [0.66, 0.27, 0.22], [0.93, 0.87, 0.69]];
+pub const COLORS: [[f64; 3]; 3] = [[0.84, 0.62, 0.50], [0.66, 0.27, 0.22], [0.86, 0.79, 0.62]];
 
 /// Skin is a shell between air and tissue. Muscles and organs lie around 50 HU, cancellous bone from 150 and compact bone above 500.
 pub fn classes() -> [Class; 3] {

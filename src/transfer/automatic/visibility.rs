@@ -11,7 +11,7 @@ const DIRECTIONS: [[f64; 3]; 3] = [[0.470, 0.342, 0.814], [0.814, 0.470, 0.342],
 const RAYS: usize = 32;
 const STEPS: f64 = 1024.0;
 /// Share of the light that reaches the innermost class through all classes in front of it.
-const THROUGH: f64 = 0.6;
+const THROUGH: f64 = 0.55;
 /// Optical depth of a class that looks solid, along a typical ray through it.
 const SOLID: f64 = 3.5;
 /// Smallest and largest optical depth per unit distance of a solid class, and of a shell.
@@ -74,21 +74,15 @@ impl Rays {
         self.starts.par_windows(2).map(|ends| &self.values[ends[0]..ends[1]])
     }
 
-    /// How to show each class, so that outer classes do not hide inner ones.
-    /// Also returns the indices of the classes from the outermost to the innermost.
-    pub fn shown(&self, classes: &[Class]) -> (Vec<usize>, Vec<Shown>) {
-        let order = self.order(classes);
-        let innermost = *order.last().expect("there is a class");
-        let share = THROUGH.powf(1.0 / (classes.len() as f64 - 1.0).max(1.0));
-        let mut shown = vec![Shown { is_solid: true, depth: 0.0 }; classes.len()];
-        for (n, &class) in order.iter().enumerate() {
-            let solid = Shown { is_solid: true, depth: self.solid(&classes[class]) };
-            shown[class] = match (class == innermost).then_some(solid) {
-                Some(solid) => solid,
-                None => self.translucent(class, &order[n + 1..], classes, share).unwrap_or(solid),
-            };
-        }
-        (order, shown)
+    /// How to show each class, so that it does not hide the classes after it, nor cavities with values in `cavity`.
+    pub fn shown(&self, classes: &[Class], cavity: Option<(f64, f64)>) -> Vec<Shown> {
+        let cores: Vec<(f64, f64)> = classes.iter().map(|class| class.core).chain(cavity).collect();
+        let share = THROUGH.powf(1.0 / (cores.len() as f64 - 1.0).max(1.0));
+        let solid = |class: &Class| Shown { is_solid: true, depth: self.solid(class) };
+        let covers = if cavity.is_some() { 0.0 } else { COVERS };
+        let shown =
+            |(n, class): (usize, &Class)| self.translucent(class, &cores[n + 1..], share, covers).unwrap_or_else(|| solid(class));
+        classes.iter().enumerate().map(shown).collect()
     }
 
     /// The rays with negated values.
@@ -96,27 +90,12 @@ impl Rays {
         Self { values: self.values.into_iter().map(|value| -value).collect(), ..self }
     }
 
-    /// Indices of the classes from the outermost to the innermost: by how often the core of one is met before another's.
-    fn order(&self, classes: &[Class]) -> Vec<usize> {
-        let first: Vec<Vec<Option<usize>>> =
-            self.each().map(|ray| classes.iter().map(|class| self.first_met(ray, class)).collect()).collect();
-        let before = |a: usize, b: usize| first.iter().filter(|f| f[a].is_some() && f[b].is_some() && f[a] < f[b]).count() as f64;
-        let outwardness = |a: usize| -> f64 {
-            let others = (0..classes.len()).filter(|&b| b != a);
-            // Ties are settled by value: brighter is more inner.
-            others.map(|b| (before(a, b) - before(b, a)) / (before(a, b) + before(b, a) + 10.0) - 0.1 * (a as f64 - b as f64)).sum()
-        };
-        let mut order: Vec<(f64, usize)> = (0..classes.len()).map(|a| (outwardness(a), a)).collect();
-        order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        order.into_iter().map(|(_, class)| class).collect()
-    }
-
-    /// First sample on a ray from which on the ray is inside the class for [`MET`] at least.
-    fn first_met(&self, ray: &[f64], class: &Class) -> Option<usize> {
+    /// First sample on a ray up to which the ray was in a range of values for [`MET`] at least.
+    fn first_met(&self, ray: &[f64], core: (f64, f64)) -> Option<usize> {
         let long = (2.0 * MET / self.step).ceil() as usize + 1;
         let mut run = 0;
         ray.iter().position(|&value| {
-            run = if (class.core.0..=class.core.1).contains(&value) { run + 1 } else { 0 };
+            run = if (core.0..=core.1).contains(&value) { run + 1 } else { 0 };
             run >= long
         })
     }
@@ -135,17 +114,18 @@ impl Rays {
         (SOLID / thin).clamp(SOLID_LIMITS.0, SOLID_LIMITS.1)
     }
 
-    /// A translucent shell that lets `share` of the light through to the classes `behind` it; `None` if there is hardly any behind.
-    fn translucent(&self, class: usize, behind: &[usize], classes: &[Class], share: f64) -> Option<Shown> {
-        let integral = Integral::new(&classes[class].shell);
+    /// A translucent shell that lets `share` of the light through to the classes `behind` it; `None` if at most
+    /// a share `covers` of its rays has any behind.
+    fn translucent(&self, class: &Class, behind: &[(f64, f64)], share: f64, covers: f64) -> Option<Shown> {
+        let integral = Integral::new(&class.shell);
         let depth_before = |ray: &[f64]| -> (f64, bool) {
-            let inner = behind.iter().filter_map(|&inner| self.first_met(ray, &classes[inner])).min();
+            let inner = behind.iter().filter_map(|&core| self.first_met(ray, core)).min();
             let end = inner.unwrap_or(ray.len());
             (ray[..end].windows(2).map(|ends| integral.mean(ends[0], ends[1])).sum::<f64>() * self.step, inner.is_some())
         };
         let depths: Vec<(f64, bool)> = self.each().map(depth_before).filter(|(depth, _)| *depth > 0.02).collect();
         let covering: Vec<f64> = depths.iter().filter(|(_, covers)| *covers).map(|(depth, _)| *depth).collect();
-        if covering.is_empty() || (covering.len() as f64) < COVERS * depths.len() as f64 {
+        if covering.is_empty() || (covering.len() as f64) < covers * depths.len() as f64 {
             return None;
         }
         // The mean transmittance falls with the depth: bisection.
