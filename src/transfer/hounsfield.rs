@@ -15,7 +15,11 @@ const LEAST: f64 = 0.02;
 pub(super) fn is_ct(statistics: &Statistics, volume: &Volume) -> bool {
     let shaped = volume.grid().dims().iter().all(|&n| n > 1);
     let share = |range| share(statistics, range);
-    shaped && SMALLEST.contains(&statistics.min) && LARGEST.contains(&statistics.max) && share(AIR) >= LEAST && share(TISSUE) >= LEAST
+    shaped
+        && SMALLEST.contains(&statistics.min)
+        && LARGEST.contains(&statistics.max)
+        && share(AIR) >= LEAST
+        && share(TISSUE) >= LEAST
 }
 
 /// Share of the voxels in a range. Bins that it cuts count in proportion.

@@ -28,12 +28,12 @@ const PALETTES: [Palette; 4] = [
         name: "calm",
         single: [0.73, 0.67, 0.57],
         materials: [
-            [0.82, 0.71, 0.50],
+            [0.79, 0.68, 0.47],
             [0.36, 0.55, 0.72],
-            [0.72, 0.35, 0.24],
-            [0.53, 0.72, 0.52],
-            [0.42, 0.22, 0.44],
-            [0.12, 0.36, 0.36],
+            [0.70, 0.34, 0.24],
+            [0.62, 0.84, 0.80],
+            [0.36, 0.18, 0.42],
+            [0.14, 0.36, 0.30],
         ],
         shells: [[0.38, 0.52, 0.86], [0.25, 0.66, 0.60], [0.93, 0.76, 0.38]],
     },
@@ -44,9 +44,9 @@ const PALETTES: [Palette; 4] = [
             [0.97, 0.84, 0.30],
             [0.13, 0.42, 0.80],
             [0.86, 0.36, 0.12],
-            [0.30, 0.72, 0.60],
-            [0.45, 0.15, 0.50],
-            [0.10, 0.32, 0.25],
+            [0.45, 0.85, 0.80],
+            [0.40, 0.10, 0.48],
+            [0.08, 0.36, 0.22],
         ],
         shells: [[0.38, 0.16, 0.56], [0.13, 0.56, 0.56], [0.96, 0.87, 0.25]],
     },
@@ -54,19 +54,19 @@ const PALETTES: [Palette; 4] = [
         name: "tissue",
         single: [0.80, 0.58, 0.48],
         materials: [
-            [0.82, 0.71, 0.50],
-            [0.66, 0.26, 0.22],
-            [0.84, 0.62, 0.48],
-            [0.36, 0.42, 0.62],
-            [0.38, 0.18, 0.30],
-            [0.20, 0.30, 0.28],
+            [0.79, 0.68, 0.47],
+            [0.62, 0.24, 0.20],
+            [0.90, 0.66, 0.62],
+            [0.40, 0.46, 0.70],
+            [0.36, 0.14, 0.32],
+            [0.10, 0.26, 0.22],
         ],
         shells: [[0.42, 0.20, 0.24], [0.80, 0.44, 0.34], [0.94, 0.84, 0.62]],
     },
     Palette {
         name: "grey",
         single: [0.64; 3],
-        materials: [[0.70; 3], [0.47; 3], [0.31; 3], [0.58; 3], [0.20; 3], [0.39; 3]],
+        materials: [[0.70; 3], [0.475; 3], [0.27; 3], [0.585; 3], [0.37; 3], [0.17; 3]],
         shells: [[0.28; 3], [0.48; 3], [0.70; 3]],
     },
 ];
@@ -115,4 +115,59 @@ impl Default for Palette {
 
 pub(super) fn names() -> impl Iterator<Item = &'static str> {
     PALETTES.iter().map(|palette| palette.name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transfer::format::lab;
+
+    /// Simulations of colour vision without long- and without medium-wave cones, for linear RGB (Viénot, Brettel & Mollon 1999).
+    const DEFICIENCIES: [[[f64; 3]; 3]; 2] = [
+        [[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]],
+        [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]],
+    ];
+
+    fn seen_with(matrix: [[f64; 3]; 3], color: Color) -> Color {
+        let linear = color.map(|c| c.powf(2.2));
+        matrix.map(|row| (0..3).map(|c| row[c] * linear[c]).sum::<f64>().clamp(0.0, 1.0).powf(1.0 / 2.2))
+    }
+
+    /// Distance in CIELAB.
+    fn difference(a: Color, b: Color) -> f64 {
+        let (a, b) = (lab(a), lab(b));
+        (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// Smallest difference in CIELAB of two colours that stand for different things; 2.3 is just noticeable.
+    const DISTINCT: f64 = 10.0;
+
+    #[test]
+    fn colours_are_distinct_for_all_observers() {
+        for palette in PALETTES {
+            for colors in (2..=6).map(|count| palette.materials(count)).chain((2..=3).map(|count| palette.shells(count))) {
+                for (n, &a) in colors.iter().enumerate() {
+                    for &b in &colors[..n] {
+                        let all = DEFICIENCIES.map(|matrix| difference(seen_with(matrix, a), seen_with(matrix, b)));
+                        let least = all.into_iter().fold(difference(a, b), f64::min);
+                        assert!(least > DISTINCT, "{}: {a:?} and {b:?} differ by {least}", palette.name);
+                    }
+                }
+            }
+        }
+        // Red and green of the same lightness are alike to those without medium-wave cones.
+        let [red, green] = [[0.75, 0.35, 0.2], [0.45, 0.53, 0.2]].map(|color| seen_with(DEFICIENCIES[1], color));
+        assert!(difference(red, green) < DISTINCT, "{}", difference(red, green));
+    }
+
+    #[test]
+    fn light_burns_no_colour_out() {
+        for palette in PALETTES {
+            for color in palette.materials.iter().chain(&palette.shells).chain([&palette.single]) {
+                assert!(color.iter().copied().fold(1.0, f64::min) <= DIMMEST, "{}: {color:?}", palette.name);
+            }
+        }
+        assert_eq!(Palette::named("calm").unwrap(), Palette::default());
+        assert!(Palette::named("pink").unwrap_err().to_string().contains("vivid"));
+    }
 }

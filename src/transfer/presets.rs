@@ -119,12 +119,7 @@ const PRESETS: [Preset; 8] = [
         name: "simulation",
         shows: "simulated fields: low values faint, high values solid",
         scale: Scale::Share,
-        colors: &[
-            (0.0, [0.22, 0.26, 0.62]),
-            (0.35, [0.18, 0.58, 0.66]),
-            (0.65, [0.86, 0.74, 0.36]),
-            (1.0, [0.78, 0.26, 0.18]),
-        ],
+        colors: &[(0.0, [0.22, 0.26, 0.62]), (0.35, [0.18, 0.58, 0.66]), (0.65, [0.86, 0.74, 0.36]), (1.0, [0.78, 0.26, 0.18])],
         opacities: &[(0.0, 0.0), (0.05, 0.0), (0.2, 0.015), (0.5, 0.06), (0.8, 0.3), (1.0, 0.7)],
     },
 ];
@@ -192,7 +187,11 @@ mod tests {
             assert_eq!(transfer.range(), scale, "{}", preset.name);
             assert_eq!(transfer.opacity(scale.0), 0.0, "{}", preset.name);
             for (_, color) in preset.colors {
-                assert!(color.iter().copied().fold(1.0, f64::min) <= crate::transfer::palettes::DIMMEST, "{}: {color:?}", preset.name);
+                assert!(
+                    color.iter().copied().fold(1.0, f64::min) <= crate::transfer::palettes::DIMMEST,
+                    "{}: {color:?}",
+                    preset.name
+                );
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Transfer functions from files, built-in names and histograms.
 
-use super::{TransferFunction, automatic, builtin, format, phantom, presets};
 use super::palettes::{self, Palette};
+use super::{TransferFunction, automatic, builtin, format, phantom, presets};
 use crate::error::Error;
 use crate::volume::Volume;
 use std::path::Path;

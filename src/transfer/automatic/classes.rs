@@ -47,7 +47,7 @@ const RAMP: f64 = 0.22;
 /// Distance above a boundary at which the shell ends, in units of half its ramp.
 const SKIN: f64 = 2.0;
 /// Interior of a translucent shell, relative to its boundary.
-const INTERIOR: f64 = 0.12;
+const INTERIOR: f64 = 0.04;
 /// Position of the boundary to the background, relative to that of the strongest gradients.
 const NEARER: f64 = 0.75;
 /// Share of the voxels outside the background that materials must hold; with less, the field is smooth.
@@ -85,7 +85,8 @@ struct Background {
 
 impl Background {
     fn of(survey: &Survey, modes: &[Mode]) -> Self {
-        let on_faces = modes.iter().max_by(|a, b| a.face_share.total_cmp(&b.face_share)).filter(|mode| mode.face_share >= SURROUNDS);
+        let on_faces =
+            modes.iter().max_by(|a, b| a.face_share.total_cmp(&b.face_share)).filter(|mode| mode.face_share >= SURROUNDS);
         let lowest = modes.first().filter(|mode| mode.peak < survey.bins() as f64 / 2.0);
         let Some(mode) = on_faces.or(lowest) else { return Self { from: 0.0, to: 0.0, peak: None } };
         let noise = NOISE * deviation(survey, mode.peak);
@@ -139,7 +140,8 @@ struct Edge {
 impl Edge {
     fn between(survey: &Survey, lower: (f64, f64), upper: (f64, f64)) -> Self {
         let at = boundary(survey, lower.1, upper.0);
-        let half = (RAMP * (upper.0 + upper.1 - lower.0 - lower.1) / 2.0).min((at - lower.1).max(0.5)).min((upper.0 - at).max(0.5));
+        let half =
+            (RAMP * (upper.0 + upper.1 - lower.0 - lower.1) / 2.0).min((at - lower.1).max(0.5)).min((upper.0 - at).max(0.5));
         Self { at, half }
     }
 }
@@ -181,11 +183,8 @@ fn class(survey: &Survey, lower: Edge, upper: Option<Edge>) -> Class {
     let value = |position: f64| survey.value(position);
     let end = survey.bins() as f64;
     let mut solid = vec![(value(lower.at - lower.half), 0.0), (value(lower.at + lower.half), 1.0)];
-    let mut shell = vec![
-        (value(lower.at - lower.half), 0.0),
-        (value(lower.at), 1.0),
-        (value(lower.at + SKIN * lower.half), INTERIOR),
-    ];
+    let mut shell =
+        vec![(value(lower.at - lower.half), 0.0), (value(lower.at), 1.0), (value(lower.at + SKIN * lower.half), INTERIOR)];
     match upper {
         Some(upper) => {
             let ramp = [upper.at - upper.half, upper.at + upper.half].map(value);

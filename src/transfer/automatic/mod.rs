@@ -68,7 +68,8 @@ fn of_classes(classes: &Classes, rays: &Rays, palette: Palette, range: (f64, f64
 
 /// The transfer function of classes, ascending by value.
 fn function(classes: &[Class], shown: &[Shown], colors: &[[f64; 3]], (lo, hi): (f64, f64)) -> TransferFunction {
-    let weights: Vec<_> = classes.iter().zip(shown).map(|(class, shown)| if shown.is_solid { &class.solid } else { &class.shell }).collect();
+    let weights: Vec<_> =
+        classes.iter().zip(shown).map(|(class, shown)| if shown.is_solid { &class.solid } else { &class.shell }).collect();
     let mut values: Vec<f64> = weights.iter().flat_map(|weights| weights.iter().map(|point| point.0)).chain([lo, hi]).collect();
     values.sort_by(f64::total_cmp);
     values.dedup();

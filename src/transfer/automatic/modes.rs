@@ -18,6 +18,8 @@ const SMALLEST: f64 = 0.02;
 const SMALLEST_CAVITY: f64 = 5e-3;
 /// Smallest share of the voxels in a mode's range of values that are flat; with fewer, it is the end of an edge.
 const SOLID: f64 = 0.1;
+/// Largest number of values of integers that are labels rather than samples of a quantity.
+const LABELS: usize = 8;
 /// Largest number of modes.
 const MOST: usize = 6;
 /// Height at which a mode ends, as a fraction of its peak.
@@ -40,6 +42,9 @@ pub struct Mode {
 /// The modes of a survey, ascending by value.
 pub fn modes(survey: &Survey) -> Vec<Mode> {
     let flat = smoothed(&survey.flat, SMOOTHING * survey.bins() as f64);
+    if survey.bins() <= LABELS {
+        return labels(survey);
+    }
     let (mut peaks, mut valleys) = extrema(&flat);
     // Valleys that separate nothing are removed, the shallowest first.
     loop {
@@ -73,6 +78,19 @@ pub fn modes(survey: &Survey) -> Vec<Mode> {
     let Some(largest) = found.iter().copied().max_by(|a, b| a.share.total_cmp(&b.share)) else { return found };
     let least = |mode: &Mode| if mode.peak < largest.peak { SMALLEST_CAVITY } else { SMALLEST };
     found.into_iter().filter(|mode| *mode == largest || mode.share > least(mode) * (1.0 - largest.share)).collect()
+}
+
+/// A mode for each value of a mask or of a few labels.
+fn labels(survey: &Survey) -> Vec<Mode> {
+    let share = |numbers: &[f64], bin: usize| numbers[bin] / sum(numbers).max(1.0);
+    let mode = |bin: usize| Mode {
+        peak: bin as f64 + 0.5,
+        from: bin as f64,
+        to: bin as f64 + 1.0,
+        share: share(&survey.counts, bin),
+        face_share: share(&survey.faces, bin),
+    };
+    (0..survey.bins()).filter(|&bin| survey.counts[bin] > 0.0).map(mode).collect()
 }
 
 /// Positions of the maxima, and of the minima between them.

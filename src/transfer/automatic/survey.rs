@@ -141,10 +141,12 @@ impl Sampler<'_> {
             return None;
         }
         let strides = [1, dims[0], dims[0] * dims[1]];
+        // Parts have a layer of their neighbours' voxels, so this leaves out faces of the volume alone.
+        let held = self.volume.held_box();
         let finest = grid.spacing().min_element();
         let mut squares = 0.0;
         for axis in (0..3).filter(|&axis| dims[axis] > 2) {
-            if place[axis] == 0 || place[axis] + 1 == dims[axis] {
+            if place[axis] == held.first[axis] || place[axis] + 1 == held.end(axis) {
                 return None;
             }
             let difference = (value(index + strides[axis]) - value(index - strides[axis])) * self.per_range;

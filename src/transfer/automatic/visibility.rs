@@ -11,12 +11,12 @@ const DIRECTIONS: [[f64; 3]; 3] = [[0.470, 0.342, 0.814], [0.814, 0.470, 0.342],
 const RAYS: usize = 32;
 const STEPS: f64 = 1024.0;
 /// Share of the light that reaches the innermost class through all classes in front of it.
-const THROUGH: f64 = 0.55;
+const THROUGH: f64 = 0.5;
 /// Optical depth of a class that looks solid, along a typical ray through it.
 const SOLID: f64 = 3.5;
 /// Smallest and largest optical depth per unit distance of a solid class, and of a shell.
 const SOLID_LIMITS: (f64, f64) = (0.12, 2.3);
-const SHELL_LIMITS: (f64, f64) = (0.004, 0.8);
+const SHELL_LIMITS: (f64, f64) = (0.01, 0.8);
 /// Share of a class's rays that must meet other classes behind it, so that it becomes translucent.
 const COVERS: f64 = 0.12;
 /// Smallest depth, in unit distances, of a class on a ray that counts as met.
@@ -74,15 +74,17 @@ impl Rays {
         self.starts.par_windows(2).map(|ends| &self.values[ends[0]..ends[1]])
     }
 
-    /// How to show each class, so that it does not hide the classes after it, nor cavities with values in `cavity`.
+    /// How to show each class, so that it does not hide the classes after it, nor cavities with values in `cavity`. The last class is
+    /// solid.
     pub fn shown(&self, classes: &[Class], cavity: Option<(f64, f64)>) -> Vec<Shown> {
         let cores: Vec<(f64, f64)> = classes.iter().map(|class| class.core).chain(cavity).collect();
         let share = THROUGH.powf(1.0 / (cores.len() as f64 - 1.0).max(1.0));
+        let translucent = |n: usize| match n + 1 < classes.len() {
+            true => self.translucent(&classes[n], &cores[n + 1..], share),
+            false => None,
+        };
         let solid = |class: &Class| Shown { is_solid: true, depth: self.solid(class) };
-        let covers = if cavity.is_some() { 0.0 } else { COVERS };
-        let shown =
-            |(n, class): (usize, &Class)| self.translucent(class, &cores[n + 1..], share, covers).unwrap_or_else(|| solid(class));
-        classes.iter().enumerate().map(shown).collect()
+        (0..classes.len()).map(|n| translucent(n).unwrap_or_else(|| solid(&classes[n]))).collect()
     }
 
     /// The rays with negated values.
@@ -114,9 +116,8 @@ impl Rays {
         (SOLID / thin).clamp(SOLID_LIMITS.0, SOLID_LIMITS.1)
     }
 
-    /// A translucent shell that lets `share` of the light through to the classes `behind` it; `None` if at most
-    /// a share `covers` of its rays has any behind.
-    fn translucent(&self, class: &Class, behind: &[(f64, f64)], share: f64, covers: f64) -> Option<Shown> {
+    /// A translucent shell that lets `share` of the light through to the classes `behind` it; `None` if there is hardly any behind.
+    fn translucent(&self, class: &Class, behind: &[(f64, f64)], share: f64) -> Option<Shown> {
         let integral = Integral::new(&class.shell);
         let depth_before = |ray: &[f64]| -> (f64, bool) {
             let inner = behind.iter().filter_map(|&core| self.first_met(ray, core)).min();
@@ -125,17 +126,12 @@ impl Rays {
         };
         let depths: Vec<(f64, bool)> = self.each().map(depth_before).filter(|(depth, _)| *depth > 0.02).collect();
         let covering: Vec<f64> = depths.iter().filter(|(_, covers)| *covers).map(|(depth, _)| *depth).collect();
-        if covering.is_empty() || (covering.len() as f64) < covers * depths.len() as f64 {
+        if covering.is_empty() || (covering.len() as f64) < COVERS * depths.len() as f64 {
             return None;
         }
-        // The mean transmittance falls with the depth: bisection.
-        let through = |scale: f64| covering.iter().map(|depth| (-depth * scale).exp()).sum::<f64>() / covering.len() as f64;
-        let (mut lo, mut hi) = (0.0, SHELL_LIMITS.1);
-        for _ in 0..30 {
-            let middle = (lo + hi) / 2.0;
-            if through(middle) > share { lo = middle } else { hi = middle }
-        }
-        Some(Shown { is_solid: false, depth: lo.max(SHELL_LIMITS.0) })
+        // The geometric mean of the transmittances is `share`.
+        let mean = covering.iter().sum::<f64>() / covering.len() as f64;
+        Some(Shown { is_solid: false, depth: (-share.ln() / mean).clamp(SHELL_LIMITS.0, SHELL_LIMITS.1) })
     }
 }
 
