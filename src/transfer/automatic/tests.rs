@@ -69,7 +69,7 @@ fn balls(values: &[f64], noise: f64) -> Volume<'static> {
         let mut before = 0.0;
         let mut value = 0.0;
         for (shell, &own) in values.iter().enumerate() {
-            let radius = 21.0 - 5.0 * shell as f64;
+            let radius = 21.0 - 4.0 * shell as f64;
             value += (own - before) * ((radius - p.length()) / 2.0 + 0.5).clamp(0.0, 1.0);
             before = own;
         }
@@ -131,9 +131,9 @@ fn through(transfer: &TransferFunction, value: f64, distance: f64) -> f64 {
 #[test]
 fn shells_do_not_hide_what_is_inside() {
     let transfer = TransferFunction::automatic(&balls(&[300.0, 600.0, 900.0], 5.0));
-    // The interiors of both shells, 5 voxels thick each; the innermost ball is 11 voxels thick.
-    assert!(through(&transfer, 300.0, 5.0) * through(&transfer, 600.0, 5.0) > 0.5);
-    assert!(through(&transfer, 900.0, 11.0) < 0.05);
+    // The interiors of both shells, 4 voxels thick each; the innermost ball is 26 voxels thick.
+    assert!(through(&transfer, 300.0, 4.0) * through(&transfer, 600.0, 4.0) > 0.5);
+    assert!(through(&transfer, 900.0, 26.0) < 0.05);
     // Two balls that are side by side from all three directions hide nothing, so both are solid.
     let n = 60;
     let value = |i: usize| {

@@ -121,8 +121,10 @@ impl Rays {
         let integral = Integral::new(&class.shell);
         let depth_before = |ray: &[f64]| -> (f64, bool) {
             let inner = behind.iter().filter_map(|&core| self.first_met(ray, core)).min();
-            let end = inner.unwrap_or(ray.len());
-            (ray[..end].windows(2).map(|ends| integral.mean(ends[0], ends[1])).sum::<f64>() * self.step, inner.is_some())
+            let front = &ray[..inner.unwrap_or(ray.len())];
+            let depth = front.windows(2).map(|ends| integral.mean(ends[0], ends[1])).sum::<f64>() * self.step;
+            // The boundary of an inner class passes through the values of outer ones, but only their core covers it.
+            (depth, inner.is_some() && self.first_met(front, class.core).is_some())
         };
         let depths: Vec<(f64, bool)> = self.each().map(depth_before).filter(|(depth, _)| *depth > 0.02).collect();
         let covering: Vec<f64> = depths.iter().filter(|(_, covers)| *covers).map(|(depth, _)| *depth).collect();
