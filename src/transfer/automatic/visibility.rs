@@ -18,7 +18,7 @@ const SOLID: f64 = 3.5;
 const SOLID_LIMITS: (f64, f64) = (0.12, 2.3);
 const SHELL_LIMITS: (f64, f64) = (0.01, 0.8);
 /// Share of a class's rays that must meet other classes behind it, so that it becomes translucent.
-const COVERS: f64 = 0.12;
+const COVERS: f64 = 0.03;
 /// Smallest depth, in unit distances, of a class on a ray that counts as met.
 const MET: f64 = 1.0;
 
