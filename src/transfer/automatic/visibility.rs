@@ -11,7 +11,7 @@ const DIRECTIONS: [[f64; 3]; 3] = [[0.470, 0.342, 0.814], [0.814, 0.470, 0.342],
 const RAYS: usize = 32;
 const STEPS: f64 = 1024.0;
 /// Share of the light that reaches the innermost class through all classes in front of it.
-const THROUGH: f64 = 0.5;
+const THROUGH: f64 = 0.4;
 /// Optical depth of a class that looks solid, along a typical ray through it.
 const SOLID: f64 = 3.5;
 /// Smallest and largest optical depth per unit distance of a solid class, and of a shell.
