@@ -154,7 +154,25 @@ fn names_are_listed_and_functions_told() {
     let f = folder.path();
     let listed = layersplat(f, &["transfer", "--list"]);
     let listed = String::from_utf8(listed.stdout).unwrap();
-    assert!(listed.lines().eq(TransferFunction::names()) && listed.lines().count() > 30, "{listed}");
+    let (transfers, others) = listed.split_once("--preset\n").unwrap();
+    let (presets, palettes) = others.split_once("--palette\n").unwrap();
+    let names =
+        |lines: &str| lines.lines().filter_map(|line| line.strip_prefix("  ")?.split(' ').next()).map(String::from).collect();
+    let (transfers, presets, palettes): (Vec<String>, Vec<String>, Vec<String>) =
+        (names(transfers), names(presets), names(palettes));
+    assert!(transfers.iter().map(String::as_str).eq(TransferFunction::names()) && transfers.len() > 30, "{listed}");
+    assert!(presets.iter().map(String::as_str).eq(TransferFunction::presets().map(|(name, _)| name)), "{listed}");
+    assert!(palettes.iter().map(String::as_str).eq(TransferFunction::palettes()), "{listed}");
+    let volume = Volume::open("builtin:hydrogen@16", &layersplat::OpenOptions::default()).unwrap();
+    for (option, expected) in [
+        ("--preset mr", TransferFunction::preset("mr", &volume).unwrap()),
+        ("--transfer mr", TransferFunction::preset("mr", &volume).unwrap()),
+        ("--palette vivid", TransferFunction::automatic_in(&volume, "vivid").unwrap()),
+    ] {
+        let told = json(f, &format!("transfer builtin:hydrogen@16 {option}").split(' ').collect::<Vec<_>>());
+        let opacities: Vec<[f64; 2]> = expected.opacities().iter().map(|&(value, opacity)| [value, opacity]).collect();
+        assert_eq!((&told["name"], &told["opacities"]), (&expected.name().into(), &serde_json::json!(opacities)), "{option}");
+    }
     let told = json(f, &["transfer", "builtin:cube@4", "--window", "100,50"]);
     assert_eq!(keys(&told), ["colors", "name", "opacities"]);
     assert_eq!((&told["name"], &told["opacities"]), (&"grey".into(), &serde_json::json!([[75.0, 0.0], [125.0, 1.0]])));
@@ -227,6 +245,9 @@ fn what_cannot_be_written_or_shown_is_refused() {
         ("transfer builtin:cube@4 --transfer bad.csv -o a.json", 1, ["bad.csv", "line 2"]),
         ("transfer builtin:cube@4 --transfer bad.txt", 1, ["bad.txt", "ParaView"]),
         ("transfer builtin:cube@4 --transfer bad.csv#x", 1, ["bad.csv", "no preset"]),
+        ("transfer builtin:cube@4 --preset ct-brain", 2, ["ct-brain", "ct-lung"]),
+        ("transfer builtin:cube@4 --palette pink", 2, ["pink", "vivid"]),
+        ("transfer builtin:cube@4 --palette calm --transfer fire", 2, ["--palette", "--transfer"]),
         ("transfer --list -o a.png", 2, ["--list", "--output"]),
     ] {
         refused(f, &arguments.split(' ').collect::<Vec<_>>(), code, &words);

@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 47] = [
+const OPTIONS: [(&str, &str); 49] = [
     ("algorithm", "--algorithm"),
     ("array", "--array NAME"),
     ("background", "--background"),
@@ -36,6 +36,8 @@ const OPTIONS: [(&str, &str); 47] = [
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),
     ("output", "--output"),
+    ("palette", "--palette NAME"),
+    ("preset", "--preset NAME"),
     ("quality", "--quality"),
     ("samples", "--samples N"),
     ("samples_per_layer", "--sublayers N"),

@@ -139,10 +139,12 @@ fn announce(transfer: &TransferFunction) {
 /// Opens the transfer function given by the options, or derives one from the histogram: a grey ramp for projections of values.
 pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume, blend: Blend) -> Result<TransferFunction, Error> {
     let find = Value::finder(volume);
-    let mut transfer = match &options.transfer {
-        Some(source) => TransferFunction::open(source, volume)?,
-        None if options.window.is_some() => TransferFunction::builtin("grey", volume)?,
-        None => match blend {
+    let mut transfer = match (&options.transfer, &options.preset, &options.palette) {
+        (Some(source), ..) => TransferFunction::open(source, volume)?,
+        (None, Some(preset), _) => TransferFunction::preset(preset, volume)?,
+        (None, None, Some(palette)) => TransferFunction::automatic_in(volume, palette)?,
+        (None, None, None) if options.window.is_some() => TransferFunction::builtin("grey", volume)?,
+        (None, None, None) => match blend {
             Blend::Maximum | Blend::Average => TransferFunction::grey_ramp(volume),
             Blend::Minimum => TransferFunction::inverted_grey_ramp(volume),
             _ => TransferFunction::automatic(volume),

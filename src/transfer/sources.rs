@@ -1,6 +1,7 @@
 //! Transfer functions from files, built-in names and histograms.
 
-use super::{TransferFunction, automatic, builtin, format, phantom};
+use super::palettes::{self, Palette};
+use super::{TransferFunction, automatic, builtin, format, phantom, presets};
 use crate::error::Error;
 use crate::volume::Volume;
 use std::path::Path;
@@ -42,20 +43,50 @@ impl TransferFunction {
         builtin::names()
     }
 
-    /// Derives a transfer function from the volume's histogram and gradients. The built-in Shepp–Logan phantom has a fixed one, which
-    /// shows the interior of the head.
+    /// Derives a transfer function from a sample of the volume's voxels. Each material, a mode among voxels of weak gradient, gets a colour
+    /// of its own; materials in front of others are translucent shells. A field without materials becomes nested shells. Air and noise are
+    /// transparent. CT in Hounsfield units shows skin, soft tissue and bone.
+    ///
+    /// The built-in Shepp–Logan phantom has a fixed one, which shows the interior of the head.
     pub fn automatic(volume: &Volume) -> Self {
-        phantom::transfer(volume).unwrap_or_else(|| automatic::from_statistics(&volume.statistics(), volume))
+        phantom::transfer(volume).unwrap_or_else(|| automatic::derived(volume, Palette::default()))
     }
 
-    /// Opens a built-in transfer function by name, a file, or a preset of a file as `FILE#PRESET`.
+    /// As [`TransferFunction::automatic`], in the colours of a palette: one of [`TransferFunction::palettes`]. CT in Hounsfield units and the
+    /// phantom keep their own.
+    ///
+    /// ```
+    /// use layersplat::{OpenOptions, TransferFunction, Volume};
+    ///
+    /// let volume = Volume::open("builtin:hydrogen@32", &OpenOptions::default())?;
+    /// let [calm, vivid] = ["calm", "vivid"].map(|name| TransferFunction::automatic_in(&volume, name));
+    /// assert_eq!(calm?.opacities(), vivid?.opacities());
+    /// # Ok::<(), layersplat::Error>(())
+    /// ```
     ///
     /// # Errors
-    /// As [`TransferFunction::from_file`] and [`TransferFunction::builtin`].
+    /// [`Error::UnknownName`] if the palette does not exist.
+    pub fn automatic_in(volume: &Volume, palette: &str) -> Result<Self, Error> {
+        let palette = Palette::named(palette)?;
+        Ok(phantom::transfer(volume).unwrap_or_else(|| automatic::derived(volume, palette)))
+    }
+
+    /// Names of the palettes of automatic transfer functions; the first is the default.
+    pub fn palettes() -> impl Iterator<Item = &'static str> {
+        palettes::names()
+    }
+
+    /// Opens a built-in transfer function or a preset by name, a file, or a preset of a file as `FILE#PRESET`.
+    ///
+    /// # Errors
+    /// As [`TransferFunction::from_file`], [`TransferFunction::builtin`] and [`TransferFunction::preset`].
     pub fn open(source: impl AsRef<Path>, volume: &Volume) -> Result<Self, Error> {
         let path = source.as_ref();
         if let Some(name) = path.to_str().filter(|name| builtin::named(name).is_some()) {
             return Self::builtin(name, volume);
+        }
+        if let Some(name) = path.to_str().filter(|name| Self::is_preset(name)) {
+            return Self::preset(name, volume);
         }
         if path.exists() {
             return Self::from_file(path, None);
@@ -65,7 +96,7 @@ impl TransferFunction {
             None if path.extension().is_none() && path.components().count() == 1 => Err(Error::UnknownName {
                 what: "transfer function",
                 name: path.display().to_string(),
-                known: format!("{}, or a file", builtin::listed()),
+                known: format!("{}, a preset ({}), or a file", builtin::listed(), presets::listed()),
             }),
             None => Self::from_file(path, None),
         }

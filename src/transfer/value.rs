@@ -43,7 +43,7 @@ const FEW: f64 = 0.005;
 /// Maximum number of refinements, each with 256 times finer bins. Data with a few outliers a million times as large need all three.
 const PASSES: usize = 3;
 
-fn percentile(volume: &Volume, statistics: &Statistics, percent: f64) -> f64 {
+pub(super) fn percentile(volume: &Volume, statistics: &Statistics, percent: f64) -> f64 {
     if percent <= 0.0 {
         return statistics.min;
     }

@@ -56,6 +56,8 @@ pub const SCENES: &[Row] = &[
     row("--background-value", "--background-value 120.5", |s| s.background_value = Some(120.5)),
     row("--background-value", "--background-value -60", |s| s.background_value = Some(-60.0)),
     row("--transfer", "--transfer viridis", |s| s.transfer = Transfer::Named("viridis")),
+    row("--palette", "--palette vivid", |s| s.transfer = Transfer::Palette("vivid")),
+    row("--preset", "--preset ct-bone", |s| s.transfer = Transfer::Preset("ct-bone")),
     row("--transfer", "--transfer two.json#second", |s| s.transfer = Transfer::Made(second)),
     beside(
         "--transfer two.json",

@@ -15,6 +15,10 @@ use std::path::Path;
 pub enum Transfer {
     /// Derived from the histogram.
     Automatic,
+    /// The same in the colours of a palette.
+    Palette(&'static str),
+    /// A preset for a kind of data.
+    Preset(&'static str),
     /// A built-in one, stretched over the volume's range.
     Named(&'static str),
     /// Defined in code.
@@ -88,6 +92,8 @@ impl Scene {
         }
         let mut transfer = match self.transfer {
             Transfer::Automatic => TransferFunction::automatic(&volume),
+            Transfer::Palette(name) => TransferFunction::automatic_in(&volume, name).unwrap(),
+            Transfer::Preset(name) => TransferFunction::preset(name, &volume).unwrap(),
             Transfer::Named(name) => TransferFunction::builtin(name, &volume).unwrap(),
             Transfer::Made(make) => make(),
         };

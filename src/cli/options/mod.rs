@@ -13,8 +13,9 @@ use crate::camera::Up;
 use crate::device::DeviceChoice;
 use crate::framing::Side;
 use crate::image::Background;
-use crate::transfer::Value;
+use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
+use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -26,6 +27,14 @@ pub(super) struct TransferOptions {
     /// Name or file of the transfer function, see below [default: from the histogram; for --blend maximum, minimum and average, and with --window: grey]
     #[arg(long, value_name = "FILE|NAME")]
     pub transfer: Option<PathBuf>,
+    /// Transfer function for a kind of data
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["transfer", "window"],
+        value_parser = PossibleValuesParser::new(TransferFunction::presets().map(|(name, _)| name)))]
+    pub preset: Option<String>,
+    /// Colours of the automatic transfer function [default: calm]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["transfer", "window", "preset"],
+        value_parser = PossibleValuesParser::new(TransferFunction::palettes()))]
+    pub palette: Option<String>,
     /// Stretch the transfer function to this range of data values
     #[arg(long, value_parser = parse::range, value_name = "LO,HI", allow_hyphen_values = true)]
     pub transfer_range: Option<(Value, Value)>,

@@ -22,7 +22,7 @@ pub(super) struct Arguments {
     volume: VolumeOptions,
     #[command(flatten)]
     transfer: TransferOptions,
-    /// List the names accepted by --transfer
+    /// List the names accepted by --transfer, --preset and --palette
     #[arg(long, conflicts_with_all = ["output", "json"])]
     list: bool,
     /// Write a plot (.png, .npy), or the function (.json, .vp, .vp.json, .csv); standard output: -, json:- and so on
@@ -58,8 +58,7 @@ impl TransferReport {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if arguments.list {
-        let names: Vec<&str> = TransferFunction::names().collect();
-        super::report(false, &names, || names.join("\n"))?;
+        super::report(false, &(), listed)?;
         return Ok(ExitCode::SUCCESS);
     }
     // Checks the file name before any work.
@@ -80,6 +79,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         None => describe(&transfer),
     })?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// All names, in a group for each option.
+fn listed() -> String {
+    let lines = |names: &mut dyn Iterator<Item = String>| names.map(|name| format!("  {name}\n")).collect::<String>();
+    let names = lines(&mut TransferFunction::names().map(String::from));
+    let presets = lines(&mut TransferFunction::presets().map(|(name, shows)| format!("{name:<12} {shows}")));
+    let palettes = lines(&mut TransferFunction::palettes().map(String::from));
+    format!("--transfer\n{names}--preset\n{presets}--palette\n{palettes}")
 }
 
 /// Content of the output file.

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-pub(super) type Triple = [f64; 3];
+pub(in crate::transfer) type Triple = [f64; 3];
 
 /// Colour space in which colours between two control points are interpolated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,7 +86,7 @@ fn times(matrix: [Triple; 3], v: Triple) -> Triple {
 }
 
 /// L* 0 … 100, a* and b*.
-pub(super) fn lab(rgb: Triple) -> Triple {
+pub(in crate::transfer) fn lab(rgb: Triple) -> Triple {
     let light = rgb.map(|c| if c > 0.04045 { ((c + 0.055) / 1.055).powf(2.4) } else { c / 12.92 });
     let xyz = times(TO_XYZ, light);
     let [x, y, z] = std::array::from_fn(|c| {

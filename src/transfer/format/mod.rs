@@ -8,6 +8,9 @@ pub(super) mod paraview;
 mod slicer_json;
 mod slicer_text;
 
+#[cfg(test)]
+pub(super) use color_space::lab;
+
 use super::TransferFunction;
 use crate::error::Error;
 use std::fs::File;
