@@ -29,7 +29,7 @@ use std::time::Duration;
 ///
 /// // The picture does not depend on the memory.
 /// let mut pictures = Vec::new();
-/// for device in [device.clone(), device.with_memory(900_000)] {
+/// for device in [device.clone(), device.with_memory(1_500_000)] {
 ///     let mut renderer = volume_renderer(&device, &volume, &transfer)?;
 ///     pictures.push(renderer.render(&camera, viewport, &Settings::default())?.0.expect("one process has the picture"));
 /// }
