@@ -1,5 +1,5 @@
 //! Palettes of automatic transfer functions. Their colours differ in hue and in lightness, and light does not burn them out: the default
-//! shading multiplies a colour by up to 0.9 and adds up to 0.3 of white, so a colour with a channel of at most [`DIMMEST`] never becomes
+//! shading multiplies a colour by up to 0.9 and adds up to 0.3 of white, so a colour with a channel of at most `DIMMEST` never becomes
 //! white.
 
 use crate::error::Error;
