@@ -201,7 +201,7 @@ fn convergence_to_the_own_integral() {
     /// Gain per halved step, in dB.
     const GAIN: f64 = 3.0;
     let volume = Volume::open("builtin:hydrogen@24", &layersplat::OpenOptions::default()).unwrap();
-    let transfer = TransferFunction::automatic(&volume);
+    let transfer = smooth_transfer();
     let size = viewport(64, 64);
     let camera = parallel(&volume, size, 35.0, 20.0);
     let truth = |kernel| Integral::new(&volume, &transfer, None).with_kernel(kernel).render(&camera, size).unwrap();

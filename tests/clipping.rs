@@ -72,7 +72,7 @@ fn cast_segments_and_shared_axes_are_the_integral() {
     /// In dB; measured 36.5 and more.
     const LEAST: f64 = 35.0;
     let volume = Volume::open("builtin:hydrogen@24", &layersplat::OpenOptions::default()).unwrap();
-    let transfer = TransferFunction::automatic(&volume);
+    let transfer = smooth_transfer();
     let size = viewport(40, 40);
     let planes = [plane([9.0, 12.0, 9.0], [1.0, 0.3, 0.5])];
     let clipping = crop([2.3, 4.2, 3.1], [19.4, 13.7, 21.9]).with_planes(planes);

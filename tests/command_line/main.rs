@@ -27,7 +27,7 @@ fn render_writes_pictures_of_every_kind() {
     assert!(black.pixels().iter().all(|p| p[3] == 1.0) && white.pixel(0, 0) == [1.0; 4]);
     assert!(clear.compare(&bare).unwrap().max_difference < 1.01 / 255.0);
     let comparison = json(f, &["compare", "a.npy", "clear.png"]);
-    assert_eq!(keys(&comparison), ["max_difference", "psnr", "psnr_rgba"]);
+    assert_eq!(keys(&comparison), ["max_difference", "psnr", "psnr_rgba", "roughness"]);
     let same = json(f, &["compare", "a.npy", "a.npy"]);
     assert!(same["psnr"].is_null() && same["psnr_rgba"].is_null() && same["max_difference"] == 0.0);
     assert_eq!(layersplat(f, &["compare", "a.npy", "white.npy", "--max-difference", "0.5"]).status.code(), Some(1));

@@ -64,7 +64,7 @@ fn bad_command_lines_exit_with_2() {
         ("--blend iso --iso p200", "p100"),
         ("--transfer nonsense", "viridis"),
         ("--layer-axis w", "auto"),
-        ("--layer-axis x", "--layer-axis"),
+        ("--layer-axis x --azimuth 0", "--layer-axis"),
         ("--background pink", "pink"),
         ("--light 0,0,0", "other than 0"),
         ("--light 1,0", "X,Y,Z"),

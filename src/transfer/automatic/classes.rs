@@ -40,6 +40,8 @@ const NEAR: f64 = 0.15;
 const ENCLOSED: f64 = 0.02;
 /// Standard deviations of the background's noise that stay transparent.
 const NOISE: f64 = 4.0;
+/// Fewer samples above a noisy background, or a smaller share of them, are no object: all is noise, and it is shown.
+const SPECKS: (f64, f64) = (8.0, 3e-4);
 /// Standard deviation of white noise, relative to the median magnitude of its central differences.
 const DEVIATION: f64 = 0.92;
 /// Half the width of an opacity ramp at a boundary, as a fraction of the distance between the materials.
@@ -95,6 +97,10 @@ impl Background {
         let (mut from, mut to) = (mode.from.min(mode.peak - noise), mode.to.max(mode.peak + noise));
         for medium in modes.iter().filter(embedding) {
             (from, to) = (from.min(medium.from), to.max(medium.to));
+        }
+        let beyond = sum(&survey.counts[(to as usize).min(survey.bins())..]);
+        if noise > 1.0 && beyond < SPECKS.0.max(SPECKS.1 * sum(&survey.counts)) {
+            return Self { from: 0.0, to: 0.0, peak: None };
         }
         Self { from: from.max(0.0), to, peak: Some(mode.peak) }
     }

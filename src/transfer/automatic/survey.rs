@@ -29,7 +29,7 @@ pub struct Survey {
     /// Median and mean gradient magnitude per value bin, in value ranges per smallest spacing.
     pub median_gradients: Vec<f64>,
     pub mean_gradients: Vec<f64>,
-    /// Number of sampled voxels of weak gradient (up to the share `FLAT` of a typical edge) per value bin.
+    /// Number of sampled voxels of weak gradient per value bin.
     pub flat: Vec<f64>,
     /// Number of sampled voxels on the faces of the volume per value bin.
     pub faces: Vec<f64>,
