@@ -244,7 +244,7 @@ pub fn shifted_by_half_a_pixel(frame: &Frame) -> Frame {
 
 /// Folder of real volumes and their transfer functions. Tests that need them carry `cfg_attr(not(real_volumes), ignore)`: build.rs sets
 /// `real_volumes` if the folder exists.
-fn real_volumes() -> PathBuf {
+pub fn real_volumes() -> PathBuf {
     let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes");
     std::env::var_os("LAYERSPLAT_VOLUMES").map_or(default.into(), PathBuf::from)
 }
