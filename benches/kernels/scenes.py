@@ -23,7 +23,7 @@ def data_set(file, transfer, *options):
 ENGINE = data_set("engine_256x256x128_uint8", "engine")
 ANEURISM = data_set("aneurism_256x256x256_uint8", "aneurism")
 NEGHIP = data_set("neghip_64x64x64_uint8", "neghip")
-SKULL = data_set("cranium_ct_256x256x108_int16", "cranium_ct_int16", "--spacing", "0.957,0.957,1.5", "--azimuth", 30, "--elevation", 20)
+SKULL = data_set("cranium_ct_256x256x108_int16", "cranium_ct_int16", "--spacing", "0.957,0.957,1.5", "--up", "y", "--azimuth", 30, "--elevation", 20)
 
 
 def run(*arguments):

@@ -21,7 +21,7 @@ CONVERGED = ["--algorithm", "raycast", "--interpolation", "tricubic", "--step", 
 TILE = 190
 
 SKULL = ["cranium_ct_256x256x108_int16.raw.gz", "--transfer", VOLUMES / "../transfer/cranium_ct_int16.json"]
-SKULL += ["--spacing", "0.957,0.957,1.5", "--azimuth", 30, "--elevation", 20, "--center", "152,150,148"]
+SKULL += ["--spacing", "0.957,0.957,1.5", "--up", "y", "--azimuth", 30, "--elevation", 20, "--center", "152,150,148"]
 ENGINE = ["engine_256x256x128_uint8.raw.gz", "--transfer", VOLUMES / "../transfer/engine.json"]
 ENGINE += ["--azimuth", 72, "--elevation", 20, "--center", "150,190,70"]
 

@@ -85,24 +85,10 @@ impl Default for OrbitFrame {
 }
 
 impl OrbitFrame {
-    /// The frame with `up` upwards. It looks along −z, or along y where z is vertical.
+    /// The frame with `up` upwards. It looks from +y along −y, or from +z where y is vertical. So in a world of RAS coordinates, z up
+    /// looks from anterior, with the head up and the patient's left on the right of the picture.
     pub fn about(up: Up) -> Self {
-        match up {
-            Up::Z | Up::NegativeZ => Self::new(up, DVec3::NEG_Y),
-            _ => Self::new(up, DVec3::Z),
-        }
-    }
-
-    /// The frame for a world of RAS coordinates. It looks from anterior (+y), or from superior (+z) where y is vertical. With z up, the
-    /// patient's left is on the right of the picture.
-    pub fn of_patient(up: Up) -> Self {
-        match up {
-            Up::Y | Up::NegativeY => Self::new(up, DVec3::Z),
-            _ => Self::new(up, DVec3::Y),
-        }
-    }
-
-    fn new(up: Up, to_eye: DVec3) -> Self {
+        let to_eye = if matches!(up, Up::Y | Up::NegativeY) { DVec3::Z } else { DVec3::Y };
         let up = up.direction();
         Self { right: up.cross(to_eye), up, to_eye }
     }
@@ -163,7 +149,7 @@ mod tests {
     }
 
     fn frames() -> impl Iterator<Item = (Up, OrbitFrame)> {
-        Up::ALL.into_iter().flat_map(|up| [(up, OrbitFrame::about(up)), (up, OrbitFrame::of_patient(up))])
+        Up::ALL.into_iter().map(|up| (up, OrbitFrame::about(up)))
     }
 
     /// Each frame is right-handed and orthonormal; the camera at azimuth 0 has its axes, and up is up on the screen.
@@ -180,11 +166,9 @@ mod tests {
 
     #[test]
     fn patients_are_seen_from_anterior_with_their_left_on_the_right() {
-        let frame = OrbitFrame::of_patient(Up::Z);
-        assert_eq!((frame.right(), frame.up(), frame.to_eye()), (DVec3::NEG_X, DVec3::Z, DVec3::Y));
-        // Unknown worlds: x stays on the right, and y points into the picture.
+        // RAS: −x is the left, z the head, y the front.
         let frame = OrbitFrame::about(Up::Z);
-        assert_eq!((frame.right(), frame.up(), frame.to_eye()), (DVec3::X, DVec3::Z, DVec3::NEG_Y));
+        assert_eq!((frame.right(), frame.up(), frame.to_eye()), (DVec3::NEG_X, DVec3::Z, DVec3::Y));
     }
 
     /// Turning a view within the frame, and turning its axes in the world, give the same camera, at the poles and near them, too.
@@ -211,7 +195,7 @@ mod tests {
     #[test]
     fn y_up_changes_no_bit() {
         let odd = Orbit { azimuth: -0.0, elevation: 1e-300, roll: 12_345.678 };
-        for frame in [OrbitFrame::default(), OrbitFrame::about(Up::Y), OrbitFrame::of_patient(Up::Y)] {
+        for frame in [OrbitFrame::default(), OrbitFrame::about(Up::Y)] {
             let same = frame.orbit(odd);
             let bits = |orbit: Orbit| [orbit.azimuth, orbit.elevation, orbit.roll].map(f64::to_bits);
             assert_eq!(bits(same), bits(odd));

@@ -28,7 +28,6 @@ const SAME_SPACING: f64 = 0.01;
 pub struct Orientation {
     up: Up,
     reason: UpReason,
-    frame: OrbitFrame,
     has_anatomy: bool,
 }
 
@@ -125,9 +124,7 @@ impl Orientation {
     }
 
     fn new(up: Up, reason: UpReason, grid: &Grid) -> Self {
-        let has_anatomy = grid.has_anatomy();
-        let frame = if has_anatomy { OrbitFrame::of_patient(up) } else { OrbitFrame::about(up) };
-        Self { up, reason, frame, has_anatomy }
+        Self { up, reason, has_anatomy: grid.has_anatomy() }
     }
 
     /// The direction that points up.
@@ -142,13 +139,13 @@ impl Orientation {
 
     /// The frame in which orbits are counted.
     pub fn frame(&self) -> OrbitFrame {
-        self.frame
+        OrbitFrame::about(self.up)
     }
 
     /// The orbit that shows a side, in the frame.
     pub fn side(&self, side: Side) -> Orbit {
         // From anterior, the patient's left is on the right.
-        let right = if self.has_anatomy && self.frame.right() == DVec3::NEG_X { 270.0 } else { 90.0 };
+        let right = if self.has_anatomy && self.frame().right() == DVec3::NEG_X { 270.0 } else { 90.0 };
         let (azimuth, elevation) = match side {
             Side::Front => (0.0, 0.0),
             Side::Right => (right, 0.0),
@@ -166,7 +163,7 @@ impl Orientation {
         const PART: f64 = 1e-6;
         let names =
             if self.has_anatomy { [["R", "L"], ["A", "P"], ["S", "I"]] } else { [["+x", "-x"], ["+y", "-y"], ["+z", "-z"]] };
-        let to_eye = self.frame.direction_to_eye(orbit).to_array();
+        let to_eye = self.frame().direction_to_eye(orbit).to_array();
         let name = |(part, [positive, negative]): (f64, [&'static str; 2])| match part {
             part if part.abs() < PART => "",
             part if part > 0.0 => positive,
@@ -218,7 +215,7 @@ mod tests {
         assert_eq!(Orientation::with_up(Up::NegativeX, &turned).reason(), UpReason::Given);
     }
 
-    /// Sides of a patient, and of a world of which nothing is known, in every frame.
+    /// Sides of a world of which nothing is known, and of a patient, in every frame.
     #[test]
     fn sides_have_names() {
         let plain = grid([4; 3], [1.0; 3]);
@@ -226,10 +223,10 @@ mod tests {
         for (grid, up, expected) in [
             (&plain, Up::Y, ["+z", "+x", "-z", "-x", "+y", "-y"]),
             (&plain, Up::NegativeY, ["+z", "-x", "-z", "+x", "-y", "+y"]),
-            (&plain, Up::Z, ["-y", "+x", "+y", "-x", "+z", "-z"]),
-            (&plain, Up::NegativeZ, ["-y", "-x", "+y", "+x", "-z", "+z"]),
-            (&plain, Up::X, ["+z", "-y", "-z", "+y", "+x", "-x"]),
-            (&plain, Up::NegativeX, ["+z", "+y", "-z", "-y", "-x", "+x"]),
+            (&plain, Up::Z, ["+y", "-x", "-y", "+x", "+z", "-z"]),
+            (&plain, Up::NegativeZ, ["+y", "+x", "-y", "-x", "-z", "+z"]),
+            (&plain, Up::X, ["+y", "+z", "-y", "-z", "+x", "-x"]),
+            (&plain, Up::NegativeX, ["+y", "-z", "-y", "+z", "-x", "+x"]),
             (&patient, Up::Y, ["S", "R", "I", "L", "A", "P"]),
             (&patient, Up::NegativeY, ["S", "R", "I", "L", "P", "A"]),
             (&patient, Up::Z, ["A", "R", "P", "L", "S", "I"]),

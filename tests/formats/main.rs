@@ -1,5 +1,6 @@
 //! Files of other programs (scripts in make) are read correctly; damaged files are rejected.
 
+mod anatomy;
 mod damage;
 mod files;
 mod nrrd_axes;

@@ -3,6 +3,7 @@
 use crate::scene::{Scene, Transfer};
 use crate::{HEADER, SECOND, common::*};
 use glam::DVec3;
+use layersplat::camera::Up;
 use layersplat::layers::{Axis, Kernel};
 use layersplat::settings::{
     Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, GradientOpacity, LayerAxis, Light,
@@ -10,7 +11,7 @@ use layersplat::settings::{
 };
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Endian, Grid, ScalarType};
-use layersplat::{Background, Correction, Density, GradientEstimator, Settings, TransferFunction, Volume};
+use layersplat::{Background, Correction, Density, GradientEstimator, Orbit, Settings, TransferFunction, Volume};
 
 /// An option with its prerequisites.
 pub struct Row {
@@ -43,7 +44,18 @@ pub const SCENES: &[Row] = &[
     beside("", |s| s.source = "builtin:cube@64", "VOLUME", "", |s| s.source = "builtin:hydrogen"),
     row("--dims", "--dims 10x12x14", |s| s.raw.dims = Some([10, 12, 14])),
     row("--type", "--type int8", |s| s.raw.voxel_type = Some(ScalarType::Int8)),
-    row("--spacing", "--spacing 1,2.5,0.75", |s| s.raw.spacing = Some(DVec3::new(1.0, 2.5, 0.75))),
+    row("--spacing", "--spacing 1,2.5,2.5", |s| s.raw.spacing = Some(DVec3::new(1.0, 2.5, 2.5))),
+    // Slices at another distance than their pixels stand upright.
+    row("--spacing", "--spacing 1,2.5,0.75", |s| (s.raw.spacing, s.up) = (Some(DVec3::new(1.0, 2.5, 0.75)), Up::Z)),
+    beside(
+        "--spacing 1,2.5,0.75",
+        |s| (s.raw.spacing, s.up) = (Some(DVec3::new(1.0, 2.5, 0.75)), Up::Z),
+        "--up",
+        "--up y",
+        |s| {
+            s.up = Up::Y;
+        },
+    ),
     beside("", |s| s.source = crate::WIDE_VOLUME, "--endian", "--endian big", |s| s.raw.endian = Some(Endian::Big)),
     // Skips the first slice instead of the last.
     beside(
@@ -84,9 +96,23 @@ pub const SCENES: &[Row] = &[
         "--tent 120,30,0.9",
         |s| s.shaped = |t| one_tent(t).with_tent(120.0, 30.0, 0.9).unwrap(),
     ),
-    row("--azimuth", "--azimuth 35", |s| s.orbit.azimuth = 35.0),
-    row("--elevation", "--elevation -25", |s| s.orbit.elevation = -25.0),
-    row("--roll", "--roll 40", |s| s.orbit.roll = 40.0),
+    // With one angle, the others are 0.
+    row("--azimuth", "--azimuth 35", |s| s.orbit = Orbit { azimuth: 35.0, ..Orbit::default() }),
+    row("--elevation", "--elevation -25", |s| s.orbit = Orbit { elevation: -25.0, ..Orbit::default() }),
+    row("--roll", "--roll 40", |s| s.orbit = Orbit { roll: 40.0, ..Orbit::default() }),
+    row("--roll", "--roll 0", |s| s.orbit = Orbit::default()),
+    row("--up", "--up -x", |s| s.up = Up::NegativeX),
+    row("--up", "--up z", |s| s.up = Up::Z),
+    row("--from", "--from left", |s| s.orbit = Orbit { azimuth: 270.0, ..Orbit::default() }),
+    beside(
+        "--up z --roll 10",
+        |s| (s.up, s.orbit) = (Up::Z, Orbit { roll: 10.0, ..Orbit::default() }),
+        "--from",
+        "--from above",
+        |s| {
+            s.orbit.elevation = 90.0;
+        },
+    ),
     row("--fit", "--fit volume", |s| s.whole = true),
     row("--parallel-scale", "--parallel-scale 4.5", |s| s.fixed.scale = Some(4.5)),
     row("--perspective", "--perspective 50", |s| s.field_of_view = Some(50.0)),
@@ -199,14 +225,23 @@ pub const QUALITIES: &[Row] = &[
     row("--gradient-opacity", "--gradient-opacity 2:0,9:0.75", |s| {
         s.settings.gradient_opacity = Some(GradientOpacity::new(&[(2.0, 0.0), (9.0, 0.75)]).unwrap());
     }),
-    row("--lattice", "--lattice direct", |s| s.layered(|l| l.evaluation = Evaluation::Direct)),
+    // Along an axis: at the default view, the lattice has a sample per pixel.
+    beside(
+        "--azimuth 0",
+        |s| s.orbit = Orbit::default(),
+        "--lattice",
+        "--lattice direct",
+        |s| {
+            s.layered(|l| l.evaluation = Evaluation::Direct);
+        },
+    ),
     row("--lattice", "--lattice 1", |s| s.layered(|l| l.evaluation = Evaluation::Lattice(Density::Fixed(1)))),
     beside("--lattice direct --classification post", direct_splats, "--footprints", "--footprints set", |s| {
         s.layered(|l| l.footprints = Footprints::Set);
     }),
     beside(
         "--azimuth 40",
-        |s| s.orbit.azimuth = 40.0,
+        |s| s.orbit = Orbit { azimuth: 40.0, ..Orbit::default() },
         "--layer-axis",
         "--layer-axis x",
         |s| {

@@ -3,6 +3,7 @@
 use crate::common::*;
 use glam::DVec3;
 use layersplat::annotation::{Annotations, Shown};
+use layersplat::camera::{OrbitFrame, Up};
 use layersplat::framing::{Fixed, Framing};
 use layersplat::settings::{Blend, Layered};
 use layersplat::{
@@ -37,6 +38,8 @@ pub struct Scene {
     pub transfer_range: Option<(f64, f64)>,
     /// Modification of the transfer function.
     pub shaped: fn(TransferFunction) -> TransferFunction,
+    /// Direction that is up.
+    pub up: Up,
     pub orbit: Orbit,
     /// Whether the whole volume is framed, from any side, instead of its visible part.
     pub whole: bool,
@@ -61,7 +64,8 @@ impl Default for Scene {
             transfer: Transfer::Named("fire"),
             transfer_range: None,
             shaped: |transfer| transfer,
-            orbit: Orbit::default(),
+            up: Up::Y,
+            orbit: Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 },
             whole: false,
             fixed: Fixed::default(),
             field_of_view: None,
@@ -115,6 +119,11 @@ impl Scene {
         }
     }
 
+    /// The same view as an orbit about y.
+    fn orbit(&self) -> Orbit {
+        OrbitFrame::about(self.up).orbit(self.orbit)
+    }
+
     fn camera(&self, volume: &Volume, transfer: &TransferFunction) -> Camera {
         if self.whole {
             return self.camera_of_all(volume);
@@ -129,8 +138,8 @@ impl Scene {
             framing = framing.cropped(volume.grid(), crop.lowest, crop.highest);
         }
         match self.field_of_view {
-            Some(field_of_view) => framing.perspective(self.orbit, self.size, field_of_view, self.fixed),
-            None => framing.parallel(self.orbit, self.size, self.fixed),
+            Some(field_of_view) => framing.perspective(self.orbit(), self.size, field_of_view, self.fixed),
+            None => framing.parallel(self.orbit(), self.size, self.fixed),
         }
     }
 
@@ -139,13 +148,13 @@ impl Scene {
         let centre: DVec3 = self.fixed.centre.unwrap_or_else(|| grid.centre());
         match (self.field_of_view, self.fixed) {
             (Some(field_of_view), Fixed { distance: Some(distance), .. }) => {
-                Camera::orbit(centre, distance, self.orbit, Projection::Perspective { field_of_view })
+                Camera::orbit(centre, distance, self.orbit(), Projection::Perspective { field_of_view })
             }
-            (Some(field_of_view), _) => Camera::fit_perspective(centre, grid.diagonal(), field_of_view, self.size, self.orbit),
+            (Some(field_of_view), _) => Camera::fit_perspective(centre, grid.diagonal(), field_of_view, self.size, self.orbit()),
             (None, Fixed { scale: Some(scale), .. }) => {
-                Camera::orbit(centre, grid.diagonal(), self.orbit, Projection::Parallel { scale })
+                Camera::orbit(centre, grid.diagonal(), self.orbit(), Projection::Parallel { scale })
             }
-            (None, _) => Camera::fit_parallel(centre, grid.diagonal(), self.size, self.orbit),
+            (None, _) => Camera::fit_parallel(centre, grid.diagonal(), self.size, self.orbit()),
         }
     }
 }

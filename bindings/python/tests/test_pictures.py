@@ -40,7 +40,7 @@ def test_the_commands_pictures(array, command, tmp_path, settings, place, option
     array.tofile(file)
     # Options of the case replace those of VIEW.
     defaults = [option for pair in zip(VIEW[::2], VIEW[1::2]) if pair[0] not in options for option in pair]
-    common = [file, "--spacing", "1.0,0.9,1.2", "--transfer", "fire", "--transfer-range", "0,255", *defaults, *options]
+    common = [file, "--spacing", "1.0,0.9,1.2", "--up", "y", "--transfer", "fire", "--transfer-range", "0,255", *defaults, *options]
     command("render", *common, "--background", "transparent", "-o", tmp_path / "picture.png")
     command("render", *common, "-o", tmp_path / "picture.npy")
     view = layersplat.volshow(
@@ -56,7 +56,7 @@ def test_the_commands_pictures(array, command, tmp_path, settings, place, option
 def test_the_automatic_transfer_function_and_the_default_background_are_the_commands(array, command, tmp_path):
     file = tmp_path / "volume_28x24x20_int16.raw"
     (array.astype("<i2") * 11 - 500).tofile(file)
-    command("render", file, "--size", "72x60", "-o", tmp_path / "picture.png")
+    command("render", file, "--size", "72x60", "--azimuth", "0", "-o", tmp_path / "picture.png")
     found = layersplat.render(array.astype(np.int16) * 11 - 500, size=SIZE, azimuth=0, elevation=0)
     expected = np.asarray(Image.open(tmp_path / "picture.png").convert("RGBA"))
     assert np.array_equal(found, expected)
