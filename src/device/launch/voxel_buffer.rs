@@ -3,7 +3,7 @@
 use super::{Argument, Typed};
 use crate::device::{Buffer, Device, DeviceMemory};
 use crate::error::Error;
-use crate::volume::{Description, Held, VoxelType};
+use crate::volume::{Held, VoxelType};
 use opencl3::kernel::Kernel as ClKernel;
 
 /// Voxels of any type on the device. Kernels that read them are built for the type.
@@ -32,8 +32,8 @@ impl VoxelBuffer {
     }
 
     /// Fails if a buffer of `capacity` voxels is larger than the device supports.
-    pub fn check_capacity(device: &Device, capacity: usize, description: &Description) -> Result<(), Error> {
-        Buffer::<u8>::check_size(device, capacity * description.voxel_type().bytes(), description.name())
+    pub fn check_capacity(device: &Device, capacity: usize, voxel_type: VoxelType, what: &str) -> Result<(), Error> {
+        Buffer::<u8>::check_size(device, capacity * voxel_type.bytes(), what)
     }
 
     /// Uploads voxels, with the background in place of invalid ones, to a buffer of `capacity` voxels.

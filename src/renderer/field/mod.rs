@@ -115,7 +115,7 @@ impl Field {
         let voxel_box = VoxelBox { first: held.first, dims: held.dims() };
         let same_type = held.description.voxel_type() == self.voxels.voxel_type();
         let in_place = same_type && bytes <= self.voxels.bytes() && self.voxels.is_owned();
-        VoxelBuffer::check_capacity(device, capacity, held.description)?;
+        VoxelBuffer::check_capacity(device, capacity, held.description.voxel_type(), held.description.name())?;
         self.store().clear();
         self.is_lost = true;
         match Arc::get_mut(&mut self.voxels).filter(|_| in_place && Arc::strong_count(&self.store) == 1) {
