@@ -31,7 +31,7 @@ fn picture(folder: &Path, file: &str, arguments: &str) -> (Frame, serde_json::Va
 }
 
 fn apart(a: &Frame, b: &Frame) -> f64 {
-    a.compare(b).unwrap().max_difference.into()
+    a.compare(b).unwrap().max_difference
 }
 
 /// Only a view without any angle is seen from the side and from above.
