@@ -52,8 +52,8 @@ pub struct Renderer<'v> {
 
 /// Location of the voxels of this process.
 enum Source<'v> {
-    Host(Volume<'v>),
-    Device(UploadedVolume),
+    Host(Box<Volume<'v>>),
+    Device(Box<UploadedVolume>),
 }
 
 /// The layers along an axis, partitioned among the ranks.
@@ -90,7 +90,7 @@ impl<'v> Renderer<'v> {
     /// Voxels with several owners or none.
     pub fn new(group: &Group, device: &Device, volume: &Volume<'v>, transfer: &TransferFunction) -> Result<Self, Error> {
         let boxes = Boxes::from_volume(group, volume)?;
-        Ok(Self::with_source(group, device, Source::Host(volume.clone()), boxes, transfer))
+        Ok(Self::with_source(group, device, Source::Host(Box::new(volume.clone())), boxes, transfer))
     }
 
     /// A renderer of bricks that already reside on the devices and stay there. They must be whole slabs along one axis in rank
@@ -109,7 +109,7 @@ impl<'v> Renderer<'v> {
     ) -> Result<Self, Error> {
         let boxes = Boxes::gather(group, description, brick)?;
         let uploaded = group.agree(UploadedVolume::part_in_place(device, description, brick.held, voxels))?;
-        Ok(Self::with_source(group, device, Source::Device(uploaded), boxes, transfer))
+        Ok(Self::with_source(group, device, Source::Device(Box::new(uploaded)), boxes, transfer))
     }
 
     fn with_source(group: &Group, device: &Device, source: Source<'v>, boxes: Boxes, transfer: &TransferFunction) -> Self {
@@ -182,7 +182,7 @@ impl<'v> Renderer<'v> {
     /// As [`new`](Self::new).
     pub fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
         self.boxes = Boxes::from_volume(&self.group, volume)?;
-        self.source = Source::Host(volume.clone());
+        self.source = Source::Host(Box::new(volume.clone()));
         self.work = None;
         self.partitions = [None, None, None];
         Ok(())
