@@ -63,7 +63,7 @@ fn options_of_other_algorithms_are_refused() {
         refused(f, &render(options), 2, &["no meaning", options[options.len() - 2]]);
     }
     refused(f, &render(&["--algorithm", "splatting"]), 2, &["layered", "view-sheets"]);
-    refused(f, &render(&["--algorithm", "axis-sheets", "--layer-axis", "x"]), 2, &["--layer-axis", "lean"]);
+    refused(f, &render(&["--algorithm", "axis-sheets", "--layer-axis", "x", "--azimuth", "0"]), 2, &["--layer-axis", "lean"]);
     for algorithm in ["raycast", "slicing"] {
         let steps = ["render", "builtin:cube@60000x1x1", "--algorithm", algorithm, "--step", "0.001", "--size", "4x4"];
         refused(f, &steps, 2, &["steps", "longer", "--step"]);
@@ -159,5 +159,10 @@ fn effective_splats_are_the_papers() {
 fn lists_that_no_device_holds_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let zoom = ["--parallel-scale", "0.5", "--size", "1168x1024", "--algorithm", "axis-sheets"];
-    refused(folder.path(), &[&["render", "builtin:cube@4x4x60000"], &zoom[..]].concat(), 1, &["lists of splats per tile"]);
+    refused(
+        folder.path(),
+        &[&["render", "builtin:cube@4x4x60000", "--azimuth", "0"], &zoom[..]].concat(),
+        1,
+        &["lists of splats per tile"],
+    );
 }
