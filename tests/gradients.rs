@@ -33,11 +33,13 @@ const FINE_STEP: f64 = 0.03;
 const CLEARLY_NEARER: f64 = 6.0;
 
 /// Pairs of kernel and estimator in which gradients are estimated at the voxels.
-const AT_VOXELS: [(Kernel, GradientEstimator); 4] = [
+const AT_VOXELS: [(Kernel, GradientEstimator); 6] = [
     (Kernel::Linear, GradientEstimator::Sobel),
     (Kernel::Cubic, GradientEstimator::Sobel),
-    (Kernel::CatmullRom, GradientEstimator::Sobel),
     (Kernel::CatmullRom, GradientEstimator::Central),
+    (Kernel::BSpline, GradientEstimator::Sobel),
+    (Kernel::Linear, GradientEstimator::Gaussian(0.8)),
+    (Kernel::BSpline, GradientEstimator::Gaussian(1.1)),
 ];
 
 /// A volume with different smoothing along each axis, and two views.
@@ -49,7 +51,11 @@ fn scene() -> (Volume<'static>, [Camera; 2]) {
 
 /// The estimator that a comparison must tell from another one.
 fn other(kernel: Kernel, gradient: GradientEstimator) -> GradientEstimator {
-    if gradient == GradientEstimator::Central { GradientEstimator::Sobel } else { GradientEstimator::for_kernel(kernel) }
+    match gradient {
+        GradientEstimator::Central => GradientEstimator::Sobel,
+        GradientEstimator::Gaussian(sigma) => GradientEstimator::Gaussian(0.7 * sigma),
+        _ => GradientEstimator::for_kernel(kernel),
+    }
 }
 
 fn assert_same(what: &str, volume: &Volume, camera: &Camera, settings: &Settings, tolerance: f64) {
@@ -84,9 +90,12 @@ fn layers_along_each_axis_in_both_schedules() {
     let size = viewport(25, 22);
     for (azimuth, elevation) in [(85.0, 8.0), (10.0, 78.0), (190.0, -12.0)] {
         let camera = parallel(&volume, size, azimuth, elevation);
-        for settings in
-            [points(Kernel::Linear, 1, GradientEstimator::Sobel), points(Kernel::CatmullRom, 2, GradientEstimator::Sobel)]
-        {
+        for settings in [
+            points(Kernel::Linear, 1, GradientEstimator::Sobel),
+            points(Kernel::CatmullRom, 2, GradientEstimator::Sobel),
+            points(Kernel::BSpline, 1, GradientEstimator::Sobel),
+            points(Kernel::Cubic, 2, GradientEstimator::Gaussian(0.9)),
+        ] {
             for device in [&device, &samples] {
                 let pair = Pair::on(device, &volume, &smooth_transfer(), &camera, size, &settings);
                 pair.assert_same(&format!("{azimuth}, {elevation}: {settings:?}"), tolerance_of(&settings, true));
@@ -117,8 +126,9 @@ fn rays() {
 #[test]
 fn surfaces() {
     let (volume, [camera, _]) = scene();
-    let (kernel, gradient) = (Kernel::Linear, GradientEstimator::Sobel);
-    for settings in [points(kernel, 1, gradient), points(kernel, 2, gradient), cast(kernel, gradient)] {
+    let (sobel, gaussian) = (GradientEstimator::Sobel, GradientEstimator::Gaussian(0.8));
+    let ways = |kernel, gradient| [points(kernel, 1, gradient), points(kernel, 2, gradient), cast(kernel, gradient)];
+    for settings in [ways(Kernel::Linear, sobel), ways(Kernel::Linear, gaussian), ways(Kernel::BSpline, sobel)].concat() {
         let settings = Settings { blend: Blend::Iso(ISO), ..settings };
         let what = format!("{settings:?}");
         Pair::of(&volume, &smooth_transfer(), &camera, viewport(25, 22), &settings)
@@ -170,8 +180,12 @@ fn estimators_that_do_not_fit_are_refused() {
         }
     };
     let own = refused(points(Kernel::Linear, 1, GradientEstimator::Own));
-    assert!(own.contains("central or sobel"), "{own}");
-    assert!(refused(points(Kernel::BSpline, 1, GradientEstimator::Sobel)).contains("own"));
+    assert!(own.contains("central, sobel or gaussian:SIGMA"), "{own}");
+    for sigma in [0.29, 2.01, f64::NAN, f64::INFINITY, -1.0] {
+        let problem = refused(points(Kernel::Linear, 1, GradientEstimator::Gaussian(sigma)));
+        assert!(problem.contains("0.3 to 2"), "{problem}");
+    }
+    assert!(refused(cast(Kernel::Gaussian, GradientEstimator::Gaussian(1.0))).contains("central"));
     assert!(refused(cast(Kernel::Gaussian, GradientEstimator::Sobel)).contains("central"));
     let splatted = Settings { gradient: Some(GradientEstimator::Sobel), ..Quality::Paper.settings() };
     assert!(refused(splatted).contains("central"));

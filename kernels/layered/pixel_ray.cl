@@ -29,6 +29,16 @@ static inline void permute_axes(float *x, float *y, float *z, int iu, int iv, in
     *x = SELECT_3(v, iu), *y = SELECT_3(v, iv), *z = SELECT_3(v, a);
 }
 
+// The view of layer axis z, permuted to axis a.
+static inline VolumeView permuted_view(const VolumeView *z, int a) {
+    const int iu = a == 0 ? 2 : 0, iv = a == 1 ? 2 : 1;
+    const long stride[3] = {z->stride_u, z->stride_v, z->stride_a};
+    const int dims[3] = {z->dims_u, z->dims_v, z->dims_a};
+    const VolumeView view = {SELECT_3(stride, iu), SELECT_3(stride, iv), SELECT_3(stride, a), z->first,
+                             SELECT_3(dims, iu),   SELECT_3(dims, iv),   SELECT_3(dims, a),   z->background, z->offset, 0};
+    return view;
+}
+
 // The ray through pixel coordinates (x, y). Also permutes the sample parameters from layer axis z to the ray's own.
 static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, const SampleParams *sample_of_z, SampleParams *sample) {
     *sample = *sample_of_z;

@@ -12,7 +12,8 @@ static inline float3 point_on_ray(const PixelRay *ray, float k) {
     return (float3)(ray->o_u + (k - ray->o_a) * ray->s_u, ray->o_v + (k - ray->o_a) * ray->s_v, k);
 }
 
-__kernel void point_direct(__global const VOXEL *voxels, __global const uchar *visible_x,
+__kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view_of_z,
+                           __global const uchar *visible_x,
                            __global const uchar *visible_y, __global const uchar *visible_z,
                            __global const int4 *integrals, __global const float4 *table, DirectParams p, SampleParams sample_of_z,
                            Clipping clip, int width, int height, __global float4 *frame, __global uint *active_samples) {
@@ -23,6 +24,8 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
     const PixelRay ray = make_pixel_ray(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample_of_z, &sample);
     const VolumeView view = ray.view;
     voxels += view.first;
+    const VolumeView gradient_view = permuted_view(&gradient_view_of_z, ray.axis);
+    const GradientSource gradients = GRADIENT_SOURCE;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
     const int s = SAMPLES_PER_LAYER(&sample), slabs = view.dims_a + 2 * RADIUS - 1, back = ray.layer_step > 0 ? 0 : 1;
 
@@ -65,7 +68,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
             for (int l = l0; sample.light.shading; l = l1) {
                 const float3 place = point_on_ray(&ray, (float)l / s - RADIUS);
                 const Point point = {place.x, place.y, place.z};
-                const Gradient gradient = gradient_at(voxels, &view, &sample.field, place.x, place.y, place.z, 1);
+                const Gradient gradient = gradient_at(&gradients, &sample.field, place.x, place.y, place.z, 1);
                 lit = lit_behind;
                 lit_behind = light_sample(&sample, point, l == l0 ? from : field, gradient);
                 if (l == l1)
@@ -103,7 +106,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const uchar *v
                     segment_between(&sample, integrals, &front, &behind, value_from, value_to, end_weights(&sample, l0, l1), dt);
                 composite_span(voxels, &view, &sample, integrals, &segment, &part, &span, dt, &lit, &lit_to, &gathered, &active);
 #elif BLEND == ISO
-                accumulate_surface(voxels, &view, &sample, &part, &span, &lit, &lit_to, &gathered, &active);
+                accumulate_surface(voxels, &view, &gradients, &sample, &part, &span, &lit, &lit_to, &gathered, &active);
 #else
                 accumulate_span(voxels, &view, &part, &span, part_length(&part) / s, &gathered, &active);
 #endif

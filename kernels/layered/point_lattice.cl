@@ -69,7 +69,8 @@ static inline void find_middle(const RayLatticeParams *p, const SampleParams *sa
 }
 #endif
 
-__kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible, __global const int *shown_slabs,
+__kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
+                            VolumeView gradient_view, __global const uchar *visible, __global const int *shown_slabs,
                             __global const int4 *integrals, __global const float4 *table, RayLatticeParams p, SampleParams sample,
                             Clipping clip, __global float4 *lattice, __global uint *active_samples) {
     const int order = get_global_id(0);
@@ -77,6 +78,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         return;
     const int id = scheduled_tile(&p, order);
     voxels += view.first;
+    const GradientSource gradients = GRADIENT_SOURCE;
     const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
     const Tile tile = make_tile(&p, column, row);
     Layer layers[2];
@@ -156,8 +158,8 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 continue;
             // Lighting of all patches before any look-ups: shorter loops overlap better, 5 % on engine.
             if (sample.light.shading && LIT_AT_ENDS) {
-                light_layer(voxels, &view, &p, &sample, column, row, s, COLUMNS_AT(l0), shown, front);
-                light_layer(voxels, &view, &p, &sample, column, row, s, COLUMNS_AT(l1), shown, behind);
+                light_layer(&gradients, &p, &sample, column, row, s, COLUMNS_AT(l0), shown, front);
+                light_layer(&gradients, &p, &sample, column, row, s, COLUMNS_AT(l1), shown, behind);
             }
             // The plane where rays enter, and the distance to the one where they leave.
             const float k = (float)l0 / s - RADIUS, step = (float)p.layer_step / s;
@@ -222,7 +224,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                     composite_span(voxels, &view, &sample, integrals, &segments[n], &parts[n], &span,
                                    CLIPPED_LENGTH(length * dt[n], &parts[n]), &one->lit[n], &other->lit[n], &gathered[n], &counts);
 #elif BLEND == ISO
-                    accumulate_surface(voxels, &view, &sample, &parts[n], &span, &one->lit[n], &other->lit[n], &gathered[n], &counts);
+                    accumulate_surface(voxels, &view, &gradients, &sample, &parts[n], &span, &one->lit[n], &other->lit[n], &gathered[n], &counts);
 #else
                     accumulate_span(voxels, &view, &parts[n], &span, part_length(&parts[n]) / s, &gathered[n], &counts);
 #endif

@@ -76,17 +76,16 @@ static inline Columns columns_under(const VolumeView *view, int samples_per_laye
     _Pragma("unroll") for (int i = 0; i < SPAN_VECTORS * VW; i += VW) \
         if (i < vectors * VW)
 
-// Row j of layer k under the columns of a tile, `vectors` of them. `inside`: known to be entirely in the volume.
-ALWAYS_INLINE void load_span(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int j, int k, int vectors,
-                             bool inside, float *span) {
-    if (inside || (c->inside && j >= 0 && j < view->dims_v && k >= 0 && k < view->dims_a)) {
-        __global const VOXEL *start = voxels + (k - view->first_a) * view->stride_a + j * view->stride_v + c->first;
-        ON_SPAN(i)
-            STOREV(span + i, VOXEL_VALUES(view, LOAD_VOXELS(start + i)));
-    } else {
-        load_row(voxels, view, c->first, j, k, vectors, span);
-    }
-}
+#include "shared/value_voxels.cl"
+#include "layered/voxel_spans.cl"
+
+#ifdef SEPARATE_GRADIENTS
+#include "shared/gradient_voxels.cl"
+#include "layered/voxel_spans.cl"
+#else
+#define gradient_load_span load_span
+#define gradient_weighted_differences weighted_differences
+#endif
 
 // Whether tap n, counted from the one before a position, has a weight for values and is not the tap below the position.
 #define IS_OTHER_TAP(n) ((n) != 1 && IS_TAP((n) - 1))
@@ -164,15 +163,15 @@ static inline SlopeWeights slope_weights_under(const Columns *c, const FieldPara
 }
 
 // Row j, as gradients across the layer axis see it, and its slope along the layer axis.
-ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, const SlopeWeights *w, int j,
+ALWAYS_INLINE void differentiate_span(const GradientSource *source, const Columns *c, const SlopeWeights *w, int j,
                                       int vectors, bool inside, float *own, float *across) {
-    load_span(voxels, view, c, j, c->k, vectors, inside, own);
+    gradient_load_span(source->voxels, source->view, c, j, c->k, vectors, inside, own);
 #if GRADIENT == SOBEL
     // On a layer: its two neighbours alone.
     if (c->above == 0.0f) {
         float before[SPAN_VECTORS * VW];
-        load_span(voxels, view, c, j, c->k - 1, vectors, inside, before);
-        load_span(voxels, view, c, j, c->k + 1, vectors, inside, across);
+        gradient_load_span(source->voxels, source->view, c, j, c->k - 1, vectors, inside, before);
+        gradient_load_span(source->voxels, source->view, c, j, c->k + 1, vectors, inside, across);
         ON_SPAN(i) {
             const realv low = LOADV(own + i), one = LOADV(before + i) - low, other = LOADV(across + i) - low;
             STOREV(own + i, low + w->across_layers[0] * (one + other));
@@ -184,14 +183,11 @@ ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const Volume
     // On a layer: central differences of the two neighbours.
     if (c->above == 0.0f) {
         if (inside) {
-            __global const VOXEL *before = voxels + (c->k - 1 - view->first_a) * view->stride_a + j * view->stride_v + c->first;
-            __global const VOXEL *behind = before + 2 * view->stride_a;
-            ON_SPAN(i)
-                STOREV(across + i, w->layers[2] * VOXEL_DIFFERENCES(view, behind + i, before + i));
+            gradient_weighted_differences(source->voxels, source->view, c, j, w->layers[2], vectors, across);
         } else {
             float before[SPAN_VECTORS * VW];
-            load_span(voxels, view, c, j, c->k - 1, vectors, inside, before);
-            load_span(voxels, view, c, j, c->k + 1, vectors, inside, across);
+            gradient_load_span(source->voxels, source->view, c, j, c->k - 1, vectors, inside, before);
+            gradient_load_span(source->voxels, source->view, c, j, c->k + 1, vectors, inside, across);
             ON_SPAN(i)
                 STOREV(across + i, w->layers[2] * (LOADV(across + i) - LOADV(before + i)));
         }
@@ -208,7 +204,7 @@ ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const Volume
         if (n == 1 || w->layers[n] == 0.0f)
             continue;
         float other[SPAN_VECTORS * VW];
-        load_span(voxels, view, c, j, c->k - 1 + n, vectors, inside, other);
+        gradient_load_span(source->voxels, source->view, c, j, c->k - 1 + n, vectors, inside, other);
         ON_SPAN(i) {
             const realv difference = LOADV(other + i) - LOADV(low + i);
             STOREV(across + i, LOADV(across + i) + w->layers[n] * difference);
@@ -218,11 +214,11 @@ ALWAYS_INLINE void differentiate_span(__global const VOXEL *voxels, const Volume
     }
 }
 
-ALWAYS_INLINE void differentiate_rows(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, const SlopeWeights *w,
+ALWAYS_INLINE void differentiate_rows(const GradientSource *source, const Columns *c, const SlopeWeights *w,
                                       int first, int last, int vectors, bool inside, Slopes *s) {
     for (int j = first, row = 0; j <= last; j++, row++) {
         float own[SPAN_VECTORS * VW], across[SPAN_VECTORS * VW];
-        differentiate_span(voxels, view, c, w, j, vectors, inside, own, across);
+        differentiate_span(source, c, w, j, vectors, inside, own, across);
         const realv o0 = UNDER(own, -1), o1 = UNDER(own, 0), o2 = UNDER(own, 1), o3 = UNDER(own, 2);
         s->value[row] = ACROSS(w->across_u.tap, o0, o1, o2, o3);
         s->along_u[row] = SLOPE(w->u.tap, o0, o1, o2, o3);
@@ -317,8 +313,7 @@ static inline Point patch_points(const RayLatticeParams *p, int column, int row,
 }
 
 // Lights the samples of some patches of the tile at (column, row).
-static inline void light_layer(__global const VOXEL *voxels, const VolumeView *view, const RayLatticeParams *p, const SampleParams *sample,
-                               int column, int row, int samples_per_layer, realv u, int patches, Layer *layer) {
+static inline void light_layer(const GradientSource *source, const RayLatticeParams *p, const SampleParams *sample, int column, int row, int samples_per_layer, realv u, int patches, Layer *layer) {
     patches &= ~layer->lit;
     if (!patches)
         return;
@@ -326,12 +321,13 @@ static inline void light_layer(__global const VOXEL *voxels, const VolumeView *v
     const int first_band = LOWEST_BIT(patches) / PATCH_ROWS, last_band = HIGHEST_BIT(patches) / PATCH_ROWS;
     const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
     const int first = min(one, other) - 1, last = max(one, other) + 2 + layer->rows.farthest;
+    const VolumeView *view = source->view;
     const Columns columns = columns_under(view, samples_per_layer, layer->index, u);
     const SlopeWeights weights = slope_weights_under(&columns, &sample->field);
     prepare_slopes(&layer->rows, sample->field.smoothing_v);
     Slopes slopes;
 #define DIFFERENTIATE(vectors, inside) \
-    differentiate_rows(voxels, view, &columns, &weights, first, last, vectors, inside, &slopes)
+    differentiate_rows(source, &columns, &weights, first, last, vectors, inside, &slopes)
     ON_ROWS(DIFFERENTIATE, first, last, columns.k - 1, columns.k + 2);
     // All gradients before any lighting: shorter loops overlap better, 10 % on engine.
     Gradient gradients[TILE_ROWS];

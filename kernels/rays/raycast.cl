@@ -8,8 +8,7 @@
 #include "shared/sample.cl"
 
 struct SampleSource {
-    __global const VOXEL *voxels;
-    const VolumeView *view;
+    const GradientSource *gradients;
     const FieldParams *field;
     const realv *point;
     intv needed;
@@ -21,11 +20,11 @@ static inline Point sample_point(const struct SampleSource *s) {
 }
 
 static inline Gradient sample_gradient(const struct SampleSource *s) {
-    return gradient_at(s->voxels, s->view, s->field, s->point[0], s->point[1], s->point[2], s->needed);
+    return gradient_at(s->gradients, s->field, s->point[0], s->point[1], s->point[2], s->needed);
 }
 
 // Marches one row of rays.
-ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
+ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients, __global const uchar *visible,
                              __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const RowRays *rays,
                              const Interval *interval, Accumulator *gathered, intv *active) {
     const realv step = p->length / rays->length;
@@ -59,7 +58,7 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
         if (!ANY(needed))
             continue;
         const realv value = value_at(voxels, view, point[0], point[1], point[2], needed);
-        const struct SampleSource source = {voxels, view, &sample->field, point, needed};
+        const struct SampleSource source = {gradients, &sample->field, point, needed};
 #ifdef DEPTHS
         set_depth_range(MAX(first, (realv)(n)) * step, MIN(last, (realv)(n + 1.0f)) * step, gathered);
 #endif

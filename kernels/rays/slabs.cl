@@ -22,10 +22,9 @@ typedef struct {
     Part part;
 } SlabRays;
 
-ALWAYS_INLINE void find_gradient(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *field, intv needed,
-                                 Plane *plane) {
+ALWAYS_INLINE void find_gradient(const GradientSource *gradients, const FieldParams *field, intv needed, Plane *plane) {
     if (!plane->has_gradient)
-        plane->gradient = gradient_at(voxels, view, field, plane->point[0], plane->point[1], plane->point[2], needed);
+        plane->gradient = gradient_at(gradients, field, plane->point[0], plane->point[1], plane->point[2], needed);
     plane->has_gradient = true;
 }
 
@@ -44,12 +43,12 @@ static inline RaySpan span_between(const Plane *front, const Plane *back) {
 }
 
 // Accumulates the slab between two planes; `from` and `to` are the values at the ends of the part.
-ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, __global const TABLE *table, const MarchParams *p,
-                              const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
+ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+                              __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
                               Accumulator *gathered, intv *active);
 
 // Marches one row of rays from plane to plane.
-ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, __global const uchar *visible,
+ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients, __global const uchar *visible,
                              __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const RowRays *rays,
                              const Interval *interval, Accumulator *gathered, intv *active) {
     const intv hits = interval->from < interval->to;
@@ -108,7 +107,7 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
             if (ANY(needed)) {
                 slab.parameters = needed ? slab.parameters : (realv)(0.0f);
                 slab.length = slab.parameters * rays->length;
-                march_slab(voxels, view, table, p, sample, &slab, from, to, &front, &back, gathered, active);
+                march_slab(voxels, view, gradients, table, p, sample, &slab, from, to, &front, &back, gathered, active);
                 if (!ANY(hits && open_rays(sample, gathered)))
                     break;
             }

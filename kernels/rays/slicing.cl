@@ -46,14 +46,14 @@ ALWAYS_INLINE Slab slab_between(__global const float4 *table, const MarchParams 
     return slab;
 }
 
-ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, __global const TABLE *table, const MarchParams *p,
-                              const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
+ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+                              __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
                               Accumulator *gathered, intv *active) {
     const Slab slab = slab_between(table, p, from, to);
     Lighting lighting;
     if (sample->light.shading) {
-        find_gradient(voxels, view, &sample->field, rays->hits, front);
-        find_gradient(voxels, view, &sample->field, rays->hits, back);
+        find_gradient(gradients, &sample->field, rays->hits, front);
+        find_gradient(gradients, &sample->field, rays->hits, back);
         const Gradient one = front->gradient, other = back->gradient;
         const Gradient mean = {0.5f * (one.u + other.u), 0.5f * (one.v + other.v), 0.5f * (one.a + other.a)};
         const RaySpan span = span_between(front, back);

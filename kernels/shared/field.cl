@@ -48,72 +48,28 @@ typedef struct {
     realv before, low, high, behind;
 } Row;
 
-// Four consecutive voxels at each of VW offsets from `start`.
-#if defined(GATHER_WORDS) && VOXEL_BYTES < 4
-#if VOXEL_SIGNED
-#define UNPACK_VOXEL(words, n) CONVERT_REALV(((words) << (32 - 8 * VOXEL_BYTES * ((n) + 1))) >> (32 - 8 * VOXEL_BYTES))
+#include "shared/value_voxels.cl"
+#include "shared/voxel_rows.cl"
+
+#ifdef SEPARATE_GRADIENTS
+#include "shared/gradient_voxels.cl"
+#include "shared/voxel_access.cl"
+#include "shared/voxel_rows.cl"
 #else
-#define UNPACK_VOXEL(words, n) CONVERT_REALV((words) >> (8 * VOXEL_BYTES * (n)) & ((1 << 8 * VOXEL_BYTES) - 1))
-#endif
-ALWAYS_INLINE Row four_voxels(__global const VOXEL *start, intv at) {
-#if VOXEL_BYTES == 1
-    const intv words = GATHER_WORDS(start, at);
-    const Row row = {UNPACK_VOXEL(words, 0), UNPACK_VOXEL(words, 1), UNPACK_VOXEL(words, 2), UNPACK_VOXEL(words, 3)};
-#else
-    const intv near = GATHER_WORDS(start, at * 2), far = GATHER_WORDS(start, at * 2 + 4);
-    const Row row = {UNPACK_VOXEL(near, 0), UNPACK_VOXEL(near, 1), UNPACK_VOXEL(far, 0), UNPACK_VOXEL(far, 1)};
-#endif
-    return row;
-}
-#elif VW > 1
-ALWAYS_INLINE Row four_voxels(__global const VOXEL *start, intv at) {
-    const int *lane = (const int *)&at;
-    Row row;
-#define FOUR_VOXELS(n) convert_float4(vload4(0, start + lane[n]))
-    COMPONENTS(FOUR_VOXELS, &row.before, &row.low, &row.high, &row.behind);
-    return row;
-}
+#define gradient_voxel_row voxel_row
 #endif
 
-// Voxel rows at the offset (dj, dk) from the cells. FAR_VOXELS: byte offsets can exceed an int.
-ALWAYS_INLINE Row voxel_row(__global const VOXEL *voxels, const VolumeView *view, const Cells *c, int dj, int dk) {
-    Row row;
-    const int *i = (const int *)&c->i, *j = (const int *)&c->j, *k = (const int *)&c->k;
-#if VW > 1 && defined(FAR_VOXELS)
-    if (c->interior) {
-        __global const VOXEL *plane = voxels - 1 - (long)view->first_a * view->stride_a;
-#define FOUR_FAR_VOXELS(n) \
-    convert_float4(vload4(0, plane + i[n] + (j[n] + dj) * view->stride_v + (k[n] + dk) * view->stride_a))
-        COMPONENTS(FOUR_FAR_VOXELS, &row.before, &row.low, &row.high, &row.behind);
-        row.before = VOXEL_VALUES(view, row.before), row.low = VOXEL_VALUES(view, row.low);
-        row.high = VOXEL_VALUES(view, row.high), row.behind = VOXEL_VALUES(view, row.behind);
-        return row;
-    }
-#elif VW > 1
-    if (c->interior) {
-        __global const VOXEL *start = voxels + i[0] - 1 + (j[0] + dj) * view->stride_v + (k[0] + dk - view->first_a) * view->stride_a;
-        const intv at = c->i - i[0] + (c->j - j[0]) * (int)view->stride_v + (c->k - k[0]) * (int)view->stride_a;
-        row = four_voxels(start, at);
-        row.before = VOXEL_VALUES(view, row.before), row.low = VOXEL_VALUES(view, row.low);
-        row.high = VOXEL_VALUES(view, row.high), row.behind = VOXEL_VALUES(view, row.behind);
-        return row;
-    }
+// The voxels that gradients are estimated from. GRADIENT_SOURCE: those of a kernel with the arguments `gradient_voxels` and
+// `gradient_view`, whose `voxels` begin at the first one.
+typedef struct {
+    __global const GRADIENT_VOXEL *voxels;
+    const VolumeView *view;
+} GradientSource;
+#ifdef SEPARATE_GRADIENTS
+#define GRADIENT_SOURCE {gradient_voxels + gradient_view.first, &gradient_view}
 #else
-    if (c->interior) {
-        __global const VOXEL *start =
-            voxels + OFFSET_U(view, c->i - 1) + (c->j + dj) * view->stride_v + (c->k + dk - view->first_a) * view->stride_a;
-        row.before = VOXEL_VALUE(view, convert_float(start[0])), row.low = VOXEL_VALUE(view, convert_float(start[OFFSET_U(view, 1)]));
-        row.high = VOXEL_VALUE(view, convert_float(start[OFFSET_U(view, 2)])),
-        row.behind = VOXEL_VALUE(view, convert_float(start[OFFSET_U(view, 3)]));
-        return row;
-    }
+#define GRADIENT_SOURCE {voxels, &view}
 #endif
-    float *out = (float *)&row;
-    for (int n = 0; n < VW; n++)
-        for (int e = 0; e < 4; e++)
-            out[e * VW + n] = voxel_at(voxels, view, i[n] - 1 + e, j[n] + dj, k[n] + dk);
-    return row;
-}
 
 // The field in the voxel plane dk layers from the cells, interpolated along u and v.
 ALWAYS_INLINE realv value_in_plane(__global const VOXEL *voxels, const VolumeView *view, const Cells *c, const Weights *x,
@@ -150,14 +106,13 @@ ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *vie
 // The gradient, in voxel differences: central differences of the field over one voxel in each direction. One call in a loop instead of
 // six: Intel's compiler takes 394 s for six calls and 80 s for the loop. On PoCL the loop costs 3 % per frame and saves a fifth of the
 // compile time.
-static inline Gradient gradient_at(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *field, realv u, realv v,
-                                   realv a, intv needed) {
+static inline Gradient gradient_at(const GradientSource *source, const FieldParams *field, realv u, realv v, realv a, intv needed) {
     realv values[6];
 #pragma unroll 1
     for (int n = 0; n < 6; n++) {
         const float away = n & 1 ? -1.0f : 1.0f;
         const float du = n < 2 ? away : 0.0f, dv = n >> 1 == 1 ? away : 0.0f, da = n >> 1 == 2 ? away : 0.0f;
-        values[n] = value_at(voxels, view, u + du, v + dv, a + da, needed);
+        values[n] = value_at(source->voxels, source->view, u + du, v + dv, a + da, needed);
     }
     const Gradient gradient = {0.5f * (values[0] - values[1]), 0.5f * (values[2] - values[3]), 0.5f * (values[4] - values[5])};
     return gradient;
@@ -165,9 +120,8 @@ static inline Gradient gradient_at(__global const VOXEL *voxels, const VolumeVie
 #else
 // The gradient, in voxel differences: slopes along its own axis, weights across it along the others. All three components share the same
 // voxel rows.
-static inline Gradient gradient_at(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *field, realv u, realv v,
-                                   realv a, intv needed) {
-    const Cells c = cells_at(view, u, v, a, needed);
+static inline Gradient gradient_at(const GradientSource *source, const FieldParams *field, realv u, realv v, realv a, intv needed) {
+    const Cells c = cells_at(source->view, u, v, a, needed);
     const Weights x = across_weights(c.x, field->smoothing_u), y = across_weights(c.y, field->smoothing_v);
     const Weights z = across_weights(c.z, field->smoothing_a);
     const Weights slope_x = slope_weights(c.x), slope_y = slope_weights(c.y), slope_z = slope_weights(c.z);
@@ -179,7 +133,7 @@ static inline Gradient gradient_at(__global const VOXEL *voxels, const VolumeVie
         for (int dj = -1; dj <= 2; dj++) {
             if (!IS_ACROSS_TAP(dj) && !IS_ACROSS_TAP(dk))
                 continue;
-            const Row row = voxel_row(voxels, view, &c, dj, dk);
+            const Row row = gradient_voxel_row(source->voxels, source->view, &c, dj, dk);
             rows[dj + 1] = ACROSS(x.tap, row.before, row.low, row.high, row.behind);
             if (IS_ACROSS_TAP(dj) && IS_ACROSS_TAP(dk))
                 rows_u[dj + 1] = SLOPE(slope_x.tap, row.before, row.low, row.high, row.behind);

@@ -29,8 +29,17 @@
 #define LAST_TAP RADIUS
 #define IS_TAP(n) ((n) >= FIRST_TAP && (n) <= LAST_TAP)
 
+// SEPARATE_GRADIENTS: gradients are estimated from voxels of their own, GRADIENT_VOXEL: those that a B-spline interpolates, or smoothed
+// ones.
+#ifdef SEPARATE_GRADIENTS
+#define OF_OTHER_VOXELS 1
+#else
+#define OF_OTHER_VOXELS 0
+#define GRADIENT_VOXEL VOXEL
+#endif
+
 // Whether gradients are estimated at the voxels and interpolated linearly, whatever the kernel. Otherwise they are slopes of the kernel.
-#define GRADIENTS_AT_VOXELS (GRADIENT == SOBEL || (GRADIENT == CENTRAL && KERNEL == CATMULL_ROM))
+#define GRADIENTS_AT_VOXELS (GRADIENT == SOBEL || (GRADIENT == CENTRAL && (KERNEL == CATMULL_ROM || OF_OTHER_VOXELS)))
 
 // Weights of taps -1 ... 2; those that neither MIXED nor SLOPE reads are 0.
 typedef struct {

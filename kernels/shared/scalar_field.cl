@@ -96,7 +96,7 @@ static inline PlaneSlopes slopes_in_plane(__global const VOXEL *voxels, const Vo
 
 #if GRADIENTS_AT_VOXELS
 // The gradient of estimates at the voxels, one plane after another. Planes are interpolated by ACROSS and SLOPE like rows.
-static inline Gradient gradient_in_cell(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *params, const Cells *c) {
+static inline Gradient gradient_in_cell(const GradientSource *source, const FieldParams *params, const Cells *c) {
     const Weights x = across_weights(c->x, params->smoothing_u), y = across_weights(c->y, params->smoothing_v);
     const Weights layers = across_weights(c->z, params->smoothing_a);
     const Weights slope_x = slope_weights(c->x), slope_y = slope_weights(c->y), slopes = slope_weights(c->z);
@@ -109,7 +109,7 @@ static inline Gradient gradient_in_cell(__global const VOXEL *voxels, const Volu
         float rows[4], rows_u[4];
 #pragma unroll
         for (int dj = -1; dj <= 2; dj++) {
-            const Row row = voxel_row(voxels, view, c, dj, dk);
+            const Row row = gradient_voxel_row(source->voxels, source->view, c, dj, dk);
             rows[dj + 1] = ACROSS(x.tap, row.before, row.low, row.high, row.behind);
             rows_u[dj + 1] = SLOPE(slope_x.tap, row.before, row.low, row.high, row.behind);
         }
@@ -118,11 +118,6 @@ static inline Gradient gradient_in_cell(__global const VOXEL *voxels, const Volu
         gradient.a += slope * ACROSS(y.tap, rows[0], rows[1], rows[2], rows[3]);
     }
     return gradient;
-}
-
-static inline FieldSample field_in_cell(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *params, const Cells *c) {
-    const FieldSample field = {value_in_cell(voxels, view, c), gradient_in_cell(voxels, view, params, c)};
-    return field;
 }
 #else
 static inline FieldSample field_in_cell(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *params, const Cells *c) {
@@ -154,12 +149,11 @@ static inline float value_at(__global const VOXEL *voxels, const VolumeView *vie
     return value_in_cell(voxels, view, &c);
 }
 
-static inline Gradient gradient_at(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *params, float u, float v,
-                                   float a, int needed) {
-    const Cells c = cells_at(view, u, v, a, needed);
+static inline Gradient gradient_at(const GradientSource *source, const FieldParams *params, float u, float v, float a, int needed) {
+    const Cells c = cells_at(source->view, u, v, a, needed);
 #if GRADIENTS_AT_VOXELS
-    return gradient_in_cell(voxels, view, params, &c);
+    return gradient_in_cell(source, params, &c);
 #else
-    return field_in_cell(voxels, view, params, &c).gradient;
+    return field_in_cell(source->voxels, source->view, params, &c).gradient;
 #endif
 }

@@ -31,8 +31,8 @@ ALWAYS_INLINE void accumulate_span(__global const VOXEL *voxels, const VolumeVie
 
 // Accumulates an iso-surface: where the value interpolated between the ends crosses the iso value or, REFINED, where the field itself
 // does. Crossings outside the part are ignored.
-ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p, const Part *part,
-                                      const RaySpan *span, const LitSample *lit_front, const LitSample *lit_back, Accumulator *a,
+ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+                                      const SampleParams *p, const Part *part, const RaySpan *span, const LitSample *lit_front, const LitSample *lit_back, Accumulator *a,
                                       intv *active) {
     const ClassificationParams *c = &p->classification;
     const realv from = span->from, to = span->to;
@@ -57,7 +57,7 @@ ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const Volume
     }
     if (p->light.shading) {
         const Point point = point_on_span(span, t);
-        const Gradient gradient = gradient_at(voxels, view, &p->field, point.u, point.v, point.a, crosses);
+        const Gradient gradient = gradient_at(gradients, &p->field, point.u, point.v, point.a, crosses);
         lighting = shade(p, point, (realv)(c->iso), gradient);
     }
 #else

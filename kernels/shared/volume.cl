@@ -11,23 +11,29 @@
 
 // A voxel's value, less the offset. UNCHECKED: the voxels are caller-owned memory with unchecked floats; invalid ones count as
 // background, as in uploaded volumes.
+#define PLAIN_VALUE(view, voxel) ((voxel) - (view)->offset)
+#define CHECKED_VALUE(view, voxel) (IS_VALID(voxel) ? (voxel) - (view)->offset : (view)->background)
+#define CHECKED_VALUES(view, voxels) (IS_VALID(voxels) ? (voxels) - (view)->offset : (realv)((view)->background))
 #ifdef UNCHECKED
-#define VOXEL_VALUE(view, voxel) (IS_VALID(voxel) ? (voxel) - (view)->offset : (view)->background)
-#define VOXEL_VALUES(view, voxels) (IS_VALID(voxels) ? (voxels) - (view)->offset : (realv)((view)->background))
+#define VOXEL_VALUE CHECKED_VALUE
+#define VOXEL_VALUES CHECKED_VALUES
 #else
-#define VOXEL_VALUE(view, voxel) ((voxel) - (view)->offset)
-#define VOXEL_VALUES(view, voxels) ((voxels) - (view)->offset)
+#define VOXEL_VALUE PLAIN_VALUE
+#define VOXEL_VALUES PLAIN_VALUE
 #endif
 
 // Differences of two vectors of voxels, bit-identical to the differences of their values; for bytes in vectors of half the width.
-#if VOXEL_BYTES == 1 && VW > 1
+// `values`: VOXEL_VALUES of this type, of 1, 2 or 4 bytes.
+#if VW > 1
 #define LOAD_SHORTS(voxels) CAT(convert_short, VW)(CAT(vload, VW)(0, voxels))
-#define VOXEL_DIFFERENCES(view, voxels, others) CONVERT_REALV(LOAD_SHORTS(voxels) - LOAD_SHORTS(others))
-#elif VOXEL_BYTES == 4
-#define VOXEL_DIFFERENCES(view, voxels, others) (VOXEL_VALUES(view, LOAD_VOXELS(voxels)) - VOXEL_VALUES(view, LOAD_VOXELS(others)))
+#define DIFFERENCES_1(values, view, voxels, others) CONVERT_REALV(LOAD_SHORTS(voxels) - LOAD_SHORTS(others))
 #else
-#define VOXEL_DIFFERENCES(view, voxels, others) (LOAD_VOXELS(voxels) - LOAD_VOXELS(others))
+#define DIFFERENCES_1 DIFFERENCES_2
 #endif
+#define DIFFERENCES_2(values, view, voxels, others) (LOAD_VOXELS(voxels) - LOAD_VOXELS(others))
+#define DIFFERENCES_4(values, view, voxels, others) (values(view, LOAD_VOXELS(voxels)) - values(view, LOAD_VOXELS(others)))
+#define VOXEL_DIFFERENCES(view, voxels, others) CAT(DIFFERENCES_, VOXEL_BYTES)(VOXEL_VALUES, view, voxels, others)
+#define ELEMENT_DIFFERENCES(view, voxels, others) CAT(DIFFERENCES_, ELEMENT_BYTES)(ELEMENT_VALUES, view, voxels, others)
 
 // The largest voxel not above a value, and the smallest not below it, saturated to the range of the type.
 #if VOXEL_BYTES == 4
@@ -60,16 +66,6 @@ static inline int nearest_index(int i, int dims) {
 #define OFFSET_U(view, n) ((n) * (view)->stride_u)
 #endif
 
-// Value of any voxel, inside or outside the volume.
-static inline float voxel_at(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k) {
-#ifdef EDGE_GOES_ON
-    u = nearest_index(u, view->dims_u), v = nearest_index(v, view->dims_v), k = nearest_index(k, view->dims_a);
-#endif
-    if (u < 0 || u >= view->dims_u || v < 0 || v >= view->dims_v || k < 0 || k >= view->dims_a)
-        return view->background;
-    return VOXEL_VALUE(view, convert_float(voxels[OFFSET_U(view, u) + v * view->stride_v + (k - view->first_a) * view->stride_a]));
-}
-
 // Whether a layer is entirely background.
 #ifdef EDGE_GOES_ON
 #define IS_OUTSIDE(k, view) false
@@ -77,39 +73,8 @@ static inline float voxel_at(__global const VOXEL *voxels, const VolumeView *vie
 #define IS_OUTSIDE(k, view) ((k) < 0 || (k) >= (view)->dims_a)
 #endif
 
-// Loads `vectors` x VW voxels of row v, layer k, from u on, as floats. Needs stride_u = 1.
-static inline void load_row(__global const VOXEL *voxels, const VolumeView *view, int u, int v, int k, int vectors, float *row) {
-#ifdef EDGE_GOES_ON
-    v = nearest_index(v, view->dims_v), k = nearest_index(k, view->dims_a);
-#endif
-    const bool inside = v >= 0 && v < view->dims_v && k >= 0 && k < view->dims_a;
-    __global const VOXEL *start = voxels + v * view->stride_v + (k - view->first_a) * view->stride_a;
-    for (int c = 0; c < vectors; c++, u += VW, row += VW) {
-        if (inside && u >= 0 && u + VW <= view->dims_u) {
-            STOREV(row, VOXEL_VALUES(view, LOAD_VOXELS(start + u)));
-#ifdef EDGE_GOES_ON
-        } else {
-            for (int i = 0; i < VW; i++)
-                row[i] = VOXEL_VALUE(view, convert_float(start[nearest_index(u + i, view->dims_u)]));
-        }
-#else
-        } else if (!inside || u + VW <= 0 || u >= view->dims_u) {
-            STOREV(row, (realv)(view->background));
-        } else if (view->dims_u >= VW) {
-            // Across the edge: a window of the nearest whole vector between two vectors of background.
-            const int nearest = clamp(u, 0, view->dims_u - VW);
-            float around[3 * VW];
-            STOREV(around, (realv)(view->background));
-            STOREV(around + VW, VOXEL_VALUES(view, LOAD_VOXELS(start + nearest)));
-            STOREV(around + 2 * VW, (realv)(view->background));
-            STOREV(row, LOADV(around + VW + (u - nearest)));
-        } else {
-            for (int i = 0; i < VW; i++)
-                row[i] = u + i >= 0 && u + i < view->dims_u ? VOXEL_VALUE(view, convert_float(start[u + i])) : view->background;
-        }
-#endif
-    }
-}
+#include "shared/value_voxels.cl"
+#include "shared/voxel_access.cl"
 
 // Min-max blocks: BLOCK_U x BLOCK_V voxels of one layer, with a margin of one block on each side. Mirrored by `BlockNumbers` in
 // src/device/launch/blocks.rs.

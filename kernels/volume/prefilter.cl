@@ -1,5 +1,6 @@
-// Coefficients of the interpolating B-spline, computed along one axis after another. `taps` (src/layers/prefilter.rs) is one half of a
-// symmetric filter, from its centre on; voxels are mirrored at the ends of the whole axis.
+// Filters along one axis after another: the prefilter of the interpolating B-spline (src/layers/prefilter.rs), and smoothing for gradients
+// (src/layers/smoothing.rs). `taps` is one half of a symmetric filter, from its centre on. Voxels are mirrored at the ends of the whole
+// axis; BACKGROUND_OUTSIDE: outside is the background.
 //
 // Of the `whole` voxels along an axis, `held` are resident, starting with `first`. Where others would be needed, the results are invalid:
 // parts of a volume include enough of them. All sums are in vectors and in one order, so that the coefficients are those of the whole
@@ -15,8 +16,18 @@
 #endif
 
 // Index, among the resident voxels, of the one used for voxel i, which can lie outside.
-static inline int mirrored(int i, int first, int held, int whole) {
+static inline int resident(int i, int first, int held, int whole) {
+#ifndef BACKGROUND_OUTSIDE
     const int period = max(2 * (whole - 1), 1);
     i = abs(first + i) % period;
-    return clamp((i < whole ? i : period - i) - first, 0, held - 1);
+    i = (i < whole ? i : period - i) - first;
+#endif
+    return clamp(i, 0, held - 1);
 }
+
+// Voxel i of this type, which is `number` if it lies inside.
+#ifdef BACKGROUND_OUTSIDE
+#define OR_BACKGROUND(type, i, number) (first + (i) < 0 || first + (i) >= whole ? (type)(background) : (number))
+#else
+#define OR_BACKGROUND(type, i, number) (number)
+#endif

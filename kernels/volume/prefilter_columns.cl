@@ -1,4 +1,4 @@
-// Prefilter along y or z, in place. One work-item per column of at most VW numbers, id = line * chunks + chunk: `line_stride` from line
+// Filter along y or z, in place. One work-item per column of at most VW numbers, id = line * chunks + chunk: `line_stride` from line
 // to line, `stride` between consecutive numbers of a column.
 
 #include "volume/prefilter.cl"
@@ -23,20 +23,21 @@ static inline realv load_partial(__global const float *from, int count) {
     return partial;
 }
 
-__kernel void prefilter_columns(__global float *coefficients, __global const float *taps, int first, int held, int whole, ulong stride,
-                                int chunks, int width, int lines, ulong line_stride) {
+__kernel void prefilter_columns(__global float *filtered, __global const float *taps, int first, int held, int whole, ulong stride,
+                                int chunks, int width, int lines, ulong line_stride, float background) {
     DECLARE_RING;
     const size_t id = get_global_id(0);
     if (id >= (size_t)chunks * lines)
         return;
     const int chunk = id % chunks, count = min(VW, width - VW * chunk);
-    __global float *column = coefficients + id / chunks * line_stride + VW * chunk;
+    __global float *column = filtered + id / chunks * line_stride + VW * chunk;
     for (int n = -PREFILTER_RADIUS; n < PREFILTER_RADIUS; n++)
-        RING_AT(n) = load_partial(column + mirrored(n, first, held, whole) * stride, count);
+        RING_AT(n) = OR_BACKGROUND(realv, n, load_partial(column + resident(n, first, held, whole) * stride, count));
     for (int n = 0; n < held; n++) {
-        // Numbers beyond the end are mirrored ones, which are still in the ring.
+        // Numbers of the column that are used beyond its end are still in the ring.
         const int next = n + PREFILTER_RADIUS;
-        RING_AT(next) = next < held ? load_partial(column + next * stride, count) : RING_AT(mirrored(next, first, held, whole));
+        RING_AT(next) = next < held ? load_partial(column + next * stride, count)
+                                    : OR_BACKGROUND(realv, next, RING_AT(resident(next, first, held, whole)));
         realv sum = taps[0] * RING_AT(n);
         for (int k = 1; k <= PREFILTER_RADIUS; k++)
             sum += taps[k] * (RING_AT(n - k) + RING_AT(n + k));

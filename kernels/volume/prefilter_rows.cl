@@ -1,15 +1,16 @@
-// Prefilter along x: from voxels, less the offset, to coefficients. One work-item per row, with `rows_per_layer` rows per layer.
+// Filter along x: from voxels, less the offset, to filtered ones. One work-item per row, with `rows_per_layer` rows per layer.
 
 #include "shared/volume.cl"
 #include "volume/prefilter.cl"
 
 __kernel void prefilter_rows(__global const VOXEL *voxels, VolumeView view, __global const float *taps, int first, int held, int whole,
-                             int rows_per_layer, int rows, __global float *coefficients) {
+                             int rows_per_layer, int rows, __global float *filtered) {
+    const float background = view.background;
     const size_t id = get_global_id(0);
     if (id >= rows)
         return;
     __global const VOXEL *row = voxels + view.first + id % rows_per_layer * view.stride_v + id / rows_per_layer * view.stride_a;
-    __global float *out = coefficients + id * held;
+    __global float *out = filtered + id * held;
     for (int i = 0; i < held; i += VW) {
         // The voxels for VW sums.
         float span[VW + 2 * PREFILTER_RADIUS];
@@ -17,7 +18,8 @@ __kernel void prefilter_rows(__global const VOXEL *voxels, VolumeView view, __gl
 #pragma unroll
         for (int n = 0; n < VW + 2 * PREFILTER_RADIUS; n++) {
             const int at = i + n - PREFILTER_RADIUS;
-            span[n] = VOXEL_VALUE(&view, convert_float(row[inside ? at : mirrored(at, first, held, whole)]));
+            const float number = VOXEL_VALUE(&view, convert_float(row[inside ? at : resident(at, first, held, whole)]));
+            span[n] = inside ? number : OR_BACKGROUND(float, at, number);
         }
         realv sum = taps[0] * LOADV(span + PREFILTER_RADIUS);
 #pragma unroll

@@ -37,6 +37,7 @@ kernel_files!(
     "layered/visible_group.cl",
     "layered/visible_layers.cl",
     "layered/visible_tile.cl",
+    "layered/voxel_spans.cl",
     "picture/catmull_rom.cl",
     "picture/display.cl",
     "picture/own_samples.cl",
@@ -57,6 +58,7 @@ kernel_files!(
     "shared/dimmed_segment.cl",
     "shared/elementary.cl",
     "shared/field.cl",
+    "shared/gradient_voxels.cl",
     "shared/point.cl",
     "shared/preintegration.cl",
     "shared/ray_span.cl",
@@ -69,8 +71,11 @@ kernel_files!(
     "shared/span_lighting.cl",
     "shared/stagger.cl",
     "shared/table_entries.cl",
+    "shared/value_voxels.cl",
     "shared/vector.cl",
     "shared/volume.cl",
+    "shared/voxel_access.cl",
+    "shared/voxel_rows.cl",
     "sheets/axis_sheets.cl",
     "sheets/scan.cl",
     "sheets/sheet.cl",
@@ -91,8 +96,17 @@ kernel_files!(
     "volume/value_range.cl",
 );
 
-/// The text of a kernel file with each `#include "folder/file.cl"` replaced by that file, once. `#line` directives keep line
-/// numbers in build logs correct.
+/// Files that are included for each type of voxels that a program reads.
+const FOR_EACH_TYPE: [&str; 5] = [
+    "layered/voxel_spans.cl",
+    "shared/gradient_voxels.cl",
+    "shared/value_voxels.cl",
+    "shared/voxel_access.cl",
+    "shared/voxel_rows.cl",
+];
+
+/// The text of a kernel file with each `#include "folder/file.cl"` replaced by that file, once unless it is one
+/// [for each type](FOR_EACH_TYPE). `#line` directives keep line numbers in build logs correct.
 pub(super) fn with_includes(file: &'static str) -> String {
     let mut text = String::new();
     append(file, &mut Vec::new(), &mut text);
@@ -116,7 +130,7 @@ fn append(file: &'static str, included: &mut Vec<&'static str>, text: &mut Strin
             text.push('\n');
             continue;
         };
-        if !included.contains(&name) {
+        if !included.contains(&name) || FOR_EACH_TYPE.contains(&name) {
             append(name, included, text);
         }
         text.push_str(&format!("#line {} \"{file}\"\n", number + 2));

@@ -2,7 +2,9 @@
 
 use super::kernel::Kernel;
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 /// How the gradients for shading and gradient opacity are estimated.
@@ -14,35 +16,41 @@ use std::str::FromStr;
 /// use layersplat::{GradientEstimator, Kernel};
 ///
 /// assert_eq!("sobel".parse(), Ok(GradientEstimator::Sobel));
+/// assert_eq!("gaussian:0.7".parse(), Ok(GradientEstimator::Gaussian(0.7)));
 /// assert!(GradientEstimator::Own.supports(Kernel::BSpline) && !GradientEstimator::Own.supports(Kernel::Linear));
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GradientEstimator {
-    /// Central differences of the voxels, interpolated by the linear kernel or the paper's cubic; by other kernels of layers linearly.
+    /// Central differences of the voxels, interpolated by the linear kernel or the paper's cubic; for other kernels of layers linearly.
     Central,
     /// Central differences, smoothed across their direction ([`sobel_smoothing`](Self::sobel_smoothing)) and interpolated linearly: the operator of
     /// Sobel and Feldman (1968) in three dimensions, with the weights 1 2 1.
     Sobel,
+    /// Central differences of voxels that a Gaussian has smoothed, interpolated linearly. Its standard deviation is in voxels of the smallest
+    /// spacing, [`SIGMAS`](Self::SIGMAS). Smoothing ends at three standard deviations; there is none along axes where the standard deviation
+    /// is below 0.3 voxels.
+    Gaussian(f64),
     /// The derivative of the kernel.
     Own,
 }
 
 impl GradientEstimator {
-    /// All estimators.
-    pub const ALL: [Self; 3] = [Self::Central, Self::Sobel, Self::Own];
+    /// All estimators; the Gaussian with a standard deviation of one voxel.
+    pub const ALL: [Self; 4] = [Self::Central, Self::Sobel, Self::Gaussian(1.0), Self::Own];
+    /// Standard deviations of the Gaussian, in voxels of the smallest spacing.
+    pub const SIGMAS: RangeInclusive<f64> = 0.3..=2.0;
 
     /// The estimator that fits a kernel most closely: its derivative where that is continuous, else central differences.
     pub fn for_kernel(kernel: Kernel) -> Self {
         if kernel.has_own_slope() { Self::Own } else { Self::Central }
     }
 
-    /// Whether the estimator can be used with a kernel. The B-spline's inputs are coefficients and not voxels, so it has its derivative
-    /// only; the derivatives of the linear kernel, of the paper's cubic and of the Gaussian are not continuous, or vanish at every voxel.
+    /// Whether the estimator can be used with a kernel. The Gaussian kernel has central differences only; the derivatives of the linear
+    /// kernel, of the paper's cubic and of the Gaussian are not continuous, or vanish at every voxel.
     pub fn supports(self, kernel: Kernel) -> bool {
         match self {
-            Self::Central => kernel != Kernel::BSpline,
-            Self::Sobel => !matches!(kernel, Kernel::BSpline | Kernel::Gaussian),
+            Self::Central => true,
+            Self::Sobel | Self::Gaussian(_) => kernel != Kernel::Gaussian,
             Self::Own => kernel.has_own_slope(),
         }
     }
@@ -51,8 +59,28 @@ impl GradientEstimator {
     pub fn is_at_voxels(self, kernel: Kernel) -> bool {
         match self {
             Self::Central => kernel.has_own_slope(),
-            Self::Sobel => true,
+            Self::Sobel | Self::Gaussian(_) => true,
             Self::Own => false,
+        }
+    }
+
+    /// Number of voxels on either side that smoothing of the voxels reaches, along the axis of the smallest spacing.
+    pub fn smoothing_radius(self) -> usize {
+        match self {
+            Self::Gaussian(sigma) => smoothing_radius(sigma),
+            _ => 0,
+        }
+    }
+
+    /// Checks the standard deviation of the Gaussian. The error says what is expected.
+    pub(crate) fn check(self) -> Result<(), String> {
+        match self {
+            Self::Gaussian(sigma) if !Self::SIGMAS.contains(&sigma) => Err(format!(
+                "gaussian:{sigma} is out of range: use a standard deviation from {:?} to {:?} voxels",
+                Self::SIGMAS.start(),
+                Self::SIGMAS.end()
+            )),
+            _ => Ok(()),
         }
     }
 
@@ -71,8 +99,43 @@ impl GradientEstimator {
         match self {
             Self::Central => "central",
             Self::Sobel => "sobel",
+            Self::Gaussian(_) => "gaussian:SIGMA",
             Self::Own => "own",
         }
+    }
+}
+
+/// Number of voxels on either side that smoothing with this standard deviation in voxels reaches.
+fn smoothing_radius(sigma: f64) -> usize {
+    (3.0 * sigma) as usize
+}
+
+/// Taps of a Gaussian of this standard deviation in voxels, from the centre outwards. It ends at three standard deviations; the sum over both
+/// sides is one. Below 0.3 voxels it is a unit impulse.
+pub(crate) fn smoothing(sigma: f64) -> Vec<f64> {
+    /// Standard deviation below which an axis is not smoothed.
+    const LEAST: f64 = 0.3;
+    if sigma < LEAST {
+        return vec![1.0];
+    }
+    let taps: Vec<f64> = (0..=smoothing_radius(sigma)).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
+    let sum = taps[0] + 2.0 * taps[1..].iter().sum::<f64>();
+    taps.into_iter().map(|tap| tap / sum).collect()
+}
+
+/// As on the command line.
+impl fmt::Display for GradientEstimator {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Gaussian(sigma) => write!(f, "gaussian:{sigma}"),
+            _ => f.write_str(self.name()),
+        }
+    }
+}
+
+impl Serialize for GradientEstimator {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
     }
 }
 
@@ -80,8 +143,12 @@ impl FromStr for GradientEstimator {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|estimator| estimator.name() == name);
-        found.ok_or_else(|| format!("unknown gradient '{name}': use central, sobel or own"))
+        let found = match name.strip_prefix("gaussian:") {
+            Some(sigma) => sigma.parse().ok().map(Self::Gaussian),
+            None => Self::ALL.into_iter().find(|estimator| estimator.name() == name),
+        };
+        let found = found.ok_or_else(|| format!("unknown gradient '{name}': use central, sobel, gaussian:SIGMA or own"))?;
+        found.check().map(|()| found)
     }
 }
 
@@ -106,7 +173,20 @@ mod tests {
             assert!(estimator.supports(kernel) && !estimator.is_at_voxels(kernel), "{kernel:?}");
         }
         for estimator in GradientEstimator::ALL {
-            assert_eq!(estimator.name().parse(), Ok(estimator));
+            assert_eq!(estimator.to_string().parse(), Ok(estimator));
         }
+        for refused in ["gaussian", "gaussian:", "gaussian:x", "gaussian:0.29", "gaussian:2.1", "gaussian:nan", "gaussian:inf"] {
+            assert!(refused.parse::<GradientEstimator>().is_err(), "{refused}");
+        }
+    }
+
+    #[test]
+    fn smoothing_keeps_what_is_flat_and_ends_at_three_deviations() {
+        for sigma in [0.1, 0.3, 0.34, 0.7, 1.0, 2.0] {
+            let taps = smoothing(sigma);
+            assert_abs_diff_eq!(taps[0] + 2.0 * taps[1..].iter().sum::<f64>(), 1.0, epsilon = 1e-15);
+            assert_eq!(taps.len(), 1 + if sigma < 0.3 { 0 } else { (3.0 * sigma) as usize });
+        }
+        assert!(smoothing(2.0).len() - 1 <= super::super::PREFILTER_RADIUS, "kernels have taps for the prefilter's radius");
     }
 }

@@ -25,6 +25,7 @@ pub use gaussian::{
     GAUSSIAN_OVERSHOOT, GAUSSIAN_RADIUS, gaussian, gaussian_footprint, gaussian_footprint_factor, gaussian_integral,
 };
 pub use gradient::GradientEstimator;
+pub(crate) use gradient::smoothing;
 pub use kernel::Kernel;
 pub use kernel_function::{kernel_function, kernel_integral};
 pub use lattice::{

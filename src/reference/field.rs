@@ -2,6 +2,7 @@
 
 use super::coefficients::{interpolate, mirrored};
 use super::interval::Interval;
+use super::smoothing::smoothed;
 use crate::layers::{GradientEstimator, Kernel, Ray};
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
@@ -12,8 +13,8 @@ use glam::DVec3;
 pub(super) struct Field {
     kernel: Kernel,
     gradient: GradientEstimator,
-    /// Weight of each neighbour along x, y and z where Sobel gradients are smoothed.
-    smoothing: [f64; 3],
+    /// Spacing along x, y and z.
+    spacing: DVec3,
     dims: [i64; 3],
     background: f64,
     gaussian_background: f64,
@@ -23,6 +24,8 @@ pub(super) struct Field {
     edge_goes_on: bool,
     /// Inputs of the kernel: voxels, or B-spline coefficients.
     voxels: Vec<f64>,
+    /// The voxels that gradients are estimated from, if these are others.
+    gradient_voxels: Option<Vec<f64>>,
 }
 
 impl Field {
@@ -39,25 +42,37 @@ impl Field {
             true => voxels.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v))),
             false => volume.field_range(),
         };
+        let mut gradient_voxels = None;
         if kernel == Kernel::BSpline {
+            gradient_voxels = Some(voxels.clone());
             interpolate(volume.grid().dims(), &mut voxels);
         }
         Self {
             kernel,
             gradient: GradientEstimator::for_kernel(kernel),
-            smoothing: GradientEstimator::sobel_smoothing(volume.grid().spacing()).to_array(),
+            spacing: volume.grid().spacing(),
             dims: volume.grid().dims().map(|n| n as i64),
             background: volume.background(),
             gaussian_background,
             range,
             edge_goes_on: blend.gathers_values(),
             voxels,
+            gradient_voxels,
         }
     }
 
     /// Estimates gradients in another way, if one is given.
     pub fn with_gradient(self, gradient: Option<GradientEstimator>) -> Self {
-        Self { gradient: gradient.unwrap_or(self.gradient), ..self }
+        let gradient = gradient.unwrap_or(self.gradient);
+        let gradient_voxels = match gradient {
+            GradientEstimator::Gaussian(sigma) => {
+                let sigmas = sigma * self.spacing.min_element() / self.spacing;
+                let voxels = self.gradient_voxels.as_ref().unwrap_or(&self.voxels);
+                Some(smoothed(voxels, self.dims, self.background, sigmas))
+            }
+            _ => self.gradient_voxels,
+        };
+        Self { gradient, gradient_voxels, ..self }
     }
 
     /// Whether gradients are the derivative of the field.
@@ -105,6 +120,14 @@ impl Field {
         }
     }
 
+    /// Any of the voxels that gradients are estimated from, or the background outside the grid.
+    fn gradient_voxel(&self, p: [i64; 3]) -> f64 {
+        let [x, y, _] = self.dims;
+        let inside = p.iter().zip(self.dims).all(|(i, n)| (0..n).contains(i));
+        let voxels = self.gradient_voxels.as_ref().unwrap_or(&self.voxels);
+        if inside { voxels[(p[0] + x * (p[1] + y * p[2])) as usize] } else { self.background }
+    }
+
     /// Value of the reconstructed field at a point in voxels: missing + Σ (ρ − missing) × weights. The weights sum to 1, except those of the
     /// Gaussian.
     pub fn reconstructed(&self, p: DVec3) -> f64 {
@@ -139,7 +162,10 @@ impl Field {
 
     /// Central differences at a voxel; for Sobel, of the voxels smoothed across the direction of the difference.
     fn gradient_of_voxel(&self, p: [i64; 3]) -> DVec3 {
-        let smoothing = if self.gradient == GradientEstimator::Sobel { self.smoothing } else { [0.0; 3] };
+        let smoothing = match self.gradient {
+            GradientEstimator::Sobel => GradientEstimator::sobel_smoothing(self.spacing).to_array(),
+            _ => [0.0; 3],
+        };
         let along = |axis: usize| -> f64 {
             let [one, other] = [(axis + 1) % 3, (axis + 2) % 3];
             let weight = |i: i64, axis: usize| if i == 0 { 1.0 - 2.0 * smoothing[axis] } else { smoothing[axis] };
@@ -151,7 +177,7 @@ impl Field {
                         voxel[axis] += step;
                         voxel[one] += i;
                         voxel[other] += j;
-                        self.voxel_or(voxel, self.missing())
+                        self.gradient_voxel(voxel)
                     };
                     sum += weight(i, one) * weight(j, other) * (at(1) - at(-1)) / 2.0;
                 }

@@ -17,6 +17,7 @@ mod march;
 mod points;
 mod shading;
 mod sheets;
+mod smoothing;
 
 pub use integral::Integral;
 pub use layered::Layered;

@@ -71,7 +71,9 @@ impl Renderer {
             }
         };
         let bound = direct.is_some();
-        let stage = self.engine.declaring(viewport, |declaring| Stage::from_plan(&planned.plan, output, bound, declaring));
+        let stage = self
+            .engine
+            .declaring(viewport, &planned.settings, |declaring| Stage::from_plan(&planned.plan, output, bound, declaring));
         Ok((stage, direct))
     }
 

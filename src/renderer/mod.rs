@@ -222,7 +222,7 @@ impl Renderer {
     ) -> Result<(T, FrameReport), Error> {
         let Planned { rays, viewport, settings, plan } = planned;
         tracing::debug!("{plan}");
-        let stage = self.engine.declaring(*viewport, |declaring| Stage::from_plan(plan, output, false, declaring));
+        let stage = self.engine.declaring(*viewport, settings, |declaring| Stage::from_plan(plan, output, false, declaring));
         let per_pixel = if matches!(output, Output::Rgba8(_)) { RGBA8 } else { FLOATS };
         let host_bytes = per_pixel * viewport.pixels() as u64;
         let frame =

@@ -41,6 +41,7 @@ pub(super) struct MarchedRays {
 pub(super) fn declare_casting(declaring: &Declaring, kernel: Kernel, resources: &mut Resources) {
     declare_rays(declaring, resources);
     declaring.visibility(AXIS, kernel, resources);
+    declaring.gradients(AXIS, kernel, resources);
 }
 
 /// Declares the resources of [`MarchedRays::slice`].
@@ -77,6 +78,7 @@ impl MarchedRays {
             Kernel::Gaussian => scene.gaussian_layout()?,
             _ => scene.weighted(AXIS, kernel)?,
         };
+        let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
         let steps = scene.steps(1);
         let sample = scene.table_samples(&table, steps, AXIS.frame());
         let region = Region::marched(scene, kernel, step);
@@ -84,10 +86,16 @@ impl MarchedRays {
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
         self.raycast.launch(
             device,
-            (layout.voxels.kind(), kernel, Rendering { depths: gathers == RayOutput::Depths, ..region.rendering }),
+            (
+                layout.voxels.kind(),
+                kernel,
+                Rendering { depths: gathers == RayOutput::Depths, ..region.rendering_from(&gradients) },
+            ),
             &RaycastArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
+                gradient_voxels: &gradients.layout.voxels,
+                gradient_view: gradients.layout.view,
                 visible: &visible.flags,
                 table: &table.entries,
                 s: screen_params(scene, steps, AXIS.frame(), tiles),
@@ -115,6 +123,7 @@ impl MarchedRays {
         let table = scene.table(kernel)?;
         let mut layout = scene.weighted(AXIS, kernel)?;
         layout.view.background = scene.field.background_for(settings.blend);
+        let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
         let steps = scene.steps(1);
         let sample = scene.table_samples(&table, steps, AXIS.frame());
         let region = Region::marched(scene, kernel, longest_slab(scene, step));
@@ -123,10 +132,16 @@ impl MarchedRays {
         let useful = scene.field.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
         self.values.launch(
             device,
-            (layout.voxels.kind(), kernel, Rendering { depths: gathers == RayOutput::Depths, ..region.rendering }),
+            (
+                layout.voxels.kind(),
+                kernel,
+                Rendering { depths: gathers == RayOutput::Depths, ..region.rendering_from(&gradients) },
+            ),
             &CastValuesArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
+                gradient_voxels: &gradients.layout.voxels,
+                gradient_view: gradients.layout.view,
                 visible: &visible.flags,
                 table: &table.entries,
                 s: screen_params(scene, steps, AXIS.frame(), tiles),
@@ -159,6 +174,8 @@ impl MarchedRays {
             &SlicingArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
+                gradient_voxels: &layout.voxels,
+                gradient_view: layout.view,
                 visible: &visible.flags,
                 table: &slabs,
                 s: screen_params(scene, steps, AXIS.frame(), tiles),
@@ -187,6 +204,7 @@ impl MarchedRays {
         let visible = scene.visible_blocks(AXIS, kernel)?;
         let integrals = scene.integrals(kernel, thinnest, per_layer)?;
         let layout = scene.weighted(AXIS, kernel)?;
+        let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
         let classification = ClassificationParams::from_integrals(scene, &integrals);
         let segment_params = SegmentParams::between_points(scene, steps, AXIS.frame(), Kernel::Linear, 1);
         let sample = scene.sample(AXIS.frame(), classification, segment_params);
@@ -196,10 +214,12 @@ impl MarchedRays {
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
         self.segments.launch(
             device,
-            (layout.voxels.kind(), kernel, segments, region.rendering),
+            (layout.voxels.kind(), kernel, segments, region.rendering_from(&gradients)),
             &CastSegmentsArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
+                gradient_voxels: &gradients.layout.voxels,
+                gradient_view: gradients.layout.view,
                 visible: &visible.flags,
                 table: &integrals.nodes,
                 s: screen_params(scene, steps, AXIS.frame(), tiles),

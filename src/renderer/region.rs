@@ -1,8 +1,8 @@
 //! Ray clip region.
 
-use super::scene::Scene;
+use super::scene::{GradientVoxels, Scene};
 use crate::device::launch::structs::Clipping;
-use crate::device::launch::{BlendMode, Rendering};
+use crate::device::launch::{BlendMode, Gradients, Rendering};
 use crate::layers::{AxisFrame, GradientEstimator, Kernel};
 use crate::settings::Blend;
 use crate::settings::ClipPlane;
@@ -88,6 +88,12 @@ impl Region {
         Self { lowest, highest, planes, rendering }
     }
 
+    /// Kernel permutation flags for gradients that are estimated from these voxels.
+    pub fn rendering_from(&self, gradients: &GradientVoxels) -> Rendering {
+        let voxels = gradients.are_separate.then(|| gradients.layout.voxels.kind());
+        Rendering { gradients: Gradients { voxels, ..self.rendering.gradients }, ..self.rendering }
+    }
+
     /// Kernel argument, in the axes of `frame`.
     pub fn for_kernels(&self, frame: AxisFrame) -> Clipping {
         let narrow = |p: DVec3| frame.local(p).as_vec3().to_array();
@@ -115,10 +121,10 @@ impl Region {
 fn rendering(scene: &Scene, kernel: Kernel, blend: BlendMode, clipped: bool) -> Rendering {
     let settings = scene.settings;
     // Unlit pictures share the programs of one estimator.
-    let gradient = settings.gradient.filter(|_| settings.looks_at_gradients());
-    let gradient = gradient.unwrap_or(GradientEstimator::for_kernel(kernel));
+    let estimator = settings.chosen_gradient().unwrap_or(GradientEstimator::for_kernel(kernel));
+    let gradients = Gradients { estimate: estimator.into(), voxels: None };
     let several_lights = settings.shading.is_some_and(|shading| shading.lights.as_slice().len() > 1);
-    Rendering { blend, clipped, gradient_opacity: settings.gradient_opacity.is_some(), several_lights, gradient, depths: false }
+    Rendering { blend, clipped, gradient_opacity: settings.gradient_opacity.is_some(), several_lights, gradients, depths: false }
 }
 
 /// Converts a clip plane to voxel coordinates.

@@ -21,6 +21,13 @@ pub(super) struct View<'a> {
     pub settings: &'a Settings,
 }
 
+/// The voxels that gradients are estimated from.
+pub(super) struct GradientVoxels {
+    pub layout: Layout,
+    /// Whether they are not the input of the kernel.
+    pub are_separate: bool,
+}
+
 /// A view of a field through a transfer function.
 pub(super) struct Scene<'a> {
     pub device: &'a Device,
@@ -53,6 +60,16 @@ impl Scene<'_> {
     /// Kernel input, voxels or B-spline coefficients, for a layer axis.
     pub fn weighted(&mut self, axis: Axis, kernel: Kernel) -> Result<Layout, Error> {
         self.field.weighted(&mut self.kernels.field, self.device, axis, kernel)
+    }
+
+    /// The voxels that gradients of a kernel's field are estimated from, for a layer axis. `input`: that of the kernel.
+    pub fn gradient_voxels(&mut self, axis: Axis, kernel: Kernel, input: &Layout) -> Result<GradientVoxels, Error> {
+        let separate = match self.settings.chosen_gradient() {
+            Some(estimator) => self.field.gradient_layout(&mut self.kernels.field, self.device, axis, (kernel, estimator))?,
+            None => None,
+        };
+        let are_separate = separate.is_some();
+        Ok(GradientVoxels { layout: separate.unwrap_or_else(|| input.clone()), are_separate })
     }
 
     /// The voxels as input of the Gaussian kernel, for layer axis z.

@@ -267,7 +267,7 @@ fn frames_take_what_they_declare() {
         renderer.render(&camera, viewport, &settings).unwrap();
         let Planned { plan, .. } = renderer.planned(&camera, viewport, &settings).unwrap();
         let declare = |declaring: &frame::Declaring| Stage::from_plan(&plan, Output::Floats, false, declaring).resources.bytes();
-        let (declared, peak) = (renderer.engine.declaring(viewport, declare).sum, device.peak_bytes());
+        let (declared, peak) = (renderer.engine.declaring(viewport, &settings, declare).sum, device.peak_bytes());
         assert!(peak <= declared, "{plan}: {peak} bytes are more than the {declared} declared");
         assert!(declared as f64 <= DECLARED_MORE * peak as f64, "{plan}: {declared} bytes are declared, and {peak} used");
     }

@@ -106,6 +106,11 @@ impl Settings {
         self.shading.is_some() || self.gradient_opacity.is_some()
     }
 
+    /// The chosen estimator, if the frame needs gradients and one is chosen.
+    pub(crate) fn chosen_gradient(&self) -> Option<GradientEstimator> {
+        self.gradient.filter(|_| self.looks_at_gradients())
+    }
+
     /// Checks ranges and combinations.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.algorithm.check()?;
@@ -129,6 +134,7 @@ impl Settings {
     /// Rejects gradient estimators that the algorithm or the kernel does not support.
     fn check_gradient(&self) -> Result<(), Error> {
         let Some(gradient) = self.gradient else { return Ok(()) };
+        gradient.check().map_err(|problem| Error::Settings { field: "gradient", problem })?;
         let kernel = match self.algorithm {
             Algorithm::Layered(Layered { classification: Classification::Preintegrated { kernel, .. }, .. }) => Some(kernel),
             Algorithm::Raycast { kernel, .. } => Some(kernel),
@@ -136,12 +142,9 @@ impl Settings {
         };
         let problem = match kernel {
             Some(kernel) if gradient.supports(kernel) => return Ok(()),
-            Some(kernel) => format!(
-                "gradients of the {} kernel cannot be estimated by {}: {}",
-                kernel.name(),
-                gradient.name(),
-                estimators(kernel)
-            ),
+            Some(kernel) => {
+                format!("gradients of the {} kernel cannot be estimated by {}: {}", kernel.name(), gradient, estimators(kernel))
+            }
             None if gradient == GradientEstimator::Central => return Ok(()),
             None => "splats, sheets and slices have central differences: choose central, or omit it".into(),
         };
@@ -167,5 +170,9 @@ impl Settings {
 /// The gradient estimators that a kernel supports, for an error message.
 fn estimators(kernel: Kernel) -> String {
     let supported = GradientEstimator::ALL.into_iter().filter(|estimator| estimator.supports(kernel));
-    format!("choose {}", supported.map(GradientEstimator::name).collect::<Vec<_>>().join(" or "))
+    let names: Vec<_> = supported.map(GradientEstimator::name).collect();
+    match names.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("choose {} or {last}", others.join(", ")),
+        _ => format!("choose {}", names.concat()),
+    }
 }

@@ -135,7 +135,7 @@ from_number!(VoxelType, "voxel type", Uint8 Int8 Uint16 Int16 Float32);
 from_number!(QualityChoice, "quality", Draft Standard High Paper);
 from_number!(AlgorithmChoice, "algorithm", Layered AxisSheets ViewSheets Slicing Raycast);
 from_number!(KernelChoice, "kernel", Automatic Cubic Linear CatmullRom Bspline Gaussian);
-from_number!(GradientChoice, "gradient", Automatic Central Sobel Own);
+from_number!(GradientChoice, "gradient", Automatic Central Sobel Own Gaussian);
 from_number!(BlendChoice, "blend mode", Composite Maximum Minimum Average Iso);
 from_number!(ProjectionChoice, "projection", Parallel Perspective);
 from_number!(PixelFormat, "pixel format", Rgba8 Floats);
@@ -164,13 +164,14 @@ impl From<QualityChoice> for Quality {
 }
 
 impl GradientChoice {
-    /// `None` means that of the kernel.
-    pub(crate) fn estimator(self) -> Option<GradientEstimator> {
+    /// `None` means that of the kernel. `sigma`: standard deviation of the Gaussian.
+    pub(crate) fn estimator(self, sigma: f64) -> Option<GradientEstimator> {
         match self {
             GradientChoice::Automatic => None,
             GradientChoice::Central => Some(GradientEstimator::Central),
             GradientChoice::Sobel => Some(GradientEstimator::Sobel),
             GradientChoice::Own => Some(GradientEstimator::Own),
+            GradientChoice::Gaussian => Some(GradientEstimator::Gaussian(sigma)),
         }
     }
 }

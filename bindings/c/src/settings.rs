@@ -81,6 +81,8 @@ pub struct Settings {
     pub planes: [Plane; 6],
     /// A layersplat_gradient, for layers that are not splatted and for ray casting.
     pub gradient: i32,
+    /// Standard deviation of LAYERSPLAT_GRADIENT_GAUSSIAN in voxels of the smallest spacing, 0.3 to 2.
+    pub gradient_sigma: f64,
 }
 
 /// Size in bytes of the first version of the struct, which is this one. Later versions append fields and still accept this size.
@@ -114,6 +116,7 @@ fn from_quality(quality: QualityChoice) -> Settings {
         crop_highest: [0.0; 3],
         planes: [Plane::default(); 6],
         gradient: GradientChoice::Automatic as i32,
+        gradient_sigma: 1.0,
     }
 }
 
@@ -171,7 +174,7 @@ impl Settings {
             },
             clipping: Clipping { crop, ..Clipping::default() }.with_planes(planes.iter().map(plane)),
             shading: self.shading()?,
-            gradient: GradientChoice::from_number(self.gradient)?.estimator(),
+            gradient: GradientChoice::from_number(self.gradient)?.estimator(self.gradient_sigma),
             gradient_opacity: self.gradient_opacity()?,
             early_termination: flag("early_termination", self.early_termination)?,
             unit_distance: (self.unit_distance != 0.0).then_some(self.unit_distance),

@@ -5,6 +5,17 @@ use crate::layers::{GradientEstimator, Kernel};
 use crate::volume::VoxelType;
 use std::fmt::Write;
 
+/// Name of a voxel type in OpenCL C, and 1 where it is signed.
+fn opencl_type(voxel_type: VoxelType) -> (&'static str, i32) {
+    match voxel_type {
+        VoxelType::Uint8 => ("uchar", 0),
+        VoxelType::Int8 => ("char", 1),
+        VoxelType::Uint16 => ("ushort", 0),
+        VoxelType::Int16 => ("short", 1),
+        VoxelType::Float32 => ("float", 1),
+    }
+}
+
 /// `-D` options of a program.
 pub(super) struct Defines(pub String);
 
@@ -16,14 +27,27 @@ impl Defines {
 
     /// For kernels that read voxels of this type.
     pub fn with_voxel_type(self, voxel_type: VoxelType) -> Self {
-        let (name, signed) = match voxel_type {
-            VoxelType::Uint8 => ("uchar", 0),
-            VoxelType::Int8 => ("char", 1),
-            VoxelType::Uint16 => ("ushort", 0),
-            VoxelType::Int16 => ("short", 1),
-            VoxelType::Float32 => ("float", 1),
-        };
+        let (name, signed) = opencl_type(voxel_type);
         self.with("VOXEL", name).with("VOXEL_BYTES", voxel_type.bytes()).with("VOXEL_SIGNED", signed)
+    }
+
+    /// For kernels that estimate gradients.
+    fn with_gradients(self, gradients: Gradients) -> Self {
+        let estimate = match gradients.estimate {
+            GradientEstimate::Central => "CENTRAL",
+            GradientEstimate::Sobel => "SOBEL",
+            GradientEstimate::Own => "OWN",
+        };
+        let defines = self.with("GRADIENT", estimate);
+        let Some(VoxelKind { voxel_type, far, unchecked }) = gradients.voxels else { return defines };
+        let (name, signed) = opencl_type(voxel_type);
+        defines
+            .with_if(true, "SEPARATE_GRADIENTS")
+            .with("GRADIENT_VOXEL", name)
+            .with("GRADIENT_VOXEL_BYTES", voxel_type.bytes())
+            .with("GRADIENT_VOXEL_SIGNED", signed)
+            .with_if(unchecked, "GRADIENT_UNCHECKED")
+            .with_if(far, "FAR_VOXELS")
     }
 
     /// For kernels that use voxel values.
@@ -60,7 +84,7 @@ pub(crate) struct Rendering {
     /// There may be several lights; the sample parameters decide.
     pub several_lights: bool,
     /// Estimation of gradients, where programs reconstruct the field.
-    pub gradient: GradientEstimator,
+    pub gradients: Gradients,
     /// Cast rays compute depths instead of colours.
     pub depths: bool,
 }
@@ -72,9 +96,36 @@ impl Rendering {
         clipped: true,
         gradient_opacity: true,
         several_lights: true,
-        gradient: GradientEstimator::Central,
+        gradients: Gradients { estimate: GradientEstimate::Central, voxels: None },
         depths: false,
     };
+}
+
+/// Estimation of gradients in a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Gradients {
+    pub estimate: GradientEstimate,
+    /// The voxels that gradients are estimated from, if these are not the ones that values are reconstructed from.
+    pub voxels: Option<VoxelKind>,
+}
+
+/// The estimates of kernels/shared/reconstruction.cl.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum GradientEstimate {
+    Central,
+    Sobel,
+    Own,
+}
+
+impl From<GradientEstimator> for GradientEstimate {
+    fn from(estimator: GradientEstimator) -> Self {
+        match estimator {
+            // Central differences of smoothed voxels.
+            GradientEstimator::Central | GradientEstimator::Gaussian(_) => Self::Central,
+            GradientEstimator::Sobel => Self::Sobel,
+            GradientEstimator::Own => Self::Own,
+        }
+    }
 }
 
 impl Rendering {
@@ -107,13 +158,8 @@ impl Defines {
             BlendMode::Average => ("AVERAGE", true),
             BlendMode::Iso { .. } => ("ISO", false),
         };
-        let gradient = match rendering.gradient {
-            GradientEstimator::Central => "CENTRAL",
-            GradientEstimator::Sobel => "SOBEL",
-            GradientEstimator::Own => "OWN",
-        };
         self.with("BLEND", name)
-            .with("GRADIENT", gradient)
+            .with_gradients(rendering.gradients)
             .with_if(rendering.clipped, "CLIPPED")
             .with_lighting(rendering)
             .with_if(gathers_values, "EDGE_GOES_ON")

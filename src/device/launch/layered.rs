@@ -47,6 +47,9 @@ kernel! {
     PointLatticeArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
+        /// The voxels that gradients are estimated from: `voxels`, unless [`Gradients::voxels`](super::Gradients) is set.
+        gradient_voxels: &'a VoxelBuffer,
+        gradient_view: VolumeView,
         /// One bit per block and slab, for the shears of this lattice.
         visible: &'a Buffer<u8>,
         /// First and last slab with visible blocks, relative to the first layer in the buffer.
@@ -116,6 +119,9 @@ kernel! {
     PointDirect = "layered/point_direct.cl", point_direct, "direct";
     PointDirectArguments<'a> {
         voxels: &'a VoxelBuffer,
+        /// As for [`PointLattice`]; the view is that of layer axis z.
+        gradient_voxels: &'a VoxelBuffer,
+        gradient_view_of_z: VolumeView,
         /// One bit per block and slab, for any shear. Only the buffers that `p.axis` needs are read.
         visible_x: &'a Buffer<u8>,
         visible_y: &'a Buffer<u8>,

@@ -16,7 +16,7 @@ pub(crate) mod volume;
 mod voxel_buffer;
 
 use defines::Defines;
-pub(crate) use defines::{BlendMode, Rendering};
+pub(crate) use defines::{BlendMode, Gradients, Rendering};
 pub(crate) use request::KernelRequest;
 pub(crate) use voxel_buffer::{Floats, VoxelBuffer, VoxelKind};
 

@@ -16,6 +16,9 @@ macro_rules! march {
                 /// In the layout of layer axis z.
                 voxels: &'a VoxelBuffer,
                 view: VolumeView,
+                /// The voxels that gradients are estimated from: `voxels`, unless [`Gradients::voxels`](super::Gradients) is set.
+                gradient_voxels: &'a VoxelBuffer,
+                gradient_view: VolumeView,
                 /// One bit per block and slab.
                 visible: &'a Buffer<u8>,
                 $(#[$table_doc])*

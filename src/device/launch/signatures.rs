@@ -41,6 +41,13 @@ fn launchers_match_their_kernels() {
     let far = VoxelKind { far: true, ..voxels };
     let segments = layered::Segments { cut: true, curved: true, dimmed: true, whole: true };
     let rendering = Rendering::EVERYTHING;
+    // Voxels of one type: the test cannot tell types of arguments apart that depend on the variant.
+    let central = super::Gradients { estimate: super::defines::GradientEstimate::Central, voxels: Some(voxels) };
+    let separate = Rendering { gradients: central, ..rendering };
+    compare::<layered::PointLattice>(d, (voxels, Kernel::BSpline, segments, separate));
+    compare::<layered::PointSamples>(d, (voxels, Kernel::BSpline, segments, separate));
+    compare::<layered::PointDirect>(d, (voxels, Kernel::Linear, segments, separate));
+    compare::<rays::Raycast>(d, (voxels, Kernel::Cubic, separate));
     let others = [BlendMode::Maximum, BlendMode::Minimum, BlendMode::Average, BlendMode::Iso { refined: true }];
     for blend in others {
         let rendering = Rendering { blend, ..rendering };
@@ -54,8 +61,8 @@ fn launchers_match_their_kernels() {
     compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, Rendering { blend: BlendMode::Iso { refined: false }, ..depths }));
     let compared = [
         compare_and_idle::<volume::Transpose>(d, voxels),
-        compare_and_idle::<volume::PrefilterRows>(d, voxels),
-        compare_and_idle::<volume::PrefilterColumns>(d, ()),
+        compare_and_idle::<volume::PrefilterRows>(d, (voxels, volume::Outside::Mirrored)),
+        compare_and_idle::<volume::PrefilterColumns>(d, volume::Outside::Background),
         compare_and_idle::<volume::FillMinMaxBlocks>(d, voxels),
         compare_and_idle::<volume::SlabVisibility>(d, voxels),
         compare_and_idle::<volume::ShownChunks>(d, voxels),

@@ -42,13 +42,13 @@ impl Launch for Transpose {
 }
 
 kernel! {
-    /// Computes B-spline coefficients along x.
+    /// Filters voxels along x: computes B-spline coefficients, or smooths.
     PrefilterRows = "volume/prefilter_rows.cl", prefilter_rows, "prefilter";
     PrefilterRowsArguments<'a> {
         voxels: &'a VoxelBuffer,
         /// View of layer axis z.
         view: VolumeView,
-        /// See [`prefilter`](crate::layers::prefilter).
+        /// [`PREFILTER_RADIUS`] + 1, from the centre outwards.
         taps: &'a Buffer<f32>,
         /// Along the axis: index of the first voxel in the buffer, number of voxels there, and in the whole volume.
         first: i32,
@@ -57,21 +57,28 @@ kernel! {
         rows_per_layer: i32,
         rows: i32,
         /// One per voxel.
-        coefficients: Floats<'a>,
+        filtered: Floats<'a>,
     }
 }
 
-fn prefilter_defines(tuning: &Tuning, voxels: VoxelKind) -> String {
+/// Voxels outside the volume, as a filter sees them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Outside {
+    Mirrored,
+    Background,
+}
+
+fn prefilter_defines(tuning: &Tuning, voxels: VoxelKind, outside: Outside) -> String {
     let defines = Defines::new(tuning.vector_width).with_values(voxels).with("PREFILTER_RADIUS", PREFILTER_RADIUS);
-    defines.with("GROUP", tuning.tile_group).0
+    defines.with("GROUP", tuning.tile_group).with_if(outside == Outside::Background, "BACKGROUND_OUTSIDE").0
 }
 
 impl Launch for PrefilterRows {
-    type Variant = VoxelKind;
+    type Variant = (VoxelKind, Outside);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-        prefilter_defines(tuning, voxels)
+    fn defines(tuning: &Tuning, (voxels, outside): Self::Variant) -> String {
+        prefilter_defines(tuning, voxels, outside)
     }
 
     fn items(a: &PrefilterRowsArguments, _: &Tuning) -> usize {
@@ -80,15 +87,15 @@ impl Launch for PrefilterRows {
 }
 
 kernel! {
-    /// Computes B-spline coefficients along y or z, in place.
+    /// Filters along y or z, in place.
     PrefilterColumns = "volume/prefilter_columns.cl", prefilter_columns, "prefilter";
     PrefilterColumnsArguments<'a> {
-        coefficients: Floats<'a>,
+        filtered: Floats<'a>,
         taps: &'a Buffer<f32>,
         first: i32,
         held: i32,
         whole: i32,
-        /// Distance of consecutive coefficients of a column.
+        /// Distance of consecutive numbers of a column.
         stride: u64,
         /// Chunks of neighbouring columns per line.
         chunks: i32,
@@ -96,15 +103,17 @@ kernel! {
         width: i32,
         lines: i32,
         line_stride: u64,
+        /// For [`Outside::Background`], less the offset.
+        background: f32,
     }
 }
 
 impl Launch for PrefilterColumns {
-    type Variant = ();
+    type Variant = Outside;
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (): ()) -> String {
-        prefilter_defines(tuning, VoxelKind { voxel_type: VoxelType::Float32, far: false, unchecked: false })
+    fn defines(tuning: &Tuning, outside: Outside) -> String {
+        prefilter_defines(tuning, VoxelKind { voxel_type: VoxelType::Float32, far: false, unchecked: false }, outside)
     }
 
     fn items(a: &PrefilterColumnsArguments, _: &Tuning) -> usize {

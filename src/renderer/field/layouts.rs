@@ -1,17 +1,18 @@
-//! Layouts of kernel input (voxels or B-spline coefficients) for each layer axis.
+//! Layouts of kernel input (voxels, B-spline coefficients or smoothed voxels) for each layer axis.
 
 use super::super::store::Key;
 use super::{Field, FieldKernels};
 use crate::device::launch::structs::VolumeView;
-use crate::device::launch::volume::{PrefilterColumnsArguments, PrefilterRowsArguments, TransposeArguments};
+use crate::device::launch::volume::{Outside, PrefilterColumnsArguments, PrefilterRowsArguments, TransposeArguments};
 use crate::device::launch::{Floats, VoxelBuffer};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
-use crate::layers::{Axis, Kernel, prefilter};
+use crate::layers::{Axis, GradientEstimator, Kernel, PREFILTER_RADIUS, prefilter, smoothing};
 use crate::volume::VoxelType;
 use std::sync::Arc;
 
 /// Kernel input in which u has unit stride, and its placement.
+#[derive(Clone)]
 pub(in crate::renderer) struct Layout {
     pub voxels: Arc<VoxelBuffer>,
     pub view: VolumeView,
@@ -32,11 +33,14 @@ impl Placement {
     }
 }
 
-/// Kernel input: voxels or B-spline coefficients.
+/// Kernel input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Weighted {
     Voxels,
+    /// B-spline coefficients.
     Coefficients,
+    /// Voxels smoothed by a Gaussian of this standard deviation, in voxels of the smallest spacing.
+    Smoothed(f64),
 }
 
 impl Weighted {
@@ -44,11 +48,29 @@ impl Weighted {
         if kernel == Kernel::BSpline { Weighted::Coefficients } else { Weighted::Voxels }
     }
 
+    /// Input of gradients, if it is not that of the kernel.
+    pub fn for_gradients(kernel: Kernel, estimator: GradientEstimator) -> Option<Self> {
+        match estimator {
+            GradientEstimator::Gaussian(sigma) => Some(Weighted::Smoothed(sigma)),
+            GradientEstimator::Central | GradientEstimator::Sobel if kernel == Kernel::BSpline => Some(Weighted::Voxels),
+            _ => None,
+        }
+    }
+
     /// Data type, for voxels of type `voxels`.
     pub fn voxel_type(self, voxels: VoxelType) -> VoxelType {
         match self {
             Weighted::Voxels => voxels,
-            Weighted::Coefficients => VoxelType::Float32,
+            Weighted::Coefficients | Weighted::Smoothed(_) => VoxelType::Float32,
+        }
+    }
+
+    /// Name of the filtered voxels, for messages.
+    pub fn filtered(self) -> Option<&'static str> {
+        match self {
+            Weighted::Voxels => None,
+            Weighted::Coefficients => Some("the coefficients of the B-spline"),
+            Weighted::Smoothed(_) => Some("the smoothed voxels"),
         }
     }
 }
@@ -61,11 +83,11 @@ impl Key for Transposed {
     type Value = VoxelBuffer;
 }
 
-/// Key of the B-spline coefficients in the uploaded layout.
+/// Key of filtered voxels in the order of the uploaded layout.
 #[derive(PartialEq)]
-struct Coefficients;
+struct Filtered(Weighted);
 
-impl Key for Coefficients {
+impl Key for Filtered {
     type Value = VoxelBuffer;
 }
 
@@ -80,6 +102,18 @@ impl Field {
         self.weighted_layout(kernels, device, axis, Weighted::for_kernel(kernel))
     }
 
+    /// Input of gradients for a layer axis, if it is not that of the kernel.
+    pub fn gradient_layout(
+        &self,
+        kernels: &mut FieldKernels,
+        device: &Device,
+        axis: Axis,
+        (kernel, estimator): (Kernel, GradientEstimator),
+    ) -> Result<Option<Layout>, Error> {
+        let input = Weighted::for_gradients(kernel, estimator);
+        input.map(|weighted| self.weighted_layout(kernels, device, axis, weighted)).transpose()
+    }
+
     fn weighted_layout(
         &self,
         kernels: &mut FieldKernels,
@@ -89,7 +123,7 @@ impl Field {
     ) -> Result<Layout, Error> {
         let placed = match weighted {
             Weighted::Voxels => self.placed,
-            Weighted::Coefficients => Placement::dense(self.held.dims),
+            Weighted::Coefficients | Weighted::Smoothed(_) => Placement::dense(self.held.dims),
         };
         let [_, y, z] = self.held.dims.map(|n| n as i64);
         let (first, stride, voxels) = match axis {
@@ -106,7 +140,7 @@ impl Field {
                 first,
                 dims: [frame.u, frame.v, frame.a].map(|i| self.grid.dims()[i] as i32),
                 background,
-                // Coefficients are made with the offset subtracted.
+                // Filtered voxels are made with the offset subtracted.
                 offset: if weighted == Weighted::Voxels { offset } else { 0.0 },
                 first_a: self.held.first[frame.a] as i32,
             },
@@ -117,7 +151,7 @@ impl Field {
     fn upright(&self, kernels: &mut FieldKernels, device: &Device, weighted: Weighted) -> Result<Arc<VoxelBuffer>, Error> {
         match weighted {
             Weighted::Voxels => Ok(self.voxels.clone()),
-            Weighted::Coefficients => self.coefficients(kernels, device),
+            Weighted::Coefficients | Weighted::Smoothed(_) => self.filtered(kernels, device, weighted),
         }
     }
 
@@ -146,39 +180,41 @@ impl Field {
         Ok(self.store().keep(key, inputs, device.produced()?, transposed))
     }
 
-    /// B-spline coefficients of the voxels on the device, with the offset subtracted: a prefilter along each axis, once per
-    /// volume.
-    fn coefficients(&self, kernels: &mut FieldKernels, device: &Device) -> Result<Arc<VoxelBuffer>, Error> {
-        let (key, inputs) = (Coefficients, self.inputs());
+    /// The voxels on the device, less the offset, filtered along each axis, once per volume.
+    fn filtered(&self, kernels: &mut FieldKernels, device: &Device, weighted: Weighted) -> Result<Arc<VoxelBuffer>, Error> {
+        let (key, inputs) = (Filtered(weighted), self.inputs());
         if let Some(kept) = self.store().get(device, &key, inputs)? {
             return Ok(kept);
         }
         let [x, y, z] = self.held.dims;
         let reused = self.store().reuse(device, &key, inputs, x * y * z * VoxelType::Float32.bytes());
-        let coefficients = match reused {
+        let name = weighted.filtered().unwrap_or("filtered voxels");
+        let filtered = match reused {
             Some(reused) => reused,
-            None => Arc::new(VoxelBuffer::new(device, x * y * z, VoxelType::Float32, "the coefficients of the B-spline")?),
+            None => Arc::new(VoxelBuffer::new(device, x * y * z, VoxelType::Float32, name)?),
         };
-        let taps = Buffer::from_slice(device, &prefilter().map(|tap| tap as f32), "the prefilter")?;
+        let outside = if weighted == Weighted::Coefficients { Outside::Mirrored } else { Outside::Background };
+        let taps = self.filter_taps(weighted).map(|taps| Buffer::from_slice(device, &taps, "the taps of a filter"));
+        let [taps_x, taps_y, taps_z] = taps;
         let whole = self.grid.dims().map(|n| n as i32);
         let (first, held) = (self.held.first.map(|n| n as i32), self.held.dims.map(|n| n as i32));
         let upload = self.layout(kernels, device, Axis::Z)?;
         let rows = PrefilterRowsArguments {
             voxels: &upload.voxels,
             view: upload.view,
-            taps: &taps,
+            taps: &taps_x?,
             first: first[0],
             held: held[0],
             whole: whole[0],
             rows_per_layer: y as i32,
             rows: (y * z) as i32,
-            coefficients: Floats(&coefficients),
+            filtered: Floats(&filtered),
         };
-        kernels.prefilter_rows.launch(device, upload.voxels.kind(), &rows)?;
+        kernels.prefilter_rows.launch(device, (upload.voxels.kind(), outside), &rows)?;
         let strides = [1, x as u64, (x * y) as u64];
-        for (axis, across) in [(1, 2), (2, 1)] {
+        for (axis, across, taps) in [(1, 2, taps_y?), (2, 1, taps_z?)] {
             let columns = PrefilterColumnsArguments {
-                coefficients: Floats(&coefficients),
+                filtered: Floats(&filtered),
                 taps: &taps,
                 first: first[axis],
                 held: held[axis],
@@ -188,9 +224,26 @@ impl Field {
                 width: x as i32,
                 lines: held[across],
                 line_stride: strides[across],
+                background: upload.view.background,
             };
-            kernels.prefilter_columns.launch(device, (), &columns)?;
+            kernels.prefilter_columns.launch(device, outside, &columns)?;
         }
-        Ok(self.store().keep(key, inputs, device.produced()?, coefficients))
+        Ok(self.store().keep(key, inputs, device.produced()?, filtered))
+    }
+
+    /// Taps of a filter along x, y and z, from the centre outwards.
+    fn filter_taps(&self, weighted: Weighted) -> [[f32; PREFILTER_RADIUS + 1]; 3] {
+        let padded = |taps: &[f64]| {
+            let mut all = [0.0; PREFILTER_RADIUS + 1];
+            all.iter_mut().zip(taps).for_each(|(slot, &tap)| *slot = tap as f32);
+            all
+        };
+        let spacing = self.grid().spacing();
+        match weighted {
+            Weighted::Smoothed(sigma) => {
+                (spacing.min_element() * sigma / spacing).to_array().map(|sigma| padded(&smoothing(sigma)))
+            }
+            _ => [padded(&prefilter()); 3],
+        }
     }
 }

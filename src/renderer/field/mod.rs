@@ -68,11 +68,11 @@ impl<T: Send + Sync + Copy + 'static> Stored for Buffer<T> {
     }
 }
 
-/// Cache budget in bytes besides the voxels: the layout of layer axis x, and the B-spline coefficients in two layouts.
+/// Cache budget in bytes besides the voxels: the layout of layer axis x, and B-spline coefficients and smoothed voxels in two layouts each.
 fn budget(voxels: &VoxelBuffer, held: VoxelBox) -> usize {
     /// Budget for min-max blocks of all axes and kernels.
     const BLOCKS: usize = 64 << 20;
-    BLOCKS + 2 * voxels.bytes() + 2 * size_of::<f32>() * held.count()
+    BLOCKS + 2 * voxels.bytes() + 4 * size_of::<f32>() * held.count()
 }
 
 impl Field {

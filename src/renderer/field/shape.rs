@@ -2,7 +2,7 @@
 
 use super::layouts::Weighted;
 use crate::device::launch::volume::BlockNumbers;
-use crate::layers::{Axis, Kernel, PREFILTER_RADIUS};
+use crate::layers::{Axis, GradientEstimator, Kernel, PREFILTER_RADIUS};
 use crate::volume::{Description, VoxelType};
 
 /// Voxels on a device: type, and dimensions along x, y, z.
@@ -35,14 +35,23 @@ impl FieldShape {
 
     /// Bytes of each buffer besides the voxels that a kernel needs for views along an axis.
     pub fn layouts(&self, axis: Axis, kernel: Kernel) -> Vec<(&'static str, usize)> {
-        let weighted = self.count() * self.weighted(kernel).bytes();
+        self.layouts_of(axis, Weighted::for_kernel(kernel))
+    }
+
+    /// Bytes of each buffer that gradients need besides those.
+    pub fn gradient_layouts(&self, axis: Axis, kernel: Kernel, estimator: GradientEstimator) -> Vec<(&'static str, usize)> {
+        Weighted::for_gradients(kernel, estimator).map_or(Vec::new(), |input| self.layouts_of(axis, input))
+    }
+
+    fn layouts_of(&self, axis: Axis, input: Weighted) -> Vec<(&'static str, usize)> {
+        let bytes = self.count() * input.voxel_type(self.voxel_type).bytes();
         let mut buffers = Vec::new();
-        if Weighted::for_kernel(kernel) == Weighted::Coefficients {
-            buffers.push(("the coefficients of the B-spline", weighted));
-            buffers.push(("the prefilter", (PREFILTER_RADIUS + 1) * size_of::<f32>()));
+        if let Some(filtered) = input.filtered() {
+            buffers.push((filtered, bytes));
+            buffers.push(("the taps of a filter", 3 * (PREFILTER_RADIUS + 1) * size_of::<f32>()));
         }
         if axis == Axis::X {
-            buffers.push(("the layout of layer axis x", weighted));
+            buffers.push(("the layout of layer axis x", bytes));
         }
         buffers
     }

@@ -4,7 +4,7 @@ use super::super::classification::TableSizes;
 use super::super::field::FieldShape;
 use super::resources::Resources;
 use crate::device::Tuning;
-use crate::layers::{Axis, Kernel};
+use crate::layers::{Axis, GradientEstimator, Kernel};
 use crate::viewport::Viewport;
 
 /// Sizes from which passes declare the resources of a frame.
@@ -14,6 +14,8 @@ pub(in crate::renderer) struct Declaring<'a> {
     pub tables: &'a TableSizes<'a>,
     pub tuning: &'a Tuning,
     pub viewport: Viewport,
+    /// Estimation of gradients, if the frame needs them.
+    pub gradient: Option<GradientEstimator>,
 }
 
 impl Declaring<'_> {
@@ -27,6 +29,12 @@ impl Declaring<'_> {
     /// The layouts that a kernel needs for a layer axis.
     pub fn layouts(&self, axis: Axis, kernel: Kernel, resources: &mut Resources) {
         resources.kept(("layouts", Some(axis), Some(kernel)), self.shape.layouts(axis, kernel));
+    }
+
+    /// The voxels from which the gradients of a kernel's field are estimated, for a layer axis.
+    pub fn gradients(&self, axis: Axis, kernel: Kernel, resources: &mut Resources) {
+        let buffers = self.gradient.map_or(Vec::new(), |estimator| self.shape.gradient_layouts(axis, kernel, estimator));
+        resources.kept(("gradients", Some(axis), Some(kernel)), buffers);
     }
 
     /// The transfer table of a kernel's field.

@@ -163,9 +163,15 @@ impl Engine {
     }
 
     /// Calls `declare` with the sizes of this engine's frames.
-    pub fn declaring<T>(&self, viewport: Viewport, declare: impl FnOnce(&Declaring) -> T) -> T {
+    pub fn declaring<T>(&self, viewport: Viewport, settings: &Settings, declare: impl FnOnce(&Declaring) -> T) -> T {
         let tables = &TableSizes::from_classification(&self.classification, &self.field);
-        declare(&Declaring { shape: self.field.shape(), tables, tuning: self.device.tuning(), viewport })
+        declare(&Declaring {
+            shape: self.field.shape(),
+            tables,
+            tuning: self.device.tuning(),
+            viewport,
+            gradient: settings.chosen_gradient(),
+        })
     }
 
     /// Runs a frame; `deliver` reads its picture from the device. Returns the result of `deliver` and the frame statistics, if

@@ -42,6 +42,7 @@ fn magnified(samples_per_layer: u32, evaluation: Evaluation, pixels: f64) -> u32
 pub(in crate::renderer) fn declare_lattice(declaring: &Declaring, lattice: &Lattice, kernel: Kernel, resources: &mut Resources) {
     declare_target(lattice.samples(), Tiles::for_points(lattice, declaring.tuning), resources);
     declaring.visibility(lattice.frame.layer_axis(), kernel, resources);
+    declaring.gradients(lattice.frame.layer_axis(), kernel, resources);
     declaring.integrals(kernel, resources);
 }
 
@@ -49,6 +50,7 @@ pub(in crate::renderer) fn declare_lattice(declaring: &Declaring, lattice: &Latt
 pub(in crate::renderer) fn declare_pixels(declaring: &Declaring, axis: Option<Axis>, kernel: Kernel, resources: &mut Resources) {
     declare_target(declaring.viewport.pixels(), Tiles::for_pixels(declaring.viewport), resources);
     layer_axes(axis).into_iter().for_each(|axis| declaring.visibility(axis, kernel, resources));
+    declaring.gradients(Axis::Z, kernel, resources);
     declaring.integrals(kernel, resources);
 }
 
@@ -76,14 +78,17 @@ impl PointLayers {
         let visible = scene.visible_blocks(axis, kernel)?;
         let integrals = scene.integrals(kernel, steps.shortest(), per_layer)?;
         let layout = scene.weighted(axis, kernel)?;
+        let gradients = scene.gradient_voxels(axis, kernel, &layout)?;
         let region = Region::new(scene, kernel, per_layer);
         let segments = segments(scene, &integrals, kernel, per_layer);
         let table = scene.table(kernel)?;
         let sample = point_params(scene, (&integrals, &table), steps, frame, (kernel, per_layer));
-        let variant = (layout.voxels.kind(), kernel, segments, region.rendering);
+        let variant = (layout.voxels.kind(), kernel, segments, region.rendering_from(&gradients));
         let arguments = PointLatticeArguments {
             voxels: &layout.voxels,
             view: layout.view,
+            gradient_voxels: &gradients.layout.voxels,
+            gradient_view: gradients.layout.view,
             visible: &visible.flags,
             shown_slabs: &visible.shown,
             integrals: &integrals.nodes,
@@ -124,12 +129,15 @@ impl PointLayers {
         let table = scene.table(kernel)?;
         let sample = point_params(scene, (&integrals, &table), steps, Axis::Z.frame(), (kernel, samples_per_layer));
         let layout = scene.weighted(Axis::Z, kernel)?;
+        let gradients = scene.gradient_voxels(Axis::Z, kernel, &layout)?;
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::for_pixels(viewport));
         self.direct.launch(
             device,
-            (layout.voxels.kind(), kernel, segments, region.rendering),
+            (layout.voxels.kind(), kernel, segments, region.rendering_from(&gradients)),
             &PointDirectArguments {
                 voxels: &layout.voxels,
+                gradient_voxels: &gradients.layout.voxels,
+                gradient_view_of_z: gradients.layout.view,
                 visible_x: &visible[0].flags,
                 visible_y: &visible[1].flags,
                 visible_z: &visible[2].flags,

@@ -19,7 +19,7 @@ use crate::camera::Camera;
 use crate::device::{Cancel, Device};
 use crate::error::Error;
 use crate::image::Frame;
-use crate::layers::{Axis, Kernel, PREFILTER_RADIUS};
+use crate::layers::{Axis, GradientEstimator, Kernel, PREFILTER_RADIUS};
 use crate::settings::{Classification, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -115,13 +115,14 @@ impl CompositedLayers {
 
 impl PartRenderer {
     /// Number of ghost layers that must be held on each side of the composited layers: two for kernels and gradients, plus the
-    /// prefilter radius for the B-spline.
+    /// prefilter radius for the B-spline or the radius of the Gaussian of gradients, whichever is larger.
     pub fn around(settings: &Settings) -> usize {
         let classification = settings.layered().map(|layered| layered.classification);
-        match classification {
-            Some(Classification::Preintegrated { kernel: Kernel::BSpline, .. }) => 2 + PREFILTER_RADIUS,
-            _ => 2,
-        }
+        let filtered = match classification {
+            Some(Classification::Preintegrated { kernel: Kernel::BSpline, .. }) => PREFILTER_RADIUS,
+            _ => 0,
+        };
+        2 + filtered.max(settings.chosen_gradient().map_or(0, GradientEstimator::smoothing_radius))
     }
 
     /// The layers that a part must hold to composite `layers` of a volume with `total` layers.
@@ -258,7 +259,7 @@ impl PartRenderer {
         deliver: impl FnOnce(&Device, &Finished) -> Result<T, Error>,
     ) -> Result<T, Error> {
         let LatticeView { rays, viewport, settings, .. } = view;
-        let stage = self.engine.declaring(*viewport, |declaring| Stage::new(steps, into.is_some(), declaring));
+        let stage = self.engine.declaring(*viewport, settings, |declaring| Stage::new(steps, into.is_some(), declaring));
         let frame = Declared { rays, viewport: *viewport, settings, stages: vec![stage], volume: None, into, host_bytes: 0 };
         Ok(self.engine.run(&frame, Mode::Waited, deliver)?.0)
     }

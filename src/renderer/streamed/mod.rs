@@ -158,7 +158,7 @@ impl<'v> StreamedRenderer<'v> {
         let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
         match self.streamed(plan, rays, viewport, seen)? {
             Ok(streamed) => Ok(Some(streamed.summary)),
-            Err(whole) => self.require_whole(&whole, viewport).map(|()| None),
+            Err(whole) => self.require_whole(&whole, viewport, settings).map(|()| None),
         }
     }
 
@@ -186,7 +186,7 @@ impl<'v> StreamedRenderer<'v> {
         let others = self.others();
         let in_parts = match &streamed {
             Ok(streamed) => !streamed.holds_all(),
-            Err(whole) => self.require_whole(whole, viewport).map(|()| false)?,
+            Err(whole) => self.require_whole(whole, viewport, settings).map(|()| false)?,
         };
         // Cached data of earlier frames may leave too little memory: retry without them.
         let rendered = match if in_parts { None } else { Some(self.render_whole(camera, viewport, settings, jitter)) } {
@@ -264,7 +264,8 @@ impl<'v> StreamedRenderer<'v> {
         let limits = self.memory_limits();
         let tables = TableSizes::new(&self.transfer, self.volume.description());
         let with_parts = lattices.into_iter().map(|(lattice, share)| {
-            let needs = Needs::new(&lattice, layered, viewport, self.device.tuning(), self.volume.description(), &tables);
+            let needs =
+                Needs::new(&lattice, (layered, &settings), viewport, self.device.tuning(), self.volume.description(), &tables);
             let parts = Parts::new(&self.device, &lattice, &settings, &needs, limits)?;
             Ok((lattice, share, parts))
         });
@@ -330,7 +331,7 @@ impl<'v> StreamedRenderer<'v> {
             steps.push(Step::Layers { lattice, layered: *layered, range });
         }
         steps.push(Step::Warp { lattice, share: Share { share: *share, added: n > 0 } });
-        engine.declaring(viewport, |declaring| Stage::new(steps, false, declaring))
+        engine.declaring(viewport, settings, |declaring| Stage::new(steps, false, declaring))
     }
 
     /// An engine that holds the first part of the first lattice, with capacity for the others; or all voxels, if each lattice has
@@ -383,10 +384,11 @@ impl<'v> StreamedRenderer<'v> {
     }
 
     /// Rejects a plan that needs the whole volume if that does not fit together with the other resources of the frame.
-    fn require_whole(&self, plan: &Plan, viewport: Viewport) -> Result<(), Error> {
+    fn require_whole(&self, plan: &Plan, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
         let tables = TableSizes::new(&self.transfer, self.volume.description());
         let shape = FieldShape::new(self.volume.description(), self.grid.dims());
-        let declaring = Declaring { shape, tables: &tables, tuning: self.device.tuning(), viewport };
+        let gradient = settings.chosen_gradient();
+        let declaring = Declaring { shape, tables: &tables, tuning: self.device.tuning(), viewport, gradient };
         let (needed, limits) =
             (Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes(), self.memory_limits());
         if limits.fits(needed) {

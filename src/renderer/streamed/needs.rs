@@ -6,8 +6,8 @@ use super::super::frame::{Bytes, Declaring, Stage, Step};
 use super::super::picture::Share;
 use super::super::range::LayerRange;
 use crate::device::Tuning;
-use crate::layers::Lattice;
-use crate::settings::Layered;
+use crate::layers::{GradientEstimator, Lattice};
+use crate::settings::{Layered, Settings};
 use crate::viewport::Viewport;
 use crate::volume::Description;
 
@@ -38,6 +38,7 @@ impl MemoryLimits {
 pub(super) struct Needs<'a> {
     lattice: &'a Lattice,
     layered: Layered,
+    gradient: Option<GradientEstimator>,
     viewport: Viewport,
     tuning: &'a Tuning,
     description: &'a Description,
@@ -47,21 +48,21 @@ pub(super) struct Needs<'a> {
 impl<'a> Needs<'a> {
     pub fn new(
         lattice: &'a Lattice,
-        layered: Layered,
+        (layered, settings): (Layered, &Settings),
         viewport: Viewport,
         tuning: &'a Tuning,
         description: &'a Description,
         tables: &'a TableSizes<'a>,
     ) -> Self {
-        Self { lattice, layered, viewport, tuning, description, tables }
+        Self { lattice, layered, gradient: settings.chosen_gradient(), viewport, tuning, description, tables }
     }
 
     /// Device memory with this number of layers held.
     pub fn bytes(&self, layers: usize) -> Bytes {
-        let Self { lattice, layered, viewport, tuning, description, tables } = *self;
+        let Self { lattice, layered, gradient, viewport, tuning, description, tables } = *self;
         let mut dims = description.grid().dims();
         dims[lattice.frame.a] = layers;
-        let declaring = Declaring { shape: FieldShape::new(description, dims), tables, tuning, viewport };
+        let declaring = Declaring { shape: FieldShape::new(description, dims), tables, tuning, viewport, gradient };
         let steps = vec![
             Step::Layers { lattice, layered, range: LayerRange::whole(lattice) },
             Step::Warp { lattice, share: Share::WHOLE },
