@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use glam::DVec3;
 use layersplat::device::{DeviceKind, Tuning};
-use layersplat::layers::{Kernel, PREFILTER_RADIUS};
+use layersplat::layers::{GradientEstimator, Kernel, PREFILTER_RADIUS};
 use layersplat::renderer::{CompositedLayers, PartRenderer};
 use layersplat::settings::{Blend, Classification, ClipPlane, Clipping, CropBox, LayerAxis, Layered, Quality};
 use layersplat::transfer::Extinction;
@@ -196,6 +196,32 @@ fn every_kernel_of_layers() {
             let other = Shot { settings: Settings { blend, ..forced(axis, with_kernel(Quality::High, other)) }, ..shot };
             assert!(compare(&other.in_parts(k), &whole).max_difference > TERMINATED, "{what}: another kernel must be noticed");
         }
+    }
+}
+
+/// Parts hold as many ghost layers as their estimator of gradients needs: their pictures are those of the whole volume to the bit.
+#[test]
+fn whatever_gradients_are_estimated_from() {
+    let volume = random_volume(DIMS, DVec3::new(1.0, 0.9, 1.2), SEED);
+    let (transfer, size) = (smooth_transfer(), viewport(26, 22));
+    let estimators = [
+        (Kernel::Linear, GradientEstimator::Sobel),
+        (Kernel::BSpline, GradientEstimator::Sobel),
+        (Kernel::Linear, GradientEstimator::Gaussian(2.0)),
+        (Kernel::BSpline, GradientEstimator::Gaussian(0.7)),
+    ];
+    for (n, (axis, camera)) in views(&volume, size).into_iter().enumerate() {
+        let (kernel, gradient) = estimators[n % estimators.len()];
+        let settings = Settings {
+            gradient: Some(gradient),
+            early_termination: false,
+            ..forced(axis, with_kernel(Quality::Standard, kernel))
+        };
+        let shot = Shot { device: device(), volume: &volume, transfer: &transfer, axis, camera, size, settings };
+        let (whole, what) = (shot.whole(), format!("{kernel:?}, {gradient}, {axis:?}"));
+        assert!(shot.in_parts(5) == whole, "{what}");
+        let other = Shot { settings: Settings { gradient: Some(GradientEstimator::Gaussian(0.3)), ..settings }, ..shot };
+        assert!(compare(&other.in_parts(5), &whole).max_difference > TERMINATED, "{what}: another estimator must be noticed");
     }
 }
 

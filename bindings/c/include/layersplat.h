@@ -216,18 +216,21 @@ typedef enum layersplat_gradient {
    */
   LAYERSPLAT_GRADIENT_AUTOMATIC = 0,
   /**
-   * Central differences of the voxels. Not with the B-spline.
+   * Central differences of the voxels.
    */
   LAYERSPLAT_GRADIENT_CENTRAL = 1,
   /**
-   * Central differences that are smoothed across their direction, which hides terraces and noise. Not with the B-spline or the
-   * Gaussian.
+   * Central differences that are smoothed across their direction, which hides terraces and noise. Not with the Gaussian kernel.
    */
   LAYERSPLAT_GRADIENT_SOBEL = 2,
   /**
    * The derivative of the kernel. Catmull-Rom spline and B-spline only.
    */
   LAYERSPLAT_GRADIENT_OWN = 3,
+  /**
+   * Central differences of voxels that a Gaussian of gradient_sigma has smoothed. Not with the Gaussian kernel.
+   */
+  LAYERSPLAT_GRADIENT_GAUSSIAN = 4,
 } layersplat_gradient;
 
 /**
@@ -536,6 +539,10 @@ typedef struct layersplat_settings {
    * A layersplat_gradient, for layers that are not splatted and for ray casting.
    */
   int32_t gradient;
+  /**
+   * Standard deviation of LAYERSPLAT_GRADIENT_GAUSSIAN in voxels of the smallest spacing, 0.3 to 2.
+   */
+  double gradient_sigma;
 } layersplat_settings;
 
 /**

@@ -73,13 +73,14 @@ pub enum KernelChoice {
 pub enum GradientChoice {
     /// The derivative of the kernel where that is continuous, else central differences.
     Automatic = 0,
-    /// Central differences of the voxels. Not with the B-spline.
+    /// Central differences of the voxels.
     Central = 1,
-    /// Central differences that are smoothed across their direction, which hides terraces and noise. Not with the B-spline or the
-    /// Gaussian.
+    /// Central differences that are smoothed across their direction, which hides terraces and noise. Not with the Gaussian kernel.
     Sobel = 2,
     /// The derivative of the kernel. Catmull-Rom spline and B-spline only.
     Own = 3,
+    /// Central differences of voxels that a Gaussian of gradient_sigma has smoothed. Not with the Gaussian kernel.
+    Gaussian = 4,
 }
 
 /// How the values along a ray are combined.
