@@ -224,7 +224,8 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                     composite_span(voxels, &view, &sample, integrals, &segments[n], &parts[n], &span,
                                    CLIPPED_LENGTH(length * dt[n], &parts[n]), &one->lit[n], &other->lit[n], &gathered[n], &counts);
 #elif BLEND == ISO
-                    accumulate_surface(voxels, &view, &gradients, &sample, &parts[n], &span, &one->lit[n], &other->lit[n], &gathered[n], &counts);
+                    accumulate_surface(voxels, &view, &gradients, &sample, &parts[n], &span, &one->lit[n], &other->lit[n],
+                                       &gathered[n], &counts);
 #else
                     accumulate_span(voxels, &view, &parts[n], &span, part_length(&parts[n]) / s, &gathered[n], &counts);
 #endif

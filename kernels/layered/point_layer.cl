@@ -166,7 +166,7 @@ static inline SlopeWeights slope_weights_under(const Columns *c, const FieldPara
 ALWAYS_INLINE void differentiate_span(const GradientSource *source, const Columns *c, const SlopeWeights *w, int j,
                                       int vectors, bool inside, float *own, float *across) {
     gradient_load_span(source->voxels, source->view, c, j, c->k, vectors, inside, own);
-#if GRADIENT == SOBEL
+#if GRADIENT == SMOOTHED
     // On a layer: its two neighbours alone.
     if (c->above == 0.0f) {
         float before[SPAN_VECTORS * VW];
@@ -313,7 +313,8 @@ static inline Point patch_points(const RayLatticeParams *p, int column, int row,
 }
 
 // Lights the samples of some patches of the tile at (column, row).
-static inline void light_layer(const GradientSource *source, const RayLatticeParams *p, const SampleParams *sample, int column, int row, int samples_per_layer, realv u, int patches, Layer *layer) {
+static inline void light_layer(const GradientSource *source, const RayLatticeParams *p, const SampleParams *sample, int column, int row,
+                               int samples_per_layer, realv u, int patches, Layer *layer) {
     patches &= ~layer->lit;
     if (!patches)
         return;

@@ -77,8 +77,8 @@ static inline RayState start_ray(const RayLatticeParams *p, const SampleParams *
 }
 
 // Advances a ray through slab q.
-ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients, __global const int4 *integrals,
-                              const RayLatticeParams *p, const SampleParams *sample, __local const float *ends, int q, RayState *state) {
+ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+                              __global const int4 *integrals, const RayLatticeParams *p, const SampleParams *sample, __local const float *ends, int q, RayState *state) {
     const int s = SAMPLES_PER_LAYER(sample), plane = q + (p->layer_step > 0 ? 0 : 1);
 #ifdef CLIPPED
     const float entry = p->layer_step * (plane - RADIUS - p->centre_layer);
@@ -189,7 +189,8 @@ __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __glo
         RayState state = start_ray(&p, &sample, &clip, place.x, place.y, out);
         for (int word = 0; 32 * word < count && state.open; word++)
             for (uint left = visible_word(slabs, word, count); left && state.open; left &= left - 1)
-                cross_slab(voxels, &view, &gradients, integrals, &p, &sample, ends, first + lowest_in_word(word, left) * p.layer_step, &state);
+                cross_slab(voxels, &view, &gradients, integrals, &p, &sample, ends, first + lowest_in_word(word, left) * p.layer_step,
+                           &state);
         own = state.active;
         STORE_RAYS(p, sample, table, &state.gathered, &state.interval, 1, 1, out, own)
     }

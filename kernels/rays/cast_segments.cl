@@ -6,8 +6,8 @@
 #include "shared/dimmed_segment.cl"
 
 ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
-                              __global const TABLE *integrals, const MarchParams *p, const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
-                              Accumulator *gathered, intv *active) {
+                              __global const TABLE *integrals, const MarchParams *p, const SampleParams *sample, const SlabRays *rays,
+                              realv from, realv to, Plane *front, Plane *back, Accumulator *gathered, intv *active) {
     const realv dt = rays->length * sample->classification.table_unit;
     const Node one = look_up_node(sample, integrals, from, 0), other = look_up_node(sample, integrals, to, 1);
     const Segment segment = segment_between(sample, integrals, &one, &other, from, to, (float2)(0.0f, 0.0f), dt);

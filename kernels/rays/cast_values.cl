@@ -6,8 +6,8 @@
 #include "shared/segment.cl"
 
 ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
-                              __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
-                              Accumulator *gathered, intv *active) {
+                              __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const SlabRays *rays,
+                              realv from, realv to, Plane *front, Plane *back, Accumulator *gathered, intv *active) {
 #if BLEND == ISO
     LitSample lit_front, lit_back;
 #ifndef REFINED

@@ -24,9 +24,10 @@ static inline Gradient sample_gradient(const struct SampleSource *s) {
 }
 
 // Marches one row of rays.
-ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients, __global const uchar *visible,
-                             __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const RowRays *rays,
-                             const Interval *interval, Accumulator *gathered, intv *active) {
+ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+                             __global const uchar *visible, __global const TABLE *table, const MarchParams *p,
+                             const SampleParams *sample, const RowRays *rays, const Interval *interval, Accumulator *gathered,
+                             intv *active) {
     const realv step = p->length / rays->length;
     const realv first = interval->from / step, last = interval->to / step;
     const intv hits = first < last;

@@ -44,13 +44,14 @@ static inline RaySpan span_between(const Plane *front, const Plane *back) {
 
 // Accumulates the slab between two planes; `from` and `to` are the values at the ends of the part.
 ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
-                              __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
-                              Accumulator *gathered, intv *active);
+                              __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const SlabRays *rays,
+                              realv from, realv to, Plane *front, Plane *back, Accumulator *gathered, intv *active);
 
 // Marches one row of rays from plane to plane.
-ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients, __global const uchar *visible,
-                             __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const RowRays *rays,
-                             const Interval *interval, Accumulator *gathered, intv *active) {
+ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+                             __global const uchar *visible, __global const TABLE *table, const MarchParams *p,
+                             const SampleParams *sample, const RowRays *rays, const Interval *interval, Accumulator *gathered,
+                             intv *active) {
     const intv hits = interval->from < interval->to;
     const float step = p->slice_step;
     const int begin = (int)floor(smallest_lane(hits ? interval->from : (realv)(INFINITY)) / step);

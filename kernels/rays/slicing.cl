@@ -47,8 +47,8 @@ ALWAYS_INLINE Slab slab_between(__global const float4 *table, const MarchParams 
 }
 
 ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
-                              __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const SlabRays *rays, realv from, realv to, Plane *front, Plane *back,
-                              Accumulator *gathered, intv *active) {
+                              __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const SlabRays *rays,
+                              realv from, realv to, Plane *front, Plane *back, Accumulator *gathered, intv *active) {
     const Slab slab = slab_between(table, p, from, to);
     Lighting lighting;
     if (sample->light.shading) {

@@ -13,10 +13,10 @@
 #endif
 
 #define CENTRAL 0
-#define SOBEL 1
+#define SMOOTHED 1
 #define OWN 2
 #ifndef GRADIENT
-#error "GRADIENT: CENTRAL, SOBEL or OWN"
+#error "GRADIENT: CENTRAL, SMOOTHED or OWN"
 #endif
 
 #if KERNEL == LINEAR || KERNEL == CUBIC
@@ -39,7 +39,7 @@
 #endif
 
 // Whether gradients are estimated at the voxels and interpolated linearly, whatever the kernel. Otherwise they are slopes of the kernel.
-#define GRADIENTS_AT_VOXELS (GRADIENT == SOBEL || (GRADIENT == CENTRAL && (KERNEL == CATMULL_ROM || OF_OTHER_VOXELS)))
+#define GRADIENTS_AT_VOXELS (GRADIENT == SMOOTHED || (GRADIENT == CENTRAL && (KERNEL == CATMULL_ROM || OF_OTHER_VOXELS)))
 
 // Weights of taps -1 ... 2; those that neither MIXED nor SLOPE reads are 0.
 typedef struct {
@@ -113,12 +113,12 @@ static inline Weights slope_weights(realv t) {
     return w;
 }
 
-// Weights of a gradient across its direction: those of values or, GRADIENTS_AT_VOXELS, of estimates at the two voxels. SOBEL smooths these:
+// Weights of a gradient across its direction: those of values or, GRADIENTS_AT_VOXELS, of estimates at the two voxels. SMOOTHED ones:
 // `smoothing` is the weight of each neighbour of a voxel.
 static inline Weights across_weights(realv t, float smoothing) {
 #if GRADIENTS_AT_VOXELS
     Weights w = {{0.0f, 0.0f, 0.0f, 0.0f}};
-#if GRADIENT == SOBEL
+#if GRADIENT == SMOOTHED
     w.tap[0] = smoothing - smoothing * t, w.tap[2] = smoothing + (1.0f - 3.0f * smoothing) * t, w.tap[3] = smoothing * t;
 #else
     w.tap[2] = t;
@@ -131,7 +131,7 @@ static inline Weights across_weights(realv t, float smoothing) {
 #endif
 
 // Weighted sum of four numbers across the direction of a gradient, and the taps that it reads.
-#if GRADIENT == SOBEL
+#if GRADIENT == SMOOTHED
 #define ACROSS(w, before, low, high, behind) \
     ((low) + (w)[0] * ((before) - (low)) + ((w)[2] * ((high) - (low)) + (w)[3] * ((behind) - (low))))
 #define IS_ACROSS_TAP(n) ((n) >= -1 && (n) <= 2)

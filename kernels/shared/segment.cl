@@ -32,8 +32,8 @@ ALWAYS_INLINE void accumulate_span(__global const VOXEL *voxels, const VolumeVie
 // Accumulates an iso-surface: where the value interpolated between the ends crosses the iso value or, REFINED, where the field itself
 // does. Crossings outside the part are ignored.
 ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
-                                      const SampleParams *p, const Part *part, const RaySpan *span, const LitSample *lit_front, const LitSample *lit_back, Accumulator *a,
-                                      intv *active) {
+                                      const SampleParams *p, const Part *part, const RaySpan *span, const LitSample *lit_front,
+                                      const LitSample *lit_back, Accumulator *a, intv *active) {
     const ClassificationParams *c = &p->classification;
     const realv from = span->from, to = span->to;
     intv crosses =

@@ -26,9 +26,10 @@ pub enum GradientEstimator {
     /// Central differences, smoothed across their direction ([`sobel_smoothing`](Self::sobel_smoothing)) and interpolated linearly: the operator of
     /// Sobel and Feldman (1968) in three dimensions, with the weights 1 2 1.
     Sobel,
-    /// Central differences of voxels that a Gaussian has smoothed, interpolated linearly. Its standard deviation is in voxels of the smallest
-    /// spacing, [`SIGMAS`](Self::SIGMAS). Smoothing ends at three standard deviations; there is none along axes where the standard deviation
-    /// is below 0.3 voxels.
+    /// Derivatives of a Gaussian, interpolated linearly. Its standard deviation is in voxels of the smallest spacing,
+    /// [`SIGMAS`](Self::SIGMAS). They are central differences, which have a standard deviation of 1/√3 voxels along their direction by
+    /// themselves, of voxels that are smoothed by the rest. Smoothing ends at three standard deviations; there is none along axes where the
+    /// standard deviation is below 0.3 voxels.
     Gaussian(f64),
     /// The derivative of the kernel.
     Own,
@@ -84,17 +85,28 @@ impl GradientEstimator {
         }
     }
 
-    /// Smoothing of [`Sobel`](Self::Sobel) along each axis: the weight of each of the two neighbours of a voxel, which itself has the
-    /// rest. `spacing`: of x, y and z.
+    /// Smoothing across the direction of a difference, along each axis: the weight of each of the two neighbours of a voxel, which itself has
+    /// the rest. `spacing`: of x, y and z.
     ///
-    /// The weights are ¼ (1 2 1) along the axis of the smallest spacing h₀. Along an axis of spacing h the neighbours have ¼ (h₀/h)²,
-    /// which has the same variance in world units.
-    pub fn sobel_smoothing(spacing: DVec3) -> DVec3 {
+    /// For Sobel the weights are ¼ (1 2 1) along the axis of the smallest spacing h₀. Along an axis of spacing h the neighbours have
+    /// ¼ (h₀/h)², which has the same variance in world units. For the Gaussian they have half of the variance that smoothed voxels do not
+    /// have: at most that of central differences.
+    pub fn smoothing_across(self, spacing: DVec3) -> DVec3 {
         let relative = spacing.min_element() / spacing;
-        0.25 * relative * relative
+        match self {
+            Self::Sobel => 0.25 * relative * relative,
+            Self::Gaussian(sigma) => (sigma * relative)
+                .to_array()
+                .map(|sigma| {
+                    let variance = (sigma * sigma).min(OF_DIFFERENCES);
+                    if sigma < LEAST_SIGMA { 0.0 } else { 0.5 * variance }
+                })
+                .into(),
+            _ => DVec3::ZERO,
+        }
     }
 
-    /// Name on the command line.
+    /// Name on the command line, where SIGMA is the standard deviation of the Gaussian.
     pub fn name(self) -> &'static str {
         match self {
             Self::Central => "central",
@@ -105,22 +117,37 @@ impl GradientEstimator {
     }
 }
 
-/// Number of voxels on either side that smoothing with this standard deviation in voxels reaches.
+/// Variance of a central difference along its direction, in squared voxels: its spectrum is that of the derivative times sin(ω)/ω =
+/// 1 - ω²/6 + ….
+const OF_DIFFERENCES: f64 = 1.0 / 3.0;
+/// Standard deviation in voxels below which an axis is not smoothed.
+const LEAST_SIGMA: f64 = 0.3;
+
+/// Number of voxels on either side that smoothing reaches.
 fn smoothing_radius(sigma: f64) -> usize {
-    (3.0 * sigma) as usize
+    if sigma * sigma <= OF_DIFFERENCES { 0 } else { (3.0 * sigma) as usize }
 }
 
-/// Taps of a Gaussian of this standard deviation in voxels, from the centre outwards. It ends at three standard deviations; the sum over both
-/// sides is one. Below 0.3 voxels it is a unit impulse.
+/// Taps, from the centre outwards, that smooth voxels so that their central differences have this standard deviation in voxels along their
+/// direction. They are the discrete Gaussian of Lindeberg (1990), e^{-t} I_n(t), of variance t, and end at three standard deviations; the
+/// sum over both sides is one.
 pub(crate) fn smoothing(sigma: f64) -> Vec<f64> {
-    /// Standard deviation below which an axis is not smoothed.
-    const LEAST: f64 = 0.3;
-    if sigma < LEAST {
-        return vec![1.0];
-    }
-    let taps: Vec<f64> = (0..=smoothing_radius(sigma)).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
+    let t = (sigma * sigma - OF_DIFFERENCES).max(0.0);
+    let taps: Vec<f64> = (0..=smoothing_radius(sigma)).map(|n| bessel(n as i32, t)).collect();
     let sum = taps[0] + 2.0 * taps[1..].iter().sum::<f64>();
     taps.into_iter().map(|tap| tap / sum).collect()
+}
+
+/// The modified Bessel function I_n(t) for 0 ≤ t ≤ 4, by its power series.
+fn bessel(n: i32, t: f64) -> f64 {
+    let first = (1..=n).fold(1.0, |product, i| product * 0.5 * t / f64::from(i));
+    /// The rest is below the precision of f64.
+    const TERMS: i32 = 30;
+    let (sum, _) = (1..TERMS).fold((first, first), |(sum, term), k| {
+        let next = term * 0.25 * t * t / f64::from(k * (k + n));
+        (sum + next, next)
+    });
+    sum
 }
 
 /// As on the command line.
@@ -158,12 +185,28 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     #[test]
-    fn smoothing_has_the_same_variance_along_all_axes() {
+    fn sobel_has_the_same_variance_along_all_axes() {
         let spacing = DVec3::new(1.5, 0.5, 1.0);
-        let weights = GradientEstimator::sobel_smoothing(spacing);
+        let weights = GradientEstimator::Sobel.smoothing_across(spacing);
         let variance = 2.0 * weights * spacing * spacing;
         assert_abs_diff_eq!((variance - variance.y).abs().max_element(), 0.0, epsilon = 1e-15);
         assert_eq!(weights.y, 0.25, "1 2 1 along the smallest spacing");
+    }
+
+    /// Across and along, the smoothing of voxels and that of the difference have the variance together.
+    #[test]
+    fn the_gaussian_has_its_variance() {
+        /// Part of the variance beyond three standard deviations.
+        const CUT_OFF: f64 = 0.05;
+        for sigma in [0.3, 0.5, 0.58, 0.7, 1.0, 1.5, 2.0] {
+            let taps = smoothing(sigma);
+            let smoothed: f64 = (1..).zip(&taps[1..]).map(|(n, tap)| 2.0 * f64::from(n * n) * tap).sum();
+            let across = 2.0 * GradientEstimator::Gaussian(sigma).smoothing_across(DVec3::ONE).x;
+            let relative = (smoothed + across) / (sigma * sigma);
+            assert!((1.0 - CUT_OFF..=1.0 + 1e-12).contains(&relative), "{sigma}: {relative}");
+        }
+        let thick = GradientEstimator::Gaussian(1.0).smoothing_across(DVec3::new(1.0, 2.5, 4.0));
+        assert!(thick.x == 1.0 / 6.0 && (thick.y - 0.08).abs() < 1e-12 && thick.z == 0.0, "{thick}");
     }
 
     #[test]
@@ -182,11 +225,14 @@ mod tests {
 
     #[test]
     fn smoothing_keeps_what_is_flat_and_ends_at_three_deviations() {
-        for sigma in [0.1, 0.3, 0.34, 0.7, 1.0, 2.0] {
+        for sigma in [0.3, 0.57, 0.58, 0.7, 1.0, 2.0] {
             let taps = smoothing(sigma);
             assert_abs_diff_eq!(taps[0] + 2.0 * taps[1..].iter().sum::<f64>(), 1.0, epsilon = 1e-15);
-            assert_eq!(taps.len(), 1 + if sigma < 0.3 { 0 } else { (3.0 * sigma) as usize });
+            assert_eq!(taps.len(), 1 + if sigma < 0.5774 { 0 } else { (3.0 * sigma) as usize });
         }
         assert!(smoothing(2.0).len() - 1 <= super::super::PREFILTER_RADIUS, "kernels have taps for the prefilter's radius");
+        // Tables of I_0(1) and I_3(2).
+        assert_abs_diff_eq!(bessel(0, 1.0), 1.266_065_877_752_008, epsilon = 1e-14);
+        assert_abs_diff_eq!(bessel(3, 2.0), 0.212_739_959_239_853, epsilon = 1e-14);
     }
 }

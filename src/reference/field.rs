@@ -160,12 +160,9 @@ impl Field {
         })
     }
 
-    /// Central differences at a voxel; for Sobel, of the voxels smoothed across the direction of the difference.
+    /// Central differences at a voxel, of voxels that the estimator smooths across their direction.
     fn gradient_of_voxel(&self, p: [i64; 3]) -> DVec3 {
-        let smoothing = match self.gradient {
-            GradientEstimator::Sobel => GradientEstimator::sobel_smoothing(self.spacing).to_array(),
-            _ => [0.0; 3],
-        };
+        let smoothing = self.gradient.smoothing_across(self.spacing).to_array();
         let along = |axis: usize| -> f64 {
             let [one, other] = [(axis + 1) % 3, (axis + 2) % 3];
             let weight = |i: i64, axis: usize| if i == 0 { 1.0 - 2.0 * smoothing[axis] } else { smoothing[axis] };

@@ -1,9 +1,9 @@
-//! Voxels smoothed by a Gaussian, with background outside the grid.
+//! Voxels smoothed for gradients, with background outside the grid.
 
 use crate::layers::smoothing;
 use glam::DVec3;
 
-/// Smooths voxels of the dimensions x, y, z along each axis, with these standard deviations in voxels.
+/// Smooths voxels of the dimensions x, y, z along each axis, for central differences of these standard deviations in voxels.
 pub(super) fn smoothed(voxels: &[f64], dims: [i64; 3], background: f64, sigmas: DVec3) -> Vec<f64> {
     let strides = [1, dims[0], dims[0] * dims[1]];
     (0..3).fold(voxels.to_vec(), |numbers, axis| {

@@ -127,7 +127,7 @@ impl Scene<'_> {
     /// z themselves.
     pub fn sample(&self, frame: AxisFrame, classification: ClassificationParams, segments: SegmentParams) -> SampleParams {
         let light = Lighting::new(self.settings, self.field, self.rays).params(frame);
-        SampleParams { field: self.field.params(frame), classification, light, segments }
+        SampleParams { field: self.field.params(self.settings.chosen_gradient(), frame), classification, light, segments }
     }
 
     /// The parameters of single samples that are looked up in a table.

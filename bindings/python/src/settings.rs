@@ -23,9 +23,9 @@ use std::collections::BTreeMap;
 /// to 16; layer_axis, auto, x, y or z. step: for slicing and raycast, in units of the smallest spacing. sheet_distance: for
 /// view-sheets, 0.125 to 4 voxels. blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of
 /// ambient, diffuse, specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, or
-/// (direction, strength); light is one of these, or a list of up to four. gradient: central, sobel, gaussian:SIGMA or own, for layered and raycast; None
-/// is that of the kernel. gradient_opacity: up to eight points (magnitude, factor): the
-/// opacity factor at a gradient magnitude in values per world unit. crop: ((x, y, z), (x, y, z)), the lowest and the highest visible
+/// (direction, strength); light is one of these, or a list of up to four. gradient: central, sobel, gaussian:SIGMA (0.3 to 2 voxels)
+/// or own, for layered and raycast; None is that of the kernel. gradient_opacity: up to eight points (magnitude, factor): the opacity
+/// factor at a gradient magnitude in values per world unit. crop: ((x, y, z), (x, y, z)), the lowest and the highest visible
 /// voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal points to is shown.
 /// unit_distance: thickness in world units at which the opacities apply, by default the smallest spacing. extinction: exponential or
 /// linear. early_termination: whether rays stop at a transmittance below 1/4096.

@@ -31,7 +31,8 @@ pub(in crate::cli) struct QualityOptions {
     /// Scaling of opacity with the length of a ray segment
     #[arg(long, value_name = "NAME")]
     extinction: Option<ExtinctionName>,
-    /// Estimation of gradients: central (differences), sobel (smoothed, hides terraces and noise), gaussian:SIGMA (smoothed more; 0.3 to 2 voxels) or own (derivative of the kernel)
+    /// Estimation of gradients: central (differences), sobel (smoothed, hides terraces and noise), gaussian:SIGMA (smoothed more, SIGMA 0.3 to
+    /// 2 voxels) or own (derivative of the kernel)
     #[arg(long, value_name = "NAME")]
     gradient: Option<GradientEstimator>,
     /// Gradient shading

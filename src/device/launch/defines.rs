@@ -35,7 +35,7 @@ impl Defines {
     fn with_gradients(self, gradients: Gradients) -> Self {
         let estimate = match gradients.estimate {
             GradientEstimate::Central => "CENTRAL",
-            GradientEstimate::Sobel => "SOBEL",
+            GradientEstimate::Smoothed => "SMOOTHED",
             GradientEstimate::Own => "OWN",
         };
         let defines = self.with("GRADIENT", estimate);
@@ -113,16 +113,16 @@ pub(crate) struct Gradients {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum GradientEstimate {
     Central,
-    Sobel,
+    /// Central differences, smoothed across their direction.
+    Smoothed,
     Own,
 }
 
 impl From<GradientEstimator> for GradientEstimate {
     fn from(estimator: GradientEstimator) -> Self {
         match estimator {
-            // Central differences of smoothed voxels.
-            GradientEstimator::Central | GradientEstimator::Gaussian(_) => Self::Central,
-            GradientEstimator::Sobel => Self::Sobel,
+            GradientEstimator::Central => Self::Central,
+            GradientEstimator::Sobel | GradientEstimator::Gaussian(_) => Self::Smoothed,
             GradientEstimator::Own => Self::Own,
         }
     }

@@ -32,7 +32,7 @@ kernel_struct! {
     FieldParams {
         /// Voxel differences to gradients in value ranges per voxel of the smallest spacing, world axes.
         gradient as [gradient_u, gradient_v, gradient_a]: f32,
-        /// Weight of each neighbour of a voxel where Sobel gradients are smoothed along an axis.
+        /// Weight of each neighbour of a voxel where gradients are smoothed across their direction.
         smoothing as [smoothing_u, smoothing_v, smoothing_a]: f32,
         /// Smallest and largest voxel, less the offset.
         range as [least, largest]: f32,

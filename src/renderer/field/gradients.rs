@@ -3,6 +3,7 @@
 use super::Field;
 use crate::device::launch::structs::FieldParams;
 use crate::layers::{AxisFrame, GradientEstimator};
+use glam::DVec3;
 
 impl Field {
     /// Range of the stored numbers, the unit of gradients.
@@ -17,12 +18,12 @@ impl Field {
         stored_per_value * self.grid().spacing().min_element() / self.gradient_range()
     }
 
-    /// Kernel argument, in the axes of `frame`.
-    pub fn params(&self, frame: AxisFrame) -> FieldParams {
+    /// Kernel argument, in the axes of `frame`, for gradients of this estimator.
+    pub fn params(&self, estimator: Option<GradientEstimator>, frame: AxisFrame) -> FieldParams {
         let spacing = self.grid().spacing();
         let gradient = spacing.min_element() / spacing / self.gradient_range();
-        let [gradient, smoothing] =
-            [gradient, GradientEstimator::sobel_smoothing(spacing)].map(|v| frame.local(v).as_vec3().to_array());
+        let [gradient, smoothing] = [gradient, estimator.map_or(DVec3::ZERO, |estimator| estimator.smoothing_across(spacing))]
+            .map(|v| frame.local(v).as_vec3().to_array());
         FieldParams { gradient, smoothing, range: self.voxel_values() }
     }
 }

@@ -39,7 +39,7 @@ pub(super) enum Weighted {
     Voxels,
     /// B-spline coefficients.
     Coefficients,
-    /// Voxels smoothed by a Gaussian of this standard deviation, in voxels of the smallest spacing.
+    /// Voxels smoothed for gradients of this standard deviation, in voxels of the smallest spacing.
     Smoothed(f64),
 }
 
@@ -51,9 +51,9 @@ impl Weighted {
     /// Input of gradients, if it is not that of the kernel.
     pub fn for_gradients(kernel: Kernel, estimator: GradientEstimator) -> Option<Self> {
         match estimator {
-            GradientEstimator::Gaussian(sigma) => Some(Weighted::Smoothed(sigma)),
-            GradientEstimator::Central | GradientEstimator::Sobel if kernel == Kernel::BSpline => Some(Weighted::Voxels),
-            _ => None,
+            GradientEstimator::Gaussian(sigma) if estimator.smoothing_radius() > 0 => Some(Weighted::Smoothed(sigma)),
+            GradientEstimator::Own => None,
+            _ => (kernel == Kernel::BSpline).then_some(Weighted::Voxels),
         }
     }
 

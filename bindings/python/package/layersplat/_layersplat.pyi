@@ -114,7 +114,7 @@ class Settings:
         sheet_distance: Optional[float] = None,
         blend: Optional[Blend] = None,
         shading: Optional[Union[bool, Shading]] = None,
-        gradient: Optional[Literal["central", "sobel", "own"]] = None,
+        gradient: Optional[str] = None,
         gradient_opacity: Optional[Sequence[Tuple[float, float]]] = None,
         crop: Optional[Tuple[Vector, Vector]] = None,
         planes: Optional[Sequence[Tuple[Vector, Vector]]] = None,

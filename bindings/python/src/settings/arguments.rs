@@ -23,7 +23,7 @@ pub fn arguments<'py>(py: Python<'py>, settings: &Settings) -> PyResult<Bound<'p
         None => arguments.set_item("shading", false)?,
     }
     if let Some(gradient) = settings.gradient {
-        arguments.set_item("gradient", gradient.name())?;
+        arguments.set_item("gradient", gradient.to_string())?;
     }
     if let Some(gradient_opacity) = &settings.gradient_opacity {
         arguments.set_item("gradient_opacity", gradient_opacity.points())?;
