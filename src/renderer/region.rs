@@ -118,7 +118,15 @@ fn rendering(scene: &Scene, kernel: Kernel, blend: BlendMode, clipped: bool) -> 
     let gradient = settings.gradient.filter(|_| settings.looks_at_gradients());
     let gradient = gradient.unwrap_or(GradientEstimator::for_kernel(kernel));
     let several_lights = settings.shading.is_some_and(|shading| shading.lights.as_slice().len() > 1);
-    Rendering { blend, clipped, gradient_opacity: settings.gradient_opacity.is_some(), several_lights, gradient, depths: false }
+    Rendering {
+        blend,
+        clipped,
+        gradient_opacity: settings.gradient_opacity.is_some(),
+        several_lights,
+        depth_cue: settings.fading().is_some(),
+        gradient,
+        depths: false,
+    }
 }
 
 /// Converts a clip plane to voxel coordinates.

@@ -59,6 +59,8 @@ pub(crate) struct Rendering {
     pub gradient_opacity: bool,
     /// There may be several lights; the sample parameters decide.
     pub several_lights: bool,
+    /// Colours may fade with depth; the sample parameters decide.
+    pub depth_cue: bool,
     /// Estimation of gradients, where programs reconstruct the field.
     pub gradient: GradientEstimator,
     /// Cast rays compute depths instead of colours.
@@ -72,6 +74,7 @@ impl Rendering {
         clipped: true,
         gradient_opacity: true,
         several_lights: true,
+        depth_cue: true,
         gradient: GradientEstimator::Central,
         depths: false,
     };
@@ -80,7 +83,7 @@ impl Rendering {
 impl Rendering {
     /// A permutation in which clipping and lighting are decided at run time; `None` for blend modes other than compositing.
     pub fn general(self) -> Option<Self> {
-        let general = Self { clipped: true, gradient_opacity: true, several_lights: true, ..self };
+        let general = Self { clipped: true, gradient_opacity: true, several_lights: true, depth_cue: true, ..self };
         (self.blend == BlendMode::Composite).then_some(general)
     }
 }
@@ -125,7 +128,9 @@ impl Defines {
 impl Defines {
     /// For programs that use gradients.
     pub fn with_lighting(self, rendering: Rendering) -> Self {
-        self.with_if(rendering.gradient_opacity, "THINNED").with_if(rendering.several_lights, "SEVERAL_LIGHTS")
+        self.with_if(rendering.gradient_opacity, "THINNED")
+            .with_if(rendering.several_lights, "SEVERAL_LIGHTS")
+            .with_if(rendering.depth_cue, "DEPTH_CUED")
     }
 
     /// For programs that reconstruct the field with `kernel`.
