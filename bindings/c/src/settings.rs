@@ -3,7 +3,9 @@
 use crate::boundary::{Failure, Out, guard};
 use crate::{AlgorithmChoice, BlendChoice, GradientChoice, KernelChoice, QualityChoice, Status};
 use layersplat::glam::DVec3;
-use layersplat::settings::{self, Algorithm, Blend, ClipPlane, Clipping, CropBox, GradientOpacity, Layered, Lights, Shading};
+use layersplat::settings::{
+    self, Algorithm, Blend, ClipPlane, Clipping, CropBox, DepthCue, GradientOpacity, Layered, Lights, Shading,
+};
 use layersplat::{Kernel, Quality};
 
 /// A white directional light.
@@ -81,6 +83,11 @@ pub struct Settings {
     pub planes: [Plane; 6],
     /// A layersplat_gradient, for layers that are not splatted and for ray casting.
     pub gradient: i32,
+    /// Depth cueing: share of depth_cue_color at the back of the volume's bounding box, from 0 (off) to 1. It rises linearly from 0 at the
+    /// front.
+    pub depth_cue: f64,
+    /// Colour that samples fade to, from 0 to 1: that of the picture's background.
+    pub depth_cue_color: [f64; 3],
 }
 
 /// Size in bytes of the first version of the struct, which is this one. Later versions append fields and still accept this size.
@@ -114,6 +121,8 @@ fn from_quality(quality: QualityChoice) -> Settings {
         crop_highest: [0.0; 3],
         planes: [Plane::default(); 6],
         gradient: GradientChoice::Automatic as i32,
+        depth_cue: 0.0,
+        depth_cue_color: [0.0; 3],
     }
 }
 
@@ -173,6 +182,7 @@ impl Settings {
             shading: self.shading()?,
             gradient: GradientChoice::from_number(self.gradient)?.estimator(),
             gradient_opacity: self.gradient_opacity()?,
+            depth_cue: (self.depth_cue != 0.0).then_some(DepthCue { strength: self.depth_cue, color: self.depth_cue_color }),
             early_termination: flag("early_termination", self.early_termination)?,
             unit_distance: (self.unit_distance != 0.0).then_some(self.unit_distance),
             ..settings::Settings::default()
