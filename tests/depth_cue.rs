@@ -131,8 +131,9 @@ fn a_plane_at_a_known_depth() {
         (0.0, cropped, 2.0 / 8.0),
         (180.0, cropped, 6.0 / 8.0),
     ] {
-        // Gaussian reconstructions of a linear field ripple.
-        let exact = surfaces().filter(|s| !matches!(s.algorithm, Algorithm::Raycast { kernel: Kernel::Gaussian, .. }));
+        // Smooth kernels bend the ramp between voxels, where steps of 0.6 find the surface by linear interpolation.
+        let exact =
+            surfaces().filter(|s| !matches!(s.algorithm, Algorithm::Raycast { kernel: Kernel::Cubic | Kernel::Gaussian, .. }));
         for own in exact.flat_map(|s| [s, Settings { shading: None, ..s }]) {
             let own = Settings { blend: Blend::Iso(iso), clipping, ..own };
             let plain = draw(azimuth, &own);

@@ -536,6 +536,15 @@ typedef struct layersplat_settings {
    * A layersplat_gradient, for layers that are not splatted and for ray casting.
    */
   int32_t gradient;
+  /**
+   * Depth cueing: share of depth_cue_color at the back of the volume's bounding box, from 0 (off) to 1. It rises linearly from 0 at the
+   * front.
+   */
+  double depth_cue;
+  /**
+   * Colour that samples fade to, from 0 to 1: that of the picture's background.
+   */
+  double depth_cue_color[3];
 } layersplat_settings;
 
 /**
