@@ -54,6 +54,9 @@ static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, c
     permute_axes(&sample->segments.step_u, &sample->segments.step_v, &sample->segments.step_a, iu, iv, a);
     permute_axes(&sample->light.direction_u, &sample->light.direction_v, &sample->light.direction_a, iu, iv, a);
     permute_axes(&sample->light.half_u, &sample->light.half_v, &sample->light.half_a, iu, iv, a);
+#ifdef DEPTH_CUED
+    permute_axes(&sample->light.cue_u, &sample->light.cue_v, &sample->light.cue_a, iu, iv, a);
+#endif
 #ifdef SEVERAL_LIGHTS
     for (int i = 0; i < sample->light.more_lights; i++) {
         float *light = sample->light.lights + 8 * i, *half_way = light + 3;

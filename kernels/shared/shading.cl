@@ -10,10 +10,14 @@ static inline intv table_index(const SampleParams *p, realv value) {
 }
 
 // Factor of a colour, added highlight, and weight in interpolation with other lighting. THINNED: also the factor of the extinction.
+// DEPTH_CUED: also the share of the background that the lit colour fades to, before it is clamped.
 typedef struct {
     realv factor, highlight, weight;
 #ifdef THINNED
     realv extinction_scale;
+#endif
+#ifdef DEPTH_CUED
+    realv cue;
 #endif
 } Lighting;
 
@@ -68,7 +72,21 @@ static inline Lighting shade(const SampleParams *p, Point point, realv value, Gr
 #ifdef THINNED
     lighting.extinction_scale = p->light.thinned ? gradient_extinction_scale(p, squared * inverse) : (realv)(1.0f);
 #endif
+#ifdef DEPTH_CUED
+    lighting.cue = point.u * p->light.cue_u + point.v * p->light.cue_v + point.a * p->light.cue_a + p->light.cue_at_origin;
+#endif
     return lighting;
+}
+
+// One channel of a lit colour: times the factor, plus the highlight, at most 1. DEPTH_CUED: then faded to `background`. A cue of 0 keeps
+// the colour exact to the bit.
+static inline realv lit_channel(const SampleParams *p, realv channel, const Lighting *lighting, float background) {
+    const realv lit = MIN(channel * lighting->factor + lighting->highlight, (realv)(1.0f));
+#ifdef DEPTH_CUED
+    return lit + CLAMP(lighting->cue, (realv)(0.0f), (realv)(p->light.cue_strength)) * (background - lit);
+#else
+    return lit;
+#endif
 }
 
 // Opacity of an optical depth, or of alpha times length.

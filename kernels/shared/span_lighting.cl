@@ -69,6 +69,10 @@ static inline Lighting interpolate_lighting(const SampleParams *p, const LitSamp
 #ifdef THINNED
     lighting.extinction_scale = extinction_scale_on_span(front, back, t);
 #endif
+#ifdef DEPTH_CUED
+    // Not weighted by gradients: it is linear along the ray.
+    lighting.cue = one->cue + t * (other->cue - one->cue);
+#endif
     return lighting;
 }
 

@@ -57,7 +57,9 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
             const Point point = {at.x, at.y, at.z};
             const Gradient gradient = {content.y, content.z, content.w};
             const Lighting lighting = shade(&sample, point, content.x, gradient);
-            color.xyz = MIN(color.xyz * lighting.factor + lighting.highlight, (float3)(1.0f));
+            color.x = lit_channel(&sample, color.x, &lighting, sample.light.cue_r);
+            color.y = lit_channel(&sample, color.y, &lighting, sample.light.cue_g);
+            color.z = lit_channel(&sample, color.z, &lighting, sample.light.cue_b);
             entry.w *= lighting.extinction_scale;
         }
         splat->content = color * MIN(entry.w, OPAQUE_EXTINCTION);

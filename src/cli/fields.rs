@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 49] = [
+const OPTIONS: [(&str, &str); 50] = [
     ("algorithm", "--algorithm"),
     ("array", "--array NAME"),
     ("background", "--background"),
@@ -15,6 +15,7 @@ const OPTIONS: [(&str, &str); 49] = [
     ("clipping", "--clip X,Y,Z,NX,NY,NZ"),
     ("correction", "--correction none|constant|sublayers"),
     ("density", "--lattice auto|direct|N"),
+    ("depth_cue", "--depth-cue STRENGTH"),
     ("device", "--device"),
     ("device_unchecked", "--device-unchecked"),
     ("dims", "--dims XxYxZ"),

@@ -26,6 +26,11 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|n| *n > 0.0).ok_or_else(|| format!("'{text}' is not a finite number above 0"))
 }
 
+/// Parses a number from 0 to 1.
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    finite(text).ok().filter(|n| (0.0..=1.0).contains(n)).ok_or_else(|| format!("'{text}' is not a number from 0 to 1"))
+}
+
 /// Parses a time above 0 in seconds.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let time = positive(text).ok().and_then(|n| Duration::try_from_secs_f64(n).ok()).filter(|time| !time.is_zero());

@@ -60,7 +60,7 @@ pub(super) struct Scene {
 impl Scene {
     /// Checks the options, opens the device and reads the volume, or this process's part of it.
     pub fn open(options: &SceneOptions, processes: &Processes) -> Result<Self, Error> {
-        let settings = options.quality.settings()?;
+        let settings = options.quality.settings(options.camera.background)?;
         // Conflicting options fail before the volume is read.
         options.blend.check()?;
         let memory = options.bounds.memory;

@@ -2,6 +2,7 @@
 
 use super::blending::Values;
 use super::compositing::{Gathered, picture};
+use super::depth_cue::{Fade, faded};
 use super::field::Field;
 use super::interval::{Interval, Part, Region};
 use super::shading::Look;
@@ -37,6 +38,7 @@ pub(super) struct Crossing {
     climb: f64,
     /// Unclipped part of the ray.
     interval: Interval,
+    pub fade: Option<Fade>,
 }
 
 impl<'a> Layered<'a> {
@@ -65,7 +67,8 @@ impl<'a> Layered<'a> {
         let frame = axis.frame();
         let shear = DVec2::from_array(frame.shear(ray.direction));
         let Some(interval) = self.region.intersection(ray) else { return [0.0; 4] };
-        let crossing = Crossing { axis, origin: frame.local(ray.origin), shear, climb: ray.direction[frame.a], interval };
+        let fade = Fade::new(self.volume, self.settings, ray, to_eye);
+        let crossing = Crossing { axis, origin: frame.local(ray.origin), shear, climb: ray.direction[frame.a], interval, fade };
         match self.classification {
             Classification::Post(correction) => self.composite_splats(&crossing, correction, to_eye),
             Classification::Preintegrated { samples_per_layer, .. } => {
@@ -130,7 +133,9 @@ impl<'a> Layered<'a> {
         };
         let (color, gradient) = (self.transfer.color(value), || self.gradient(crossing, k));
         let (color, opacity) = Look::from_settings(self.settings).at(self.volume, gradient, to_eye, color, opacity);
-        gathered.add(color, opacity);
+        // All samples of a layer are lit at its plane.
+        let point = crossing.axis.frame().global(crossing.at(k as f64).extend(k as f64));
+        gathered.add(faded(crossing.fade, point, color), opacity);
     }
 
     /// Length of a sample in unit distances.

@@ -2,6 +2,7 @@
 
 use super::blending::{Values, crossing, opaque};
 use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
+use super::depth_cue::{Fade, faded};
 use super::field::Field;
 use super::interval::{Part, Region};
 use super::shading::{Lighting, Look};
@@ -66,6 +67,7 @@ impl<'a> Marched<'a> {
 
     /// Ray casting with classification after interpolation.
     fn cast(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
+        let fade = Fade::new(self.volume, self.settings, ray, to_eye);
         let mut gathered = Gathered::new();
         let (per_parameter, smallest) = self.lengths(ray.direction);
         let dt = self.step * smallest;
@@ -81,7 +83,7 @@ impl<'a> Marched<'a> {
                 };
                 let (color, gradient) = (self.transfer.color(value), || self.field.gradient(p));
                 let (color, opacity) = Look::from_settings(self.settings).at(self.volume, gradient, to_eye, color, opacity);
-                gathered.add(color, opacity);
+                gathered.add(faded(fade, p, color), opacity);
             }
         }
         gathered.rgba()
@@ -89,6 +91,7 @@ impl<'a> Marched<'a> {
 
     /// Pre-integrated slicing.
     fn slice(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
+        let fade = Fade::new(self.volume, self.settings, ray, to_eye);
         let mut gathered = Gathered::new();
         let (per_parameter, smallest) = self.lengths(ray.direction);
         for slab in self.slabs(ray, self.between_planes(ray, to_eye)) {
@@ -101,7 +104,7 @@ impl<'a> Marched<'a> {
             let opacity = opacity_of_depth(mean * length, self.settings.extinction);
             let gradient = || points.map(|p| self.field.gradient(p)).into_iter().sum::<DVec3>() / 2.0;
             let (color, opacity) = Look::from_settings(self.settings).at(self.volume, gradient, to_eye, color, opacity);
-            gathered.add(color, opacity);
+            gathered.add(faded(fade, (points[0] + points[1]) / 2.0, color), opacity);
         }
         gathered.rgba()
     }
@@ -127,12 +130,14 @@ impl<'a> Marched<'a> {
             let Some(t) = crossing(points.map(|p| self.field.reconstructed(p)), iso) else { continue };
             if (slab.part.from..=slab.part.to).contains(&t) {
                 let color = self.transfer.color(iso);
-                return opaque(self.settings.shading.map_or(color, |_| {
+                let lit = self.settings.shading.map_or(color, |_| {
                     let look = Look::from_settings(self.settings);
                     let [front, back] =
                         points.map(|p| Lighting::for_field(&self.field, self.volume, look, self.field.gradient(p), to_eye));
                     front.mix(back, t).on(color)
-                }));
+                });
+                let fade = Fade::new(self.volume, self.settings, ray, to_eye);
+                return opaque(faded(fade, points[0].lerp(points[1], t), lit));
             }
         }
         [0.0; 4]

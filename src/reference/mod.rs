@@ -8,6 +8,7 @@
 mod blending;
 mod coefficients;
 mod compositing;
+mod depth_cue;
 mod field;
 mod integral;
 mod interval;

@@ -2,6 +2,7 @@
 
 use super::blending::{Values, crossing, opaque, refined_crossing};
 use super::compositing::{Gathered, opacity_of_depth, opacity_over};
+use super::depth_cue::{Fade, faded};
 use super::interval::Part;
 use super::layered::{Crossing, Layered};
 use super::shading::{Lighting, Look, range_of_values};
@@ -62,6 +63,7 @@ impl Layered<'_> {
                 ends: if step > 0 { [low, high] } else { [high, low] },
                 length: self.sample_length(crossing) * part.length(),
                 gradients: None,
+                fade: crossing.fade,
             })
         })
     }
@@ -87,7 +89,7 @@ impl Layered<'_> {
         let half = |points, values, gradients, from: f64| {
             let part = segment.part.within(from, from + 0.5)?;
             let length = segment.length / segment.part.length() / 2.0 * part.length();
-            Some(Segment { points, values, part, ends: [0.0; 2], length, gradients: Some(gradients) })
+            Some(Segment { points, values, part, ends: [0.0; 2], length, gradients: Some(gradients), fade: segment.fade })
         };
         let halves = [
             half([segment.points[0], middle], [front, value], [gradients[0], gradient], 0.0),
@@ -125,7 +127,7 @@ impl Layered<'_> {
             let source = mean.centroid - 4.0 * mean.centroid * (1.0 - mean.centroid) * dimmed;
             let lighting = self.along_curve(ends, segment.part.at(source), samples_per_layer);
             let thinned = ends[0].mix(ends[1], segment.part.at(mean.centroid)).thinned(opacity, extinction);
-            (lighting.on(mean.color), thinned)
+            (segment.faded(segment.part.at(source), lighting.on(mean.color)), thinned)
         });
         gathered.add(color, opacity);
     }
@@ -141,7 +143,7 @@ impl Layered<'_> {
             let lighting = lighting.map(|[front, back]| front.mix(back, t));
             let (color, opacity) = lighting
                 .map_or((color, opacity), |lighting| (lighting.on(color), lighting.thinned(opacity, self.settings.extinction)));
-            gathered.add(color, opacity);
+            gathered.add(segment.faded(t, color), opacity);
         }
     }
 
@@ -162,7 +164,7 @@ impl Layered<'_> {
         } else {
             self.lighting(segment, to_eye).map(|ends| self.along_curve(ends, t, samples_per_layer))
         };
-        Some(lighting.map_or(color, |lighting| lighting.on(color)))
+        Some(segment.faded(t, lighting.map_or(color, |lighting| lighting.on(color))))
     }
 
     /// Interpolates lighting between two ends. Between layers of the paper's cubic it follows the curve of the field.
@@ -185,11 +187,17 @@ struct Segment {
     length: f64,
     /// Gradients at both ends, if they differ from those of the field.
     gradients: Option<[DVec3; 2]>,
+    fade: Option<Fade>,
 }
 
 impl Segment {
     fn place(&self, t: f64) -> DVec3 {
         self.points[0].lerp(self.points[1], t)
+    }
+
+    /// A lit colour, faded by the depth of a place.
+    fn faded(&self, t: f64, color: [f64; 3]) -> [f64; 3] {
+        faded(self.fade, self.place(t), color)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Both kinds of sheet-buffer splatting, evaluated from their definitions.
 
 use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
+use super::depth_cue::{Fade, faded};
 use super::field::Field;
 use super::interval::Region;
 use super::shading::{Lighting, Look};
@@ -28,6 +29,8 @@ pub struct Sheets<'a> {
 
 /// A projected voxel.
 struct Splat {
+    /// In voxels.
+    place: DVec3,
     pixel: DVec2,
     w: f64,
     depth: f64,
@@ -88,7 +91,7 @@ impl<'a> Sheets<'a> {
                     let difference = |d: [i64; 3]| (voxel(d, 1) - voxel(d, -1)) / 2.0;
                     let gradient = DVec3::new(difference([1, 0, 0]), difference([0, 1, 0]), difference([0, 0, 1]));
                     let layer = if forward { [i, j, k][a] } else { -[i, j, k][a] };
-                    splats.push(Splat { pixel, w, depth, layer, value: self.field.voxel([i, j, k]), gradient });
+                    splats.push(Splat { place: p, pixel, w, depth, layer, value: self.field.voxel([i, j, k]), gradient });
                 }
             }
         }
@@ -118,6 +121,7 @@ impl<'a> Sheets<'a> {
         central: DVec3,
         to_eye: DVec3,
     ) -> [f64; 4] {
+        let fade = Fade::new(self.volume, self.settings, ray, to_eye);
         // Sums of extinction times colour, and of extinction.
         let mut layers: BTreeMap<i64, [f64; 4]> = BTreeMap::new();
         for (splat, weight) in seen {
@@ -128,7 +132,7 @@ impl<'a> Sheets<'a> {
             let lighting = Lighting::new(self.volume, Look::from_settings(self.settings), splat.gradient, to_eye);
             let extinction = extinction * lighting.left();
             if extinction > 0.0 {
-                let [r, g, b] = lighting.on(self.transfer.color(splat.value));
+                let [r, g, b] = faded(fade, splat.place, lighting.on(self.transfer.color(splat.value)));
                 let sums = layers.entry(splat.layer).or_default();
                 for (sum, c) in sums.iter_mut().zip([r, g, b, 1.0]) {
                     *sum += weight * extinction * c;
@@ -182,6 +186,7 @@ impl<'a> Sheets<'a> {
         let parameter = |depth: f64| (depth - projection.depth(ray.origin)) / projection.along.dot(ray.direction);
         let (blend, clipping) = (self.settings.blend, &self.settings.clipping);
         let interval = Region::new(self.volume, self.transfer, blend, clipping, GAUSSIAN_RADIUS).line_intersection(ray);
+        let fade = Fade::new(self.volume, self.settings, ray, to_eye);
         let mut gathered = Gathered::new();
         for (sheet, (difference, gradient)) in sheets {
             let depth = sheet as f64 * distance;
@@ -198,7 +203,8 @@ impl<'a> Sheets<'a> {
             if opacity > 0.0 {
                 let color = self.transfer.color(value);
                 let (color, opacity) = Look::from_settings(self.settings).at(self.volume, || gradient, to_eye, color, opacity);
-                gathered.add(color, opacity);
+                let place = ray.origin + ray.direction * parameter(depth);
+                gathered.add(faded(fade, place, color), opacity);
             }
         }
         gathered.rgba()

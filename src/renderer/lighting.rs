@@ -1,12 +1,13 @@
-//! Lighting of a frame: lights and gradient opacity.
+//! Lighting of a frame: lights, gradient opacity and depth cueing.
 
+use super::depth_cue::CuePlane;
 use super::field::Field;
 use crate::device::launch::structs::LightParams;
 use crate::layers::{AxisFrame, Rays};
 use crate::settings::{GradientOpacity, Light, Lights, Settings, Shading};
 use glam::DVec3;
 
-/// Shading that leaves colours unchanged, for frames that need gradients only for the opacity.
+/// Shading that leaves colours unchanged, for frames with gradient opacity or depth cueing alone.
 const UNLIT: Shading = Shading { ambient: 1.0, diffuse: 0.0, specular: 0.0, power: 1.0, lights: Lights::AT_CAMERA };
 
 /// The lighting of a field in one view. Directions are along the axes of the grid.
@@ -21,6 +22,7 @@ pub(super) struct Lighting {
     directions: Vec<LightDirections>,
     /// Gradient opacity, for gradients in value ranges per voxel of the smallest spacing.
     gradient_opacity: Option<GradientOpacity>,
+    depth_cue: Option<CuePlane>,
     needs_gradients: bool,
 }
 
@@ -52,6 +54,7 @@ impl Lighting {
             shading,
             directions,
             gradient_opacity: settings.gradient_opacity.map(|opacity| opacity.times(field.gradient_per_value())),
+            depth_cue: CuePlane::new(settings, field, rays),
             needs_gradients: settings.looks_at_gradients(),
         }
     }
@@ -81,6 +84,10 @@ impl Lighting {
             thinned: i32::from(self.gradient_opacity.is_some()),
             least_thinned: least_thinned as f32,
             rises: rises.map(|rise| rise.map(|number| number.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32)),
+            cue: self.depth_cue.map_or([0.0; 3], |plane| frame.local(plane.slope).as_vec3().to_array()),
+            cue_at_origin: self.depth_cue.map_or(0.0, |plane| plane.at_origin as f32),
+            cue_strength: self.depth_cue.map_or(0.0, |plane| plane.cue.strength as f32),
+            cue_color: self.depth_cue.map_or([0.0; 3], |plane| plane.cue.color.map(|c| c as f32)),
         }
     }
 }

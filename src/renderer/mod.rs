@@ -2,6 +2,7 @@
 
 mod accumulation;
 mod classification;
+mod depth_cue;
 mod depths;
 mod enqueued;
 #[cfg(test)]

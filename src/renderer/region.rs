@@ -124,7 +124,15 @@ fn rendering(scene: &Scene, kernel: Kernel, blend: BlendMode, clipped: bool) -> 
     let estimator = settings.chosen_gradient().unwrap_or(GradientEstimator::for_kernel(kernel));
     let gradients = Gradients { estimate: estimator.into(), voxels: None };
     let several_lights = settings.shading.is_some_and(|shading| shading.lights.as_slice().len() > 1);
-    Rendering { blend, clipped, gradient_opacity: settings.gradient_opacity.is_some(), several_lights, gradients, depths: false }
+    Rendering {
+        blend,
+        clipped,
+        gradient_opacity: settings.gradient_opacity.is_some(),
+        several_lights,
+        depth_cue: settings.fading().is_some(),
+        gradients,
+        depths: false,
+    }
 }
 
 /// Converts a clip plane to voxel coordinates.

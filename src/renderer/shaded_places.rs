@@ -1,5 +1,5 @@
-//! Every kernel passes the place of a sample to `shade`, along the right axes. No picture depends on it yet, so these tests edit the kernels:
-//! samples are as bright as one coordinate of their place. The exponent of highlights, which then has no other use, selects it.
+//! Every kernel passes the place of a sample to `shade`, along the right axes. Depth cueing alone depends on it, along one direction, so
+//! these tests edit the kernels: samples are as bright as one coordinate of their place. The exponent of highlights, which then has no other use, selects it.
 
 use crate::camera::{Camera, Orbit};
 use crate::device::{Device, DeviceChoice, LatticeSchedule, Tuning};

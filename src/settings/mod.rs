@@ -3,6 +3,7 @@
 mod algorithm;
 mod blend;
 mod clipping;
+mod depth_cue;
 mod gradient_opacity;
 mod layered;
 mod lights;
@@ -12,6 +13,7 @@ mod shading;
 pub use algorithm::Algorithm;
 pub use blend::Blend;
 pub use clipping::{ClipPlane, Clipping, CropBox};
+pub use depth_cue::DepthCue;
 pub use gradient_opacity::GradientOpacity;
 pub use layered::{Classification, Evaluation, Footprints, LayerAxis, Layered};
 pub use lights::{Light, Lights};
@@ -49,6 +51,8 @@ pub struct Settings {
     pub gradient: Option<GradientEstimator>,
     /// Gradient opacity. Default: none.
     pub gradient_opacity: Option<GradientOpacity>,
+    /// Depth cueing. Default: none. Ignored where shading is: by the blend modes maximum, minimum and average.
+    pub depth_cue: Option<DepthCue>,
     /// Whether tiles stop when all their rays transmit less than 1/4096 of the light. Default: on. The error is below half a step of an
     /// 8-bit picture.
     pub early_termination: bool,
@@ -75,6 +79,7 @@ impl From<Algorithm> for Settings {
             shading: Some(Shading::default()),
             gradient: None,
             gradient_opacity: None,
+            depth_cue: None,
             early_termination: true,
             unit_distance: None,
             culling: true,
@@ -101,9 +106,14 @@ impl Settings {
         }
     }
 
-    /// Whether compositing needs gradients.
+    /// Whether samples are lit, which needs gradients. Samples that only fade with their depth are lit by an ambient light of 1.
     pub(crate) fn looks_at_gradients(&self) -> bool {
-        self.shading.is_some() || self.gradient_opacity.is_some()
+        self.shading.is_some() || self.gradient_opacity.is_some() || self.fading().is_some()
+    }
+
+    /// The depth cueing, unless its strength is 0.
+    pub(crate) fn fading(&self) -> Option<DepthCue> {
+        self.depth_cue.filter(|cue| cue.strength > 0.0)
     }
 
     /// The chosen estimator, if the frame needs gradients and one is chosen.
@@ -123,6 +133,7 @@ impl Settings {
         }
         self.clipping.check()?;
         self.shading.map_or(Ok(()), |shading| shading.check())?;
+        self.depth_cue.map_or(Ok(()), |cue| cue.check())?;
         match self.unit_distance {
             Some(d) if !(d.is_finite() && d > 0.0) => {
                 Err(Error::OutOfRange { name: "unit_distance", value: d.to_string(), expected: "a finite number above 0" })

@@ -4,8 +4,8 @@ use crate::common::*;
 use glam::DVec3;
 use layersplat::layers::{Density, Kernel};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered,
-    Light, Lights, Shading,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, Footprints, GradientOpacity, LayerAxis,
+    Layered, Light, Lights, Shading,
 };
 use layersplat::transfer::Extinction;
 use layersplat::{Axis, Camera, Correction, Orbit, Projection, Settings, Viewport, Volume};
@@ -104,6 +104,11 @@ fn other_gradient_opacity(s: &mut Scene, r: &mut Random) {
     s.settings.gradient_opacity = other(r, s.settings.gradient_opacity, &of);
 }
 
+fn other_depth_cue(s: &mut Scene, r: &mut Random) {
+    let cue = |strength| Some(DepthCue { strength, color: [0.9, 0.5, 0.1] });
+    s.settings.depth_cue = other(r, s.settings.depth_cue, &[None, cue(0.0), cue(0.4), cue(1.0)]);
+}
+
 fn other_extinction(s: &mut Scene, _: &mut Random) {
     s.settings.extinction = match s.settings.extinction {
         Extinction::Exponential => Extinction::Linear,
@@ -157,8 +162,9 @@ pub const TABLES: [fn(&mut Scene, &mut Random); 12] = [
 ];
 
 /// All other changes.
-pub const OTHER: [fn(&mut Scene, &mut Random); 11] = [
+pub const OTHER: [fn(&mut Scene, &mut Random); 12] = [
     other_gradient_opacity,
+    other_depth_cue,
     |s, r| s.orbit = [360.0 * r.unit(), 180.0 * r.unit() - 90.0, 360.0 * r.unit()],
     |s, r| {
         let lit_by = |lights| Some(Shading { lights, ..Shading::default() });

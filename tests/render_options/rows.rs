@@ -6,8 +6,8 @@ use glam::DVec3;
 use layersplat::camera::Up;
 use layersplat::layers::{Axis, Kernel};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, Footprints, GradientOpacity, LayerAxis, Light,
-    Lights, Quality, Shading,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, Footprints, GradientOpacity, LayerAxis,
+    Light, Lights, Quality, Shading,
 };
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Endian, Grid, ScalarType};
@@ -225,6 +225,19 @@ pub const QUALITIES: &[Row] = &[
     row("--gradient-opacity", "--gradient-opacity 2:0,9:0.75", |s| {
         s.settings.gradient_opacity = Some(GradientOpacity::new(&[(2.0, 0.0), (9.0, 0.75)]).unwrap());
     }),
+    row("--depth-cue", "--depth-cue 0.75", |s| {
+        s.settings.depth_cue = Some(DepthCue { strength: 0.75, ..DepthCue::default() });
+    }),
+    beside(
+        "--background #e0f0ff",
+        |s| s.background = "#e0f0ff".parse().ok(),
+        "--depth-cue",
+        "--depth-cue 1",
+        |s| {
+            s.settings.depth_cue =
+                Some(DepthCue { strength: 1.0, color: [0xe0, 0xf0, 0xff].map(|c| f64::from(c as f32 / 255.0)) })
+        },
+    ),
     // Along an axis: at the default view, the lattice has a sample per pixel.
     beside(
         "--azimuth 0",

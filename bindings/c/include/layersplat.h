@@ -543,6 +543,15 @@ typedef struct layersplat_settings {
    * Standard deviation of LAYERSPLAT_GRADIENT_GAUSSIAN in voxels of the smallest spacing, 0.3 to 2.
    */
   double gradient_sigma;
+  /**
+   * Depth cueing: share of depth_cue_color at the back of the volume's bounding box, from 0 (off) to 1. It rises linearly from 0 at the
+   * front.
+   */
+  double depth_cue;
+  /**
+   * Colour that samples fade to, from 0 to 1: that of the picture's background.
+   */
+  double depth_cue_color[3];
 } layersplat_settings;
 
 /**

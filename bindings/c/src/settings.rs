@@ -3,7 +3,9 @@
 use crate::boundary::{Failure, Out, guard};
 use crate::{AlgorithmChoice, BlendChoice, GradientChoice, KernelChoice, QualityChoice, Status};
 use layersplat::glam::DVec3;
-use layersplat::settings::{self, Algorithm, Blend, ClipPlane, Clipping, CropBox, GradientOpacity, Layered, Lights, Shading};
+use layersplat::settings::{
+    self, Algorithm, Blend, ClipPlane, Clipping, CropBox, DepthCue, GradientOpacity, Layered, Lights, Shading,
+};
 use layersplat::{Kernel, Quality};
 
 /// A white directional light.
@@ -83,6 +85,11 @@ pub struct Settings {
     pub gradient: i32,
     /// Standard deviation of LAYERSPLAT_GRADIENT_GAUSSIAN in voxels of the smallest spacing, 0.3 to 2.
     pub gradient_sigma: f64,
+    /// Depth cueing: share of depth_cue_color at the back of the volume's bounding box, from 0 (off) to 1. It rises linearly from 0 at the
+    /// front.
+    pub depth_cue: f64,
+    /// Colour that samples fade to, from 0 to 1: that of the picture's background.
+    pub depth_cue_color: [f64; 3],
 }
 
 /// Size in bytes of the first version of the struct, which is this one. Later versions append fields and still accept this size.
@@ -117,6 +124,8 @@ fn from_quality(quality: QualityChoice) -> Settings {
         planes: [Plane::default(); 6],
         gradient: GradientChoice::Automatic as i32,
         gradient_sigma: 1.0,
+        depth_cue: 0.0,
+        depth_cue_color: [0.0; 3],
     }
 }
 
@@ -176,6 +185,7 @@ impl Settings {
             shading: self.shading()?,
             gradient: GradientChoice::from_number(self.gradient)?.estimator(self.gradient_sigma),
             gradient_opacity: self.gradient_opacity()?,
+            depth_cue: (self.depth_cue != 0.0).then_some(DepthCue { strength: self.depth_cue, color: self.depth_cue_color }),
             early_termination: flag("early_termination", self.early_termination)?,
             unit_distance: (self.unit_distance != 0.0).then_some(self.unit_distance),
             ..settings::Settings::default()

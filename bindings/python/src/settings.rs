@@ -6,8 +6,8 @@ use crate::argument::{Argument, accepted, either, extract, extracted, refused};
 use crate::errors::{Failure, Result, conflict, unknown};
 use crate::pickled::{Reduced, reduced};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, Evaluation, GradientOpacity, LayerAxis, Layered, Light,
-    Lights, Shading,
+    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, GradientOpacity, LayerAxis, Layered,
+    Light, Lights, Shading,
 };
 use layersplat::{Axis, Density, GradientEstimator, Kernel, Quality, Settings as Ours, transfer::Extinction};
 use pyo3::Borrowed;
@@ -25,7 +25,9 @@ use std::collections::BTreeMap;
 /// ambient, diffuse, specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, or
 /// (direction, strength); light is one of these, or a list of up to four. gradient: central, sobel, gaussian:SIGMA (0.3 to 2 voxels)
 /// or own, for layered and raycast; None is that of the kernel. gradient_opacity: up to eight points (magnitude, factor): the opacity
-/// factor at a gradient magnitude in values per world unit. crop: ((x, y, z), (x, y, z)), the lowest and the highest visible
+/// factor at a gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of black that colours fade to at the back of
+/// the volume's bounding box, or (share, (red, green, blue)) for another background. crop: ((x, y, z), (x, y, z)), the lowest and the
+/// highest visible
 /// voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal points to is shown.
 /// unit_distance: thickness in world units at which the opacities apply, by default the smallest spacing. extinction: exponential or
 /// linear. early_termination: whether rays stop at a transmittance below 1/4096.
@@ -52,6 +54,7 @@ enum Lighting<'py> {
 
 accepted! {
     BlendName: "composite, maximum, minimum, average or ('iso', value)";
+    Cue: "a strength from 0 to 1, or (strength, (red, green, blue))";
     Lighting<'py>: "True, False, or a dict of ambient, diffuse, specular, power and light";
 }
 
@@ -66,11 +69,34 @@ impl<'a, 'py> FromPyObject<'a, 'py> for BlendName {
     }
 }
 
+impl<'a, 'py> FromPyObject<'a, 'py> for Cue {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        either(object, Cue::Strength, Cue::Colored)
+    }
+}
+
 impl<'a, 'py> FromPyObject<'a, 'py> for Lighting<'py> {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         either(object, Lighting::Switch, Lighting::Coefficients)
+    }
+}
+
+/// The strength of depth cueing, and the colour that is faded to if it isn't black.
+enum Cue {
+    Strength(f64),
+    Colored((f64, [f64; 3])),
+}
+
+impl Cue {
+    fn depth_cue(self) -> DepthCue {
+        match self {
+            Cue::Strength(strength) => DepthCue { strength, ..DepthCue::default() },
+            Cue::Colored((strength, color)) => DepthCue { strength, color },
+        }
     }
 }
 
@@ -91,12 +117,12 @@ impl Settings {
     #[pyo3(
         signature = (
             quality = None, *, algorithm = Argument::Default("layered".into()), kernel = None, samples_per_layer = None, density = None,
-            layer_axis = None, step = None, sheet_distance = None, blend = None, shading = None, gradient = None, gradient_opacity = None, crop = None,
+            layer_axis = None, step = None, sheet_distance = None, blend = None, shading = None, gradient = None, gradient_opacity = None, depth_cue = None, crop = None,
             planes = None, unit_distance = None, extinction = Argument::Default("exponential".into()),
             early_termination = Argument::Default(true),
         ),
         text_signature = "(quality=None, *, algorithm='layered', kernel=None, samples_per_layer=None, density=None, layer_axis=None, \
-            step=None, sheet_distance=None, blend=None, shading=None, gradient=None, gradient_opacity=None, crop=None, planes=None, unit_distance=None, \
+            step=None, sheet_distance=None, blend=None, shading=None, gradient=None, gradient_opacity=None, depth_cue=None, crop=None, planes=None, unit_distance=None, \
             extinction='exponential', early_termination=True)"
     )]
     #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
@@ -113,6 +139,7 @@ impl Settings {
         shading: Option<Argument<Lighting<'_>>>,
         gradient: Option<Argument<String>>,
         gradient_opacity: Option<Argument<Vec<(f64, f64)>>>,
+        depth_cue: Option<Argument<Cue>>,
         crop: Option<Argument<[[f64; 3]; 2]>>,
         planes: Option<Argument<Vec<[[f64; 3]; 2]>>>,
         unit_distance: Option<Argument<f64>>,
@@ -120,7 +147,18 @@ impl Settings {
         early_termination: Argument<bool>,
     ) -> Result<Self> {
         extract!(quality, algorithm, kernel, samples_per_layer, density, layer_axis, step, sheet_distance);
-        extract!(blend, shading, gradient, gradient_opacity, crop, planes, unit_distance, extinction, early_termination);
+        extract!(
+            blend,
+            shading,
+            gradient,
+            gradient_opacity,
+            depth_cue,
+            crop,
+            planes,
+            unit_distance,
+            extinction,
+            early_termination
+        );
         let (quality, kernel, layer_axis) = (quality.as_deref(), kernel.as_deref(), layer_axis.as_deref());
         let options = AlgorithmOptions { quality, kernel, samples_per_layer, density, layer_axis, step, sheet_distance };
         Ok(Self(Ours {
@@ -134,6 +172,7 @@ impl Settings {
             shading: shading.map_or(Ok(Some(Shading::default())), Lighting::shading)?,
             gradient: gradient.as_deref().map(estimator).transpose()?,
             gradient_opacity: gradient_opacity.map(|points| GradientOpacity::new(&points)).transpose()?,
+            depth_cue: depth_cue.map(Cue::depth_cue),
             early_termination,
             unit_distance,
             ..options.algorithm(&algorithm)?.into()

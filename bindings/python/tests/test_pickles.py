@@ -22,6 +22,8 @@ SETTINGS = [settings for settings, _, _ in CASES] + [
     {"shading": {"ambient": 0.1, "diffuse": 0.3, "specular": 0.7, "power": 3.5, "light": [(1 / 3, 2, 3), (None, 0.1)]}},
     {"kernel": "linear", "gradient": "sobel"},
     {"kernel": "bspline", "gradient": "gaussian:0.7"},
+    {"depth_cue": 0.25},
+    {"depth_cue": (1 / 3, (1, 0.5, 0.1))},
     {"gradient_opacity": [(0.1, 1), (1 / 3, 0.25), (7, 0)], "unit_distance": 1 / 7},
     {"crop": ((0, 1, 2), (3.5, 4.25, 1 / 3)), "planes": [((1, 2, 3), (0, 0, 1)), ((1 / 3, 0, 0), (1, 1, 0))]},
 ]

@@ -26,6 +26,7 @@ CASES = [
     ({"shading": {"light": [((-1, 0.5, 2), 0.75), None, (1, 0, 0)]}}, {}, ["--light", "-1,0.5,2:0.75", "--light", "camera", "--light", "1,0,0"]),
     ({"kernel": "linear", "gradient": "sobel"}, {}, ["--kernel", "linear", "--gradient", "sobel"]),
     ({"kernel": "bspline", "gradient": "gaussian:0.7"}, {}, ["--kernel", "bspline", "--gradient", "gaussian:0.7"]),
+    ({"depth_cue": 0.75}, {}, ["--depth-cue", "0.75"]),
     ({"gradient_opacity": [(2, 0), (9, 0.75)]}, {}, ["--gradient-opacity", "2:0,9:0.75"]),
     ({"planes": [((12, 10, 9), (1, 0.5, 0))]}, {}, ["--clip", "12,10,9,1,0.5,0"]),
     ({}, {"field_of_view": 40.0}, ["--perspective", "40"]),

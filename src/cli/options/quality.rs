@@ -2,10 +2,11 @@
 
 use crate::cli::algorithm::{AlgorithmOptions, reject_unsupported};
 use crate::cli::parse;
+use crate::image::Background;
 use crate::layers::{Correction, Density, GradientEstimator, Kernel};
 use crate::settings::{
-    Algorithm, Classification, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered, Light, Lights, Quality, Settings,
-    Shading,
+    Algorithm, Classification, DepthCue, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered, Light, Lights, Quality,
+    Settings, Shading,
 };
 use crate::transfer::Extinction;
 use clap::{Args, ValueEnum};
@@ -44,6 +45,9 @@ pub(in crate::cli) struct QualityOptions {
     /// Scale opacity by F at gradient magnitude G, interpolated linearly; 5:0,20:1 hides uniform regions, shows boundaries
     #[arg(long, value_parser = parse::gradient_opacity, value_name = "G:F,G:F")]
     gradient_opacity: Option<GradientOpacity>,
+    /// Fade colours to the background with their distance: 0 at the front of the volume's (cropped) box, STRENGTH at its back
+    #[arg(long, value_parser = parse::share, value_name = "STRENGTH", allow_hyphen_values = true)]
+    depth_cue: Option<f64>,
     /// Sampling lattice: auto, direct (per pixel), or N samples per voxel, 1 to 16
     #[arg(long, value_parser = parse::lattice, value_name = "auto|direct|N", allow_hyphen_values = true)]
     lattice: Option<Evaluation>,
@@ -59,6 +63,14 @@ pub(in crate::cli) struct QualityOptions {
     /// Thickness in world units at which the given opacity applies [default: the smallest spacing]
     #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
     unit_distance: Option<f64>,
+}
+
+/// The colour that shows where nothing covers the background.
+fn color_under_picture(background: Option<Background>) -> [f64; 3] {
+    match background {
+        Some(Background::Color(color)) => color.map(f64::from),
+        Some(Background::Transparent) | None => [0.0; 3],
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -87,11 +99,12 @@ enum FootprintsName {
 }
 
 impl QualityOptions {
-    /// The settings of the quality preset with the options applied.
+    /// The settings of the quality preset with the options applied. Depth cueing fades colours to the background, or to black if it is
+    /// transparent.
     ///
     /// # Errors
     /// [`crate::Error::Settings`] for conflicting options.
-    pub fn settings(&self) -> Result<Settings, crate::Error> {
+    pub fn settings(&self, background: Option<Background>) -> Result<Settings, crate::Error> {
         let algorithm = self.algorithm.algorithm(self.quality().layered(), self.layer_axis)?;
         self.check_support(algorithm)?;
         let algorithm = match algorithm {
@@ -109,6 +122,7 @@ impl QualityOptions {
             shading: self.shading(settings.shading)?,
             gradient: self.gradient.or(settings.gradient),
             gradient_opacity: self.gradient_opacity,
+            depth_cue: self.depth_cue.map(|strength| DepthCue { strength, color: color_under_picture(background) }),
             early_termination: self.early_termination.unwrap_or(settings.early_termination),
             ..settings
         })

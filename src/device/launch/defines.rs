@@ -83,6 +83,8 @@ pub(crate) struct Rendering {
     pub gradient_opacity: bool,
     /// There may be several lights; the sample parameters decide.
     pub several_lights: bool,
+    /// Colours may fade with depth; the sample parameters decide.
+    pub depth_cue: bool,
     /// Estimation of gradients, where programs reconstruct the field.
     pub gradients: Gradients,
     /// Cast rays compute depths instead of colours.
@@ -96,6 +98,7 @@ impl Rendering {
         clipped: true,
         gradient_opacity: true,
         several_lights: true,
+        depth_cue: true,
         gradients: Gradients { estimate: GradientEstimate::Central, voxels: None },
         depths: false,
     };
@@ -131,7 +134,7 @@ impl From<GradientEstimator> for GradientEstimate {
 impl Rendering {
     /// A permutation in which clipping and lighting are decided at run time; `None` for blend modes other than compositing.
     pub fn general(self) -> Option<Self> {
-        let general = Self { clipped: true, gradient_opacity: true, several_lights: true, ..self };
+        let general = Self { clipped: true, gradient_opacity: true, several_lights: true, depth_cue: true, ..self };
         (self.blend == BlendMode::Composite).then_some(general)
     }
 }
@@ -171,7 +174,9 @@ impl Defines {
 impl Defines {
     /// For programs that use gradients.
     pub fn with_lighting(self, rendering: Rendering) -> Self {
-        self.with_if(rendering.gradient_opacity, "THINNED").with_if(rendering.several_lights, "SEVERAL_LIGHTS")
+        self.with_if(rendering.gradient_opacity, "THINNED")
+            .with_if(rendering.several_lights, "SEVERAL_LIGHTS")
+            .with_if(rendering.depth_cue, "DEPTH_CUED")
     }
 
     /// For programs that reconstruct the field with `kernel`.

@@ -67,7 +67,7 @@ kernel_struct! {
 kernel_struct! {
     /// Lights, and what gradients leave of the opacity. Axes are u, v, a.
     LightParams {
-        /// Gradients are needed: samples are lit, or their opacity depends on the gradient.
+        /// Samples are lit or faded by their depth, or their opacity depends on the gradient.
         shading: i32,
         /// Direction to the first light, unit length.
         direction as [direction_u, direction_v, direction_a]: f32,
@@ -87,6 +87,12 @@ kernel_struct! {
         /// length).
         least_thinned: f32,
         rises: [[f32; 3]; 7],
+        /// The share of the background in the colour of a sample at p, in voxels: cue.p + cue_at_origin, from 0 to cue_strength.
+        cue as [cue_u, cue_v, cue_a]: f32,
+        cue_at_origin: f32,
+        /// 0: colours do not depend on the depth.
+        cue_strength: f32,
+        cue_color as [cue_r, cue_g, cue_b]: f32,
     }
 }
 

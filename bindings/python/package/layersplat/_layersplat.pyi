@@ -116,6 +116,7 @@ class Settings:
         shading: Optional[Union[bool, Shading]] = None,
         gradient: Optional[str] = None,
         gradient_opacity: Optional[Sequence[Tuple[float, float]]] = None,
+        depth_cue: Optional[Union[float, Tuple[float, Tuple[float, float, float]]]] = None,
         crop: Optional[Tuple[Vector, Vector]] = None,
         planes: Optional[Sequence[Tuple[Vector, Vector]]] = None,
         unit_distance: Optional[float] = None,

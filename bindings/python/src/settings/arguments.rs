@@ -28,6 +28,9 @@ pub fn arguments<'py>(py: Python<'py>, settings: &Settings) -> PyResult<Bound<'p
     if let Some(gradient_opacity) = &settings.gradient_opacity {
         arguments.set_item("gradient_opacity", gradient_opacity.points())?;
     }
+    if let Some(cue) = settings.depth_cue {
+        arguments.set_item("depth_cue", (cue.strength, cue.color))?;
+    }
     if let Some(CropBox { lowest, highest }) = settings.clipping.crop {
         arguments.set_item("crop", (lowest.to_array(), highest.to_array()))?;
     }
