@@ -23,7 +23,7 @@ use std::str::FromStr;
 pub enum GradientEstimator {
     /// Central differences of the voxels, interpolated by the linear kernel or the paper's cubic; for other kernels of layers linearly.
     Central,
-    /// Central differences, smoothed across their direction ([`sobel_smoothing`](Self::sobel_smoothing)) and interpolated linearly: the operator of
+    /// Central differences, smoothed across their direction ([`smoothing_across`](Self::smoothing_across)) and interpolated linearly: the operator of
     /// Sobel and Feldman (1968) in three dimensions, with the weights 1 2 1.
     Sobel,
     /// Derivatives of a Gaussian, interpolated linearly. Its standard deviation is in voxels of the smallest spacing,
