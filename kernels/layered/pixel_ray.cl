@@ -66,9 +66,9 @@ static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, c
 #endif
     const float d_a = SELECT_3(d, a), s_u = SELECT_3(d, iu) / d_a, s_v = SELECT_3(d, iv) / d_a;
     const float step_u = s_u * sample->segments.step_u, step_v = s_v * sample->segments.step_v, step_a = sample->segments.step_a;
-    const VolumeView view = {SELECT_3(p->stride, iu), SELECT_3(p->stride, iv), SELECT_3(p->stride, a), p->stride[3],
-                             SELECT_3(p->dims, iu),   SELECT_3(p->dims, iv),   SELECT_3(p->dims, a),   p->background,
-                             p->offset,               0};
+    const VolumeView view_of_z = {p->stride[0], p->stride[1], p->stride[2],  p->stride[3], p->dims[0],
+                                  p->dims[1],   p->dims[2],   p->background, p->offset,    0};
+    const VolumeView view = permuted_view(&view_of_z, a);
     const int blocks_u[3] = {p->blocks[0], p->blocks[2], p->blocks[4]}, blocks_v[3] = {p->blocks[1], p->blocks[3], p->blocks[5]};
     const PixelRay ray = {view, a, d_a > 0.0f ? 1 : -1, SELECT_3(blocks_u, a), SELECT_3(blocks_v, a),
                           {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, SELECT_3(o, iu), SELECT_3(o, iv), SELECT_3(o, a), d_a, s_u, s_v,

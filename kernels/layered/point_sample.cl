@@ -20,7 +20,7 @@ static inline LitSample light_in_cell(__global const VOXEL *voxels, const Volume
 #if GRADIENTS_AT_VOXELS
     const FieldSample field = {value_in_cell(voxels, view, c), gradient_in_cell(gradients, &p->field, c)};
 #else
-    const FieldSample field = field_in_cell(voxels, view, &p->field, c);
+    const FieldSample field = field_in_cell(voxels, view, c);
 #endif
     const Point point = {c->i + c->x, c->j + c->y, c->k + c->z};
     return light_sample(p, point, field.value, field.gradient);

@@ -78,7 +78,8 @@ static inline RayState start_ray(const RayLatticeParams *p, const SampleParams *
 
 // Advances a ray through slab q.
 ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
-                              __global const int4 *integrals, const RayLatticeParams *p, const SampleParams *sample, __local const float *ends, int q, RayState *state) {
+                              __global const int4 *integrals, const RayLatticeParams *p, const SampleParams *sample,
+                              __local const float *ends, int q, RayState *state) {
     const int s = SAMPLES_PER_LAYER(sample), plane = q + (p->layer_step > 0 ? 0 : 1);
 #ifdef CLIPPED
     const float entry = p->layer_step * (plane - RADIUS - p->centre_layer);

@@ -113,8 +113,8 @@ static inline Weights slope_weights(realv t) {
     return w;
 }
 
-// Weights of a gradient across its direction: those of values or, GRADIENTS_AT_VOXELS, of estimates at the two voxels. SMOOTHED ones:
-// `smoothing` is the weight of each neighbour of a voxel.
+// Weights of a gradient across its direction: those of values or, GRADIENTS_AT_VOXELS, of estimates at the two voxels.
+// SMOOTHED: `smoothing` is the weight of each neighbour of a voxel.
 static inline Weights across_weights(realv t, float smoothing) {
 #if GRADIENTS_AT_VOXELS
     Weights w = {{0.0f, 0.0f, 0.0f, 0.0f}};

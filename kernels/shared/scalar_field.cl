@@ -120,7 +120,7 @@ static inline Gradient gradient_in_cell(const GradientSource *source, const Fiel
     return gradient;
 }
 #else
-static inline FieldSample field_in_cell(__global const VOXEL *voxels, const VolumeView *view, const FieldParams *params, const Cells *c) {
+static inline FieldSample field_in_cell(__global const VOXEL *voxels, const VolumeView *view, const Cells *c) {
     if (!c->interior)
         return field_at_edge(voxels, view, c, true);
     const Weights x = value_weights(c->x), y = value_weights(c->y);
@@ -154,6 +154,6 @@ static inline Gradient gradient_at(const GradientSource *source, const FieldPara
 #if GRADIENTS_AT_VOXELS
     return gradient_in_cell(source, params, &c);
 #else
-    return field_in_cell(source->voxels, source->view, params, &c).gradient;
+    return field_in_cell(source->voxels, source->view, &c).gradient;
 #endif
 }
