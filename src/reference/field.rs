@@ -3,6 +3,7 @@
 use super::coefficients::{interpolate, mirrored};
 use super::interval::Interval;
 use super::smoothing::smoothed;
+use super::taps::Taps;
 use crate::layers::{GradientEstimator, Kernel, Ray};
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
@@ -210,45 +211,6 @@ impl Field {
         let radius = DVec3::splat(f64::from(self.kernel.radius()));
         let last = DVec3::from_array(self.dims.map(|n| n as f64 - 1.0));
         Interval::in_box(ray, -radius, last + radius)
-    }
-}
-
-/// Weights of the voxels around a position along one axis.
-struct Taps {
-    first: i64,
-    count: usize,
-    taps: [f64; Taps::MOST],
-}
-
-impl Taps {
-    /// Largest number of taps, that of the Gaussian's slopes.
-    const MOST: usize = 6;
-
-    fn weights(kernel: Kernel, x: f64) -> Self {
-        Self::new(x, kernel.radius(), |x| kernel.weight(x))
-    }
-
-    fn slopes(kernel: Kernel, x: f64) -> Self {
-        let radius = match kernel {
-            // Central differences of the weights reach one voxel further.
-            Kernel::Linear | Kernel::Cubic | Kernel::Gaussian => kernel.radius() + 1,
-            Kernel::CatmullRom | Kernel::BSpline => kernel.radius(),
-        };
-        Self::new(x, radius, |x| kernel.slope(x))
-    }
-
-    fn new(x: f64, radius: i32, tap: impl Fn(f64) -> f64) -> Self {
-        let first = x.floor() as i64 - i64::from(radius) + 1;
-        let (count, mut taps) = (2 * radius as usize, [0.0; Self::MOST]);
-        for (n, own) in taps[..count].iter_mut().enumerate() {
-            *own = tap(x - (first + n as i64) as f64);
-        }
-        Self { first, count, taps }
-    }
-
-    /// Pairs of voxel index and tap.
-    fn each(&self) -> impl Iterator<Item = (i64, f64)> + '_ {
-        (self.first..).zip(self.taps[..self.count].iter().copied())
     }
 }
 

@@ -19,6 +19,7 @@ mod points;
 mod shading;
 mod sheets;
 mod smoothing;
+mod taps;
 
 pub use integral::Integral;
 pub use layered::Layered;
