@@ -1,5 +1,7 @@
 //! The distributed renderer.
 
+mod volume_renderer;
+
 use super::compose::Composer;
 use super::exchange::{Boxes, Exchanged};
 use super::group::Group;
@@ -8,14 +10,14 @@ use super::{Brick, partition, work};
 use crate::camera::Camera;
 use crate::device::{Cancel, Device};
 use crate::error::Error;
-use crate::image::{Depths, Frame};
+use crate::image::Frame;
 use crate::layers::Axis;
 use crate::memory;
-use crate::renderer::{DeviceVoxels, FrameReport, LatticeView, PartRenderer, Shares, StreamPlan, UploadedVolume, VolumeRenderer};
+use crate::renderer::{DeviceVoxels, LatticeView, PartRenderer, Shares, UploadedVolume};
 use crate::settings::{Blend, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{Description, Grid, Volume, VolumePart, VoxelBox};
+use crate::volume::{Description, Volume, VolumePart, VoxelBox};
 use opencl3::event::Event;
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -345,53 +347,6 @@ impl<'v> Renderer<'v> {
         if self.group.min(enough.into()) == 0 {
             self.partitions = [None, None, None];
         }
-    }
-}
-
-impl<'v> VolumeRenderer<'v> for Renderer<'v> {
-    fn set_transfer_function(&mut self, transfer: &TransferFunction) {
-        self.set_transfer_function(transfer);
-    }
-
-    fn transfer_function(&self) -> &TransferFunction {
-        &self.transfer
-    }
-
-    fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
-        self.set_volume(volume)
-    }
-
-    fn grid(&self) -> &Grid {
-        self.description().grid()
-    }
-
-    fn measure(&mut self, _: bool) {}
-
-    fn limit(&mut self, longest: Option<Duration>) {
-        self.limit(longest);
-    }
-
-    fn set_cancel(&mut self, cancel: Option<Cancel>) {
-        self.set_cancel(cancel);
-    }
-
-    fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
-        LatticeView::all(self.description(), camera, viewport, settings).map(|_| None)
-    }
-
-    fn render(
-        &mut self,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<(Option<Frame>, FrameReport), Error> {
-        let (frame, report) = self.render(camera, viewport, settings)?;
-        Ok((frame, FrameReport { lattice: Some(report.lattice), measured: None, general_program: false }))
-    }
-
-    fn depths(&mut self, _: &Camera, _: Viewport, _: &Settings) -> Result<Depths, Error> {
-        let problem = "depths need the whole volume on one device".into();
-        Err(Error::Settings { field: "depth", problem })
     }
 }
 

@@ -2,13 +2,13 @@
 
 mod needs;
 mod plan;
+mod whole;
 
 pub use plan::{StreamPlan, StreamedLattice};
 
 use super::accumulation::Jitter;
 use super::classification::TableSizes;
-use super::field::FieldShape;
-use super::frame::{Declaring, Engine, Frame as Declared, Mode, Output, Stage, Step};
+use super::frame::{Engine, Frame as Declared, Mode, Stage, Step};
 use super::picture::{Finished, Share};
 use super::plan::Plan;
 use super::range::LayerRange;
@@ -226,34 +226,6 @@ impl<'v> StreamedRenderer<'v> {
         })
     }
 
-    /// Renders with all voxels on the device, and keeps the renderer for the next frame.
-    fn render_whole(
-        &mut self,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-        jitter: Option<Jitter>,
-    ) -> Result<(Frame, FrameReport), Error> {
-        let mut renderer = self.whole_renderer()?;
-        let rendered = match jitter {
-            None => renderer.render(camera, viewport, settings),
-            Some(jitter) => renderer.render_jittered(camera, viewport, settings, jitter),
-        };
-        self.kept = Some(renderer);
-        rendered
-    }
-
-    /// A renderer of all voxels: the kept one, or a new one.
-    fn whole_renderer(&mut self) -> Result<Renderer, Error> {
-        let mut renderer = match self.kept.take() {
-            Some(kept) => kept,
-            None => Renderer::from_uploaded(&self.whole()?, &self.transfer)?,
-        };
-        renderer.measure(self.measuring);
-        renderer.engine.limits = self.limits.clone();
-        Ok(renderer)
-    }
-
     /// Divides the lattices of a plan into parts; returns the plan itself if it has no lattices.
     fn streamed(&self, plan: Plan, rays: Rays, viewport: Viewport, settings: Settings) -> Result<Result<Streamed, Plan>, Error> {
         let (lattices, layered) = match &plan {
@@ -357,14 +329,6 @@ impl<'v> StreamedRenderer<'v> {
         VoxelBox::layers(dims, a, &PartRenderer::needed(layers, dims[a], settings))
     }
 
-    /// Uploads all voxels on first use.
-    fn whole(&mut self) -> Result<UploadedVolume, Error> {
-        match &self.whole {
-            Some(uploaded) => Ok(uploaded.clone()),
-            None => Ok(self.whole.insert(UploadedVolume::new(&self.device, &self.volume)?).clone()),
-        }
-    }
-
     fn volume_bytes(&self) -> u64 {
         self.grid.voxel_count() as u64 * self.volume.voxel_type().bytes() as u64
     }
@@ -381,24 +345,5 @@ impl<'v> StreamedRenderer<'v> {
     /// Bytes on the device that other objects hold.
     fn others(&self) -> u64 {
         self.device.taken_bytes().saturating_sub(self.own)
-    }
-
-    /// Rejects a plan that needs the whole volume if that does not fit together with the other resources of the frame.
-    fn require_whole(&self, plan: &Plan, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
-        let tables = TableSizes::new(&self.transfer, self.volume.description());
-        let shape = FieldShape::new(self.volume.description(), self.grid.dims());
-        let gradient = settings.chosen_gradient();
-        let declaring = Declaring { shape, tables: &tables, tuning: self.device.tuning(), viewport, gradient };
-        let (needed, limits) =
-            (Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes(), self.memory_limits());
-        if limits.fits(needed) {
-            return Ok(());
-        }
-        // The device counts the splats of sheets, so the size of their lists is not known before.
-        let unknown = if matches!(plan, Plan::AxisSheets(_) | Plan::ViewSheets(_)) { ", and more for its splats" } else { "" };
-        let what = format!(
-            "this view ({plan}), which needs the whole volume at once because only layers on a lattice can be streamed{unknown},"
-        );
-        Err(plan::out_of_memory(&self.device, &what, needed, limits))
     }
 }

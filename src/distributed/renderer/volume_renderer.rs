@@ -1,0 +1,60 @@
+//! The interface that all renderers of volumes share.
+
+use super::Renderer;
+use crate::camera::Camera;
+use crate::device::Cancel;
+use crate::error::Error;
+use crate::image::{Depths, Frame};
+use crate::renderer::{FrameReport, LatticeView, StreamPlan, VolumeRenderer};
+use crate::settings::Settings;
+use crate::transfer::TransferFunction;
+use crate::viewport::Viewport;
+use crate::volume::{Grid, Volume};
+use std::time::Duration;
+
+impl<'v> VolumeRenderer<'v> for Renderer<'v> {
+    fn set_transfer_function(&mut self, transfer: &TransferFunction) {
+        self.set_transfer_function(transfer);
+    }
+
+    fn transfer_function(&self) -> &TransferFunction {
+        &self.transfer
+    }
+
+    fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
+        self.set_volume(volume)
+    }
+
+    fn grid(&self) -> &Grid {
+        self.description().grid()
+    }
+
+    fn measure(&mut self, _: bool) {}
+
+    fn limit(&mut self, longest: Option<Duration>) {
+        self.limit(longest);
+    }
+
+    fn set_cancel(&mut self, cancel: Option<Cancel>) {
+        self.set_cancel(cancel);
+    }
+
+    fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
+        LatticeView::all(self.description(), camera, viewport, settings).map(|_| None)
+    }
+
+    fn render(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(Option<Frame>, FrameReport), Error> {
+        let (frame, report) = self.render(camera, viewport, settings)?;
+        Ok((frame, FrameReport { lattice: Some(report.lattice), measured: None, general_program: false }))
+    }
+
+    fn depths(&mut self, _: &Camera, _: Viewport, _: &Settings) -> Result<Depths, Error> {
+        let problem = "depths need the whole volume on one device".into();
+        Err(Error::Settings { field: "depth", problem })
+    }
+}
