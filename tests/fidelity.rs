@@ -1,5 +1,6 @@
 //! Fidelity of the presets, warp included, lit and unlit, to the converged integral: the tables in docs/fidelity.md. `high` is compared with
-//! the integral of the paper's cubic using that kernel, and with the integral of its own kernel as shipped.
+//! the integral of the paper's cubic using that kernel, and with the integral of its own kernel. Lit presets as shipped are compared with the
+//! integral of their own kernel and gradients.
 
 mod common;
 
@@ -7,7 +8,7 @@ use common::*;
 use layersplat::layers::{Correction, Kernel, Rays};
 use layersplat::reference::Integral;
 use layersplat::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Shading};
-use layersplat::{Camera, Frame, OpenOptions, Quality, Settings, TransferFunction, Viewport, Volume};
+use layersplat::{Camera, Frame, GradientEstimator, OpenOptions, Quality, Settings, TransferFunction, Viewport, Volume};
 
 /// Measured PSNR over RGB in dB, one number per entry of [`ways`].
 type Measured<'a> = &'a [f64];
@@ -32,6 +33,10 @@ const OWN: [Kernel; 2] = [Kernel::BSpline, Kernel::CatmullRom];
 const OWN_UNLIT: [[f64; 2]; 5] = [[67.7, 67.1], [55.3, 55.1], [64.4, 64.9], [64.4, 64.8], [46.9, 47.1]];
 const OWN_LIT: [[f64; 2]; 5] = [[67.1, 66.3], [52.5, 50.8], [62.2, 61.5], [58.3, 55.3], [53.6, 53.4]];
 const OWN_LIT_SKULL: [f64; 2] = [43.8, 41.9];
+/// Presets as shipped, lit, to the integral of their own kernel and gradients.
+const SHIPPED: [Quality; 3] = [Quality::Draft, Quality::Standard, Quality::High];
+const SHIPPED_LIT: [[f64; 3]; 5] = [[0.0, 57.9, 65.7], [0.0, 52.6, 58.5], [0.0, 51.8, 58.2], [0.0, 49.0, 57.1], [0.0, 43.7, 50.3]];
+const SHIPPED_LIT_SKULL: [f64; 3] = [0.0, 38.4, 47.5];
 /// PSNR of the engine's plate (43.8 if gradients at segment centres are corrected along rays only).
 const PLATE: f64 = 50.0;
 /// Tolerance of PSNR: differences between devices and vector widths are much smaller, a lost refinement step is larger.
@@ -56,7 +61,9 @@ fn psnr(a: &Frame, b: &Frame) -> f64 {
 
 /// Variants whose fidelity to the integral of the paper's cubic is documented, in the order of the tables.
 fn ways() -> Vec<(String, Settings)> {
-    let with = |quality: Quality, layered: Layered, what: &str| (format!("{quality:?}{what}"), Settings::from(layered));
+    let with = |quality: Quality, layered: Layered, what: &str| {
+        (format!("{quality:?}{what}"), Settings { gradient: Some(GradientEstimator::Central), ..layered.into() })
+    };
     let shipped = [Quality::Draft, Quality::Standard, Quality::High];
     let post = shipped.map(|q| with(q, Layered { classification: q.splatted(), ..q.layered() }, " post"));
     let cubic = |quality| with_kernel(quality, Kernel::Cubic);
@@ -76,9 +83,9 @@ fn ways() -> Vec<(String, Settings)> {
 }
 
 /// PSNR of the host's integral on every n-th pixel of a picture.
-fn psnr_on_the_host(volume: &Volume, transfer: &TransferFunction, view: View, kernel: Kernel, picture: &Frame) -> f64 {
+fn psnr_on_the_host(volume: &Volume, transfer: &TransferFunction, view: View, (kernel, gradient): OwnField, picture: &Frame) -> f64 {
     let rays = Rays::new(&view.camera, view.size, volume.grid()).unwrap();
-    let mut integral = Integral::new(volume, transfer, None).with_kernel(kernel);
+    let mut integral = Integral::new(volume, transfer, None).with_gradient(kernel, gradient);
     integral.shading = view.shading;
     let (mut squares, mut count) = (0.0, 0.0);
     for i in (0..picture.pixels().len()).step_by(EVERY) {
@@ -88,6 +95,14 @@ fn psnr_on_the_host(volume: &Volume, transfer: &TransferFunction, view: View, ke
         count += 3.0;
     }
     -10.0 * (squares / count).log10()
+}
+
+/// A kernel and the estimation of gradients.
+type OwnField = (Kernel, GradientEstimator);
+
+/// A kernel with the gradients that fit it most closely.
+fn most_closely(kernel: Kernel) -> OwnField {
+    (kernel, GradientEstimator::for_kernel(kernel))
 }
 
 #[derive(Clone, Copy)]
@@ -102,15 +117,15 @@ impl View {
         render(volume, transfer, &self.camera, self.size, &Settings { shading: self.shading, ..settings })
     }
 
-    /// Integral of a kernel's field on the device, verified against the host.
-    fn truth(self, name: &str, volume: &Volume, transfer: &TransferFunction, kernel: Kernel) -> Frame {
-        let truth = self.picture(volume, transfer, converged(kernel).into());
+    /// Integral of a field on the device, verified against the host.
+    fn truth(self, name: &str, volume: &Volume, transfer: &TransferFunction, (kernel, gradient): OwnField) -> Frame {
+        let truth = self.picture(volume, transfer, Settings { gradient: Some(gradient), ..converged(kernel).into() });
         let least = match self.shading {
             None => LEAST_TRUTH[0],
             Some(_) if OWN.contains(&kernel) => LEAST_LIT_TRUTH_OF_OWN,
             Some(_) => LEAST_TRUTH[1],
         };
-        let on_the_host = psnr_on_the_host(volume, transfer, self, kernel, &truth);
+        let on_the_host = psnr_on_the_host(volume, transfer, self, (kernel, gradient), &truth);
         assert!(on_the_host > least, "{name} {}, {kernel:?}: {on_the_host} dB between the truths of device and host", self.lit());
         truth
     }
@@ -130,7 +145,7 @@ fn assert_reached(
     own: [f64; 2],
 ) -> Frame {
     let (picture, lit) = (|settings| view.picture(volume, transfer, settings), view.lit());
-    let truth = view.truth(name, volume, transfer, Kernel::Cubic);
+    let truth = view.truth(name, volume, transfer, most_closely(Kernel::Cubic));
     let mut missed = Vec::new();
     let mut hold = |way: &str, frame: &Frame, truth: &Frame, measured: f64| {
         let (db, with_alpha) = (psnr(frame, truth), compare(frame, truth).psnr_rgba.expect("not identical"));
@@ -143,17 +158,34 @@ fn assert_reached(
         hold(way, &picture(*settings), &truth, measured);
     }
     for (kernel, measured) in OWN.into_iter().zip(own) {
-        let frame = picture(with_kernel(Quality::High, kernel).into());
-        let own = view.truth(name, volume, transfer, kernel);
+        let (_, gradient) = most_closely(kernel);
+        let frame = picture(Settings { gradient: Some(gradient), ..with_kernel(Quality::High, kernel).into() });
+        let own = view.truth(name, volume, transfer, (kernel, gradient));
         hold(&format!("High {} to its own", kernel.name()), &frame, &own, measured);
         let (right, foreign) = (psnr(&frame, &own), psnr(&frame, &truth));
         assert!(foreign < right, "{name} {lit} {kernel:?}: {foreign} dB to Eq. 2's integral, {right} to its own");
     }
     assert!(missed.is_empty(), "{missed:#?}");
-    let standard = picture(Settings::default());
+    let standard = picture(ways()[1].1);
     let [right, shifted] = [&standard, &shifted_by_half_a_pixel(&standard)].map(|frame| psnr(frame, &truth));
     assert!(shifted < right - MARGIN, "{name} {lit}: half a pixel must be noticed, {shifted} dB for {right}");
     truth
+}
+
+/// Compares each lit preset with its measured fidelity.
+fn assert_shipped(name: &str, volume: &Volume, transfer: &TransferFunction, view: View, measured: [f64; 3]) {
+    let found = SHIPPED.map(|quality| {
+        let settings = quality.settings();
+        let truth = view.truth(name, volume, transfer, (kernel_of(&settings), settings.gradient_estimator()));
+        let central = view.truth(name, volume, transfer, most_closely(kernel_of(&settings)));
+        let frame = view.picture(volume, transfer, settings);
+        let [db, foreign] = [&truth, &central].map(|truth| psnr(&frame, truth));
+        // The draft's own error is larger.
+        assert!(quality == Quality::Draft || foreign < db - MARGIN, "{name} {quality:?}: other gradients must be noticed, {foreign} dB for {db}");
+        db
+    });
+    eprintln!("fidelity {name} lit, as shipped: {found:.1?} dB");
+    assert!(found.iter().zip(measured).all(|(found, measured)| *found > measured - MARGIN), "{name}: {found:?} for {measured:?}");
 }
 
 /// The tables apply to the shipped presets.
@@ -207,14 +239,16 @@ fn every_way_reaches_what_was_measured_on_built_in_volumes() {
 #[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
 fn every_way_reaches_what_was_measured_lit() {
     let (size, shading) = (viewport(512, 512), Some(Shading::default()));
-    for ((name, measured), own) in LIT.into_iter().zip(OWN_LIT) {
+    for (((name, measured), own), shipped) in LIT.into_iter().zip(OWN_LIT).zip(SHIPPED_LIT) {
         let (volume, transfer) = data_set(name);
         let camera = parallel(&volume, size, 72.0, 20.0);
         assert_reached(name, &volume, &transfer, View { camera, size, shading }, &measured, own);
+        assert_shipped(name, &volume, &transfer, View { camera, size, shading }, shipped);
     }
     let (volume, transfer) = skull();
     let camera = scaled(parallel(&volume, size, 30.0, 20.0), 70.0);
     assert_reached("skull", &volume, &transfer, View { camera, size, shading }, &LIT_SKULL, OWN_LIT_SKULL);
+    assert_shipped("skull", &volume, &transfer, View { camera, size, shading }, SHIPPED_LIT_SKULL);
 }
 
 #[test]
@@ -276,7 +310,8 @@ fn plates_are_lit_by_their_faces() {
     let (volume, transfer) = data_set("engine");
     let camera = parallel(&volume, size, 30.0, 20.0);
     let truth = render(&volume, &transfer, &camera, size, &converged(Kernel::BSpline).into());
-    let found = psnr(&render(&volume, &transfer, &camera, size, &Quality::High.settings()), &truth);
+    let high = Settings { gradient: Some(GradientEstimator::Own), ..Quality::High.settings() };
+    let found = psnr(&render(&volume, &transfer, &camera, size, &high), &truth);
     eprintln!("fidelity plate of engine, lit: {found:.1} dB");
     assert!(found > PLATE - MARGIN, "{found} dB, not {PLATE}");
 }

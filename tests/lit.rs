@@ -9,7 +9,7 @@ use layersplat::layers::Kernel;
 use layersplat::settings::{Algorithm, Classification, Layered, Shading};
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{Camera, Frame, Orbit, Projection, Quality, Settings, TransferFunction, Viewport, Volume};
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 fn psnr(a: &Frame, b: &Frame) -> f64 {
     compare(a, b).psnr.unwrap_or(f64::INFINITY)
@@ -22,14 +22,18 @@ fn shipped() -> [(&'static str, Settings); 4] {
     [("draft", draft), ("standard", standard), ("high", high), ("high --kernel cubic", cubic)]
 }
 
-/// Ray casting in small steps, lit at each, for the kernel of each of [`shipped`].
+/// Ray casting in small steps, lit at each, for the kernel and the gradients of each of [`shipped`].
 struct Truths(HashMap<Kernel, Frame>);
 
 impl Truths {
     fn new(step: f64, volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport) -> Self {
-        let kernels = HashSet::from(shipped().map(|(_, settings)| kernel_of(&settings)));
-        let truth = |kernel| render(volume, transfer, camera, size, &Algorithm::Raycast { kernel, step }.into());
-        Self(kernels.into_iter().map(|kernel| (kernel, truth(kernel))).collect())
+        let truth = |settings: Settings| {
+            let kernel = kernel_of(&settings);
+            let gradient = Some(settings.gradient_estimator());
+            let cast = Settings { gradient, ..Algorithm::Raycast { kernel, step }.into() };
+            (kernel, render(volume, transfer, camera, size, &cast))
+        };
+        Self(shipped().map(|(_, settings)| truth(settings)).into())
     }
 
     fn of(&self, settings: &Settings) -> &Frame {

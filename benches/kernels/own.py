@@ -4,7 +4,7 @@ import pathlib
 import sys
 import tempfile
 
-from scenes import ANEURISM, CONVERGED, ENGINE, FITTED, NEGHIP, SKULL, WAYS, psnr, run, table
+from scenes import ANEURISM, CONVERGED, ENGINE, FITTED, NEGHIP, SKULL, WAYS, kernel_options, psnr, run, table
 
 KERNELS = sys.argv[1:] or ["cubic", "catmull-rom", "bspline"]
 VIEWS = {"engine": [*ENGINE, *FITTED], "aneurism": [*ANEURISM, *FITTED], "neghip": [*NEGHIP, *FITTED],
@@ -17,9 +17,9 @@ def main():
         truth, found = (pathlib.Path(folder) / f"{name}.npy" for name in ("truth", "found"))
         for kernel in KERNELS:
             for view in VIEWS.values():
-                run("render", *view, "--kernel", kernel, *CONVERGED, "--output", truth)
+                run("render", *view, *kernel_options(kernel), *CONVERGED, "--output", truth)
                 for way, options in WAYS.items():
-                    run("render", *view, "--kernel", kernel, *options, "--output", found)
+                    run("render", *view, *kernel_options(kernel), *options, "--output", found)
                     rows[kernel, way].append(f"{psnr(found, truth):.1f}")
     print(table(["", "lit", *VIEWS], [[*names, *row] for names, row in rows.items()]))
 

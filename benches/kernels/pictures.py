@@ -7,7 +7,7 @@ import tempfile
 import numpy
 from PIL import Image, ImageDraw
 
-from scenes import CONVERGED, ENGINE, KERNELS, ROOT, SKULL, VOLUMES, psnr, run
+from scenes import CONVERGED, ENGINE, KERNELS, ROOT, SKULL, VOLUMES, kernel_options, psnr, run
 
 IMAGES = ROOT / "docs/images"
 TILE = 320
@@ -16,7 +16,7 @@ SAMPLED, KNOWN = 41, 241
 
 
 def render(scene, kernel, options, picture):
-    run("render", *scene, "--kernel", kernel, *options, "--output", picture)
+    run("render", *scene, *kernel_options(kernel), *options, "--output", picture)
     return Image.open(picture).convert("RGB") if picture.suffix == ".png" else None
 
 

@@ -10,7 +10,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 VOLUMES = pathlib.Path(os.environ.get("LAYERSPLAT_VOLUMES", ROOT.parent / "shared/volumes"))
 TRANSFERS = VOLUMES.parent / "transfer"
 LAYERSPLAT = ROOT / "target/release/layersplat"
-KERNELS = ["cubic", "linear", "catmull-rom", "bspline"]
+# Kernels with the gradients that fit them most closely.
+CLOSEST = {"cubic": "central", "linear": "central", "catmull-rom": "own", "bspline": "own"}
+KERNELS = list(CLOSEST)
 WAYS = {q: ["--quality", q] for q in ("draft", "standard", "high")} | {"ray casting": ["--algorithm", "raycast"]}
 CONVERGED = ["--algorithm", "raycast", "--step", 0.0625]
 FITTED = ["--azimuth", 72, "--elevation", 20, "--fit", "volume"]
@@ -24,6 +26,10 @@ ENGINE = data_set("engine_256x256x128_uint8", "engine")
 ANEURISM = data_set("aneurism_256x256x256_uint8", "aneurism")
 NEGHIP = data_set("neghip_64x64x64_uint8", "neghip")
 SKULL = data_set("cranium_ct_256x256x108_int16", "cranium_ct_int16", "--spacing", "0.957,0.957,1.5", "--up", "y", "--azimuth", 30, "--elevation", 20)
+
+
+def kernel_options(kernel):
+    return ["--kernel", kernel, "--gradient", CLOSEST[kernel]]
 
 
 def run(*arguments):

@@ -7,7 +7,7 @@ B-spline's prefilter: the first frame minus a later one, with the B-spline and w
 import json
 import sys
 
-from scenes import ANEURISM, ENGINE, KERNELS, NEGHIP, WAYS, run, table
+from scenes import ANEURISM, ENGINE, KERNELS, NEGHIP, WAYS, kernel_options, run, table
 
 ROUNDS = int(sys.argv[1]) if len(sys.argv) > 1 else 4
 ASKED = set(sys.argv[2:]) or {"lit", "unlit", "prefilter"}
@@ -16,7 +16,7 @@ SETS = {"neghip": NEGHIP, "engine": ENGINE, "aneurism": ANEURISM}
 
 
 def bench(scene, kernel, options, frames=FRAMES):
-    return json.loads(run("bench", *scene, "--kernel", kernel, *options, "--frames", frames, "--json"))
+    return json.loads(run("bench", *scene, *kernel_options(kernel), *options, "--frames", frames, "--json"))
 
 
 def least(benches, what):

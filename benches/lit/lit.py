@@ -17,7 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 VOLUMES = pathlib.Path(os.environ.get("LAYERSPLAT_VOLUMES", ROOT.parent / "shared/volumes"))
 IMAGES = ROOT / "docs/images"
 LAYERSPLAT = ROOT / "target/release/layersplat"
-CONVERGED = ["--algorithm", "raycast", "--interpolation", "tricubic", "--step", 0.0625]
+CONVERGED = ["--algorithm", "raycast", "--kernel", "cubic", "--gradient", "sobel", "--step", 0.0625]
 TILE = 190
 
 SKULL = ["cranium_ct_256x256x108_int16.raw.gz", "--transfer", VOLUMES / "../transfer/cranium_ct_int16.json"]

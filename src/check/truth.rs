@@ -3,7 +3,7 @@
 use super::Family;
 use super::pictures::{Picture, SIZE, transfer, volume};
 use crate::image::Frame;
-use crate::layers::{Axis, Lattice, Rays};
+use crate::layers::{Axis, Kernel, Lattice, Rays};
 use crate::reference::{Integral, Layered, Marched, Sheets};
 use crate::renderer::Plan;
 use glam::{DVec3, DVec4};
@@ -24,7 +24,7 @@ pub(super) fn drawn(family: Family, Picture { settings, camera }: &Picture) -> F
         }
         Plan::Direct(..) => layered.render(camera, SIZE, Some(Axis::most_parallel(rays.central_direction()))),
         Plan::CastSegments(..) => {
-            let mut integral = Integral::new(volume, transfer, None);
+            let mut integral = Integral::new(volume, transfer, None).with_gradient(Kernel::Cubic, settings.gradient_estimator());
             integral.shading = settings.shading;
             integral.render(camera, SIZE)
         }
@@ -72,7 +72,7 @@ fn interpolated(lattice: &Lattice, samples: &[DVec4], column: f64, row: f64) -> 
     let (i, j) = (column.floor() as i64, row.floor() as i64);
     let mut sum = DVec4::ZERO;
     for (di, dj) in (-1..3).flat_map(|dj| (-1..3).map(move |di| (di, dj))) {
-        let weight = |x: f64| crate::layers::Kernel::CatmullRom.weight(x);
+        let weight = |x: f64| Kernel::CatmullRom.weight(x);
         sum += weight(column - (i + di) as f64) * weight(row - (j + dj) as f64) * sample(i + di, j + dj);
     }
     let around = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(di, dj)| sample(i + di, j + dj));

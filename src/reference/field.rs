@@ -62,9 +62,8 @@ impl Field {
         }
     }
 
-    /// Estimates gradients in another way, if one is given.
-    pub fn with_gradient(self, gradient: Option<GradientEstimator>) -> Self {
-        let gradient = gradient.unwrap_or(self.gradient);
+    /// Estimates gradients in another way.
+    pub fn with_gradient(self, gradient: GradientEstimator) -> Self {
         let gradient_voxels = match gradient {
             GradientEstimator::Gaussian(sigma) => {
                 let sigmas = sigma * self.spacing.min_element() / self.spacing;
@@ -344,10 +343,10 @@ mod tests {
         let slope = DVec3::new(1.5, -0.75, 0.25);
         for kernel in [Kernel::Linear, Kernel::Cubic, Kernel::CatmullRom] {
             let ramp = field([26; 3], Blend::Composite, kernel, |p| slope.dot(p) + 3.0);
-            assert_gradient(&ramp.with_gradient(Some(GradientEstimator::Sobel)), |_| slope, 3.0, ROUNDING);
+            assert_gradient(&ramp.with_gradient(GradientEstimator::Sobel), |_| slope, 3.0, ROUNDING);
         }
         let single = |p: DVec3| if p == DVec3::splat(5.0) { 32.0 } else { 0.0 };
-        let sobel = field([11; 3], Blend::Composite, Kernel::Linear, single).with_gradient(Some(GradientEstimator::Sobel));
+        let sobel = field([11; 3], Blend::Composite, Kernel::Linear, single).with_gradient(GradientEstimator::Sobel);
         let along_x = |p: [f64; 3]| sobel.gradient(DVec3::from_array(p)).x;
         assert_eq!([along_x([4.0, 5.0, 5.0]), along_x([4.0, 6.0, 5.0]), along_x([4.0, 6.0, 4.0])], [4.0, 2.0, 1.0]);
         assert_eq!([along_x([5.0, 5.0, 5.0]), along_x([6.0, 5.0, 5.0]), along_x([4.0, 7.0, 5.0])], [0.0, -4.0, 0.0]);

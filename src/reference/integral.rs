@@ -68,11 +68,11 @@ impl<'a> Integral<'a> {
 
     /// Uses another reconstruction kernel, with the gradients that fit it most closely.
     pub fn with_kernel(self, kernel: Kernel) -> Self {
-        self.with_gradient(kernel, None)
+        self.with_gradient(kernel, GradientEstimator::for_kernel(kernel))
     }
 
-    /// Uses another reconstruction kernel, and estimates gradients in another way if one is given.
-    pub fn with_gradient(self, kernel: Kernel, gradient: Option<GradientEstimator>) -> Self {
+    /// Uses another reconstruction kernel, and estimates gradients in another way.
+    pub fn with_gradient(self, kernel: Kernel, gradient: GradientEstimator) -> Self {
         let field = Field::new(self.volume, self.transfer, Blend::Composite, kernel).with_gradient(gradient);
         Self { integrand: Box::new(field), ..self }
     }

@@ -50,7 +50,7 @@ impl<'a> Layered<'a> {
             Classification::Post(_) => Kernel::Cubic,
             Classification::Preintegrated { kernel, .. } => kernel,
         };
-        let field = Field::new(volume, transfer, settings.blend, kernel).with_gradient(settings.gradient);
+        let field = Field::new(volume, transfer, settings.blend, kernel).with_gradient(settings.gradient_estimator());
         let region = Region::new(volume, transfer, settings.blend, &settings.clipping, f64::from(kernel.radius()));
         Self { field, volume, transfer, settings, classification, region, in_parts: false }
     }

@@ -39,7 +39,7 @@ impl<'a> Marched<'a> {
             Algorithm::Slicing { step } => (Kernel::Linear, step),
             other => panic!("{} does not march along rays", other.name()),
         };
-        let field = Field::new(volume, transfer, settings.blend, kernel).with_gradient(settings.gradient);
+        let field = Field::new(volume, transfer, settings.blend, kernel).with_gradient(settings.gradient_estimator());
         Self { field, step, volume, transfer, settings }
     }
 

@@ -1,5 +1,6 @@
 //! Ray clip region.
 
+use super::field::Field;
 use super::scene::{GradientVoxels, Scene};
 use crate::device::launch::structs::Clipping;
 use crate::device::launch::{BlendMode, Gradients, Rendering};
@@ -120,8 +121,11 @@ impl Region {
 
 fn rendering(scene: &Scene, kernel: Kernel, blend: BlendMode, clipped: bool) -> Rendering {
     let settings = scene.settings;
-    // Unlit pictures share the programs of one estimator.
-    let estimator = settings.chosen_gradient().unwrap_or(GradientEstimator::for_kernel(kernel));
+    // Unlit pictures share the programs of lit ones, unless these read further voxels.
+    let estimator = settings.needed_gradient().unwrap_or_else(|| {
+        let unused = settings.gradient_estimator();
+        if Field::has_separate_gradients(kernel, unused) { GradientEstimator::for_kernel(kernel) } else { unused }
+    });
     let gradients = Gradients { estimate: estimator.into(), voxels: None };
     let several_lights = settings.shading.is_some_and(|shading| shading.lights.as_slice().len() > 1);
     Rendering {

@@ -64,7 +64,7 @@ impl Scene<'_> {
 
     /// The voxels that gradients of a kernel's field are estimated from, for a layer axis. `input`: that of the kernel.
     pub fn gradient_voxels(&mut self, axis: Axis, kernel: Kernel, input: &Layout) -> Result<GradientVoxels, Error> {
-        let separate = match self.settings.chosen_gradient() {
+        let separate = match self.settings.needed_gradient() {
             Some(estimator) => self.field.gradient_layout(&mut self.kernels.field, self.device, axis, (kernel, estimator))?,
             None => None,
         };
@@ -127,7 +127,7 @@ impl Scene<'_> {
     /// z themselves.
     pub fn sample(&self, frame: AxisFrame, classification: ClassificationParams, segments: SegmentParams) -> SampleParams {
         let light = Lighting::new(self.settings, self.field, self.rays).params(frame);
-        SampleParams { field: self.field.params(self.settings.chosen_gradient(), frame), classification, light, segments }
+        SampleParams { field: self.field.params(self.settings.needed_gradient(), frame), classification, light, segments }
     }
 
     /// The parameters of single samples that are looked up in a table.

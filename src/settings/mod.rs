@@ -46,8 +46,9 @@ pub struct Settings {
     pub extinction: Extinction,
     /// Shading; `None` disables it. Default: on.
     pub shading: Option<Shading>,
-    /// Estimation of gradients for shading and gradient opacity. Default: [`GradientEstimator::for_kernel`]. Only layers that are classified
-    /// pre-integrated and ray casting support others.
+    /// Estimation of gradients for shading and gradient opacity. Default: `None`, which is [`GradientEstimator::Sobel`] for layers with
+    /// pre-integrated classification and [`GradientEstimator::for_kernel`] for ray casting. Splats, sheets and slices have central
+    /// differences only.
     pub gradient: Option<GradientEstimator>,
     /// Gradient opacity. Default: none.
     pub gradient_opacity: Option<GradientOpacity>,
@@ -116,9 +117,22 @@ impl Settings {
         self.depth_cue.filter(|cue| cue.strength > 0.0)
     }
 
-    /// The chosen estimator, if the frame needs gradients and one is chosen.
-    pub(crate) fn chosen_gradient(&self) -> Option<GradientEstimator> {
-        self.gradient.filter(|_| self.looks_at_gradients())
+    /// The estimator of gradients: the chosen one, or the default of the algorithm.
+    ///
+    /// Scans have terraces and noise, which the Sobel operator hides at the cost of central differences. The references that ray casting
+    /// draws keep the gradients that fit their kernel most closely.
+    pub fn gradient_estimator(&self) -> GradientEstimator {
+        self.gradient.unwrap_or(match self.algorithm {
+            Algorithm::Layered(Layered { classification: Classification::Preintegrated { .. }, .. }) => GradientEstimator::Sobel,
+            Algorithm::Raycast { kernel, .. } => GradientEstimator::for_kernel(kernel),
+            _ => GradientEstimator::Central,
+        })
+    }
+
+    /// The estimator of gradients, if the frame needs gradients.
+    pub(crate) fn needed_gradient(&self) -> Option<GradientEstimator> {
+        let is_needed = self.looks_at_gradients() && !self.blend.gathers_values();
+        is_needed.then(|| self.gradient_estimator())
     }
 
     /// Checks ranges and combinations.

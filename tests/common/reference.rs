@@ -200,7 +200,8 @@ impl Truth<'_> {
             Plan::Slicing(_) => Marched::new(volume, transfer, settings).render(camera, *size),
             // Ray casting replaces layers and slices where these cannot be rendered.
             Plan::Raycast(kernel, step) | Plan::CastValues(kernel, step) => {
-                let cast = Settings { algorithm: Algorithm::Raycast { kernel, step }, ..*settings };
+                let gradient = Some(settings.gradient_estimator());
+                let cast = Settings { algorithm: Algorithm::Raycast { kernel, step }, gradient, ..*settings };
                 Marched::new(volume, transfer, &cast).render(camera, *size)
             }
             ref other => panic!("no reference for {other}"),

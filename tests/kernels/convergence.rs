@@ -1,6 +1,7 @@
 //! Convergence of each kernel to its own integral, lit at every step.
 
 use crate::common::*;
+use crate::scene::closest;
 use layersplat::layers::Kernel;
 use layersplat::reference::Integral;
 use layersplat::settings::{Classification, Evaluation, Layered, Shading};
@@ -35,7 +36,7 @@ fn more_samples_per_layer_approach_the_kernels_own_integral() {
             let found = |samples_per_layer| {
                 let classification = Classification::Preintegrated { kernel, samples_per_layer };
                 let layered = Layered { evaluation: Evaluation::Direct, classification, ..Layered::default() };
-                let settings = Settings { algorithm: layered.into(), early_termination: false, ..Settings::default() };
+                let settings = Settings { early_termination: false, ..closest(layered.into(), Some(Shading::default())) };
                 render(&volume, &transfer, &camera, size, &settings)
             };
             let mut last: f64 = 0.0;

@@ -59,7 +59,7 @@ const HALVED: [(&str, Reached); 2] = [
     ),
 ];
 /// Tolerance of PSNR, as in fidelity.rs.
-const MARGIN: f64 = 1.0;
+pub const MARGIN: f64 = 1.0;
 
 /// Least gain of Catmull-Rom and the B-spline over the paper's cubic, lit in `high`, on the signal. On data sets, half-resolution versions
 /// have lost detail that no kernel restores: on colin27, ray casting gains 1.9 and 2.2 dB, and `high` approaches these integrals as far
@@ -73,7 +73,7 @@ const NEAR_ITS_INTEGRAL: f64 = 0.5;
 const LEAST_TRUTH: f64 = 50.0;
 /// Every n-th pixel is compared; a prime.
 const EVERY: usize = 211;
-const LIT: [Option<Shading>; 2] =
+pub const LIT: [Option<Shading>; 2] =
     [None, Some(Shading { ambient: 0.2, diffuse: 0.7, specular: 0.3, power: 20.0, lights: Lights::AT_CAMERA })];
 
 fn psnr(a: &Frame, b: &Frame) -> f64 {

@@ -6,4 +6,5 @@ mod common;
 mod convergence;
 mod device;
 mod fidelity;
+mod gradients;
 mod scene;

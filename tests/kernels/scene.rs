@@ -5,7 +5,7 @@ use glam::DVec3;
 use layersplat::reference::Integral;
 use layersplat::settings::{Algorithm, Clipping, CropBox, Shading};
 use layersplat::volume::{Grid, Voxels};
-use layersplat::{Camera, Frame, Orbit, Projection, Settings, TransferFunction, Viewport, Volume};
+use layersplat::{Camera, Frame, GradientEstimator, Orbit, Projection, Settings, TransferFunction, Viewport, Volume};
 use std::f64::consts::PI;
 
 /// A volume, its view, and a crop box that hides boundaries, where kernels read missing voxels.
@@ -20,9 +20,14 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Renders the scene.
+    /// Renders the scene, with the gradients that fit the kernel most closely.
     pub fn render(&self, algorithm: Algorithm, shading: Option<Shading>) -> Frame {
-        self.render_from(&self.camera, algorithm, shading)
+        self.render_with(&closest(algorithm, shading))
+    }
+
+    /// Renders the scene with other settings than its own clipping and unit distance.
+    pub fn render_with(&self, settings: &Settings) -> Frame {
+        self.render_from(&self.camera, settings)
     }
 
     /// Renders the scene with the camera shifted by half a voxel, which comparisons must detect.
@@ -30,12 +35,12 @@ impl Scene {
         let aside = self.volume.grid().spacing() * DVec3::splat(0.5);
         let Camera { position, focal_point, .. } = self.camera;
         let camera = Camera { position: position + aside, focal_point: focal_point + aside, ..self.camera };
-        self.render_from(&camera, algorithm, shading)
+        self.render_from(&camera, &closest(algorithm, shading))
     }
 
-    fn render_from(&self, camera: &Camera, algorithm: Algorithm, shading: Option<Shading>) -> Frame {
+    fn render_from(&self, camera: &Camera, settings: &Settings) -> Frame {
         let (clipping, unit_distance) = (self.clipping, Some(self.unit_distance));
-        let settings = Settings { algorithm, shading, clipping, unit_distance, ..Settings::default() };
+        let settings = Settings { clipping, unit_distance, ..*settings };
         render(&self.volume, &self.transfer, camera, self.size, &settings)
     }
 
@@ -45,6 +50,12 @@ impl Scene {
         (integral.shading, integral.clipping) = (shading, self.clipping);
         integral
     }
+}
+
+/// Settings with the gradients that fit the kernel most closely.
+pub fn closest(algorithm: Algorithm, shading: Option<Shading>) -> Settings {
+    let settings = Settings { shading, ..algorithm.into() };
+    Settings { gradient: Some(GradientEstimator::for_kernel(kernel_of(&settings))), ..settings }
 }
 
 /// Visible part of Marschner and Lobb's signal per axis of −1 … 1: three voxels less than all of 41³, equal for all sizes.

@@ -33,7 +33,7 @@ pub(in crate::cli) struct QualityOptions {
     #[arg(long, value_name = "NAME")]
     extinction: Option<ExtinctionName>,
     /// Estimation of gradients: central (differences), sobel (smoothed, hides terraces and noise), gaussian:SIGMA (smoothed more, SIGMA 0.3 to
-    /// 2 voxels) or own (derivative of the kernel)
+    /// 2 voxels) or own (derivative of the kernel) [default: sobel for layers; central for splats; ray casting: own if the kernel has one]
     #[arg(long, value_name = "NAME")]
     gradient: Option<GradientEstimator>,
     /// Gradient shading

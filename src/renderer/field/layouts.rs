@@ -102,6 +102,11 @@ impl Field {
         self.weighted_layout(kernels, device, axis, Weighted::for_kernel(kernel))
     }
 
+    /// Whether gradients are estimated from other voxels than those that are the input of the kernel.
+    pub fn has_separate_gradients(kernel: Kernel, estimator: GradientEstimator) -> bool {
+        Weighted::for_gradients(kernel, estimator).is_some()
+    }
+
     /// Input of gradients for a layer axis, if it is not that of the kernel.
     pub fn gradient_layout(
         &self,

@@ -170,7 +170,7 @@ impl Engine {
             tables,
             tuning: self.device.tuning(),
             viewport,
-            gradient: settings.chosen_gradient(),
+            gradient: settings.needed_gradient(),
         })
     }
 

@@ -122,7 +122,7 @@ impl PartRenderer {
             Some(Classification::Preintegrated { kernel: Kernel::BSpline, .. }) => PREFILTER_RADIUS,
             _ => 0,
         };
-        2 + filtered.max(settings.chosen_gradient().map_or(0, GradientEstimator::smoothing_radius))
+        2 + filtered.max(settings.needed_gradient().map_or(0, GradientEstimator::smoothing_radius))
     }
 
     /// The layers that a part must hold to composite `layers` of a volume with `total` layers.

@@ -54,7 +54,7 @@ impl<'a> Needs<'a> {
         description: &'a Description,
         tables: &'a TableSizes<'a>,
     ) -> Self {
-        Self { lattice, layered, gradient: settings.chosen_gradient(), viewport, tuning, description, tables }
+        Self { lattice, layered, gradient: settings.needed_gradient(), viewport, tuning, description, tables }
     }
 
     /// Device memory with this number of layers held.

@@ -55,7 +55,7 @@ impl StreamedRenderer<'_> {
     pub(super) fn require_whole(&self, plan: &Plan, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
         let tables = TableSizes::new(&self.transfer, self.volume.description());
         let shape = FieldShape::new(self.volume.description(), self.grid.dims());
-        let gradient = settings.chosen_gradient();
+        let gradient = settings.needed_gradient();
         let declaring = Declaring { shape, tables: &tables, tuning: self.device.tuning(), viewport, gradient };
         let (needed, limits) =
             (Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes(), self.memory_limits());
