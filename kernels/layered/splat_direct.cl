@@ -7,6 +7,7 @@
 
 #include "layered/pixel_ray.cl"
 #include "layered/splat_sum.cl"
+#include "layered/splat_gradient.cl"
 #include "layered/visible_cells.cl"
 #include "shared/sample.cl"
 
@@ -59,6 +60,7 @@ struct SampleSource {
     __global const float2 *shears;
     int k;
     float u, v, s_u, s_v;
+    SmoothedGradients smoothed;
 };
 
 // Splat sum of layer k + dk, with the voxels shifted to the positions in layer k.
@@ -72,13 +74,18 @@ static inline Point sample_point(const struct SampleSource *s) {
 }
 
 static inline Gradient sample_gradient(const struct SampleSource *s) {
+#if SPLATS_GRADIENTS
     const Gradient gradient = {0.5f * (shifted_sum(s, 1.0f, 0.0f, 0) - shifted_sum(s, -1.0f, 0.0f, 0)),
                                0.5f * (shifted_sum(s, 0.0f, 1.0f, 0) - shifted_sum(s, 0.0f, -1.0f, 0)),
                                0.5f * (shifted_sum(s, 0.0f, 0.0f, 1) - shifted_sum(s, 0.0f, 0.0f, -1))};
     return gradient;
+#else
+    return smoothed_gradient(&s->smoothed, sample_point(s));
+#endif
 }
 
-__kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *visible_x, __global const uchar *visible_y,
+__kernel void splat_direct(__global const VOXEL *voxels, __global const GRADIENT_VOXEL *gradient_voxels,
+                           VolumeView gradient_view_of_z, __global const uchar *visible_x, __global const uchar *visible_y,
                            __global const uchar *visible_z, __global const float4 *table, __global const float4 *slabs,
                            __global const uchar *images, __global const float2 *shears, DirectParams p, SampleParams sample_of_z,
                            Clipping clip, int width, int height, __global float4 *frame, __global uint *active_samples) {
@@ -89,6 +96,8 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *v
     const PixelRay ray = make_pixel_ray(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample_of_z, &sample);
     const VolumeView view = ray.view;
     voxels += view.first;
+    const VolumeView gradient_view = permuted_view(&gradient_view_of_z, ray.axis);
+    const GradientSource gradients = GRADIENT_SOURCE;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
     const float s_u = ray.s_u, s_v = ray.s_v;
     const int layer_step = ray.layer_step;
@@ -129,7 +138,8 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const uchar *v
         sums_layer = k;
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
-        const struct SampleSource source = {voxels, &view, images, shears, k, u, v, s_u, s_v};
+        const struct SampleSource source = {voxels, &view, images, shears, k, u, v, s_u, s_v,
+                                             SMOOTHED_GRADIENTS(&gradients, &sample)};
         accumulate_layer(&sample, slabs, first, count, table, before, own, after, &layer_span, &source, &gathered, &active);
         if (!any_open(&sample, &gathered))
             break;

@@ -8,6 +8,7 @@
 // the cache. lattice[(j*per_voxel_v + q)*width + i*per_voxel_u + p] = RGBA.
 
 #include "layered/splat_stencil.cl"
+#include "layered/splat_gradient.cl"
 #include "layered/visible_layers.cl"
 #include "shared/sample.cl"
 #include "shared/bit_sets.cl"
@@ -51,15 +52,20 @@ static inline void ensure_rows(__global const VOXEL *voxels, const VolumeView *v
 struct SampleSource {
     const float *own, *along_u, *across;
     Point point;
+    SmoothedGradients smoothed;
 };
 
 static inline Point sample_point(const struct SampleSource *s) { return s->point; }
 
 // Exactly the splatted central differences.
 static inline Gradient sample_gradient(const struct SampleSource *s) {
+#if SPLATS_GRADIENTS
     const Gradient gradient = {0.5f * LOADV(s->along_u), 0.5f * (LOADV(s->own + TILE_COLUMNS) - LOADV(s->own - TILE_COLUMNS)),
                                0.5f * LOADV(s->across)};
     return gradient;
+#else
+    return smoothed_gradient(&s->smoothed, s->point);
+#endif
 }
 
 // Positions of VW samples of a tile in layer k, starting at (column, row) of the tile.
@@ -102,8 +108,8 @@ static inline size_t lattice_index(const SplatLatticeParams *p, int phase_u, int
     return ((size_t)row * p->per_voxel_v + phase_v) * (p->columns_u * p->per_voxel_u) + (size_t)column * p->per_voxel_u + phase_u;
 }
 
-__kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __global const LayerOffset *offsets_u,
-                            __global const LayerOffset *offsets_v, __global const float *weights,
+__kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
+                            VolumeView gradient_view, __global const LayerOffset *offsets_u, __global const LayerOffset *offsets_v, __global const float *weights,
                             __global const uchar *visible, __global const float4 *table, __global const float4 *slabs,
                             SplatLatticeParams p, SampleParams sample, Clipping clip, __global float4 *lattice,
                             __global uint *active_samples) {
@@ -111,6 +117,7 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     if (id >= p.per_voxel_u * p.per_voxel_v * p.tiles_u * p.tiles_v)
         return;
     voxels += view.first;
+    const GradientSource gradients = GRADIENT_SOURCE;
     const int tile = id;
     const int phase_u = id % p.per_voxel_u;
     id /= p.per_voxel_u;
@@ -147,7 +154,7 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #else
     const realv sample_length = 0.0f; // included in the table
 #endif
-    const int border = GATHERS_VALUES ? 0 : sample.light.shading, layers = view.dims_a + 2;
+    const int border = GATHERS_VALUES || !SPLATS_GRADIENTS ? 0 : sample.light.shading, layers = view.dims_a + 2;
     // Offsets begin with layer -1.
     const float2 crossing = (float2)(offsets_u[phase_u].base + column, offsets_v[phase_v].base + row) +
                             (float2)(offsets_u[phase_u].fraction, offsets_v[phase_v].fraction);
@@ -201,7 +208,8 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #endif
                 const int at = r * TILE_COLUMNS + c * VW;
                 const Point point = phase_points(&view, &p, &place, c * VW, r, k);
-                const struct SampleSource source = {SUM_ROW(own, r) + c * VW, along_u + at, across + at, point};
+                const struct SampleSource source = {SUM_ROW(own, r) + c * VW, along_u + at, across + at, point,
+                                                    SMOOTHED_GRADIENTS(&gradients, &sample)};
                 accumulate_slabs(&sample, slabs, first, count, table, LOADV(SUM_ROW(before, r) + c * VW), LOADV(source.own),
                                  LOADV(SUM_ROW(after, r) + c * VW), &layer_span, &source, &gathered[r * TILE_VECTORS + c], &active[c]);
             }

@@ -6,6 +6,7 @@
 // two of these. One work-item per tile of VW x TILE_ROWS samples, id = tile_v*tiles_u + tile_u. lattice[J*width + I] = RGBA.
 
 #include "layered/ray_lattice.cl"
+#include "layered/splat_gradient.cl"
 #include "layered/visible_layers.cl"
 #include "shared/sample.cl"
 #include "shared/volume.cl"
@@ -17,7 +18,7 @@
 #define NODES 8
 // Voxels around the one below a sample, for |s| <= 2 and a central difference: -3 ... 4.
 #define TAPS 8
-#define FIRST_TAP (-3)
+#define FIRST_SPLATTED (-3)
 // Ring of resampled rows: a power of two, at least the rows that one lattice row needs.
 #define RING 8
 // Voxels under the columns of a tile: at most 7 per sample (ensured by the plan), and the taps; a multiple of VW.
@@ -40,11 +41,11 @@ static inline Columns place_columns(realv u, realv shear, __global const float2 
     Columns columns;
     const realv below = floor(u);
     const float *ends = (const float *)&below;
-    columns.first = convert_int(fmin(ends[0], ends[VW - 1])) + FIRST_TAP;
-    columns.offset = CONVERT_INTV(below) + (FIRST_TAP - columns.first);
+    columns.first = convert_int(fmin(ends[0], ends[VW - 1])) + FIRST_SPLATTED;
+    columns.offset = CONVERT_INTV(below) + (FIRST_SPLATTED - columns.first);
     for (int q = 0; q < NODES; q++)
         for (int a = 0; a < TAPS - 2; a++) {
-            const realv x = fmin(fabs(u - below + shear * nodes[q].x - (float)(a + FIRST_TAP + 1)), (realv)(1.0f));
+            const realv x = fmin(fabs(u - below + shear * nodes[q].x - (float)(a + FIRST_SPLATTED + 1)), (realv)(1.0f));
             columns.weight[q][a] = 1.0f - SMOOTHSTEP(x);
         }
     return columns;
@@ -129,21 +130,30 @@ static inline void splat_layer(__global const VOXEL *voxels, const VolumeView *v
 
 struct SampleSource {
     Point point;
-    Gradient gradient;
+    Gradient splatted;
+    SmoothedGradients smoothed;
 };
 
 static inline Point sample_point(const struct SampleSource *s) { return s->point; }
 
-static inline Gradient sample_gradient(const struct SampleSource *s) { return s->gradient; }
+static inline Gradient sample_gradient(const struct SampleSource *s) {
+#if SPLATS_GRADIENTS
+    return s->splatted;
+#else
+    return smoothed_gradient(&s->smoothed, s->point);
+#endif
+}
 
-__kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, __global const float2 *nodes,
-                                __global const uchar *visible, __global const float4 *table,
+__kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
+                                VolumeView gradient_view, __global const float2 *nodes, __global const uchar *visible,
+                                __global const float4 *table,
                                 __global const float4 *slabs, RayLatticeParams p, SampleParams sample, Clipping clip,
                                 __global float4 *lattice, __global uint *active_samples) {
     const int tile = get_global_id(0);
     if (tile >= p.tiles_u * p.tiles_v)
         return;
     voxels += view.first;
+    const GradientSource gradients = GRADIENT_SOURCE;
     const int column = tile % p.tiles_u * VW, row = tile / p.tiles_u * TILE_ROWS;
     const int tile_rows = min(TILE_ROWS, p.height - row), columns = min(VW, p.width - column);
     const Beam beam = make_beam(&p, column, row, columns, tile_rows);
@@ -166,7 +176,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
         intervals[r] = clip_sample_rays(&p, &clip, &rays);
 #endif
     }
-    const int shading = GATHERS_VALUES ? 0 : sample.light.shading;
+    const int splats_gradients = GATHERS_VALUES || !SPLATS_GRADIENTS ? 0 : sample.light.shading;
     intv active = 0;
     const int layers = view.dims_a + 2;
     bool finished = p.continues;
@@ -187,10 +197,10 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
             if (sums_layer[slot(j)] == j)
                 continue;
             sums_layer[slot(j)] = j;
-            splat_layer(voxels, &view, &p, nodes, centre_u, shear_u, row, tile_rows, j, false, shading,
+            splat_layer(voxels, &view, &p, nodes, centre_u, shear_u, row, tile_rows, j, false, splats_gradients,
                         &ring, &sums[slot(j)]);
         }
-        if (shading)
+        if (splats_gradients)
             splat_layer(voxels, &view, &p, nodes, centre_u, shear_u, row, tile_rows, k, true, 0, &ring, &across);
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
@@ -206,7 +216,8 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
 #endif
             const struct SampleSource source = {
                 {rays.centre_u + depth * rays.shear_u, rays.centre_v + depth * rays.shear_v, (realv)(k)},
-                {own->u[r], own->v[r], 0.5f * across.sum[r]}};
+                {own->u[r], own->v[r], 0.5f * across.sum[r]},
+                SMOOTHED_GRADIENTS(&gradients, &sample)};
             accumulate_layer(&sample, slabs, first, count, table, before->sum[r], own->sum[r], after->sum[r], &layer_span, &source,
                              &gathered[r], &active);
             finished = finished && !any_open_lanes(&sample, &gathered[r], columns);

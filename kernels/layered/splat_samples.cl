@@ -7,6 +7,7 @@
 // True of all layouts that lattices are rendered from.
 #define ROWS_ALONG_U
 #include "layered/splat_sum.cl"
+#include "layered/splat_gradient.cl"
 #include "layered/visible_group.cl"
 #include "shared/sample.cl"
 
@@ -16,6 +17,7 @@ struct SampleSource {
     const VolumeView *view;
     float u, v, shear_u, shear_v;
     int k;
+    SmoothedGradients smoothed;
 };
 
 // The splat sum at (u, v) of layer k, for the shear of the ray.
@@ -30,6 +32,7 @@ static inline Point sample_point(const struct SampleSource *s) {
 
 // The splatted central differences. One sum in a loop instead of six, which takes fewer registers.
 static inline Gradient sample_gradient(const struct SampleSource *s) {
+#if SPLATS_GRADIENTS
     float along_u = 0.0f, along_v = 0.0f, along_a = 0.0f;
 #pragma unroll 1
     for (int n = 0; n < 6; n++) {
@@ -43,6 +46,9 @@ static inline Gradient sample_gradient(const struct SampleSource *s) {
     }
     const Gradient gradient = {along_u, along_v, along_a};
     return gradient;
+#else
+    return smoothed_gradient(&s->smoothed, sample_point(s));
+#endif
 }
 
 static inline bool is_visible_to_beam(__global const uchar *visible, const RayLatticeParams *p, const VolumeView *view, const Beam *beam,
@@ -54,7 +60,7 @@ static inline bool is_visible_to_beam(__global const uchar *visible, const RayLa
 
 // Renders the sample at a column and row. `layers` has a bit for each of `count` layers, starting with `first`. Returns the number of
 // sub-layers with opacity.
-ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, __global const float4 *table,
+ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients, __global const float4 *table,
                                __global const float4 *slabs, const RayLatticeParams *p, const SampleParams *sample, const Clipping *clip,
                                __local const uint *layers, int first, int count, int column, int row, __global float4 *out) {
     const SampleRays rays = sample_rays(p, column, row);
@@ -65,7 +71,8 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 #endif
     LayerSpan layer_span;
     layer_span.dt = length_per_layer(sample, &rays);
-    struct SampleSource source = {voxels, view, 0.0f, 0.0f, rays.shear_u, rays.shear_v, 0};
+    struct SampleSource source = {voxels, view, 0.0f, 0.0f, rays.shear_u, rays.shear_v, 0,
+                                  SMOOTHED_GRADIENTS(gradients, sample)};
     const int step = p->layer_step;
     float before = 0.0f, own = 0.0f, after = 0.0f;
     int sums_layer = INT_MIN; // layer of the current sums
@@ -102,7 +109,8 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 }
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
-__kernel void splat_samples(__global const VOXEL *voxels, VolumeView view, __global const uchar *visible,
+__kernel void splat_samples(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
+                            VolumeView gradient_view, __global const uchar *visible,
                             __global const float4 *table, __global const float4 *slabs, RayLatticeParams p, SampleParams sample,
                             Clipping clip, __global float4 *lattice, __global uint *active_samples) {
     __local uint active, layers[WORDS_LOOKED_UP];
@@ -113,8 +121,10 @@ __kernel void splat_samples(__global const VOXEL *voxels, VolumeView view, __glo
     find_visible(visible, &p, &view, tile, first, count, layers);
     const int2 place = work_item_sample(tile, p.tiles_u);
     uint own = 0;
+    voxels += view.first;
+    const GradientSource gradients = GRADIENT_SOURCE;
     if (place.x < p.width && place.y < p.height)
-        own = draw_sample(voxels + view.first, &view, table, slabs, &p, &sample, &clip, layers, first, count, place.x, place.y,
+        own = draw_sample(voxels, &view, &gradients, table, slabs, &p, &sample, &clip, layers, first, count, place.x, place.y,
                           lattice + (size_t)place.y * p.width + place.x);
     count_tile(own, &active, active_samples + tile);
 }

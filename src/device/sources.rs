@@ -25,6 +25,7 @@ kernel_files!(
     "layered/ray_lattice.cl",
     "layered/sample_tile.cl",
     "layered/splat_direct.cl",
+    "layered/splat_gradient.cl",
     "layered/splat_lattice.cl",
     "layered/splat_perspective.cl",
     "layered/splat_samples.cl",

@@ -75,6 +75,11 @@ impl Field {
         Self { gradient, gradient_voxels, ..self }
     }
 
+    /// Whether gradients are estimated at the voxels and interpolated.
+    pub fn has_gradients_at_voxels(&self) -> bool {
+        self.gradient.is_at_voxels(self.kernel)
+    }
+
     /// Whether gradients are the derivative of the field.
     pub fn has_own_gradients(&self) -> bool {
         self.gradient == GradientEstimator::Own
@@ -143,7 +148,7 @@ impl Field {
 
     /// Gradient per voxel: slopes along each axis, weights across it.
     pub fn gradient(&self, p: DVec3) -> DVec3 {
-        if self.gradient.is_at_voxels(self.kernel) {
+        if self.has_gradients_at_voxels() {
             return self.gradient_at_voxels(p);
         }
         let [x, y, z] = &p.to_array().map(|x| Taps::weights(self.kernel, x));

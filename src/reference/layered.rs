@@ -171,9 +171,15 @@ impl<'a> Layered<'a> {
         sum
     }
 
-    /// Gradient per voxel: splatted central differences.
+    /// Gradient per voxel: splatted central differences, or smoothed ones at the voxels of the layer, interpolated.
     fn gradient(&self, crossing: &Crossing, k: i64) -> DVec3 {
         let p = crossing.at(k as f64);
+        if self.field.has_gradients_at_voxels() {
+            let mut place = [0.0; 3];
+            let frame = crossing.axis.frame();
+            (place[frame.u], place[frame.v], place[frame.a]) = (p.x, p.y, k as f64);
+            return self.field.gradient(DVec3::from_array(place));
+        }
         DVec3::from_array(std::array::from_fn(|along| {
             self.splat(crossing, k, p, |field, voxel| {
                 let (mut next, mut last) = (voxel, voxel);

@@ -47,8 +47,8 @@ pub struct Settings {
     /// Shading; `None` disables it. Default: on.
     pub shading: Option<Shading>,
     /// Estimation of gradients for shading and gradient opacity. Default: `None`, which is [`GradientEstimator::Sobel`] for layers with
-    /// pre-integrated classification and [`GradientEstimator::for_kernel`] for ray casting. Splats, sheets and slices have central
-    /// differences only.
+    /// pre-integrated classification and [`GradientEstimator::for_kernel`] for ray casting. Others have
+    /// central differences; sheets and slices no others.
     pub gradient: Option<GradientEstimator>,
     /// Gradient opacity. Default: none.
     pub gradient_opacity: Option<GradientOpacity>,
@@ -162,6 +162,7 @@ impl Settings {
         gradient.check().map_err(|problem| Error::Settings { field: "gradient", problem })?;
         let kernel = match self.algorithm {
             Algorithm::Layered(Layered { classification: Classification::Preintegrated { kernel, .. }, .. }) => Some(kernel),
+            Algorithm::Layered(_) => Some(Kernel::Cubic),
             Algorithm::Raycast { kernel, .. } => Some(kernel),
             _ => None,
         };
@@ -171,7 +172,7 @@ impl Settings {
                 format!("gradients of the {} kernel cannot be estimated by {}: {}", kernel.name(), gradient, estimators(kernel))
             }
             None if gradient == GradientEstimator::Central => return Ok(()),
-            None => "splats, sheets and slices have central differences: choose central, or omit it".into(),
+            None => "sheets and slices have central differences: choose central, or omit it".into(),
         };
         Err(Error::Settings { field: "gradient", problem })
     }

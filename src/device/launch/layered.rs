@@ -155,8 +155,13 @@ impl Launch for PointDirect {
     }
 }
 
+/// Footprints are integrals of the cubic.
+fn splats(defines: Defines, voxels: VoxelKind, rendering: Rendering) -> Defines {
+    defines.with_voxels(voxels).with_kernel(Kernel::Cubic).with_rendering(rendering)
+}
+
 fn splat_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> Defines {
-    Defines::new(tuning.vector_width).with_voxels(voxels).with_rendering(rendering).with("TILE_ROWS", tuning.tile_rows)
+    splats(Defines::new(tuning.vector_width), voxels, rendering).with("TILE_ROWS", tuning.tile_rows)
 }
 
 kernel! {
@@ -165,6 +170,9 @@ kernel! {
     SplatLatticeArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
+        /// As for [`PointLattice`].
+        gradient_voxels: &'a VoxelBuffer,
+        gradient_view: VolumeView,
         offsets_u: &'a Buffer<LayerOffset>,
         offsets_v: &'a Buffer<LayerOffset>,
         weights: &'a Buffer<f32>,
@@ -203,6 +211,9 @@ kernel! {
     SplatPerspectiveArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
+        /// As for [`PointLattice`].
+        gradient_voxels: &'a VoxelBuffer,
+        gradient_view: VolumeView,
         /// (z, weight) of the eight quadrature nodes.
         nodes: &'a Buffer<[f32; 2]>,
         visible: &'a Buffer<u8>,
@@ -238,6 +249,9 @@ kernel! {
     SplatSamplesArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
+        /// As for [`PointLattice`].
+        gradient_voxels: &'a VoxelBuffer,
+        gradient_view: VolumeView,
         visible: &'a Buffer<u8>,
         /// (r, g, b, τ) per value.
         table: &'a Buffer<Float4>,
@@ -257,7 +271,7 @@ impl Launch for SplatSamples {
     const ITEMS: Items = Items::Samples;
 
     fn defines(tuning: &Tuning, (voxels, rendering): Self::Variant) -> String {
-        Defines::new(1).with_voxels(voxels).with_rendering(rendering).with_if(true, "PER_RAY_STEP").with_sample_tile(tuning).0
+        splats(Defines::new(1), voxels, rendering).with_if(true, "PER_RAY_STEP").with_sample_tile(tuning).0
     }
 
     fn items(a: &SplatSamplesArguments, tuning: &Tuning) -> usize {
@@ -270,6 +284,9 @@ kernel! {
     SplatDirect = "layered/splat_direct.cl", splat_direct, "direct";
     SplatDirectArguments<'a> {
         voxels: &'a VoxelBuffer,
+        /// As for [`PointDirect`].
+        gradient_voxels: &'a VoxelBuffer,
+        gradient_view_of_z: VolumeView,
         /// For layer axes x, y, z. Only the buffers that `p.axis` needs are read.
         visible_x: &'a Buffer<u8>,
         visible_y: &'a Buffer<u8>,
@@ -298,12 +315,7 @@ impl Launch for SplatDirect {
     const ITEMS: Items = Items::Pixels;
 
     fn defines(_: &Tuning, (voxels, set, rendering): Self::Variant) -> String {
-        Defines::new(1)
-            .with_voxels(voxels)
-            .with_rendering(rendering)
-            .with_if(true, "PER_RAY_STEP")
-            .with_if(set, "FOOTPRINT_SET")
-            .0
+        splats(Defines::new(1), voxels, rendering).with_if(true, "PER_RAY_STEP").with_if(set, "FOOTPRINT_SET").0
     }
 
     fn items(a: &SplatDirectArguments, _: &Tuning) -> usize {

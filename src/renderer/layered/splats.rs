@@ -53,6 +53,7 @@ pub(in crate::renderer) fn declare_lattice(
     let tiles = Tiles::for_lattice(lattice, Classification::Post(correction), declaring.tuning);
     declare_target(lattice.samples(), tiles, resources);
     declaring.visibility(lattice.frame.layer_axis(), Kernel::Cubic, resources);
+    declaring.gradients(lattice.frame.layer_axis(), Kernel::Cubic, resources);
     declaring.table(Kernel::Cubic, resources);
     resources.host(&SUB_SLABS, slab_count(correction));
     match (schedule, lattice.phases) {
@@ -78,6 +79,7 @@ pub(in crate::renderer) fn declare_pixels(
 ) {
     declare_target(declaring.viewport.pixels(), Tiles::for_pixels(declaring.viewport), resources);
     layer_axes(axis).into_iter().for_each(|axis| declaring.visibility(axis, Kernel::Cubic, resources));
+    declaring.gradients(Axis::Z, Kernel::Cubic, resources);
     declaring.table(Kernel::Cubic, resources);
     resources.host(&SUB_SLABS, slab_count(correction));
     resources.frame(&NODES, 1);
@@ -165,12 +167,15 @@ impl SplatLayers {
         };
         let visible = scene.visible_blocks(axis, Kernel::Cubic)?;
         let layout = scene.layout(axis)?;
+        let gradients = scene.gradient_voxels(axis, Kernel::Cubic, &layout)?;
         self.lattice.launch(
             device,
-            (layout.voxels.kind(), region.rendering),
+            (layout.voxels.kind(), region.rendering_from(&gradients)),
             &SplatLatticeArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
+                gradient_voxels: &gradients.layout.voxels,
+                gradient_view: gradients.layout.view,
                 offsets_u,
                 offsets_v,
                 weights,
@@ -220,9 +225,11 @@ impl SplatLayers {
         let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(&slabs))?;
         let visible = scene.visible_blocks(axis, Kernel::Cubic)?;
         let layout = scene.layout(axis)?;
+        let gradients = scene.gradient_voxels(axis, Kernel::Cubic, &layout)?;
         let (voxels, view) = (&layout.voxels, layout.view);
+        let (gradient_voxels, gradient_view) = (&gradients.layout.voxels, gradients.layout.view);
         let p = lattice_params(lattice, range, tiles, visible.blocks, settings.culling);
-        let variant = (voxels.kind(), region.rendering);
+        let variant = (voxels.kind(), region.rendering_from(&gradients));
         let (visible, table, clip) = (&visible.flags, &table.entries, region.for_kernels(lattice.frame));
         match device.tuning().lattice_schedule {
             LatticeSchedule::Tiles => {
@@ -232,6 +239,8 @@ impl SplatLayers {
                 let arguments = SplatPerspectiveArguments {
                     voxels,
                     view,
+                    gradient_voxels,
+                    gradient_view,
                     nodes,
                     visible,
                     table,
@@ -247,7 +256,7 @@ impl SplatLayers {
             LatticeSchedule::Samples => {
                 let lattice = samples;
                 let arguments =
-                    SplatSamplesArguments { voxels, view, visible, table, slabs, p, sample, clip, lattice, active_samples };
+                    SplatSamplesArguments { voxels, view, gradient_voxels, gradient_view, visible, table, slabs, p, sample, clip, lattice, active_samples };
                 self.samples.launch(device, variant, &arguments)
             }
         }
@@ -280,12 +289,15 @@ impl SplatLayers {
         let region = Region::new(scene, Kernel::Cubic, 1);
         let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(&slabs))?;
         let layout = scene.layout(Axis::Z)?;
+        let gradients = scene.gradient_voxels(Axis::Z, Kernel::Cubic, &layout)?;
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::for_pixels(viewport));
         self.direct.launch(
             device,
-            (layout.voxels.kind(), set, region.rendering),
+            (layout.voxels.kind(), set, region.rendering_from(&gradients)),
             &SplatDirectArguments {
                 voxels: &layout.voxels,
+                gradient_voxels: &gradients.layout.voxels,
+                gradient_view_of_z: gradients.layout.view,
                 visible_x: &visible[0].flags,
                 visible_y: &visible[1].flags,
                 visible_z: &visible[2].flags,
