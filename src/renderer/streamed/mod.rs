@@ -19,7 +19,7 @@ use super::{PartRenderer, Renderer, UploadedVolume};
 use crate::camera::Camera;
 use crate::device::{Cancel, Device, DeviceKind, Limits};
 use crate::error::Error;
-use crate::image::{Depths, Frame};
+use crate::image::Frame;
 use crate::layers::{Lattice, Rays};
 use crate::memory;
 use crate::settings::{Layered, Settings};
@@ -158,7 +158,7 @@ impl<'v> StreamedRenderer<'v> {
         let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
         match self.streamed(plan, rays, viewport, seen)? {
             Ok(streamed) => Ok(Some(streamed.summary)),
-            Err(whole) => self.require_whole(&whole, viewport, settings).map(|()| None),
+            Err(whole) => self.require_whole("this view", &whole, viewport, settings).map(|()| None),
         }
     }
 
@@ -186,44 +186,22 @@ impl<'v> StreamedRenderer<'v> {
         let others = self.others();
         let in_parts = match &streamed {
             Ok(streamed) => !streamed.holds_all(),
-            Err(whole) => self.require_whole(whole, viewport, settings).map(|()| false)?,
+            Err(whole) => self.require_whole("this view", whole, viewport, settings).map(|()| false)?,
         };
         // Cached data of earlier frames may leave too little memory: retry without them.
         let rendered = match if in_parts { None } else { Some(self.render_whole(camera, viewport, settings, jitter)) } {
-            Some(Err(Error::MemoryBudget { .. } | Error::OutOfDeviceMemory { .. })) | None => {
+            Some(Ok(rendered)) => Ok(rendered),
+            Some(Err(error)) if !error.is_lack_of_device_memory() => Err(error),
+            _ => {
                 self.kept = None;
                 match &streamed {
                     Ok(streamed) => self.draw(streamed, viewport),
                     Err(_) => self.render_whole(camera, viewport, settings, jitter),
                 }
             }
-            Some(rendered) => rendered,
         };
         self.own = self.device.taken_bytes().saturating_sub(others);
         rendered
-    }
-
-    /// Depths of the visible surfaces of a picture, as [`Renderer::depths`](super::Renderer::depths).
-    ///
-    /// # Errors
-    /// If not all voxels fit on the device, because rays need all of them.
-    pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
-        let others = self.others();
-        let found = self.whole_renderer().and_then(|mut renderer| {
-            let depths = renderer.depths(camera, viewport, settings);
-            self.kept = Some(renderer);
-            depths
-        });
-        self.own = self.device.taken_bytes().saturating_sub(others);
-        found.map_err(|error| match error {
-            Error::MemoryBudget { what, needed, taken, budget } => Error::MemoryBudget {
-                what: format!("a depth picture, which needs the whole volume ({what}),"),
-                needed,
-                taken,
-                budget,
-            },
-            other => other,
-        })
     }
 
     /// Divides the lattices of a plan into parts; returns the plan itself if it has no lattices.
