@@ -8,7 +8,8 @@ pub use plan::{StreamPlan, StreamedLattice};
 
 use super::accumulation::Jitter;
 use super::classification::TableSizes;
-use super::frame::{Engine, Frame as Declared, Mode, Stage, Step};
+use super::field::FieldShape;
+use super::frame::{Declaring, Engine, Frame as Declared, Mode, Stage, Step};
 use super::picture::{Finished, Share};
 use super::plan::Plan;
 use super::range::LayerRange;
@@ -281,7 +282,11 @@ impl<'v> StreamedRenderer<'v> {
             steps.push(Step::Layers { lattice, layered: *layered, range });
         }
         steps.push(Step::Warp { lattice, share: Share { share: *share, added: n > 0 } });
-        engine.declaring(viewport, settings, |declaring| Stage::new(steps, false, declaring))
+        // The voxels on the device are those of the first part, which need not be the largest.
+        let mut dims = self.grid.dims();
+        dims[lattice.frame.a] = parts.held;
+        let shape = FieldShape::new(self.volume.description(), dims);
+        engine.declaring(viewport, settings, |declaring| Stage::new(steps, false, &Declaring { shape, ..*declaring }))
     }
 
     /// An engine that holds the first part of the first lattice, with capacity for the others; or all voxels, if each lattice has
