@@ -1,16 +1,16 @@
 //! The distributed renderer.
 
+mod frames;
 mod volume_renderer;
 
 use super::compose::Composer;
 use super::exchange::{Boxes, Exchanged};
 use super::group::Group;
-use super::report::{DistributedReport, Totals};
+use super::report::DistributedReport;
 use super::{Brick, partition, work};
 use crate::camera::Camera;
 use crate::device::{Cancel, Device};
 use crate::error::Error;
-use crate::image::Frame;
 use crate::layers::Axis;
 use crate::memory;
 use crate::renderer::{DeviceVoxels, LatticeView, PartRenderer, Shares, UploadedVolume};
@@ -20,7 +20,7 @@ use crate::viewport::Viewport;
 use crate::volume::{Description, Volume, VolumePart, VoxelBox};
 use opencl3::event::Event;
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Tolerated work of the busiest rank, relative to a balanced partition, before voxels are redistributed.
 const MAX_IMBALANCE: f64 = 1.2;
@@ -199,59 +199,6 @@ impl<'v> Renderer<'v> {
         self.group.agree(result)
     }
 
-    /// Renders a frame of premultiplied floats without a background. Rank 0 receives it; other ranks get `None`.
-    ///
-    /// # Errors
-    /// Views without a lattice; errors of any process.
-    pub fn render(
-        &mut self,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<(Option<Frame>, DistributedReport), Error> {
-        let views = self.group.agree(LatticeView::all(self.description(), camera, viewport, settings))?;
-        let read_bytes = match &self.source {
-            Source::Host(volume) => volume.read_bytes(),
-            Source::Device(_) => 0,
-        };
-        let mut totals = Totals { read_bytes, ..Totals::default() };
-        let (mut composed, mut compose_ms) = (Vec::new(), 0.0);
-        self.shares.begin();
-        for (view, share) in &views {
-            let exchanged = self.hold(view, settings)?;
-            totals.exchanged.sent_bytes += exchanged.sent_bytes;
-            totals.exchanged.received_bytes += exchanged.received_bytes;
-            let (longest, cancel) = (self.longest, self.cancel.clone());
-            self.renderers().for_each(|renderer| {
-                renderer.limit(longest);
-                renderer.set_cancel(cancel.clone());
-            });
-            let Self { group, composer, partitions, shares, .. } = self;
-            let partition = partitions[view.axis().index()].as_mut().expect("`hold` has set it");
-            let (layers, started) = (partition.ranges[group.rank()].clone(), Instant::now());
-            let samples = partition.raw(view);
-            totals.layers += layers.len();
-            totals.render_ms += milliseconds(started);
-            let mut samples = group.agree(samples)?;
-            let started = Instant::now();
-            composed.push(composer.compose(group, view, !layers.is_empty(), &mut samples));
-            compose_ms += milliseconds(started);
-            let added = if group.leads() { shares.add(partition.renderer(), view, *share, &samples) } else { Ok(()) };
-            group.agree(added)?;
-        }
-        let (first, _) = &views[0];
-        // The voxels of earlier axes may have been released.
-        let Self { group, partitions, shares, .. } = self;
-        let last =
-            views.last().and_then(|(view, _)| partitions[view.axis().index()].as_mut()).expect("the last view was rendered");
-        let frame = group.leads().then(|| shares.frame(last.renderer(), first)).transpose();
-        let frame = self.group.agree(frame)?;
-        let axes = views.iter().map(|(view, _)| view.axis()).collect();
-        let report = DistributedReport { lattice: first.report(), axes, ranks: totals.gather(&self.group), composed, compose_ms };
-        self.last_report = Some(report.clone());
-        Ok((frame, report))
-    }
-
     /// All renderers that hold voxels on this rank.
     fn renderers(&mut self) -> impl Iterator<Item = &mut PartRenderer> {
         self.partitions.iter_mut().flatten().flat_map(|partition| partition.slabs.iter_mut().map(|(_, renderer)| renderer))
@@ -367,8 +314,4 @@ pub(crate) fn check_view(
     settings: &Settings,
 ) -> Result<(), Error> {
     LatticeView::all(description, camera, viewport, settings).map(drop)
-}
-
-fn milliseconds(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
 }

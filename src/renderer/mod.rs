@@ -36,6 +36,8 @@ mod warm_up;
 mod world;
 
 pub use accumulation::Accumulation;
+#[cfg(feature = "mpi")]
+pub(crate) use accumulation::Jitter;
 #[cfg(feature = "cli")]
 pub(crate) use depths::depth_settings;
 pub use field::{DeviceVoxels, UploadedVolume};
