@@ -4,16 +4,15 @@ mod frames;
 mod volume_renderer;
 
 use super::compose::Composer;
-use super::exchange::{Boxes, Exchanged};
+use super::exchange::Boxes;
 use super::group::Group;
-use super::report::DistributedReport;
 use super::{Brick, partition, work};
 use crate::camera::Camera;
 use crate::device::{Cancel, Device};
 use crate::error::Error;
 use crate::layers::Axis;
 use crate::memory;
-use crate::renderer::{DeviceVoxels, LatticeView, PartRenderer, Shares, UploadedVolume};
+use crate::renderer::{DeviceVoxels, Exchanged, LatticeView, PartRenderer, Shares, UploadedVolume};
 use crate::settings::{Blend, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -49,7 +48,6 @@ pub struct Renderer<'v> {
     keep: bool,
     longest: Option<Duration>,
     cancel: Option<Cancel>,
-    last_report: Option<DistributedReport>,
 }
 
 /// Location of the voxels of this process.
@@ -129,7 +127,6 @@ impl<'v> Renderer<'v> {
             keep: true,
             longest: None,
             cancel: None,
-            last_report: None,
         }
     }
 
@@ -154,11 +151,6 @@ impl<'v> Renderer<'v> {
     /// then fails in all processes.
     pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
         self.cancel = cancel;
-    }
-
-    /// Statistics of the last frame.
-    pub fn last_report(&self) -> Option<&DistributedReport> {
-        self.last_report.as_ref()
     }
 
     /// Description of the whole volume.

@@ -2,10 +2,10 @@
 
 use super::{Renderer, Source};
 use crate::camera::Camera;
-use crate::distributed::report::{DistributedReport, Totals};
+use crate::distributed::report::Totals;
 use crate::error::Error;
 use crate::image::Frame;
-use crate::renderer::{Accumulation, Jitter, LatticeView};
+use crate::renderer::{Accumulation, DistributedReport, Jitter, LatticeView};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
 use std::time::Instant;
@@ -84,7 +84,6 @@ impl Renderer<'_> {
         let frame = self.group.agree(frame)?;
         let axes = views.iter().map(|(view, _)| view.axis()).collect();
         let report = DistributedReport { lattice: first.report(), axes, ranks: totals.gather(&self.group), composed, compose_ms };
-        self.last_report = Some(report.clone());
         Ok((frame, report))
     }
 }

@@ -1,11 +1,11 @@
 //! The interface that all renderers of volumes share.
 
-use super::{DistributedReport, Renderer};
+use super::Renderer;
 use crate::camera::Camera;
 use crate::device::Cancel;
 use crate::error::Error;
 use crate::image::{Depths, Frame};
-use crate::renderer::{Accumulation, FrameReport, LatticeView, StreamPlan, VolumeRenderer};
+use crate::renderer::{Accumulation, DistributedReport, FrameReport, LatticeView, StreamPlan, VolumeRenderer};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -50,7 +50,7 @@ impl<'v> VolumeRenderer<'v> for Renderer<'v> {
         settings: &Settings,
     ) -> Result<(Option<Frame>, FrameReport), Error> {
         let (frame, report) = self.render(camera, viewport, settings)?;
-        Ok((frame, frame_report(&report)))
+        Ok((frame, frame_report(report)))
     }
 
     fn accumulate(
@@ -59,15 +59,15 @@ impl<'v> VolumeRenderer<'v> for Renderer<'v> {
         settings: &Settings,
         accumulation: &mut Accumulation,
     ) -> Result<FrameReport, Error> {
-        self.accumulate(camera, settings, accumulation).map(|report| frame_report(&report))
+        self.accumulate(camera, settings, accumulation).map(frame_report)
     }
 
     fn depths(&mut self, _: &Camera, _: Viewport, _: &Settings) -> Result<Depths, Error> {
-        let problem = "depths need the whole volume on one device".into();
+        let problem = "depths need the whole volume on one device: render them in one process".into();
         Err(Error::Settings { field: "depth", problem })
     }
 }
 
-fn frame_report(report: &DistributedReport) -> FrameReport {
-    FrameReport { lattice: Some(report.lattice), measured: None, general_program: false }
+fn frame_report(report: DistributedReport) -> FrameReport {
+    FrameReport { lattice: Some(report.lattice), measured: None, general_program: false, processes: Some(report) }
 }
