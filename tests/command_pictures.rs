@@ -305,8 +305,8 @@ fn pictures_are_encoded_as_asked() {
     }
 }
 
-/// Depths of one picture and of many equal those of the library. Other file formats, streamed volumes and values without depth are rejected
-/// before a file is created.
+/// Depths of one picture and of many equal those of the library. Other file formats, volumes that do not fit and values without depth are
+/// rejected before a file is created.
 #[test]
 fn depths_stand_beside_the_picture() {
     let folder = tempfile::tempdir().unwrap();
@@ -326,14 +326,16 @@ fn depths_stand_beside_the_picture() {
     assert!(depths.first().iter().any(|depth| depth.is_finite()));
     renderer.render(&camera, size, &Settings::default()).unwrap().0.save_with_depths(f.join("own.exr"), None, &depths).unwrap();
     assert_eq!(std::fs::read(f.join("one.exr")).unwrap(), std::fs::read(f.join("own.exr")).unwrap());
-    for (more, says) in [
-        ("-o a.png", "use an .exr file"),
-        ("-o a.exr --memory 1M", "whole volume"),
-        ("-o a.exr --blend maximum", "composite and iso"),
-    ] {
+    // A streamed volume whose voxels fit has the same depths.
+    assert_eq!(run(f, &format!("{render} -o own.exr --memory 64M")), Some(0));
+    assert_eq!(std::fs::read(f.join("one.exr")).unwrap(), std::fs::read(f.join("own.exr")).unwrap());
+    for (more, says) in [("-o a.png", "use an .exr file"), ("-o a.exr --blend maximum", "composite and iso")] {
         let refused = layersplat(f, &words(&format!("{render} {more}")));
         let said = String::from_utf8_lossy(&refused.stderr).into_owned();
         assert!(!refused.status.success() && said.contains(says), "{more}: {said}");
     }
+    // The layers of the picture fit in parts, but rays need all voxels.
+    let large = "render builtin:hydrogen@112 --transfer fire --size 32x24 --depth -o a.exr --memory 1500k";
+    refused(f, &words(large), 2, &[" parts of up to ", "a depth picture (rays", "set at least", "--memory BYTES"]);
     assert_eq!(names(f), ["many.exr", "one.exr", "own.exr", NAME, "views.ndjson"]);
 }

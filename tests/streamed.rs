@@ -241,6 +241,32 @@ fn views_that_need_the_whole_volume() {
     assert_close("layers", &renderer.render(&outside, size, &settings).unwrap().0, &whole, 0.0);
 }
 
+/// Like pictures that need the whole volume: the announced memory suffices, also beside cached data of an earlier picture, and a byte
+/// less does not.
+#[test]
+fn depths_need_the_whole_volume() {
+    let (volume, transfer, size) = scene();
+    let (camera, settings) = (parallel(&volume, size, 20.0, 5.0), thin(Layered::default()));
+    let expected = Renderer::new(&device(), &volume, &transfer).unwrap().depths(&camera, size, &settings).unwrap();
+    let renderer_with = |budget| StreamedRenderer::new(&device().with_memory(budget), &volume, &transfer);
+    let depths_with = |budget| renderer_with(budget).depths(&camera, size, &settings);
+    let error = depths_with(1000).expect_err("1000 bytes are too little");
+    let message = error.to_string();
+    assert!(message.starts_with("a depth picture (rays") && message.contains("needs the whole volume"), "{message}");
+    let Error::MemoryBudget { needed, taken: 0, budget: 1000, .. } = error else { panic!("{message}") };
+    assert!(needed > bytes(&volume) && message.ends_with(&format!("set at least {needed}")), "{message}");
+    assert!(matches!(depths_with(needed - 1), Err(Error::MemoryBudget { needed: again, .. }) if again == needed));
+    assert!(depths_with(needed).unwrap() == expected);
+    let mut renderer = renderer_with(needed);
+    renderer.render(&camera, size, &settings).unwrap();
+    assert!(renderer.depths(&camera, size, &settings).unwrap() == expected);
+    // Invalid settings are reported before the memory.
+    let maximum = Settings { blend: Blend::Maximum, ..settings };
+    assert!(matches!(renderer_with(1000).depths(&camera, size, &maximum), Err(Error::Settings { field: "blend", .. })));
+    // Pictures of layers still fit in parts.
+    assert!(renderer_with(needed - 1).render(&camera, size, &settings).is_ok());
+}
+
 /// Streamed in parts, and as a whole; with other dimensions, another type and another range.
 #[test]
 fn another_volume_is_streamed() {

@@ -66,7 +66,7 @@ struct TeamReport {
     processes: usize,
     teams: usize,
     frames_per_s: f64,
-    /// Report of the first team on its last picture, if the team has several processes.
+    /// Report of the first team on its last measured picture, if the team has several processes.
     #[cfg(feature = "mpi")]
     #[serde(skip_serializing_if = "Option::is_none")]
     picture: Option<crate::distributed::DistributedReport>,
@@ -102,16 +102,16 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
 
     let bar = progress::steps(2 * frames, "measuring");
     let mut stages = StageTimes::new();
-    let (mut active_samples, mut lattice) = (None, None);
+    let (mut active_samples, mut last) = (None, None);
     renderer.measure(true);
     let own: Vec<u32> = (0..frames).filter(|&n| processes.owns(n as usize)).collect();
     for &n in &own {
-        let (_, report) = renderer.render_rgba8(&view(n), options.size, &scene.settings, background)?;
-        if let Some(measured) = report.measured {
+        let (_, mut report) = renderer.render_rgba8(&view(n), options.size, &scene.settings, background)?;
+        if let Some(measured) = report.measured.take() {
             *active_samples.get_or_insert(0) += measured.active_samples;
             stages.extend(measured.stages);
         }
-        lattice = report.lattice;
+        last = Some(report);
         bar.inc(1);
     }
     renderer.measure(false);
@@ -179,7 +179,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         stages: per_stage,
         effective_splats,
         active_samples: active_samples.map(|all| all / own.len() as u64),
-        lattice,
+        lattice: last.as_ref().and_then(|report| report.lattice),
         device_bytes: if streamed { scene.device.peak_bytes() } else { scene.device.allocated_bytes() },
         peak_bytes: peak_bytes(),
         processes: processes.counts().map(|(processes, teams)| TeamReport {
@@ -187,7 +187,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
             teams,
             frames_per_s,
             #[cfg(feature = "mpi")]
-            picture: viewer.shared_report().cloned(),
+            picture: last.and_then(|report| report.processes),
         }),
     };
     super::report(arguments.json, &bench, || text(&bench))?;

@@ -112,7 +112,7 @@ fn render_all(
         let inner = arguments.pictures.inner(size, studio.scene());
         let sized = cameras.with_options(super::options::CameraOptions { size: inner, ..options.clone() });
         let camera = line.view.camera(&sized, OBLIQUE).map_err(|problem| line.invalid(problem).into_error(&source))?;
-        studio.scene().require_shared(inner, &[camera])?;
+        arguments.require_shared(studio.scene(), camera, inner)?;
         require_checked(arguments, &studio, camera, inner, &mut checked)?;
         let started = Instant::now();
         let (Some(frame), _) = studio.picture(&camera, size)? else { continue };

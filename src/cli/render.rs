@@ -93,7 +93,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let cameras = arguments.pictures.cameras(options, &scene);
     let camera = cameras.still(cameras.angles().or_all_of(OBLIQUE));
     let inner = arguments.pictures.inner(options.size, &scene);
-    scene.require_shared(inner, &[camera])?;
+    arguments.require_shared(&scene, camera, inner)?;
     let families = arguments.families(&scene, camera, inner)?;
     processes.in_turn(|| check::require(&scene.device, &families, &arguments.scene.device))?;
     let started = Instant::now();
@@ -129,7 +129,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
             peak_bytes: peak_bytes(),
         }),
         #[cfg(feature = "mpi")]
-        processes: studio.viewer().shared_report().cloned(),
+        processes: report.processes,
     };
     super::report(arguments.json, &rendered, || rendered.output.clone())?;
     Ok(ExitCode::SUCCESS)
@@ -147,6 +147,12 @@ impl Arguments {
     /// Writes a picture, with depths if given.
     pub fn save(&self, frame: &Frame, depths: Option<&Depths>, path: &Path) -> Result<(), Error> {
         frame.save_encoded(path, self.scene.camera.background, &self.pictures.encoding.encoding(), depths)
+    }
+
+    /// Fails if processes that share the volume cannot render a view, or its depths if requested.
+    pub fn require_shared(&self, scene: &Scene, camera: Camera, size: Viewport) -> Result<(), Error> {
+        scene.require_shared(size, &[camera], &scene.settings)?;
+        if self.depth { scene.require_shared(size, &[camera], &depth_settings(&scene.settings)) } else { Ok(()) }
     }
 
     /// Kernel families that render a frame of this size, and its depths if requested.

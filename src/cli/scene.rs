@@ -109,13 +109,13 @@ impl Scene {
     }
 
     /// Fails for views that processes which share the volume cannot render.
-    pub fn require_shared(&self, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
-        self.processes.check_views(self.volume.description(), cameras, size, &self.settings)
+    pub fn require_shared(&self, size: Viewport, cameras: &[Camera], settings: &Settings) -> Result<(), Error> {
+        self.processes.check_views(self.volume.description(), cameras, size, settings)
     }
 
     /// Fails if the device check of the kernels for these views failed, now or earlier.
     pub fn require_checked(&self, options: &SceneOptions, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
-        self.require_shared(size, cameras)?;
+        self.require_shared(size, cameras, &self.settings)?;
         let families = check::families(cameras, size, self.volume.grid(), &self.settings);
         self.processes.in_turn(|| check::require(&self.device, &families, &options.device))
     }

@@ -92,12 +92,6 @@ impl<'a> Studio<'a> {
         self.viewer.is_streamed()
     }
 
-    /// The viewer that renders the pictures.
-    #[cfg(feature = "mpi")]
-    pub fn viewer(&self) -> &Viewer {
-        &self.viewer
-    }
-
     pub fn measure(&mut self, measuring: bool) {
         self.viewer.renderer().measure(measuring);
     }
@@ -124,7 +118,8 @@ impl<'a> Studio<'a> {
 
     /// Depths of a picture, along rays through the pixel centres.
     pub fn depths(&mut self, camera: &Camera, size: Viewport) -> Result<Depths, Error> {
-        self.viewer.depths(camera, self.inner(size), &self.scene.settings)?.within(size)
+        let inner = self.inner(size);
+        self.viewer.renderer().depths(camera, inner, &self.scene.settings)?.within(size)
     }
 }
 

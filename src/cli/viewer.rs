@@ -1,12 +1,11 @@
-//! Renderer of a scene: resident, streamed or distributed.
+//! Renderer of a scene: resident, streamed or distributed, behind one interface.
 
 use super::parse;
 use super::scene::Scene;
 use crate::camera::Camera;
 #[cfg(feature = "mpi")]
-use crate::distributed::{self, DistributedReport};
+use crate::distributed;
 use crate::error::Error;
-use crate::image::Depths;
 use crate::renderer::{StreamPlan, VolumeRenderer, volume_renderer};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
@@ -25,14 +24,10 @@ pub(super) struct BoundOptions {
     pub time_limit: Option<Duration>,
 }
 
-/// Renders a scene with this process, or with several.
-pub(super) enum Viewer {
-    Alone {
-        renderer: Box<dyn VolumeRenderer<'static> + Send>,
-        is_streamed: bool,
-    },
-    #[cfg(feature = "mpi")]
-    Shared(Box<distributed::Renderer<'static>>),
+/// Renderer of a scene, by this process or by several.
+pub(super) struct Viewer {
+    renderer: Box<dyn VolumeRenderer<'static>>,
+    is_streamed: bool,
 }
 
 impl Viewer {
@@ -43,60 +38,32 @@ impl Viewer {
         if let Some(team) = scene.processes.team() {
             let mut renderer = distributed::Renderer::new(team, device, volume, transfer)?;
             renderer.limit(*time_limit);
-            return Ok(Self::Shared(Box::new(renderer)));
+            return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
         }
         let mut renderer = volume_renderer(device, volume, transfer)?;
         renderer.limit(*time_limit);
-        let is_streamed = renderer.whole().is_none();
-        Ok(Self::Alone { renderer, is_streamed })
+        Ok(Self { is_streamed: renderer.whole().is_none(), renderer })
     }
 
     pub fn renderer(&mut self) -> &mut dyn VolumeRenderer<'static> {
-        match self {
-            Self::Alone { renderer, .. } => renderer.as_mut(),
-            #[cfg(feature = "mpi")]
-            Self::Shared(renderer) => renderer.as_mut(),
-        }
+        self.renderer.as_mut()
     }
 
     /// Stream plan of a view, also printed to standard error. `None` if the view is not streamed.
     pub fn announce(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
-        match self {
-            Self::Alone { renderer, is_streamed: true } => {
-                let plan = renderer.stream_plan(camera, viewport, settings)?;
-                match &plan {
-                    Some(plan) => eprintln!("memory: {plan}"),
-                    None => eprintln!("memory: this view needs the whole volume on the device, where it fits"),
-                }
-                Ok(plan)
-            }
-            _ => Ok(None),
+        if !self.is_streamed {
+            return Ok(None);
         }
+        let plan = self.renderer.stream_plan(camera, viewport, settings)?;
+        match &plan {
+            Some(plan) => eprintln!("memory: {plan}"),
+            None => eprintln!("memory: this view needs the whole volume on the device, where it fits"),
+        }
+        Ok(plan)
     }
 
     /// Whether the volume is streamed.
     pub fn is_streamed(&self) -> bool {
-        matches!(self, Self::Alone { is_streamed: true, .. })
-    }
-
-    /// Report on the last picture, if several processes share the volume.
-    #[cfg(feature = "mpi")]
-    pub fn shared_report(&self) -> Option<&DistributedReport> {
-        let Self::Shared(renderer) = self else { return None };
-        renderer.last_report()
-    }
-
-    /// Depths of a view, along rays through the pixel centres.
-    ///
-    /// # Errors
-    /// [`Error::Settings`] if the volume is streamed or shared, because rays need all of it.
-    pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
-        let problem = match self {
-            Self::Alone { renderer, is_streamed: false } => return renderer.depths(camera, viewport, settings),
-            Self::Alone { .. } => "depths need the whole volume on the device: omit --memory or --depth",
-            #[cfg(feature = "mpi")]
-            Self::Shared(..) => "depths need the whole volume on one device: use --ranks-per-picture 1, or omit --depth",
-        };
-        Err(Error::Settings { field: "depth", problem: problem.into() })
+        self.is_streamed
     }
 }

@@ -2,24 +2,7 @@
 
 use super::group::Group;
 use super::over::Over;
-use crate::renderer::LatticeView;
-use serde::Serialize;
-
-/// Statistics of the composition of a lattice.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct Composed {
-    /// Participating ranks: those with visible samples, and rank 0, which receives the result.
-    pub ranks: usize,
-    /// Samples of the lattice.
-    pub lattice_samples: usize,
-    /// Samples of the bounding box of all visible samples; only these are reduced.
-    pub box_samples: usize,
-    /// Bytes on the critical path: the box at each of the reduction's ⌈log₂ ranks⌉ levels.
-    pub path_bytes: u64,
-    /// Total bytes sent between ranks.
-    pub bytes: u64,
-}
+use crate::renderer::{Composed, LatticeView};
 
 /// A box of samples along u and v, from `from` up to but excluding `to`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,20 +5,10 @@ use super::group::Group;
 use crate::error::Error;
 use crate::layers::Axis;
 use crate::memory;
+use crate::renderer::Exchanged;
 use crate::volume::{Description, Storage, Volume, VolumePart, VoxelBox};
-use serde::Serialize;
 use std::ops::Range;
 use std::path::Path;
-
-/// Voxel traffic of a rank.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct Exchanged {
-    /// Bytes that this rank sent.
-    pub sent_bytes: u64,
-    /// Bytes that this rank received.
-    pub received_bytes: u64,
-}
 
 /// The boxes of all ranks of a distributed volume, by rank.
 pub(super) struct Boxes {

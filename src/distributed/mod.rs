@@ -36,14 +36,12 @@ mod volume;
 mod work;
 
 pub use crate::error::DistributedError;
-pub use compose::Composed;
-pub use exchange::Exchanged;
+pub use crate::renderer::{Composed, DistributedReport, Exchanged, RankReport};
 pub use group::Group;
 pub use mpi;
 pub use renderer::Renderer;
 #[cfg(feature = "cli")]
 pub(crate) use renderer::check_view;
-pub use report::{DistributedReport, RankReport};
 pub use volume::Brick;
 #[cfg(feature = "cli")]
 pub(crate) use volume::bytes_in_parts;

@@ -1,26 +1,25 @@
 //! The distributed renderer.
 
+mod frames;
 mod volume_renderer;
 
 use super::compose::Composer;
-use super::exchange::{Boxes, Exchanged};
+use super::exchange::Boxes;
 use super::group::Group;
-use super::report::{DistributedReport, Totals};
 use super::{Brick, partition, work};
 use crate::camera::Camera;
 use crate::device::{Cancel, Device};
 use crate::error::Error;
-use crate::image::Frame;
 use crate::layers::Axis;
 use crate::memory;
-use crate::renderer::{DeviceVoxels, LatticeView, PartRenderer, Shares, UploadedVolume};
+use crate::renderer::{DeviceVoxels, Exchanged, LatticeView, PartRenderer, Shares, UploadedVolume};
 use crate::settings::{Blend, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Description, Volume, VolumePart, VoxelBox};
 use opencl3::event::Event;
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Tolerated work of the busiest rank, relative to a balanced partition, before voxels are redistributed.
 const MAX_IMBALANCE: f64 = 1.2;
@@ -49,7 +48,6 @@ pub struct Renderer<'v> {
     keep: bool,
     longest: Option<Duration>,
     cancel: Option<Cancel>,
-    last_report: Option<DistributedReport>,
 }
 
 /// Location of the voxels of this process.
@@ -129,7 +127,6 @@ impl<'v> Renderer<'v> {
             keep: true,
             longest: None,
             cancel: None,
-            last_report: None,
         }
     }
 
@@ -154,11 +151,6 @@ impl<'v> Renderer<'v> {
     /// then fails in all processes.
     pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
         self.cancel = cancel;
-    }
-
-    /// Statistics of the last frame.
-    pub fn last_report(&self) -> Option<&DistributedReport> {
-        self.last_report.as_ref()
     }
 
     /// Description of the whole volume.
@@ -197,59 +189,6 @@ impl<'v> Renderer<'v> {
     pub fn volume_changed(&mut self, wait: &[&Event]) -> Result<(), Error> {
         let result = self.renderers().try_for_each(|renderer| renderer.volume_changed(wait));
         self.group.agree(result)
-    }
-
-    /// Renders a frame of premultiplied floats without a background. Rank 0 receives it; other ranks get `None`.
-    ///
-    /// # Errors
-    /// Views without a lattice; errors of any process.
-    pub fn render(
-        &mut self,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<(Option<Frame>, DistributedReport), Error> {
-        let views = self.group.agree(LatticeView::all(self.description(), camera, viewport, settings))?;
-        let read_bytes = match &self.source {
-            Source::Host(volume) => volume.read_bytes(),
-            Source::Device(_) => 0,
-        };
-        let mut totals = Totals { read_bytes, ..Totals::default() };
-        let (mut composed, mut compose_ms) = (Vec::new(), 0.0);
-        self.shares.begin();
-        for (view, share) in &views {
-            let exchanged = self.hold(view, settings)?;
-            totals.exchanged.sent_bytes += exchanged.sent_bytes;
-            totals.exchanged.received_bytes += exchanged.received_bytes;
-            let (longest, cancel) = (self.longest, self.cancel.clone());
-            self.renderers().for_each(|renderer| {
-                renderer.limit(longest);
-                renderer.set_cancel(cancel.clone());
-            });
-            let Self { group, composer, partitions, shares, .. } = self;
-            let partition = partitions[view.axis().index()].as_mut().expect("`hold` has set it");
-            let (layers, started) = (partition.ranges[group.rank()].clone(), Instant::now());
-            let samples = partition.raw(view);
-            totals.layers += layers.len();
-            totals.render_ms += milliseconds(started);
-            let mut samples = group.agree(samples)?;
-            let started = Instant::now();
-            composed.push(composer.compose(group, view, !layers.is_empty(), &mut samples));
-            compose_ms += milliseconds(started);
-            let added = if group.leads() { shares.add(partition.renderer(), view, *share, &samples) } else { Ok(()) };
-            group.agree(added)?;
-        }
-        let (first, _) = &views[0];
-        // The voxels of earlier axes may have been released.
-        let Self { group, partitions, shares, .. } = self;
-        let last =
-            views.last().and_then(|(view, _)| partitions[view.axis().index()].as_mut()).expect("the last view was rendered");
-        let frame = group.leads().then(|| shares.frame(last.renderer(), first)).transpose();
-        let frame = self.group.agree(frame)?;
-        let axes = views.iter().map(|(view, _)| view.axis()).collect();
-        let report = DistributedReport { lattice: first.report(), axes, ranks: totals.gather(&self.group), composed, compose_ms };
-        self.last_report = Some(report.clone());
-        Ok((frame, report))
     }
 
     /// All renderers that hold voxels on this rank.
@@ -367,8 +306,4 @@ pub(crate) fn check_view(
     settings: &Settings,
 ) -> Result<(), Error> {
     LatticeView::all(description, camera, viewport, settings).map(drop)
-}
-
-fn milliseconds(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
 }

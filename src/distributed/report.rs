@@ -1,47 +1,8 @@
-//! Statistics of distributed frames.
+//! Collects the statistics of distributed frames.
 
-use super::compose::Composed;
-use super::exchange::Exchanged;
 use super::group::Group;
-use crate::layers::Axis;
-use crate::renderer::LatticeReport;
+use crate::renderer::{Exchanged, RankReport};
 use crate::volume::Together;
-use serde::Serialize;
-
-/// Statistics of one process for a frame.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct RankReport {
-    /// Rank of the process.
-    pub rank: usize,
-    /// Composited layers, over all lattices.
-    pub layers: usize,
-    /// Bytes of voxels read from the file, or generated for a built-in volume, since it was opened.
-    pub read_bytes: u64,
-    /// Voxel traffic for this frame.
-    #[serde(flatten)]
-    pub exchanged: Exchanged,
-    /// Milliseconds for compositing the layers.
-    pub render_ms: f64,
-    /// Idle time as a share of the slowest rank's time, 0 to 1.
-    pub idle: f64,
-}
-
-/// Statistics of a distributed frame.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct DistributedReport {
-    /// The lattice of the layer axis most parallel to the view direction.
-    pub lattice: LatticeReport,
-    /// The layer axes of the frame, the one most parallel to the view direction first.
-    pub axes: Vec<Axis>,
-    /// Statistics by rank.
-    pub ranks: Vec<RankReport>,
-    /// Statistics of the composition of each lattice.
-    pub composed: Vec<Composed>,
-    /// Milliseconds for composing the lattices on this process, including waiting for others.
-    pub compose_ms: f64,
-}
 
 /// Totals of this process for a frame.
 #[derive(Clone, Copy, Default)]

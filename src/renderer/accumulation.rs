@@ -62,7 +62,8 @@ impl Accumulation {
         self.frames
     }
 
-    /// The current mean as premultiplied floats, without a background. Transparent before the first frame.
+    /// The current mean as premultiplied floats, without a background. Transparent before the first frame, and in processes that do
+    /// not get pictures.
     ///
     /// # Errors
     /// If the picture does not fit into host memory.
@@ -75,11 +76,21 @@ impl Accumulation {
         Ok(Frame::new(self.viewport, pixels))
     }
 
-    fn add(&mut self, frame: &Frame) {
-        for (sum, pixel) in self.sums.iter_mut().zip(frame.pixels()) {
+    /// Renders the next frame by `render`, and adds it. A process that does not get pictures only counts the frame, so that all
+    /// processes move the rays in the same order.
+    ///
+    /// # Errors
+    /// Those of `render`. The accumulation is then unchanged.
+    pub(crate) fn extend<Report>(
+        &mut self,
+        render: impl FnOnce(Viewport, Jitter) -> Result<(Option<Frame>, Report), Error>,
+    ) -> Result<Report, Error> {
+        let (frame, report) = render(self.viewport, Jitter(offset(self.frames)))?;
+        for (sum, pixel) in self.sums.iter_mut().zip(frame.iter().flat_map(Frame::pixels)) {
             (0..4).for_each(|channel| sum[channel] += f64::from(pixel[channel]));
         }
         self.frames += 1;
+        Ok(report)
     }
 }
 
@@ -95,24 +106,12 @@ fn offset(n: u32) -> [f64; 2] {
 
 /// Rays through one of the positions in each pixel.
 #[derive(Clone, Copy)]
-pub(super) struct Jitter([f64; 2]);
+pub(crate) struct Jitter([f64; 2]);
 
 impl Jitter {
     /// Moves rays through the middles of pixels.
-    pub fn apply(self, rays: Rays) -> Rays {
+    pub(super) fn apply(self, rays: Rays) -> Rays {
         rays.through_parts(self.0, GRID)
-    }
-}
-
-impl Accumulation {
-    /// Renders the next frame by `render`, and adds it.
-    fn extend(
-        &mut self,
-        render: impl FnOnce(Viewport, Jitter) -> Result<(Frame, FrameReport), Error>,
-    ) -> Result<FrameReport, Error> {
-        let (frame, report) = render(self.viewport, Jitter(offset(self.frames)))?;
-        self.add(&frame);
-        Ok(report)
     }
 }
 
@@ -127,7 +126,10 @@ impl Renderer {
         settings: &Settings,
         accumulation: &mut Accumulation,
     ) -> Result<FrameReport, Error> {
-        accumulation.extend(|viewport, jitter| self.render_jittered(camera, viewport, settings, jitter))
+        accumulation.extend(|viewport, jitter| {
+            let (frame, report) = self.render_jittered(camera, viewport, settings, jitter)?;
+            Ok((Some(frame), report))
+        })
     }
 
     pub(super) fn render_jittered(
@@ -155,7 +157,10 @@ impl StreamedRenderer<'_> {
         settings: &Settings,
         accumulation: &mut Accumulation,
     ) -> Result<FrameReport, Error> {
-        accumulation.extend(|viewport, jitter| self.render_jittered(camera, viewport, settings, Some(jitter)))
+        accumulation.extend(|viewport, jitter| {
+            let (frame, report) = self.render_jittered(camera, viewport, settings, Some(jitter))?;
+            Ok((Some(frame), report))
+        })
     }
 }
 

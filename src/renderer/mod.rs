@@ -4,6 +4,8 @@ mod accumulation;
 mod classification;
 mod depth_cue;
 mod depths;
+#[cfg(feature = "mpi")]
+mod distributed_report;
 mod enqueued;
 #[cfg(test)]
 mod faults;
@@ -36,8 +38,12 @@ mod warm_up;
 mod world;
 
 pub use accumulation::Accumulation;
+#[cfg(feature = "mpi")]
+pub(crate) use accumulation::Jitter;
 #[cfg(feature = "cli")]
 pub(crate) use depths::depth_settings;
+#[cfg(feature = "mpi")]
+pub use distributed_report::{Composed, DistributedReport, Exchanged, RankReport};
 pub use field::{DeviceVoxels, UploadedVolume};
 pub use lattice_picture::LatticePicture;
 pub use onto::{PictureFormat, PictureMemory};

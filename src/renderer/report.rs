@@ -1,5 +1,7 @@
 //! Frame reports.
 
+#[cfg(feature = "mpi")]
+use super::distributed_report::DistributedReport;
 use super::plan::Plan;
 use crate::device::StageTimes;
 use crate::layers::Lattice;
@@ -31,6 +33,9 @@ pub struct FrameReport {
     /// Whether a more general program rendered the frame because the specialised one is not built yet; see
     /// [`super::Renderer::use_general_programs`].
     pub general_program: bool,
+    /// Statistics of the processes, if several rendered the frame.
+    #[cfg(feature = "mpi")]
+    pub processes: Option<DistributedReport>,
 }
 
 /// Frame statistics.
@@ -101,7 +106,13 @@ impl FrameReport {
             Plan::Shared(parts, _) => Some(&parts[0].0),
             _ => None,
         };
-        Self { lattice: lattice.map(LatticeReport::new), measured, general_program }
+        Self {
+            lattice: lattice.map(LatticeReport::new),
+            measured,
+            general_program,
+            #[cfg(feature = "mpi")]
+            processes: None,
+        }
     }
 }
 

@@ -89,18 +89,13 @@ pub trait VolumeRenderer<'v> {
         Ok((frame.map(|frame| frame.to_rgba8(background)), report))
     }
 
-    /// Renders the next frame of an accumulation and adds it ([`Renderer::accumulate`]).
+    /// Renders the next frame of an accumulation and adds it ([`Renderer::accumulate`]). With several processes, all count the frame,
+    /// and the one that gets the picture adds it.
     ///
     /// # Errors
-    /// Those of [`render`](Self::render), and [`Error::NeedsWholeVolume`] for a renderer of several processes.
-    fn accumulate(
-        &mut self,
-        camera: &Camera,
-        settings: &Settings,
-        accumulation: &mut Accumulation,
-    ) -> Result<FrameReport, Error> {
-        self.require_whole("accumulation of frames")?.accumulate(camera, settings, accumulation)
-    }
+    /// Those of [`render`](Self::render). The accumulation is then unchanged.
+    fn accumulate(&mut self, camera: &Camera, settings: &Settings, accumulation: &mut Accumulation)
+    -> Result<FrameReport, Error>;
 
     /// Depths of the visible surfaces of a picture; see [`Renderer::depths`].
     ///
@@ -201,6 +196,15 @@ impl<'v> VolumeRenderer<'v> for Renderer {
     ) -> Result<(Option<Vec<u8>>, FrameReport), Error> {
         let (picture, report) = self.render_rgba8(camera, viewport, settings, background)?;
         Ok((Some(picture), report))
+    }
+
+    fn accumulate(
+        &mut self,
+        camera: &Camera,
+        settings: &Settings,
+        accumulation: &mut Accumulation,
+    ) -> Result<FrameReport, Error> {
+        self.accumulate(camera, settings, accumulation)
     }
 
     fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod refused;
+mod verbose;
 
 use common::command::*;
 use npyz::WriterBuilder;
@@ -191,7 +192,7 @@ fn completions_and_manual_pages() {
     assert!(page.contains("azimuth") && page.contains("Examples"));
 }
 
-/// Every command has examples in its help. --verbose reports progress.
+/// Every command has examples in its help.
 #[test]
 fn help_has_examples() {
     let folder = tempfile::tempdir().unwrap();
@@ -216,11 +217,6 @@ fn help_has_examples() {
         assert!(all.contains(command), "{command}");
         assert!(text(&[command, "--help"]).contains(&format!("Examples:\n  layersplat {command}")), "{command}");
     }
-    let said = |more: &[&str]| {
-        let arguments = [&["info", "builtin:cube@8"][..], more].concat();
-        String::from_utf8(layersplat(f, &arguments).stderr).unwrap()
-    };
-    assert!(!said(&[]).contains("range of its values") && said(&["-v"]).contains("range of its values"));
 }
 
 /// Empty and uniform pictures are explained with a remedy; others are not.

@@ -160,6 +160,8 @@ fn what_one_rank_cannot_do_ends_all() {
     let done = run(path, &no_lattice);
     assert_refused(&done, path, &["only layers on a lattice", "--ranks-per-picture 1"]);
     assert_eq!(done.status.code(), Some(2));
+    let depths = ["-n", "2", LAYERSPLAT, "render", "builtin:gyroid@16", "--depth", "-o", "out.exr", "--ranks-per-picture", "2"];
+    assert_refused(&run(path, &depths), path, &["processes cannot share this view", "rays", "--ranks-per-picture 1"]);
     assert_refused(&run(path, &["-n", "2", LAYERSPLAT, "render", "-", "-o", "out.png"]), path, &["standard input"]);
     // Rejected before the first picture.
     let mut inside = ["-n", "2", LAYERSPLAT, "rotate", "builtin:gyroid@16", "--frames", "9", "-o", "frames"].to_vec();

@@ -19,6 +19,7 @@ fn as_a_rank() {
     launch::as_a_rank(|case, group| match case {
         "pictures" => pictures::are_those_of_one_process(group),
         "blends" => pictures::in_every_blend_mode(group),
+        "accumulated" => pictures::accumulate(group),
         "again" => pictures::are_the_same_again(group),
         "changes" => pictures::follow_changes(group),
         "buffers" => pictures::in_several_buffers(group),
@@ -38,6 +39,11 @@ fn pictures_are_those_of_one_process() {
 #[test]
 fn every_blend_mode() {
     [2, 3].iter().for_each(|&ranks| on_ranks(ranks, "blends"));
+}
+
+#[test]
+fn accumulated_pictures() {
+    RANKS.iter().for_each(|&ranks| on_ranks(ranks, "accumulated"));
 }
 
 #[test]

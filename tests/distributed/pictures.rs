@@ -7,10 +7,10 @@ use layersplat::distributed::{Brick, DistributedReport, Group, Renderer};
 use layersplat::opencl3::command_queue::CommandQueue;
 use layersplat::opencl3::context::Context;
 use layersplat::opencl3::memory::{Buffer, CL_MEM_COPY_HOST_PTR, CL_MEM_READ_WRITE};
-use layersplat::renderer::DeviceVoxels;
+use layersplat::renderer::{Accumulation, DeviceVoxels, VolumeRenderer};
 use layersplat::settings::{Blend, Classification, Layered};
 use layersplat::volume::{Description, VoxelBox, VoxelType};
-use layersplat::{Camera, Device, Frame, Quality, Settings, TransferFunction, Viewport, Volume};
+use layersplat::{Camera, Cancel, Device, Frame, Quality, Settings, TransferFunction, Viewport, Volume};
 
 /// Not multiples of any number of ranks, and all different.
 const DIMS: [usize; 3] = [23, 19, 26];
@@ -133,6 +133,38 @@ pub fn in_every_blend_mode(group: &Group) {
             assert_close(&format!("{blend:?} of {group:?}"), &frame, &expected, tolerance);
         }
     }
+}
+
+/// Means of jittered frames are those of one process: in both projections, with lattices of one and of several axes.
+pub fn accumulate(group: &Group) {
+    let (volume, size, transfer) = (whole(), viewport(48, 40), smooth_transfer());
+    let (device, settings) = (device(), Settings { early_termination: false, ..Settings::default() });
+    let mut alone = layersplat::Renderer::new(&device, &volume, &transfer).unwrap();
+    let mut together = Renderer::new(group, &device, &shared(group, 2, 2), &transfer).unwrap();
+    let tolerance = if group.size() == 1 { 0.0 } else { REASSOCIATED };
+    for (n, camera) in views(&volume, size).iter().enumerate().filter(|(n, _)| [1, 3, 5, 8].contains(n)) {
+        let [mut expected, mut found] = [(); 2].map(|()| Accumulation::new(size).unwrap());
+        for _ in 0..5 {
+            alone.accumulate(camera, &settings, &mut expected).unwrap();
+            let through_trait: &mut dyn VolumeRenderer = &mut together;
+            through_trait.accumulate(camera, &settings, &mut found).unwrap();
+        }
+        assert_eq!(found.frames(), 5);
+        let (found, expected) = (found.mean().unwrap(), expected.mean().unwrap());
+        if group.rank() > 0 {
+            assert!(largest_opacity(&found) == 0.0, "only rank 0 gets pictures");
+            continue;
+        }
+        assert_close(&format!("view {n} of {group:?}"), &found, &expected, tolerance);
+        let (plain, _) = alone.render(camera, size, &settings).unwrap();
+        assert!(compare(&plain, &expected).max_difference > 10.0 * REASSOCIATED, "the rays must move");
+    }
+    // A cancelled frame counts on no rank.
+    let (mut accumulation, cancel) = (Accumulation::new(size).unwrap(), Cancel::new());
+    cancel.cancel();
+    together.set_cancel(Some(cancel));
+    let camera = parallel(&volume, size, 20.0, -15.0);
+    assert!(together.accumulate(&camera, &settings, &mut accumulation).is_err() && accumulation.frames() == 0);
 }
 
 pub fn are_the_same_again(group: &Group) {

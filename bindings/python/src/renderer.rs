@@ -5,7 +5,7 @@ use crate::calls::abandonable;
 use crate::camera::{Camera, around};
 use crate::device::{Device, device_from_arguments};
 use crate::device_volume::DeviceVolume;
-use crate::errors::{Result, out_of_range};
+use crate::errors::{Failure, Refusal, Result, out_of_range};
 use crate::event::Event;
 use crate::exclusive::{AnyRenderer, Exclusive};
 use crate::handles::{events, memory};
@@ -71,6 +71,15 @@ fn chosen(settings: Option<Bound<Settings>>) -> OurSettings {
     settings.map_or_else(OurSettings::default, |settings| *settings.get().ours())
 }
 
+fn is_pyopencl_array(volume: &Bound<PyAny>) -> PyResult<bool> {
+    volume.hasattr("base_data")
+}
+
+/// Whether the voxels are on a device already.
+fn is_on_device(volume: &Bound<PyAny>) -> PyResult<bool> {
+    Ok(volume.is_instance_of::<DeviceVolume>() || is_pyopencl_array(volume)?)
+}
+
 /// A time limit in seconds.
 fn longest(seconds: Option<f64>) -> Result<Option<Duration>> {
     let refused = |_| out_of_range("time_limit", seconds.unwrap_or_default(), "seconds, at least 0, or None");
@@ -96,8 +105,7 @@ impl Renderer {
         if let Ok(uploaded) = volume.cast::<DeviceVolume>() {
             return Self::from_device_volume(py, uploaded.get(), transfer, device, context, queue, time_limit);
         }
-        // A pyopencl array.
-        if volume.hasattr("base_data")? {
+        if is_pyopencl_array(volume)? {
             // Default to the array's own queue.
             let own = volume.getattr("queue")?;
             let unspecified = device.is_none() && context.is_none() && queue.is_none() && !own.is_none();
@@ -229,8 +237,16 @@ impl Renderer {
 
     /// Replaces the volume, from the next frame on: a Volume, or anything that Volume() takes. Shape, type and range may differ.
     ///
-    /// Raises OutOfMemory if device memory is insufficient; the renderer may then have no volume until one is set.
+    /// Raises InvalidType for voxels on a device (a DeviceVolume or a pyopencl.array.Array): they need a new Renderer. Raises
+    /// OutOfMemory if device memory is insufficient; the renderer may then have no volume until one is set.
     fn set_volume(&self, volume: &Bound<PyAny>) -> Result<()> {
+        if is_on_device(volume)? {
+            let given = volume.get_type().name()?;
+            let message = format!(
+                "volume is of type {given}, with voxels on a device: make a new Renderer of it, or give an array on the host"
+            );
+            return Err(Failure::Refused { class: Refusal::Type, message, field: "volume" });
+        }
         let made;
         let ours = match volume.cast::<Volume>() {
             Ok(volume) => volume.get().ours().clone(),

@@ -178,6 +178,34 @@ def test_a_kernel_changes_the_voxels(array, transfer, host):
     assert np.array_equal(after, layersplat.Renderer(other, transfer).render(camera, SIZE))
 
 
+@pytest.mark.parametrize("source", ["array", "volume"])
+def test_voxels_on_the_device_do_not_replace_a_volume(array, transfer, host, source):
+    other = 255 - array
+    if source == "array":
+        voxels = pyopencl.array.to_device(host.queue, other)
+    else:
+        voxels = layersplat.DeviceVolume(host.device(), host.filled(other), other.shape, other.dtype)
+    renderer = layersplat.Renderer(array, transfer, queue=host.queue)
+    camera = renderer.camera(SIZE, **PLACE)
+    before = renderer.render(camera, SIZE)
+    with pytest.raises(layersplat.InvalidType, match="voxels on a device: make a new Renderer of it, or give an array on the host") as caught:
+        renderer.set_volume(voxels)
+    assert caught.value.fields == ("volume",)
+    assert np.array_equal(renderer.render(camera, SIZE), before)
+
+
+def test_an_array_replaces_voxels_on_the_device(array, transfer, host):
+    """The new voxels have a buffer of their own: the caller's buffer keeps its contents."""
+    buffer = host.filled(array)
+    renderer = layersplat.Renderer(layersplat.DeviceVolume(host.device(), buffer, array.shape, array.dtype), transfer)
+    camera = renderer.camera(SIZE, **PLACE)
+    renderer.set_volume(255 - array)
+    assert np.array_equal(renderer.render(camera, SIZE), layersplat.Renderer(255 - array, transfer).render(camera, SIZE))
+    kept = np.zeros_like(array)
+    cl.enqueue_copy(host.queue, kept, buffer)
+    assert np.array_equal(kept, array)
+
+
 def test_caller_objects_are_retained_and_released(array, transfer):
     host = Host()
     voxels, buffer = host.filled(array), host.buffer((60, 72, 4), np.uint8)

@@ -5,7 +5,7 @@ use crate::camera::Camera;
 use crate::device::Cancel;
 use crate::error::Error;
 use crate::image::{Depths, Frame};
-use crate::renderer::{FrameReport, LatticeView, StreamPlan, VolumeRenderer};
+use crate::renderer::{Accumulation, DistributedReport, FrameReport, LatticeView, StreamPlan, VolumeRenderer};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -50,11 +50,24 @@ impl<'v> VolumeRenderer<'v> for Renderer<'v> {
         settings: &Settings,
     ) -> Result<(Option<Frame>, FrameReport), Error> {
         let (frame, report) = self.render(camera, viewport, settings)?;
-        Ok((frame, FrameReport { lattice: Some(report.lattice), measured: None, general_program: false }))
+        Ok((frame, frame_report(report)))
+    }
+
+    fn accumulate(
+        &mut self,
+        camera: &Camera,
+        settings: &Settings,
+        accumulation: &mut Accumulation,
+    ) -> Result<FrameReport, Error> {
+        self.accumulate(camera, settings, accumulation).map(frame_report)
     }
 
     fn depths(&mut self, _: &Camera, _: Viewport, _: &Settings) -> Result<Depths, Error> {
-        let problem = "depths need the whole volume on one device".into();
+        let problem = "depths need the whole volume on one device: render them in one process".into();
         Err(Error::Settings { field: "depth", problem })
     }
+}
+
+fn frame_report(report: DistributedReport) -> FrameReport {
+    FrameReport { lattice: Some(report.lattice), measured: None, general_program: false, processes: Some(report) }
 }

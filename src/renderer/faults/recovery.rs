@@ -88,17 +88,24 @@ fn frames_are_retried_without_cached_data() {
     assert!(found.unwrap() == expected);
 }
 
-/// A streaming renderer retries the upload of the whole volume, too.
+/// A streaming renderer retries the upload of the whole volume, too, for pictures and for depths.
 #[test]
 fn streams_are_retried_without_cached_data() {
     let host = Host::new(false);
     let device = host.device();
-    let scene = Scene::new(SMALL);
+    let (scene, settings) = (Scene::new(SMALL), Settings::default());
     let camera = scene.camera(20.0, None);
-    let expected = picture(&mut Renderer::new(&device, &scene.volume, &scene.transfer).unwrap(), &camera).unwrap();
-    let mut streamed = StreamedRenderer::new(&device, &scene.volume, &scene.transfer);
-    device.fail(Call::Allocation, 0, CL_MEM_OBJECT_ALLOCATION_FAILURE);
-    let found = streamed.render(&camera, SIZE, &Settings::default());
+    let mut whole = Renderer::new(&device, &scene.volume, &scene.transfer).unwrap();
+    let expected = picture(&mut whole, &camera).unwrap();
+    let depths = whole.depths(&camera, SIZE, &settings).unwrap();
+    let streamed = || StreamedRenderer::new(&device, &scene.volume, &scene.transfer);
+    let fail = || device.fail(Call::Allocation, 0, CL_MEM_OBJECT_ALLOCATION_FAILURE);
+    fail();
+    let found = streamed().render(&camera, SIZE, &settings);
     assert!(device.recover(), "the volume is uploaded");
     assert!(found.unwrap().0 == expected);
+    fail();
+    let found = streamed().depths(&camera, SIZE, &settings);
+    assert!(device.recover(), "the volume is uploaded");
+    assert!(found.unwrap() == depths);
 }

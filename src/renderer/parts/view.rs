@@ -1,5 +1,6 @@
 //! Lattice views of a volume, and the combination of their raw samples.
 
+use super::super::accumulation::Jitter;
 use super::super::plan::Plan;
 use super::super::world::World;
 use crate::camera::Camera;
@@ -33,9 +34,24 @@ impl LatticeView {
         viewport: Viewport,
         settings: &Settings,
     ) -> Result<Vec<(Self, f64)>, Error> {
+        Self::all_jittered(description, camera, viewport, settings, None)
+    }
+
+    /// The lattices of a view whose rays are moved within their pixels.
+    ///
+    /// # Errors
+    /// If the view has no lattice.
+    pub fn all_jittered(
+        description: &Description,
+        camera: &Camera,
+        viewport: Viewport,
+        settings: &Settings,
+        jitter: Option<Jitter>,
+    ) -> Result<Vec<(Self, f64)>, Error> {
         let world = World::new(description.grid());
         let grid = world.grid(description.grid());
         let (rays, settings) = world.normalised_view(&grid, camera, viewport, settings)?;
+        let rays = jitter.map_or(rays, |jitter| jitter.apply(rays));
         let reversed = description.rescale().slope() < 0.0;
         let blend = if reversed { settings.blend.reversed() } else { settings.blend };
         let (lattices, layered) = match Plan::new(&rays, viewport, &grid, &settings)? {

@@ -8,7 +8,8 @@ pub use plan::{StreamPlan, StreamedLattice};
 
 use super::accumulation::Jitter;
 use super::classification::TableSizes;
-use super::frame::{Engine, Frame as Declared, Mode, Stage, Step};
+use super::field::FieldShape;
+use super::frame::{Declaring, Engine, Frame as Declared, Mode, Stage, Step};
 use super::picture::{Finished, Share};
 use super::plan::Plan;
 use super::range::LayerRange;
@@ -19,7 +20,7 @@ use super::{PartRenderer, Renderer, UploadedVolume};
 use crate::camera::Camera;
 use crate::device::{Cancel, Device, DeviceKind, Limits};
 use crate::error::Error;
-use crate::image::{Depths, Frame};
+use crate::image::Frame;
 use crate::layers::{Lattice, Rays};
 use crate::memory;
 use crate::settings::{Layered, Settings};
@@ -158,7 +159,7 @@ impl<'v> StreamedRenderer<'v> {
         let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
         match self.streamed(plan, rays, viewport, seen)? {
             Ok(streamed) => Ok(Some(streamed.summary)),
-            Err(whole) => self.require_whole(&whole, viewport, settings).map(|()| None),
+            Err(whole) => self.require_whole("this view", &whole, viewport, settings).map(|()| None),
         }
     }
 
@@ -186,44 +187,22 @@ impl<'v> StreamedRenderer<'v> {
         let others = self.others();
         let in_parts = match &streamed {
             Ok(streamed) => !streamed.holds_all(),
-            Err(whole) => self.require_whole(whole, viewport, settings).map(|()| false)?,
+            Err(whole) => self.require_whole("this view", whole, viewport, settings).map(|()| false)?,
         };
         // Cached data of earlier frames may leave too little memory: retry without them.
         let rendered = match if in_parts { None } else { Some(self.render_whole(camera, viewport, settings, jitter)) } {
-            Some(Err(Error::MemoryBudget { .. } | Error::OutOfDeviceMemory { .. })) | None => {
+            Some(Ok(rendered)) => Ok(rendered),
+            Some(Err(error)) if !error.is_lack_of_device_memory() => Err(error),
+            _ => {
                 self.kept = None;
                 match &streamed {
                     Ok(streamed) => self.draw(streamed, viewport),
                     Err(_) => self.render_whole(camera, viewport, settings, jitter),
                 }
             }
-            Some(rendered) => rendered,
         };
         self.own = self.device.taken_bytes().saturating_sub(others);
         rendered
-    }
-
-    /// Depths of the visible surfaces of a picture, as [`Renderer::depths`](super::Renderer::depths).
-    ///
-    /// # Errors
-    /// If not all voxels fit on the device, because rays need all of them.
-    pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
-        let others = self.others();
-        let found = self.whole_renderer().and_then(|mut renderer| {
-            let depths = renderer.depths(camera, viewport, settings);
-            self.kept = Some(renderer);
-            depths
-        });
-        self.own = self.device.taken_bytes().saturating_sub(others);
-        found.map_err(|error| match error {
-            Error::MemoryBudget { what, needed, taken, budget } => Error::MemoryBudget {
-                what: format!("a depth picture, which needs the whole volume ({what}),"),
-                needed,
-                taken,
-                budget,
-            },
-            other => other,
-        })
     }
 
     /// Divides the lattices of a plan into parts; returns the plan itself if it has no lattices.
@@ -303,7 +282,11 @@ impl<'v> StreamedRenderer<'v> {
             steps.push(Step::Layers { lattice, layered: *layered, range });
         }
         steps.push(Step::Warp { lattice, share: Share { share: *share, added: n > 0 } });
-        engine.declaring(viewport, settings, |declaring| Stage::new(steps, false, declaring))
+        // The voxels on the device are those of the first part, which need not be the largest.
+        let mut dims = self.grid.dims();
+        dims[lattice.frame.a] = parts.held;
+        let shape = FieldShape::new(self.volume.description(), dims);
+        engine.declaring(viewport, settings, |declaring| Stage::new(steps, false, &Declaring { shape, ..*declaring }))
     }
 
     /// An engine that holds the first part of the first lattice, with capacity for the others; or all voxels, if each lattice has

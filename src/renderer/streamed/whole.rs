@@ -1,7 +1,8 @@
-//! Frames for which all voxels are on the device.
+//! Pictures and depths for which all voxels are on the device.
 
 use super::super::accumulation::Jitter;
 use super::super::classification::TableSizes;
+use super::super::depths::{check_has_depths, depth_settings};
 use super::super::field::FieldShape;
 use super::super::frame::{Declaring, Output, Stage};
 use super::super::plan::Plan;
@@ -10,7 +11,7 @@ use super::super::{Renderer, UploadedVolume};
 use super::{StreamedRenderer, plan};
 use crate::camera::Camera;
 use crate::error::Error;
-use crate::image::Frame;
+use crate::image::{Depths, Frame};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
 
@@ -23,17 +24,45 @@ impl StreamedRenderer<'_> {
         settings: &Settings,
         jitter: Option<Jitter>,
     ) -> Result<(Frame, FrameReport), Error> {
-        let mut renderer = self.whole_renderer()?;
-        let rendered = match jitter {
+        self.with_whole(|renderer| match jitter {
             None => renderer.render(camera, viewport, settings),
             Some(jitter) => renderer.render_jittered(camera, viewport, settings, jitter),
+        })
+    }
+
+    /// Depths of the visible surfaces of a picture, as [`Renderer::depths`].
+    ///
+    /// # Errors
+    /// Those of `Renderer::depths`. [`Error::MemoryBudget`] and [`Error::DeviceMemory`], with the memory required, if not all voxels
+    /// fit on the device, because rays need all of them.
+    pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
+        let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, &depth_settings(settings))?;
+        let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
+        check_has_depths(&plan, &seen)?;
+        self.require_whole("a depth picture", &plan, viewport, &seen)?;
+        let others = self.others();
+        // Cached data of earlier frames may leave too little memory: retry without them.
+        let found = match self.with_whole(|renderer| renderer.depths(camera, viewport, settings)) {
+            Err(error) if error.is_lack_of_device_memory() => {
+                self.kept = None;
+                self.with_whole(|renderer| renderer.depths(camera, viewport, settings))
+            }
+            found => found,
         };
+        self.own = self.device.taken_bytes().saturating_sub(others);
+        found
+    }
+
+    /// Runs a frame with all voxels on the device, and keeps the renderer for the next frame.
+    fn with_whole<T>(&mut self, run: impl FnOnce(&mut Renderer) -> Result<T, Error>) -> Result<T, Error> {
+        let mut renderer = self.whole_renderer()?;
+        let finished = run(&mut renderer);
         self.kept = Some(renderer);
-        rendered
+        finished
     }
 
     /// A renderer of all voxels: the kept one, or a new one.
-    pub(super) fn whole_renderer(&mut self) -> Result<Renderer, Error> {
+    fn whole_renderer(&mut self) -> Result<Renderer, Error> {
         let mut renderer = match self.kept.take() {
             Some(kept) => kept,
             None => Renderer::from_uploaded(&self.whole()?, &self.transfer)?,
@@ -51,8 +80,8 @@ impl StreamedRenderer<'_> {
         }
     }
 
-    /// Rejects a plan that needs the whole volume if that does not fit together with the other resources of the frame.
-    pub(super) fn require_whole(&self, plan: &Plan, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
+    /// Rejects the plan of `what`, which needs the whole volume, if that does not fit together with the other resources of the frame.
+    pub(super) fn require_whole(&self, what: &str, plan: &Plan, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
         let tables = TableSizes::new(&self.transfer, self.volume.description());
         let shape = FieldShape::new(self.volume.description(), self.grid.dims());
         let gradient = settings.needed_gradient();
@@ -65,7 +94,7 @@ impl StreamedRenderer<'_> {
         // The device counts the splats of sheets, so the size of their lists is not known before.
         let unknown = if matches!(plan, Plan::AxisSheets(_) | Plan::ViewSheets(_)) { ", and more for its splats" } else { "" };
         let what = format!(
-            "this view ({plan}), which needs the whole volume at once because only layers on a lattice can be streamed{unknown},"
+            "{what} ({plan}), which needs the whole volume at once because only layers on a lattice can be streamed{unknown},"
         );
         Err(plan::out_of_memory(&self.device, &what, needed, limits))
     }
