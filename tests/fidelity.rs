@@ -35,7 +35,8 @@ const OWN_LIT: [[f64; 2]; 5] = [[67.1, 66.3], [52.5, 50.8], [62.2, 61.5], [58.3,
 const OWN_LIT_SKULL: [f64; 2] = [43.8, 41.9];
 /// Presets as shipped, lit, to the integral of their own kernel and gradients.
 const SHIPPED: [Quality; 3] = [Quality::Draft, Quality::Standard, Quality::High];
-const SHIPPED_LIT: [[f64; 3]; 5] = [[0.0, 57.9, 65.7], [0.0, 52.6, 58.5], [0.0, 51.8, 58.2], [0.0, 49.0, 57.1], [0.0, 43.7, 50.3]];
+const SHIPPED_LIT: [[f64; 3]; 5] =
+    [[0.0, 57.9, 65.7], [0.0, 52.6, 58.5], [0.0, 51.8, 58.2], [0.0, 49.0, 57.1], [0.0, 43.7, 50.3]];
 const SHIPPED_LIT_SKULL: [f64; 3] = [0.0, 38.4, 47.5];
 /// PSNR of the engine's plate (43.8 if gradients at segment centres are corrected along rays only).
 const PLATE: f64 = 50.0;
@@ -83,7 +84,13 @@ fn ways() -> Vec<(String, Settings)> {
 }
 
 /// PSNR of the host's integral on every n-th pixel of a picture.
-fn psnr_on_the_host(volume: &Volume, transfer: &TransferFunction, view: View, (kernel, gradient): OwnField, picture: &Frame) -> f64 {
+fn psnr_on_the_host(
+    volume: &Volume,
+    transfer: &TransferFunction,
+    view: View,
+    (kernel, gradient): OwnField,
+    picture: &Frame,
+) -> f64 {
     let rays = Rays::new(&view.camera, view.size, volume.grid()).unwrap();
     let mut integral = Integral::new(volume, transfer, None).with_gradient(kernel, gradient);
     integral.shading = view.shading;
@@ -181,7 +188,10 @@ fn assert_shipped(name: &str, volume: &Volume, transfer: &TransferFunction, view
         let frame = view.picture(volume, transfer, settings);
         let [db, foreign] = [&truth, &central].map(|truth| psnr(&frame, truth));
         // The draft's own error is larger.
-        assert!(quality == Quality::Draft || foreign < db - MARGIN, "{name} {quality:?}: other gradients must be noticed, {foreign} dB for {db}");
+        assert!(
+            quality == Quality::Draft || foreign < db - MARGIN,
+            "{name} {quality:?}: other gradients must be noticed, {foreign} dB for {db}"
+        );
         db
     });
     eprintln!("fidelity {name} lit, as shipped: {found:.1?} dB");

@@ -7,7 +7,7 @@ use common::reference::Pair;
 use common::*;
 use glam::DVec3;
 use layersplat::device::LatticeSchedule;
-use layersplat::settings::{Algorithm, Blend, Classification, Evaluation, Layered, Shading};
+use layersplat::settings::{Algorithm, Blend, Classification, Evaluation, Footprints, Layered, Shading};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Error, GradientEstimator, Kernel, Quality, Settings, Volume};
 
@@ -16,6 +16,10 @@ const ROUNDED_BYTES: f64 = 0.02;
 
 fn points(kernel: Kernel, samples_per_layer: u32, gradient: GradientEstimator) -> Settings {
     let classification = Classification::Preintegrated { kernel, samples_per_layer };
+    Settings { gradient: Some(gradient), early_termination: false, ..Layered { classification, ..Layered::default() }.into() }
+}
+
+fn splats(classification: Classification, gradient: GradientEstimator) -> Settings {
     Settings { gradient: Some(gradient), early_termination: false, ..Layered { classification, ..Layered::default() }.into() }
 }
 
@@ -76,6 +80,39 @@ fn layers() {
             for settings in [points(kernel, 1, gradient), points(kernel, 2, gradient), per_pixel(points(kernel, 1, gradient))] {
                 let what = format!("{settings:?}, parallel {is_parallel}");
                 assert_same(&what, &volume, &camera, &settings, tolerance_of(&settings, is_parallel));
+            }
+        }
+    }
+}
+
+/// Tolerance of the footprint set, whose weights are bytes, relative to others (1.24 measured).
+const OF_THE_SET: f64 = 1.5;
+
+/// Lattices of both projections in both schedules, and pixels with exact footprints and with the set.
+#[test]
+fn splatted_layers() {
+    let (volume, views) = scene();
+    let (device, size) = (device(), viewport(25, 22));
+    let samples = layersplat::device::Tuning { lattice_schedule: LatticeSchedule::Samples, ..*device.tuning() };
+    let samples = device.with_tuning(samples).unwrap();
+    for gradient in [GradientEstimator::Sobel, GradientEstimator::Gaussian(0.5), GradientEstimator::Gaussian(0.9)] {
+        let lattice = splats(SPLATTED, gradient);
+        let pixels = per_pixel(lattice);
+        let set = Layered { footprints: Footprints::Set, ..layered(pixels) };
+        let set = Settings { algorithm: set.into(), ..pixels };
+        for (camera, is_parallel) in views.into_iter().zip([true, false]) {
+            for (settings, factor) in [(lattice, 1.0), (pixels, 1.0), (set, OF_THE_SET)] {
+                let what = format!("{settings:?}, parallel {is_parallel}");
+                assert_same(&what, &volume, &camera, &settings, factor * tolerance_of(&settings, is_parallel));
+            }
+            let pair = Pair::on(&samples, &volume, &smooth_transfer(), &camera, size, &lattice);
+            pair.assert_same(&format!("{lattice:?} by samples"), tolerance_of(&lattice, is_parallel));
+        }
+        for (azimuth, elevation) in [(85.0, 8.0), (10.0, 78.0)] {
+            let camera = parallel(&volume, size, azimuth, elevation);
+            for settings in [lattice, pixels] {
+                let what = format!("{azimuth}, {elevation}: {settings:?}");
+                assert_same(&what, &volume, &camera, &settings, tolerance_of(&settings, true));
             }
         }
     }
@@ -187,19 +224,24 @@ fn estimators_that_do_not_fit_are_refused() {
     }
     assert!(refused(cast(Kernel::Gaussian, GradientEstimator::Gaussian(1.0))).contains("central"));
     assert!(refused(cast(Kernel::Gaussian, GradientEstimator::Sobel)).contains("central"));
-    let splatted = Settings { gradient: Some(GradientEstimator::Sobel), ..Quality::Paper.settings() };
-    assert!(refused(splatted).contains("central"));
+    let splatted = Settings { gradient: Some(GradientEstimator::Own), ..Quality::Paper.settings() };
+    assert!(refused(splatted).contains("central, sobel or gaussian:SIGMA"));
     let slices = Settings { gradient: Some(GradientEstimator::Sobel), ..Algorithm::Slicing { step: 1.0 }.into() };
     assert!(refused(slices).contains("central"));
 }
 
-/// The estimator that fits the kernel is the default, to the bit.
+/// By default, pre-integrated layers have Sobel gradients, splats central differences, and rays the gradients that fit their kernel.
 #[test]
-fn the_default_is_the_estimator_of_the_kernel() {
+fn defaults() {
     let (volume, [camera, _]) = scene();
-    for kernel in Kernel::OF_LAYERS {
-        let given = points(kernel, 1, GradientEstimator::for_kernel(kernel));
-        let draw = |settings: &Settings| render(&volume, &smooth_transfer(), &camera, viewport(25, 22), settings);
-        assert!(draw(&given) == draw(&Settings { gradient: None, ..given }), "{kernel:?}");
+    let draw = |settings: &Settings| render(&volume, &smooth_transfer(), &camera, viewport(25, 22), settings);
+    let layers = Kernel::OF_LAYERS.map(|kernel| points(kernel, 1, GradientEstimator::Sobel));
+    let rays = Kernel::OF_LAYERS.map(|kernel| cast(kernel, GradientEstimator::for_kernel(kernel)));
+    for given in layers.into_iter().chain(rays).chain([splats(SPLATTED, GradientEstimator::Central)]) {
+        let default = Settings { gradient: None, ..given };
+        assert_eq!(default.gradient_estimator(), given.gradient_estimator(), "{given:?}");
+        assert!(draw(&given) == draw(&default), "{given:?}");
+        let another = Settings { gradient: Some(GradientEstimator::Gaussian(1.0)), ..given };
+        assert!(draw(&given) != draw(&another), "{given:?}");
     }
 }

@@ -255,8 +255,20 @@ impl SplatLayers {
             }
             LatticeSchedule::Samples => {
                 let lattice = samples;
-                let arguments =
-                    SplatSamplesArguments { voxels, view, gradient_voxels, gradient_view, visible, table, slabs, p, sample, clip, lattice, active_samples };
+                let arguments = SplatSamplesArguments {
+                    voxels,
+                    view,
+                    gradient_voxels,
+                    gradient_view,
+                    visible,
+                    table,
+                    slabs,
+                    p,
+                    sample,
+                    clip,
+                    lattice,
+                    active_samples,
+                };
                 self.samples.launch(device, variant, &arguments)
             }
         }
