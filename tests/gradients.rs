@@ -95,7 +95,7 @@ fn splatted_layers() {
     let (device, size) = (device(), viewport(25, 22));
     let samples = layersplat::device::Tuning { lattice_schedule: LatticeSchedule::Samples, ..*device.tuning() };
     let samples = device.with_tuning(samples).unwrap();
-    for gradient in [GradientEstimator::Sobel, GradientEstimator::Gaussian(0.5), GradientEstimator::Gaussian(0.9)] {
+    for gradient in [GradientEstimator::Sobel, GradientEstimator::Gaussian(0.9)] {
         let lattice = splats(SPLATTED, gradient);
         let pixels = per_pixel(lattice);
         let set = Layered { footprints: Footprints::Set, ..layered(pixels) };
