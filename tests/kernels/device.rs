@@ -7,7 +7,7 @@ use glam::DVec3;
 use layersplat::layers::{Density, Kernel};
 use layersplat::settings::{Algorithm, Blend, Classification, Clipping, Evaluation, Layered};
 use layersplat::volume::Voxels;
-use layersplat::{Camera, Orbit, Projection, Quality, Settings, TransferFunction, Volume};
+use layersplat::{Camera, GradientEstimator, Orbit, Projection, Quality, Settings, TransferFunction, Volume};
 
 const KERNELS: [Kernel; 3] = [Kernel::Linear, Kernel::CatmullRom, Kernel::BSpline];
 /// Kernels of radius two.
@@ -253,9 +253,10 @@ fn odd_places() {
     ];
     for kernel in SMOOTH {
         for (what, camera, size, least) in views {
-            let high = Settings { early_termination: false, ..with_kernel(Quality::High, kernel).into() };
+            let gradient = Some(GradientEstimator::for_kernel(kernel));
+            let high = Settings { early_termination: false, gradient, ..with_kernel(Quality::High, kernel).into() };
             let picture = |settings: &Settings| render(&volume, &smooth_transfer(), &camera, size, settings);
-            let of_integral = |kernel| picture(&Settings { algorithm: converged(kernel), ..high });
+            let of_integral = |kernel| picture(&Settings { algorithm: converged(kernel), gradient: None, ..high });
             let found = picture(&high);
             let [own, foreign] =
                 [kernel, Kernel::Linear].map(|kernel| compare(&found, &of_integral(kernel)).psnr.unwrap_or(f64::INFINITY));

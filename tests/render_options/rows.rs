@@ -221,7 +221,7 @@ pub const QUALITIES: &[Row] = &[
             s.settings.shading = Some(Shading { lights: Lights::new(&lights).unwrap(), ..Shading::default() });
         },
     ),
-    row("--gradient", "--gradient sobel", |s| s.settings.gradient = Some(GradientEstimator::Sobel)),
+    row("--gradient", "--gradient central", |s| s.settings.gradient = Some(GradientEstimator::Central)),
     row("--gradient-opacity", "--gradient-opacity 2:0,9:0.75", |s| {
         s.settings.gradient_opacity = Some(GradientOpacity::new(&[(2.0, 0.0), (9.0, 0.75)]).unwrap());
     }),
