@@ -71,7 +71,8 @@ pub enum KernelChoice {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum GradientChoice {
-    /// The derivative of the kernel where that is continuous, else central differences.
+    /// Sobel for layers with pre-integrated classification; for ray casting the derivative of the kernel where that is continuous; else
+    /// central differences.
     Automatic = 0,
     /// Central differences of the voxels.
     Central = 1,

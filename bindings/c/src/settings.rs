@@ -81,7 +81,7 @@ pub struct Settings {
     pub crop_highest: [f64; 3],
     /// Clipping planes. The side behind any of them is hidden.
     pub planes: [Plane; 6],
-    /// A layersplat_gradient, for layers that are not splatted and for ray casting.
+    /// A layersplat_gradient, for layers and ray casting.
     pub gradient: i32,
     /// Standard deviation of LAYERSPLAT_GRADIENT_GAUSSIAN in voxels of the smallest spacing, 0.3 to 2.
     pub gradient_sigma: f64,

@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 /// view-sheets, 0.125 to 4 voxels. blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of
 /// ambient, diffuse, specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, or
 /// (direction, strength); light is one of these, or a list of up to four. gradient: central, sobel, gaussian:SIGMA (0.3 to 2 voxels)
-/// or own, for layered and raycast; None is that of the kernel. gradient_opacity: up to eight points (magnitude, factor): the opacity
+/// or own, for layered and raycast; None is sobel for layered, but for quality paper. gradient_opacity: up to eight points (magnitude, factor): the opacity
 /// factor at a gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of black that colours fade to at the back of
 /// the volume's bounding box, or (share, (red, green, blue)) for another background. crop: ((x, y, z), (x, y, z)), the lowest and the
 /// highest visible
