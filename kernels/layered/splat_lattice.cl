@@ -154,7 +154,7 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #else
     const realv sample_length = 0.0f; // included in the table
 #endif
-    const int border = GATHERS_VALUES || !SPLATS_GRADIENTS ? 0 : sample.light.shading, layers = view.dims_a + 2;
+    const int border = GATHERS_VALUES ? 0 : SPLATS_GRADIENTS ? sample.light.shading : 0, layers = view.dims_a + 2;
     // Offsets begin with layer -1.
     const float2 crossing = (float2)(offsets_u[phase_u].base + column, offsets_v[phase_v].base + row) +
                             (float2)(offsets_u[phase_u].fraction, offsets_v[phase_v].fraction);

@@ -176,7 +176,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
         intervals[r] = clip_sample_rays(&p, &clip, &rays);
 #endif
     }
-    const int splats_gradients = GATHERS_VALUES || !SPLATS_GRADIENTS ? 0 : sample.light.shading;
+    const int splats_gradients = GATHERS_VALUES ? 0 : SPLATS_GRADIENTS ? sample.light.shading : 0;
     intv active = 0;
     const int layers = view.dims_a + 2;
     bool finished = p.continues;

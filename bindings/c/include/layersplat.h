@@ -212,7 +212,8 @@ typedef enum layersplat_kernel {
  */
 typedef enum layersplat_gradient {
   /**
-   * The derivative of the kernel where that is continuous, else central differences.
+   * Sobel for layers with pre-integrated classification; for ray casting the derivative of the kernel where that is continuous; else
+   * central differences.
    */
   LAYERSPLAT_GRADIENT_AUTOMATIC = 0,
   /**
@@ -536,7 +537,7 @@ typedef struct layersplat_settings {
    */
   struct layersplat_plane planes[6];
   /**
-   * A layersplat_gradient, for layers that are not splatted and for ray casting.
+   * A layersplat_gradient, for layers and ray casting.
    */
   int32_t gradient;
   /**
