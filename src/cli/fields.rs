@@ -27,7 +27,7 @@ const OPTIONS: [(&str, &str); 50] = [
     ("footprints", "--footprints exact|set"),
     ("frame", "--frame N"),
     ("from", "--from front|right|back|left|above|below"),
-    ("gradient", "--gradient central|sobel|own"),
+    ("gradient", "--gradient central|sobel|gaussian:SIGMA|own"),
     ("gradient_opacity", "--gradient-opacity G:F,G:F"),
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),

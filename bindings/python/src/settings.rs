@@ -27,8 +27,8 @@ use std::collections::BTreeMap;
 /// or own, for layered and raycast; None is sobel for layered, but for quality paper. gradient_opacity: up to eight points (magnitude, factor): the opacity
 /// factor at a gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of black that colours fade to at the back of
 /// the volume's bounding box, or (share, (red, green, blue)) for another background. crop: ((x, y, z), (x, y, z)), the lowest and the
-/// highest visible
-/// voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal points to is shown.
+/// highest
+/// visible voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal points to is shown.
 /// unit_distance: thickness in world units at which the opacities apply, by default the smallest spacing. extinction: exponential or
 /// linear. early_termination: whether rays stop at a transmittance below 1/4096.
 #[pyclass(frozen, module = "layersplat")]
