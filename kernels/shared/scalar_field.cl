@@ -95,27 +95,39 @@ static inline PlaneSlopes slopes_in_plane(__global const VOXEL *voxels, const Vo
 }
 
 #if GRADIENTS_AT_VOXELS
-// The gradient of estimates at the voxels, one plane after another. Planes are interpolated by ACROSS and SLOPE like rows.
+// Weights of voxel n, -1 ... 2, at `t` from voxel 0 to 1: those of estimates at the two voxels, as in slope_weights() and across_weights().
+// Computed for one voxel at a time, which takes fewer registers than keeping all.
+static inline float slope_tap(float t, int n) {
+    const float below = n == -1 ? -0.5f : n == 1 ? 0.5f : 0.0f, above = n == 0 ? -0.5f : n == 2 ? 0.5f : 0.0f;
+    return below + t * (above - below);
+}
+static inline float across_tap(float t, float smoothing, int n) {
+    const float s = GRADIENT == SMOOTHED ? smoothing : 0.0f, own = 1.0f - 2.0f * s;
+    const float below = n == 0 ? own : n == 2 ? 0.0f : s, above = n == 1 ? own : n == -1 ? 0.0f : s;
+    return below + t * (above - below);
+}
+
+// The gradient of estimates at the voxels, one row after another. Differences from one voxel keep constant fields exact.
 static inline Gradient gradient_in_cell(const GradientSource *source, const FieldParams *params, const Cells *c) {
-    const Weights x = across_weights(c->x, params->smoothing_u), y = across_weights(c->y, params->smoothing_v);
-    const Weights layers = across_weights(c->z, params->smoothing_a);
-    const Weights slope_x = slope_weights(c->x), slope_y = slope_weights(c->y), slopes = slope_weights(c->z);
+    const Weights x = across_weights(c->x, params->smoothing_u), slope_x = slope_weights(c->x);
     Gradient gradient = {0.0f, 0.0f, 0.0f};
+    const float own = gradient_voxel_row(source->voxels, source->view, c, 0, 0).low;
 #pragma unroll 1
     for (int dk = -1; dk <= 2; dk++) {
-        const float weight = any_tap_weight(&layers, dk, 1.0f), slope = any_tap_weight(&slopes, dk, 0.0f);
-        if (weight == 0.0f && slope == 0.0f)
+        const float weight_a = across_tap(c->z, params->smoothing_a, dk), slope_a = slope_tap(c->z, dk);
+        if (weight_a == 0.0f && slope_a == 0.0f)
             continue;
-        float rows[4], rows_u[4];
-#pragma unroll
+#pragma unroll 1
         for (int dj = -1; dj <= 2; dj++) {
+            const float weight_v = across_tap(c->y, params->smoothing_v, dj), slope_v = slope_tap(c->y, dj);
+            if (weight_v == 0.0f && slope_v == 0.0f)
+                continue;
             const Row row = gradient_voxel_row(source->voxels, source->view, c, dj, dk);
-            rows[dj + 1] = ACROSS(x.tap, row.before, row.low, row.high, row.behind);
-            rows_u[dj + 1] = SLOPE(slope_x.tap, row.before, row.low, row.high, row.behind);
+            const float difference = ACROSS(x.tap, row.before, row.low, row.high, row.behind) - own;
+            gradient.u += weight_a * weight_v * SLOPE(slope_x.tap, row.before, row.low, row.high, row.behind);
+            gradient.v += weight_a * slope_v * difference;
+            gradient.a += slope_a * weight_v * difference;
         }
-        gradient.u += weight * ACROSS(y.tap, rows_u[0], rows_u[1], rows_u[2], rows_u[3]);
-        gradient.v += weight * SLOPE(slope_y.tap, rows[0], rows[1], rows[2], rows[3]);
-        gradient.a += slope * ACROSS(y.tap, rows[0], rows[1], rows[2], rows[3]);
     }
     return gradient;
 }
