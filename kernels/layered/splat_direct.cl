@@ -139,7 +139,7 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const GRADIENT
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
         const struct SampleSource source = {voxels, &view, images, shears, k, u, v, s_u, s_v,
-                                             SMOOTHED_GRADIENTS(&gradients, &sample)};
+                                             {&gradients, &sample.field}};
         accumulate_layer(&sample, slabs, first, count, table, before, own, after, &layer_span, &source, &gathered, &active);
         if (!any_open(&sample, &gathered))
             break;

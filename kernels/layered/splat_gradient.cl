@@ -7,20 +7,10 @@
 
 // Source of smoothed gradients.
 typedef struct {
-#if SPLATS_GRADIENTS
-    char unused;
-#else
     const GradientSource *voxels;
     const FieldParams *field;
-#endif
 } SmoothedGradients;
-
-#if SPLATS_GRADIENTS
-#define SMOOTHED_GRADIENTS(source, sample) {0}
-#else
-#define SMOOTHED_GRADIENTS(source, sample) {source, &(sample)->field}
 
 static inline Gradient smoothed_gradient(const SmoothedGradients *s, Point point) {
     return gradient_at(s->voxels, s->field, point.u, point.v, point.a, (intv)(1));
 }
-#endif

@@ -209,7 +209,7 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 const int at = r * TILE_COLUMNS + c * VW;
                 const Point point = phase_points(&view, &p, &place, c * VW, r, k);
                 const struct SampleSource source = {SUM_ROW(own, r) + c * VW, along_u + at, across + at, point,
-                                                    SMOOTHED_GRADIENTS(&gradients, &sample)};
+                                                    {&gradients, &sample.field}};
                 accumulate_slabs(&sample, slabs, first, count, table, LOADV(SUM_ROW(before, r) + c * VW), LOADV(source.own),
                                  LOADV(SUM_ROW(after, r) + c * VW), &layer_span, &source, &gathered[r * TILE_VECTORS + c], &active[c]);
             }

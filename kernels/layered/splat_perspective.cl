@@ -217,7 +217,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
             const struct SampleSource source = {
                 {rays.centre_u + depth * rays.shear_u, rays.centre_v + depth * rays.shear_v, (realv)(k)},
                 {own->u[r], own->v[r], 0.5f * across.sum[r]},
-                SMOOTHED_GRADIENTS(&gradients, &sample)};
+                {&gradients, &sample.field}};
             accumulate_layer(&sample, slabs, first, count, table, before->sum[r], own->sum[r], after->sum[r], &layer_span, &source,
                              &gathered[r], &active);
             finished = finished && !any_open_lanes(&sample, &gathered[r], columns);

@@ -72,7 +72,7 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
     LayerSpan layer_span;
     layer_span.dt = length_per_layer(sample, &rays);
     struct SampleSource source = {voxels, view, 0.0f, 0.0f, rays.shear_u, rays.shear_v, 0,
-                                  SMOOTHED_GRADIENTS(gradients, sample)};
+                                  {gradients, &sample->field}};
     const int step = p->layer_step;
     float before = 0.0f, own = 0.0f, after = 0.0f;
     int sums_layer = INT_MIN; // layer of the current sums
