@@ -27,13 +27,13 @@ struct Truths(HashMap<Kernel, Frame>);
 
 impl Truths {
     fn new(step: f64, volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport) -> Self {
-        let truth = |settings: Settings| {
-            let kernel = kernel_of(&settings);
-            let gradient = Some(settings.gradient_estimator());
-            let cast = Settings { gradient, ..Algorithm::Raycast { kernel, step }.into() };
+        // All presets with a kernel have the same gradients.
+        let fields = HashMap::from(shipped().map(|(_, settings)| (kernel_of(&settings), settings.gradient_estimator())));
+        let truth = |(kernel, gradient)| {
+            let cast = Settings { gradient: Some(gradient), ..Algorithm::Raycast { kernel, step }.into() };
             (kernel, render(volume, transfer, camera, size, &cast))
         };
-        Self(shipped().map(|(_, settings)| truth(settings)).into())
+        Self(fields.into_iter().map(truth).collect())
     }
 
     fn of(&self, settings: &Settings) -> &Frame {
