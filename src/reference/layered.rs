@@ -175,10 +175,7 @@ impl<'a> Layered<'a> {
     fn gradient(&self, crossing: &Crossing, k: i64) -> DVec3 {
         let p = crossing.at(k as f64);
         if self.field.has_gradients_at_voxels() {
-            let mut place = [0.0; 3];
-            let frame = crossing.axis.frame();
-            (place[frame.u], place[frame.v], place[frame.a]) = (p.x, p.y, k as f64);
-            return self.field.gradient(DVec3::from_array(place));
+            return self.field.gradient(crossing.axis.frame().global(p.extend(k as f64)));
         }
         DVec3::from_array(std::array::from_fn(|along| {
             self.splat(crossing, k, p, |field, voxel| {

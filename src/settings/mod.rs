@@ -47,8 +47,8 @@ pub struct Settings {
     /// Shading; `None` disables it. Default: on.
     pub shading: Option<Shading>,
     /// Estimation of gradients for shading and gradient opacity. Default: `None`, which is [`GradientEstimator::Sobel`] for layers with
-    /// pre-integrated classification and [`GradientEstimator::for_kernel`] for ray casting. Others have
-    /// central differences; sheets and slices no others.
+    /// pre-integrated classification, [`GradientEstimator::for_kernel`] for ray casting, and central differences elsewhere. Sheets and
+    /// slices support nothing but central differences.
     pub gradient: Option<GradientEstimator>,
     /// Gradient opacity. Default: none.
     pub gradient_opacity: Option<GradientOpacity>,
@@ -119,8 +119,8 @@ impl Settings {
 
     /// The estimator of gradients: the chosen one, or the default of the algorithm.
     ///
-    /// Scans have terraces and noise, which the Sobel operator hides at the cost of central differences. The references that ray casting
-    /// draws keep the gradients that fit their kernel most closely.
+    /// The Sobel operator hides the terraces and the noise of scans, and takes about as long as central differences. Ray casting renders
+    /// references, so its default is the gradient that fits the kernel most closely.
     pub fn gradient_estimator(&self) -> GradientEstimator {
         self.gradient.unwrap_or(match self.algorithm {
             Algorithm::Layered(Layered { classification: Classification::Preintegrated { .. }, .. }) => GradientEstimator::Sobel,
