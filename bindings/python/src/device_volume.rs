@@ -2,7 +2,7 @@
 
 use crate::argument::{Argument, extract, refused};
 use crate::device::Device;
-use crate::errors::{Result, unknown};
+use crate::errors::{Failure, Refusal, Result, unknown};
 use crate::handles::{events, memory};
 use crate::names::voxel_type;
 use crate::volume::{Affine, grid};
@@ -133,4 +133,19 @@ impl DeviceVolume {
     fn range(&self) -> (f64, f64) {
         self.ours.description().range()
     }
+}
+
+pub fn is_pyopencl_array(volume: &Bound<PyAny>) -> PyResult<bool> {
+    volume.hasattr("base_data")
+}
+
+/// Refuses voxels that are on a device already.
+pub fn refuse_voxels_on_device(volume: &Bound<PyAny>) -> Result<()> {
+    if !volume.is_instance_of::<DeviceVolume>() && !is_pyopencl_array(volume)? {
+        return Ok(());
+    }
+    let given = volume.get_type().name()?;
+    let message =
+        format!("volume is of type {given}, with voxels on a device: make a new Renderer of it, or give an array on the host");
+    Err(Failure::Refused { class: Refusal::Type, message, field: "volume" })
 }

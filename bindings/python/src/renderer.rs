@@ -4,8 +4,8 @@ use crate::argument::{Argument, extract};
 use crate::calls::abandonable;
 use crate::camera::{Camera, around};
 use crate::device::{Device, device_from_arguments};
-use crate::device_volume::DeviceVolume;
-use crate::errors::{Failure, Refusal, Result, out_of_range};
+use crate::device_volume::{DeviceVolume, is_pyopencl_array, refuse_voxels_on_device};
+use crate::errors::{Result, out_of_range};
 use crate::event::Event;
 use crate::exclusive::{AnyRenderer, Exclusive};
 use crate::handles::{events, memory};
@@ -69,15 +69,6 @@ fn stream_plan<'py>(py: Python<'py>, plan: &StreamPlan) -> PyResult<Bound<'py, P
 
 fn chosen(settings: Option<Bound<Settings>>) -> OurSettings {
     settings.map_or_else(OurSettings::default, |settings| *settings.get().ours())
-}
-
-fn is_pyopencl_array(volume: &Bound<PyAny>) -> PyResult<bool> {
-    volume.hasattr("base_data")
-}
-
-/// Whether the voxels are on a device already.
-fn is_on_device(volume: &Bound<PyAny>) -> PyResult<bool> {
-    Ok(volume.is_instance_of::<DeviceVolume>() || is_pyopencl_array(volume)?)
 }
 
 /// A time limit in seconds.
@@ -240,13 +231,7 @@ impl Renderer {
     /// Raises InvalidType for voxels on a device (a DeviceVolume or a pyopencl.array.Array): they need a new Renderer. Raises
     /// OutOfMemory if device memory is insufficient; the renderer may then have no volume until one is set.
     fn set_volume(&self, volume: &Bound<PyAny>) -> Result<()> {
-        if is_on_device(volume)? {
-            let given = volume.get_type().name()?;
-            let message = format!(
-                "volume is of type {given}, with voxels on a device: make a new Renderer of it, or give an array on the host"
-            );
-            return Err(Failure::Refused { class: Refusal::Type, message, field: "volume" });
-        }
+        refuse_voxels_on_device(volume)?;
         let made;
         let ours = match volume.cast::<Volume>() {
             Ok(volume) => volume.get().ours().clone(),

@@ -19,18 +19,17 @@ use std::collections::BTreeMap;
 /// Defaults are those of the command: quality standard, composited, shaded, without clipping.
 ///
 /// quality: draft, standard, high or paper. algorithm: layered, axis-sheets, view-sheets, slicing or raycast. kernel: cubic, linear,
-/// catmull-rom or bspline; raycast also supports gaussian. Only for layered: samples_per_layer, 1 to 8; density, samples per voxel, 1
-/// to 16; layer_axis, auto, x, y or z. step: for slicing and raycast, in units of the smallest spacing. sheet_distance: for
-/// view-sheets, 0.125 to 4 voxels. blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of
-/// ambient, diffuse, specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, or
-/// (direction, strength); light is one of these, or a list of up to four. gradient: central, sobel, gaussian:SIGMA (0.3 to 2 voxels)
-/// or own, for layered and raycast; None is sobel for layered, but for quality paper. gradient_opacity: up to eight points (magnitude, factor): the opacity
-/// factor at a gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of black that colours fade to at the back of
-/// the volume's bounding box, or (share, (red, green, blue)) for another background. crop: ((x, y, z), (x, y, z)), the lowest and the
-/// highest
-/// visible voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal points to is shown.
-/// unit_distance: thickness in world units at which the opacities apply, by default the smallest spacing. extinction: exponential or
-/// linear. early_termination: whether rays stop at a transmittance below 1/4096.
+/// catmull-rom or bspline; raycast also supports gaussian. Only for layered: samples_per_layer, 1 to 8; density, samples per voxel, 1 to
+/// 16; layer_axis, auto, x, y or z. step: for slicing and raycast, in units of the smallest spacing. sheet_distance: for view-sheets, 0.125
+/// to 4 voxels. blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient, diffuse,
+/// specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, or (direction, strength); light
+/// is one of these, or a list of up to four. gradient: central, sobel, gaussian:SIGMA (0.3 to 2 voxels) or own, for layered and raycast; by
+/// default sobel for layered, central for quality paper, and for raycast the one that fits the kernel most closely. gradient_opacity: up to
+/// eight points (magnitude, factor): the opacity factor at a gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of
+/// black that colours fade to at the back of the volume's bounding box, or (share, (red, green, blue)) for another background. crop: ((x,
+/// y, z), (x, y, z)), the lowest and the highest visible voxel. planes: up to six clipping planes (point, normal) in world coordinates; the
+/// side that the normal points to is shown. unit_distance: thickness in world units at which the opacities apply, by default the smallest
+/// spacing. extinction: exponential or linear. early_termination: whether rays stop at a transmittance below 1/4096.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Settings(Ours);
 
